@@ -1,0 +1,122 @@
+"""Units: one table of names, dimensions and factors to SI, used for FMI unit definitions and conversions.
+
+A unit is a power product of SI base units with a factor and an offset: SI value = factor * value + offset.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from math import pi
+
+from .errors import UsageError, did_you_mean
+
+BASE = ("kg", "m", "s", "A", "K", "mol", "cd", "rad")
+"""The base units of FMI 2.0 and SSP 1.0, in the order of the standards."""
+
+
+@dataclass(frozen=True)
+class Unit:
+    """A named unit; `exponents` maps base units to powers, SI value = factor * value + offset."""
+
+    name: str
+    exponents: dict[str, int] = field(default_factory=dict)
+    factor: float = 1.0
+    offset: float = 0.0
+
+    def same_dimension(self, other: Unit) -> bool:
+        """True when both measure the same quantity (rad counts as a dimension, as in the standards)."""
+        return self.exponents == other.exponents
+
+
+def _unit(name: str, factor: float = 1.0, offset: float = 0.0, **exponents: int) -> Unit:
+    return Unit(name, {b: exponents[b] for b in BASE if exponents.get(b)}, factor, offset)
+
+
+_PRESSURE = {"kg": 1, "m": -1, "s": -2}
+_FLOW = {"m": 3, "s": -1}
+
+UNITS: dict[str, Unit] = {
+    u.name: u
+    for u in (
+        _unit("1"),
+        _unit("%", 0.01),
+        _unit("m", m=1),
+        _unit("mm", 1e-3, m=1),
+        _unit("cm", 1e-2, m=1),
+        _unit("km", 1e3, m=1),
+        _unit("s", s=1),
+        _unit("ms", 1e-3, s=1),
+        _unit("min", 60.0, s=1),
+        _unit("Hz", s=-1),
+        _unit("1/s", s=-1),
+        _unit("rev/s", s=-1),
+        _unit("rpm", 1 / 60, s=-1),
+        _unit("1/m", m=-1),
+        _unit("kg", kg=1),
+        _unit("g", 1e-3, kg=1),
+        _unit("t", 1e3, kg=1),
+        _unit("kg/m3", kg=1, m=-3),
+        _unit("kg.m2", kg=1, m=2),
+        _unit("m/s", m=1, s=-1),
+        _unit("mm/s", 1e-3, m=1, s=-1),
+        _unit("m/s2", m=1, s=-2),
+        _unit("rad", rad=1),
+        _unit("deg", pi / 180, rad=1),
+        _unit("rad/s", rad=1, s=-1),
+        _unit("deg/s", pi / 180, rad=1, s=-1),
+        _unit("rad/s2", rad=1, s=-2),
+        _unit("N", kg=1, m=1, s=-2),
+        _unit("kN", 1e3, kg=1, m=1, s=-2),
+        _unit("N.m", kg=1, m=2, s=-2),
+        _unit("N/m", kg=1, s=-2),
+        _unit("N/mm", 1e3, kg=1, s=-2),
+        _unit("N.s/m", kg=1, s=-1),
+        _unit("J", kg=1, m=2, s=-2),
+        _unit("W", kg=1, m=2, s=-3),
+        _unit("kW", 1e3, kg=1, m=2, s=-3),
+        _unit("Pa", **_PRESSURE),
+        _unit("kPa", 1e3, **_PRESSURE),
+        _unit("MPa", 1e6, **_PRESSURE),
+        _unit("GPa", 1e9, **_PRESSURE),
+        _unit("bar", 1e5, **_PRESSURE),
+        _unit("psi", 6894.757293168361, **_PRESSURE),
+        _unit("1/Pa", kg=-1, m=1, s=2),
+        _unit("m2/s", m=2, s=-1),
+        _unit("cSt", 1e-6, m=2, s=-1),
+        _unit("Pa.s", kg=1, m=-1, s=-1),
+        _unit("m2", m=2),
+        _unit("mm2", 1e-6, m=2),
+        _unit("m3", m=3),
+        _unit("L", 1e-3, m=3),
+        _unit("mL", 1e-6, m=3),
+        _unit("m3/rev", m=3),
+        _unit("mL/rev", 1e-6, m=3),
+        _unit("m3/s", **_FLOW),
+        _unit("L/s", 1e-3, **_FLOW),
+        _unit("L/min", 1e-3 / 60, **_FLOW),
+        _unit("m3/(s.Pa)", kg=-1, m=4, s=1),
+        _unit("A", A=1),
+        _unit("mA", 1e-3, A=1),
+        _unit("mA/s", 1e-3, A=1, s=-1),
+        _unit("mA.s", 1e-3, A=1, s=1),
+        _unit("V", kg=1, m=2, s=-3, A=-1),
+        _unit("K", K=1),
+        _unit("degC", 1.0, 273.15, K=1),
+    )
+}
+
+
+def unit(name: str) -> Unit:
+    """The unit of that name; `UsageError` with the nearest known name otherwise."""
+    try:
+        return UNITS[name]
+    except KeyError:
+        raise UsageError(f"unknown unit '{name}'{did_you_mean(name, list(UNITS))}") from None
+
+
+def convert(value: float, source: str, target: str) -> float:
+    """`value` in unit `source` expressed in unit `target` (scalars and arrays)."""
+    a, b = unit(source), unit(target)
+    if not a.same_dimension(b):
+        raise UsageError(f"cannot convert '{source}' to '{target}': they measure different quantities")
+    return (a.factor * value + a.offset - b.offset) / b.factor

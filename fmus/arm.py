@@ -1,0 +1,36 @@
+"""DeepseaArm: the arm in the water as an FMU."""
+
+from __future__ import annotations
+
+from typing import Any
+
+from ..mechanics.arm import Arm
+from ..mechanics.variables import ARM
+from .slave import Slave
+
+
+class DeepseaArm(Slave):
+    """The cylinder force F_h is held during a step."""
+
+    table = ARM
+
+    def __init__(self, **kwargs: Any):
+        super().__init__(**kwargs)
+        self.description = "Arm moved by a hydraulic cylinder in sea water, on MuJoCo, with Morison loads"
+        self._force = ARM.index("F_h")
+
+    def build(self, parameters: dict[str, Any]) -> None:
+        self.arm = Arm(parameters, self.time)
+
+    def advance(self, t: float, h: float) -> list[float]:
+        self.arm.step(t, h, self.values[self._force])
+        return self.arm.out.tolist()
+
+    def outputs(self) -> list[float]:
+        return self.arm.report(self.values[self._force]).tolist()
+
+    def get_model_state(self) -> dict[str, Any]:
+        return {"arm": self.arm.get_state()}
+
+    def set_model_state(self, state: dict[str, Any]) -> None:
+        self.arm.set_state(state["arm"])

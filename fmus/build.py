@@ -1,0 +1,201 @@
+"""Builds the FMUs and packs the scenarios.
+
+An FMU holds: the model description from the variable table; the project's code under a name made of its content
+(`entry.py.in` says why), with the kernels already compiled for this machine; pythonfmu's library; and, where the system
+has a C compiler, the front library that turns faults into fmi2Error.
+"""
+
+from __future__ import annotations
+
+import hashlib
+import importlib
+import io
+import os
+import shutil
+import subprocess
+import sys
+import tempfile
+import uuid
+import zipfile
+from collections.abc import Callable, Iterable
+from dataclasses import dataclass
+from pathlib import Path
+
+from ..core.errors import OutputError, PackageError
+from ..ssp import packer
+
+HERE = Path(__file__).parent
+ROOT = __package__.rpartition(".")[0]
+PLATFORM = {"linux": "linux64", "win32": "win64", "darwin": "darwin64"}.get(sys.platform, sys.platform)
+FIXED_DATE = (2001, 9, 9, 1, 46, 40)
+
+
+@dataclass(frozen=True)
+class Model:
+    """An FMU of the project: class, module in `fmus`, and the packages of physics it carries."""
+
+    name: str
+    module: str
+    packages: tuple[str, ...]
+
+
+MODELS = (
+    Model("DeepseaHydraulics", "hydraulics", ("core", "hydraulics_fmu")),
+    Model("DeepseaArm", "arm", ("core", "mechanics")),
+)
+
+SYSTEM = "deepsea"
+"""Folder of the shipped system below ssp/scenarios; every .ssv in it is a scenario."""
+
+
+def _folder(package: str) -> Path:
+    return Path(importlib.import_module(f"{ROOT}.{package}").__file__).parent
+
+
+def _sources(model: Model) -> dict[str, bytes]:
+    """The model's code: path below the package -> content."""
+    files = {}
+    for package in model.packages:
+        for path in sorted(_folder(package).rglob("*.py")):
+            files[f"{package}/{path.relative_to(_folder(package)).as_posix()}"] = path.read_bytes()
+    for name in ("__init__", "slave", "description", model.module):
+        files[f"fmus/{name}.py"] = (HERE / f"{name}.py").read_bytes()
+    return files
+
+
+def _write_zip(target: Path | io.BytesIO, files: Iterable[tuple[str, bytes]]) -> None:
+    with zipfile.ZipFile(target, "w", zipfile.ZIP_DEFLATED) as archive:
+        for name, content in files:
+            archive.writestr(zipfile.ZipInfo(name, FIXED_DATE), content, zipfile.ZIP_DEFLATED)
+
+
+def _zipped(files: Iterable[tuple[str, bytes]]) -> bytes:
+    buffer = io.BytesIO()
+    _write_zip(buffer, files)
+    return buffer.getvalue()
+
+
+def c_compiler() -> str | None:
+    """The system's C compiler, or None."""
+    candidates = [shutil.which(name) for name in (os.environ.get("CC"), "cc", "gcc", "clang") if name]
+    return next(filter(None, candidates), None)
+
+
+def compile_front(folder: Path) -> dict[str, bytes]:
+    """The front library and its helper, name suffix -> content; empty where it cannot be (other system, no compiler)."""
+    compiler = c_compiler()
+    if compiler is None or sys.platform != "linux":
+        return {}
+    made = {}
+    for source, suffix in (("front", ""), ("quiet", "_quiet")):
+        target = folder / f"{source}.so"
+        flags = ["-O2", "-shared", "-fPIC", "-fvisibility=hidden"]
+        command = [compiler, *flags, str(HERE / "front" / f"{source}.c"), "-o", str(target), "-ldl"]
+        if subprocess.run(command, capture_output=True).returncode:
+            return {}
+        made[suffix] = target.read_bytes()
+    return made
+
+
+def _compiled_kernels(fmu: Path, package: str, cache: Path) -> dict[str, bytes]:
+    """Run the FMU once, in a process and a cache folder of its own, and collect what numba compiled."""
+    script = f"from {__package__}.check import exercise; exercise({str(fmu)!r})"
+    environment = {**os.environ, "DEEPSEA_COSIM_CACHE": str(cache)}
+    environment.pop("NUMBA_CACHE_DIR", None)
+    run = subprocess.run([sys.executable, "-c", script], env=environment, capture_output=True, text=True)
+    if run.returncode:
+        raise PackageError(f"{fmu.name} does not run: {run.stderr.strip().splitlines()[-1]}")
+    root = cache / "deepsea-cosim"
+    return {
+        path.relative_to(root).as_posix(): path.read_bytes()
+        for path in sorted((root / package).rglob("__pycache__/*"))
+        if path.suffix in (".nbi", ".nbc")
+    }
+
+
+def build_fmu(model: Model, folder: Path) -> Path:
+    """Build one FMU into `folder` and return its path."""
+    from pythonfmu.builder import FmuBuilder
+
+    from .readme import readme
+
+    sources = _sources(model)
+    digest = hashlib.sha256()
+    for name, content in sources.items():
+        digest.update(name.encode() + b"\0" + content + b"\0")
+    code = digest.hexdigest()[:12]
+    package = f"deepsea_cosim_{code}"
+    packed = [(f"{package}/{name}", content) for name, content in sources.items()]
+    entry = (HERE / "entry.py.in").read_text()
+    for place, text in (("@PACKAGE@", package), ("@MODULE@", model.module), ("@CLASS@", model.name)):
+        entry = entry.replace(place, text)
+    script = f"{model.name}_{code}"
+    with tempfile.TemporaryDirectory() as scratch_name:
+        scratch = Path(scratch_name)
+        (scratch / f"{script}.py").write_text(entry)
+        (scratch / "code.zip").write_bytes(_zipped(packed))
+        documentation = scratch / "documentation"
+        documentation.mkdir()
+        (documentation / "README.md").write_text(readme(model.name))
+        (documentation / "index.html").write_text('<a href="README.md">README.md</a>\n')
+        os.environ["DEEPSEA_COSIM_CACHE"], before = str(scratch / "cache"), os.environ.get("DEEPSEA_COSIM_CACHE")
+        try:
+            raw = FmuBuilder.build_FMU(
+                scratch / f"{script}.py",
+                dest=scratch,
+                project_files=[scratch / "code.zip"],
+                documentation_folder=documentation,
+            )
+        finally:
+            if before is None:
+                del os.environ["DEEPSEA_COSIM_CACHE"]
+            else:
+                os.environ["DEEPSEA_COSIM_CACHE"] = before
+        with zipfile.ZipFile(raw) as archive:
+            files = {name: archive.read(name) for name in archive.namelist()}
+        # one identity for one content
+        guid = str(uuid.uuid5(uuid.NAMESPACE_URL, f"deepsea-cosim/{model.name}/{code}"))
+        description = files["modelDescription.xml"].decode()
+        start = description.index('guid="') + len('guid="')
+        files["modelDescription.xml"] = (
+            description[:start] + guid + description[description.index('"', start) :]
+        ).encode()
+        if front := compile_front(scratch):
+            binaries = f"binaries/{PLATFORM}/{model.name}"
+            files[f"{binaries}_pythonfmu.so"] = files[f"{binaries}.so"]
+            for suffix, content in front.items():
+                files[f"{binaries}{suffix}.so"] = content
+            files["resources/front.txt"] = sys.platform.encode()
+        draft = scratch / f"{model.name}_draft.fmu"
+        _write_zip(draft, files.items())
+        kernels = _compiled_kernels(draft, package, scratch / "kernels")
+        files["resources/code.zip"] = _zipped([*packed, *kernels.items()])
+        target = folder / f"{model.name}.fmu"
+        _write_zip(target.with_suffix(".part"), files.items())
+        target.with_suffix(".part").replace(target)
+    return target
+
+
+def build(folder: Path, say: Callable[[str], None] = lambda text: None) -> list[Path]:
+    """Build both FMUs and all scenarios into `folder`; `say` gets a line per file. Returns the files."""
+    try:
+        folder.mkdir(parents=True, exist_ok=True)
+        probe = folder / ".writable"
+        probe.touch()
+        probe.unlink()
+    except OSError as error:
+        raise OutputError(f"{folder}: cannot be written ({error.strerror})") from None
+    if c_compiler() is None:
+        say("no C compiler found: the FMUs will report faults as fmi2Fatal instead of fmi2Error")
+    made = []
+    for model in MODELS:
+        made.append(build_fmu(model, folder))
+        say(f"{made[-1]}  {made[-1].stat().st_size / 1024:.0f} kB")
+    fmus = {f"resources/{path.name}": path for path in made}
+    system = _folder("ssp") / "scenarios" / SYSTEM
+    for parameters in sorted(system.glob("*.ssv")):
+        target = folder / f"{parameters.stem}.ssp"
+        packer.pack(system / "SystemStructure.ssd", parameters, fmus, target)
+        made.append(target)
+        say(str(target))
+    return made

@@ -1,0 +1,49 @@
+"""Checks of a finished FMU: does its description hold to the standard, does it load, initialise and step."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+from ..core.errors import PackageError
+
+
+def exercise(fmu: str | Path, steps: int = 3, step: float = 1e-3) -> None:
+    """Load the FMU, initialise it with its defaults, take a few steps, free it. Raises what goes wrong."""
+    import shutil
+
+    from fmpy import extract, read_model_description
+    from fmpy.fmi2 import FMU2Slave
+
+    description = read_model_description(str(fmu), validate=False)
+    folder = extract(str(fmu))
+    try:
+        slave = FMU2Slave(
+            guid=description.guid,
+            unzipDirectory=folder,
+            modelIdentifier=description.coSimulation.modelIdentifier,
+            instanceName="check",
+        )
+        slave.instantiate(loggingOn=True)
+        slave.setupExperiment(startTime=0.0)
+        slave.enterInitializationMode()
+        slave.exitInitializationMode()
+        references = [v.valueReference for v in description.modelVariables if v.causality == "output"]
+        for k in range(steps):
+            slave.doStep(k * step, step)
+            slave.getReal(references)
+        state = slave.getFMUstate()
+        slave.setFMUstate(state)
+        slave.freeFMUstate(state)
+        slave.terminate()
+        slave.freeInstance()
+    finally:
+        shutil.rmtree(folder, ignore_errors=True)
+
+
+def problems(fmu: Path) -> list[str]:
+    """What FMPy's validation finds wrong with the FMU."""
+    if not fmu.is_file():
+        raise PackageError(f"{fmu}: no such file")
+    from fmpy.validation import validate_fmu
+
+    return [str(problem) for problem in validate_fmu(str(fmu))]

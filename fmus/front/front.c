@@ -1,0 +1,208 @@
+/* Front library of the project's FMUs: the FMI 2.0 functions an importer sees, handed on to pythonfmu's library.
+ *
+ * It stands between importer and pythonfmu for one reason: pythonfmu knows only fmi2OK and fmi2Fatal. The FMU's Python
+ * code logs a fault with its status and goes on; this library returns the worst status that was logged during a call.
+ * It switches the log on for that and passes on what the importer asked for: errors always, the rest with loggingOn.
+ *
+ * pythonfmu's library lies beside this one as <modelIdentifier>_pythonfmu.so (and `quiet.c` as _quiet.so). After fmi2Fatal the instance is not
+ * touched any more, because pythonfmu has freed parts of it by then.
+ */
+#define _GNU_SOURCE
+#include <dlfcn.h>
+#include <stdarg.h>
+#include <stddef.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+
+/* the part of the FMI 2.0.4 headers that is needed */
+typedef void *fmi2Component;
+typedef void *fmi2FMUstate;
+typedef void *fmi2ComponentEnvironment;
+typedef unsigned int fmi2ValueReference;
+typedef double fmi2Real;
+typedef int fmi2Integer;
+typedef int fmi2Boolean;
+typedef const char *fmi2String;
+typedef char fmi2Byte;
+typedef int fmi2Status; /* 0 OK, 1 Warning, 2 Discard, 3 Error, 4 Fatal, 5 Pending */
+enum { fmi2OK, fmi2Warning, fmi2Discard, fmi2Error, fmi2Fatal };
+
+typedef void (*Logger)(fmi2ComponentEnvironment, fmi2String, fmi2Status, fmi2String, fmi2String, ...);
+typedef struct {
+    Logger logger;
+    void *(*allocateMemory)(size_t, size_t);
+    void (*freeMemory)(void *);
+    void (*stepFinished)(fmi2ComponentEnvironment, fmi2Status);
+    fmi2ComponentEnvironment componentEnvironment;
+} fmi2CallbackFunctions;
+
+typedef struct {
+    fmi2Component inner;
+    const fmi2CallbackFunctions *importer;
+    fmi2CallbackFunctions mine;
+    fmi2Boolean logging;
+    fmi2Status worst; /* worst status logged during the present call */
+    int lost;         /* a call returned fmi2Fatal */
+} Instance;
+
+static void *library;
+
+static void on_log(fmi2ComponentEnvironment environment, fmi2String name, fmi2Status status, fmi2String category,
+                   fmi2String message, ...)
+{
+    Instance *instance = environment;
+    if (status > instance->worst && status <= fmi2Fatal) instance->worst = status;
+    if ((status >= fmi2Error || instance->logging) && instance->importer && instance->importer->logger)
+        instance->importer->logger(instance->importer->componentEnvironment, name, status, category, message);
+}
+
+/* load a library that lies beside this one and whose name continues this one's */
+static void *beside(const char *suffix, int flags)
+{
+    Dl_info info;
+    char path[4096];
+    size_t length;
+    void *handle;
+    if (!dladdr((void *)&beside, &info) || !info.dli_fname) return NULL;
+    length = strlen(info.dli_fname);
+    if (length < 3 || length + strlen(suffix) >= sizeof path) return NULL;
+    memcpy(path, info.dli_fname, length - 3); /* without .so */
+    strcpy(path + length - 3, suffix);
+    handle = dlopen(path, flags);
+    if (!handle) fprintf(stderr, "%s\n", dlerror());
+    return handle;
+}
+
+static void *function(const char *name)
+{
+    if (!library) {
+        beside("_quiet.so", RTLD_NOW | RTLD_GLOBAL);
+        library = beside("_pythonfmu.so", RTLD_NOW | RTLD_LOCAL);
+    }
+    return library ? dlsym(library, name) : NULL;
+}
+
+static fmi2Status settled(Instance *instance, fmi2Status status)
+{
+    if (status == fmi2Fatal) instance->lost = 1;
+    return status > instance->worst ? status : instance->worst;
+}
+
+#define EXPORT __attribute__((visibility("default")))
+
+/* define fmi2NAME with the given parameters, calling the same function of pythonfmu's library */
+#define FORWARD(NAME, PARAMETERS, TYPES, ARGUMENTS)                         \
+    EXPORT fmi2Status NAME PARAMETERS                                       \
+    {                                                                       \
+        static fmi2Status(*call) TYPES;                                     \
+        Instance *instance = c;                                             \
+        if (!instance || instance->lost) return fmi2Fatal;                  \
+        if (!call) *(void **)&call = function(#NAME);                       \
+        if (!call) return fmi2Fatal;                                        \
+        instance->worst = fmi2OK;                                           \
+        return settled(instance, call ARGUMENTS);                           \
+    }
+
+EXPORT const char *fmi2GetTypesPlatform(void) { return "default"; }
+EXPORT const char *fmi2GetVersion(void) { return "2.0"; }
+
+EXPORT fmi2Component fmi2Instantiate(fmi2String name, int type, fmi2String guid, fmi2String resources,
+                                     const fmi2CallbackFunctions *functions, fmi2Boolean visible, fmi2Boolean logging)
+{
+    fmi2Component (*call)(fmi2String, int, fmi2String, fmi2String, const fmi2CallbackFunctions *, fmi2Boolean,
+                          fmi2Boolean);
+    Instance *instance = calloc(1, sizeof *instance);
+    if (!instance) return NULL;
+    instance->importer = functions;
+    if (functions) instance->mine = *functions;
+    instance->mine.logger = on_log;
+    instance->mine.componentEnvironment = instance;
+    instance->logging = logging;
+    *(void **)&call = function("fmi2Instantiate");
+    if (call) instance->inner = call(name, type, guid, resources, &instance->mine, visible, 1);
+    if (!instance->inner) {
+        free(instance);
+        return NULL;
+    }
+    return instance;
+}
+
+EXPORT void fmi2FreeInstance(fmi2Component c)
+{
+    void (*call)(fmi2Component);
+    Instance *instance = c;
+    if (!instance) return;
+    *(void **)&call = function("fmi2FreeInstance");
+    if (call && !instance->lost) call(instance->inner);
+    free(instance);
+}
+
+EXPORT fmi2Status fmi2SetDebugLogging(fmi2Component c, fmi2Boolean on, size_t n, const fmi2String categories[])
+{
+    Instance *instance = c;
+    (void)n;
+    (void)categories;
+    if (!instance) return fmi2Error;
+    instance->logging = on;
+    return fmi2OK;
+}
+
+FORWARD(fmi2SetupExperiment,
+        (fmi2Component c, fmi2Boolean td, fmi2Real tol, fmi2Real start, fmi2Boolean sd, fmi2Real stop),
+        (fmi2Component, fmi2Boolean, fmi2Real, fmi2Real, fmi2Boolean, fmi2Real),
+        (instance->inner, td, tol, start, sd, stop))
+FORWARD(fmi2EnterInitializationMode, (fmi2Component c), (fmi2Component), (instance->inner))
+FORWARD(fmi2ExitInitializationMode, (fmi2Component c), (fmi2Component), (instance->inner))
+FORWARD(fmi2Terminate, (fmi2Component c), (fmi2Component), (instance->inner))
+FORWARD(fmi2Reset, (fmi2Component c), (fmi2Component), (instance->inner))
+
+#define ACCESS(KIND, TYPE)                                                                                \
+    FORWARD(fmi2Get##KIND, (fmi2Component c, const fmi2ValueReference vr[], size_t n, TYPE value[]),      \
+            (fmi2Component, const fmi2ValueReference *, size_t, TYPE *), (instance->inner, vr, n, value)) \
+    FORWARD(fmi2Set##KIND, (fmi2Component c, const fmi2ValueReference vr[], size_t n, const TYPE value[]), \
+            (fmi2Component, const fmi2ValueReference *, size_t, const TYPE *), (instance->inner, vr, n, value))
+ACCESS(Real, fmi2Real)
+ACCESS(Integer, fmi2Integer)
+ACCESS(Boolean, fmi2Boolean)
+ACCESS(String, fmi2String)
+
+FORWARD(fmi2GetFMUstate, (fmi2Component c, fmi2FMUstate *state), (fmi2Component, fmi2FMUstate *),
+        (instance->inner, state))
+FORWARD(fmi2SetFMUstate, (fmi2Component c, fmi2FMUstate state), (fmi2Component, fmi2FMUstate),
+        (instance->inner, state))
+FORWARD(fmi2FreeFMUstate, (fmi2Component c, fmi2FMUstate *state), (fmi2Component, fmi2FMUstate *),
+        (instance->inner, state))
+FORWARD(fmi2SerializedFMUstateSize, (fmi2Component c, fmi2FMUstate state, size_t *size),
+        (fmi2Component, fmi2FMUstate, size_t *), (instance->inner, state, size))
+FORWARD(fmi2SerializeFMUstate, (fmi2Component c, fmi2FMUstate state, fmi2Byte bytes[], size_t size),
+        (fmi2Component, fmi2FMUstate, fmi2Byte *, size_t), (instance->inner, state, bytes, size))
+FORWARD(fmi2DeSerializeFMUstate, (fmi2Component c, const fmi2Byte bytes[], size_t size, fmi2FMUstate *state),
+        (fmi2Component, const fmi2Byte *, size_t, fmi2FMUstate *), (instance->inner, bytes, size, state))
+FORWARD(fmi2DoStep, (fmi2Component c, fmi2Real t, fmi2Real h, fmi2Boolean keep),
+        (fmi2Component, fmi2Real, fmi2Real, fmi2Boolean), (instance->inner, t, h, keep))
+FORWARD(fmi2CancelStep, (fmi2Component c), (fmi2Component), (instance->inner))
+FORWARD(fmi2GetDirectionalDerivative,
+        (fmi2Component c, const fmi2ValueReference z[], size_t nz, const fmi2ValueReference v[], size_t nv,
+         const fmi2Real dv[], fmi2Real dz[]),
+        (fmi2Component, const fmi2ValueReference *, size_t, const fmi2ValueReference *, size_t, const fmi2Real *,
+         fmi2Real *),
+        (instance->inner, z, nz, v, nv, dv, dz))
+FORWARD(fmi2SetRealInputDerivatives,
+        (fmi2Component c, const fmi2ValueReference vr[], size_t n, const fmi2Integer order[], const fmi2Real value[]),
+        (fmi2Component, const fmi2ValueReference *, size_t, const fmi2Integer *, const fmi2Real *),
+        (instance->inner, vr, n, order, value))
+FORWARD(fmi2GetRealOutputDerivatives,
+        (fmi2Component c, const fmi2ValueReference vr[], size_t n, const fmi2Integer order[], fmi2Real value[]),
+        (fmi2Component, const fmi2ValueReference *, size_t, const fmi2Integer *, fmi2Real *),
+        (instance->inner, vr, n, order, value))
+FORWARD(fmi2GetStatus, (fmi2Component c, int kind, fmi2Status *value), (fmi2Component, int, fmi2Status *),
+        (instance->inner, kind, value))
+FORWARD(fmi2GetRealStatus, (fmi2Component c, int kind, fmi2Real *value), (fmi2Component, int, fmi2Real *),
+        (instance->inner, kind, value))
+FORWARD(fmi2GetIntegerStatus, (fmi2Component c, int kind, fmi2Integer *value), (fmi2Component, int, fmi2Integer *),
+        (instance->inner, kind, value))
+FORWARD(fmi2GetBooleanStatus, (fmi2Component c, int kind, fmi2Boolean *value), (fmi2Component, int, fmi2Boolean *),
+        (instance->inner, kind, value))
+FORWARD(fmi2GetStringStatus, (fmi2Component c, int kind, fmi2String *value), (fmi2Component, int, fmi2String *),
+        (instance->inner, kind, value))

@@ -1,0 +1,72 @@
+"""DeepseaHydraulics: the hydraulic circuit as an FMU."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+
+from ..core.errors import SimulationError
+from ..hydraulics_fmu import circuit, integrator
+from ..hydraulics_fmu.steady import steady_state
+from ..hydraulics_fmu.variables import HYDRAULICS
+from .slave import Slave
+
+JUMP_RATE = 1.0
+"""A commanded displacement that changes faster [m/s] from step to step is a jump and not continued as a slope."""
+
+_FAULTS = {
+    integrator.TOO_SMALL: "the integration step fell below what time resolves",
+    integrator.TOO_MANY: "the integration needs too many steps",
+}
+
+
+class DeepseaHydraulics(Slave):
+    """Inputs are taken at the start of a step: x_h moves on with v_h, x_ref with the slope of its last change."""
+
+    table = HYDRAULICS
+
+    def __init__(self, **kwargs: Any):
+        super().__init__(**kwargs)
+        self.description = "Deep-sea valve-controlled hydraulic cylinder: oil, lines, servo valve, compensator, PID"
+        self._x, self._v, self._ref, self._hold = (HYDRAULICS.index(n) for n in ("x_h", "v_h", "x_ref", "F_hold"))
+
+    def build(self, parameters: dict[str, Any]) -> None:
+        self.c = circuit.constants(parameters)
+        self.scale = circuit.state_scales(self.c)
+        self.y = steady_state(self.c, float(self.values[self._hold]))
+        self.w = np.zeros(integrator.workspace_size(int(parameters["line.segments"])))
+        self.w[integrator.AGE] = -1.0
+        self.out = np.zeros(len(circuit.OUTPUTS))
+        self.last_ref: tuple[float, float] | None = None
+        self.ref_rate = 0.0
+
+    def advance(self, t: float, h: float) -> list[float]:
+        values = self.values
+        x, v, ref = values[self._x], values[self._v], values[self._ref]
+        rate = 0.0
+        if self.last_ref is not None and self.last_ref[0] < t:
+            rate = (ref - self.last_ref[1]) / (t - self.last_ref[0])
+            if abs(rate) > JUMP_RATE:
+                rate = 0.0
+        fault = integrator.advance(self.y, self.w, self.c, self.scale, t, h, x, v, ref, rate)
+        if fault:
+            raise SimulationError(f"{_FAULTS[fault]} at t = {t:g} s, step {h:g} s", t)
+        self.last_ref, self.ref_rate = (t, ref), rate
+        circuit.outputs_at(self.y, self.c, t, h, x, v, ref, rate, self.out)
+        return self.out.tolist()
+
+    def outputs(self) -> list[float]:
+        values = self.values
+        circuit.outputs_at(
+            self.y, self.c, self.time, 0.0, values[self._x], values[self._v], values[self._ref], self.ref_rate, self.out
+        )
+        return self.out.tolist()
+
+    def get_model_state(self) -> dict[str, Any]:
+        return {"y": self.y.copy(), "w": self.w.copy(), "last_ref": self.last_ref, "ref_rate": self.ref_rate}
+
+    def set_model_state(self, state: dict[str, Any]) -> None:
+        self.y[:], self.w[:] = state["y"], state["w"]
+        self.last_ref = tuple(state["last_ref"]) if state["last_ref"] else None
+        self.ref_rate = state["ref_rate"]

@@ -1,0 +1,252 @@
+"""The project's base class over pythonfmu's Fmi2Slave: one variable table instead of registered attributes.
+
+What pythonfmu leaves to be desired and this adds: units, ranges, nominals and InitialUnknowns in the model description;
+range checks with messages that name variable, value and range; errors as fmi2Error with a traceback for bugs, instead
+of fmi2Fatal, which destroys the instance; complete state; inputs that act on outputs before the next step.
+
+pythonfmu's library turns every exception into fmi2Fatal and frees the Python object. So no exception may leave a
+method. The fault goes to the log with status fmi2Error, and the front library (`front/front.c`) returns the worst
+status that was logged during a call. Without the front library the exception is let through.
+"""
+
+from __future__ import annotations
+
+import ctypes
+import json
+import sys
+import threading
+import traceback
+from collections.abc import Callable
+from functools import wraps
+from pathlib import Path
+from typing import Any, ClassVar
+
+import numpy as np
+from pythonfmu import Fmi2Slave
+from pythonfmu.enums import Fmi2Status
+
+from ..core.errors import CosimError, ParameterError, SimulationError
+from ..core.variables import VariableTable
+from .description import model_description
+
+_thread = threading.local()
+
+
+def keep_thread_state() -> None:
+    """Keep this thread's Python state alive between calls: an importer that is not Python pays 2 us a call, not 20."""
+    if not getattr(_thread, "kept", False):
+        ctypes.pythonapi.PyGILState_Ensure()
+        _thread.kept = True
+
+
+def reported(otherwise: Any) -> Callable[..., Any]:
+    """Decorator: an exception is logged as fmi2Error and `otherwise` returned; see the module's text."""
+
+    def decorate(method: Callable[..., Any]) -> Callable[..., Any]:
+        @wraps(method)
+        def guarded(self: Slave, *args: Any) -> Any:
+            try:
+                return method(self, *args)
+            except Exception as error:
+                self.log_error(error)
+                if not self.has_front:
+                    raise
+                return otherwise(*args) if callable(otherwise) else otherwise
+
+        return guarded
+
+    return decorate
+
+
+def _nan(vrs: list[int]) -> list[float]:
+    return [float("nan")] * len(vrs)
+
+
+class Slave(Fmi2Slave):
+    """Base of the project's FMUs. A subclass names its table and implements `build`, `advance` and `outputs`."""
+
+    table: ClassVar[VariableTable]
+    author = "deepsea-cosim"
+    license = "MIT"
+
+    def __init__(self, **kwargs: Any):
+        super().__init__(**kwargs)
+        keep_thread_state()
+        marker = Path(self.resources or ".") / "front.txt"
+        self.has_front = marker.is_file() and marker.read_text().strip() == sys.platform
+        self.values: list[Any] = [0.0 if v.start is None else v.start for v in self.table]
+        self._low = [-float("inf") if v.min is None else v.min for v in self.table]
+        self._high = [float("inf") if v.max is None else v.max for v in self.table]
+        self._first_output = next(i for i, v in enumerate(self.table) if v.causality == "output")
+        self._is_input = [v.causality == "input" for v in self.table]
+        self.time = 0.0
+        self.running = False
+        self._stale = True
+
+    # what a subclass provides
+
+    def build(self, parameters: dict[str, Any]) -> None:
+        """Make the model in its initial state from checked parameters and the present inputs."""
+        raise NotImplementedError
+
+    def advance(self, t: float, h: float) -> list[float]:
+        """Advance the model from t over h [s] and return the outputs at t + h in the table's order."""
+        raise NotImplementedError
+
+    def outputs(self) -> list[float]:
+        """Outputs for the present state and inputs."""
+        raise NotImplementedError
+
+    def get_model_state(self) -> dict[str, Any]:
+        """Everything in the model that time changes."""
+        raise NotImplementedError
+
+    def set_model_state(self, state: dict[str, Any]) -> None:
+        """Restore what `get_model_state` gave."""
+        raise NotImplementedError
+
+    # FMI calls
+
+    def to_xml(self, model_options: dict[str, str] | None = None) -> Any:
+        """The complete model description, from the variable table."""
+        return model_description(
+            self.modelName, self.table, str(self.guid), self.description or "", {**(model_options or {})}
+        )
+
+    @reported(None)
+    def setup_experiment(self, start_time: float, *_: Any) -> None:
+        self.time = start_time
+
+    @reported(None)
+    def enter_initialization_mode(self) -> None:
+        pass
+
+    @reported(None)
+    def exit_initialization_mode(self) -> None:
+        self._refresh()
+        self.running = True
+
+    @reported(None)
+    def terminate(self) -> None:
+        pass
+
+    @reported(False)
+    def do_step(self, current_time: float, step_size: float) -> bool:
+        if not self.running:
+            raise SimulationError("doStep was called before the initialization was finished")
+        if not 0.0 < step_size < float("inf"):
+            raise ParameterError(f"communication step size = {step_size:g} s; it has to be positive")
+        self._take(self.advance(current_time, step_size), current_time + step_size)
+        self.time = current_time + step_size
+        self._stale = False
+        return True
+
+    @reported(_nan)
+    def get_real(self, vrs: list[int]) -> list[float]:
+        if self._stale:
+            self._refresh()
+        values = self.values
+        return [values[i] for i in vrs]
+
+    @reported(lambda vrs: [0] * len(vrs))
+    def get_integer(self, vrs: list[int]) -> list[int]:
+        return [int(self.values[i]) for i in vrs]
+
+    @reported(lambda vrs: [False] * len(vrs))
+    def get_boolean(self, vrs: list[int]) -> list[bool]:
+        return [bool(self.values[i]) for i in vrs]
+
+    @reported(lambda vrs: [""] * len(vrs))
+    def get_string(self, vrs: list[int]) -> list[str]:
+        raise ParameterError("this FMU has no string variables")
+
+    @reported(None)
+    def set_real(self, vrs: list[int], values: list[float]) -> None:
+        low, high, mine = self._low, self._high, self.values
+        for i, value in zip(vrs, values, strict=True):
+            if not low[i] <= value <= high[i]:
+                self.table[i].check(value)
+            if not self._is_input[i]:
+                self._may_set(i)
+            mine[i] = value
+        self._stale = True
+
+    @reported(None)
+    def set_integer(self, vrs: list[int], values: list[int]) -> None:
+        for i, value in zip(vrs, values, strict=True):
+            self._may_set(i)
+            self.values[i] = int(self.table[i].check(value))
+        self._stale = True
+
+    @reported(None)
+    def set_boolean(self, vrs: list[int], values: list[bool]) -> None:
+        for i, value in zip(vrs, values, strict=True):
+            self._may_set(i)
+            self.values[i] = bool(value)
+        self._stale = True
+
+    @reported(None)
+    def set_string(self, vrs: list[int], values: list[str]) -> None:
+        raise ParameterError("this FMU has no string variables")
+
+    def _get_fmu_state(self) -> dict[str, Any]:
+        if self._stale:
+            self._refresh()
+        return {
+            "values": list(self.values),
+            "time": self.time,
+            "running": self.running,
+            "model": self.get_model_state(),
+        }
+
+    @reported(None)
+    def _set_fmu_state(self, state: dict[str, Any]) -> None:
+        self.values = list(state["values"])
+        self.build(self._parameters())
+        self.set_model_state(state["model"])
+        self.time, self.running = state["time"], state["running"]
+        self._stale = False
+
+    @staticmethod
+    def _fmu_state_to_bytes(state: dict[str, Any]) -> bytes:
+        return json.dumps(state, default=np.ndarray.tolist).encode()
+
+    @staticmethod
+    def _fmu_state_from_bytes(state: bytes) -> dict[str, Any]:
+        return json.loads(state)
+
+    # helpers
+
+    def log_error(self, error: Exception) -> None:
+        """Log an error: its text for a user's mistake, the traceback as well for a fault of ours."""
+        text = str(error) if isinstance(error, CosimError) else traceback.format_exc().strip()
+        self.log(text.replace("%", "%%"), Fmi2Status.error)
+
+    def value(self, name: str) -> Any:
+        """Present value of a variable."""
+        return self.values[self.table.index(name)]
+
+    def _parameters(self) -> dict[str, Any]:
+        return {v.name: self.values[i] for i, v in enumerate(self.table) if v.causality == "parameter"}
+
+    def _may_set(self, i: int) -> None:
+        variable = self.table[i]
+        if variable.causality == "output":
+            raise ParameterError(f"output '{variable.name}' cannot be set")
+        if self.running and variable.causality == "parameter":
+            raise ParameterError(f"parameter '{variable.name}' is fixed; it can only be set before the run starts")
+
+    def _refresh(self) -> None:
+        """Bring the outputs up to date with inputs and parameters."""
+        if not self.running:
+            self.build(self._parameters())
+        self._take(self.outputs(), self.time)
+        self._stale = False
+
+    def _take(self, outputs: list[float], t: float) -> None:
+        total = sum(outputs)
+        if total - total != 0.0:  # one of them is inf or NaN
+            first = self._first_output
+            bad = [self.table[first + k].name for k, value in enumerate(outputs) if value - value != 0.0]
+            raise SimulationError(f"not finite at t = {t:g} s: {', '.join(bad)}", t)
+        self.values[self._first_output : self._first_output + len(outputs)] = outputs

@@ -1,0 +1,167 @@
+"""Error-controlled stiff integration of the circuit over one communication step (Rosenbrock-W, see `tableau`).
+
+The Jacobian is built from differences, one evaluation per border state and three for the whole chain, and kept for
+several steps, which a W-method allows without loss of order; the step is cut at the corners of the built-in command.
+All memory of an instance is the state `y` and the workspace `w` (flat, `workspace_size`), so both together are what
+has to be saved and restored.
+"""
+
+from __future__ import annotations
+
+from ..core.jit import kernel
+from .bordered import factorise, solve
+from .circuit import BORDER, HOLD, RAMP, RTOL, SEGMENTS, T_START, USE_INPUT, command, derivatives
+from .tableau import GAMMA, NODES, A, C, E, M
+
+STAGES = 4
+STEP, AGE, FACTORED = 0, 1, 2
+"""Scalars at the start of the workspace: proposed step [s], age of the Jacobian (-1 = none), sigma of the factors."""
+SCALARS = 4
+PORTS = 4
+MAX_AGE = 20
+MAX_STEPS = 200_000
+
+OK, TOO_SMALL, TOO_MANY = 0, 1, 2
+"""What `advance` returns: done; the step fell below what time resolves; too many steps."""
+
+
+def workspace_size(segments: int) -> int:
+    """Length of the workspace for lines of so many segments."""
+    nc, m = 2 * (2 * segments - 1), BORDER
+    jacobian = 3 * nc + nc * m + PORTS + m * m
+    factors = nc + nc * m + m * m + m
+    return SCALARS + jacobian + factors + (STAGES + 3) * (nc + m)
+
+
+@kernel
+def next_corner(t: float, t_end: float, c: object) -> float:
+    """The next corner of the built-in command after t [s], or t_end when that comes first."""
+    corner = c[T_START]
+    if c[USE_INPUT] == 0.0:
+        for i in range(4):
+            if t + 1e-9 < corner < t_end - 1e-9:
+                return corner
+            corner += c[HOLD] if i == 1 else c[RAMP]
+    return t_end
+
+
+@kernel
+def advance(
+    y: object, w: object, c: object, scale: object,
+    t_0: float, h: float, x_0: float, v_h: float, x_ref: float, ref_rate: float,
+) -> int:  # fmt: skip
+    """Advance y in place from t_0 over h [s]; the rod moves as x_0 + v_h (t - t_0), the input command likewise.
+
+    Returns OK, TOO_SMALL or TOO_MANY. The largest error over all states, each divided by its scale, is kept below the
+    relative tolerance c[RTOL] in every step.
+    """
+    n = int(c[SEGMENTS])
+    nc = 2 * (2 * n - 1)
+    m = BORDER
+    ny = nc + m
+    # the rooms of the workspace
+    a = SCALARS
+    sub, a = w[a : a + nc], a + nc
+    dia, a = w[a : a + nc], a + nc
+    sup, a = w[a : a + nc], a + nc
+    B, a = w[a : a + nc * m].reshape(nc, m), a + nc * m
+    feed, a = w[a : a + PORTS], a + PORTS
+    D, a = w[a : a + m * m].reshape(m, m), a + m * m
+    pivot, a = w[a : a + nc], a + nc
+    Z, a = w[a : a + nc * m].reshape(nc, m), a + nc * m
+    S, a = w[a : a + m * m].reshape(m, m), a + m * m
+    order, a = w[a : a + m], a + m
+    U, a = w[a : a + STAGES * ny].reshape(STAGES, ny), a + STAGES * ny
+    f0, a = w[a : a + ny], a + ny
+    yp, a = w[a : a + ny], a + ny
+    f = w[a : a + ny]
+    port = (0, nc // 2 - 1, nc // 2, nc - 1)  # the chain columns that feed the border rows pa, p1, p2, pb
+
+    t_end = t_0 + h
+    t = t_0
+    tiny = 1e-13 * max(abs(t_end), h)
+    if w[STEP] <= 0.0:
+        w[STEP] = 1e-5
+    for _ in range(MAX_STEPS):
+        if t >= t_end - tiny:
+            return OK
+        # the command is linear up to its next corner, so its rate is a difference
+        stop = next_corner(t, t_end, c)
+        left = stop - t
+        step = left if w[STEP] >= 0.999999 * left else (0.5 * left if w[STEP] > 0.5 * left else w[STEP])
+        r = command(t, t_0, x_ref, ref_rate, c)
+        rate = (command(stop, t_0, x_ref, ref_rate, c) - r) / left
+        sigma = 1.0 / (step * GAMMA)
+        for s in range(STAGES):
+            for i in range(ny):
+                total = y[i]
+                for q in range(s):
+                    total += A[s, q] * U[q, i]
+                yp[i] = total
+            dt = NODES[s] * step
+            derivatives(yp, c, x_0 + v_h * (t + dt - t_0), v_h, r + rate * dt, rate, f)
+            if s == 0:
+                if w[AGE] < 0.0 or w[AGE] >= MAX_AGE:
+                    for i in range(ny):
+                        f0[i] = f[i]
+                    for colour in range(3 + m):  # every third state of the chain, then each border state alone
+                        first = colour if colour < 3 else nc + colour - 3
+                        jump = 3 if colour < 3 else ny
+                        last = nc if colour < 3 else ny
+                        for i in range(first, last, jump):
+                            yp[i] = y[i] + 1e-7 * (abs(y[i]) + scale[i])
+                        derivatives(yp, c, x_0 + v_h * (t - t_0), v_h, r, rate, f)
+                        for i in range(first, last, jump):
+                            d = yp[i] - y[i]
+                            yp[i] = y[i]
+                            if i < nc:
+                                dia[i] = (f[i] - f0[i]) / d
+                                if i > 0:
+                                    sup[i - 1] = (f[i - 1] - f0[i - 1]) / d
+                                if i < nc - 1:
+                                    sub[i + 1] = (f[i + 1] - f0[i + 1]) / d
+                                for e in range(PORTS):
+                                    if port[e] == i:
+                                        feed[e] = (f[nc + e] - f0[nc + e]) / d
+                            else:
+                                for k in range(nc):
+                                    B[k, i - nc] = (f[k] - f0[k]) / d
+                                for k in range(m):
+                                    D[k, i - nc] = (f[nc + k] - f0[nc + k]) / d
+                    # the lines meet only in the border
+                    sub[nc // 2] = 0.0
+                    sup[nc // 2 - 1] = 0.0
+                    for i in range(ny):
+                        f[i] = f0[i]
+                    w[AGE] = 0.0
+                    w[FACTORED] = 0.0
+                if abs(w[FACTORED] - sigma) > 1e-9 * sigma:
+                    factorise(sub, dia, sup, B, port, feed, D, sigma, pivot, Z, S, order)
+                    w[FACTORED] = sigma
+            for i in range(ny):
+                total = f[i]
+                for q in range(s):
+                    total += C[s, q] / step * U[q, i]
+                U[s, i] = total
+            solve(sub, sup, port, feed, pivot, Z, S, order, U[s])
+        error = 0.0
+        for i in range(ny):
+            e = abs(E[0] * U[0, i] + E[1] * U[1, i] + E[2] * U[2, i] + E[3] * U[3, i]) / scale[i]
+            if not (e <= error):  # also true for NaN, which must not pass
+                error = e
+        error /= c[RTOL]
+        if error <= 1.0:
+            for i in range(ny):
+                y[i] += M[0] * U[0, i] + M[1] * U[1, i] + M[2] * U[2, i] + M[3] * U[3, i]
+            t = stop if step == left else t + step
+            w[AGE] += 1.0
+            proposal = step * min(0.9 * (1.0 / max(error, 1e-6)) ** (1.0 / 3.0), 4.0)
+            # a step cut short by the end says nothing against a longer one
+            w[STEP] = min(proposal if step < left else max(proposal, min(w[STEP], 2.0 * proposal)), 0.1)
+        elif w[AGE] > 0.0:
+            w[AGE] = -1.0  # the fault may be the old Jacobian's: try again with a new one
+        else:
+            w[STEP] = step * (max(0.2, 0.9 * (1.0 / error) ** (1.0 / 3.0)) if error < 1e30 else 0.1)
+            if w[STEP] < 1e-14 * max(abs(t_end), 1.0):
+                return TOO_SMALL
+    return TOO_MANY

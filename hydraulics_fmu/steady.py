@@ -1,0 +1,113 @@
+"""The state at rest from which every run starts: nothing moves until the command or the load does."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from ..core.jit import kernel
+from .circuit import (
+    A1,
+    A2,
+    A_C,
+    ALPHA,
+    BORDER,
+    C_L,
+    ETA0,
+    I_MAX,
+    K_C,
+    LINE_R,
+    P_AM,
+    P_CRACK,
+    PRECOMPRESSION,
+    SEGMENTS,
+    VARIABLE,
+    land,
+)  # fmt: skip
+from .line import mean_viscosity
+from .oil import viscosity
+
+SMALLEST_OPENING = 1e-6
+
+
+@kernel
+def line_nodes(P_start: float, q: float, sign: float, c: object, nodes: object) -> None:
+    """Write the n + 1 node pressures of a line that passes q [m3/s], from the end P_start [Pa]; sign -1 follows q."""
+    n = len(nodes) - 1
+    nodes[0] = P_start
+    for j in range(n):
+        P = nodes[j]
+        for _ in range(50):
+            if c[VARIABLE] != 0.0:
+                eta = mean_viscosity(nodes[j], P, c[ETA0], c[ALPHA])
+            else:  # Eq. 21: the lower of the two port pressures, with equal losses of all segments
+                eta = viscosity(min(P_start, P_start + n * (P - nodes[j])), c[ETA0], c[ALPHA])
+            P_next = nodes[j] + sign * c[LINE_R] * eta * q
+            if P_next == P:
+                break
+            P = P_next
+        nodes[j + 1] = P
+
+
+@kernel
+def opening_for(q: float, P_from: float, P_to: float, c: object) -> float:
+    """Opening at which a land passes q [m3/s] from P_from to P_to [Pa]; 1 when even the full land does not."""
+    low, high = 0.0, 1.0
+    for _ in range(60):
+        middle = 0.5 * (low + high)
+        if land(middle, P_from, P_to, c) < q:
+            low = middle
+        else:
+            high = middle
+    return max(high, SMALLEST_OPENING)
+
+
+@kernel
+def steady_state(c: object, F_hold: float) -> object:
+    """State (ny,) at rest in which the pressures hold the force F_hold [N].
+
+    The spool stands where its flow replaces the piston's leakage q, and the integral part of the controller holds it
+    there. Unknown is P2: the force gives P1, q follows, Eq. 22 gives both lines' losses, and both lands must pass q
+    at one opening. The difference of the lands' flows falls with P2, so bisection closes it. When the supply cannot
+    hold F_hold, P2 stands at an end of its range and the machine will move.
+    """
+    n = int(c[SEGMENTS])
+    Pt = c[P_AM] + c[K_C] * c[PRECOMPRESSION] / c[A_C]
+    P_top = Pt + c[P_CRACK]
+    nodes_a = np.empty(n + 1)
+    nodes_b = np.empty(n + 1)
+    low, high = Pt, P_top
+    q = 0.0
+    x_v = 0.0
+    for _ in range(100):
+        P_2 = 0.5 * (low + high)
+        P_1 = c[P_AM] + (F_hold + (P_2 - c[P_AM]) * c[A2]) / c[A1]
+        q = c[C_L] * (P_1 - P_2)
+        line_nodes(P_1, q, 1.0, c, nodes_a)  # from the chamber back to port a
+        line_nodes(P_2, q, -1.0, c, nodes_b)
+        Pa, Pb = nodes_a[n], nodes_b[n]
+        if q >= 0.0:
+            x_v = opening_for(q, Pb, Pt, c)
+            surplus = land(x_v, P_top, Pa, c) - max(q, land(x_v, Pb, Pt, c))
+        else:
+            x_v = -opening_for(-q, P_top, Pb, c)
+            surplus = max(-q, land(-x_v, P_top, Pb, c)) - land(-x_v, Pa, Pt, c)
+        if surplus > 0.0:
+            low = P_2
+        else:
+            high = P_2
+    b = 2 * (2 * n - 1)
+    y = np.zeros(b + BORDER)
+    for j in range(n):
+        y[2 * j] = q
+        y[2 * n - 1 + 2 * j] = q
+        if j > 0:
+            y[2 * j - 1] = nodes_a[n - j]
+            y[2 * n - 2 + 2 * j] = nodes_b[j]
+    y[b] = nodes_a[n]
+    y[b + 1] = nodes_a[0]
+    y[b + 2] = nodes_b[0]
+    y[b + 3] = nodes_b[n]
+    y[b + 4] = Pt
+    if abs(x_v) > SMALLEST_OPENING:
+        y[b + 7] = x_v * c[I_MAX]
+    return y

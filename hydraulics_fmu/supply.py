@@ -1,0 +1,34 @@
+"""Pump and ideal relief valve (Eqs. 4-7): constant pressure above the tank as long as the pump's flow suffices."""
+
+from __future__ import annotations
+
+from ..core.jit import kernel
+from .valve import land_flow
+
+
+@kernel
+def limited_by_pump(demand: float, Q_pump: float) -> float:
+    """Flow [m3/s] into the valve: what it demands at the relief pressure, but never more than the pump delivers."""
+    return min(demand, Q_pump)
+
+
+@kernel
+def supply_pressure(
+    opening: float, P_port: float, P_relief: float, Q_pump: float,
+    k_q: float, diameter: float, lam_crit: float, rho: float, eta0: float, alpha: float,
+) -> float:  # fmt: skip
+    """Pressure [Pa] at port p: the relief valve's while the pump suffices (Eq. 6), else what drives Q_pump.
+
+    The land's flow grows with its supply pressure, so the second case is solved by bisection between the port and
+    the relief pressure.
+    """
+    if land_flow(opening, P_relief, P_port, k_q, diameter, lam_crit, rho, eta0, alpha) <= Q_pump:
+        return P_relief
+    low, high = P_port, P_relief
+    for _ in range(60):
+        middle = 0.5 * (low + high)
+        if land_flow(opening, middle, P_port, k_q, diameter, lam_crit, rho, eta0, alpha) > Q_pump:
+            high = middle
+        else:
+            low = middle
+    return 0.5 * (low + high)

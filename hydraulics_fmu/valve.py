@@ -1,0 +1,48 @@
+"""The servo valve: four lands of equal gain, each an orifice with a laminar-turbulent transition (Eqs. 8-12)."""
+
+from __future__ import annotations
+
+from math import pi, sqrt, tanh
+
+from ..core.jit import kernel
+from .oil import viscosity
+
+CQ_MAX = 0.7
+"""Discharge coefficient of the fully turbulent land (usual value for sharp edges)."""
+
+SMOOTHING = 100.0
+"""Pressure drop [Pa] below which the printed square root is made linear, so that its slope stays finite."""
+
+
+def flow_gain(q_rated: float, dp_rated: float) -> float:
+    """Gain k_q [m3/(s sqrt(Pa))] of one land at full opening, from its rated point."""
+    return q_rated / sqrt(dp_rated)
+
+
+def land_diameter(q_rated: float, dp_rated: float, rho: float) -> float:
+    """Hydraulic diameter [m] of one land at full opening: that of the circle with area q/(CQ_MAX sqrt(2 dp/rho))."""
+    area = q_rated / (CQ_MAX * sqrt(2.0 * dp_rated / rho))
+    return sqrt(4.0 * area / pi)
+
+
+@kernel
+def land_flow(
+    opening: float, P_from: float, P_to: float,
+    k_q: float, diameter: float, lam_crit: float, rho: float, eta0: float, alpha: float,
+) -> float:  # fmt: skip
+    """Flow [m3/s] through one land of relative `opening` (0..1) from pressure P_from to P_to [Pa] (Eqs. 8, 9).
+
+    Q = k_q opening sqrt(dp) tanh(2 lam/lam_crit), with the flow number lam = (d/nu) sqrt(2 dp/rho), nu at the mean
+    of the two pressures and d = diameter sqrt(opening). lam_crit = 0 gives the printed equation, whose square root is
+    made linear below 100 Pa. Negative when P_to is the higher one.
+    """
+    dp = P_from - P_to
+    size = abs(dp)
+    if lam_crit > 0.0:
+        root = sqrt(size)
+        nu = viscosity(0.5 * (P_from + P_to), eta0, alpha) / rho
+        lam = diameter * sqrt(opening) / nu * root * sqrt(2.0 / rho)
+        flow = k_q * opening * root * tanh(2.0 * lam / lam_crit)
+    else:
+        flow = k_q * opening * size / sqrt(sqrt(dp * dp + SMOOTHING * SMOOTHING))
+    return flow if dp >= 0.0 else -flow
