@@ -19,15 +19,14 @@ class DeepseaArm(Slave):
         self.description = "Arm moved by a hydraulic cylinder in sea water, on MuJoCo, with Morison loads"
         self._force = ARM.index("F_h")
 
-    def build(self, parameters: dict[str, Any]) -> None:
-        self.arm = Arm(parameters, self.time)
+    def build(self, parameters: dict[str, float]) -> None:
+        self.arm = Arm(parameters, self.out, self.time)
 
-    def advance(self, t: float, h: float) -> list[float]:
-        self.arm.step(t, h, self.values[self._force])
-        return self.arm.out.tolist()
+    def advance(self, t: float, h: float) -> None:
+        self.arm.step(t, h, self.values.item(self._force))
 
-    def outputs(self) -> list[float]:
-        return self.arm.report(self.values[self._force]).tolist()
+    def outputs(self) -> None:
+        self.arm.report(self.values.item(self._force))
 
     def get_model_state(self) -> dict[str, Any]:
         return {"arm": self.arm.get_state()}

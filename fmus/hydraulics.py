@@ -31,19 +31,18 @@ class DeepseaHydraulics(Slave):
         self.description = "Deep-sea valve-controlled hydraulic cylinder: oil, lines, servo valve, compensator, PID"
         self._x, self._v, self._ref, self._hold = (HYDRAULICS.index(n) for n in ("x_h", "v_h", "x_ref", "F_hold"))
 
-    def build(self, parameters: dict[str, Any]) -> None:
+    def build(self, parameters: dict[str, float]) -> None:
         self.c = circuit.constants(parameters)
         self.scale = circuit.state_scales(self.c)
         self.y = steady_state(self.c, float(self.values[self._hold]))
         self.w = np.zeros(integrator.workspace_size(int(parameters["line.segments"])))
         self.w[integrator.AGE] = -1.0
-        self.out = np.zeros(len(circuit.OUTPUTS))
         self.last_ref: tuple[float, float] | None = None
         self.ref_rate = 0.0
 
-    def advance(self, t: float, h: float) -> list[float]:
+    def advance(self, t: float, h: float) -> None:
         values = self.values
-        x, v, ref = values[self._x], values[self._v], values[self._ref]
+        x, v, ref = values.item(self._x), values.item(self._v), values.item(self._ref)
         rate = 0.0
         if self.last_ref is not None and self.last_ref[0] < t:
             rate = (ref - self.last_ref[1]) / (t - self.last_ref[0])
@@ -54,14 +53,11 @@ class DeepseaHydraulics(Slave):
             raise SimulationError(f"{_FAULTS[fault]} at t = {t:g} s, step {h:g} s", t)
         self.last_ref, self.ref_rate = (t, ref), rate
         circuit.outputs_at(self.y, self.c, t, h, x, v, ref, rate, self.out)
-        return self.out.tolist()
 
-    def outputs(self) -> list[float]:
+    def outputs(self) -> None:
         values = self.values
-        circuit.outputs_at(
-            self.y, self.c, self.time, 0.0, values[self._x], values[self._v], values[self._ref], self.ref_rate, self.out
-        )
-        return self.out.tolist()
+        x, v, ref = values.item(self._x), values.item(self._v), values.item(self._ref)
+        circuit.outputs_at(self.y, self.c, self.time, 0.0, x, v, ref, self.ref_rate, self.out)
 
     def get_model_state(self) -> dict[str, Any]:
         return {"y": self.y.copy(), "w": self.w.copy(), "last_ref": self.last_ref, "ref_rate": self.ref_rate}

@@ -74,27 +74,34 @@ class Slave(Fmi2Slave):
         keep_thread_state()
         marker = Path(self.resources or ".") / "front.txt"
         self.has_front = marker.is_file() and marker.read_text().strip() == sys.platform
-        self.values: list[Any] = [0.0 if v.start is None else v.start for v in self.table]
-        self._low = [-float("inf") if v.min is None else v.min for v in self.table]
-        self._high = [float("inf") if v.max is None else v.max for v in self.table]
-        self._first_output = next(i for i, v in enumerate(self.table) if v.causality == "output")
-        self._is_input = [v.causality == "input" for v in self.table]
+        self.values = np.array([0.0 if v.start is None else v.start for v in self.table], dtype=np.float64)
+        self._low = np.array([-np.inf if v.min is None else v.min for v in self.table])
+        self._high = np.array([np.inf if v.max is None else v.max for v in self.table])
+        self._is_input = np.array([v.causality == "input" and v.kind == "Real" for v in self.table], dtype=np.uint8)
+        self._stale = np.ones(1, dtype=np.int32)
+        outputs = [i for i, v in enumerate(self.table) if v.causality == "output"]
+        self.out = self.values[outputs[0] : outputs[-1] + 1]
+        """The outputs' part of `values`; the table has them in a row."""
+        self._zeros = np.zeros(len(outputs))
         self.time = 0.0
         self.running = False
-        self._stale = True
+        if self.has_front:
+            arrays = (self.values, self._low, self._high, self._is_input, self._stale)
+            places = " ".join(f"{array.ctypes.data:#x}" for array in arrays)
+            self.log(f"{places} {len(self.values)}", Fmi2Status.ok, "front")
 
     # what a subclass provides
 
-    def build(self, parameters: dict[str, Any]) -> None:
+    def build(self, parameters: dict[str, float]) -> None:
         """Make the model in its initial state from checked parameters and the present inputs."""
         raise NotImplementedError
 
-    def advance(self, t: float, h: float) -> list[float]:
-        """Advance the model from t over h [s] and return the outputs at t + h in the table's order."""
+    def advance(self, t: float, h: float) -> None:
+        """Advance the model from t over h [s] and write the outputs at t + h into `out`."""
         raise NotImplementedError
 
-    def outputs(self) -> list[float]:
-        """Outputs for the present state and inputs."""
+    def outputs(self) -> None:
+        """Write the outputs for the present state and inputs into `out`."""
         raise NotImplementedError
 
     def get_model_state(self) -> dict[str, Any]:
@@ -136,17 +143,16 @@ class Slave(Fmi2Slave):
             raise SimulationError("doStep was called before the initialization was finished")
         if not 0.0 < step_size < float("inf"):
             raise ParameterError(f"communication step size = {step_size:g} s; it has to be positive")
-        self._take(self.advance(current_time, step_size), current_time + step_size)
+        self.advance(current_time, step_size)
         self.time = current_time + step_size
-        self._stale = False
+        self._settle()
         return True
 
     @reported(_nan)
     def get_real(self, vrs: list[int]) -> list[float]:
-        if self._stale:
+        if self._stale[0]:
             self._refresh()
-        values = self.values
-        return [values[i] for i in vrs]
+        return self.values[vrs].tolist()
 
     @reported(lambda vrs: [0] * len(vrs))
     def get_integer(self, vrs: list[int]) -> list[int]:
@@ -162,38 +168,36 @@ class Slave(Fmi2Slave):
 
     @reported(None)
     def set_real(self, vrs: list[int], values: list[float]) -> None:
-        low, high, mine = self._low, self._high, self.values
         for i, value in zip(vrs, values, strict=True):
-            if not low[i] <= value <= high[i]:
-                self.table[i].check(value)
+            self.table[i].check(value)
             if not self._is_input[i]:
                 self._may_set(i)
-            mine[i] = value
-        self._stale = True
+            self.values[i] = value
+        self._stale[0] = 1
 
     @reported(None)
     def set_integer(self, vrs: list[int], values: list[int]) -> None:
         for i, value in zip(vrs, values, strict=True):
             self._may_set(i)
             self.values[i] = int(self.table[i].check(value))
-        self._stale = True
+        self._stale[0] = 1
 
     @reported(None)
     def set_boolean(self, vrs: list[int], values: list[bool]) -> None:
         for i, value in zip(vrs, values, strict=True):
             self._may_set(i)
             self.values[i] = bool(value)
-        self._stale = True
+        self._stale[0] = 1
 
     @reported(None)
     def set_string(self, vrs: list[int], values: list[str]) -> None:
         raise ParameterError("this FMU has no string variables")
 
     def _get_fmu_state(self) -> dict[str, Any]:
-        if self._stale:
+        if self._stale[0]:
             self._refresh()
         return {
-            "values": list(self.values),
+            "values": self.values.copy(),
             "time": self.time,
             "running": self.running,
             "model": self.get_model_state(),
@@ -201,11 +205,12 @@ class Slave(Fmi2Slave):
 
     @reported(None)
     def _set_fmu_state(self, state: dict[str, Any]) -> None:
-        self.values = list(state["values"])
+        self.values[:] = state["values"]
+        self.time, self.running = state["time"], state["running"]
         self.build(self._parameters())
         self.set_model_state(state["model"])
-        self.time, self.running = state["time"], state["running"]
-        self._stale = False
+        self.values[:] = state["values"]
+        self._stale[0] = 0
 
     @staticmethod
     def _fmu_state_to_bytes(state: dict[str, Any]) -> bytes:
@@ -222,12 +227,9 @@ class Slave(Fmi2Slave):
         text = str(error) if isinstance(error, CosimError) else traceback.format_exc().strip()
         self.log(text.replace("%", "%%"), Fmi2Status.error)
 
-    def value(self, name: str) -> Any:
-        """Present value of a variable."""
-        return self.values[self.table.index(name)]
-
-    def _parameters(self) -> dict[str, Any]:
-        return {v.name: self.values[i] for i, v in enumerate(self.table) if v.causality == "parameter"}
+    def _parameters(self) -> dict[str, float]:
+        values = self.values.tolist()
+        return {v.name: values[i] for i, v in enumerate(self.table) if v.causality == "parameter"}
 
     def _may_set(self, i: int) -> None:
         variable = self.table[i]
@@ -240,13 +242,13 @@ class Slave(Fmi2Slave):
         """Bring the outputs up to date with inputs and parameters."""
         if not self.running:
             self.build(self._parameters())
-        self._take(self.outputs(), self.time)
-        self._stale = False
+        self.outputs()
+        self._settle()
 
-    def _take(self, outputs: list[float], t: float) -> None:
-        total = sum(outputs)
-        if total - total != 0.0:  # one of them is inf or NaN
-            first = self._first_output
-            bad = [self.table[first + k].name for k, value in enumerate(outputs) if value - value != 0.0]
-            raise SimulationError(f"not finite at t = {t:g} s: {', '.join(bad)}", t)
-        self.values[self._first_output : self._first_output + len(outputs)] = outputs
+    def _settle(self) -> None:
+        """Declare the outputs up to date after a look at whether they are finite."""
+        if self.out.dot(self._zeros) != 0.0:  # 0 * inf and 0 * NaN are NaN
+            names = [v.name for v in self.table.of("output")]
+            bad = [f"{name} = {value:g}" for name, value in zip(names, self.out, strict=True) if not np.isfinite(value)]
+            raise SimulationError(f"not finite at t = {self.time:g} s: {', '.join(bad)}", self.time)
+        self._stale[0] = 0

@@ -24,9 +24,12 @@ MAX_STEP = 1e-3
 
 
 class Arm:
-    """State theta [rad], omega [rad/s] at time t [s], driven by the cylinder force F_h [N]; starts at rest at theta0."""
+    """State theta [rad], omega [rad/s] at time t [s], driven by the cylinder force F_h [N]; starts at rest at theta0.
 
-    def __init__(self, p: Mapping[str, float], t: float = 0.0):
+    The outputs are written into `out`, in the order of the variable table, after each step and by `report`.
+    """
+
+    def __init__(self, p: Mapping[str, float], out: np.ndarray | None = None, t: float = 0.0):
         check_buildable(p["theta0"], p["rod_eye_radius"], p["base_x"], p["base_y"])
         model = mujoco.MjModel.from_xml_string(mjcf(p))
         disable = mujoco.mjtDisableBit
@@ -36,7 +39,7 @@ class Arm:
         self._qpos, self._qvel = self.data.qpos, self.data.qvel
         self._bias, self._passive = self.data.qfrc_bias, self.data.qfrc_passive
         self._p = np.zeros(5)
-        self.out = np.zeros(11 + BEAM_STRIPS)
+        self.out = np.zeros(11 + BEAM_STRIPS) if out is None else out
         self.c = c = np.zeros(16)
         c[loads.R_EYE], c[loads.BASE_X], c[loads.BASE_Y] = p["rod_eye_radius"], p["base_x"], p["base_y"]
         c[loads.L_0] = linkage.py_func(p["theta0"], p["rod_eye_radius"], p["base_x"], p["base_y"])[0]
@@ -82,11 +85,10 @@ class Arm:
         self.theta, self.omega, self.t = float(theta), float(omega), t_0 + h
         loads.report(self.theta, self.omega, alpha, self.t, F_h, self.c, self.out)
 
-    def report(self, F_h: float) -> np.ndarray:
-        """Outputs of the present state with the force F_h [N], in the order of the variable table."""
+    def report(self, F_h: float) -> None:
+        """Write the outputs of the present state with the force F_h [N]."""
         alpha = (self._p[loads.TORQUE] + self._p[loads.LEVER] * F_h) / self._p[loads.MASS]
         loads.report(self.theta, self.omega, alpha, self.t, F_h, self.c, self.out)
-        return self.out
 
     def get_state(self) -> list[float]:
         """Everything that a later `set_state` needs to go on bitwise the same."""

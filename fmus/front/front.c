@@ -1,8 +1,10 @@
 /* Front library of the project's FMUs: the FMI 2.0 functions an importer sees, handed on to pythonfmu's library.
  *
- * It stands between importer and pythonfmu for one reason: pythonfmu knows only fmi2OK and fmi2Fatal. The FMU's Python
+ * It stands between importer and pythonfmu for two reasons. pythonfmu knows only fmi2OK and fmi2Fatal: the FMU's Python
  * code logs a fault with its status and goes on; this library returns the worst status that was logged during a call.
  * It switches the log on for that and passes on what the importer asked for: errors always, the rest with loggingOn.
+ * And pythonfmu makes Python lists for every value: the Python code tells this library, by a log message of the category
+ * "front", where its variables are, and plain reads and writes of reals need no Python at all.
  *
  * pythonfmu's library lies beside this one as <modelIdentifier>_pythonfmu.so (and `quiet.c` as _quiet.so). After fmi2Fatal the instance is not
  * touched any more, because pythonfmu has freed parts of it by then.
@@ -37,8 +39,18 @@ typedef struct {
     fmi2ComponentEnvironment componentEnvironment;
 } fmi2CallbackFunctions;
 
+/* the variables in the memory of the Python instance, by value reference */
+typedef struct {
+    double *values;
+    const double *low, *high;       /* ranges */
+    const unsigned char *writable;  /* 1 for real inputs */
+    int *stale;                     /* set when outputs have to be computed anew before they are read */
+    int count;
+} Shared;
+
 typedef struct {
     fmi2Component inner;
+    Shared shared;    /* values is NULL until Python has told */
     const fmi2CallbackFunctions *importer;
     fmi2CallbackFunctions mine;
     fmi2Boolean logging;
@@ -52,6 +64,13 @@ static void on_log(fmi2ComponentEnvironment environment, fmi2String name, fmi2St
                    fmi2String message, ...)
 {
     Instance *instance = environment;
+    if (category && !strcmp(category, "front")) {
+        Shared s;
+        if (sscanf(message, "%p %p %p %p %p %d", (void **)&s.values, (void **)&s.low, (void **)&s.high,
+                   (void **)&s.writable, (void **)&s.stale, &s.count) == 6)
+            instance->shared = s;
+        return;
+    }
     if (status > instance->worst && status <= fmi2Fatal) instance->worst = status;
     if ((status >= fmi2Error || instance->logging) && instance->importer && instance->importer->logger)
         instance->importer->logger(instance->importer->componentEnvironment, name, status, category, message);
@@ -91,14 +110,15 @@ static fmi2Status settled(Instance *instance, fmi2Status status)
 
 #define EXPORT __attribute__((visibility("default")))
 
-/* define fmi2NAME with the given parameters, calling the same function of pythonfmu's library */
-#define FORWARD(NAME, PARAMETERS, TYPES, ARGUMENTS)                         \
-    EXPORT fmi2Status NAME PARAMETERS                                       \
+/* define a function that calls fmi2NAME of pythonfmu's library; FORWARD exports it under that name as well */
+#define FORWARD(NAME, PARAMETERS, TYPES, ARGUMENTS) CALL(EXPORT, fmi2##NAME, NAME, PARAMETERS, TYPES, ARGUMENTS)
+#define CALL(LINKAGE, OWN, NAME, PARAMETERS, TYPES, ARGUMENTS)              \
+    LINKAGE fmi2Status OWN PARAMETERS                                       \
     {                                                                       \
         static fmi2Status(*call) TYPES;                                     \
         Instance *instance = c;                                             \
         if (!instance || instance->lost) return fmi2Fatal;                  \
-        if (!call) *(void **)&call = function(#NAME);                       \
+        if (!call) *(void **)&call = function("fmi2" #NAME);                \
         if (!call) return fmi2Fatal;                                        \
         instance->worst = fmi2OK;                                           \
         return settled(instance, call ARGUMENTS);                           \
@@ -148,61 +168,101 @@ EXPORT fmi2Status fmi2SetDebugLogging(fmi2Component c, fmi2Boolean on, size_t n,
     return fmi2OK;
 }
 
-FORWARD(fmi2SetupExperiment,
+FORWARD(SetupExperiment,
         (fmi2Component c, fmi2Boolean td, fmi2Real tol, fmi2Real start, fmi2Boolean sd, fmi2Real stop),
         (fmi2Component, fmi2Boolean, fmi2Real, fmi2Real, fmi2Boolean, fmi2Real),
         (instance->inner, td, tol, start, sd, stop))
-FORWARD(fmi2EnterInitializationMode, (fmi2Component c), (fmi2Component), (instance->inner))
-FORWARD(fmi2ExitInitializationMode, (fmi2Component c), (fmi2Component), (instance->inner))
-FORWARD(fmi2Terminate, (fmi2Component c), (fmi2Component), (instance->inner))
-FORWARD(fmi2Reset, (fmi2Component c), (fmi2Component), (instance->inner))
+FORWARD(EnterInitializationMode, (fmi2Component c), (fmi2Component), (instance->inner))
+FORWARD(ExitInitializationMode, (fmi2Component c), (fmi2Component), (instance->inner))
+FORWARD(Terminate, (fmi2Component c), (fmi2Component), (instance->inner))
+CALL(static, forward_reset, Reset, (fmi2Component c), (fmi2Component), (instance->inner))
+
+EXPORT fmi2Status fmi2Reset(fmi2Component c)
+{
+    Instance *instance = c;
+    if (instance) memset(&instance->shared, 0, sizeof instance->shared); /* the Python instance will be a new one */
+    return forward_reset(c);
+}
 
 #define ACCESS(KIND, TYPE)                                                                                \
-    FORWARD(fmi2Get##KIND, (fmi2Component c, const fmi2ValueReference vr[], size_t n, TYPE value[]),      \
+    FORWARD(Get##KIND, (fmi2Component c, const fmi2ValueReference vr[], size_t n, TYPE value[]),      \
             (fmi2Component, const fmi2ValueReference *, size_t, TYPE *), (instance->inner, vr, n, value)) \
-    FORWARD(fmi2Set##KIND, (fmi2Component c, const fmi2ValueReference vr[], size_t n, const TYPE value[]), \
+    FORWARD(Set##KIND, (fmi2Component c, const fmi2ValueReference vr[], size_t n, const TYPE value[]), \
             (fmi2Component, const fmi2ValueReference *, size_t, const TYPE *), (instance->inner, vr, n, value))
-ACCESS(Real, fmi2Real)
+CALL(static, forward_get_real, GetReal, (fmi2Component c, const fmi2ValueReference vr[], size_t n, fmi2Real value[]),
+     (fmi2Component, const fmi2ValueReference *, size_t, fmi2Real *), (instance->inner, vr, n, value))
+CALL(static, forward_set_real, SetReal,
+     (fmi2Component c, const fmi2ValueReference vr[], size_t n, const fmi2Real value[]),
+     (fmi2Component, const fmi2ValueReference *, size_t, const fmi2Real *), (instance->inner, vr, n, value))
+
+EXPORT fmi2Status fmi2GetReal(fmi2Component c, const fmi2ValueReference vr[], size_t n, fmi2Real value[])
+{
+    const Instance *instance = c;
+    size_t i;
+    if (instance && instance->shared.values && !*instance->shared.stale && !instance->lost) {
+        for (i = 0; i < n && vr[i] < (unsigned)instance->shared.count; i++) value[i] = instance->shared.values[vr[i]];
+        if (i == n) return fmi2OK;
+    }
+    return forward_get_real(c, vr, n, value);
+}
+
+EXPORT fmi2Status fmi2SetReal(fmi2Component c, const fmi2ValueReference vr[], size_t n, const fmi2Real value[])
+{
+    const Instance *instance = c;
+    size_t i;
+    if (instance && instance->shared.values && !instance->lost) {
+        const Shared *s = &instance->shared;
+        for (i = 0; i < n; i++)
+            if (vr[i] >= (unsigned)s->count || !s->writable[vr[i]] ||
+                !(value[i] >= s->low[vr[i]] && value[i] <= s->high[vr[i]])) /* also true for NaN */
+                return forward_set_real(c, vr, n, value);
+        for (i = 0; i < n; i++) s->values[vr[i]] = value[i];
+        *s->stale = 1;
+        return fmi2OK;
+    }
+    return forward_set_real(c, vr, n, value);
+}
+
 ACCESS(Integer, fmi2Integer)
 ACCESS(Boolean, fmi2Boolean)
 ACCESS(String, fmi2String)
 
-FORWARD(fmi2GetFMUstate, (fmi2Component c, fmi2FMUstate *state), (fmi2Component, fmi2FMUstate *),
+FORWARD(GetFMUstate, (fmi2Component c, fmi2FMUstate *state), (fmi2Component, fmi2FMUstate *),
         (instance->inner, state))
-FORWARD(fmi2SetFMUstate, (fmi2Component c, fmi2FMUstate state), (fmi2Component, fmi2FMUstate),
+FORWARD(SetFMUstate, (fmi2Component c, fmi2FMUstate state), (fmi2Component, fmi2FMUstate),
         (instance->inner, state))
-FORWARD(fmi2FreeFMUstate, (fmi2Component c, fmi2FMUstate *state), (fmi2Component, fmi2FMUstate *),
+FORWARD(FreeFMUstate, (fmi2Component c, fmi2FMUstate *state), (fmi2Component, fmi2FMUstate *),
         (instance->inner, state))
-FORWARD(fmi2SerializedFMUstateSize, (fmi2Component c, fmi2FMUstate state, size_t *size),
+FORWARD(SerializedFMUstateSize, (fmi2Component c, fmi2FMUstate state, size_t *size),
         (fmi2Component, fmi2FMUstate, size_t *), (instance->inner, state, size))
-FORWARD(fmi2SerializeFMUstate, (fmi2Component c, fmi2FMUstate state, fmi2Byte bytes[], size_t size),
+FORWARD(SerializeFMUstate, (fmi2Component c, fmi2FMUstate state, fmi2Byte bytes[], size_t size),
         (fmi2Component, fmi2FMUstate, fmi2Byte *, size_t), (instance->inner, state, bytes, size))
-FORWARD(fmi2DeSerializeFMUstate, (fmi2Component c, const fmi2Byte bytes[], size_t size, fmi2FMUstate *state),
+FORWARD(DeSerializeFMUstate, (fmi2Component c, const fmi2Byte bytes[], size_t size, fmi2FMUstate *state),
         (fmi2Component, const fmi2Byte *, size_t, fmi2FMUstate *), (instance->inner, bytes, size, state))
-FORWARD(fmi2DoStep, (fmi2Component c, fmi2Real t, fmi2Real h, fmi2Boolean keep),
+FORWARD(DoStep, (fmi2Component c, fmi2Real t, fmi2Real h, fmi2Boolean keep),
         (fmi2Component, fmi2Real, fmi2Real, fmi2Boolean), (instance->inner, t, h, keep))
-FORWARD(fmi2CancelStep, (fmi2Component c), (fmi2Component), (instance->inner))
-FORWARD(fmi2GetDirectionalDerivative,
+FORWARD(CancelStep, (fmi2Component c), (fmi2Component), (instance->inner))
+FORWARD(GetDirectionalDerivative,
         (fmi2Component c, const fmi2ValueReference z[], size_t nz, const fmi2ValueReference v[], size_t nv,
          const fmi2Real dv[], fmi2Real dz[]),
         (fmi2Component, const fmi2ValueReference *, size_t, const fmi2ValueReference *, size_t, const fmi2Real *,
          fmi2Real *),
         (instance->inner, z, nz, v, nv, dv, dz))
-FORWARD(fmi2SetRealInputDerivatives,
+FORWARD(SetRealInputDerivatives,
         (fmi2Component c, const fmi2ValueReference vr[], size_t n, const fmi2Integer order[], const fmi2Real value[]),
         (fmi2Component, const fmi2ValueReference *, size_t, const fmi2Integer *, const fmi2Real *),
         (instance->inner, vr, n, order, value))
-FORWARD(fmi2GetRealOutputDerivatives,
+FORWARD(GetRealOutputDerivatives,
         (fmi2Component c, const fmi2ValueReference vr[], size_t n, const fmi2Integer order[], fmi2Real value[]),
         (fmi2Component, const fmi2ValueReference *, size_t, const fmi2Integer *, fmi2Real *),
         (instance->inner, vr, n, order, value))
-FORWARD(fmi2GetStatus, (fmi2Component c, int kind, fmi2Status *value), (fmi2Component, int, fmi2Status *),
+FORWARD(GetStatus, (fmi2Component c, int kind, fmi2Status *value), (fmi2Component, int, fmi2Status *),
         (instance->inner, kind, value))
-FORWARD(fmi2GetRealStatus, (fmi2Component c, int kind, fmi2Real *value), (fmi2Component, int, fmi2Real *),
+FORWARD(GetRealStatus, (fmi2Component c, int kind, fmi2Real *value), (fmi2Component, int, fmi2Real *),
         (instance->inner, kind, value))
-FORWARD(fmi2GetIntegerStatus, (fmi2Component c, int kind, fmi2Integer *value), (fmi2Component, int, fmi2Integer *),
+FORWARD(GetIntegerStatus, (fmi2Component c, int kind, fmi2Integer *value), (fmi2Component, int, fmi2Integer *),
         (instance->inner, kind, value))
-FORWARD(fmi2GetBooleanStatus, (fmi2Component c, int kind, fmi2Boolean *value), (fmi2Component, int, fmi2Boolean *),
+FORWARD(GetBooleanStatus, (fmi2Component c, int kind, fmi2Boolean *value), (fmi2Component, int, fmi2Boolean *),
         (instance->inner, kind, value))
-FORWARD(fmi2GetStringStatus, (fmi2Component c, int kind, fmi2String *value), (fmi2Component, int, fmi2String *),
+FORWARD(GetStringStatus, (fmi2Component c, int kind, fmi2String *value), (fmi2Component, int, fmi2String *),
         (instance->inner, kind, value))

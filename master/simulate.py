@@ -1,0 +1,358 @@
+"""Runs a package from start to end: read, check everything, load, initialise, step, record, free."""
+
+from __future__ import annotations
+
+import json
+import os
+import platform
+import re
+import tempfile
+from collections.abc import Callable, Mapping
+from contextlib import ExitStack
+from dataclasses import dataclass, field
+from importlib import metadata
+from pathlib import Path
+from time import perf_counter
+from typing import Any
+
+import numpy as np
+
+from ..core.errors import (
+    CosimError,
+    OutputError,
+    PackageError,
+    SimulationError,
+    UnknownNameError,
+    UsageError,
+    did_you_mean,
+)
+from ..ssp.archive import extract
+from ..ssp.model import SystemStructure
+from ..ssp.reader import read
+from .algorithms import NAMES, algorithm
+from .bonds import ResidualEnergy, find_bonds
+from .recorder import BLOCK, CsvRecorder
+from .slave import Slave
+from .system import System
+
+DEFAULT_STEPS = 1000
+SAMPLE = 4000
+
+
+@dataclass(frozen=True)
+class Options:
+    """What a run may be told. `changes` are (address, value) pairs, address = component.parameter or parameter."""
+
+    step: float | None = None
+    stop_time: float | None = None
+    method: str = NAMES[0]
+    changes: tuple[tuple[str, str], ...] = ()
+
+
+@dataclass
+class Result:
+    """What a run left behind."""
+
+    folder: Path
+    summary: dict[str, Any]
+    names: list[str] = field(default_factory=list)
+    units: dict[str, str] = field(default_factory=dict)
+    sample: np.ndarray | None = None
+    """Communication points at even distances, at most about `SAMPLE` rows (n, columns), for plots."""
+    connected: list[str] = field(default_factory=list)
+    """Names of the outputs that drive an input."""
+    outputs: list[str] = field(default_factory=list)
+
+
+def parse_change(text: str) -> tuple[str, str]:
+    """'component.parameter=value' as (address, value)."""
+    address, equals, value = text.partition("=")
+    if not equals or not address.strip() or not value.strip():
+        raise UsageError(f"--set {text}: expected component.parameter=value, e.g. --set arm.load_weight=1000")
+    return address.strip(), value.strip()
+
+
+def _changes(options: Options, slaves: Mapping[str, Slave]) -> list[tuple[str, str, Any, str]]:
+    """(component, variable, value, where) of every --set; a bare name applies to every component that has it."""
+    made = []
+    for address, value in options.changes:
+        where = f"--set {address}={value}"
+        component, _, name = address.partition(".")
+        if component in slaves and name:
+            targets = [(component, name)]
+        else:
+            targets = [(c, address) for c, slave in slaves.items() if _settable(slave, address)]
+            if not targets:
+                known = [f"{c}.{n}" for c, slave in slaves.items() for n in slave.variables if _settable(slave, n)]
+                hint = did_you_mean(address, known)
+                raise UnknownNameError(f"{where}: no component has a parameter '{address}'{hint}")
+        for component, name in targets:
+            made.append(_checked(slaves[component], name, value, where))
+    return made
+
+
+def _settable(slave: Slave, name: str) -> bool:
+    variable = slave.variables.get(name)
+    return variable is not None and (variable.causality in ("parameter", "input") or variable.initial == "exact")
+
+
+def _checked(slave: Slave, name: str, value: Any, where: str) -> tuple[str, str, Any, str]:
+    if not _settable(slave, name):
+        known = [n for n in slave.variables if _settable(slave, n)]
+        hint = did_you_mean(name, known)
+        raise UnknownNameError(f"{where}: component '{slave.name}' has no parameter '{name}'{hint}")
+    return slave.name, name, slave.checked(name, value, where), where
+
+
+def _bound_values(structure: SystemStructure, slaves: Mapping[str, Slave]) -> list[tuple[str, str, Any, str]]:
+    """Values of the package's parameter bindings: those of a component first, those of the system override them."""
+    made = []
+    for component in structure.components:
+        for p in component.parameters:
+            made.append(_checked(slaves[component.name], p.name, p.value, p.where))
+    for p in structure.parameters:
+        component, _, name = p.name.partition(".")
+        if component not in slaves or not name:
+            known = [f"{c}.{n}" for c, slave in slaves.items() for n in slave.variables]
+            raise UnknownNameError(f"{p.where}: no component for parameter '{p.name}'{did_you_mean(p.name, known)}")
+        made.append(_checked(slaves[component], name, p.value, p.where))
+    return made
+
+
+def _times(structure: SystemStructure, options: Options) -> tuple[float, float, float, int]:
+    """Start, stop, step [s] and number of steps; the last one is shorter when the step does not divide the time."""
+    start = structure.start_time
+    stop = options.stop_time if options.stop_time is not None else structure.stop_time
+    if stop is None:
+        raise UsageError("the package has no DefaultExperiment with a stopTime; give one with --stop-time")
+    if not (np.isfinite(stop) and stop > start):
+        raise UsageError(f"stop time {stop:g} s: it has to be later than the start time {start:g} s")
+    step = options.step if options.step is not None else structure.step_size
+    if step is None:
+        step = (stop - start) / DEFAULT_STEPS
+    if not (np.isfinite(step) and step > 0.0):
+        raise UsageError(f"step {step:g} s: it has to be positive")
+    if step > stop - start:
+        raise UsageError(f"step {step:g} s is longer than the whole run of {stop - start:g} s")
+    count = (stop - start) / step
+    if count > 1e10:
+        raise UsageError(f"step {step:g} s would take {count:.1e} steps; choose a longer one")
+    n = round(count) if abs(count - round(count)) < 1e-6 else int(count) + 1
+    return start, stop, step, n
+
+
+def _load_descriptions(structure: SystemStructure, scratch: Path) -> dict[str, Slave]:
+    from fmpy import read_model_description
+
+    slaves: dict[str, Slave] = {}
+    unpacked: dict[str, Path] = {}
+    for component in structure.components:
+        if component.source not in unpacked:
+            unpacked[component.source] = extract(
+                structure.folder / component.source, scratch / f"fmu{len(unpacked)}_{_plain(component.name)}"
+            )
+        folder = unpacked[component.source]
+        try:
+            description = read_model_description(str(folder), validate=False)
+        except Exception as error:
+            reason = str(error).splitlines()[0] if str(error) else type(error).__name__
+            raise PackageError(f"{component.source}: modelDescription.xml cannot be read ({reason})") from None
+        if description.fmiVersion != "2.0":
+            raise PackageError(f"{component.source}: FMI {description.fmiVersion} is not supported yet, only 2.0")
+        if description.coSimulation is None:
+            raise PackageError(f"{component.source}: has no co-simulation interface")
+        slaves[component.name] = Slave(component.name, folder, description)
+    if not slaves:
+        raise PackageError("the system has no components")
+    return slaves
+
+
+def _plain(name: str) -> str:
+    return re.sub(r"\W", "_", name)
+
+
+def versions() -> dict[str, str]:
+    """Versions of what a run depends on."""
+    found = {"python": platform.python_version()}
+    for package in ("deepsea-cosim", "fmpy", "numpy", "numba", "mujoco", "pythonfmu"):
+        try:
+            found[package] = metadata.version(package)
+        except metadata.PackageNotFoundError:
+            continue
+    return found
+
+
+def write_summary(folder: Path, summary: Mapping[str, Any]) -> None:
+    """Write summary.json."""
+    try:
+        (folder / "summary.json").write_text(json.dumps(summary, indent=2) + "\n")
+    except OSError as error:
+        raise OutputError(f"{folder / 'summary.json'}: cannot be written ({error.strerror})") from None
+
+
+def prepare_folder(folder: Path) -> None:
+    """Make the result folder, or say why that is not possible."""
+    try:
+        folder.mkdir(parents=True, exist_ok=True)
+        with tempfile.TemporaryFile(dir=folder):
+            pass
+    except OSError as error:
+        raise OutputError(f"result folder {folder}: cannot be written ({error.strerror})") from None
+
+
+def run(
+    package: Path,
+    folder: Path,
+    options: Options | None = None,
+    log: Callable[[str, str, str], None] = lambda *_: None,
+    progress: Callable[[int, int], None] = lambda *_: None,
+) -> Result:
+    """Run the SSP file `package`, write results.csv and summary.json into `folder`.
+
+    `log` gets (component, status, text) of every message of an FMU, `progress` (steps done, steps in all) at the start and
+    now and then.
+    Raises `CosimError`; what was recorded until then is kept on disk.
+    """
+    options = options or Options()
+    begin = perf_counter()
+    step_algorithm = algorithm(options.method)
+    if options.step is not None and not options.step > 0.0:
+        raise UsageError(f"step {options.step:g} s: it has to be positive")
+    with ExitStack() as stack:
+        scratch = Path(stack.enter_context(tempfile.TemporaryDirectory(prefix="cosim_", ignore_cleanup_errors=True)))
+        structure = read(package, scratch / "ssp")
+        start, stop, step, n = _times(structure, options)
+        slaves = _load_descriptions(structure, scratch)
+        values = [*_bound_values(structure, slaves), *_changes(options, slaves)]
+        prepare_folder(folder)
+        for slave in slaves.values():
+            stack.callback(slave.free)
+            slave.load(log)
+        system = System(structure, slaves)
+        for component, name, value, where in values:
+            try:
+                slaves[component].set_start(name, value)
+            except SimulationError as error:
+                raise SimulationError(f"{where}: {error}") from None
+            if slaves[component].variables[name].causality == "input":
+                system.set_input(component, name, value)
+        for slave in slaves.values():
+            slave.initialise_begin(start, stop)
+        system.propagate()
+        for slave in slaves.values():
+            slave.initialise_end()
+        system.sweep(system.order)
+        energy = ResidualEnergy(find_bonds(system))
+        recorder = CsvRecorder(folder / "results.csv", system)
+        stack.callback(recorder.close)
+        started = perf_counter()
+        loop = _Loop(system, recorder, energy, max(1, n // SAMPLE))
+        error: CosimError | None = None
+        try:
+            loop.run(step_algorithm, start, stop, step, n, progress)
+        except CosimError as caught:
+            error = caught
+        except KeyboardInterrupt:
+            error = SimulationError(f"interrupted at t = {loop.time:g} s", loop.time)
+        loop.flush()
+        wall = perf_counter() - started
+        simulated = loop.time - start
+        summary = {
+            "package": str(package),
+            "status": "failed" if error else "ok",
+            "error": str(error) if error else None,
+            "method": options.method,
+            "order": system.order,
+            "start_time_s": start,
+            "stop_time_s": loop.time,
+            "step_s": step,
+            "steps": loop.done,
+            "setup_time_s": started - begin,
+            "wall_time_s": wall,
+            "real_time_factor": simulated / wall if wall > 0 else None,
+            "fmu_time_s": {name: slave.seconds for name, slave in slaves.items()},
+            "coupling": energy.summary(),
+            "changes": dict(options.changes),
+            "columns": recorder.names,
+            "versions": versions(),
+            "machine": {"system": platform.system(), "cpus": os.cpu_count()},
+        }
+        write_summary(folder, summary)
+        if error:
+            raise error
+        return Result(
+            folder,
+            summary,
+            recorder.names,
+            system.units(),
+            recorder.in_order(np.concatenate(loop.sample)),
+            [".".join(link.start) for link in system.links],
+            [f"{component}.{name}" for component, name in system.outputs],
+        )
+
+
+class _Loop:
+    """The macro steps, with a block of rows in memory at a time."""
+
+    def __init__(self, system: System, recorder: CsvRecorder, energy: ResidualEnergy, stride: int):
+        self.system, self.recorder, self.energy = system, recorder, energy
+        self.sample: list[np.ndarray] = []
+        self.stride = stride
+        self.flushed = 0
+        self.block = np.zeros((BLOCK, 1 + len(system.read) + len(system.given)))
+        self.filled = 0
+        self.done = 0
+        self.time = system.structure.start_time
+
+    def flush(self) -> None:
+        """Write the rows of the block that are complete."""
+        rows = self.block[: self.filled]
+        split = 1 + len(self.system.read)
+        self.energy.add(rows[:, 0], rows[:, 1:split], rows[:, split:])
+        self.recorder.write(rows)
+        self.sample.append(rows[-self.flushed % self.stride :: self.stride].copy())
+        self.flushed += self.filled
+        self.filled = 0
+
+    def run(
+        self, step: Callable[..., None], start: float, stop: float, h: float, n: int,
+        progress: Callable[[int, int], None],
+    ) -> None:  # fmt: skip
+        """Take n steps of h from start, the last one to stop."""
+        system, block = self.system, self.block
+        read, given = system.read, system.given
+        split = 1 + len(read)
+        zeros = np.zeros(len(read))
+        self.time = start
+        progress(0, n)
+        if read.dot(zeros) != 0.0:
+            raise self._not_finite(start)
+        for k in range(n):
+            t = start + k * h
+            row = block[self.filled]
+            row[0] = t
+            row[1:split] = read
+            step(system, t, h if k < n - 1 else stop - t)
+            row[split:] = given
+            self.filled += 1
+            self.done = k + 1
+            self.time = start + (k + 1) * h if k < n - 1 else stop
+            if read.dot(zeros) != 0.0:  # 0 * inf and 0 * NaN are NaN
+                raise self._not_finite(self.time)
+            if self.filled == BLOCK:
+                self.flush()
+                progress(self.done, n)
+        system.exchange_all()
+        row = block[self.filled]
+        row[0], row[1:split], row[split:] = self.time, read, given
+        self.filled += 1
+        self.flush()
+        progress(n, n)
+
+    def _not_finite(self, t: float) -> SimulationError:
+        bad = [
+            f"{component}.{name} = {self.system.read[signal.place]:g}"
+            for (component, name), signal in self.system.outputs.items()
+            if not np.isfinite(self.system.read[signal.place])
+        ]
+        return SimulationError(f"not finite at t = {t:g} s: {', '.join(bad)}", t)
