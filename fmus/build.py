@@ -82,7 +82,7 @@ def c_compiler() -> str | None:
 
 
 def compile_front(folder: Path) -> dict[str, bytes]:
-    """The front library and its helper, name suffix -> content; empty where it cannot be (other system, no compiler)."""
+    """The front library and its helper, name suffix -> content; empty on other systems and without a compiler."""
     compiler = c_compiler()
     if compiler is None or sys.platform != "linux":
         return {}

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import argparse
 import sys
+import zipfile
 from collections.abc import Sequence
 from pathlib import Path
 
@@ -57,7 +58,10 @@ def _check(options: argparse.Namespace) -> int:
 
     worst = 0
     for fmu in options.fmu:
-        found = problems(fmu)
+        try:
+            found = problems(fmu)
+        except zipfile.BadZipFile:
+            found = ["not a zip archive or damaged"]
         if not found:
             try:
                 exercise(fmu)

@@ -109,7 +109,12 @@ def model_description(
     SubElement(
         root,
         "DefaultExperiment",
-        {"startTime": "0", "stopTime": number(STOP_TIME), "tolerance": number(TOLERANCE), "stepSize": number(STEP_SIZE)},
+        {
+            "startTime": "0",
+            "stopTime": number(STOP_TIME),
+            "tolerance": number(TOLERANCE),
+            "stepSize": number(STEP_SIZE),
+        },
     )
     variables = SubElement(root, "ModelVariables")
     for reference, variable in enumerate(table):

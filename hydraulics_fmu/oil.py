@@ -25,9 +25,9 @@ def pressure(p: float, p_vapour: float) -> float:
 
     The state obeys dp/dt = beta_e/V * (net inflow) without limit, so that volume is conserved. While the oil is
     liquid, P = p. Below the vapour pressure the volume holds oil and a void, whose size is V (p_vapour - p)/beta_e,
-    and P = p_vapour exp((p - p_vapour)/p_vapour): positive always, continuous with its slope, reversible. Our choice;
-    the paper says nothing of cavitation.
+    and P = p_vapour^2/(2 p_vapour - p), the pressure of a gas that shares the void: positive always, continuous with
+    its slope, reversible. Our choice; the paper says nothing of cavitation.
     """
     if p >= p_vapour:
         return p
-    return p_vapour * exp((p - p_vapour) / p_vapour)
+    return p_vapour * p_vapour / (2.0 * p_vapour - p)

@@ -19,6 +19,7 @@ from .circuit import (
     P_AM,
     P_CRACK,
     PRECOMPRESSION,
+    Q_PUMP,
     SEGMENTS,
     VARIABLE,
     land,
@@ -27,6 +28,8 @@ from .line import mean_viscosity
 from .oil import viscosity
 
 SMALLEST_OPENING = 1e-6
+BEYOND = 2e9
+"""Pressure [Pa] at which the search for a state gives a line up: more than any machine holds."""
 
 
 @kernel
@@ -41,7 +44,7 @@ def line_nodes(P_start: float, q: float, sign: float, c: object, nodes: object) 
                 eta = mean_viscosity(nodes[j], P, c[ETA0], c[ALPHA])
             else:  # Eq. 21: the lower of the two port pressures, with equal losses of all segments
                 eta = viscosity(min(P_start, P_start + n * (P - nodes[j])), c[ETA0], c[ALPHA])
-            P_next = nodes[j] + sign * c[LINE_R] * eta * q
+            P_next = min(max(nodes[j] + sign * c[LINE_R] * eta * q, 0.0), BEYOND)
             if P_next == P:
                 break
             P = P_next
@@ -67,8 +70,9 @@ def steady_state(c: object, F_hold: float) -> object:
 
     The spool stands where its flow replaces the piston's leakage q, and the integral part of the controller holds it
     there. Unknown is P2: the force gives P1, q follows, Eq. 22 gives both lines' losses, and both lands must pass q
-    at one opening. The difference of the lands' flows falls with P2, so bisection closes it. When the supply cannot
-    hold F_hold, P2 stands at an end of its range and the machine will move.
+    at one opening. The difference of the lands' flows falls with P2, so bisection closes it. A force that the supply
+    cannot hold against the leakage is held by oil behind the closed valve, with the unloaded chamber at tank pressure;
+    the machine then creeps.
     """
     n = int(c[SEGMENTS])
     Pt = c[P_AM] + c[K_C] * c[PRECOMPRESSION] / c[A_C]
@@ -77,6 +81,7 @@ def steady_state(c: object, F_hold: float) -> object:
     nodes_b = np.empty(n + 1)
     low, high = Pt, P_top
     q = 0.0
+    surplus = 0.0
     x_v = 0.0
     for _ in range(100):
         P_2 = 0.5 * (low + high)
@@ -95,6 +100,11 @@ def steady_state(c: object, F_hold: float) -> object:
             low = P_2
         else:
             high = P_2
+    if abs(surplus) > 1e-6 * c[Q_PUMP]:
+        q, x_v = 0.0, 0.0
+        P_2 = Pt if F_hold > 0.0 else c[P_AM] + ((Pt - c[P_AM]) * c[A1] - F_hold) / c[A2]
+        nodes_a[:] = c[P_AM] + (F_hold + (P_2 - c[P_AM]) * c[A2]) / c[A1]
+        nodes_b[:] = P_2
     b = 2 * (2 * n - 1)
     y = np.zeros(b + BORDER)
     for j in range(n):

@@ -7,7 +7,7 @@ import sys
 from collections.abc import Sequence
 from pathlib import Path
 from time import perf_counter
-from typing import Any
+from typing import Any, NoReturn
 
 from ..core.errors import CosimError, SimulationError
 from .algorithms import NAMES
@@ -22,9 +22,16 @@ exit codes: 0 done, 1 the simulation had to stop (what was recorded is kept), 2 
 """
 
 
+class _Parser(argparse.ArgumentParser):
+    """A parser whose errors are one line."""
+
+    def error(self, message: str) -> NoReturn:
+        self.exit(2, f"{self.prog}: {message} (see {self.prog} --help)\n")
+
+
 def parser() -> argparse.ArgumentParser:
     """The command line."""
-    p = argparse.ArgumentParser(
+    p = _Parser(
         prog="cosim-master",
         description="Run the system of an SSP package as a fixed-step co-simulation of its FMUs.",
         epilog=EXAMPLES,

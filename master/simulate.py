@@ -209,8 +209,8 @@ def run(
 ) -> Result:
     """Run the SSP file `package`, write results.csv and summary.json into `folder`.
 
-    `log` gets (component, status, text) of every message of an FMU, `progress` (steps done, steps in all) at the start and
-    now and then.
+    `log` gets (component, status, text) of every message of an FMU, `progress` (steps done, steps in all) at the start
+    and now and then.
     Raises `CosimError`; what was recorded until then is kept on disk.
     """
     options = options or Options()
@@ -225,9 +225,15 @@ def run(
         slaves = _load_descriptions(structure, scratch)
         values = [*_bound_values(structure, slaves), *_changes(options, slaves)]
         prepare_folder(folder)
+
+        def on_log(component: str, status: str, text: str) -> None:
+            if component in slaves:
+                slaves[component].messages.append((status, text))
+            log(component, status, text)
+
         for slave in slaves.values():
             stack.callback(slave.free)
-            slave.load(log)
+            slave.load(on_log)
         system = System(structure, slaves)
         for component, name, value, where in values:
             try:

@@ -18,6 +18,7 @@ import numpy as np
 from ..core.errors import PackageError, ParameterError, SimulationError, UnknownNameError, did_you_mean
 
 _STATUS = ("OK", "warning", "discard", "error", "fatal", "pending")
+_FATAL = 4
 
 
 @dataclass(frozen=True)
@@ -86,7 +87,11 @@ class Slave:
         return str(value)
 
     def load(self, log: Callable[[str, str, str], None]) -> None:
-        """Load the library and instantiate; `log` gets (component, status, text) of every message."""
+        """Load the library and instantiate; `log` gets (component, status, text) of every message.
+
+        fmpy's formatting of log messages knows one receiver per process, so messages of other instances arrive here
+        as well and `log` has to go by the name it is given.
+        """
         from fmpy import calloc, free
         from fmpy.fmi2 import (
             FMU2Slave,
@@ -97,12 +102,11 @@ class Slave:
         )
         from fmpy.logging import addLoggerProxy
 
-        def on_log(_env: Any, _name: bytes, status: int, _category: bytes, message: bytes) -> None:
-            text = (message or b"").decode("utf-8", "replace").strip()
-            status_name = _STATUS[status] if 0 <= status < len(_STATUS) else str(status)
+        def on_log(_env: Any, name: bytes, status: int, _category: bytes, message: bytes) -> None:
             if status > 0:
-                self.messages.append((status_name, text))
-                log(self.name, status_name, text)
+                text = (message or b"").decode("utf-8", "replace").strip()
+                status_name = _STATUS[status] if status < len(_STATUS) else str(status)
+                log((name or b"").decode("utf-8", "replace") or self.name, status_name, text)
 
         callbacks = fmi2CallbackFunctions()
         callbacks.logger = fmi2CallbackLoggerTYPE(on_log)
@@ -214,8 +218,8 @@ class Slave:
             self._fail("doStep", status, t)
 
     def free(self) -> None:
-        """Terminate and free; safe to call in any state, and never raises."""
-        if self._fmu is None:
+        """Terminate and free; safe to call in any state, and never raises. After fmi2Fatal the FMU is left alone."""
+        if self._fmu is None or self._state == "lost":
             return
         try:
             if self._state == "running":
@@ -235,13 +239,19 @@ class Slave:
         try:
             function(*args, **kwargs)
         except Exception as error:
+            self._note_fatal(getattr(error, "status", None))
             texts = [text for _, text in self.messages[known:]]
             reason = texts[-1] if texts else str(error)
-            raise SimulationError(f"component '{self.name}', {doing}: {reason}") from None
+            raise SimulationError(f"component '{self.name}', {doing}: {' '.join(reason.split())}") from None
         finally:
             self.seconds += perf_counter() - begin
 
+    def _note_fatal(self, status: int | None) -> None:
+        if status == _FATAL:
+            self._state = "lost"
+
     def _fail(self, doing: str, status: int, t: float | None = None) -> None:
+        self._note_fatal(status)
         reason = self.messages[-1][1] if self.messages else f"the FMU returned fmi2{_STATUS[status].capitalize()}"
         at = "" if t is None else f" at t = {t:g} s"
-        raise SimulationError(f"component '{self.name}', {doing}{at}: {reason}", t)
+        raise SimulationError(f"component '{self.name}', {doing}{at}: {' '.join(reason.split())}", t)

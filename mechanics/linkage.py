@@ -30,6 +30,6 @@ def check_buildable(theta0: float, r: float, base_x: float, base_y: float) -> No
     L, dL, *_ = linkage.py_func(theta0, r, base_x, base_y)
     if L < 1e-3 or abs(dL) < 1e-3 * r:
         raise ParameterError(
-            f"'theta0' = {theta0:g} rad, 'rod_eye_radius' = {r:g} m and the base hinge ({base_x:g}, {base_y:g}) m leave "
-            f"the cylinder {L:g} m long with a lever of {abs(dL):g} m: it cannot move the beam"
+            f"'theta0' = {theta0:g} rad, 'rod_eye_radius' = {r:g} m and the base hinge ({base_x:g}, {base_y:g}) m "
+            f"leave the cylinder {L:g} m long with a lever of {abs(dL):g} m: it cannot move the beam"
         )

@@ -1,8 +1,9 @@
 """The arm as an MJCF model, generated from the parameters.
 
 Three joints: the beam's hinge, the barrel's hinge, the rod's slide along the barrel (its coordinate is the distance
-from the base hinge to the rod's eye). The `connect` constraint closes the loop for viewers; the simulation closes it exactly
-by projection (`arm`) and switches the constraint off, because a constraint solved by springs drifts by millimetres.
+from the base hinge to the rod's eye). The `connect` constraint closes the loop for viewers; the simulation closes it
+exactly by projection (`loads`) and switches the constraint off, because a constraint solved by springs drifts by
+millimetres.
 Buoyancy of beam and barrel is MuJoCo's gravcomp. MuJoCo's z is our y.
 """
 
@@ -44,14 +45,15 @@ def mjcf(p: Mapping[str, float]) -> str:
   <option gravity="0 0 {-GRAVITY!r}" timestep="0.001"/>
   <visual><global offwidth="1280" offheight="960"/></visual>
   <asset>
-    <texture name="sky" type="skybox" builtin="gradient" rgb1="0.55 0.75 0.9" rgb2="0.05 0.15 0.3" width="64" height="64"/>
+    <texture name="sky" type="skybox" builtin="gradient" rgb1="0.55 0.75 0.9" rgb2="0.05 0.15 0.3"
+             width="64" height="64"/>
   </asset>
   <default><geom contype="0" conaffinity="0"/></default>
   <worldbody>
     <light pos="0 -3 4" dir="0 0.6 -0.8"/>
     <camera name="side" pos="{beam_L / 2!r} {-3.2 * beam_L!r} {beam_L / 4!r}" xyaxes="1 0 0 0 0 1"/>
-    <geom name="pedestal" type="box" size="0.05 0.08 {abs(p["base_y"]) / 2 + 0.05!r}" pos="0 0 {p["base_y"] / 2 - 0.06!r}"
-          rgba="0.4 0.4 0.45 1"/>
+    <geom name="pedestal" type="box" size="0.05 0.08 {abs(p["base_y"]) / 2 + 0.05!r}"
+          pos="0 0 {p["base_y"] / 2 - 0.06!r}" rgba="0.4 0.4 0.45 1"/>
     <body name="beam" gravcomp="{beam_lift!r}">
       <joint name="theta" type="hinge" axis="0 -1 0"/>
       {_tube(p["beam_mass"], beam_L, beam_D, beam_L / 2.0)}
@@ -65,7 +67,8 @@ def mjcf(p: Mapping[str, float]) -> str:
     <body name="barrel" gravcomp="{barrel_lift!r}" pos="{p["base_x"]!r} 0 {p["base_y"]!r}">
       <joint name="phi" type="hinge" axis="0 -1 0"/>
       {_tube(p["barrel_mass"], barrel_L, barrel_D, barrel_L / 2.0)}
-      <geom name="barrel" type="cylinder" fromto="0 0 0 {barrel_L!r} 0 0" size="{barrel_D / 2!r}" rgba="0.3 0.35 0.4 1"/>
+      <geom name="barrel" type="cylinder" fromto="0 0 0 {barrel_L!r} 0 0" size="{barrel_D / 2!r}"
+            rgba="0.3 0.35 0.4 1"/>
       <body name="rod">
         <joint name="length" type="slide" axis="1 0 0"/>
         <inertial pos="{centre!r} 0 0" mass="{mass!r}"

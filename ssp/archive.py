@@ -26,12 +26,12 @@ def extract(archive: Path, folder: Path) -> Path:
             entries = package.infolist()
             size = sum(entry.file_size for entry in entries)
             if size > MAX_SIZE:
-                raise PackageError(f"{archive}: would unpack to {size / 1e9:.1f} GB; the limit is {MAX_SIZE / 1e9:.1f} GB")
+                raise PackageError(f"{archive}: would unpack to {size / 1e9:.1f} GB, more than {MAX_SIZE / 1e9:.1f} GB")
             root = folder.resolve()
             for entry in entries:
                 target = (root / entry.filename).resolve()
                 if not target.is_relative_to(root) or "\\" in entry.filename:
-                    raise PackageError(f"{archive}: entry '{entry.filename}' would be written outside the package; refused")
+                    raise PackageError(f"{archive}: entry '{entry.filename}' would leave the package; refused")
             package.extractall(folder)
     except zipfile.BadZipFile as error:
         raise PackageError(f"{archive}: not a zip archive or damaged ({error})") from None

@@ -1,1 +1,1 @@
-"""x"""
+"""The source paper's figures and tables as code."""

@@ -1,0 +1,78 @@
+"""Shared fixtures: the FMUs and packages built once a session, and toy FMUs."""
+
+from __future__ import annotations
+
+import hashlib
+import importlib
+import os
+from pathlib import Path
+
+import pytest
+
+REPOSITORY = Path(__file__).parent.parent
+PACKAGES = ("core", "hydraulics_fmu", "mechanics", "fmus")
+
+
+def _drop_stale_kernels() -> None:
+    """Numba looks only at a kernel's own file: when any source changed, drop all compiled kernels (see core/jit.py)."""
+    folders = [Path(importlib.import_module(f"deepsea_cosim.{name}").__file__).parent for name in PACKAGES]
+    digest = hashlib.sha256()
+    for folder in folders:
+        for path in sorted(folder.glob("*.py")):
+            digest.update(path.read_bytes())
+    mark = folders[0] / "__pycache__" / "sources.sha256"
+    if not mark.is_file() or mark.read_text() != digest.hexdigest():
+        for folder in folders:
+            for path in folder.glob("__pycache__/*.nb[ic]"):
+                path.unlink()
+        mark.parent.mkdir(exist_ok=True)
+        mark.write_text(digest.hexdigest())
+
+
+def pytest_configure() -> None:
+    _drop_stale_kernels()
+
+
+@pytest.fixture(scope="session")
+def built(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """A folder with both FMUs and all scenarios; DEEPSEA_COSIM_BUILD names one that is already there."""
+    if ready := os.environ.get("DEEPSEA_COSIM_BUILD"):
+        return Path(ready)
+    from deepsea_cosim.fmus.build import build
+
+    folder = tmp_path_factory.mktemp("build")
+    build(folder)
+    return folder
+
+
+@pytest.fixture(scope="session")
+def toys(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """A folder with the toy FMUs of tests/toys, made with plain pythonfmu."""
+    import subprocess
+    import sys
+
+    folder = tmp_path_factory.mktemp("toys")
+    for script in sorted((Path(__file__).parent / "toys").glob("toy_*.py")):
+        command = [sys.executable, "-m", "pythonfmu", "build", "-f", str(script), "-d", str(folder)]
+        subprocess.run(command, check=True, capture_output=True, cwd=folder)
+    return folder
+
+
+@pytest.fixture(scope="session")
+def deepsea_run(built: Path, tmp_path_factory: pytest.TempPathFactory):
+    """Run a shipped scenario through the master and return its columns by name; runs are kept for the session."""
+    import numpy as np
+    from deepsea_cosim.master.simulate import Options, run
+
+    runs: dict[tuple[object, ...], dict[str, np.ndarray]] = {}
+
+    def get(scenario: str, **options: object) -> dict[str, np.ndarray]:
+        key = (scenario, *sorted(options.items()))
+        if key not in runs:
+            folder = tmp_path_factory.mktemp("run")
+            result = run(built / f"{scenario}.ssp", folder, Options(**options))
+            table = np.loadtxt(folder / "results.csv", delimiter=",", skiprows=1)
+            runs[key] = {name: table[:, i] for i, name in enumerate(result.names)}
+        return runs[key]
+
+    return get

@@ -1,0 +1,25 @@
+from deepsea_cosim.fmus.cli import main
+
+
+def test_check(built, tmp_path, capsys):
+    assert main(["check", str(built / "DeepseaArm.fmu"), str(built / "DeepseaHydraulics.fmu")]) == 0
+    assert capsys.readouterr().out.count("no problems found") == 2
+
+
+def test_check_of_what_is_no_fmu(tmp_path, capsys):
+    (tmp_path / "x.fmu").write_text("nonsense")
+    assert main(["check", str(tmp_path / "x.fmu")]) == 1
+    assert main(["check", str(tmp_path / "missing.fmu")]) == 2
+    assert "no such file" in capsys.readouterr().err
+
+
+def test_build_into_a_place_that_cannot_be_written(tmp_path, capsys):
+    (tmp_path / "file").touch()
+    assert main(["build", "--out", str(tmp_path / "file")]) == 2
+    assert capsys.readouterr().err.count("\n") == 1
+
+
+def test_scenarios_are_packed(built):
+    names = {path.stem for path in built.glob("*.ssp")}
+    depths = {f"deepsea_{km}km" for km in (0, 3, 6, 9, 10, 11)}
+    assert names == depths | {"deepsea_11km_constant_viscosity"}

@@ -1,0 +1,307 @@
+"""The FMUs as an importer sees them, through fmpy."""
+
+from __future__ import annotations
+
+import subprocess
+import sys
+import zipfile
+from contextlib import contextmanager
+from pathlib import Path
+
+import fmpy
+import numpy as np
+import pytest
+from deepsea_cosim.fmus.readme import table_of
+from fmpy import calloc, free
+from fmpy.fmi1 import FMICallException
+from fmpy.fmi2 import (
+    FMU2Slave,
+    fmi2CallbackAllocateMemoryTYPE,
+    fmi2CallbackFreeMemoryTYPE,
+    fmi2CallbackFunctions,
+    fmi2CallbackLoggerTYPE,
+)
+from fmpy.validation import validate_fmu
+
+MODELS = ("DeepseaHydraulics", "DeepseaArm")
+
+
+class Instance:
+    """An FMU instance with its log and variables by name; all other calls are fmpy's."""
+
+    def __init__(self, fmu: Path, folder: Path, name: str = "it", logging: bool = True):
+        self.description = fmpy.read_model_description(str(fmu), validate=False)
+        self.fmu = FMU2Slave(
+            guid=self.description.guid,
+            unzipDirectory=str(folder),
+            modelIdentifier=self.description.coSimulation.modelIdentifier,
+            instanceName=name,
+        )
+        self.log: list[tuple[int, str]] = []
+        self.vr = {v.name: v.valueReference for v in self.description.modelVariables}
+        callbacks = fmi2CallbackFunctions()
+        callbacks.logger = fmi2CallbackLoggerTYPE(
+            lambda _env, _name, status, _category, message: self.log.append((status, message.decode()))
+        )
+        callbacks.allocateMemory = fmi2CallbackAllocateMemoryTYPE(calloc)
+        callbacks.freeMemory = fmi2CallbackFreeMemoryTYPE(free)
+        self.fmu.instantiate(callbacks=callbacks, loggingOn=logging)
+
+    def __getattr__(self, name: str):
+        return getattr(self.fmu, name)
+
+    def start(self, **parameters: float) -> Instance:
+        for name, value in parameters.items():
+            self.set(name, value)
+        self.setupExperiment(startTime=0.0)
+        self.enterInitializationMode()
+        self.exitInitializationMode()
+        return self
+
+    def set(self, name: str, value: float) -> None:
+        self.setReal([self.vr[name.replace("__", ".")]], [value])
+
+    def get(self, *names: str) -> list[float]:
+        return self.getReal([self.vr[name] for name in names])
+
+    def all_outputs(self) -> list[float]:
+        return self.getReal([v.valueReference for v in self.description.modelVariables if v.causality == "output"])
+
+
+@pytest.fixture
+def instance(built, tmp_path):
+    """Maker of instances that are freed at the end."""
+    made = []
+
+    def make(model: str, **kwargs) -> Instance:
+        fmu = built / f"{model}.fmu"
+        folder = tmp_path / model
+        if not folder.exists():
+            fmpy.extract(str(fmu), str(folder))
+        made.append(Instance(fmu, folder, **kwargs))
+        return made[-1]
+
+    yield make
+    for it in made:
+        it.freeInstance()
+
+
+@contextmanager
+def fails(it: Instance, *parts: str):
+    """The block must end in fmi2Error, with all parts in the last log message."""
+    with pytest.raises(FMICallException) as caught:
+        yield
+    assert caught.value.status == 3
+    status, text = it.log[-1]
+    assert status == 3
+    for part in parts:
+        assert part in text
+
+
+@pytest.mark.parametrize("model", MODELS)
+def test_validation_finds_nothing(built, model):
+    assert validate_fmu(str(built / f"{model}.fmu")) == []
+
+
+@pytest.mark.parametrize("model", MODELS)
+def test_every_variable_says_what_it_is(built, model):
+    description = fmpy.read_model_description(str(built / f"{model}.fmu"))
+    for v in description.modelVariables:
+        assert v.description
+        if v.type == "Real":
+            assert v.unit
+        if v.causality in ("parameter", "input") and v.type != "Boolean":
+            assert v.min is not None
+            assert v.max is not None
+            assert float(v.min) <= float(v.start) <= float(v.max)
+    assert {u.variable.name for u in description.initialUnknowns} == {u.variable.name for u in description.outputs}
+
+
+@pytest.mark.parametrize("model", MODELS)
+def test_readme_has_the_present_variables(built, model):
+    """The README that travels in the FMU has the equations and every variable."""
+    text = zipfile.ZipFile(built / f"{model}.fmu").read("documentation/README.md").decode()
+    assert "## Equations" in text
+    assert all(f"`{v.name}`" in text for v in table_of(model))
+
+
+@pytest.mark.parametrize(("value", "shown"), [(-1.0, "-1"), (float("nan"), "nan"), (float("inf"), "inf")])
+def test_parameter_out_of_range_is_an_error_that_names_it(instance, value, shown):
+    it = instance("DeepseaHydraulics")
+    with fails(it, "oil.nu0", shown, "1e-07", "0.01"):
+        it.set("oil.nu0", value)
+    it.start()  # the instance lives on with the old value
+    assert it.get("oil.nu0") == [22e-6]
+
+
+@pytest.mark.parametrize(("model", "name"), [("DeepseaHydraulics", "v_h"), ("DeepseaArm", "F_h")])
+def test_input_that_is_not_finite_is_an_error(instance, model, name):
+    it = instance(model).start()
+    before = it.get(name)
+    with fails(it, name, "not finite"):
+        it.set(name, float("nan"))
+    assert it.get(name) == before
+    it.doStep(0.0, 1e-3)
+    assert np.isfinite(it.all_outputs()).all()
+
+
+def test_errors_are_logged_without_debug_logging(instance):
+    it = instance("DeepseaArm", logging=False)
+    with fails(it, "beam_mass"):
+        it.set("beam_mass", -1.0)
+
+
+def test_contradicting_parameters(instance):
+    it = instance("DeepseaHydraulics")
+    it.set("cylinder.d_h", 0.05)
+    with fails(it, "cylinder.d_h", "cylinder.D_h"):
+        it.start()
+
+
+def test_fixed_parameter_and_output_cannot_be_set(instance):
+    it = instance("DeepseaArm").start()
+    with fails(it, "load_weight", "fixed"):
+        it.set("load_weight", 900.0)
+    with fails(it, "theta", "cannot be set"):
+        it.set("theta", 0.1)
+
+
+def test_step_size_must_be_positive(instance):
+    it = instance("DeepseaArm").start()
+    with fails(it, "step"):
+        it.doStep(0.0, 0.0)
+
+
+def test_percent_signs_do_not_break_the_log(instance):
+    it = instance("DeepseaHydraulics")
+    with pytest.raises(FMICallException):
+        it.getReal([99999])
+    assert it.log[-1][0] == 3
+    assert "Traceback" in it.log[-1][1]
+
+
+@pytest.mark.parametrize("model", MODELS)
+def test_state_goes_back_bitwise(instance, model):
+    it = instance(model).start()
+
+    def go(k0, n):
+        rows = []
+        for k in range(k0, k0 + n):
+            if model == "DeepseaArm":
+                it.set("F_h", 7000.0 + 10 * k)
+            else:
+                it.set("x_h", 1e-5 * k)
+                it.set("v_h", 0.01)
+            it.doStep(k * 1e-3, 1e-3)
+            rows.append(it.all_outputs())
+        return rows
+
+    go(0, 30)
+    state = it.getFMUstate()
+    data = it.serializeFMUstate(state)
+    first = go(30, 50)
+    it.setFMUstate(state)
+    assert go(30, 50) == first
+    again = it.deSerializeFMUstate(data)
+    it.setFMUstate(again)
+    assert go(30, 50) == first
+    it.freeFMUstate(state)
+    it.freeFMUstate(again)
+
+    other = instance(model, name="other").start()
+    copy = other.deSerializeFMUstate(data)
+    other.setFMUstate(copy)
+    it = other
+    assert go(30, 50) == first
+    other.freeFMUstate(copy)
+
+
+def test_reset_is_a_new_start(instance):
+    it = instance("DeepseaArm").start(load_weight=1200.0)
+    it.doStep(0.0, 0.1)
+    it.reset()
+    it.start()
+    assert it.get("load_weight") == [800.0]
+    fresh = instance("DeepseaArm", name="fresh").start()
+    assert it.all_outputs() == fresh.all_outputs()
+
+
+def test_outputs_follow_the_inputs_before_the_step(instance):
+    it = instance("DeepseaHydraulics").start()
+    still = it.get("F_h")[0]
+    it.set("v_h", 0.01)
+    assert it.get("F_h")[0] == pytest.approx(still - 1000.0 * 0.01)
+
+
+def test_initial_pressures_follow_the_holding_force(instance):
+    it = instance("DeepseaHydraulics")
+    it.setupExperiment(startTime=0.0)
+    it.enterInitializationMode()
+    for force in (1000.0, 5000.0):
+        it.set("F_hold", force)
+        assert it.get("F_h")[0] == pytest.approx(force)
+
+
+def test_command_input_is_continued_within_a_step(instance):
+    """x_ref as a ramp gives the same answer at 1 ms and 20 ms as the built-in ramp, because its slope is continued."""
+    ends = {}
+    for name, h in (("built-in", 1e-3), ("input", 1e-3), ("input", 2e-2)):
+        it = instance("DeepseaHydraulics", name=f"{name}{h}")
+        it.set("command.t_start", 0.0)
+        if name == "input":
+            it.setBoolean([it.vr["command.use_input"]], [True])
+        it.start()
+        for k in range(round(0.4 / h)):
+            if name == "input":
+                it.set("x_ref", 0.04 * k * h)
+            it.doStep(k * h, h)
+        ends[name, h] = it.get("x_v", "P1", "Pa")
+    assert ends["input", 1e-3] == pytest.approx(ends["built-in", 1e-3], rel=2e-3)
+    assert ends["input", 2e-2] == pytest.approx(ends["built-in", 1e-3], rel=2e-2)
+
+
+def test_two_instances_do_not_touch_each_other(instance):
+    alone = instance("DeepseaArm", name="alone").start()
+    for k in range(20):
+        alone.set("F_h", 9000.0)
+        alone.doStep(k * 1e-3, 1e-3)
+    a = instance("DeepseaArm", name="a").start()
+    b = instance("DeepseaArm", name="b").start(load_weight=100.0)
+    for k in range(20):
+        for it, force in ((a, 9000.0), (b, 1.0)):
+            it.set("F_h", force)
+            it.doStep(k * 1e-3, 1e-3)
+    assert a.all_outputs() == alone.all_outputs()
+    assert b.all_outputs() != alone.all_outputs()
+
+
+def test_process_ends_cleanly_after_an_error_and_without_freeing(built):
+    script = f"""
+import fmpy
+from fmpy.fmi2 import FMU2Slave
+fmu = {str(built / "DeepseaArm.fmu")!r}
+d = fmpy.read_model_description(fmu)
+it = FMU2Slave(guid=d.guid, unzipDirectory=fmpy.extract(fmu), modelIdentifier="DeepseaArm", instanceName="a")
+it.instantiate()
+try:
+    it.setReal([d.modelVariables[0].valueReference], [float("nan")])
+except Exception as error:
+    print(error)
+it.setupExperiment()
+it.enterInitializationMode()
+it.exitInitializationMode()
+it.doStep(0.0, 0.001)
+print("end")
+"""
+    run = subprocess.run([sys.executable, "-c", script], capture_output=True, text=True)
+    assert run.returncode == 0, run.stderr
+    assert "status 3 (error)" in run.stdout
+    assert "end" in run.stdout
+
+
+def test_many_lives(instance):
+    """Instantiate, run and reset over and over: pythonfmu alone loses the script's globals here."""
+    for _ in range(30):
+        it = instance("DeepseaArm", name="x").start()
+        it.doStep(0.0, 1e-3)
+    assert np.isfinite(it.all_outputs()).all()

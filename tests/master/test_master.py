@@ -1,0 +1,259 @@
+"""The master on toy FMUs whose coupling has closed-form answers, and on packages that are wrong."""
+
+from __future__ import annotations
+
+import csv
+import json
+import zipfile
+
+import numpy as np
+import pytest
+from deepsea_cosim.core.errors import PackageError, SimulationError, UnknownNameError, UsageError
+from deepsea_cosim.master.cli import main
+from deepsea_cosim.master.simulate import Options, parse_change, run
+
+from ..toys import package
+
+OSCILLATOR = ("spring.F -> mass.F", "mass.x -> spring.x", "mass.v -> spring.v")
+OMEGA = 10.0
+
+
+def read_csv(folder):
+    with (folder / "results.csv").open() as file:
+        names = next(csv.reader(file))
+        table = np.loadtxt(file, delimiter=",", ndmin=2)
+    return {name: table[:, i] for i, name in enumerate(names)}
+
+
+@pytest.fixture
+def oscillator(toys, tmp_path):
+    """A mass on a spring of angular frequency 10/s, started 1 m out: x = cos(10 t)."""
+    fmus = {"spring": toys / "Spring.fmu", "mass": toys / "Mass.fmu"}
+    return package(tmp_path / "osc.ssp", fmus, OSCILLATOR, {"spring.k": OMEGA**2, "mass.m": 1.0}, stop=2.0)
+
+
+def growth(columns, h):
+    """Numerical damping ratio from the energy's mean growth."""
+    energy = 0.5 * columns["mass.v"] ** 2 + 0.5 * (columns["spring.F"] / OMEGA) ** 2
+    t = columns["time"]
+    keep = t > 10 * h
+    slope = np.polyfit(t[keep], np.log(energy[keep]), 1)[0]
+    return -slope / (2 * OMEGA)
+
+
+@pytest.mark.parametrize(("method", "order"), [("gauss-seidel", 2.0), ("jacobi", 1.0)])
+def test_displacement_converges_to_the_closed_form(oscillator, tmp_path, method, order):
+    errors = []
+    for i, h in enumerate((4e-3, 2e-3, 1e-3)):
+        folder = tmp_path / str(i)
+        run(oscillator, folder, Options(step=h, method=method))
+        columns = read_csv(folder)
+        errors.append(np.abs(columns["mass.x"] - np.cos(OMEGA * columns["time"])).max())
+    assert np.log2(np.array(errors[:-1]) / errors[1:]) == pytest.approx(order, abs=0.15)
+
+
+def test_numerical_damping_of_both_methods(oscillator, tmp_path):
+    """Gauss-Seidel of a rate-form spring is symplectic: no damping. Jacobi injects energy: ratio -omega h/2."""
+    h = 2e-3
+    for method, expected in (("gauss-seidel", 0.0), ("jacobi", -0.5 * OMEGA * h)):
+        run(oscillator, tmp_path / method, Options(step=h, method=method, stop_time=5.0))
+        assert growth(read_csv(tmp_path / method), h) == pytest.approx(expected, abs=0.1 * OMEGA * h)
+
+
+def test_no_units_no_bonds(oscillator, tmp_path):
+    assert run(oscillator, tmp_path / "out", Options(step=1e-2)).summary["coupling"] == []
+
+
+def test_time_labels_and_rows(toys, tmp_path):
+    """x of the bomb is the end of its step: the row labelled t must hold x = t, from first to last, without drift."""
+    pack = package(tmp_path / "p.ssp", {"b": toys / "Bomb.fmu"}, stop=1.0)
+    result = run(pack, tmp_path / "out", Options(step=1e-3))
+    columns = read_csv(tmp_path / "out")
+    assert len(columns["time"]) == 1001
+    assert columns["time"][0] == 0.0
+    assert columns["time"][-1] == 1.0
+    assert np.array_equal(columns["time"], np.append(np.arange(1000) * 1e-3, 1.0))
+    assert columns["b.x"] == pytest.approx(columns["time"], abs=1e-15)
+    assert result.summary["steps"] == 1000
+
+
+def test_last_step_is_shortened(toys, tmp_path):
+    pack = package(tmp_path / "p.ssp", {"b": toys / "Bomb.fmu"}, stop=1.0)
+    run(pack, tmp_path / "out", Options(step=0.3))
+    columns = read_csv(tmp_path / "out")
+    assert columns["time"] == pytest.approx([0.0, 0.3, 0.6, 0.9, 1.0])
+    assert columns["b.x"] == pytest.approx(columns["time"])
+
+
+def test_inputs_are_recorded_as_they_were_given(oscillator, tmp_path):
+    """Row k holds what was held from t_k on: Gauss-Seidel hands the mass the force of t_(k+1), Jacobi that of t_k."""
+    for method, shift in (("gauss-seidel", 1), ("jacobi", 0)):
+        run(oscillator, tmp_path / method, Options(step=1e-2, method=method))
+        c = read_csv(tmp_path / method)
+        n = len(c["time"])
+        assert np.array_equal(c["mass.F"][: n - 1], c["spring.F"][shift : n - 1 + shift])
+        assert np.array_equal(c["spring.v"][: n - 1], c["mass.v"][: n - 1])
+
+
+def test_chain_is_initialised_and_stepped_in_the_order_of_the_data(toys, tmp_path):
+    """c after b after a although listed backwards: y = 2 u + 1 runs through the chain within one point in time."""
+    bomb = toys / "Bomb.fmu"
+    pack = package(
+        tmp_path / "p.ssp",
+        {"c": bomb, "b": bomb, "a": bomb},
+        ("a.x -> b.u", "b.y -> c.u"),
+        stop=1.0,
+    )
+    result = run(pack, tmp_path / "out", Options(step=0.1))
+    assert result.summary["order"] == ["a", "b", "c"]
+    c = read_csv(tmp_path / "out")
+    assert c["c.y"] == pytest.approx(4.0 * c["time"] + 3.0)
+
+
+def test_unconnected_inputs_keep_their_start_or_set_value(toys, tmp_path):
+    pack = package(tmp_path / "p.ssp", {"b": toys / "Bomb.fmu"}, stop=1.0)
+    run(pack, tmp_path / "out", Options(step=0.1, changes=(("b.u", "1.5"),)))
+    assert read_csv(tmp_path / "out")["b.y"] == pytest.approx(np.full(11, 4.0))
+
+
+def test_parameters_of_the_package_and_of_the_command_line(toys, tmp_path):
+    pack = package(tmp_path / "p.ssp", {"m": toys / "Mass.fmu"}, (), {"m.x0": 3.0})
+    run(pack, tmp_path / "a", Options(step=0.5))
+    assert read_csv(tmp_path / "a")["m.x"][0] == 3.0
+    run(pack, tmp_path / "b", Options(step=0.5, changes=(("m.x0", "4"),)))
+    assert read_csv(tmp_path / "b")["m.x"][0] == 4.0
+
+
+def test_bare_name_is_set_wherever_it_exists(toys, tmp_path):
+    mass = toys / "Mass.fmu"
+    pack = package(tmp_path / "p.ssp", {"a": mass, "b": mass, "s": toys / "Spring.fmu"})
+    run(pack, tmp_path / "out", Options(step=0.5, changes=(("x0", "7"),)))
+    c = read_csv(tmp_path / "out")
+    assert c["a.x"][0] == c["b.x"][0] == 7.0
+
+
+@pytest.mark.parametrize("how", [1, 2, 3], ids=["nan", "refused step", "exception"])
+def test_what_was_recorded_is_kept_when_an_fmu_fails(toys, tmp_path, how):
+    pack = package(tmp_path / "p.ssp", {"b": toys / "Bomb.fmu"}, stop=10.0)
+    changes = (("b.how", str(how)), ("b.t_bomb", "5.0"))
+    with pytest.raises(SimulationError) as error:
+        run(pack, tmp_path / "out", Options(step=1e-3, changes=changes))
+    text = str(error.value)
+    assert "b" in text
+    assert "t = 5" in text
+    assert "\n" not in text
+    c = read_csv(tmp_path / "out")
+    assert c["time"][-1] == pytest.approx(5.0, abs=2e-3)
+    assert np.isfinite(c["b.x"]).all()
+    summary = json.loads((tmp_path / "out" / "summary.json").read_text())
+    assert summary["status"] == "failed"
+    assert summary["error"] == text
+
+
+def test_same_package_twice_is_bitwise_the_same(oscillator, tmp_path):
+    for name in "ab":
+        run(oscillator, tmp_path / name, Options(step=1e-2))
+    assert (tmp_path / "a" / "results.csv").read_bytes() == (tmp_path / "b" / "results.csv").read_bytes()
+
+
+@pytest.mark.parametrize(
+    ("connections", "message"),
+    [
+        (("nobody.x -> m.F",), "no component 'nobody'"),
+        (("m.y -> m.F",), "no variable 'y'"),
+        (("m.F -> m.F",), "not an output"),
+        (("m.x -> m.v",), "not an input"),
+        (("m.x -> m.F", "m.v -> m.F"), "already driven"),
+    ],
+)
+def test_wrong_connections(toys, tmp_path, connections, message):
+    pack = package(tmp_path / "p.ssp", {"m": toys / "Mass.fmu"}, connections)
+    with pytest.raises(PackageError, match=message):
+        run(pack, tmp_path / "out")
+
+
+@pytest.mark.parametrize(
+    ("options", "kind", "message"),
+    [
+        (Options(step=0.0), UsageError, "positive"),
+        (Options(step=float("nan")), UsageError, "positive"),
+        (Options(step=9.0), UsageError, "longer than the whole run"),
+        (Options(stop_time=-1.0), UsageError, "later than the start"),
+        (Options(step=1e-12), UsageError, "steps"),
+        (Options(method="euler"), UsageError, "unknown method"),
+        (Options(changes=(("m.x00", "1"),)), UnknownNameError, "did you mean 'x0'"),
+        (Options(changes=(("nope", "1"),)), UnknownNameError, "no component has"),
+        (Options(changes=(("m.x", "1"),)), UnknownNameError, "no parameter 'x'"),
+    ],
+)
+def test_wrong_options(toys, tmp_path, options, kind, message):
+    pack = package(tmp_path / "p.ssp", {"m": toys / "Mass.fmu"})
+    with pytest.raises(kind, match=message):
+        run(pack, tmp_path / "out", options)
+
+
+def test_change_syntax():
+    assert parse_change("a.b = 3") == ("a.b", "3")
+    for text in ("a.b", "=3", "a="):
+        with pytest.raises(UsageError, match="expected component"):
+            parse_change(text)
+
+
+def test_algebraic_loop_at_the_start_that_does_not_settle(toys, tmp_path):
+    bomb = toys / "Bomb.fmu"
+    pack = package(tmp_path / "p.ssp", {"a": bomb, "b": bomb}, ("a.y -> b.u", "b.y -> a.u"))
+    with pytest.raises(SimulationError, match=r"algebraic loop .* does not settle"):
+        run(pack, tmp_path / "out")
+
+
+# the command line
+
+
+def one_line(capsys, expected_code, arguments):
+    code = main([str(a) for a in arguments])
+    error = capsys.readouterr().err
+    assert code == expected_code
+    assert error.count("\n") == 1
+    assert error.startswith("cosim-master: ")
+    return error
+
+
+def test_command_line_errors_are_one_line(toys, tmp_path, capsys):
+    good = package(tmp_path / "good.ssp", {"m": toys / "Mass.fmu"})
+    (tmp_path / "no.ssp").write_text("this is no zip")
+    (tmp_path / "cut.ssp").write_bytes(good.read_bytes()[:-200])
+    with zipfile.ZipFile(tmp_path / "hole.ssp", "w") as hole, zipfile.ZipFile(good) as whole:
+        hole.writestr("SystemStructure.ssd", whole.read("SystemStructure.ssd"))
+    out = ("--out", tmp_path / "out", "--no-plot")
+    assert "not a zip archive" in one_line(capsys, 2, [tmp_path / "no.ssp", *out])
+    assert "not a zip archive" in one_line(capsys, 2, [tmp_path / "cut.ssp", *out])
+    assert "no such file" in one_line(capsys, 2, [tmp_path / "missing.ssp", *out])
+    assert "missing in the package" in one_line(capsys, 2, [tmp_path / "hole.ssp", *out])
+    assert "x9" in one_line(capsys, 2, [good, "--set", "m.x9=1", *out])
+    assert "not a number" in one_line(capsys, 2, [good, "--set", "m.x0=one", *out])
+    assert "positive" in one_line(capsys, 2, [good, "--step", "0", *out])
+    assert "cannot be written" in one_line(capsys, 2, [good, "--out", tmp_path / "no.ssp", "--no-plot"])
+    assert not (tmp_path / "out").exists()
+
+
+def test_command_line_run(toys, tmp_path, capsys):
+    pack = package(tmp_path / "osc.ssp", {"m": toys / "Mass.fmu"})
+    assert main([str(pack), "--out", str(tmp_path / "out"), "--step", "0.01"]) == 0
+    shown = capsys.readouterr().out
+    for name in ("results.csv", "summary.json", "overview.png"):
+        assert name in shown
+        assert (tmp_path / "out" / name).stat().st_size > 0
+    summary = json.loads((tmp_path / "out" / "summary.json").read_text())
+    for key in ("step_s", "method", "wall_time_s", "real_time_factor", "fmu_time_s", "coupling", "versions"):
+        assert key in summary
+    assert main([str(pack), "--out", str(tmp_path / "q"), "--no-plot", "--quiet"]) == 0
+    assert capsys.readouterr().out == ""
+
+
+def test_help_names_every_option(capsys):
+    with pytest.raises(SystemExit) as stop:
+        main(["--help"])
+    assert stop.value.code == 0
+    text = capsys.readouterr().out
+    for option in ("--out", "--step", "--stop-time", "--set", "--method", "--quiet", "examples"):
+        assert option in text

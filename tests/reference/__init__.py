@@ -1,0 +1,1 @@
+"""Independent reference solutions that the tests compare the co-simulation with."""

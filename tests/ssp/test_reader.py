@@ -1,0 +1,147 @@
+"""Reading packages: what is understood, and one clear line for what is not."""
+
+import zipfile
+
+import pytest
+from deepsea_cosim.core.errors import PackageError
+from deepsea_cosim.ssp.archive import extract
+from deepsea_cosim.ssp.reader import read
+
+HEAD = (
+    '<ssd:SystemStructureDescription xmlns:ssd="http://ssp-standard.org/SSP1/SystemStructureDescription" '
+    'xmlns:ssc="http://ssp-standard.org/SSP1/SystemStructureCommon" '
+    'xmlns:ssv="http://ssp-standard.org/SSP1/SystemStructureParameterValues" version="1.0" name="t">'
+)
+
+
+def write(path, system, **files):
+    with zipfile.ZipFile(path, "w") as archive:
+        archive.writestr("SystemStructure.ssd", f"{HEAD}{system}</ssd:SystemStructureDescription>")
+        for name, content in files.items():
+            archive.writestr(f"resources/{name.replace('__', '.')}", content)
+    return path
+
+
+COMPONENT = '<ssd:Component name="a" source="resources/a.fmu"/>'
+
+
+def test_shipped_scenarios(built, tmp_path):
+    s = read(built / "deepsea_6km.ssp", tmp_path)
+    assert [c.name for c in s.components] == ["hydraulics", "arm"]
+    assert (s.start_time, s.stop_time, s.step_size) == (0.0, 22.0, 1e-3)
+    assert {p.name: p.value for p in s.parameters} == {"hydraulics.depth": 6000.0, "arm.depth": 6000.0}
+    assert ("hydraulics", "F_h") in [c.start for c in s.connections]
+    connectors = {c.name: c for c in s.component("hydraulics").connectors}
+    assert connectors["P1"].unit == "Pa"
+    assert connectors["P1"].kind == "output"
+    assert connectors["oil.nu0"].kind == "parameter"
+
+
+def test_constant_viscosity_scenario(built, tmp_path):
+    s = read(built / "deepsea_11km_constant_viscosity.ssp", tmp_path)
+    assert {p.name: p.value for p in s.parameters}["hydraulics.line.variable_viscosity"] is False
+
+
+def test_bindings_inline_external_prefix_and_component(tmp_path):
+    values = (
+        '<ssv:ParameterSet xmlns:ssv="http://ssp-standard.org/SSP1/SystemStructureParameterValues" version="1.0" '
+        'name="v"><ssv:Parameters><ssv:Parameter name="k"><ssv:Integer value="3"/></ssv:Parameter></ssv:Parameters>'
+        "</ssv:ParameterSet>"
+    )
+    inline = values.replace('value="3"', 'value="4"')
+    package = write(
+        tmp_path / "p.ssp",
+        '<ssd:System name="s"><ssd:ParameterBindings>'
+        '<ssd:ParameterBinding prefix="a." source="resources/v.ssv"/></ssd:ParameterBindings>'
+        '<ssd:Elements><ssd:Component name="a" source="resources/a.fmu"><ssd:ParameterBindings><ssd:ParameterBinding>'
+        f"<ssd:ParameterValues>{inline}</ssd:ParameterValues></ssd:ParameterBinding></ssd:ParameterBindings>"
+        "</ssd:Component></ssd:Elements></ssd:System>",
+        a__fmu="x",
+        v__ssv=values,
+    )
+    s = read(package, tmp_path / "out")
+    assert [(p.name, p.value) for p in s.parameters] == [("a.k", 3)]
+    assert [(p.name, p.value) for p in s.components[0].parameters] == [("k", 4)]
+
+
+@pytest.mark.parametrize(
+    ("system", "message"),
+    [
+        ("", "no <System>"),
+        ('<ssd:System name="s"><ssd:Elements><ssd:System name="n"/></ssd:Elements></ssd:System>', "<System> inside"),
+        (
+            '<ssd:System name="s"><ssd:Elements><ssd:Component name="a" source="resources/b.fmu"/></ssd:Elements>'
+            "</ssd:System>",
+            "component 'a' needs 'resources/b.fmu', which is missing",
+        ),
+        (
+            '<ssd:System name="s"><ssd:Elements><ssd:Component name="a" source="../../etc/passwd"/></ssd:Elements>'
+            "</ssd:System>",
+            "leaves the package",
+        ),
+        (
+            f'<ssd:System name="s"><ssd:Elements>{COMPONENT}{COMPONENT}</ssd:Elements></ssd:System>',
+            "two components are called 'a'",
+        ),
+        (
+            f'<ssd:System name="s"><ssd:Elements>{COMPONENT}</ssd:Elements><ssd:Connections>'
+            '<ssd:Connection startElement="a" startConnector="x" endElement="a" endConnector="y">'
+            '<ssc:LinearTransformation factor="2"/></ssd:Connection></ssd:Connections></ssd:System>',
+            "transformations are not supported yet",
+        ),
+        (
+            f'<ssd:System name="s"><ssd:Elements>{COMPONENT}</ssd:Elements><ssd:Connections>'
+            '<ssd:Connection startConnector="x" endElement="a" endConnector="y"/></ssd:Connections></ssd:System>',
+            "system's own connectors",
+        ),
+        (
+            '<ssd:System name="s"><ssd:Elements><ssd:Component name="a" source="resources/a.fmu" '
+            'type="application/x-ssp-package"/></ssd:Elements></ssd:System>',
+            "only FMUs are supported yet",
+        ),
+        (
+            '<ssd:System name="s"/><ssd:DefaultExperiment stopTime="soon"/>',
+            'stopTime="soon" is not a number',
+        ),
+    ],
+)
+def test_what_is_wrong_or_not_supported_is_refused_by_name(tmp_path, system, message):
+    package = write(tmp_path / "p.ssp", system, a__fmu="x")
+    with pytest.raises(PackageError) as error:
+        read(package, tmp_path / "out")
+    assert message in str(error.value)
+    assert "\n" not in str(error.value)
+    assert "SystemStructure.ssd, line" in str(error.value)
+
+
+def test_entities_are_not_expanded(tmp_path):
+    secret = tmp_path / "secret"
+    secret.write_text("s3cret")
+    with zipfile.ZipFile(tmp_path / "p.ssp", "w") as archive:
+        archive.writestr(
+            "SystemStructure.ssd",
+            f'<!DOCTYPE x [<!ENTITY e SYSTEM "file://{secret}">]>{HEAD}<ssd:System name="&e;"/>'
+            "</ssd:SystemStructureDescription>",
+        )
+    try:
+        assert "s3cret" not in read(tmp_path / "p.ssp", tmp_path / "out").name
+    except PackageError as error:
+        assert "s3cret" not in str(error)  # noqa: PT017
+
+
+@pytest.mark.parametrize("name", ["../evil", "/evil", "a/../../evil", "a\\..\\evil"])
+def test_no_path_leaves_the_folder(tmp_path, name):
+    with zipfile.ZipFile(tmp_path / "p.ssp", "w") as archive:
+        archive.writestr(name, "x")
+    target = tmp_path / "deep" / "out"
+    with pytest.raises(PackageError, match="would leave the package"):
+        extract(tmp_path / "p.ssp", target)
+    assert not list(tmp_path.rglob("evil*"))
+
+
+def test_bombs_are_refused(tmp_path, monkeypatch):
+    monkeypatch.setattr("deepsea_cosim.ssp.archive.MAX_SIZE", 1000)
+    with zipfile.ZipFile(tmp_path / "p.ssp", "w", zipfile.ZIP_DEFLATED) as archive:
+        archive.writestr("zeros", b"\0" * 10_000)
+    with pytest.raises(PackageError, match="would unpack to"):
+        extract(tmp_path / "p.ssp", tmp_path / "out")

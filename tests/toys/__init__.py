@@ -1,0 +1,51 @@
+"""Small FMUs made with plain pythonfmu, and SSP packages around them."""
+
+from __future__ import annotations
+
+import zipfile
+from collections.abc import Iterable, Mapping
+from pathlib import Path
+
+SSD = "http://ssp-standard.org/SSP1/SystemStructureDescription"
+SSV = "http://ssp-standard.org/SSP1/SystemStructureParameterValues"
+
+
+def package(
+    target: Path,
+    fmus: Mapping[str, Path],
+    connections: Iterable[str] = (),
+    parameters: Mapping[str, float] | None = None,
+    stop: float = 1.0,
+) -> Path:
+    """Write an SSP with components name -> FMU file, connections 'a.x -> b.y' and inline parameters."""
+    components = "".join(
+        f'<ssd:Component name="{name}" source="resources/{path.name}"/>' for name, path in fmus.items()
+    )
+    lines = []
+    for connection in connections:
+        start, end = (side.strip().partition(".") for side in connection.split("->"))
+        lines.append(
+            f'<ssd:Connection startElement="{start[0]}" startConnector="{start[2]}" '
+            f'endElement="{end[0]}" endConnector="{end[2]}"/>'
+        )
+    values = "".join(
+        f'<ssv:Parameter name="{name}"><ssv:Real value="{value!r}"/></ssv:Parameter>'
+        for name, value in (parameters or {}).items()
+    )
+    text = f"""<?xml version="1.0"?>
+<ssd:SystemStructureDescription xmlns:ssd="{SSD}" xmlns:ssv="{SSV}" version="1.0" name="toy">
+  <ssd:System name="toy">
+    <ssd:ParameterBindings><ssd:ParameterBinding><ssd:ParameterValues><ssv:ParameterSet version="1.0" name="p">
+      <ssv:Parameters>{values}</ssv:Parameters>
+    </ssv:ParameterSet></ssd:ParameterValues></ssd:ParameterBinding></ssd:ParameterBindings>
+    <ssd:Elements>{components}</ssd:Elements>
+    <ssd:Connections>{"".join(lines)}</ssd:Connections>
+  </ssd:System>
+  <ssd:DefaultExperiment startTime="0" stopTime="{stop!r}"/>
+</ssd:SystemStructureDescription>
+"""
+    with zipfile.ZipFile(target, "w") as archive:
+        archive.writestr("SystemStructure.ssd", text)
+        for path in set(fmus.values()):
+            archive.write(path, f"resources/{path.name}")
+    return target
