@@ -1,0 +1,27 @@
+# the usual commands; `just` lists them
+
+default:
+    @just --list
+
+# an environment to work in
+setup:
+    python3 -m venv .venv && .venv/bin/pip install -q -e ".[test]"
+
+# both FMUs and all scenarios
+build:
+    .venv/bin/cosim-fmus build --out build
+
+# the 11 km scenario
+run: build
+    .venv/bin/cosim-master build/deepsea_11km.ssp
+
+test *arguments:
+    .venv/bin/python -m pytest {{arguments}}
+
+lint:
+    .venv/bin/ruff check .
+
+# speed and accuracy
+bench: build
+    .venv/bin/python benchmarks/deepsea.py build
+    .venv/bin/python benchmarks/coupling_error.py build
