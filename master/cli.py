@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import argparse
+import os
 import sys
 from collections.abc import Sequence
 from pathlib import Path
@@ -167,5 +168,16 @@ def _run(options: argparse.Namespace) -> int:
     return 0
 
 
+def command() -> NoReturn:
+    """The console script. It ends the process at once: FMUs that are still loaded may crash while Python shuts down."""
+    try:
+        code = main()
+    except SystemExit as stop:
+        code = stop.code if isinstance(stop.code, int) else 0
+    sys.stdout.flush()
+    sys.stderr.flush()
+    os._exit(code)
+
+
 if __name__ == "__main__":
-    sys.exit(main())
+    command()

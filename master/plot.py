@@ -7,6 +7,7 @@ request file on its standard input.
 from __future__ import annotations
 
 import json
+import os
 import subprocess
 import sys
 from collections.abc import Mapping, Sequence
@@ -71,13 +72,14 @@ def draw(
             axis.plot(rows[:, 0], rows[:, names.index(name)] * factor, label=name, linewidth=1.2)
         axis.set_ylabel(f"[{shown}]")
         axis.grid(alpha=0.3)
+        axis.locator_params(nbins=6)
         axis.set_xlim(rows[0, 0], rows[-1, 0])
         axis.legend(fontsize=7, loc="lower left", bbox_to_anchor=(-0.02, 0.98), ncols=4, frameon=False)
     for axis in axes[count:]:
         axis.set_visible(False)
     for axis in axes[max(count - columns, 0) : count]:
         axis.set_xlabel("time [s]")
-    figure.savefig(target)
+    figure.savefig(target, pil_kwargs={"compress_level": 3})
 
 
 class Plotter:
@@ -131,3 +133,4 @@ def _serve() -> None:
 
 if __name__ == "__main__":
     _serve()
+    os._exit(0)  # somebody waits for the end of this process, and there is nothing to clean up
