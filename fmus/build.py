@@ -193,9 +193,10 @@ def build(folder: Path, say: Callable[[str], None] = lambda text: None) -> list[
         say(f"{made[-1]}  {made[-1].stat().st_size / 1024:.0f} kB")
     fmus = {f"resources/{path.name}": path for path in made}
     system = _folder("ssp") / "scenarios" / SYSTEM
+    extra = {"resources/effects.toml": system / "effects.toml"}
     for parameters in sorted(system.glob("*.ssv")):
         target = folder / f"{parameters.stem}.ssp"
-        packer.pack(system / "SystemStructure.ssd", parameters, fmus, target)
+        packer.pack(system / "SystemStructure.ssd", parameters, fmus, target, extra)
         made.append(target)
         say(str(target))
     return made

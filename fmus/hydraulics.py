@@ -8,6 +8,7 @@ import numpy as np
 
 from ..core.errors import SimulationError
 from ..hydraulics_fmu import circuit, integrator
+from ..hydraulics_fmu.march import MEMORY, march, output_in_force
 from ..hydraulics_fmu.steady import steady_state
 from ..hydraulics_fmu.variables import HYDRAULICS
 from .slave import Slave
@@ -37,6 +38,7 @@ class DeepseaHydraulics(Slave):
         self.y = steady_state(self.c, float(self.values[self._hold]))
         self.w = np.zeros(integrator.workspace_size(int(parameters["line.segments"])))
         self.w[integrator.AGE] = -1.0
+        self.memory = np.zeros(MEMORY)
         self.last_ref: tuple[float, float] | None = None
         self.ref_rate = 0.0
 
@@ -48,21 +50,29 @@ class DeepseaHydraulics(Slave):
             rate = (ref - self.last_ref[1]) / (t - self.last_ref[0])
             if abs(rate) > JUMP_RATE:
                 rate = 0.0
-        fault = integrator.advance(self.y, self.w, self.c, self.scale, t, h, x, v, ref, rate)
+        fault = march(self.y, self.w, self.memory, self.c, self.scale, t, h, x, v, ref, rate)
         if fault:
             raise SimulationError(f"{_FAULTS[fault]} at t = {t:g} s, step {h:g} s", t)
         self.last_ref, self.ref_rate = (t, ref), rate
-        circuit.outputs_at(self.y, self.c, t, h, x, v, ref, rate, self.out)
+        held = output_in_force(t + h, self.memory, self.c)
+        circuit.outputs_at(self.y, self.c, t, h, x, v, ref, rate, held, self.out)
 
     def outputs(self) -> None:
         values = self.values
         x, v, ref = values.item(self._x), values.item(self._v), values.item(self._ref)
-        circuit.outputs_at(self.y, self.c, self.time, 0.0, x, v, ref, self.ref_rate, self.out)
+        held = output_in_force(self.time, self.memory, self.c)
+        circuit.outputs_at(self.y, self.c, self.time, 0.0, x, v, ref, self.ref_rate, held, self.out)
 
     def get_model_state(self) -> dict[str, Any]:
-        return {"y": self.y.copy(), "w": self.w.copy(), "last_ref": self.last_ref, "ref_rate": self.ref_rate}
+        return {
+            "y": self.y.copy(),
+            "w": self.w.copy(),
+            "memory": self.memory.copy(),
+            "last_ref": self.last_ref,
+            "ref_rate": self.ref_rate,
+        }
 
     def set_model_state(self, state: dict[str, Any]) -> None:
-        self.y[:], self.w[:] = state["y"], state["w"]
+        self.y[:], self.w[:], self.memory[:] = state["y"], state["w"], state["memory"]
         self.last_ref = tuple(state["last_ref"]) if state["last_ref"] else None
         self.ref_rate = state["ref_rate"]

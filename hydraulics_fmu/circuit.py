@@ -3,9 +3,10 @@
 States, for n segments a line (pressures as of `oil.pressure`, SI units):
 
     chain   line a-1: [Q_0, p_1, Q_1, ..., Q_(n-1)], then line b-2 likewise          2 (2n - 1)
-    border  pa, p1, p2, pb, pt, x_c, v_c, integral                                   8
+    border  pa, p1, p2, pb, pt, x_c, v_c, integral, spool, spool rate                10
 
-with pa, pb the valve ports, p1, p2 the chambers, each joined with the half segment of line next to it.
+with pa, pb the valve ports, p1, p2 the chambers, each joined with the half segment of line next to it. Spool and its
+rate move only when the valve has dynamics.
 """
 
 from __future__ import annotations
@@ -22,13 +23,14 @@ from . import cylinder
 from .compensator import piston_acceleration, tank_pressure_rate
 from .controller import integral_rate, pid_output, ramp_command
 from .cylinder import chamber_volume, end_stop_force, leakage, rod_force
+from .friction import piston_friction
 from .line import line_derivatives
-from .oil import effective_bulk_modulus, pressure
-from .supply import limited_by_pump, supply_pressure
-from .valve import flow_gain, land_diameter, land_flow
+from .oil import air_softening, effective_bulk_modulus, pressure, temperature_factor
+from .supply import limited_by_pump, override_pressure, supply_pressure
+from .valve import flow_gain, land_diameter, land_flow, land_opening, spool_acceleration
 
-BORDER = 8
-PA, P1, P2, PB, PT, XC, VC, INTEGRAL = range(BORDER)
+BORDER = 10
+PA, P1, P2, PB, PT, XC, VC, INTEGRAL, SPOOL, SPOOL_RATE = range(BORDER)
 """Places of the border states, counted from the end of the chain."""
 
 (
@@ -38,14 +40,16 @@ PA, P1, P2, PB, PT, XC, VC, INTEGRAL = range(BORDER)
     A1, A2, V0, C_L, B_H, STROKE, CLEARANCE, STOP_K, STOP_D,
     A_C, V_T, L_C, M_C, B_C, K_C, PRECOMPRESSION,
     GAIN, KP, KI, KD, USE_INPUT, TARGET, T_START, RAMP, HOLD, RTOL,
-) = range(45)  # fmt: skip
+    F_C, V_0, F_EXTRA, V_S, K_P, AIR, POLYTROPIC, HALF_AT_CHAMBER, BETA_LINE,
+    SPOOL_T, SPOOL_DAMPING, DELAY, OVERLAP, NULL_SHIFT, VALVE_LEAK, OVERRIDE, MINOR, SAMPLING,
+) = range(63)  # fmt: skip
 """Places of the constants in the array made by `constants`."""
 
 OUTPUTS = ("F_h", "P1", "P2", "Pa", "Pb", "Pp", "Pt", "Q1", "Q2", "Qa", "Qb", "Qrv", "x_v", "u", "x_cmd")
 
 
 def constants(p: Mapping[str, float]) -> np.ndarray:
-    """The numbers that the kernels need, (45,) float64, from the parameters of the variable table.
+    """The numbers that the kernels need, (63,) float64, from the parameters of the variable table.
 
     Raises `ParameterError` when parameters contradict each other.
     """
@@ -55,22 +59,30 @@ def constants(p: Mapping[str, float]) -> np.ndarray:
             f"'cylinder.D_h' = {p['cylinder.D_h']:g} m"
         )
     n = int(p["line.segments"])
-    bore = pi * p["line.diameter"] ** 2 / 4.0
+    diameter = p["line.diameter"] * p["effect.line_diameter_error.scale"]
+    bore = pi * diameter**2 / 4.0
     dx = p["line.length"] / n
     beta_e = effective_bulk_modulus.py_func(p["oil.beta"], p["line.beta_wall"])
+    softer = 1.0 + beta_e * p["effect.hose_compliance.compliance"]
+    beta_line = beta_e / softer
+    nu0 = p["oil.nu0"] * temperature_factor(p["effect.oil_temperature.T"])
+    q_rated = p["valve.q_rated"] * p["effect.valve_flow_gain.scale"]
     area_1, area_2 = cylinder.areas(p["cylinder.D_h"], p["cylinder.d_h"])
-    c = np.zeros(45)
+    c = np.zeros(63)
     values = {
-        SEGMENTS: n, P_AM: ambient_pressure(p["depth"]),
-        ETA0: p["oil.rho"] * p["oil.nu0"], ALPHA: p["oil.alpha"], RHO: p["oil.rho"],
+        SEGMENTS: n, P_AM: ambient_pressure(p["depth"]) * p["effect.ambient_pressure_error.scale"],
+        ETA0: p["oil.rho"] * nu0, ALPHA: p["oil.alpha"], RHO: p["oil.rho"],
         BETA_E: beta_e, BETA: p["oil.beta"], P_VAPOUR: p["oil.p_vapour"],
-        K_Q: flow_gain(p["valve.q_rated"], p["valve.dp_rated"]),
-        D_LAND: land_diameter(p["valve.q_rated"], p["valve.dp_rated"], p["oil.rho"]),
+        K_Q: flow_gain(q_rated, p["valve.dp_rated"]),
+        D_LAND: land_diameter(q_rated, p["valve.dp_rated"], p["oil.rho"]),
         LAM_CRIT: p["valve.lam_crit"], I_MAX: p["valve.i_rated"],
-        Q_PUMP: p["pump.displacement"] * p["pump.speed"], P_CRACK: p["relief.p_crack"],
-        LINE_R: 128.0 * dx / (pi * p["line.diameter"] ** 4), LINE_I: p["oil.rho"] * dx / bore,
-        LINE_K: beta_e / (bore * dx), HALF_SEGMENT: 0.5 * bore * dx, VARIABLE: float(p["line.variable_viscosity"]),
-        A1: area_1, A2: area_2, V0: p["cylinder.dead_volume"], C_L: p["cylinder.c_l"], B_H: p["cylinder.B_h"],
+        Q_PUMP: p["pump.displacement"] * p["pump.speed"],
+        P_CRACK: p["relief.p_crack"] * (1.0 - p["effect.supply_droop.droop"]),
+        LINE_R: 128.0 * dx / (pi * diameter**4), LINE_I: p["oil.rho"] * dx / bore,
+        LINE_K: beta_line / (bore * dx), HALF_SEGMENT: 0.5 * bore * dx, VARIABLE: float(p["line.variable_viscosity"]),
+        A1: area_1, A2: area_2, V0: p["cylinder.dead_volume"],
+        C_L: p["cylinder.c_l"] * p["effect.piston_leakage.scale"],
+        B_H: p["cylinder.B_h"] * p["effect.cylinder_viscous_error.scale"],
         STROKE: p["cylinder.stroke"], CLEARANCE: p["cylinder.stop_clearance"],
         STOP_K: p["cylinder.stop_stiffness"], STOP_D: p["cylinder.stop_damping"],
         A_C: pi * p["compensator.diameter"] ** 2 / 4.0, V_T: p["tank.volume"], L_C: p["compensator.length"],
@@ -79,6 +91,17 @@ def constants(p: Mapping[str, float]) -> np.ndarray:
         GAIN: p["sensor.gain"], KP: p["controller.kp"], KI: p["controller.ki"], KD: p["controller.kd"],
         USE_INPUT: float(p["command.use_input"]), TARGET: p["command.target"], T_START: p["command.t_start"],
         RAMP: p["command.ramp_time"], HOLD: p["command.hold_time"], RTOL: p["solver.rtol"],
+        F_C: p["effect.cylinder_coulomb_friction.F_c"], V_0: p["effect.cylinder_coulomb_friction.v_0"],
+        F_EXTRA: p["effect.cylinder_stribeck_friction.F_extra"], V_S: p["effect.cylinder_stribeck_friction.v_s"],
+        K_P: p["effect.seal_pressure_friction.k_p"],
+        AIR: p["effect.entrained_air.fraction"], POLYTROPIC: p["effect.entrained_air.polytropic"],
+        HALF_AT_CHAMBER: 0.5 * bore * dx * softer, BETA_LINE: beta_line,
+        SPOOL_T: p["effect.valve_dynamics.T"], SPOOL_DAMPING: p["effect.valve_dynamics.damping"],
+        DELAY: p["effect.command_delay.tau"], OVERLAP: p["effect.valve_dead_zone.overlap"],
+        NULL_SHIFT: p["effect.valve_null_shift.shift"], VALVE_LEAK: p["effect.valve_leakage.c"],
+        OVERRIDE: p["effect.relief_override.R"],
+        MINOR: p["effect.line_minor_losses.K"] * p["oil.rho"] / (2.0 * bore**2 * n),
+        SAMPLING: p["effect.controller_sampling.period"],
     }  # fmt: skip
     for place, value in values.items():
         c[place] = value
@@ -94,13 +117,30 @@ def state_scales(c: np.ndarray) -> np.ndarray:
         chain[first : first + 2 * n - 1 : 2] = flow
         chain[first + 1 : first + 2 * n - 1 : 2] = c[P_CRACK]
     p = c[P_CRACK]
-    return np.concatenate([chain, [p, p, p, p, p, 0.1, 0.1, c[I_MAX]]])
+    rate = 1.0 / c[SPOOL_T] if c[SPOOL_T] > 0.0 else 1.0
+    return np.concatenate([chain, [p, p, p, p, p, 0.1, 0.1, c[I_MAX], 1.0, rate]])
 
 
 @kernel
-def spool(error: float, error_rate: float, integral: float, c: object) -> float:
-    """Spool position x_v = k_v u with k_v = 1/i_rated (Eq. 10), in -1..1."""
-    return pid_output(error, error_rate, integral, c[KP], c[KD], c[I_MAX]) / c[I_MAX]
+def controller(error: float, error_rate: float, integral: float, held: float, c: object) -> float:
+    """Controller output u [mA]: the PID's, or `held` when that is a number (delay and sampling, see `march`)."""
+    if held == held:
+        return held
+    return pid_output(error, error_rate, integral, c[KP], c[KD], c[I_MAX])
+
+
+@kernel
+def spool_command(u: float, c: object) -> float:
+    """Commanded spool position k_v u with k_v = 1/i_rated (Eq. 10), shifted by the null shift, in -1..1."""
+    return min(max(u / c[I_MAX] + c[NULL_SHIFT], -1.0), 1.0)
+
+
+@kernel
+def spool(u: float, state: float, c: object) -> float:
+    """Spool position x_v in -1..1: its command at once, or the spool's own state when it has dynamics."""
+    if c[SPOOL_T] == 0.0:
+        return spool_command(u, c)
+    return min(max(state, -1.0), 1.0)
 
 
 @kernel
@@ -110,23 +150,51 @@ def land(opening: float, P_from: float, P_to: float, c: object) -> float:
 
 
 @kernel
-def valve_flows(x_v: float, Pa: float, Pb: float, Pt: float, c: object) -> tuple[float, float]:
-    """Flows Q_a, Q_b [m3/s] of the valve's ports (Eqs. 8, 9), the supplied one limited by the pump."""
-    P_relief = Pt + c[P_CRACK]
-    if x_v >= 0.0:
-        Q_a = limited_by_pump(land(x_v, P_relief, Pa, c), c[Q_PUMP])
-        Q_b = land(x_v, Pb, Pt, c)
+def relief_pressure(s: float, Pa: float, Pb: float, Pt: float, c: object) -> float:
+    """Pressure [Pa] that the relief valve holds at port p, as long as the pump suffices; s: signed opening."""
+    P = Pt + c[P_CRACK]
+    if c[OVERRIDE] == 0.0:
+        return P
+    return override_pressure(
+        P, c[OVERRIDE], c[Q_PUMP], c[VALVE_LEAK], Pa + Pb, abs(s), Pa if s >= 0.0 else Pb,
+        c[K_Q], c[D_LAND], c[LAM_CRIT], c[RHO], c[ETA0], c[ALPHA],
+    )  # fmt: skip
+
+
+@kernel
+def valve_flows(x_v: float, Pa: float, Pb: float, Pt: float, c: object) -> tuple[float, float, float, float]:
+    """Flows Q_a, Q_b of the valve's ports (Eqs. 8, 9), Q_p taken from the supply and Q_t given to the tank [m3/s].
+
+    What the supplied land takes is limited by the pump. Leakage past the lands flows from p to both ports and from both
+    ports to t.
+    """
+    s = land_opening(x_v, c[OVERLAP])
+    P_p = relief_pressure(s, Pa, Pb, Pt, c)
+    if s >= 0.0:
+        Q_p = limited_by_pump(land(s, P_p, Pa, c), c[Q_PUMP])
+        Q_t = land(s, Pb, Pt, c)
+        Q_a, Q_b = Q_p, Q_t
     else:
-        Q_a = -land(-x_v, Pa, Pt, c)
-        Q_b = -limited_by_pump(land(-x_v, P_relief, Pb, c), c[Q_PUMP])
-    return Q_a, Q_b
+        Q_t = land(-s, Pa, Pt, c)
+        Q_p = limited_by_pump(land(-s, P_p, Pb, c), c[Q_PUMP])
+        Q_a, Q_b = -Q_t, -Q_p
+    if c[VALVE_LEAK] > 0.0:
+        leak = c[VALVE_LEAK]
+        Q_a += leak * (P_p - Pa) - leak * (Pa - Pt)
+        Q_b -= leak * (P_p - Pb) - leak * (Pb - Pt)
+        Q_p += leak * (2.0 * P_p - Pa - Pb)
+        Q_t += leak * (Pa + Pb - 2.0 * Pt)
+    return Q_a, Q_b, Q_p, Q_t
 
 
 @kernel
 def derivatives(
-    y: object, c: object, x_h: float, v_h: float, x_cmd: float, v_cmd: float, f: object
+    y: object, c: object, x_h: float, v_h: float, x_cmd: float, v_cmd: float, held: float, f: object
 ) -> None:
-    """Write dy/dt into f for rod position x_h [m], velocity v_h [m/s], command x_cmd [m] and its rate v_cmd [m/s]."""
+    """Write dy/dt into f for rod position x_h [m], velocity v_h [m/s], command x_cmd [m] and its rate v_cmd [m/s].
+
+    `held` is the controller output [mA] where it is not computed continuously, else NaN.
+    """
     n = int(c[SEGMENTS])
     b = 2 * (2 * n - 1)
     chain = 2 * n - 1
@@ -138,37 +206,51 @@ def derivatives(
     Pt = pressure(y[b + PT], p_vap)
     variable = c[VARIABLE] != 0.0
 
-    line_derivatives(y, 0, n, Pa, P_1, c[ETA0], c[ALPHA], variable, p_vap, c[LINE_R], c[LINE_I], c[LINE_K], f)
-    line_derivatives(y, chain, n, P_2, Pb, c[ETA0], c[ALPHA], variable, p_vap, c[LINE_R], c[LINE_I], c[LINE_K], f)
+    for first in range(0, b, chain):
+        P_in, P_out = (Pa, P_1) if first == 0 else (P_2, Pb)
+        line_derivatives(
+            y, first, n, P_in, P_out, c[ETA0], c[ALPHA], variable, p_vap,
+            c[LINE_R], c[LINE_I], c[LINE_K], c[MINOR], c[BETA_LINE], c[AIR], c[POLYTROPIC], f,
+        )  # fmt: skip
 
     error = c[GAIN] * (x_cmd - x_h)
-    error_rate = c[GAIN] * (v_cmd - v_h)
-    x_v = spool(error, error_rate, y[b + INTEGRAL], c)
-    Q_a, Q_b = valve_flows(x_v, Pa, Pb, Pt, c)
-    Q_p = Q_a if x_v >= 0.0 else -Q_b
-    Q_t = Q_b if x_v >= 0.0 else -Q_a
+    u = controller(error, c[GAIN] * (v_cmd - v_h), y[b + INTEGRAL], held, c)
+    x_v = spool(u, y[b + SPOOL], c)
+    Q_a, Q_b, Q_p, Q_t = valve_flows(x_v, Pa, Pb, Pt, c)
     Q_in = Q_t + c[Q_PUMP] - Q_p
 
     leak = leakage(P_1, P_2, c[C_L])
-    V_1 = chamber_volume(c[V0], c[A1], x_h) + c[HALF_SEGMENT]
-    V_2 = chamber_volume(c[V0], c[A2], c[STROKE] - x_h) + c[HALF_SEGMENT]
-    f[b + PA] = c[BETA_E] / c[HALF_SEGMENT] * (Q_a - y[0])
-    f[b + P1] = c[BETA_E] / V_1 * (y[chain - 1] - c[A1] * v_h - leak)
-    f[b + P2] = c[BETA_E] / V_2 * (c[A2] * v_h + leak - y[chain])
-    f[b + PB] = c[BETA_E] / c[HALF_SEGMENT] * (y[b - 1] - Q_b)
-    f[b + PT] = tank_pressure_rate(Q_in, c[Q_PUMP], y[b + VC], y[b + XC], c[A_C], c[V_T], c[L_C], c[BETA])
+    V_1 = chamber_volume(c[V0], c[A1], x_h) + c[HALF_AT_CHAMBER]
+    V_2 = chamber_volume(c[V0], c[A2], c[STROKE] - x_h) + c[HALF_AT_CHAMBER]
+    beta, air, n_air = c[BETA_E], c[AIR], c[POLYTROPIC]
+    port = c[BETA_LINE] / c[HALF_SEGMENT]
+    f[b + PA] = port * air_softening(Pa, c[BETA_LINE], air, n_air) * (Q_a - y[0])
+    f[b + P1] = beta / V_1 * air_softening(P_1, beta, air, n_air) * (y[chain - 1] - c[A1] * v_h - leak)
+    f[b + P2] = beta / V_2 * air_softening(P_2, beta, air, n_air) * (c[A2] * v_h + leak - y[chain])
+    f[b + PB] = port * air_softening(Pb, c[BETA_LINE], air, n_air) * (y[b - 1] - Q_b)
+    softening = air_softening(Pt, c[BETA], air, n_air)
+    f[b + PT] = softening * tank_pressure_rate(
+        Q_in, c[Q_PUMP], y[b + VC], y[b + XC], c[A_C], c[V_T], c[L_C], c[BETA]
+    )
     f[b + XC] = y[b + VC]
     f[b + VC] = piston_acceleration(
         Pt, y[b + XC], y[b + VC], c[P_AM], c[A_C], c[M_C], c[B_C], c[K_C], c[PRECOMPRESSION]
     )
-    f[b + INTEGRAL] = integral_rate(error, x_v * c[I_MAX], c[KI], c[I_MAX])
+    f[b + INTEGRAL] = integral_rate(error, u, c[KI], c[I_MAX])
+    f[b + SPOOL] = 0.0
+    f[b + SPOOL_RATE] = 0.0
+    if c[SPOOL_T] > 0.0:
+        f[b + SPOOL] = y[b + SPOOL_RATE]
+        f[b + SPOOL_RATE] = spool_acceleration(
+            y[b + SPOOL], y[b + SPOOL_RATE], spool_command(u, c), c[SPOOL_T], c[SPOOL_DAMPING]
+        )
 
 
 @kernel
 def outputs(
-    y: object, c: object, x_h: float, v_h: float, x_cmd: float, v_cmd: float, out: object
+    y: object, c: object, x_h: float, v_h: float, x_cmd: float, v_cmd: float, held: float, out: object
 ) -> None:
-    """Write the outputs, in the order of OUTPUTS, into out."""
+    """Write the outputs, in the order of OUTPUTS, into out; arguments as of `derivatives`."""
     n = int(c[SEGMENTS])
     b = 2 * (2 * n - 1)
     p_vap = c[P_VAPOUR]
@@ -177,9 +259,12 @@ def outputs(
     P_1 = pressure(y[b + P1], p_vap)
     P_2 = pressure(y[b + P2], p_vap)
     Pt = pressure(y[b + PT], p_vap)
-    x_v = spool(c[GAIN] * (x_cmd - x_h), c[GAIN] * (v_cmd - v_h), y[b + INTEGRAL], c)
-    Q_a, Q_b = valve_flows(x_v, Pa, Pb, Pt, c)
-    out[0] = rod_force(P_1, P_2, v_h, c[P_AM], c[A1], c[A2], c[B_H]) + end_stop_force(
+    u = controller(c[GAIN] * (x_cmd - x_h), c[GAIN] * (v_cmd - v_h), y[b + INTEGRAL], held, c)
+    x_v = spool(u, y[b + SPOOL], c)
+    Q_a, Q_b, Q_p, _ = valve_flows(x_v, Pa, Pb, Pt, c)
+    opening = land_opening(x_v, c[OVERLAP])
+    friction = piston_friction(v_h, P_1, P_2, c[F_C], c[V_0], c[F_EXTRA], c[V_S], c[K_P])
+    out[0] = rod_force(P_1, P_2, v_h, c[P_AM], c[A1], c[A2], c[B_H]) - friction + end_stop_force(
         x_h, v_h, c[STROKE], c[CLEARANCE], c[STOP_K], c[STOP_D]
     )
     out[1] = P_1
@@ -187,7 +272,7 @@ def outputs(
     out[3] = Pa
     out[4] = Pb
     out[5] = supply_pressure(
-        abs(x_v), Pa if x_v >= 0.0 else Pb, Pt + c[P_CRACK], c[Q_PUMP],
+        abs(opening), Pa if opening >= 0.0 else Pb, relief_pressure(opening, Pa, Pb, Pt, c), c[Q_PUMP],
         c[K_Q], c[D_LAND], c[LAM_CRIT], c[RHO], c[ETA0], c[ALPHA],
     )  # fmt: skip
     out[6] = Pt
@@ -195,9 +280,9 @@ def outputs(
     out[8] = y[2 * n - 1]
     out[9] = Q_a
     out[10] = Q_b
-    out[11] = c[Q_PUMP] - (Q_a if x_v >= 0.0 else -Q_b)
+    out[11] = c[Q_PUMP] - Q_p
     out[12] = x_v
-    out[13] = x_v * c[I_MAX]
+    out[13] = u
     out[14] = x_cmd
 
 
@@ -211,11 +296,12 @@ def command(t: float, t_0: float, x_ref: float, ref_rate: float, c: object) -> f
 
 @kernel
 def outputs_at(
-    y: object, c: object, t_0: float, h: float, x_0: float, v_h: float, x_ref: float, ref_rate: float, out: object
-) -> None:
+    y: object, c: object, t_0: float, h: float, x_0: float, v_h: float, x_ref: float, ref_rate: float,
+    held: float, out: object,
+) -> None:  # fmt: skip
     """Write the outputs at t_0 + h [s] for inputs that were given at t_0 and moved on at their rates."""
     t = t_0 + h
     x_cmd = command(t, t_0, x_ref, ref_rate, c)
     back = 1e-6
     v_cmd = (x_cmd - command(t - back, t_0, x_ref, ref_rate, c)) / back
-    outputs(y, c, x_0 + v_h * h, v_h, x_cmd, v_cmd, out)
+    outputs(y, c, x_0 + v_h * h, v_h, x_cmd, v_cmd, held, out)

@@ -48,9 +48,11 @@ def next_corner(t: float, t_end: float, c: object) -> float:
 @kernel
 def advance(
     y: object, w: object, c: object, scale: object,
-    t_0: float, h: float, x_0: float, v_h: float, x_ref: float, ref_rate: float,
+    t_0: float, h: float, x_0: float, v_h: float, x_ref: float, ref_rate: float, u_0: float, u_rate: float,
 ) -> int:  # fmt: skip
     """Advance y in place from t_0 over h [s]; the rod moves as x_0 + v_h (t - t_0), the input command likewise.
+
+    A controller output that is not continuous is u_0 + u_rate (t - t_0) [mA]; otherwise u_0 is NaN.
 
     Returns OK, TOO_SMALL or TOO_MANY. The largest error over all states, each divided by its scale, is kept below the
     relative tolerance c[RTOL] in every step.
@@ -99,7 +101,8 @@ def advance(
                     total += A[s, q] * U[q, i]
                 yp[i] = total
             dt = NODES[s] * step
-            derivatives(yp, c, x_0 + v_h * (t + dt - t_0), v_h, r + rate * dt, rate, f)
+            held = u_0 + u_rate * (t + dt - t_0)
+            derivatives(yp, c, x_0 + v_h * (t + dt - t_0), v_h, r + rate * dt, rate, held, f)
             if s == 0:
                 if w[AGE] < 0.0 or w[AGE] >= MAX_AGE:
                     for i in range(ny):
@@ -110,7 +113,7 @@ def advance(
                         last = nc if colour < 3 else ny
                         for i in range(first, last, jump):
                             yp[i] = y[i] + 1e-7 * (abs(y[i]) + scale[i])
-                        derivatives(yp, c, x_0 + v_h * (t - t_0), v_h, r, rate, f)
+                        derivatives(yp, c, x_0 + v_h * (t - t_0), v_h, r, rate, held, f)
                         for i in range(first, last, jump):
                             d = yp[i] - y[i]
                             yp[i] = y[i]

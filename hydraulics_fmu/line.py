@@ -10,7 +10,7 @@ from __future__ import annotations
 from math import exp, pi, sinh
 
 from ..core.jit import kernel
-from .oil import pressure, viscosity
+from .oil import air_softening, pressure, viscosity
 
 
 @kernel
@@ -40,13 +40,15 @@ def poiseuille_resistance(eta: float, length: float, diameter: float) -> float:
 def line_derivatives(
     y: object, first: int, n: int, P_in: float, P_out: float,
     eta0: float, alpha: float, variable: bool, p_vapour: float,
-    resistance: float, inertance: float, stiffness: float, f: object,
+    resistance: float, inertance: float, stiffness: float, minor: float,
+    beta: float, air: float, polytropic: float, f: object,
 ) -> None:  # fmt: skip
     """Write the time derivatives of a line's 2n - 1 states y[first:] into f[first:].
 
     P_in, P_out: port pressures [Pa]; resistance: of one segment per viscosity [1/m3]; inertance: rho l/A of one segment
-    [kg/m4]; stiffness: beta_e/(A l) of one segment [Pa/m3]. With `variable` false the viscosity is that at the lower
-    of the two port pressures for the whole line (Eq. 21).
+    [kg/m4]; stiffness: beta_e/(A l) of one segment [Pa/m3]; minor: K rho/(2 A^2 n) of bends and fittings [Pa s2/m6];
+    beta, air, polytropic: as in `oil.air_softening`. With `variable` false the viscosity is that at the lower of the
+    two port pressures for the whole line (Eq. 21).
     """
     eta = 0.0
     if not variable:
@@ -56,12 +58,12 @@ def line_derivatives(
         k = first + 2 * j
         if j < n - 1:
             P_right = pressure(y[k + 1], p_vapour)
-            f[k + 1] = stiffness * (y[k] - y[k + 2])
+            f[k + 1] = stiffness * air_softening(P_right, beta, air, polytropic) * (y[k] - y[k + 2])
         else:
             P_right = P_out
         if variable:
             eta = mean_viscosity(P_left, P_right, eta0, alpha)
-        f[k] = (P_left - P_right - resistance * eta * y[k]) / inertance
+        f[k] = (P_left - P_right - (resistance * eta + minor * abs(y[k])) * y[k]) / inertance
         P_left = P_right
 
 

@@ -2,9 +2,10 @@
 
 from __future__ import annotations
 
-from math import exp
+from math import exp, log10
 
 from ..core.jit import kernel
+from ..core.sea import ATMOSPHERE
 
 
 @kernel
@@ -17,6 +18,32 @@ def viscosity(P: float, eta0: float, alpha: float) -> float:
 def effective_bulk_modulus(beta: float, beta_wall: float) -> float:
     """Modulus [Pa] of oil in an elastic wall: 1/beta_e = 1/beta + 1/beta_wall (Eq. 15)."""
     return 1.0 / (1.0 / beta + 1.0 / beta_wall)
+
+
+@kernel
+def air_softening(P: float, beta: float, air: float, polytropic: float) -> float:
+    """Factor on the modulus beta [Pa] of oil that carries a share `air` of free air, measured at 0.1013 MPa.
+
+    1/K = 1/beta + air (p0/P)^(1/n)/(n P) (Merritt 1967, polytropic bubbles); the factor is K/beta and 1 without air.
+    It vanishes in the deep: at 110 MPa 3 % of air leave 0.9985 of the modulus.
+    """
+    if air == 0.0:
+        return 1.0
+    return 1.0 / (1.0 + beta * air * (ATMOSPHERE / P) ** (1.0 / polytropic) / (polytropic * P))
+
+
+def temperature_factor(T: float) -> float:
+    """Kinematic viscosity at T [K] relative to that at 40 C, by Walther's law (22 cSt at 40 C, 4.3 cSt at 100 C).
+
+    log10 log10(nu/cSt + 0.7) = A - B log10 T. Exactly 1 at 313.15 K.
+    """
+    y_40, y_100 = (log10(log10(nu + 0.7)) for nu in (22.0, 4.3))
+    slope = (y_40 - y_100) / (log10(373.15) - log10(313.15))
+
+    def nu(kelvin: float) -> float:
+        return 10.0 ** 10.0 ** (y_40 - slope * (log10(kelvin) - log10(313.15))) - 0.7
+
+    return nu(T) / nu(313.15)
 
 
 @kernel

@@ -16,13 +16,14 @@ from .circuit import (
     I_MAX,
     K_C,
     LINE_R,
+    NULL_SHIFT,
     P_AM,
     P_CRACK,
     PRECOMPRESSION,
     Q_PUMP,
     SEGMENTS,
     VARIABLE,
-    land,
+    valve_flows,
 )  # fmt: skip
 from .line import mean_viscosity
 from .oil import viscosity
@@ -52,16 +53,16 @@ def line_nodes(P_start: float, q: float, sign: float, c: object, nodes: object) 
 
 
 @kernel
-def opening_for(q: float, P_from: float, P_to: float, c: object) -> float:
-    """Opening at which a land passes q [m3/s] from P_from to P_to [Pa]; 1 when even the full land does not."""
-    low, high = 0.0, 1.0
+def opening_for(q: float, Pa: float, Pb: float, Pt: float, c: object) -> float:
+    """Spool position at which the valve takes q [m3/s] in at port b; an end of the stroke when it cannot."""
+    low, high = -1.0, 1.0
     for _ in range(60):
         middle = 0.5 * (low + high)
-        if land(middle, P_from, P_to, c) < q:
+        if valve_flows(middle, Pa, Pb, Pt, c)[1] < q:
             low = middle
         else:
             high = middle
-    return max(high, SMALLEST_OPENING)
+    return 0.5 * (low + high)
 
 
 @kernel
@@ -80,8 +81,7 @@ def steady_state(c: object, F_hold: float) -> object:
     nodes_a = np.empty(n + 1)
     nodes_b = np.empty(n + 1)
     low, high = Pt, P_top
-    q = 0.0
-    surplus = 0.0
+    q, Q_b, surplus = 0.0, 0.0, 0.0
     x_v = 0.0
     for _ in range(100):
         P_2 = 0.5 * (low + high)
@@ -90,17 +90,16 @@ def steady_state(c: object, F_hold: float) -> object:
         line_nodes(P_1, q, 1.0, c, nodes_a)  # from the chamber back to port a
         line_nodes(P_2, q, -1.0, c, nodes_b)
         Pa, Pb = nodes_a[n], nodes_b[n]
-        if q >= 0.0:
-            x_v = opening_for(q, Pb, Pt, c)
-            surplus = land(x_v, P_top, Pa, c) - max(q, land(x_v, Pb, Pt, c))
-        else:
-            x_v = -opening_for(-q, P_top, Pb, c)
-            surplus = max(-q, land(-x_v, P_top, Pb, c)) - land(-x_v, Pa, Pt, c)
+        x_v = opening_for(q, Pa, Pb, Pt, c)
+        if abs(x_v) < SMALLEST_OPENING:  # the valve shut: decide by its first opening
+            x_v = SMALLEST_OPENING if q >= 0.0 else -SMALLEST_OPENING
+        Q_a, Q_b, _, _ = valve_flows(x_v, Pa, Pb, Pt, c)
+        surplus = Q_a - Q_b
         if surplus > 0.0:
             low = P_2
         else:
             high = P_2
-    if abs(surplus) > 1e-6 * c[Q_PUMP]:
+    if abs(surplus) > 1e-6 * c[Q_PUMP] or abs(Q_b - q) > 1e-6 * c[Q_PUMP]:
         q, x_v = 0.0, 0.0
         P_2 = Pt if F_hold > 0.0 else c[P_AM] + ((Pt - c[P_AM]) * c[A1] - F_hold) / c[A2]
         nodes_a[:] = c[P_AM] + (F_hold + (P_2 - c[P_AM]) * c[A2]) / c[A1]
@@ -118,6 +117,8 @@ def steady_state(c: object, F_hold: float) -> object:
     y[b + 2] = nodes_b[0]
     y[b + 3] = nodes_b[n]
     y[b + 4] = Pt
-    if abs(x_v) > SMALLEST_OPENING:
-        y[b + 7] = x_v * c[I_MAX]
+    if abs(x_v) <= SMALLEST_OPENING:
+        x_v = 0.0
+    y[b + 7] = (x_v - c[NULL_SHIFT]) * c[I_MAX]
+    y[b + 8] = x_v
     return y

@@ -13,6 +13,27 @@ def limited_by_pump(demand: float, Q_pump: float) -> float:
 
 
 @kernel
+def override_pressure(
+    P_set: float, R: float, Q_pump: float, leak: float, P_ports: float, opening: float, P_port: float,
+    k_q: float, diameter: float, lam_crit: float, rho: float, eta0: float, alpha: float,
+) -> float:  # fmt: skip
+    """Supply pressure [Pa] of a relief valve whose pressure rises with its flow: P_p = P_set + R Q_rv.
+
+    Q_rv = Q_pump - demand(P_p), and the demand (land and leakage: leak (2 P_p - P_ports)) grows with P_p, so bisection
+    closes it. P_set when the demand takes all the pump gives.
+    """
+    low, high = P_set, P_set + R * Q_pump
+    for _ in range(40):
+        P = 0.5 * (low + high)
+        demand = land_flow(opening, P, P_port, k_q, diameter, lam_crit, rho, eta0, alpha) + leak * (2.0 * P - P_ports)
+        if P_set + R * (Q_pump - demand) > P:
+            low = P
+        else:
+            high = P
+    return 0.5 * (low + high)
+
+
+@kernel
 def supply_pressure(
     opening: float, P_port: float, P_relief: float, Q_pump: float,
     k_q: float, diameter: float, lam_crit: float, rho: float, eta0: float, alpha: float,

@@ -26,6 +26,22 @@ def land_diameter(q_rated: float, dp_rated: float, rho: float) -> float:
 
 
 @kernel
+def land_opening(x_v: float, overlap: float) -> float:
+    """Signed opening of the lands at spool position x_v: with `overlap` the first part of the stroke opens nothing."""
+    if abs(x_v) <= overlap:
+        return 0.0
+    if overlap == 0.0:
+        return x_v
+    return (x_v - overlap if x_v > 0.0 else x_v + overlap) / (1.0 - overlap)
+
+
+@kernel
+def spool_acceleration(x_v: float, w: float, x_c: float, T: float, damping: float) -> float:
+    """Acceleration [1/s2] of a spool that follows its command x_c: T^2 x'' + 2 damping T x' + x = x_c."""
+    return (x_c - x_v - 2.0 * damping * T * w) / (T * T)
+
+
+@kernel
 def land_flow(
     opening: float, P_from: float, P_to: float,
     k_q: float, diameter: float, lam_crit: float, rho: float, eta0: float, alpha: float,

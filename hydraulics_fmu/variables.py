@@ -2,9 +2,42 @@
 
 from __future__ import annotations
 
-from ..core.variables import VariableTable, count, parameter, signal_in, signal_out, switch
+from ..core.variables import Variable, VariableTable, count, parameter, signal_in, signal_out, switch
 
 _STATE = ("F_hold", "x_h", "v_h")
+
+
+def _effect(name: str, start: float, unit: str, low: float, high: float, text: str) -> Variable:
+    return parameter(f"effect.{name}", start, unit, low, high, text)
+
+
+EFFECTS = (
+    _effect("cylinder_coulomb_friction.F_c", 0.0, "N", 0.0, 1e5, "Coulomb friction of the piston"),
+    _effect("cylinder_coulomb_friction.v_0", 2e-3, "m/s", 1e-6, 1.0, "velocity over which friction changes its sign"),
+    _effect("cylinder_stribeck_friction.F_extra", 0.0, "N", 0.0, 1e5, "friction near standstill beyond Coulomb"),
+    _effect("cylinder_stribeck_friction.v_s", 0.02, "m/s", 1e-4, 1.0, "velocity over which the Stribeck part falls"),
+    _effect("seal_pressure_friction.k_p", 0.0, "m2", 0.0, 1e-2, "friction per pressure difference over the piston"),
+    _effect("cylinder_viscous_error.scale", 1.0, "1", 0.0, 1e3, "factor on the viscous friction of the piston"),
+    _effect("entrained_air.fraction", 0.0, "1", 0.0, 0.2, "share of free air in the oil at atmospheric pressure"),
+    _effect("entrained_air.polytropic", 1.2, "1", 1.0, 1.67, "polytropic exponent of the air"),
+    _effect("hose_compliance.compliance", 0.0, "1/Pa", 0.0, 1e-7, "inverse bulk modulus of the lines' walls"),
+    _effect("valve_dynamics.T", 0.0, "s", 0.0, 0.2, "inverse natural angular frequency of the spool; 0 = at once"),
+    _effect("valve_dynamics.damping", 0.8, "1", 0.05, 5.0, "damping ratio of the spool"),
+    _effect("command_delay.tau", 0.0, "s", 0.0, 0.2, "delay of the controller's output"),
+    _effect("valve_dead_zone.overlap", 0.0, "1", 0.0, 0.9, "share of the stroke that opens nothing"),
+    _effect("valve_null_shift.shift", 0.0, "1", -0.5, 0.5, "offset of the spool, share of the stroke"),
+    _effect("valve_leakage.c", 0.0, "m3/(s.Pa)", 0.0, 1e-9, "laminar leakage of each land"),
+    _effect("valve_flow_gain.scale", 1.0, "1", 0.05, 10.0, "factor on the valve's rated flow"),
+    _effect("piston_leakage.scale", 1.0, "1", 0.0, 1e3, "factor on the piston's leakage"),
+    _effect("oil_temperature.T", 313.15, "K", 263.15, 393.15, "temperature of the oil"),
+    _effect("relief_override.R", 0.0, "Pa.s/m3", 0.0, 1e12, "rise of the relief pressure with its flow"),
+    _effect("supply_droop.droop", 0.0, "1", 0.0, 0.9, "share by which the relief pressure is lowered"),
+    _effect("line_minor_losses.K", 0.0, "1", 0.0, 1e4, "loss coefficient of the fittings of each line"),
+    _effect("line_diameter_error.scale", 1.0, "1", 0.2, 5.0, "factor on the lines' inner diameter"),
+    _effect("ambient_pressure_error.scale", 1.0, "1", 0.1, 10.0, "factor on the ambient pressure"),
+    _effect("controller_sampling.period", 0.0, "s", 0.0, 0.2, "period at which the controller samples; 0 = continuous"),
+)  # fmt: skip
+"""What a real machine may have and the plain model has not; exactly absent at the start values (ssp effects.toml)."""
 
 HYDRAULICS = VariableTable(
     (
@@ -77,5 +110,6 @@ HYDRAULICS = VariableTable(
         parameter("controller.ki", 0.001, "mA/s", 0.0, 1e6, "integral gain, per unit of the sensor"),
         parameter("controller.kd", 0.001, "mA.s", 0.0, 1e6, "derivative gain, per unit of the sensor"),
         parameter("solver.rtol", 1e-5, "1", 1e-10, 1e-2, "relative tolerance of the integration in each step"),
+        *EFFECTS,
     )
 )  # fmt: skip

@@ -8,7 +8,7 @@ the case w = 0; with both the relative velocity makes the sum of the two only an
 
 from __future__ import annotations
 
-from math import pi, sin
+from math import cos, pi, sin
 
 from ..core.jit import kernel
 
@@ -50,7 +50,7 @@ def added_inertia(l1: float, l2: float, diameter: float, rho: float, C_M: float)
 
 
 @kernel
-def current(t: float, speed: float, amplitude: float, frequency: float) -> tuple[float, float]:
-    """Velocity [m/s] and acceleration [m/s2] of the current: steady plus sinusoidal part."""
-    phase = 2.0 * pi * frequency * t
-    return speed + amplitude * sin(phase), 2.0 * pi * frequency * amplitude * sin(phase + 0.5 * pi)
+def wave(t: float, amplitude: float, frequency: float, phase: float) -> tuple[float, float]:
+    """Velocity [m/s] and acceleration [m/s2] of a sinusoidal current, amplitude sin(2 pi frequency t + phase)."""
+    angle = 2.0 * pi * frequency * t + phase
+    return amplitude * sin(angle), 2.0 * pi * frequency * amplitude * cos(angle)

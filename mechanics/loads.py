@@ -9,21 +9,36 @@ for the one degree of freedom that the loop leaves. The entrained water adds to 
 
 from __future__ import annotations
 
-from math import cos, pi, sin
+from math import cos, pi, sin, tanh
 
 from ..core.jit import kernel
 from ..core.sea import GRAVITY
-from .hydrodynamics import added_inertia, current, drag, inertia_per_length
+from .hydrodynamics import added_inertia, drag, inertia_per_length, wave
 from .linkage import linkage
 
 (
     R_EYE, BASE_X, BASE_Y, L_0, BEAM_L, BEAM_D, BARREL_L, BARREL_D, ROD_D, RHO, C_D, C_M,
     SPEED, AMPLITUDE, FREQUENCY, WEIGHT_MOMENT,
-) = range(16)  # fmt: skip
+    BUOY, TAU_C, TAU_V, OMEGA_0, AMPLITUDE_2, FREQUENCY_2, PHASE_2,
+) = range(23)  # fmt: skip
 """Places of the constants."""
 
 MASS, TORQUE, LEVER, X, V = range(5)
 """Places in the result of `project`: effective inertia, torque without the cylinder, dL/dtheta, x_h, v_h."""
+
+
+@kernel
+def current(t: float, c: object) -> tuple[float, float]:
+    """Velocity [m/s] and acceleration [m/s2] of the current: steady part and two sinusoidal ones."""
+    v_1, a_1 = wave(t, c[AMPLITUDE], c[FREQUENCY], 0.0)
+    v_2, a_2 = wave(t, c[AMPLITUDE_2], c[FREQUENCY_2], c[PHASE_2])
+    return c[SPEED] + v_1 + v_2, a_1 + a_2
+
+
+@kernel
+def pivot_friction(omega: float, c: object) -> float:
+    """Torque [N m] of the pivot's friction against omega [rad/s]: Coulomb (regularised) and viscous."""
+    return c[TAU_C] * tanh(omega / c[OMEGA_0]) + c[TAU_V] * omega
 
 
 @kernel
@@ -44,7 +59,7 @@ def project(
 ) -> None:
     """Write MASS [kg m2], TORQUE [N m], LEVER [m], X [m], V [m/s]; alpha = (TORQUE + LEVER F_h)/MASS."""
     L, dL, ddL, phi, dphi, ddphi = linkage(theta, c[R_EYE], c[BASE_X], c[BASE_Y])
-    v, a = current(t, c[SPEED], c[AMPLITUDE], c[FREQUENCY])
+    v, a = current(t, c)
     # water on the beam, about the pivot
     _, beam = drag(-v * sin(theta), omega, 0.0, c[BEAM_L], c[BEAM_D], c[RHO], c[C_D])
     beam += inertia_per_length(c[BEAM_D], c[RHO], c[C_M]) * -a * sin(theta) * c[BEAM_L] ** 2 / 2.0
@@ -61,7 +76,8 @@ def project(
     out[MASS] = (
         m00 + m11 * dphi**2 + M[2, 2] * dL**2 + 2.0 * (M[0, 1] * dphi + M[0, 2] * dL + M[1, 2] * dphi * dL)
     )
-    r0 = passive[0] - bias[0] + beam - (M[0, 1] * ddphi + M[0, 2] * ddL) * w2
+    extra = c[BUOY] * cos(theta) * 0.5 * c[BEAM_L] - pivot_friction(omega, c)
+    r0 = passive[0] - bias[0] + beam + extra - (M[0, 1] * ddphi + M[0, 2] * ddL) * w2
     r1 = passive[1] - bias[1] + cylinder - (m11 * ddphi + M[1, 2] * ddL) * w2
     r2 = passive[2] - bias[2] - (M[1, 2] * ddphi + M[2, 2] * ddL) * w2
     out[TORQUE] = r0 + dphi * r1 + dL * r2
@@ -93,7 +109,7 @@ def cylinder_water_torque(phi: float, w: float, L: float, v: float, a: float, c:
 def report(theta: float, omega: float, alpha: float, t: float, F_h: float, c: object, out: object) -> None:
     """Write x_h, v_h, theta, omega, M_hd, M_hd_cylinder, M_g, M_F, v_oc and the strip loads (from place 11 on)."""
     L, dL, _, phi, dphi, ddphi = linkage(theta, c[R_EYE], c[BASE_X], c[BASE_Y])
-    v, a = current(t, c[SPEED], c[AMPLITUDE], c[FREQUENCY])
+    v, a = current(t, c)
     per_length = inertia_per_length(c[BEAM_D], c[RHO], c[C_M])
     u = -v * sin(theta)
     _, torque = drag(u, omega, 0.0, c[BEAM_L], c[BEAM_D], c[RHO], c[C_D])
@@ -105,7 +121,7 @@ def report(theta: float, omega: float, alpha: float, t: float, F_h: float, c: ob
     out[3] = omega
     out[4] = torque
     out[5] = cylinder_water_torque(phi, dphi * omega, L, v, a, c) - cylinder_added_inertia(L, c) * phi_acceleration
-    out[6] = -c[WEIGHT_MOMENT] * cos(theta)
+    out[6] = (c[BUOY] * 0.5 * c[BEAM_L] - c[WEIGHT_MOMENT]) * cos(theta)
     out[7] = F_h * dL
     out[8] = v
     strips = len(out) - 11

@@ -46,9 +46,9 @@ def run(
     v_h = 0.0
     for k in range(n):
         t = k * h
-        if integrator.advance(y, w, c, scale, t, h, x_h[k], v_h, 0.0, 0.0):
+        if integrator.advance(y, w, c, scale, t, h, x_h[k], v_h, 0.0, 0.0, float("nan"), 0.0):
             raise ArithmeticError(f"the integration failed at t = {t:g} s")
-        circuit.outputs_at(y, c, t, h, x_h[k], v_h, 0.0, 0.0, out)
+        circuit.outputs_at(y, c, t, h, x_h[k], v_h, 0.0, 0.0, float("nan"), out)
         body.step(t, h, float(out[0]))
         x_h[k + 1], v_h = body.out.item(0), body.out.item(1)
     return np.arange(n + 1) * h, x_h

@@ -22,17 +22,17 @@ class Rig:
         self.w[integrator.AGE] = -1.0
 
     def step(self, t, h, x=0.0, v=0.0, ref=0.0, ref_rate=0.0):
-        status = integrator.advance(self.y, self.w, self.c, self.scale, t, h, x, v, ref, ref_rate)
+        status = integrator.advance(self.y, self.w, self.c, self.scale, t, h, x, v, ref, ref_rate, np.nan, 0.0)
         assert status == integrator.OK
 
     def outputs(self, x=0.0, v=0.0, x_cmd=0.0, v_cmd=0.0):
         out = np.zeros(len(circuit.OUTPUTS))
-        circuit.outputs(self.y, self.c, x, v, x_cmd, v_cmd, out)
+        circuit.outputs(self.y, self.c, x, v, x_cmd, v_cmd, np.nan, out)
         return dict(zip(circuit.OUTPUTS, out, strict=True))
 
     def rate(self, x=0.0, v=0.0, x_cmd=0.0, v_cmd=0.0, y=None):
         f = np.empty_like(self.y)
-        circuit.derivatives(self.y if y is None else y, self.c, x, v, x_cmd, v_cmd, f)
+        circuit.derivatives(self.y if y is None else y, self.c, x, v, x_cmd, v_cmd, np.nan, f)
         return f
 
 

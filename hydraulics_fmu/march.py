@@ -1,0 +1,110 @@
+"""One communication step with a controller whose output is delayed or sampled: slices with a known output.
+
+Without these effects it is one call of `integrator.advance`. With them the step is cut into slices of at most 1 ms, at
+the controller's sampling times, and at most the delay long; at the start of a slice the controller's output is computed
+and remembered, and within it the output in force is known: what was remembered the delay ago, joined by straight lines.
+`memory` holds this history; it is part of the state.
+"""
+
+from __future__ import annotations
+
+from math import floor
+
+from ..core.jit import kernel
+from .circuit import (
+    DELAY,
+    GAIN,
+    I_MAX,
+    INTEGRAL,
+    KD,
+    KP,
+    SAMPLING,
+    SEGMENTS,
+    command,
+)
+from .controller import pid_output
+from .integrator import OK, advance
+
+LENGTH = 512
+COUNT, HELD, SAMPLED_AT = 0, 1, 2
+FIRST = 3
+MEMORY = FIRST + 2 * LENGTH
+"""Size of the memory: number of entries made, output in force [mA], time of the last sample [s], times, outputs."""
+SLICE = 1e-3
+
+
+@kernel
+def remembered(t: float, memory: object) -> float:
+    """Controller output [mA] at time t [s] from the history, held beyond its ends."""
+    count = int(memory[COUNT])
+    oldest = max(0, count - LENGTH)
+    k = count - 1
+    while k > oldest and memory[FIRST + k % LENGTH] > t:
+        k -= 1
+    u = memory[FIRST + LENGTH + k % LENGTH]
+    if k == count - 1 or memory[FIRST + k % LENGTH] > t:
+        return u
+    t_0, t_1 = memory[FIRST + k % LENGTH], memory[FIRST + (k + 1) % LENGTH]
+    return u + (memory[FIRST + LENGTH + (k + 1) % LENGTH] - u) * (t - t_0) / (t_1 - t_0)
+
+
+@kernel
+def march(
+    y: object, w: object, memory: object, c: object, scale: object,
+    t_0: float, h: float, x_0: float, v_h: float, x_ref: float, ref_rate: float,
+) -> int:  # fmt: skip
+    """Advance y over the step as `advance` does, with delay and sampling of the controller where switched on."""
+    plain = c[DELAY] == 0.0 and c[SAMPLING] == 0.0
+    integral = 2 * (2 * int(c[SEGMENTS]) - 1) + INTEGRAL
+    t_end = t_0 + h
+    tiny = 1e-9 * max(h, 1e-6)
+    t = t_0
+    status = OK
+    while t < t_end - tiny and status == OK:
+        stop = t_end
+        u, u_rate = float("nan"), 0.0
+        x = x_0 + v_h * (t - t_0)
+        if not plain:
+            stop = min(stop, t + SLICE)
+            if c[DELAY] > 0.0:
+                stop = min(stop, t + c[DELAY])
+            sample = True
+            if c[SAMPLING] > 0.0:
+                tick = floor(t / c[SAMPLING] + 1e-9) * c[SAMPLING]
+                sample = memory[COUNT] == 0.0 or tick > memory[SAMPLED_AT] + tiny
+                stop = min(stop, tick + c[SAMPLING])
+                if sample:
+                    memory[SAMPLED_AT] = tick
+            if t_end - stop < tiny:
+                stop = t_end
+            if sample:
+                r = command(t, t_0, x_ref, ref_rate, c)
+                r_rate = (command(stop, t_0, x_ref, ref_rate, c) - r) / (stop - t)
+                memory[HELD] = pid_output(
+                    c[GAIN] * (r - x), c[GAIN] * (r_rate - v_h), y[integral], c[KP], c[KD], c[I_MAX]
+                )
+            u = memory[HELD]
+            if c[DELAY] > 0.0:
+                k = int(memory[COUNT]) % LENGTH
+                memory[FIRST + k] = t
+                memory[FIRST + LENGTH + k] = u
+                memory[COUNT] += 1.0
+                u = remembered(t - c[DELAY], memory)
+                u_rate = (remembered(stop - c[DELAY], memory) - u) / (stop - t)
+            else:
+                memory[COUNT] += 1.0
+        # the step's own start is handed on where it is whole, so that rounding does not touch the plain model
+        ref = x_ref if plain else x_ref + ref_rate * (t - t_0)
+        status = advance(y, w, c, scale, t, stop - t if not plain else h, x, v_h, ref, ref_rate, u, u_rate)
+        t = stop
+    return status
+
+
+@kernel
+def output_in_force(t: float, memory: object, c: object) -> float:
+    """Controller output [mA] that acts on the valve at time t [s], or NaN when it is continuous."""
+    if c[DELAY] > 0.0:
+        return remembered(t - c[DELAY], memory) if memory[COUNT] > 0.0 else float("nan")
+    if c[SAMPLING] > 0.0:
+        return memory[HELD] if memory[COUNT] > 0.0 else float("nan")
+    return float("nan")

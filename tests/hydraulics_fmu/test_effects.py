@@ -1,0 +1,261 @@
+"""The effects of the hydraulics: each against a closed form or a limit, and exactly absent by default."""
+
+import numpy as np
+import pytest
+from deepsea_cosim.hydraulics_fmu import circuit
+from deepsea_cosim.hydraulics_fmu.friction import piston_friction
+from deepsea_cosim.hydraulics_fmu.march import MEMORY, march, output_in_force, remembered
+from deepsea_cosim.hydraulics_fmu.oil import air_softening, temperature_factor
+from deepsea_cosim.hydraulics_fmu.supply import override_pressure
+from deepsea_cosim.hydraulics_fmu.valve import land_flow, land_opening
+from deepsea_cosim.hydraulics_fmu.variables import EFFECTS, HYDRAULICS
+
+from .test_circuit import Rig
+
+
+class Effected(Rig):
+    """The rig with the controller's history, as the FMU runs it."""
+
+    def __init__(self, F_hold=6632.0, **changes):
+        names = {k.replace("__", "."): v for k, v in changes.items()}
+        effects = {f"effect.{k}": v for k, v in names.items() if f"effect.{k}" in {e.name for e in EFFECTS}}
+        plain = {k.replace(".", "__"): v for k, v in names.items() if f"effect.{k}" not in effects}
+        super().__init__(F_hold, **plain, **{k.replace(".", "__"): v for k, v in effects.items()})
+        self.memory = np.zeros(MEMORY)
+
+    def step(self, t, h, x=0.0, v=0.0, ref=0.0, ref_rate=0.0):
+        assert march(self.y, self.w, self.memory, self.c, self.scale, t, h, x, v, ref, ref_rate) == 0
+
+    def run(self, seconds, h=1e-3, x=lambda t: 0.0, v=0.0):
+        rows = []
+        for k in range(round(seconds / h)):
+            t = k * h
+            self.step(t, h, x(t), v)
+            out = np.zeros(len(circuit.OUTPUTS))
+            held = output_in_force(t + h, self.memory, self.c)
+            circuit.outputs_at(self.y, self.c, t, h, x(t), v, 0.0, 0.0, held, out)
+            rows.append(out)
+        return dict(zip(circuit.OUTPUTS, np.array(rows).T, strict=True))
+
+
+def test_all_effects_are_absent_bit_for_bit():
+    """Neutral effects leave the derivatives those of the bare components, bit by bit, over random states."""
+    rig = Rig(depth=6000.0)
+    rng = np.random.default_rng(3)
+    from deepsea_cosim.hydraulics_fmu.compensator import tank_pressure_rate
+    from deepsea_cosim.hydraulics_fmu.controller import pid_output
+
+    c = rig.c
+    for _ in range(50):
+        y = rig.y * (1 + 0.01 * rng.normal(size=len(rig.y)))
+        y[circuit.SPOOL - circuit.BORDER :] = 0.0
+        f = rig.rate(0.1, 0.03, 0.1 + 1e-3 * rng.normal(), 0.04, y)
+        b, chain = len(y) - circuit.BORDER, (len(y) - circuit.BORDER) // 2
+        border = y[b:]
+        Pa, P1, P2, Pb, Pt = border[:5]
+        x_cmd = 0.1
+        f = rig.rate(0.1, 0.03, x_cmd, 0.04, y)
+        error_rate = c[circuit.GAIN] * (0.04 - 0.03)
+        u = pid_output(0.0, error_rate, border[circuit.INTEGRAL], c[circuit.KP], c[circuit.KD], 10.0)
+        x_v = u / c[circuit.I_MAX]
+        of_land = ("K_Q", "D_LAND", "LAM_CRIT", "RHO", "ETA0", "ALPHA")
+        lands = tuple(c[getattr(circuit, name)] for name in of_land)
+        if x_v >= 0:
+            Qp, Qt = land_flow(x_v, Pt + c[circuit.P_CRACK], Pa, *lands), land_flow(x_v, Pb, Pt, *lands)
+            Qa, Qb = Qp, Qt
+        else:
+            Qp, Qt = land_flow(-x_v, Pt + c[circuit.P_CRACK], Pb, *lands), land_flow(-x_v, Pa, Pt, *lands)
+            Qa, Qb = -Qt, -Qp
+        k = c[circuit.BETA_E] / c[circuit.HALF_SEGMENT]
+        assert f[b] == k * (Qa - y[0])
+        assert f[b + 3] == k * (y[b - 1] - Qb)
+        V_1 = c[circuit.V0] + c[circuit.A1] * 0.1 + c[circuit.HALF_SEGMENT]
+        leak = c[circuit.C_L] * (P1 - P2)
+        assert f[b + 1] == c[circuit.BETA_E] / V_1 * (y[chain - 1] - c[circuit.A1] * 0.03 - leak)
+        tank = tank_pressure_rate(
+            Qt + c[circuit.Q_PUMP] - Qp, c[circuit.Q_PUMP], border[circuit.VC], border[circuit.XC],
+            c[circuit.A_C], c[circuit.V_T], c[circuit.L_C], c[circuit.BETA],
+        )  # fmt: skip
+        assert f[b + 4] == tank
+
+
+def test_neutral_values_lie_in_their_ranges_and_switch_off():
+    assert len({e.name for e in EFFECTS}) == len(EFFECTS)
+    p = HYDRAULICS.parameters()
+    for name in ("cylinder_coulomb_friction.F_c", "entrained_air.fraction", "command_delay.tau", "valve_dynamics.T"):
+        assert p[f"effect.{name}"] == 0.0
+
+
+def test_friction_is_odd_and_bounded():
+    v = np.linspace(-0.2, 0.2, 401)
+    F = np.array([piston_friction(s, 1.2e8, 1.1e8, 300.0, 2e-3, 150.0, 0.02, 5e-6) for s in v])
+    assert np.allclose(F, -F[::-1])
+    assert F[-1] == pytest.approx(300.0 + 150.0 * np.exp(-10) + 5e-6 * 1e7, rel=1e-9)
+    assert F[205] > F[250] > F[-1] - 1e-9  # Stribeck: less friction at higher speed
+    assert piston_friction(0.04, 1.2e8, 1.1e8, 0.0, 2e-3, 0.0, 0.02, 0.0) == 0.0
+
+
+def test_friction_acts_on_the_force_of_the_cylinder():
+    plain, rough = Effected(), Effected(cylinder_coulomb_friction__F_c=400.0, cylinder_viscous_error__scale=3.0)
+    difference = plain.outputs(v=0.04)["F_h"] - rough.outputs(v=0.04)["F_h"]
+    assert difference == pytest.approx(400.0 + 2.0 * 1000.0 * 0.04, rel=1e-9)
+
+
+def test_air_softens_shallow_oil_only():
+    assert air_softening(1e6, 1.4e9, 0.0, 1.2) == 1.0
+    at_1_bar = air_softening(101300.0, 1.4e9, 0.02, 1.0)
+    assert 1.4e9 * at_1_bar == pytest.approx(1 / (1 / 1.4e9 + 0.02 / 101300.0))
+    assert air_softening(110e6, 1.4e9, 0.03, 1.2) > 0.99
+
+
+def test_air_is_the_wood_limit_of_an_isothermal_bubble():
+    """dV/V of the air part under a small dP is a p0/P dP/P for n = 1."""
+    P, dP, a = 5e5, 1.0, 0.01
+    K = 1.4e9 * air_softening(P, 1.4e9, a, 1.0)
+    bubble = lambda p: a * 101300.0 / p  # noqa: E731
+    expected = (bubble(P) - bubble(P + dP)) / dP + 1 / 1.4e9
+    assert pytest.approx(expected, rel=1e-5) == 1 / K
+
+
+def test_hoses_are_softer_at_every_depth():
+    for depth in (0.0, 11000.0):
+        rig = Effected(depth=depth, hose_compliance__compliance=1 / 0.5e9)
+        assert rig.c[circuit.BETA_LINE] == pytest.approx(1 / (1 / 1.4e9 + 1 / 0.5e9))
+        assert rig.c[circuit.HALF_AT_CHAMBER] / rig.c[circuit.HALF_SEGMENT] == pytest.approx(1 + 1.4 / 0.5)
+
+
+def test_temperature_by_walther():
+    assert temperature_factor(313.15) == 1.0
+    assert 22 * temperature_factor(373.15) == pytest.approx(4.3, rel=1e-12)
+    assert 150 < 22 * temperature_factor(275.15) < 300  # a VG 22 oil near freezing
+    assert temperature_factor(290.0) > temperature_factor(300.0) > 1.0
+
+
+def test_dead_zone():
+    assert land_opening(0.04, 0.05) == 0.0
+    assert land_opening(1.0, 0.05) == 1.0
+    assert land_opening(-0.525, 0.05) == pytest.approx(-0.5)
+    assert land_opening(0.3, 0.0) == 0.3
+
+
+def test_spool_dynamics_follow_the_closed_form():
+    """Step of the command to full stroke: the second-order step response, damped."""
+    T, zeta = 0.01, 0.5
+    rig = Effected(valve_dynamics__T=T, valve_dynamics__damping=zeta, command__t_start=0.0, command__ramp_time=1e-3)
+    start = rig.outputs()["x_v"]
+    c = rig.run(0.08)
+    t = np.arange(1, 81) * 1e-3 - 0.5e-3  # the ramp to saturation takes the first fractions of a millisecond
+    w, wd = 1 / T, np.sqrt(1 - zeta**2) / T
+    step = 1 - np.exp(-zeta * w * t) * (np.cos(wd * t) + zeta * w / wd * np.sin(wd * t))
+    expected = np.minimum(start + (1 - start) * step, 1.0)
+    assert np.abs(c["x_v"] - expected)[5:].max() < 0.04
+    assert c["x_v"][0] < 0.3
+
+
+def test_fast_spool_tends_to_no_dynamics():
+    ends = [Effected(valve_dynamics__T=T, command__t_start=0.0).run(0.1)["P1"][-1] for T in (0.0, 1e-4)]
+    assert ends[1] == pytest.approx(ends[0], abs=2e3)
+
+
+def test_command_delay_shifts_the_controller_output():
+    tau = 0.0123
+    plain = Effected(command__t_start=0.02).run(0.2)
+    late = Effected(command__t_start=0.02, command_delay__tau=tau).run(0.2)
+    t = np.arange(1, 201) * 1e-3
+    u = np.interp(t - tau, t, plain["u"], left=plain["u"][0])
+    assert np.abs(late["u"] - u).max() < 0.05  # the rod stands still, so the controller sees the same error
+
+
+def test_delay_does_not_depend_on_the_communication_step():
+    changes = {"command__t_start": 0.0, "command_delay__tau": 8e-3}
+    a, b = (Effected(**changes).run(0.2, h)["P1"][-1] for h in (1e-3, 2e-2))
+    assert a == pytest.approx(b, abs=5e3)
+
+
+def test_history_interpolates_and_holds_its_ends():
+    memory = np.zeros(MEMORY)
+    memory[0] = 3
+    memory[3:6] = [0.0, 1.0, 2.0]
+    memory[3 + 512 : 6 + 512] = [5.0, 7.0, 6.0]
+    assert [remembered(t, memory) for t in (-1.0, 0.5, 1.75, 9.0)] == [5.0, 6.0, 6.25, 6.0]
+
+
+def test_sampling_holds_between_its_ticks():
+    c = Effected(command__t_start=0.0, controller_sampling__period=0.01).run(0.1)
+    changes = np.flatnonzero(np.abs(np.diff(c["u"])) > 1e-12)
+    assert len(changes) > 3
+    assert np.all((changes + 1) % 10 == 0)
+
+
+def test_null_shift_is_found_by_the_controller_at_rest():
+    plain, shifted = Effected(), Effected(valve_null_shift__shift=0.03)
+    assert shifted.outputs()["x_v"] == pytest.approx(plain.outputs()["x_v"], abs=1e-9)
+    assert shifted.outputs()["u"] == pytest.approx(plain.outputs()["u"] - 0.3, abs=1e-8)
+
+
+@pytest.mark.parametrize(
+    "changes",
+    [
+        {"valve_leakage__c": 2e-13},
+        {"valve_dead_zone__overlap": 0.1},
+        {"valve_null_shift__shift": -0.05},
+        {"relief_override__R": 1.5e10},
+        {"supply_droop__droop": 0.1},
+        {"valve_dynamics__T": 0.005},
+        {"piston_leakage__scale": 0.1},
+        {"oil_temperature__T": 283.15},
+        {"ambient_pressure_error__scale": 1.05},
+        {"entrained_air__fraction": 0.02},
+    ],
+    ids=lambda c: next(iter(c)),
+)
+@pytest.mark.parametrize("depth", [0.0, 9000.0])
+def test_rest_stays_rest_with_every_effect(depth, changes):
+    rig = Effected(depth=depth, **changes)
+    assert np.abs(rig.rate() / rig.scale).max() < 1e-4
+    before = rig.y.copy()
+    rig.run(0.1)
+    assert np.abs((rig.y - before) / rig.scale).max() < 1e-5
+
+
+def test_valve_leakage_raises_the_pump_share_and_conserves_flow():
+    rig = Effected(valve_leakage__c=3e-13)
+    Qa, Qb, Qp, Qt = circuit.valve_flows(0.0, 1.2e8, 1.15e8, 1.1e8, rig.c)
+    assert Qp > 0
+    assert Qp - Qt == pytest.approx(Qa - Qb, rel=1e-12)
+    assert Qa == pytest.approx(3e-13 * ((1.1e8 + 20e6 - 1.2e8) - (1.2e8 - 1.1e8)))
+
+
+def test_relief_override_closes_the_balance():
+    args = (4.45e-8, 1.3e-3, 1000.0, 850.0, 850 * 22e-6, 2.2e-8)
+    R, P_set, Q_pump = 2e10, 2e7, 1.45e-4
+    P = override_pressure(P_set, R, Q_pump, 0.0, 0.0, 0.4, 5e6, *args)
+    demand = land_flow(0.4, P, 5e6, *args)
+    assert pytest.approx(P_set + R * (Q_pump - demand), rel=1e-9) == P
+    assert override_pressure(P_set, R, Q_pump, 0.0, 0.0, 0.0, 5e6, *args) == pytest.approx(P_set + R * Q_pump)
+
+
+def test_supply_droop_lowers_the_supply():
+    full, low = Effected(), Effected(supply_droop__droop=0.1)
+    assert full.outputs()["Pp"] - low.outputs()["Pp"] == pytest.approx(2e6)
+
+
+def test_scaled_parameters():
+    rig = Effected(
+        valve_flow_gain__scale=0.7, piston_leakage__scale=4.0, line_diameter_error__scale=0.9,
+        ambient_pressure_error__scale=1.02,
+    )  # fmt: skip
+    plain = Rig()
+    assert rig.c[circuit.K_Q] / plain.c[circuit.K_Q] == pytest.approx(0.7)
+    assert rig.c[circuit.C_L] / plain.c[circuit.C_L] == pytest.approx(4.0)
+    assert rig.c[circuit.LINE_R] / plain.c[circuit.LINE_R] == pytest.approx(0.9**-4)
+    assert rig.c[circuit.P_AM] / plain.c[circuit.P_AM] == pytest.approx(1.02)
+
+
+def test_minor_losses_in_steady_flow():
+    """K rho v^2/2 of the whole line, whatever the number of segments."""
+    for n in (5, 10):
+        rig = Effected(line_minor_losses__K=20.0, line__segments=n)
+        Q = 5e-5
+        v = Q / (np.pi * 4e-3**2 / 4)
+        assert n * rig.c[circuit.MINOR] * Q * Q == pytest.approx(20.0 * 850.0 * v**2 / 2)
