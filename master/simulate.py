@@ -5,7 +5,6 @@ from __future__ import annotations
 import json
 import os
 import platform
-import re
 import tempfile
 from collections.abc import Callable, Mapping
 from contextlib import ExitStack
@@ -17,22 +16,13 @@ from typing import Any
 
 import numpy as np
 
-from ..core.errors import (
-    CosimError,
-    OutputError,
-    PackageError,
-    SimulationError,
-    UnknownNameError,
-    UsageError,
-    did_you_mean,
-)
-from ..ssp.archive import extract
+from ..core.errors import CosimError, OutputError, SimulationError, UsageError
 from ..ssp.model import SystemStructure
 from ..ssp.reader import read
 from .algorithms import NAMES, algorithm
 from .bonds import ResidualEnergy, find_bonds
 from .recorder import BLOCK, CsvRecorder
-from .slave import Slave
+from .setup import bound_values, initialise, load_descriptions, resolve
 from .system import System
 
 DEFAULT_STEPS = 1000
@@ -72,53 +62,6 @@ def parse_change(text: str) -> tuple[str, str]:
     return address.strip(), value.strip()
 
 
-def _changes(options: Options, slaves: Mapping[str, Slave]) -> list[tuple[str, str, Any, str]]:
-    """(component, variable, value, where) of every --set; a bare name applies to every component that has it."""
-    made = []
-    for address, value in options.changes:
-        where = f"--set {address}={value}"
-        component, _, name = address.partition(".")
-        if component in slaves and name:
-            targets = [(component, name)]
-        else:
-            targets = [(c, address) for c, slave in slaves.items() if _settable(slave, address)]
-            if not targets:
-                known = [f"{c}.{n}" for c, slave in slaves.items() for n in slave.variables if _settable(slave, n)]
-                hint = did_you_mean(address, known)
-                raise UnknownNameError(f"{where}: no component has a parameter '{address}'{hint}")
-        for component, name in targets:
-            made.append(_checked(slaves[component], name, value, where))
-    return made
-
-
-def _settable(slave: Slave, name: str) -> bool:
-    variable = slave.variables.get(name)
-    return variable is not None and (variable.causality in ("parameter", "input") or variable.initial == "exact")
-
-
-def _checked(slave: Slave, name: str, value: Any, where: str) -> tuple[str, str, Any, str]:
-    if not _settable(slave, name):
-        known = [n for n in slave.variables if _settable(slave, n)]
-        hint = did_you_mean(name, known)
-        raise UnknownNameError(f"{where}: component '{slave.name}' has no parameter '{name}'{hint}")
-    return slave.name, name, slave.checked(name, value, where), where
-
-
-def _bound_values(structure: SystemStructure, slaves: Mapping[str, Slave]) -> list[tuple[str, str, Any, str]]:
-    """Values of the package's parameter bindings: those of a component first, those of the system override them."""
-    made = []
-    for component in structure.components:
-        for p in component.parameters:
-            made.append(_checked(slaves[component.name], p.name, p.value, p.where))
-    for p in structure.parameters:
-        component, _, name = p.name.partition(".")
-        if component not in slaves or not name:
-            known = [f"{c}.{n}" for c, slave in slaves.items() for n in slave.variables]
-            raise UnknownNameError(f"{p.where}: no component for parameter '{p.name}'{did_you_mean(p.name, known)}")
-        made.append(_checked(slaves[component], name, p.value, p.where))
-    return made
-
-
 def _times(structure: SystemStructure, options: Options) -> tuple[float, float, float, int]:
     """Start, stop, step [s] and number of steps; the last one is shorter when the step does not divide the time."""
     start = structure.start_time
@@ -139,36 +82,6 @@ def _times(structure: SystemStructure, options: Options) -> tuple[float, float, 
         raise UsageError(f"step {step:g} s would take {count:.1e} steps; choose a longer one")
     n = round(count) if abs(count - round(count)) < 1e-6 else int(count) + 1
     return start, stop, step, n
-
-
-def _load_descriptions(structure: SystemStructure, scratch: Path) -> dict[str, Slave]:
-    from fmpy import read_model_description
-
-    slaves: dict[str, Slave] = {}
-    unpacked: dict[str, Path] = {}
-    for component in structure.components:
-        if component.source not in unpacked:
-            unpacked[component.source] = extract(
-                structure.folder / component.source, scratch / f"fmu{len(unpacked)}_{_plain(component.name)}"
-            )
-        folder = unpacked[component.source]
-        try:
-            description = read_model_description(str(folder), validate=False)
-        except Exception as error:
-            reason = str(error).splitlines()[0] if str(error) else type(error).__name__
-            raise PackageError(f"{component.source}: modelDescription.xml cannot be read ({reason})") from None
-        if description.fmiVersion != "2.0":
-            raise PackageError(f"{component.source}: FMI {description.fmiVersion} is not supported yet, only 2.0")
-        if description.coSimulation is None:
-            raise PackageError(f"{component.source}: has no co-simulation interface")
-        slaves[component.name] = Slave(component.name, folder, description)
-    if not slaves:
-        raise PackageError("the system has no components")
-    return slaves
-
-
-def _plain(name: str) -> str:
-    return re.sub(r"\W", "_", name)
 
 
 def versions() -> dict[str, str]:
@@ -222,8 +135,8 @@ def run(
         scratch = Path(stack.enter_context(tempfile.TemporaryDirectory(prefix="cosim_", ignore_cleanup_errors=True)))
         structure = read(package, scratch / "ssp")
         start, stop, step, n = _times(structure, options)
-        slaves = _load_descriptions(structure, scratch)
-        values = [*_bound_values(structure, slaves), *_changes(options, slaves)]
+        slaves = load_descriptions(structure, scratch)
+        values = [*bound_values(structure, slaves), *resolve(options.changes, slaves)]
         prepare_folder(folder)
 
         def on_log(component: str, status: str, text: str) -> None:
@@ -235,19 +148,7 @@ def run(
             stack.callback(slave.free)
             slave.load(on_log)
         system = System(structure, slaves)
-        for component, name, value, where in values:
-            try:
-                slaves[component].set_start(name, value)
-            except SimulationError as error:
-                raise SimulationError(f"{where}: {error}") from None
-            if slaves[component].variables[name].causality == "input":
-                system.set_input(component, name, value)
-        for slave in slaves.values():
-            slave.initialise_begin(start, stop)
-        system.propagate()
-        for slave in slaves.values():
-            slave.initialise_end()
-        system.sweep(system.order)
+        initialise(system, values, start, stop)
         energy = ResidualEnergy(find_bonds(system))
         recorder = CsvRecorder(folder / "results.csv", system)
         stack.callback(recorder.close)

@@ -164,6 +164,12 @@ class Slave:
         self._call(self._fmu.exitInitializationMode, doing="exitInitializationMode")
         self._state = "running"
 
+    def reset(self) -> None:
+        """Back to the state after instantiation: start values, ready for another run."""
+        self._call(self._fmu.reset, doing="reset")
+        self.messages.clear()
+        self._state = "instantiated"
+
     def lay_out(self, inputs: list[Signal], outputs: list[Signal], given: np.ndarray, read: np.ndarray) -> None:
         """Bind inputs to places in the array `given`, outputs to places in `read`; those of one kind are in a row."""
         self.inputs, self.outputs = inputs, outputs

@@ -43,7 +43,7 @@ class System:
         self.read = np.zeros(sum(map(len, outputs.values())))
         self.inputs = {(c, s.name): s for c, signals in inputs.items() for s in signals}
         self.outputs = {(c, s.name): s for c, signals in outputs.items() for s in signals}
-        self._start_values()
+        self.reset_inputs()
         self.links = [
             Link(self.outputs[c.start].place, self.inputs[c.end].place, c.start, c.end) for c in structure.connections
         ]
@@ -89,7 +89,8 @@ class System:
                         place += 1
         return signals
 
-    def _start_values(self) -> None:
+    def reset_inputs(self) -> None:
+        """Give every input its start value from the model description."""
         for (component, name), signal in self.inputs.items():
             start = self.slaves[component].variables[name].start
             if signal.kind == "Boolean":

@@ -1,0 +1,121 @@
+"""A package that is loaded once and run many times, for whoever needs thousands of runs: estimation, sweeps.
+
+Each run resets the FMUs, which is a matter of milliseconds, and keeps only the signals that were asked for.
+"""
+
+from __future__ import annotations
+
+import tempfile
+from collections.abc import Callable, Mapping, Sequence
+from contextlib import ExitStack
+from pathlib import Path
+from types import TracebackType
+from typing import Any
+
+import numpy as np
+
+from ..core.errors import SimulationError, UnknownNameError, UsageError, did_you_mean
+from ..ssp.reader import read
+from .algorithms import NAMES, algorithm
+from .setup import bound_values, initialise, load_descriptions, resolve
+from .system import System
+
+Series = tuple[np.ndarray, np.ndarray]
+"""Times [s] (n,) and values (n,)."""
+
+
+class Session:
+    """The system of an SSP package, loaded; a context manager. Not for use from several threads."""
+
+    def __init__(self, package: Path, log: Callable[[str, str, str], None] = lambda *_: None):
+        self._stack = ExitStack()
+        try:
+            scratch = Path(
+                self._stack.enter_context(tempfile.TemporaryDirectory(prefix="cosim_", ignore_cleanup_errors=True))
+            )
+            self.structure = read(package, scratch / "ssp")
+            slaves = load_descriptions(self.structure, scratch)
+            self._bound = bound_values(self.structure, slaves)
+
+            def on_log(component: str, status: str, text: str) -> None:
+                if component in slaves:
+                    slaves[component].messages.append((status, text))
+                log(component, status, text)
+
+            for slave in slaves.values():
+                self._stack.callback(slave.free)
+                slave.load(on_log)
+            self.system = System(self.structure, slaves)
+        except BaseException:
+            self._stack.close()
+            raise
+        self._fresh = True
+
+    def __enter__(self) -> Session:
+        return self
+
+    def __exit__(
+        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
+    ) -> None:
+        self._stack.close()
+
+    def place(self, address: str) -> tuple[bool, int]:
+        """(is an output, place in its array) of the signal component.variable."""
+        component, _, name = address.partition(".")
+        for signals, is_output in ((self.system.outputs, True), (self.system.inputs, False)):
+            if (component, name) in signals:
+                return is_output, signals[component, name].place
+        known = [f"{c}.{n}" for c, n in (*self.system.outputs, *self.system.inputs)]
+        raise UnknownNameError(f"no connector '{address}'{did_you_mean(address, known)}")
+
+    def run(
+        self,
+        record: Sequence[str],
+        stop: float,
+        step: float,
+        changes: Mapping[str, Any] | None = None,
+        inputs: Mapping[str, Series] | None = None,
+        method: str = NAMES[0],
+    ) -> tuple[np.ndarray, np.ndarray]:
+        """Times (n,) and recorded signals (n, len(record)) of a run from the package's start time to `stop` [s].
+
+        changes: parameters by address, on top of the package's; inputs: series by address of unconnected inputs, joined
+        by straight lines and held beyond their ends. Raises `SimulationError` when an FMU fails or a recorded value is
+        not finite; the session can be used again afterwards.
+        """
+        system = self.system
+        start = self.structure.start_time
+        n = round((stop - start) / step)
+        if n < 1:
+            raise UsageError(f"a run from {start:g} s to {stop:g} s has no step of {step:g} s")
+        outputs = [self.place(address) for address in record]
+        connected = {link.target for link in system.links}
+        driven = []
+        times = start + np.arange(n + 1) * step
+        for address, (t, values) in (inputs or {}).items():
+            is_output, place = self.place(address)
+            if is_output or place in connected:
+                raise UsageError(f"'{address}' cannot be driven: it is {'an output' if is_output else 'connected'}")
+            driven.append((place, np.interp(times, t, values)))
+        values = [*self._bound, *resolve((changes or {}).items(), system.slaves, "")]
+        if not self._fresh:
+            for slave in system.slaves.values():
+                slave.reset()
+        self._fresh = False
+        system.reset_inputs()
+        for place, series in driven:
+            system.given[place] = series[0]
+        initialise(system, values, start, stop)
+        advance = algorithm(method)
+        rows = np.empty((n + 1, len(record)))
+        read, given = system.read, system.given
+        for k in range(n):
+            for place, series in driven:
+                given[place] = series[k]
+            rows[k] = [read[place] if is_output else given[place] for is_output, place in outputs]
+            advance(system, times[k], step)
+        rows[n] = [read[place] if is_output else given[place] for is_output, place in outputs]
+        if not np.isfinite(rows).all():
+            k, i = np.argwhere(~np.isfinite(rows))[0]
+            raise SimulationError(f"'{record[i]}' is not finite at t = {times[k]:g} s", float(times[k]))
+        return times, rows
