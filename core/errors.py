@@ -7,6 +7,7 @@ CosimError
 ├── UsageError          an option or argument that makes no sense
 ├── OutputError         a folder or file that cannot be written
 └── SimulationError     a run that had to stop: failing FMU, value not finite
+    └── Interrupted     by the user
 """
 
 from __future__ import annotations
@@ -44,6 +45,10 @@ class SimulationError(CosimError):
     def __init__(self, message: str, time: float | None = None):
         super().__init__(message)
         self.time = time
+
+
+class Interrupted(SimulationError):
+    """The user asked a run to stop."""
 
 
 def did_you_mean(name: str, known: list[str] | tuple[str, ...]) -> str:

@@ -1,9 +1,9 @@
 """One decorator for compiled kernels, so that every kernel is compiled the same way and cached on disk.
 
 Numba's cache of a function looks only at that function's own file. A change in another file that the
-function was inlined from would go unnoticed, so whoever runs kernels from a folder that is being edited
-points NUMBA_CACHE_DIR at a place named after the content of all sources (the tests do, and each FMU
-unpacks its code into such a folder).
+function was inlined from would go unnoticed. So each FMU unpacks its code into a folder named after the content
+of all sources, and the tests drop every compiled kernel when a source has changed; whoever runs kernels
+from a folder that is being edited without the tests should delete its *.nbi and *.nbc files.
 """
 
 from __future__ import annotations

@@ -104,7 +104,8 @@ def _compiled_kernels(fmu: Path, package: str, cache: Path) -> dict[str, bytes]:
     environment.pop("NUMBA_CACHE_DIR", None)
     run = subprocess.run([sys.executable, "-c", script], env=environment, capture_output=True, text=True)
     if run.returncode:
-        raise PackageError(f"{fmu.name} does not run: {run.stderr.strip().splitlines()[-1]}")
+        lines = run.stderr.strip().splitlines() or [f"the process ended with code {run.returncode}"]
+        raise PackageError(f"{fmu.name} does not run: {lines[-1]}")
     root = cache / "deepsea-cosim"
     return {
         path.relative_to(root).as_posix(): path.read_bytes()
@@ -113,8 +114,8 @@ def _compiled_kernels(fmu: Path, package: str, cache: Path) -> dict[str, bytes]:
     }
 
 
-def build_fmu(model: Model, folder: Path) -> Path:
-    """Build one FMU into `folder` and return its path."""
+def build_fmu(model: Model, folder: Path, say: Callable[[str], None] = lambda text: None) -> Path:
+    """Build one FMU into `folder` and return its path; `say` gets what the user should know."""
     from pythonfmu.builder import FmuBuilder
 
     from .readme import readme
@@ -166,6 +167,8 @@ def build_fmu(model: Model, folder: Path) -> Path:
             for suffix, content in front.items():
                 files[f"{binaries}{suffix}.so"] = content
             files["resources/front.txt"] = sys.platform.encode()
+        else:
+            say("the front library could not be compiled here (no C compiler, or not Linux): faults will be fmi2Fatal")
         draft = scratch / f"{model.name}_draft.fmu"
         _write_zip(draft, files.items())
         kernels = _compiled_kernels(draft, package, scratch / "kernels")
@@ -185,11 +188,9 @@ def build(folder: Path, say: Callable[[str], None] = lambda text: None) -> list[
         probe.unlink()
     except OSError as error:
         raise OutputError(f"{folder}: cannot be written ({error.strerror})") from None
-    if c_compiler() is None:
-        say("no C compiler found: the FMUs will report faults as fmi2Fatal instead of fmi2Error")
     made = []
     for model in MODELS:
-        made.append(build_fmu(model, folder))
+        made.append(build_fmu(model, folder, say))
         say(f"{made[-1]}  {made[-1].stat().st_size / 1024:.0f} kB")
     fmus = {f"resources/{path.name}": path for path in made}
     system = _folder("ssp") / "scenarios" / SYSTEM

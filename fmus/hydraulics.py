@@ -5,6 +5,7 @@ from __future__ import annotations
 from typing import Any
 
 import numpy as np
+from pythonfmu.enums import Fmi2Status
 
 from ..core.errors import SimulationError
 from ..hydraulics_fmu import circuit, integrator
@@ -30,14 +31,22 @@ class DeepseaHydraulics(Slave):
     def __init__(self, **kwargs: Any):
         super().__init__(**kwargs)
         self.description = "Deep-sea valve-controlled hydraulic cylinder: oil, lines, servo valve, compensator, PID"
+        self.warned_of: float | None = None
         self._x, self._v, self._ref, self._hold = (HYDRAULICS.index(n) for n in ("x_h", "v_h", "x_ref", "F_hold"))
 
     def build(self, parameters: dict[str, float]) -> None:
         self.c = circuit.constants(parameters)
         self.scale = circuit.state_scales(self.c)
-        self.y = steady_state(self.c, float(self.values[self._hold]))
-        self.w = np.zeros(integrator.workspace_size(int(parameters["line.segments"])))
-        self.w[integrator.AGE] = -1.0
+        force = float(self.values[self._hold])
+        self.y, held = steady_state(self.c, force)
+        if not held and self.warned_of != force:
+            self.warned_of = force
+            self.log(
+                f"the supply cannot hold F_hold = {force:g} N against the leakage: the run starts with the valve shut "
+                "and the machine will move",
+                Fmi2Status.warning,
+            )
+        self.w = integrator.new_workspace(int(parameters["line.segments"]))
         self.memory = np.zeros(MEMORY)
         self.last_ref: tuple[float, float] | None = None
         self.ref_rate = 0.0

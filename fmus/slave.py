@@ -123,6 +123,7 @@ class Slave(Fmi2Slave):
     @reported(None)
     def setup_experiment(self, start_time: float, *_: Any) -> None:
         self.time = start_time
+        self._stale[0] = 1
 
     @reported(None)
     def enter_initialization_mode(self) -> None:
@@ -143,6 +144,8 @@ class Slave(Fmi2Slave):
             raise SimulationError("doStep was called before the initialization was finished")
         if not 0.0 < step_size < float("inf"):
             raise ParameterError(f"communication step size = {step_size:g} s; it has to be positive")
+        if not abs(current_time - self.time) <= 1e-9 * max(1.0, abs(self.time)):
+            raise SimulationError(f"doStep at t = {current_time:g} s, but the FMU is at t = {self.time:g} s")
         self.advance(current_time, step_size)
         self.time = current_time + step_size
         self._settle()
@@ -150,7 +153,7 @@ class Slave(Fmi2Slave):
 
     @reported(_nan)
     def get_real(self, vrs: list[int]) -> list[float]:
-        if self._stale[0]:
+        if self._stale[0] and any(self.table[i].causality == "output" for i in vrs):
             self._refresh()
         return self.values[vrs].tolist()
 
@@ -168,49 +171,43 @@ class Slave(Fmi2Slave):
 
     @reported(None)
     def set_real(self, vrs: list[int], values: list[float]) -> None:
-        for i, value in zip(vrs, values, strict=True):
-            self.table[i].check(value)
-            if not self._is_input[i]:
-                self._may_set(i)
-            self.values[i] = value
-        self._stale[0] = 1
+        self._set(vrs, values, "Real")
 
     @reported(None)
     def set_integer(self, vrs: list[int], values: list[int]) -> None:
-        for i, value in zip(vrs, values, strict=True):
-            self._may_set(i)
-            self.values[i] = int(self.table[i].check(value))
-        self._stale[0] = 1
+        self._set(vrs, values, "Integer")
 
     @reported(None)
     def set_boolean(self, vrs: list[int], values: list[bool]) -> None:
-        for i, value in zip(vrs, values, strict=True):
-            self._may_set(i)
-            self.values[i] = bool(value)
-        self._stale[0] = 1
+        self._set(vrs, values, "Boolean")
 
     @reported(None)
     def set_string(self, vrs: list[int], values: list[str]) -> None:
         raise ParameterError("this FMU has no string variables")
 
+    @reported(dict)
     def _get_fmu_state(self) -> dict[str, Any]:
-        if self._stale[0]:
-            self._refresh()
         return {
+            "model_name": self.modelName,
             "values": self.values.copy(),
             "time": self.time,
             "running": self.running,
-            "model": self.get_model_state(),
+            "stale": int(self._stale[0]),
+            # before the run the model follows from the values
+            "model": self.get_model_state() if self.running else None,
         }
 
     @reported(None)
     def _set_fmu_state(self, state: dict[str, Any]) -> None:
+        if state.get("model_name") != self.modelName or len(state.get("values", ())) != len(self.values):
+            raise ParameterError(f"this is not a state of {self.modelName}")
         self.values[:] = state["values"]
         self.time, self.running = state["time"], state["running"]
-        self.build(self._parameters())
-        self.set_model_state(state["model"])
+        if state["model"] is not None:
+            self.build(self._parameters())
+            self.set_model_state(state["model"])
         self.values[:] = state["values"]
-        self._stale[0] = 0
+        self._stale[0] = state["stale"]
 
     @staticmethod
     def _fmu_state_to_bytes(state: dict[str, Any]) -> bytes:
@@ -218,7 +215,11 @@ class Slave(Fmi2Slave):
 
     @staticmethod
     def _fmu_state_from_bytes(state: bytes) -> dict[str, Any]:
-        return json.loads(state)
+        try:
+            found = json.loads(state)
+        except ValueError:
+            return {}  # an exception would cost the instance; setting this state reports it
+        return found if isinstance(found, dict) else {}
 
     # helpers
 
@@ -230,6 +231,18 @@ class Slave(Fmi2Slave):
     def _parameters(self) -> dict[str, float]:
         values = self.values.tolist()
         return {v.name: values[i] for i, v in enumerate(self.table) if v.causality == "parameter"}
+
+    def _set(self, vrs: list[int], values: list[Any], kind: str) -> None:
+        """Set all the values or, when one of them is wrong, none."""
+        for i, value in zip(vrs, values, strict=True):
+            variable = self.table[i]
+            if variable.kind != kind:
+                raise ParameterError(f"'{variable.name}' is of type {variable.kind}, not {kind}")
+            if kind != "Boolean":
+                variable.check(value)
+            self._may_set(i)
+        self.values[vrs] = values
+        self._stale[0] = 1
 
     def _may_set(self, i: int) -> None:
         variable = self.table[i]

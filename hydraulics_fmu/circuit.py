@@ -21,7 +21,7 @@ from ..core.jit import kernel
 from ..core.sea import ambient_pressure
 from . import cylinder
 from .compensator import piston_acceleration, tank_pressure_rate
-from .controller import integral_rate, pid_output, ramp_command
+from .controller import integral_rate, pid_output, ramp_command, ramp_rate
 from .cylinder import chamber_volume, end_stop_force, leakage, rod_force
 from .friction import piston_friction
 from .line import line_derivatives
@@ -295,6 +295,14 @@ def command(t: float, t_0: float, x_ref: float, ref_rate: float, c: object) -> f
 
 
 @kernel
+def command_rate(t: float, ref_rate: float, c: object) -> float:
+    """Rate [m/s] of the command in force just before time t [s]."""
+    if c[USE_INPUT] != 0.0:
+        return ref_rate
+    return ramp_rate(t, c[TARGET], c[T_START], c[RAMP], c[HOLD])
+
+
+@kernel
 def outputs_at(
     y: object, c: object, t_0: float, h: float, x_0: float, v_h: float, x_ref: float, ref_rate: float,
     held: float, out: object,
@@ -302,6 +310,5 @@ def outputs_at(
     """Write the outputs at t_0 + h [s] for inputs that were given at t_0 and moved on at their rates."""
     t = t_0 + h
     x_cmd = command(t, t_0, x_ref, ref_rate, c)
-    back = 1e-6
-    v_cmd = (x_cmd - command(t - back, t_0, x_ref, ref_rate, c)) / back
+    v_cmd = command_rate(t, ref_rate, c)
     outputs(y, c, x_0 + v_h * h, v_h, x_cmd, v_cmd, held, out)

@@ -22,6 +22,17 @@ def ramp_command(t: float, target: float, t_start: float, ramp_time: float, hold
 
 
 @kernel
+def ramp_rate(t: float, target: float, t_start: float, ramp_time: float, hold_time: float) -> float:
+    """Rate [m/s] of the built-in command just before time t [s]."""
+    s = t - t_start
+    if 0.0 < s <= ramp_time:
+        return target / ramp_time
+    if 0.0 < s - ramp_time - hold_time <= ramp_time:
+        return -target / ramp_time
+    return 0.0
+
+
+@kernel
 def pid_output(error: float, error_rate: float, integral: float, kp: float, kd: float, limit: float) -> float:
     """Controller output u [mA], saturated at +-limit. `integral` [mA] is the integral part as it stands."""
     return min(max(kp * error + integral + kd * error_rate, -limit), limit)

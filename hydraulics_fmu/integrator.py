@@ -8,9 +8,11 @@ has to be saved and restored.
 
 from __future__ import annotations
 
+import numpy as np
+
 from ..core.jit import kernel
 from .bordered import factorise, solve
-from .circuit import BORDER, HOLD, RAMP, RTOL, SEGMENTS, T_START, USE_INPUT, command, derivatives
+from .circuit import BORDER, HOLD, RAMP, RTOL, SEGMENTS, T_START, USE_INPUT, command, command_rate, derivatives
 from .tableau import GAMMA, NODES, A, C, E, M
 
 STAGES = 4
@@ -30,19 +32,27 @@ def workspace_size(segments: int) -> int:
     nc, m = 2 * (2 * segments - 1), BORDER
     jacobian = 3 * nc + nc * m + PORTS + m * m
     factors = nc + nc * m + m * m + m
-    return SCALARS + jacobian + factors + (STAGES + 3) * (nc + m)
+    return SCALARS + jacobian + factors + (STAGES + 4) * (nc + m)
+
+
+def new_workspace(segments: int) -> np.ndarray:
+    """A workspace without a Jacobian, for lines of so many segments."""
+    w = np.zeros(workspace_size(segments))
+    w[AGE] = -1.0
+    return w
 
 
 @kernel
-def next_corner(t: float, t_end: float, c: object) -> float:
-    """The next corner of the built-in command after t [s], or t_end when that comes first."""
-    corner = c[T_START]
+def next_corner(s: float, h: float, t_0: float, c: object) -> float:
+    """The next corner of the built-in command after t_0 + s [s], as time since t_0; h when that comes first."""
+    corner = c[T_START] - t_0
+    margin = 1e-9 * h + 1e-15 * abs(t_0)
     if c[USE_INPUT] == 0.0:
         for i in range(4):
-            if t + 1e-9 < corner < t_end - 1e-9:
+            if s + margin < corner < h - margin:
                 return corner
             corner += c[HOLD] if i == 1 else c[RAMP]
-    return t_end
+    return h
 
 
 @kernel
@@ -54,8 +64,8 @@ def advance(
 
     A controller output that is not continuous is u_0 + u_rate (t - t_0) [mA]; otherwise u_0 is NaN.
 
-    Returns OK, TOO_SMALL or TOO_MANY. The largest error over all states, each divided by its scale, is kept below the
-    relative tolerance c[RTOL] in every step.
+    Returns OK, or TOO_SMALL or TOO_MANY with y as it was. The largest error over all states, each divided by its
+    scale, is kept below the relative tolerance c[RTOL] in every step.
     """
     n = int(c[SEGMENTS])
     nc = 2 * (2 * n - 1)
@@ -76,23 +86,25 @@ def advance(
     U, a = w[a : a + STAGES * ny].reshape(STAGES, ny), a + STAGES * ny
     f0, a = w[a : a + ny], a + ny
     yp, a = w[a : a + ny], a + ny
+    y_0, a = w[a : a + ny], a + ny
     f = w[a : a + ny]
     port = (0, nc // 2 - 1, nc // 2, nc - 1)  # the chain columns that feed the border rows pa, p1, p2, pb
 
-    t_end = t_0 + h
-    t = t_0
-    tiny = 1e-13 * max(abs(t_end), h)
+    for i in range(ny):
+        y_0[i] = y[i]
     if w[STEP] <= 0.0:
         w[STEP] = 1e-5
+    s_now = 0.0  # time since t_0, so that neither large times nor short steps lose digits
+    fault = TOO_MANY
     for _ in range(MAX_STEPS):
-        if t >= t_end - tiny:
+        if s_now >= h:
             return OK
         # the command is linear up to its next corner, so its rate is a difference
-        stop = next_corner(t, t_end, c)
-        left = stop - t
+        stop = next_corner(s_now, h, t_0, c)
+        left = stop - s_now
         step = left if w[STEP] >= 0.999999 * left else (0.5 * left if w[STEP] > 0.5 * left else w[STEP])
-        r = command(t, t_0, x_ref, ref_rate, c)
-        rate = (command(stop, t_0, x_ref, ref_rate, c) - r) / left
+        r = command(t_0 + s_now, t_0, x_ref, ref_rate, c)
+        rate = command_rate(t_0 + s_now + 0.5 * left, ref_rate, c)
         sigma = 1.0 / (step * GAMMA)
         for s in range(STAGES):
             for i in range(ny):
@@ -101,8 +113,8 @@ def advance(
                     total += A[s, q] * U[q, i]
                 yp[i] = total
             dt = NODES[s] * step
-            held = u_0 + u_rate * (t + dt - t_0)
-            derivatives(yp, c, x_0 + v_h * (t + dt - t_0), v_h, r + rate * dt, rate, held, f)
+            held = u_0 + u_rate * (s_now + dt)
+            derivatives(yp, c, x_0 + v_h * (s_now + dt), v_h, r + rate * dt, rate, held, f)
             if s == 0:
                 if w[AGE] < 0.0 or w[AGE] >= MAX_AGE:
                     for i in range(ny):
@@ -113,7 +125,7 @@ def advance(
                         last = nc if colour < 3 else ny
                         for i in range(first, last, jump):
                             yp[i] = y[i] + 1e-7 * (abs(y[i]) + scale[i])
-                        derivatives(yp, c, x_0 + v_h * (t - t_0), v_h, r, rate, held, f)
+                        derivatives(yp, c, x_0 + v_h * s_now, v_h, r, rate, held, f)
                         for i in range(first, last, jump):
                             d = yp[i] - y[i]
                             yp[i] = y[i]
@@ -156,15 +168,20 @@ def advance(
         if error <= 1.0:
             for i in range(ny):
                 y[i] += M[0] * U[0, i] + M[1] * U[1, i] + M[2] * U[2, i] + M[3] * U[3, i]
-            t = stop if step == left else t + step
+            s_now = stop if step == left else s_now + step
             w[AGE] += 1.0
             proposal = step * min(0.9 * (1.0 / max(error, 1e-6)) ** (1.0 / 3.0), 4.0)
             # a step cut short by the end says nothing against a longer one
-            w[STEP] = min(proposal if step < left else max(proposal, min(w[STEP], 2.0 * proposal)), 0.1)
+            w[STEP] = proposal if step < left else max(proposal, min(w[STEP], 2.0 * proposal))
         elif w[AGE] > 0.0:
             w[AGE] = -1.0  # the fault may be the old Jacobian's: try again with a new one
         else:
             w[STEP] = step * (max(0.2, 0.9 * (1.0 / error) ** (1.0 / 3.0)) if error < 1e30 else 0.1)
-            if w[STEP] < 1e-14 * max(abs(t_end), 1.0):
-                return TOO_SMALL
-    return TOO_MANY
+            if w[STEP] < min(1e-14, 1e-9 * h):
+                fault = TOO_SMALL
+                break
+    for i in range(ny):
+        y[i] = y_0[i]
+    w[STEP] = 0.0
+    w[AGE] = -1.0
+    return fault

@@ -21,6 +21,7 @@ from .circuit import (
     SAMPLING,
     SEGMENTS,
     command,
+    command_rate,
 )
 from .controller import pid_output
 from .integrator import OK, advance
@@ -79,7 +80,7 @@ def march(
                 stop = t_end
             if sample:
                 r = command(t, t_0, x_ref, ref_rate, c)
-                r_rate = (command(stop, t_0, x_ref, ref_rate, c) - r) / (stop - t)
+                r_rate = command_rate(0.5 * (t + stop), ref_rate, c)
                 memory[HELD] = pid_output(
                     c[GAIN] * (r - x), c[GAIN] * (r_rate - v_h), y[integral], c[KP], c[KD], c[I_MAX]
                 )

@@ -66,14 +66,14 @@ def opening_for(q: float, Pa: float, Pb: float, Pt: float, c: object) -> float:
 
 
 @kernel
-def steady_state(c: object, F_hold: float) -> object:
+def steady_state(c: object, F_hold: float) -> tuple[object, bool]:
     """State (ny,) at rest in which the pressures hold the force F_hold [N].
 
     The spool stands where its flow replaces the piston's leakage q, and the integral part of the controller holds it
     there. Unknown is P2: the force gives P1, q follows, Eq. 22 gives both lines' losses, and both lands must pass q
     at one opening. The difference of the lands' flows falls with P2, so bisection closes it. A force that the supply
     cannot hold against the leakage is held by oil behind the closed valve, with the unloaded chamber at tank pressure;
-    the machine then creeps.
+    then the second result is false, and the machine sinks as fast as the piston leaks.
     """
     n = int(c[SEGMENTS])
     Pt = c[P_AM] + c[K_C] * c[PRECOMPRESSION] / c[A_C]
@@ -99,7 +99,8 @@ def steady_state(c: object, F_hold: float) -> object:
             low = P_2
         else:
             high = P_2
-    if abs(surplus) > 1e-6 * c[Q_PUMP] or abs(Q_b - q) > 1e-6 * c[Q_PUMP]:
+    held = abs(surplus) <= 1e-6 * c[Q_PUMP] and abs(Q_b - q) <= 1e-6 * c[Q_PUMP]
+    if not held:
         q, x_v = 0.0, 0.0
         P_2 = Pt if F_hold > 0.0 else c[P_AM] + ((Pt - c[P_AM]) * c[A1] - F_hold) / c[A2]
         nodes_a[:] = c[P_AM] + (F_hold + (P_2 - c[P_AM]) * c[A2]) / c[A1]
@@ -121,4 +122,4 @@ def steady_state(c: object, F_hold: float) -> object:
         x_v = 0.0
     y[b + 7] = (x_v - c[NULL_SHIFT]) * c[I_MAX]
     y[b + 8] = x_v
-    return y
+    return y, held

@@ -10,7 +10,7 @@ from pathlib import Path
 from time import perf_counter
 from typing import Any, NoReturn
 
-from ..core.errors import CosimError, SimulationError
+from ..core.errors import CosimError, Interrupted, SimulationError
 from .algorithms import NAMES
 
 EXAMPLES = """examples:
@@ -96,8 +96,7 @@ def _table(summary: dict[str, Any], result: Any) -> str:
         f"  {'signal':<28}{'unit':>7}{'start':>13}{'least':>13}{'greatest':>13}{'end':>13}",
     ]
     for name in dict.fromkeys(result.connected):
-        column = result.sample[:, result.names.index(name)]
-        values = "".join(f"{v:>13.6g}" for v in (column[0], column.min(), column.max(), column[-1]))
+        values = "".join(f"{row[result.names.index(name)]:>13.6g}" for row in result.extremes)
         lines.append(f"  {name:<28}{result.units.get(name, ''):>7}{values}")
     return "\n".join(lines)
 
@@ -113,13 +112,16 @@ def main(arguments: Sequence[str] | None = None) -> int:
     options = parser().parse_args(given)
     try:
         return _run(options)
+    except Interrupted as error:
+        print(f"cosim-master: {error}", file=sys.stderr)
+        return 130
     except SimulationError as error:
         print(f"cosim-master: {error}", file=sys.stderr)
         return 1
     except CosimError as error:
         print(f"cosim-master: {error}", file=sys.stderr)
         return 2
-    except KeyboardInterrupt:
+    except KeyboardInterrupt:  # before the run took over
         print("cosim-master: interrupted", file=sys.stderr)
         return 130
 
@@ -173,7 +175,7 @@ def command() -> NoReturn:
     try:
         code = main()
     except SystemExit as stop:
-        code = stop.code if isinstance(stop.code, int) else 0
+        code = stop.code if isinstance(stop.code, int) else int(stop.code is not None)
     sys.stdout.flush()
     sys.stderr.flush()
     os._exit(code)

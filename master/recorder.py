@@ -6,6 +6,8 @@ that reads back as the same number.
 
 from __future__ import annotations
 
+import csv
+import io
 from pathlib import Path
 
 import numpy as np
@@ -30,7 +32,9 @@ class CsvRecorder:
         self._columns = np.array([0] + [place for _, place in pairs])
         try:
             self._file = path.open("wb")
-            self._file.write((",".join(self.names) + "\n").encode())
+            head = io.StringIO()
+            csv.writer(head, lineterminator="\n").writerow(self.names)
+            self._file.write(head.getvalue().encode())
         except OSError as error:
             raise OutputError(f"{path}: cannot be written ({error.strerror})") from None
 

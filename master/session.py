@@ -17,7 +17,7 @@ import numpy as np
 from ..core.errors import SimulationError, UnknownNameError, UsageError, did_you_mean
 from ..ssp.reader import read
 from .algorithms import NAMES, algorithm
-from .setup import bound_values, initialise, load_descriptions, resolve
+from .setup import bound_values, check_connections, initialise, load_descriptions, resolve
 from .system import System
 
 Series = tuple[np.ndarray, np.ndarray]
@@ -35,6 +35,7 @@ class Session:
             )
             self.structure = read(package, scratch / "ssp")
             slaves = load_descriptions(self.structure, scratch)
+            check_connections(self.structure, slaves)
             self._bound = bound_values(self.structure, slaves)
 
             def on_log(component: str, status: str, text: str) -> None:
@@ -114,6 +115,8 @@ class Session:
                 given[place] = series[k]
             rows[k] = [read[place] if is_output else given[place] for is_output, place in outputs]
             advance(system, times[k], step)
+        for place, series in driven:
+            given[place] = series[n]
         rows[n] = [read[place] if is_output else given[place] for is_output, place in outputs]
         if not np.isfinite(rows).all():
             k, i = np.argwhere(~np.isfinite(rows))[0]

@@ -10,11 +10,12 @@ from collections.abc import Iterable, Mapping
 from pathlib import Path
 from typing import Any
 
-from ..core.errors import PackageError, SimulationError, UnknownNameError, did_you_mean
+from ..core.errors import PackageError, ParameterError, SimulationError, UnknownNameError, UsageError, did_you_mean
+from ..core.units import convert
 from ..ssp.archive import extract
-from ..ssp.model import SystemStructure
+from ..ssp.model import Parameter, SystemStructure
 from .slave import Slave
-from .system import System
+from .system import KINDS, System
 
 Value = tuple[str, str, Any, str]
 """(component, variable, value in the variable's type, where it was given)."""
@@ -52,18 +53,31 @@ def _checked(slave: Slave, name: str, value: Any, where: str) -> Value:
     return slave.name, name, slave.checked(name, value, where), where
 
 
+def _in_unit_of(slave: Slave, p: Parameter, name: str) -> Any:
+    """The value of a package's parameter in the unit of the FMU's variable."""
+    variable = slave.variables.get(name)
+    own = getattr(variable, "unit", None)
+    if variable is None or p.unit is None or own is None or p.unit == own:
+        return p.value
+    try:
+        return convert(p.value, p.unit, own)
+    except UsageError as error:
+        raise ParameterError(f"{p.where}: {slave.name}.{name}: {error}") from None
+
+
 def bound_values(structure: SystemStructure, slaves: Mapping[str, Slave]) -> list[Value]:
     """Values of the package's parameter bindings: those of a component first, those of the system override them."""
     made = []
     for component in structure.components:
         for p in component.parameters:
-            made.append(_checked(slaves[component.name], p.name, p.value, p.where))
+            slave = slaves[component.name]
+            made.append(_checked(slave, p.name, _in_unit_of(slave, p, p.name), p.where))
     for p in structure.parameters:
         component, _, name = p.name.partition(".")
         if component not in slaves or not name:
             known = [f"{c}.{n}" for c, slave in slaves.items() for n in slave.variables]
             raise UnknownNameError(f"{p.where}: no component for parameter '{p.name}'{did_you_mean(p.name, known)}")
-        made.append(_checked(slaves[component], name, p.value, p.where))
+        made.append(_checked(slaves[component], name, _in_unit_of(slaves[component], p, name), p.where))
     return made
 
 
@@ -96,6 +110,39 @@ def load_descriptions(structure: SystemStructure, scratch: Path) -> dict[str, Sl
 
 def _plain(name: str) -> str:
     return re.sub(r"\W", "_", name)
+
+
+def check_connections(structure: SystemStructure, slaves: Mapping[str, Slave]) -> None:
+    """Raise `PackageError` for a connection that dangles, drives an input twice, or joins units that differ."""
+    driven: dict[tuple[str, str], int] = {}
+    for c in structure.connections:
+        where = f"SystemStructure.ssd, line {c.line}"
+        ends = []
+        for (component, connector), causality in ((c.start, "output"), (c.end, "input")):
+            if component not in slaves:
+                raise PackageError(f"{where}: there is no component '{component}'")
+            variable = slaves[component].variables.get(connector)
+            if variable is None:
+                raise PackageError(f"{where}: component '{component}' has no variable '{connector}'")
+            if variable.causality != causality:
+                raise PackageError(
+                    f"{where}: '{component}.{connector}' is not an {causality}, its causality is "
+                    f"'{variable.causality}'"
+                )
+            if variable.type not in KINDS:
+                raise PackageError(f"{where}: '{component}.{connector}': type {variable.type} is not supported yet")
+            ends.append(variable)
+        if c.end in driven:
+            line = driven[c.end]
+            end = ".".join(c.end)
+            raise PackageError(f"{where}: input '{end}' is already driven by the connection in line {line}")
+        driven[c.end] = c.line
+        units = [v.unit for v in ends]
+        if None not in units and units[0] != units[1]:
+            raise PackageError(
+                f"{where}: '{'.'.join(c.start)}' is in {units[0]} and '{'.'.join(c.end)}' in {units[1]}; "
+                "unit conversion is not supported yet"
+            )
 
 
 def initialise(system: System, values: Iterable[Value], start: float, stop: float) -> None:

@@ -5,9 +5,11 @@ from __future__ import annotations
 import json
 import os
 import platform
+import signal
 import tempfile
-from collections.abc import Callable, Mapping
-from contextlib import ExitStack
+import threading
+from collections.abc import Callable, Iterator, Mapping
+from contextlib import ExitStack, contextmanager
 from dataclasses import dataclass, field
 from importlib import metadata
 from pathlib import Path
@@ -16,15 +18,16 @@ from typing import Any
 
 import numpy as np
 
-from ..core.errors import CosimError, OutputError, SimulationError, UsageError
+from ..core.errors import CosimError, Interrupted, OutputError, SimulationError, UsageError
 from ..ssp.model import SystemStructure
 from ..ssp.reader import read
 from .algorithms import NAMES, algorithm
 from .bonds import ResidualEnergy, find_bonds
 from .recorder import BLOCK, CsvRecorder
-from .setup import bound_values, initialise, load_descriptions, resolve
+from .setup import bound_values, check_connections, initialise, load_descriptions, resolve
 from .system import System
 
+FILES = ("results.csv", "summary.json", "overview.png")
 DEFAULT_STEPS = 1000
 SAMPLE = 4000
 
@@ -49,6 +52,8 @@ class Result:
     units: dict[str, str] = field(default_factory=dict)
     sample: np.ndarray | None = None
     """Communication points at even distances, at most about `SAMPLE` rows (n, columns), for plots."""
+    extremes: np.ndarray | None = None
+    """First, least, greatest and last value of each column (4, columns)."""
     connected: list[str] = field(default_factory=list)
     """Names of the outputs that drive an input."""
     outputs: list[str] = field(default_factory=list)
@@ -84,6 +89,20 @@ def _times(structure: SystemStructure, options: Options) -> tuple[float, float, 
     return start, stop, step, n
 
 
+@contextmanager
+def _interrupts() -> Iterator[list[int]]:
+    """A list that Ctrl-C makes non-empty. An exception instead would end up in an FMU that is written in Python."""
+    asked: list[int] = []
+    if threading.current_thread() is not threading.main_thread():
+        yield asked
+        return
+    before = signal.signal(signal.SIGINT, lambda number, _frame: asked.append(number))
+    try:
+        yield asked
+    finally:
+        signal.signal(signal.SIGINT, before)
+
+
 def versions() -> dict[str, str]:
     """Versions of what a run depends on."""
     found = {"python": platform.python_version()}
@@ -107,6 +126,8 @@ def prepare_folder(folder: Path) -> None:
     """Make the result folder, or say why that is not possible."""
     try:
         folder.mkdir(parents=True, exist_ok=True)
+        for name in FILES:  # what an earlier run left would pass for this one's
+            (folder / name).unlink(missing_ok=True)
         with tempfile.TemporaryFile(dir=folder):
             pass
     except OSError as error:
@@ -132,10 +153,12 @@ def run(
     if options.step is not None and not options.step > 0.0:
         raise UsageError(f"step {options.step:g} s: it has to be positive")
     with ExitStack() as stack:
+        interrupt = stack.enter_context(_interrupts())
         scratch = Path(stack.enter_context(tempfile.TemporaryDirectory(prefix="cosim_", ignore_cleanup_errors=True)))
         structure = read(package, scratch / "ssp")
         start, stop, step, n = _times(structure, options)
         slaves = load_descriptions(structure, scratch)
+        check_connections(structure, slaves)
         values = [*bound_values(structure, slaves), *resolve(options.changes, slaves)]
         prepare_folder(folder)
 
@@ -144,30 +167,34 @@ def run(
                 slaves[component].messages.append((status, text))
             log(component, status, text)
 
-        for slave in slaves.values():
-            stack.callback(slave.free)
-            slave.load(on_log)
-        system = System(structure, slaves)
-        initialise(system, values, start, stop)
+        try:
+            for slave in slaves.values():
+                stack.callback(slave.free)
+                slave.load(on_log)
+            system = System(structure, slaves)
+            initialise(system, values, start, stop)
+            if interrupt:
+                raise Interrupted("interrupted before the first step", start)
+        except CosimError as error:
+            write_summary(folder, {"package": str(package), "status": "failed", "error": str(error), "steps": 0})
+            raise
         energy = ResidualEnergy(find_bonds(system))
         recorder = CsvRecorder(folder / "results.csv", system)
         stack.callback(recorder.close)
         started = perf_counter()
         loop = _Loop(system, recorder, energy, max(1, n // SAMPLE))
-        error: CosimError | None = None
+        failure: CosimError | None = None
         try:
-            loop.run(step_algorithm, start, stop, step, n, progress)
+            loop.run(step_algorithm, start, stop, step, n, progress, interrupt)
         except CosimError as caught:
-            error = caught
-        except KeyboardInterrupt:
-            error = SimulationError(f"interrupted at t = {loop.time:g} s", loop.time)
+            failure = caught
         loop.flush()
         wall = perf_counter() - started
         simulated = loop.time - start
         summary = {
             "package": str(package),
-            "status": "failed" if error else "ok",
-            "error": str(error) if error else None,
+            "status": "interrupted" if isinstance(failure, Interrupted) else "failed" if failure else "ok",
+            "error": str(failure) if failure else None,
             "method": options.method,
             "order": system.order,
             "start_time_s": start,
@@ -185,14 +212,15 @@ def run(
             "machine": {"system": platform.system(), "cpus": os.cpu_count()},
         }
         write_summary(folder, summary)
-        if error:
-            raise error
+        if failure:
+            raise failure
         return Result(
             folder,
             summary,
             recorder.names,
             system.units(),
             recorder.in_order(np.concatenate(loop.sample)),
+            recorder.in_order(np.array([loop.first, loop.least, loop.greatest, loop.last])),
             [".".join(link.start) for link in system.links],
             [f"{component}.{name}" for component, name in system.outputs],
         )
@@ -217,13 +245,19 @@ class _Loop:
         split = 1 + len(self.system.read)
         self.energy.add(rows[:, 0], rows[:, 1:split], rows[:, split:])
         self.recorder.write(rows)
-        self.sample.append(rows[-self.flushed % self.stride :: self.stride].copy())
+        if self.filled:
+            self.sample.append(rows[-self.flushed % self.stride :: self.stride].copy())
+            if self.flushed == 0:
+                self.first = self.least = self.greatest = rows[0].copy()
+            self.least = np.minimum(self.least, rows.min(axis=0))
+            self.greatest = np.maximum(self.greatest, rows.max(axis=0))
+            self.last = rows[-1].copy()
         self.flushed += self.filled
         self.filled = 0
 
     def run(
         self, step: Callable[..., None], start: float, stop: float, h: float, n: int,
-        progress: Callable[[int, int], None],
+        progress: Callable[[int, int], None], interrupt: list[int],
     ) -> None:  # fmt: skip
         """Take n steps of h from start, the last one to stop."""
         system, block = self.system, self.block
@@ -239,9 +273,11 @@ class _Loop:
             row = block[self.filled]
             row[0] = t
             row[1:split] = read
-            step(system, t, h if k < n - 1 else stop - t)
-            row[split:] = given
-            self.filled += 1
+            try:
+                step(system, t, h if k < n - 1 else stop - t)
+            finally:  # the point at t is complete, whatever becomes of the step
+                row[split:] = given
+                self.filled += 1
             self.done = k + 1
             self.time = start + (k + 1) * h if k < n - 1 else stop
             if read.dot(zeros) != 0.0:  # 0 * inf and 0 * NaN are NaN
@@ -249,11 +285,15 @@ class _Loop:
             if self.filled == BLOCK:
                 self.flush()
                 progress(self.done, n)
+            if interrupt:
+                raise Interrupted(f"interrupted at t = {self.time:g} s", self.time)
         system.exchange_all()
         row = block[self.filled]
         row[0], row[1:split], row[split:] = self.time, read, given
         self.filled += 1
         self.flush()
+        if n % self.stride:
+            self.sample.append(self.last[None])
         progress(n, n)
 
     def _not_finite(self, t: float) -> SimulationError:

@@ -7,6 +7,7 @@ a status above fmi2Warning becomes a `SimulationError` with the FMU's own log me
 from __future__ import annotations
 
 import ctypes
+from collections import deque
 from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
@@ -41,7 +42,8 @@ class Slave:
         self.variables = {v.name: v for v in description.modelVariables}
         self.seconds = 0.0
         """Wall time spent in the FMU's calls [s]."""
-        self.messages: list[tuple[str, str]] = []
+        self.messages: deque[tuple[str, str]] = deque(maxlen=100)
+        """The last log messages: (status, text)."""
         self._fmu: Any = None
         self._state = "new"
 
@@ -246,7 +248,7 @@ class Slave:
             function(*args, **kwargs)
         except Exception as error:
             self._note_fatal(getattr(error, "status", None))
-            texts = [text for _, text in self.messages[known:]]
+            texts = [text for _, text in list(self.messages)[known:]]
             reason = texts[-1] if texts else str(error)
             raise SimulationError(f"component '{self.name}', {doing}: {' '.join(reason.split())}") from None
         finally:
@@ -258,6 +260,7 @@ class Slave:
 
     def _fail(self, doing: str, status: int, t: float | None = None) -> None:
         self._note_fatal(status)
-        reason = self.messages[-1][1] if self.messages else f"the FMU returned fmi2{_STATUS[status].capitalize()}"
+        told = [text for kind, text in self.messages if kind != "warning"]
+        reason = told[-1] if told else f"the FMU returned fmi2{_STATUS[status].capitalize()}"
         at = "" if t is None else f" at t = {t:g} s"
         raise SimulationError(f"component '{self.name}', {doing}{at}: {' '.join(reason.split())}", t)

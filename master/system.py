@@ -12,11 +12,11 @@ from graphlib import CycleError, TopologicalSorter
 
 import numpy as np
 
-from ..core.errors import PackageError, SimulationError
+from ..core.errors import SimulationError
 from ..ssp.model import SystemStructure
 from .slave import Signal, Slave
 
-_KINDS = ("Real", "Integer", "Boolean")
+KINDS = ("Real", "Integer", "Boolean")
 MAX_SWEEPS = 100
 SETTLED = 1e-9
 
@@ -37,7 +37,6 @@ class System:
     def __init__(self, structure: SystemStructure, slaves: dict[str, Slave]):
         self.structure = structure
         self.slaves = slaves
-        self._check_connections()
         inputs, outputs = self._signals("input"), self._signals("output")
         self.given = np.zeros(sum(map(len, inputs.values())))
         self.read = np.zeros(sum(map(len, outputs.values())))
@@ -53,36 +52,13 @@ class System:
         self.sequence = [(slaves[name], self._exchange_for([name])) for name in self.order]
         self.exchange_all = self._exchange_for(self.order)
 
-    def _check_connections(self) -> None:
-        driven: dict[tuple[str, str], int] = {}
-        for c in self.structure.connections:
-            where = f"SystemStructure.ssd, line {c.line}"
-            for (component, connector), causality in ((c.start, "output"), (c.end, "input")):
-                if component not in self.slaves:
-                    raise PackageError(f"{where}: there is no component '{component}'")
-                variable = self.slaves[component].variables.get(connector)
-                if variable is None:
-                    raise PackageError(f"{where}: component '{component}' has no variable '{connector}'")
-                if variable.causality != causality:
-                    raise PackageError(
-                        f"{where}: '{component}.{connector}' is not an {causality} but has causality "
-                        f"'{variable.causality}'"
-                    )
-                if variable.type not in _KINDS:
-                    raise PackageError(f"{where}: '{component}.{connector}': type {variable.type} is not supported yet")
-            if c.end in driven:
-                raise PackageError(
-                    f"{where}: input '{'.'.join(c.end)}' is already driven by the connection in line {driven[c.end]}"
-                )
-            driven[c.end] = c.line
-
     def _signals(self, causality: str) -> dict[str, list[Signal]]:
         place = 0
         signals: dict[str, list[Signal]] = {}
         for name, slave in self.slaves.items():
-            chosen = [v for v in slave.description.modelVariables if v.causality == causality and v.type in _KINDS]
+            chosen = [v for v in slave.description.modelVariables if v.causality == causality and v.type in KINDS]
             signals[name] = []
-            for kind in _KINDS:
+            for kind in KINDS:
                 for variable in chosen:
                     if variable.type == kind:
                         signals[name].append(Signal(variable.name, variable.valueReference, kind, place))
@@ -113,14 +89,20 @@ class System:
         self.given[self.inputs[component, name].place] = float(value)
 
     def _component_order(self) -> list[str]:
-        """Order of the data flow; where components form a loop, the first one in the package's order starts."""
-        waiting = list(self.slaves)
-        sources = {name: {link.start[0] for link in self.links if link.end[0] == name} - {name} for name in waiting}
+        """Order of the data flow; within a loop, and where nothing decides, that of the package."""
+        names = list(self.slaves)
+        reaches = {name: {link.end[0] for link in self.links if link.start[0] == name} for name in names}
+        for via in names:
+            for name in names:
+                if via in reaches[name]:
+                    reaches[name] |= reaches[via]
         order: list[str] = []
-        while waiting:
-            free = [name for name in waiting if not sources[name] & set(waiting)]
-            order.append(free[0] if free else waiting[0])
-            waiting.remove(order[-1])
+        while len(order) < len(names):
+            waiting = [name for name in names if name not in order]
+            # free: whatever still waits upstream of it is in one loop with it
+            order.append(
+                next(n for n in waiting if all(m in reaches[n] for m in waiting if m != n and n in reaches[m]))
+            )
         return order
 
     def _exchange_for(self, components: Iterable[str]) -> Callable[[], None]:
@@ -150,6 +132,7 @@ class System:
         The order comes from the dependencies that the FMUs declare. Where these form a loop, sweeps are repeated until
         nothing changes; a loop that does not settle is an error.
         """
+        self._seen: set[str] = set()
         waves = self._waves()
         if waves is not None:
             for wave in waves:
@@ -170,11 +153,12 @@ class System:
         )
 
     def sweep(self, components: Iterable[str]) -> None:
-        """Visit the components in turn: take the newest outputs of others as inputs, read the own outputs."""
+        """Visit the components in turn: take the outputs that others have given as inputs, read the own outputs."""
         for name in components:
             for link in self.links:
-                if link.end[0] == name:
+                if link.end[0] == name and link.start[0] in self._seen:
                     self.given[link.target] = self.read[link.source]
+            self._seen.add(name)
             self.slaves[name].set_inputs()
             self.slaves[name].get_outputs()
 

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from pathlib import Path
 
 
@@ -58,7 +58,6 @@ class SystemStructure:
     start_time: float = 0.0
     stop_time: float | None = None
     step_size: float | None = None
-    annotations: dict[str, str] = field(default_factory=dict)
 
     def component(self, name: str) -> Component | None:
         """The component of that name, or None."""

@@ -24,7 +24,9 @@ class _File:
     def __init__(self, path: Path, shown: str):
         self.shown = shown
         try:
-            parser = etree.XMLParser(resolve_entities=False, no_network=True, load_dtd=False, huge_tree=False)
+            parser = etree.XMLParser(
+                resolve_entities=False, no_network=True, load_dtd=False, remove_comments=True, remove_pis=True
+            )
             self.root = etree.parse(str(path), parser).getroot()
         except OSError:
             raise PackageError(f"{shown}: missing in the package") from None
@@ -123,6 +125,9 @@ def _component(file: _File, element: etree._Element, folder: Path) -> Component:
     kind = element.get("type", FMU_TYPES[0])
     if kind not in FMU_TYPES:
         raise file.error(element, f"component '{name}' has type '{kind}'; only FMUs are supported yet")
+    implementation = element.get("implementation", "any")
+    if implementation not in ("any", "CoSimulation"):
+        raise file.error(element, f"component '{name}' asks for {implementation}; only CoSimulation is supported")
     source = file.attribute(element, "source")
     if not (folder / source).resolve().is_relative_to(folder.resolve()):
         raise file.error(element, f"source '{source}' of component '{name}' leaves the package")

@@ -37,9 +37,8 @@ def run(
     c = circuit.constants(p)
     scale = circuit.state_scales(c)
     body = Arm(ARM.parameters(arm))
-    y = steady_state(c, body.F_hold)
-    w = np.zeros(integrator.workspace_size(int(p["line.segments"])))
-    w[integrator.AGE] = -1.0
+    y, _ = steady_state(c, body.F_hold)
+    w = integrator.new_workspace(int(p["line.segments"]))
     out = np.zeros(len(circuit.OUTPUTS))
     n = round(stop / h)
     x_h = np.zeros(n + 1)

@@ -172,12 +172,78 @@ def test_step_size_must_be_positive(instance):
         it.doStep(0.0, 0.0)
 
 
-def test_percent_signs_do_not_break_the_log(instance):
+def test_faults_of_our_own_are_logged_with_a_traceback(instance):
     it = instance("DeepseaHydraulics")
     with pytest.raises(FMICallException):
         it.getReal([99999])
     assert it.log[-1][0] == 3
     assert "Traceback" in it.log[-1][1]
+
+
+def test_percent_signs_are_escaped_for_printf(monkeypatch):
+    """FMI hands log texts to printf."""
+    from deepsea_cosim.fmus.arm import DeepseaArm
+
+    arm = DeepseaArm(instance_name="a", resources=None)
+    try:
+        raise ValueError("100 %s")
+    except ValueError as error:
+        arm.log_error(error)
+    assert arm.log_queue[-1].msg.endswith("100 %%s")
+
+
+def test_a_refused_set_changes_nothing(instance):
+    it = instance("DeepseaHydraulics").start()
+    before = it.get("v_h", "x_h", "F_h")
+    with fails(it, "x_h", "not finite"):
+        it.setReal([it.vr["v_h"], it.vr["x_h"]], [0.01, float("nan")])
+    assert it.get("v_h", "x_h", "F_h") == before
+
+
+def test_types_are_held(instance):
+    it = instance("DeepseaHydraulics")
+    with fails(it, "line.variable_viscosity", "Boolean"):
+        it.setReal([it.vr["line.variable_viscosity"]], [0.5])
+    with fails(it, "oil.nu0", "Real"):
+        it.setInteger([it.vr["oil.nu0"]], [1])
+
+
+@pytest.mark.parametrize("t", [5.0, -1.0, float("nan")])
+def test_step_must_start_where_the_fmu_is(instance, t):
+    it = instance("DeepseaHydraulics").start()
+    it.doStep(0.0, 1e-3)
+    with fails(it, "the FMU is at t = 0.001"):
+        it.doStep(t, 1e-3)
+    it.doStep(1e-3, 1e-3)
+
+
+def test_state_of_an_instance_that_cannot_start(instance):
+    it = instance("DeepseaHydraulics")
+    it.set("cylinder.d_h", 0.05)
+    state = it.getFMUstate()
+    it.set("cylinder.d_h", 0.025)
+    it.setFMUstate(state)
+    assert it.get("cylinder.d_h") == [0.05]
+    it.freeFMUstate(state)
+    it.set("cylinder.d_h", 0.025)
+    it.start()
+
+
+def test_bytes_that_are_no_state(instance):
+    it = instance("DeepseaArm").start()
+    for data in (b"nonsense", b"[1]", b'{"model_name": "other"}'):
+        state = it.deSerializeFMUstate(data)
+        with fails(it, "not a state of DeepseaArm"):
+            it.setFMUstate(state)
+        it.freeFMUstate(state)
+    it.doStep(0.0, 1e-3)
+
+
+def test_load_that_cannot_be_held_is_a_warning(instance):
+    it = instance("DeepseaHydraulics")
+    it.set("F_hold", 60000.0)
+    it.start()
+    assert any(status == 1 and "F_hold" in text for status, text in it.log)
 
 
 @pytest.mark.parametrize("model", MODELS)

@@ -17,9 +17,12 @@ class Rig:
         self.p = HYDRAULICS.parameters({name.replace("__", "."): value for name, value in changes.items()})
         self.c = circuit.constants(self.p)
         self.scale = circuit.state_scales(self.c)
-        self.y = steady_state(self.c, F_hold)
-        self.w = np.zeros(integrator.workspace_size(int(self.p["line.segments"])))
-        self.w[integrator.AGE] = -1.0
+        self.y, self.held = steady_state(self.c, F_hold)
+        self.w = integrator.new_workspace(int(self.p["line.segments"]))
+
+    @property
+    def c_border(self):
+        return len(self.y) - circuit.BORDER
 
     def step(self, t, h, x=0.0, v=0.0, ref=0.0, ref_rate=0.0):
         status = integrator.advance(self.y, self.w, self.c, self.scale, t, h, x, v, ref, ref_rate, np.nan, 0.0)
@@ -98,10 +101,23 @@ def test_state_at_rest_holds_the_force_and_stands_still(depth, F_hold):
     assert np.abs((rig.y - before) / rig.scale).max() < 1e-6
 
 
+@pytest.mark.parametrize("F_hold", np.arange(-20000.0, 30001.0, 1000.0))
+def test_held_or_not_the_state_says_so(F_hold):
+    """Every load: either all is at rest, or the valve is shut and the state says that it could not be held."""
+    rig = Rig(F_hold)
+    assert rig.outputs()["F_h"] == pytest.approx(F_hold, abs=1e-6)
+    if rig.held:
+        assert np.abs(rig.rate() / rig.scale).max() < 1e-5
+        assert abs(rig.outputs()["x_v"]) < 1.0
+    else:
+        assert rig.outputs()["x_v"] == 0.0
+
+
 @pytest.mark.parametrize("F_hold", [15000.0, 60000.0, -60000.0])
 def test_a_load_that_the_supply_cannot_hold_starts_behind_the_closed_valve(F_hold):
     rig = Rig(F_hold)
     out = rig.outputs()
+    assert not rig.held
     assert out["F_h"] == pytest.approx(F_hold)
     assert out["x_v"] == 0.0
     assert min(out["P1"], out["P2"]) >= out["Pt"] - 1e-3
@@ -152,6 +168,34 @@ def test_against_scipy(changes):
         )  # fmt: skip
         y = solution.y[:, -1]
     assert np.abs((rig.y - y) / rig.scale).max() < 2e-6
+
+
+@pytest.mark.parametrize(("t_0", "h"), [(1e5, 1e-8), (1e9, 1e-4), (10.0, 1e-12), (-50.0, 1e-3), (0.0, 1e5)])
+def test_any_time_and_any_step(t_0, h):
+    """Late, early, tiny and huge steps: the state moves by h times its rate, or stays at rest."""
+    rig = Rig(command__t_start=1e6)
+    rig.y[rig.c_border + circuit.PT] += 1e4
+    rate = rig.rate()[rig.c_border + circuit.XC + 1]
+    before = rig.y[rig.c_border + circuit.VC]
+    rig.step(t_0, h)
+    moved = rig.y[rig.c_border + circuit.VC] - before
+    if h < 1e-7:
+        assert moved == pytest.approx(h * rate, rel=1e-2)
+    else:
+        assert np.isfinite(rig.y).all()
+        assert moved != 0.0
+
+
+def test_a_failed_step_leaves_the_state_as_it_was():
+    rig = Rig()
+    rig.step(0.0, 1e-3)
+    before = rig.y.copy()
+    assert integrator.advance(
+        rig.y, rig.w, rig.c, rig.scale, 1e-3, 1e-3, 0.0, float("nan"), 0.0, 0.0, np.nan, 0.0
+    ) != integrator.OK
+    assert (rig.y == before).all()
+    rig.step(1e-3, 1e-3)
+    assert np.abs((rig.y - before) / rig.scale).max() < 1e-6
 
 
 def test_tolerance_controls_the_error():

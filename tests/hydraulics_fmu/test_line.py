@@ -34,7 +34,7 @@ def test_eq_22_tends_to_poiseuille():
 @pytest.mark.parametrize("row", ROWS, ids=lambda row: row.label)
 def test_table_1_from_the_dynamic_line(row):
     dynamic = table([row])[0].dynamic
-    assert dynamic == pytest.approx(row.eq22, rel=5e-3)
+    assert dynamic == pytest.approx(row.eq22, rel=2e-4)
 
 
 def test_printed_theory_where_it_is_no_misprint():

@@ -4,11 +4,15 @@ from __future__ import annotations
 
 import csv
 import json
+import signal
+import subprocess
+import sys
+import time
 import zipfile
 
 import numpy as np
 import pytest
-from deepsea_cosim.core.errors import PackageError, SimulationError, UnknownNameError, UsageError
+from deepsea_cosim.core.errors import CosimError, PackageError, SimulationError, UnknownNameError, UsageError
 from deepsea_cosim.master.cli import main
 from deepsea_cosim.master.simulate import Options, parse_change, run
 
@@ -143,11 +147,77 @@ def test_what_was_recorded_is_kept_when_an_fmu_fails(toys, tmp_path, how):
     assert "t = 5" in text
     assert "\n" not in text
     c = read_csv(tmp_path / "out")
-    assert c["time"][-1] == pytest.approx(5.0, abs=2e-3)
+    assert c["time"][-1] == pytest.approx(5.0, abs=1e-9)  # up to the last point before the fault
     assert np.isfinite(c["b.x"]).all()
     summary = json.loads((tmp_path / "out" / "summary.json").read_text())
     assert summary["status"] == "failed"
     assert summary["error"] == text
+
+
+def test_ctrl_c_keeps_what_was_recorded(toys, tmp_path):
+    pack = package(tmp_path / "p.ssp", {"b": toys / "Bomb.fmu"}, stop=1e5)
+    command = [sys.executable, "-m", "deepsea_cosim.master.cli", str(pack), "--out", str(tmp_path / "out"), "--no-plot"]
+    process = subprocess.Popen([*command, "--step", "1e-3"], stderr=subprocess.PIPE, text=True)
+    while not (tmp_path / "out" / "results.csv").exists() or (tmp_path / "out" / "results.csv").stat().st_size < 1e5:
+        time.sleep(0.05)
+        assert process.poll() is None
+    process.send_signal(signal.SIGINT)
+    _, error = process.communicate(timeout=20)
+    assert process.returncode == 130
+    assert error.count("\n") == 1
+    assert "interrupted at t =" in error
+    summary = json.loads((tmp_path / "out" / "summary.json").read_text())
+    assert summary["status"] == "interrupted"
+    assert read_csv(tmp_path / "out")["time"][-1] == pytest.approx(summary["stop_time_s"], abs=2e-3)
+
+
+def test_a_failed_start_leaves_nothing_of_an_earlier_run(toys, tmp_path):
+    bomb = toys / "Bomb.fmu"
+    good = package(tmp_path / "good.ssp", {"a": bomb})
+    run(good, tmp_path / "out", Options(step=0.1))
+    bad = package(tmp_path / "bad.ssp", {"a": bomb, "b": bomb}, ("a.y -> b.u", "b.y -> a.u"))
+    with pytest.raises(SimulationError):
+        run(bad, tmp_path / "out")
+    assert json.loads((tmp_path / "out" / "summary.json").read_text())["status"] == "failed"
+    assert not (tmp_path / "out" / "results.csv").exists()
+
+
+def test_what_follows_a_loop_comes_after_it(toys, tmp_path):
+    fmus = {"c": toys / "Bomb.fmu", "spring": toys / "Spring.fmu", "mass": toys / "Mass.fmu"}
+    pack = package(tmp_path / "p.ssp", fmus, (*OSCILLATOR, "spring.F -> c.u"))
+    assert run(pack, tmp_path / "out", Options(step=0.1)).summary["order"] == ["spring", "mass", "c"]
+
+
+def test_extremes_are_those_of_all_points(oscillator, tmp_path):
+    result = run(oscillator, tmp_path / "out", Options(step=1e-4))  # more points than the sample holds
+    c = read_csv(tmp_path / "out")
+    for i, name in enumerate(result.names):
+        column = c[name]
+        assert result.extremes[:, i] == pytest.approx([column[0], column.min(), column.max(), column[-1]])
+    assert len(result.sample) < 6000
+    assert result.sample[-1, 0] == c["time"][-1]
+
+
+def test_units_of_parameter_values(built, tmp_path):
+    """A value in another unit than the FMU's is converted, one of another quantity refused."""
+    folder = tmp_path / "p"
+    with zipfile.ZipFile(built / "deepsea_6km.ssp") as archive:
+        archive.extractall(folder)
+    values = folder / "resources" / "parameters.ssv"
+    original = values.read_text()
+    for text, outcome in (('value="6" unit="km"', 60e6), ('value="6" unit="kg"', None)):
+        values.write_text(original.replace('value="6000" unit="m"', text))
+        pack = tmp_path / "p.ssp"
+        with zipfile.ZipFile(pack, "w") as archive:
+            for path in folder.rglob("*"):
+                if path.is_file():
+                    archive.write(path, path.relative_to(folder))
+        if outcome is None:
+            with pytest.raises(CosimError, match="different quantities"):
+                run(pack, tmp_path / "out", Options(stop_time=1e-3))
+        else:
+            run(pack, tmp_path / "out", Options(stop_time=1e-3))
+            assert read_csv(tmp_path / "out")["arm.P_am"][0] == outcome
 
 
 def test_same_package_twice_is_bitwise_the_same(oscillator, tmp_path):

@@ -64,7 +64,7 @@ def test_error_falls_with_the_step(deepsea_run, reference, method):
 
 
 def test_published_times(deepsea_run):
-    """Within 1 % at 11 km, both line models; the four geometry numbers behind them are fitted (docs/calibration.md)."""
+    """Within 1 % at 11 km, both line models; the five geometry numbers behind them are fitted (docs/calibration.md)."""
     variable = travel_times(deepsea_run("deepsea_11km"))
     constant = travel_times(deepsea_run("deepsea_11km_constant_viscosity"))
     assert variable == pytest.approx((7.625, 7.156), rel=0.01)

@@ -1,0 +1,264 @@
+"""A campaign of measurements (campaign.toml and its run files), read and checked before anything is simulated.
+
+See docs/gap.md for the format. Values are converted to SI as soon as they are read.
+"""
+
+from __future__ import annotations
+
+import csv
+import tomllib
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from ..core.errors import CosimError, ParameterError, UsageError, did_you_mean
+from ..core.units import convert, unit
+
+MIN_SAMPLES = 20
+"""Fewest samples of a channel in a run that a diagnosis can use."""
+
+
+class CampaignError(CosimError):
+    """A campaign that cannot be used; names file, place and remedy."""
+
+
+@dataclass(frozen=True)
+class Channel:
+    """A measured quantity: a column of the run files and the connector it belongs to."""
+
+    column: str
+    connector: str
+    unit: str
+    role: str = "output"
+    noise_std: float | None = None
+    """In SI; None: to be estimated from the data."""
+
+
+@dataclass
+class Run:
+    """A measured run. `series[connector]` = times [s] and values [SI], without the samples that are missing."""
+
+    name: str
+    parameters: dict[str, Any]
+    use: str | None
+    series: dict[str, tuple[np.ndarray, np.ndarray]]
+    stop: float
+
+
+@dataclass
+class Campaign:
+    """Channels, runs, the package they were compared with, and what was found odd while reading."""
+
+    name: str
+    system: Path
+    effects: Path | None
+    channels: tuple[Channel, ...]
+    runs: tuple[Run, ...]
+    base: dict[str, float] = field(default_factory=dict)
+    """Tolerances of base parameters that the campaign itself gives."""
+    warnings: list[str] = field(default_factory=list)
+
+    @property
+    def outputs(self) -> list[Channel]:
+        """Channels that are compared."""
+        return [c for c in self.channels if c.role == "output"]
+
+    @property
+    def inputs(self) -> list[Channel]:
+        """Channels that drive the model."""
+        return [c for c in self.channels if c.role == "input"]
+
+
+def _key(table: dict[str, Any], where: str, key: str, kind: type | tuple[type, ...]) -> Any:
+    if key not in table:
+        raise CampaignError(f"{where}: '{key}' is missing")
+    if not isinstance(table[key], kind):
+        raise CampaignError(f"{where}: '{key}' = {table[key]!r} has the wrong type")
+    return table[key]
+
+
+_KNOWN = {
+    "": ("name", "system", "effects", "channel", "run", "base"),
+    "channel": ("column", "connector", "unit", "noise_std", "role"),
+    "run": ("file", "parameters", "use"),
+    "base": ("parameter", "tolerance"),
+}
+
+
+def _no_strangers(table: dict[str, Any], kind: str, where: str) -> None:
+    for key in table:
+        if key not in _KNOWN[kind]:
+            raise CampaignError(f"{where}: unknown key '{key}'{did_you_mean(key, _KNOWN[kind])}")
+
+
+def _channel(table: dict[str, Any], where: str) -> Channel:
+    _no_strangers(table, "channel", where)
+    column, connector, name = (_key(table, where, key, str) for key in ("column", "connector", "unit"))
+    where = f"{where} ('{column}')"
+    try:
+        factor = unit(name).factor
+    except UsageError as error:
+        raise CampaignError(f"{where}: {error}") from None
+    role = table.get("role", "output")
+    if role not in ("output", "input"):
+        raise CampaignError(f"{where}: role = '{role}' is neither output nor input")
+    if "." not in connector:
+        raise CampaignError(f"{where}: connector = '{connector}' has to be component.connector")
+    noise = table.get("noise_std")
+    if noise is not None and not (isinstance(noise, (int, float)) and noise > 0):
+        raise CampaignError(f"{where}: noise_std = {noise!r} has to be a positive number in {name}")
+    return Channel(column, connector, name, role, None if noise is None else float(noise) * factor)
+
+
+def _read_table(path: Path) -> tuple[list[str], np.ndarray]:
+    """Column names and numbers of a CSV file; empty cells and nan are NaN."""
+    try:
+        with path.open(newline="", encoding="utf-8-sig") as file:
+            rows = csv.reader(file)
+            names = [cell.strip() for cell in next(rows, [])]
+            data = []
+            for line, row in enumerate(rows, 2):
+                if not row:
+                    continue
+                if len(row) != len(names):
+                    raise CampaignError(f"{path}, line {line}: {len(row)} cells where the head has {len(names)}")
+                try:
+                    data.append([float(cell) if cell.strip() else np.nan for cell in row])
+                except ValueError:
+                    bad = next(cell for cell in row if cell.strip() and not _is_number(cell))
+                    raise CampaignError(f"{path}, line {line}: '{bad}' is not a number") from None
+    except OSError as error:
+        raise CampaignError(f"{path}: cannot be read ({error.strerror})") from None
+    except UnicodeDecodeError:
+        raise CampaignError(f"{path}: is not a text file in UTF-8") from None
+    if not names:
+        raise CampaignError(f"{path}: is empty")
+    return names, np.array(data, dtype=float).reshape(len(data), len(names))
+
+
+def _is_number(cell: str) -> bool:
+    try:
+        float(cell)
+    except ValueError:
+        return False
+    return True
+
+
+def _run(table: dict[str, Any], where: str, folder: Path, channels: tuple[Channel, ...], warnings: list[str]) -> Run:
+    _no_strangers(table, "run", where)
+    path = folder / _key(table, where, "file", str)
+    parameters = table.get("parameters", {})
+    if not isinstance(parameters, dict):
+        raise CampaignError(f"{where}: 'parameters' has to be a table of addresses and values")
+    use = table.get("use")
+    if use not in (None, "fit", "holdout"):
+        raise CampaignError(f"{where}: use = '{use}' is neither fit nor holdout")
+    names, data = _read_table(path)
+    if names[0] != "time":
+        raise CampaignError(f"{path}: the first column is '{names[0]}'; it has to be 'time' in seconds")
+    if len(data) < MIN_SAMPLES:
+        raise CampaignError(f"{path}: {len(data)} samples; at least {MIN_SAMPLES} are needed")
+    time = data[:, 0]
+    if not np.isfinite(time).all():
+        raise CampaignError(f"{path}, line {int(np.argmin(np.isfinite(time))) + 2}: time is missing")
+    if (np.diff(time) <= 0).any():
+        line = int(np.argmax(np.diff(time) <= 0)) + 3
+        before, after = time[line - 3], time[line - 2]
+        raise CampaignError(f"{path}, line {line}: time does not increase ({before:g} s, then {after:g} s)")
+    if time[0] < 0:
+        raise CampaignError(f"{path}: time starts at {time[0]:g} s; it has to start at 0 s, where the model starts")
+    gaps = np.diff(time)
+    if gaps.max() > 20 * np.median(gaps):
+        at = time[int(np.argmax(gaps))]
+        warnings.append(f"{path.name}: nothing was measured for {gaps.max():g} s after {at:g} s")
+    series = {}
+    for channel in channels:
+        if channel.column not in names:
+            raise CampaignError(
+                f"{path}: there is no column '{channel.column}'{did_you_mean(channel.column, names)}; "
+                f"the file has {', '.join(names)}"
+            )
+        raw = data[:, names.index(channel.column)]
+        there = np.isfinite(raw)
+        if np.isinf(raw).any():
+            line = int(np.argmax(np.isinf(raw))) + 2
+            raise CampaignError(f"{path}, line {line}: '{channel.column}' is infinite")
+        if there.sum() < MIN_SAMPLES:
+            if there.any():
+                raise CampaignError(f"{path}: '{channel.column}' has {there.sum()} samples; {MIN_SAMPLES} are needed")
+            warnings.append(f"{path.name}: '{channel.column}' was not measured in this run")
+            continue
+        values = convert(raw[there], channel.unit, _si(channel.unit))
+        if channel.role == "output" and np.ptp(values) == 0.0:
+            warnings.append(f"{path.name}: '{channel.column}' is constant: a dead sensor?")
+        series[channel.connector] = (time[there], values)
+    moving = [c for c in channels if c.connector in series and np.ptp(series[c.connector][1]) > 0.0]
+    if not moving:
+        raise CampaignError(f"{path}: every channel is constant; there is nothing to learn from this run")
+    if not any(c.role == "output" and c.connector in series for c in channels):
+        raise CampaignError(f"{path}: no output channel was measured")
+    return Run(path.stem, dict(parameters), use, series, float(time[-1]))
+
+
+def _si(name: str) -> str:
+    """The SI unit of the same quantity in the project's table."""
+    from ..core.units import UNITS
+
+    here = unit(name)
+    return next(u.name for u in UNITS.values() if u.same_dimension(here) and u.factor == 1.0 and u.offset == 0.0)
+
+
+def read(path: Path) -> Campaign:
+    """The campaign in a TOML file, checked. Raises `CampaignError` or `ParameterError`, one line each."""
+    try:
+        data = tomllib.loads(path.read_text(encoding="utf-8"))
+    except OSError as error:
+        raise CampaignError(f"{path}: cannot be read ({error.strerror})") from None
+    except (tomllib.TOMLDecodeError, UnicodeDecodeError) as error:
+        raise CampaignError(f"{path}: not valid TOML ({error})") from None
+    _no_strangers(data, "", str(path))
+    folder = path.parent
+    system = folder / _key(data, str(path), "system", str)
+    if not system.is_file():
+        raise CampaignError(f"{path}: system = '{data['system']}': no such file")
+    effects = folder / data["effects"] if "effects" in data else None
+    tables = _key(data, str(path), "channel", list)
+    channels = tuple(_channel(t, f"{path}: channel {i}") for i, t in enumerate(tables, 1))
+    for i, channel in enumerate(channels):
+        for other in channels[:i]:
+            if channel.column == other.column or channel.connector == other.connector:
+                raise CampaignError(
+                    f"{path}: channels '{other.column}' and '{channel.column}' share a column or connector"
+                )
+    if not any(c.role == "output" for c in channels):
+        raise CampaignError(f"{path}: no channel has the role output; there is nothing to compare")
+    warnings: list[str] = []
+    runs = tuple(
+        _run(t, f"{path}: run {i}", folder, channels, warnings)
+        for i, t in enumerate(_key(data, str(path), "run", list), 1)
+    )
+    if not runs:
+        raise CampaignError(f"{path}: there are no runs")
+    _find_duplicates(runs, warnings)
+    base = {}
+    for i, table in enumerate(data.get("base", []), 1):
+        where = f"{path}: base {i}"
+        _no_strangers(table, "base", where)
+        tolerance = _key(table, where, "tolerance", (int, float))
+        if not 0.0 <= tolerance < 1.0:
+            raise ParameterError(f"{where}: tolerance = {tolerance:g} has to lie between 0 and 1")
+        base[_key(table, where, "parameter", str)] = float(tolerance)
+    return Campaign(str(data.get("name", path.stem)), system, effects, channels, runs, base, warnings)
+
+
+def _find_duplicates(runs: tuple[Run, ...], warnings: list[str]) -> None:
+    for i, a in enumerate(runs):
+        for b in runs[:i]:
+            shared = set(a.series) & set(b.series)
+            if shared and all(
+                len(a.series[c][1]) == len(b.series[c][1]) and np.array_equal(a.series[c][1], b.series[c][1])
+                for c in shared
+            ):
+                warnings.append(f"runs '{b.name}' and '{a.name}' hold the same values: one is a copy")

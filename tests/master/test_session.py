@@ -1,0 +1,57 @@
+"""A session gives what a run gives, as often as it is asked."""
+
+import numpy as np
+import pytest
+from deepsea_cosim.core.errors import SimulationError, UnknownNameError, UsageError
+from deepsea_cosim.master.session import Session
+from deepsea_cosim.master.simulate import Options, run
+
+from ..toys import package
+
+
+def test_same_as_a_run_time_after_time(built, tmp_path):
+    run(built / "deepsea_6km.ssp", tmp_path, Options(step=2e-3, stop_time=3.0))
+    names = (tmp_path / "results.csv").open().readline().strip().split(",")
+    table = np.loadtxt(tmp_path / "results.csv", delimiter=",", skiprows=1)
+    record = ["arm.x_h", "hydraulics.P1"]
+    with Session(built / "deepsea_6km.ssp") as session:
+        first = session.run(record, 3.0, 2e-3)[1]
+        other = session.run(record, 3.0, 2e-3, {"depth": 11000.0, "arm.load_weight": 1000.0})[1]
+        again = session.run(record, 3.0, 2e-3)[1]
+    # the last step of a run ends exactly at the stop time, so it may differ in its last digits
+    assert first == pytest.approx(table[:, [names.index(n) for n in record]], rel=1e-9, abs=1e-12)
+    assert np.array_equal(first, again)
+    assert np.abs(other - first).max() > 1.0
+
+
+def test_driven_inputs(toys, tmp_path):
+    pack = package(tmp_path / "p.ssp", {"b": toys / "Bomb.fmu"})
+    series = (np.array([0.0, 1.0]), np.array([0.0, 10.0]))
+    with Session(pack) as session:
+        t, rows = session.run(["b.u", "b.y"], 1.0, 0.1, inputs={"b.u": series})
+        assert rows[:, 0] == pytest.approx(10.0 * t)
+        assert rows[1:, 1] == pytest.approx(20.0 * t[:-1] + 1.0)  # what it was given for the step that ends here
+        _, rows = session.run(["b.u"], 1.0, 0.1)
+        assert (rows == 0.0).all()
+
+
+def test_failure_does_not_spoil_the_session(toys, tmp_path):
+    pack = package(tmp_path / "p.ssp", {"b": toys / "Bomb.fmu"})
+    with Session(pack) as session:
+        with pytest.raises(SimulationError, match=r"'b\.x' is not finite at t = 0\.6"):
+            session.run(["b.x"], 1.0, 0.1, {"b.t_bomb": 0.55})
+        assert session.run(["b.x"], 1.0, 0.1)[1][-1] == pytest.approx(1.0)
+
+
+def test_wrong_names(toys, tmp_path):
+    fmus = {"spring": toys / "Spring.fmu", "mass": toys / "Mass.fmu"}
+    with Session(package(tmp_path / "p.ssp", fmus, ("spring.F -> mass.F",))) as session:
+        with pytest.raises(UnknownNameError, match="no connector"):
+            session.run(["mass.y"], 1.0, 0.1)
+        series = (np.array([0.0]), np.array([1.0]))
+        with pytest.raises(UsageError, match="it is connected"):
+            session.run(["mass.x"], 1.0, 0.1, inputs={"mass.F": series})
+        with pytest.raises(UsageError, match="it is an output"):
+            session.run(["mass.x"], 1.0, 0.1, inputs={"mass.x": series})
+        with pytest.raises(UsageError, match="no step"):
+            session.run(["mass.x"], 0.0, 0.1)
