@@ -87,10 +87,30 @@ _KNOWN = {
 }
 
 
-def _no_strangers(table: dict[str, Any], kind: str, where: str) -> None:
+def strange_keys(table: dict[str, Any], known: tuple[str, ...], where: str) -> None:
+    """Raise `CampaignError` for a key that is not known."""
     for key in table:
-        if key not in _KNOWN[kind]:
-            raise CampaignError(f"{where}: unknown key '{key}'{did_you_mean(key, _KNOWN[kind])}")
+        if key not in known:
+            raise CampaignError(f"{where}: unknown key '{key}'{did_you_mean(key, known)}")
+
+
+def _no_strangers(table: dict[str, Any], kind: str, where: str) -> None:
+    strange_keys(table, _KNOWN[kind], where)
+
+
+def channels_of(data: dict[str, Any], path: Path) -> tuple[Channel, ...]:
+    """The channels of a campaign's or template's data, checked."""
+    tables = _key(data, str(path), "channel", list)
+    channels = tuple(_channel(t, f"{path}: channel {i}") for i, t in enumerate(tables, 1))
+    for i, channel in enumerate(channels):
+        for other in channels[:i]:
+            if channel.column == other.column or channel.connector == other.connector:
+                raise CampaignError(
+                    f"{path}: channels '{other.column}' and '{channel.column}' share a column or connector"
+                )
+    if not any(c.role == "output" for c in channels):
+        raise CampaignError(f"{path}: no channel has the role output; there is nothing to compare")
+    return channels
 
 
 def _channel(table: dict[str, Any], where: str) -> Channel:
@@ -224,16 +244,7 @@ def read(path: Path) -> Campaign:
     if not system.is_file():
         raise CampaignError(f"{path}: system = '{data['system']}': no such file")
     effects = folder / data["effects"] if "effects" in data else None
-    tables = _key(data, str(path), "channel", list)
-    channels = tuple(_channel(t, f"{path}: channel {i}") for i, t in enumerate(tables, 1))
-    for i, channel in enumerate(channels):
-        for other in channels[:i]:
-            if channel.column == other.column or channel.connector == other.connector:
-                raise CampaignError(
-                    f"{path}: channels '{other.column}' and '{channel.column}' share a column or connector"
-                )
-    if not any(c.role == "output" for c in channels):
-        raise CampaignError(f"{path}: no channel has the role output; there is nothing to compare")
+    channels = channels_of(data, path)
     warnings: list[str] = []
     runs = tuple(
         _run(t, f"{path}: run {i}", folder, channels, warnings)

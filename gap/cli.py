@@ -1,0 +1,89 @@
+"""The command cosim-gap. Everything heavy is imported only when it is needed."""
+
+from __future__ import annotations
+
+import argparse
+import sys
+from collections.abc import Sequence
+from pathlib import Path
+from typing import NoReturn
+
+from ..core.errors import CosimError
+
+EXAMPLES = """examples:
+  cosim-gap effects build/deepsea_11km.ssp
+  cosim-gap simulate template.toml --out campaign
+
+exit codes: 0 done, 1 the simulation had to stop, 2 bad input, 130 interrupted
+"""
+
+
+class _Parser(argparse.ArgumentParser):
+    """A parser whose errors are one line."""
+
+    def error(self, message: str) -> NoReturn:
+        self.exit(2, f"{self.prog}: {message} (see {self.prog} --help)\n")
+
+
+def parser() -> argparse.ArgumentParser:
+    """The command line."""
+    p = _Parser(
+        prog="cosim-gap",
+        description="Why does the machine not move like its model? Catalogue of effects and synthetic campaigns.",
+        epilog=EXAMPLES,
+        formatter_class=argparse.RawDescriptionHelpFormatter,
+    )
+    commands = p.add_subparsers(dest="command", required=True, metavar="COMMAND")
+    effects = commands.add_parser("effects", help="list the catalogue of effects of a package")
+    effects.add_argument("package", metavar="SCENARIO.ssp", type=Path)
+    simulate = commands.add_parser("simulate", help="make a synthetic campaign with effects switched on")
+    simulate.add_argument("template", metavar="TEMPLATE.toml", type=Path)
+    simulate.add_argument("--out", metavar="DIR", type=Path, required=True, help="folder for the campaign")
+    simulate.add_argument("--quiet", action="store_true", help="print nothing but errors")
+    return p
+
+
+def main(arguments: Sequence[str] | None = None) -> int:
+    """Entry point; returns the exit code."""
+    options = parser().parse_args(arguments)
+    try:
+        return _effects(options) if options.command == "effects" else _simulate(options)
+    except CosimError as error:
+        print(f"cosim-gap: {error}", file=sys.stderr)
+        from ..core.errors import SimulationError
+
+        return 1 if isinstance(error, SimulationError) else 2
+    except KeyboardInterrupt:
+        print("cosim-gap: interrupted", file=sys.stderr)
+        return 130
+
+
+def _effects(options: argparse.Namespace) -> int:
+    from .catalogue import load_from_package
+
+    catalogue = load_from_package(options.package)
+    print(f"{'effect':<28}{'group':<18}{'parameter':<52}{'neutral':>9}{'bounds':>22}{'usual':>10}")
+    for effect in catalogue.effects:
+        for i, p in enumerate(effect.parameters):
+            head = (effect.id, effect.group) if i == 0 else ("", "")
+            bounds = f"{p.low:g} .. {p.high:g}"
+            print(f"{head[0]:<28}{head[1]:<18}{p.address:<52}{p.neutral:>9g}{bounds:>22}{p.prior:>10g}")
+        print(f"{'':<28}{effect.text}")
+    for sensor in catalogue.sensors:
+        bounds = f"{sensor.low:g} .. {sensor.high:g}"
+        address = f"each channel's {sensor.quantity}"
+        print(f"{sensor.id:<28}{sensor.group:<18}{address:<52}{sensor.neutral:>9g}{bounds:>22}{sensor.prior:>10g}")
+        print(f"{'':<28}{sensor.text}")
+    print("\nrefitted in every candidate: " + ", ".join(f"{b.parameter} +-{b.tolerance:.0%}" for b in catalogue.base))
+    return 0
+
+
+def _simulate(options: argparse.Namespace) -> int:
+    from .synthetic import make
+
+    make(options.template, options.out, (lambda text: None) if options.quiet else lambda text: print(f"  {text}"))
+    return 0
+
+
+if __name__ == "__main__":
+    sys.exit(main())

@@ -1,0 +1,126 @@
+"""Makes a synthetic campaign from a scenario with chosen effects switched on, for examples and for planning.
+
+The template is a campaign.toml whose runs need not exist yet. Beyond the campaign's own keys it has
+
+    [truth]                 what the machine has and the campaign does not tell: addresses and values, and sensors as
+                            "sensor.<connector>.<bias|scale|lag|delay>" (SI)
+    [[run]] stop_time       end of the run [s]; default: the scenario's
+    [[run]] rate            samples a second; default 100
+    seed                    of the noise; default 0
+
+Written are campaign.toml, the run files and, apart from them, answer.toml with the truth.
+"""
+
+from __future__ import annotations
+
+import csv
+import tomllib
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from ..core.errors import OutputError
+from ..core.units import unit
+from ..master.session import Session
+from .campaign import CampaignError, Channel, channels_of, strange_keys
+from .catalogue import QUANTITIES
+from .sensor import Sensor
+
+RATE = 100.0
+STEP = 1e-3
+
+
+def _sensors(truth: dict[str, Any], channels: tuple[Channel, ...], where: str) -> dict[str, Sensor]:
+    """Sensors by connector, from the truth's sensor entries."""
+    known = {c.connector for c in channels}
+    quantities: dict[str, dict[str, float]] = {}
+    for address, value in truth.items():
+        if address.startswith("sensor."):
+            connector, _, quantity = address.removeprefix("sensor.").rpartition(".")
+            if connector not in known or quantity not in QUANTITIES:
+                raise CampaignError(f"{where}: truth: '{address}' names no channel or none of {', '.join(QUANTITIES)}")
+            quantities.setdefault(connector, {})[quantity] = float(value)
+    return {connector: Sensor(**values) for connector, values in quantities.items()}
+
+
+def _toml(value: Any) -> str:
+    if isinstance(value, bool):
+        return str(value).lower()
+    if isinstance(value, str):
+        return '"' + value.replace("\\", "\\\\").replace('"', '\\"') + '"'
+    return repr(value)
+
+
+def _table(values: dict[str, Any]) -> str:
+    return "{ " + ", ".join(f'"{key}" = {_toml(value)}' for key, value in values.items()) + " }"
+
+
+def make(template: Path, folder: Path, say: Callable[[str], None] = lambda text: None) -> Path:
+    """Run the template's scenario and write the campaign into `folder`; returns its campaign.toml."""
+    try:
+        data = tomllib.loads(template.read_text(encoding="utf-8"))
+    except OSError as error:
+        raise CampaignError(f"{template}: cannot be read ({error.strerror})") from None
+    except (tomllib.TOMLDecodeError, UnicodeDecodeError) as error:
+        raise CampaignError(f"{template}: not valid TOML ({error})") from None
+    strange_keys(data, ("name", "system", "effects", "channel", "run", "base", "truth", "seed"), str(template))
+    if not isinstance(data.get("system"), str):
+        raise CampaignError(f"{template}: 'system' is missing")
+    package = template.parent / data["system"]
+    if not package.is_file():
+        raise CampaignError(f"{template}: system = '{data['system']}': no such file")
+    channels = channels_of(data, template)
+    truth = dict(data.get("truth", {}))
+    sensors = _sensors(truth, channels, str(template))
+    hidden = {address: value for address, value in truth.items() if not address.startswith("sensor.")}
+    rng = np.random.default_rng(int(data.get("seed", 0)))
+    runs = data.get("run", [])
+    if not runs:
+        raise CampaignError(f"{template}: there are no runs")
+    try:
+        folder.mkdir(parents=True, exist_ok=True)
+        (folder / "answer.toml").write_text("[truth]\n" + "".join(f'"{k}" = {_toml(v)}\n' for k, v in truth.items()))
+    except OSError as error:
+        raise OutputError(f"{folder}: cannot be written ({error.strerror})") from None
+    outputs = [c for c in channels if c.role == "output"]
+    lines = [f"name = {_toml(str(data.get('name', template.stem)))}", f"system = {_toml(str(package.resolve()))}"]
+    if "effects" in data:
+        lines.append(f"effects = {_toml(str((template.parent / data['effects']).resolve()))}")
+    for channel in outputs:
+        lines += ["", "[[channel]]", f"column = {_toml(channel.column)}", f"connector = {_toml(channel.connector)}"]
+        lines.append(f"unit = {_toml(channel.unit)}")
+        if channel.noise_std is not None:
+            lines.append(f"noise_std = {channel.noise_std / unit(channel.unit).factor!r}")
+    with Session(package) as session:
+        for i, run in enumerate(runs, 1):
+            where = f"{template}: run {i}"
+            strange_keys(run, ("file", "parameters", "use", "stop_time", "rate"), where)
+            if not isinstance(run.get("file"), str):
+                raise CampaignError(f"{where}: 'file' is missing")
+            known = run.get("parameters", {})
+            stop = float(run.get("stop_time", session.structure.stop_time or 1.0))
+            t, rows = session.run([c.connector for c in outputs], stop, STEP, {**known, **hidden})
+            at = np.arange(round(stop * float(run.get("rate", RATE))) + 1) / float(run.get("rate", RATE))
+            columns = [at]
+            for k, channel in enumerate(outputs):
+                y = sensors.get(channel.connector, Sensor()).read(t, rows[:, k], at)
+                y = y + rng.normal(0.0, channel.noise_std or 0.0, len(at))
+                columns.append((y - unit(channel.unit).offset) / unit(channel.unit).factor)
+            with (folder / run["file"]).open("w", newline="", encoding="utf-8") as file:
+                writer = csv.writer(file)
+                writer.writerow(["time", *(c.column for c in outputs)])
+                writer.writerows([f"{v:.9g}" for v in row] for row in np.column_stack(columns))
+            lines += ["", "[[run]]", f"file = {_toml(run['file'])}"]
+            if known:
+                lines.append(f"parameters = {_table(known)}")
+            if "use" in run:
+                lines.append(f"use = {_toml(run['use'])}")
+            say(f"{folder / run['file']}  {len(at)} samples")
+    for base in data.get("base", []):
+        lines += ["", "[[base]]", *(f"{key} = {_toml(value)}" for key, value in base.items())]
+    target = folder / "campaign.toml"
+    target.write_text("\n".join(lines) + "\n", encoding="utf-8")
+    say(str(target))
+    return target

@@ -1,0 +1,159 @@
+"""Reading campaigns, and making synthetic ones that read back."""
+
+import tomllib
+
+import numpy as np
+import pytest
+from deepsea_cosim.core.errors import CosimError
+from deepsea_cosim.gap.campaign import read
+from deepsea_cosim.gap.cli import main
+
+CAMPAIGN = """
+name = "pool"
+system = "s.ssp"
+[[channel]]
+column = "x"
+connector = "arm.x_h"
+unit = "mm"
+noise_std = 0.05
+[[channel]]
+column = "P"
+connector = "hydraulics.P1"
+unit = "bar"
+[[run]]
+file = "run1.csv"
+parameters = { "depth" = 11000.0 }
+[[base]]
+parameter = "hydraulics.oil.nu0"
+tolerance = 0.02
+"""
+
+
+def table(n=50, **changes):
+    t = np.arange(n) * 0.1
+    columns = {"time": t, "x": 10 * t, "P": 100 + t, **changes}
+    lines = [",".join(columns)]
+    lines += [",".join(str(v) for v in row) for row in zip(*columns.values(), strict=True)]
+    return "\n".join(lines) + "\n"
+
+
+@pytest.fixture
+def campaign(tmp_path):
+    (tmp_path / "s.ssp").write_bytes(b"x")
+
+    def make(text=CAMPAIGN, run=None):
+        (tmp_path / "campaign.toml").write_text(text)
+        (tmp_path / "run1.csv").write_text(table() if run is None else run)
+        return tmp_path / "campaign.toml"
+
+    return make
+
+
+def test_values_are_converted(campaign):
+    c = read(campaign())
+    t, x = c.runs[0].series["arm.x_h"]
+    assert x == pytest.approx(10e-3 * t)
+    assert c.runs[0].series["hydraulics.P1"][1][0] == pytest.approx(1e7)
+    assert c.channels[0].noise_std == pytest.approx(5e-5)
+    assert c.base == {"hydraulics.oil.nu0": 0.02}
+    assert c.runs[0].parameters == {"depth": 11000.0}
+    assert not c.warnings
+
+
+def test_missing_samples_and_gaps(campaign):
+    lines = table().splitlines()
+    lines[5] = "0.4,,nan"
+    del lines[20:45]
+    c = read(campaign(run="\n".join(lines).replace("nan", "") + "\n" + "\n".join(f"{6 + k},1,2" for k in range(9))))
+    assert len(c.runs[0].series["arm.x_h"][0]) == len(c.runs[0].series["hydraulics.P1"][0])
+    assert any("nothing was measured for" in w for w in c.warnings)
+
+
+def test_copies_are_noticed(campaign, tmp_path):
+    (tmp_path / "run2.csv").write_text(table())
+    assert any("one is a copy" in w for w in read(campaign(CAMPAIGN + '[[run]]\nfile = "run2.csv"\n')).warnings)
+
+
+@pytest.mark.parametrize(
+    ("change", "run", "message"),
+    [
+        (('unit = "mm"', 'unit = "mmm"'), None, "unknown unit 'mmm'; did you mean 'mm'"),
+        (('column = "x"', 'column = "y"'), None, "no column 'y'"),
+        (("", ""), table(time=np.r_[np.arange(49) * 0.1, 1.0]), "line 51: time does not increase"),
+        (("", ""), table(1), "1 samples; at least 20"),
+        (("", ""), table(x=np.ones(50), P=np.ones(50)), "every channel is constant"),
+        (("", ""), table().replace("x,P", "x,P,Q"), "line 2: 3 cells where the head has 4"),
+        (("", ""), table().replace("0.5,5.0", "0.5,five"), "'five' is not a number"),
+        (("", ""), table().replace("time", "zeit"), "first column is 'zeit'"),
+        (("", ""), "", "is empty"),
+        (('system = "s.ssp"', 'system = "t.ssp"'), None, "no such file"),
+        (('name = "pool"', 'nmae = "pool"'), None, "unknown key 'nmae'; did you mean 'name'"),
+        (("noise_std = 0.05", "noise_std = -1"), None, "positive"),
+        (('connector = "arm.x_h"', 'connector = "x_h"'), None, "component.connector"),
+        (('file = "run1.csv"', 'file = "none.csv"'), None, "cannot be read"),
+        (("tolerance = 0.02", "tolerance = 2"), None, "between 0 and 1"),
+        (("name", "name ="), None, "not valid TOML"),
+    ],
+)
+def test_one_line_for_what_is_wrong(campaign, change, run, message):
+    with pytest.raises(CosimError, match=message) as error:
+        read(campaign(CAMPAIGN.replace(*change, 1) if change[0] else CAMPAIGN, run))
+    assert "\n" not in str(error.value)
+
+
+TEMPLATE = """
+name = "example"
+system = "deepsea_11km.ssp"
+seed = 5
+[[channel]]
+column = "x"
+connector = "arm.x_h"
+unit = "mm"
+noise_std = 0.05
+[[channel]]
+column = "P1"
+connector = "hydraulics.P1"
+unit = "MPa"
+noise_std = 0.02
+[[run]]
+file = "deep.csv"
+stop_time = 4.0
+parameters = { "arm.load_weight" = 900.0 }
+[[run]]
+file = "half.csv"
+stop_time = 3.0
+rate = 50
+parameters = { "depth" = 5000.0 }
+use = "holdout"
+[truth]
+"hydraulics.effect.cylinder_coulomb_friction.F_c" = 500.0
+"sensor.arm.x_h.bias" = 0.001
+"""
+
+
+def test_synthetic_campaign_reads_back(built, tmp_path, capsys):
+    template = tmp_path / "template.toml"
+    template.write_text(TEMPLATE.replace("deepsea_11km.ssp", str(built / "deepsea_11km.ssp")))
+    assert main(["simulate", str(template), "--out", str(tmp_path / "out")]) == 0
+    c = read(tmp_path / "out" / "campaign.toml")
+    assert [run.name for run in c.runs] == ["deep", "half"]
+    assert [run.use for run in c.runs] == [None, "holdout"]
+    t, x = c.runs[0].series["arm.x_h"]
+    assert len(t) == 401
+    assert x[:100].mean() == pytest.approx(1e-3, abs=2e-5)  # at rest: the bias
+    assert x[:100].std() == pytest.approx(5e-5, rel=0.3)
+    text = (tmp_path / "out" / "campaign.toml").read_text()
+    assert "effect" not in text
+    assert "bias" not in text
+    answer = tomllib.loads((tmp_path / "out" / "answer.toml").read_text())
+    assert answer["truth"]["hydraulics.effect.cylinder_coulomb_friction.F_c"] == 500.0
+
+
+def test_command_line(built, tmp_path, capsys):
+    assert main(["effects", str(built / "deepsea_11km.ssp")]) == 0
+    shown = capsys.readouterr().out
+    assert "orifice_flow_number" in shown
+    assert "hydraulics.valve.lam_crit" in shown
+    for arguments in (["effects", str(tmp_path / "no.ssp")], ["simulate", "no.toml", "--out", str(tmp_path / "o")]):
+        assert main(arguments) == 2
+        assert capsys.readouterr().err.count("\n") == 1

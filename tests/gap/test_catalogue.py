@@ -1,0 +1,64 @@
+import pytest
+from deepsea_cosim.core.errors import PackageError
+from deepsea_cosim.gap.catalogue import load_from_package, parse
+
+GOOD = """
+[[effect]]
+id = "rub"
+text = "it rubs"
+group = "friction"
+[[effect.parameter]]
+address = "m.F_c"
+neutral = 0
+bounds = [0, 10]
+prior = 1.5
+also = ["n.F_c"]
+[[base]]
+parameter = "m.k"
+tolerance = 0.05
+"""
+
+
+def test_reading():
+    catalogue = parse(GOOD)
+    (effect,) = catalogue.effects
+    assert effect.main.values(3.0) == {"m.F_c": 3.0, "n.F_c": 3.0}
+    assert (effect.main.low, effect.main.high, effect.main.prior) == (0.0, 10.0, 1.5)
+    assert catalogue.effect("rub") is effect
+    assert catalogue.effect("other") is None
+    assert catalogue.base[0].tolerance == 0.05
+
+
+def test_shipped_catalogue(built):
+    catalogue = load_from_package(built / "deepsea_11km.ssp")
+    assert len(catalogue.effects) == 28
+    assert len(catalogue.sensors) == 4
+    assert catalogue.effect("current_unsteady").main.address == "arm.effect.current_unsteady.amplitude"
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "message"),
+    [
+        ("neutral = 0", "neutral = 11", "lies outside the bounds"),
+        ("neutral = 0", "", "'neutral' is missing"),
+        ("bounds = [0, 10]", "bounds = [10, 0]", "the lower first"),
+        ("prior = 1.5", "prior = 0", "has to be positive"),
+        ("prior = 1.5", 'prior = "much"', "wrong type"),
+        ("tolerance = 0.05", "tolerance = 5", "between 0 and 1"),
+        ('id = "rub"', "id = 3", "wrong type"),
+        ("also", "shape = true\nalso", "not a shape"),
+        ("[[effect]]", "[[effect", "not valid TOML"),
+    ],
+)
+def test_faults_name_the_entry(old, new, message):
+    with pytest.raises(PackageError, match=message) as error:
+        parse(GOOD.replace(old, new, 1), "my.toml")
+    assert str(error.value).startswith("my.toml")
+    assert "\n" not in str(error.value)
+
+
+def test_double_and_empty():
+    with pytest.raises(PackageError, match="listed twice"):
+        parse(GOOD + GOOD)
+    with pytest.raises(PackageError, match="no effects"):
+        parse("")
