@@ -176,6 +176,8 @@ def command() -> NoReturn:
         code = main()
     except SystemExit as stop:
         code = stop.code if isinstance(stop.code, int) else int(stop.code is not None)
+    if setup := sys.modules.get(f"{__package__}.setup"):
+        setup.forget_unpacked()
     sys.stdout.flush()
     sys.stderr.flush()
     os._exit(code)

@@ -34,7 +34,7 @@ class Session:
                 self._stack.enter_context(tempfile.TemporaryDirectory(prefix="cosim_", ignore_cleanup_errors=True))
             )
             self.structure = read(package, scratch / "ssp")
-            slaves = load_descriptions(self.structure, scratch)
+            slaves = load_descriptions(self.structure)
             check_connections(self.structure, slaves)
             self._bound = bound_values(self.structure, slaves)
 

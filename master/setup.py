@@ -5,7 +5,11 @@ Everything that can be wrong with values is found here before anything is loaded
 
 from __future__ import annotations
 
+import atexit
+import hashlib
 import re
+import shutil
+import tempfile
 from collections.abc import Iterable, Mapping
 from pathlib import Path
 from typing import Any
@@ -81,18 +85,42 @@ def bound_values(structure: SystemStructure, slaves: Mapping[str, Slave]) -> lis
     return made
 
 
-def load_descriptions(structure: SystemStructure, scratch: Path) -> dict[str, Slave]:
-    """Slaves by component name, not loaded yet, from the package's FMUs unpacked into `scratch`."""
+_unpacked: dict[str, Path] = {}
+"""Where this process has unpacked FMUs, by the hash of their content."""
+
+
+def unpack(fmu: Path) -> Path:
+    """Unpack an FMU once per process and content, and return its folder.
+
+    A library that is loaded from ever new places stays in memory each time (many libraries cannot be unloaded), so a
+    process that runs a package a thousand times would grow. `forget_unpacked` removes the folders.
+    """
+    content = hashlib.sha256(fmu.read_bytes()).hexdigest()
+    if content not in _unpacked or not _unpacked[content].is_dir():
+        folder = Path(tempfile.mkdtemp(prefix=f"fmu_{_plain(fmu.stem)}_"))
+        try:
+            extract(fmu, folder)
+        except BaseException:
+            shutil.rmtree(folder, ignore_errors=True)
+            raise
+        _unpacked[content] = folder
+    return _unpacked[content]
+
+
+@atexit.register
+def forget_unpacked() -> None:
+    """Remove the folders of unpacked FMUs; called when Python shuts down, and by whoever ends the process sooner."""
+    while _unpacked:
+        shutil.rmtree(_unpacked.popitem()[1], ignore_errors=True)
+
+
+def load_descriptions(structure: SystemStructure) -> dict[str, Slave]:
+    """Slaves by component name, not loaded yet, from the package's FMUs."""
     from fmpy import read_model_description
 
     slaves: dict[str, Slave] = {}
-    unpacked: dict[str, Path] = {}
     for component in structure.components:
-        if component.source not in unpacked:
-            unpacked[component.source] = extract(
-                structure.folder / component.source, scratch / f"fmu{len(unpacked)}_{_plain(component.name)}"
-            )
-        folder = unpacked[component.source]
+        folder = unpack(structure.folder / component.source)
         try:
             description = read_model_description(str(folder), validate=False)
         except Exception as error:

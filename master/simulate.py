@@ -157,7 +157,7 @@ def run(
         scratch = Path(stack.enter_context(tempfile.TemporaryDirectory(prefix="cosim_", ignore_cleanup_errors=True)))
         structure = read(package, scratch / "ssp")
         start, stop, step, n = _times(structure, options)
-        slaves = load_descriptions(structure, scratch)
+        slaves = load_descriptions(structure)
         check_connections(structure, slaves)
         values = [*bound_values(structure, slaves), *resolve(options.changes, slaves)]
         prepare_folder(folder)
