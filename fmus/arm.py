@@ -4,6 +4,8 @@ from __future__ import annotations
 
 from typing import Any
 
+from pythonfmu.enums import Fmi2Status
+
 from ..mechanics.arm import Arm
 from ..mechanics.variables import ARM
 from .slave import Slave
@@ -18,12 +20,20 @@ class DeepseaArm(Slave):
         super().__init__(**kwargs)
         self.description = "Arm moved by a hydraulic cylinder in sea water, on MuJoCo, with Morison loads"
         self._force = ARM.index("F_h")
+        self.warned = False
 
     def build(self, parameters: dict[str, float]) -> None:
         self.arm = Arm(parameters, self.out, self.time)
 
     def advance(self, t: float, h: float) -> None:
         self.arm.step(t, h, self.values.item(self._force))
+        if self.arm.turned_over and not self.warned:
+            self.warned = True
+            self.log(
+                f"the linkage passed its dead centre before t = {t + h:g} s: the beam now turns the other way, and x_h "
+                "cannot grow beyond that point",
+                Fmi2Status.warning,
+            )
 
     def outputs(self) -> None:
         self.arm.report(self.values.item(self._force))

@@ -134,14 +134,14 @@ def _run(options: argparse.Namespace) -> int:
 
     changes = tuple(parse_change(text) for text in options.changes)
     folder = options.out or Path("results") / options.package.stem
-    if not options.package.exists():
-        from ..core.errors import PackageError
+    from ..core.errors import PackageError
 
+    try:
+        there = options.package.exists()
+    except OSError as error:
+        raise PackageError(f"{options.package}: {error.strerror}") from None
+    if not there:
         raise PackageError(f"{options.package}: no such file")
-
-    def log(component: str, status: str, text: str) -> None:
-        if status == "warning" and not options.quiet:
-            print(f"{component}: {status}: {text}", file=sys.stderr)
 
     with ExitStack() as stack:
         plotter: list[Plotter] = []
@@ -153,7 +153,7 @@ def _run(options: argparse.Namespace) -> int:
             show(done, total)
 
         settings = Options(options.step, options.stop_time, options.method, changes)
-        result = run(options.package, folder, settings, log, progress)
+        result = run(options.package, folder, settings, progress=progress)
         files = ["results.csv", "summary.json"]
         if plotter:
             title = f"{options.package.stem} ({options.method}, step {result.summary['step_s']:g} s)"
@@ -163,6 +163,8 @@ def _run(options: argparse.Namespace) -> int:
             else:
                 files.append("overview.png")
     if not options.quiet:
+        for warning in result.summary["warnings"]:
+            print(f"cosim-master: warning: {warning}", file=sys.stderr)
         print(_table(result.summary, result))
         print()
         for name in files:
@@ -172,8 +174,16 @@ def _run(options: argparse.Namespace) -> int:
 
 def command() -> NoReturn:
     """The console script. It ends the process at once: FMUs that are still loaded may crash while Python shuts down."""
+    for name in ("stdout", "stderr"):  # closed by the caller: print into nothing
+        if getattr(sys, name) is None:
+            setattr(sys, name, open(os.devnull, "w"))  # noqa: SIM115
+        getattr(sys, name).reconfigure(errors="replace")
     try:
         code = main()
+        sys.stdout.flush()
+    except OSError:  # nobody reads what is printed
+        sys.stdout = open(os.devnull, "w")  # noqa: SIM115
+        code = 0
     except SystemExit as stop:
         code = stop.code if isinstance(stop.code, int) else int(stop.code is not None)
     if setup := sys.modules.get(f"{__package__}.setup"):

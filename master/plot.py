@@ -104,8 +104,11 @@ class Plotter:
         """Draw and wait; None when all went well, else the reason why not."""
         data = target.with_suffix(".npy.tmp")
         chosen = ["time", *result.outputs]
-        with data.open("wb") as file:
-            np.save(file, result.sample[:, [result.names.index(name) for name in chosen]])
+        try:
+            with data.open("wb") as file:
+                np.save(file, result.sample[:, [result.names.index(name) for name in chosen]])
+        except OSError as error:
+            return f"{data}: cannot be written ({error.strerror})"
         request = {
             "target": str(target), "title": title, "names": chosen, "units": result.units,
             "connected": result.connected, "rows": str(data),

@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import csv
 import io
+from contextlib import suppress
 from pathlib import Path
 
 import numpy as np
@@ -31,12 +32,25 @@ class CsvRecorder:
         self.names = ["time"] + [name for name, _ in pairs]
         self._columns = np.array([0] + [place for _, place in pairs])
         try:
-            self._file = path.open("wb")
+            self._file = path.open("wb", buffering=0)
             head = io.StringIO()
             csv.writer(head, lineterminator="\n").writerow(self.names)
-            self._file.write(head.getvalue().encode())
+            self._whole = 0
+            self._append(head.getvalue().encode())
         except OSError as error:
             raise OutputError(f"{path}: cannot be written ({error.strerror})") from None
+
+    def _append(self, data: bytes) -> None:
+        """Write all of the data or, when that fails, leave the file as it was."""
+        view = memoryview(data)
+        try:
+            while view:
+                view = view[self._file.write(view) :]
+        except OSError as error:
+            with suppress(OSError):
+                self._file.truncate(self._whole)
+            raise OutputError(f"{self.path}: cannot be written ({error.strerror})") from None
+        self._whole += len(data)
 
     def write(self, rows: np.ndarray) -> None:
         """Append rows (n, 1 + outputs + inputs)."""
@@ -44,11 +58,7 @@ class CsvRecorder:
             return
         text = orjson.dumps(self.in_order(rows), option=orjson.OPT_SERIALIZE_NUMPY)
         text = text[2:-2].replace(b"],[", b"\n").replace(b"null", b"nan")
-        try:
-            self._file.write(text + b"\n")
-            self._file.flush()
-        except OSError as error:
-            raise OutputError(f"{self.path}: cannot be written ({error.strerror})") from None
+        self._append(text + b"\n")
 
     def in_order(self, rows: np.ndarray) -> np.ndarray:
         """Rows with their columns as in `names`."""
@@ -56,4 +66,5 @@ class CsvRecorder:
 
     def close(self) -> None:
         """Close the file."""
-        self._file.close()
+        with suppress(OSError):
+            self._file.close()

@@ -17,7 +17,7 @@ import numpy as np
 from ..core.errors import SimulationError, UnknownNameError, UsageError, did_you_mean
 from ..ssp.reader import read
 from .algorithms import NAMES, algorithm
-from .setup import bound_values, check_connections, initialise, load_descriptions, resolve
+from .setup import bound_values, check_connections, initialise, load_descriptions, resolve, split
 from .system import System
 
 Series = tuple[np.ndarray, np.ndarray]
@@ -62,7 +62,7 @@ class Session:
 
     def place(self, address: str) -> tuple[bool, int]:
         """(is an output, place in its array) of the signal component.variable."""
-        component, _, name = address.partition(".")
+        component, name = split(address, self.system.slaves)
         for signals, is_output in ((self.system.outputs, True), (self.system.inputs, False)):
             if (component, name) in signals:
                 return is_output, signals[component, name].place

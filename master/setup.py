@@ -25,13 +25,21 @@ Value = tuple[str, str, Any, str]
 """(component, variable, value in the variable's type, where it was given)."""
 
 
+def split(address: str, slaves: Mapping[str, Slave]) -> tuple[str, str]:
+    """(component, name) of an address; component names may hold dots, so the longest counts. ('', address) if none."""
+    for component in sorted(slaves, key=len, reverse=True):
+        if address.startswith(f"{component}.") and len(address) > len(component) + 1:
+            return component, address[len(component) + 1 :]
+    return "", address
+
+
 def resolve(changes: Iterable[tuple[str, Any]], slaves: Mapping[str, Slave], prefix: str = "--set ") -> list[Value]:
     """Checked values of (address, value) pairs; a bare name applies to every component that has it."""
     made = []
     for address, value in changes:
         where = f"{prefix}{address}={value}"
-        component, _, name = address.partition(".")
-        if component in slaves and name:
+        component, name = split(address, slaves)
+        if component:
             targets = [(component, name)]
         else:
             targets = [(c, address) for c, slave in slaves.items() if settable(slave, address)]
@@ -77,8 +85,8 @@ def bound_values(structure: SystemStructure, slaves: Mapping[str, Slave]) -> lis
             slave = slaves[component.name]
             made.append(_checked(slave, p.name, _in_unit_of(slave, p, p.name), p.where))
     for p in structure.parameters:
-        component, _, name = p.name.partition(".")
-        if component not in slaves or not name:
+        component, name = split(p.name, slaves)
+        if not component:
             known = [f"{c}.{n}" for c, slave in slaves.items() for n in slave.variables]
             raise UnknownNameError(f"{p.where}: no component for parameter '{p.name}'{did_you_mean(p.name, known)}")
         made.append(_checked(slaves[component], name, _in_unit_of(slaves[component], p, name), p.where))
@@ -114,6 +122,18 @@ def forget_unpacked() -> None:
         shutil.rmtree(_unpacked.popitem()[1], ignore_errors=True)
 
 
+def _fmi_version(path: Path, shown: str) -> str:
+    from lxml import etree
+
+    parser = etree.XMLParser(resolve_entities=False, no_network=True)
+    try:
+        return etree.parse(str(path), parser).getroot().get("fmiVersion", "?")
+    except OSError:
+        raise PackageError(f"{shown}: holds no modelDescription.xml") from None
+    except etree.XMLSyntaxError as error:
+        raise PackageError(f"{shown}: modelDescription.xml is not well-formed ({error.msg})") from None
+
+
 def load_descriptions(structure: SystemStructure) -> dict[str, Slave]:
     """Slaves by component name, not loaded yet, from the package's FMUs."""
     from fmpy import read_model_description
@@ -121,15 +141,24 @@ def load_descriptions(structure: SystemStructure) -> dict[str, Slave]:
     slaves: dict[str, Slave] = {}
     for component in structure.components:
         folder = unpack(structure.folder / component.source)
+        version = _fmi_version(folder / "modelDescription.xml", component.source)
+        if version != "2.0":
+            raise PackageError(f"{component.source}: FMI {version} is not supported yet, only 2.0")
         try:
             description = read_model_description(str(folder), validate=False)
         except Exception as error:
             reason = str(error).splitlines()[0] if str(error) else type(error).__name__
             raise PackageError(f"{component.source}: modelDescription.xml cannot be read ({reason})") from None
-        if description.fmiVersion != "2.0":
-            raise PackageError(f"{component.source}: FMI {description.fmiVersion} is not supported yet, only 2.0")
         if description.coSimulation is None:
             raise PackageError(f"{component.source}: has no co-simulation interface")
+        known = {v.name for v in description.modelVariables}
+        for connector in component.connectors:
+            if connector.name not in known:
+                hint = did_you_mean(connector.name, sorted(known))
+                raise PackageError(
+                    f"SystemStructure.ssd, line {component.line}: component '{component.name}' has a connector "
+                    f"'{connector.name}' that its FMU does not have{hint}"
+                )
         slaves[component.name] = Slave(component.name, folder, description)
     if not slaves:
         raise PackageError("the system has no components")
@@ -137,7 +166,7 @@ def load_descriptions(structure: SystemStructure) -> dict[str, Slave]:
 
 
 def _plain(name: str) -> str:
-    return re.sub(r"\W", "_", name)
+    return re.sub(r"[^A-Za-z0-9]", "_", name)[:40]
 
 
 def check_connections(structure: SystemStructure, slaves: Mapping[str, Slave]) -> None:

@@ -9,7 +9,7 @@ import signal
 import tempfile
 import threading
 from collections.abc import Callable, Iterator, Mapping
-from contextlib import ExitStack, contextmanager
+from contextlib import ExitStack, contextmanager, suppress
 from dataclasses import dataclass, field
 from importlib import metadata
 from pathlib import Path
@@ -25,11 +25,14 @@ from .algorithms import NAMES, algorithm
 from .bonds import ResidualEnergy, find_bonds
 from .recorder import BLOCK, CsvRecorder
 from .setup import bound_values, check_connections, initialise, load_descriptions, resolve
+from .slave import Slave
 from .system import System
 
 FILES = ("results.csv", "summary.json", "overview.png")
 DEFAULT_STEPS = 1000
 SAMPLE = 4000
+TRUSTED = 0.1
+"""Share of residual energy above which a run warns."""
 
 
 @dataclass(frozen=True)
@@ -83,6 +86,8 @@ def _times(structure: SystemStructure, options: Options) -> tuple[float, float, 
     if step > stop - start:
         raise UsageError(f"step {step:g} s is longer than the whole run of {stop - start:g} s")
     count = (stop - start) / step
+    if start + step == start or stop - step == stop:
+        raise UsageError(f"step {step:g} s is less than what times around {stop:g} s resolve")
     if count > 1e10:
         raise UsageError(f"step {step:g} s would take {count:.1e} steps; choose a longer one")
     n = round(count) if abs(count - round(count)) < 1e-6 else int(count) + 1
@@ -112,6 +117,18 @@ def versions() -> dict[str, str]:
         except metadata.PackageNotFoundError:
             continue
     return found
+
+
+def _warnings(energy: ResidualEnergy, slaves: Mapping[str, Slave]) -> list[str]:
+    """What the user should know although the run came to its end."""
+    found = [f"{name}: {text}" for name, slave in slaves.items() for kind, text in slave.messages if kind == "warning"]
+    for bond in energy.summary():
+        if bond["relative"] > TRUSTED:
+            found.append(
+                f"the coupling created or destroyed {bond['relative']:.0%} of the energy exchanged over "
+                f"{bond['bond']}: do not trust this run; take a shorter step"
+            )
+    return list(dict.fromkeys(found))
 
 
 def write_summary(folder: Path, summary: Mapping[str, Any]) -> None:
@@ -185,10 +202,15 @@ def run(
         loop = _Loop(system, recorder, energy, max(1, n // SAMPLE))
         failure: CosimError | None = None
         try:
-            loop.run(step_algorithm, start, stop, step, n, progress, interrupt)
+            with np.errstate(invalid="ignore", over="ignore"):
+                loop.run(step_algorithm, start, stop, step, n, progress, interrupt)
+            loop.flush()
+        except OutputError as caught:  # nothing more can be written
+            failure = SimulationError(f"stopped at t = {loop.time:g} s: {caught}", loop.time)
         except CosimError as caught:
             failure = caught
-        loop.flush()
+            with suppress(OutputError):
+                loop.flush()
         wall = perf_counter() - started
         simulated = loop.time - start
         summary = {
@@ -206,12 +228,17 @@ def run(
             "real_time_factor": simulated / wall if wall > 0 else None,
             "fmu_time_s": {name: slave.seconds for name, slave in slaves.items()},
             "coupling": energy.summary(),
+            "warnings": _warnings(energy, slaves),
             "changes": dict(options.changes),
             "columns": recorder.names,
             "versions": versions(),
             "machine": {"system": platform.system(), "cpus": os.cpu_count()},
         }
-        write_summary(folder, summary)
+        try:
+            write_summary(folder, summary)
+        except OutputError:
+            if failure is None:
+                raise
         if failure:
             raise failure
         return Result(
@@ -291,9 +318,8 @@ class _Loop:
         row = block[self.filled]
         row[0], row[1:split], row[split:] = self.time, read, given
         self.filled += 1
-        self.flush()
         if n % self.stride:
-            self.sample.append(self.last[None])
+            self.sample.append(row[None].copy())
         progress(n, n)
 
     def _not_finite(self, t: float) -> SimulationError:

@@ -22,6 +22,9 @@ from .variables import BEAM_STRIPS
 MAX_STEP = 1e-3
 """Longest internal step [s]."""
 
+MOST_STEPS = 10_000_000
+"""Most internal steps in one communication step."""
+
 
 class Arm:
     """State theta [rad], omega [rad/s] at time t [s], driven by the cylinder force F_h [N]; starts at rest at theta0.
@@ -61,6 +64,7 @@ class Arm:
         c[loads.WEIGHT_MOMENT] = (net_beam * GRAVITY / 2.0 + p["load_weight"]) * p["beam_length"]
         self.theta, self.omega, self.t = p["theta0"], 0.0, t
         self._evaluate(self.theta, self.omega, t)
+        self.lever_0 = self._p.item(loads.LEVER)
         self.F_hold = -self._p[loads.TORQUE] / self._p[loads.LEVER]
         self.P_am = ambient_pressure(p["depth"]) * p["effect.ambient_pressure_error.scale"]
         self.out[9], self.out[10] = self.F_hold, self.P_am
@@ -78,6 +82,8 @@ class Arm:
     def step(self, t_0: float, h: float, F_h: float) -> None:
         """Advance from t_0 by h [s] with the cylinder force F_h [N] held."""
         n = max(1, ceil(h / MAX_STEP * (1.0 - 1e-12)))
+        if n > MOST_STEPS:
+            raise ParameterError(f"communication step of {h:g} s: the arm takes at most {MOST_STEPS * MAX_STEP:g} s")
         dt = h / n
         theta, omega = self.theta, self.omega
         mass, torque, lever = self._p[0], self._p[1], self._p[2]
@@ -96,6 +102,11 @@ class Arm:
         """Write the outputs of the present state with the force F_h [N]."""
         alpha = (self._p[loads.TORQUE] + self._p[loads.LEVER] * F_h) / self._p[loads.MASS]
         loads.report(self.theta, self.omega, alpha, self.t, F_h, self.c, self.out)
+
+    @property
+    def turned_over(self) -> bool:
+        """Whether the linkage has passed its dead centre: the lever has changed its sign since the start."""
+        return self._p.item(loads.LEVER) * self.lever_0 < 0.0
 
     def get_state(self) -> list[float]:
         """Everything that a later `set_state` needs to go on bitwise the same."""

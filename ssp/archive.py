@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+import lzma
 import zipfile
+import zlib
 from pathlib import Path
 
 from ..core.errors import OutputError, PackageError
@@ -21,6 +23,8 @@ def extract(archive: Path, folder: Path) -> Path:
         raise PackageError(f"{archive}: no such file")
     if archive.is_dir():
         raise PackageError(f"{archive}: is a folder, not a package")
+    if not archive.is_file():
+        raise PackageError(f"{archive}: is not a regular file")
     try:
         with zipfile.ZipFile(archive) as package:
             entries = package.infolist()
@@ -35,7 +39,7 @@ def extract(archive: Path, folder: Path) -> Path:
             package.extractall(folder)
     except zipfile.BadZipFile as error:
         raise PackageError(f"{archive}: not a zip archive or damaged ({error})") from None
-    except (RuntimeError, NotImplementedError, EOFError, ValueError) as error:
+    except (RuntimeError, NotImplementedError, EOFError, ValueError, zlib.error, lzma.LZMAError) as error:
         raise PackageError(f"{archive}: cannot be unpacked ({error})") from None
     except PermissionError as error:
         raise OutputError(f"{error.filename}: {error.strerror}") from None

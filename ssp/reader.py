@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from pathlib import Path
+from urllib.parse import unquote
 
 from lxml import etree
 
@@ -70,9 +71,13 @@ def _value(file: _File, element: etree._Element) -> float | int | bool | str:
 
 
 def _parameter_set(file: _File, root: etree._Element, prefix: str) -> list[Parameter]:
-    parameters = []
+    if root.tag != f"{SSV}ParameterSet":
+        raise file.error(root, f"<{etree.QName(root).localname}> is not a ParameterSet of SSP 1.0")
+    parameters: list[Parameter] = []
     for element in root.iterfind(f"{SSV}Parameters/{SSV}Parameter"):
         name = prefix + file.attribute(element, "name")
+        if any(p.name == name for p in parameters):
+            raise file.error(element, f"parameter '{name}' is given twice")
         if len(element) == 0:
             raise file.error(element, f"parameter '{name}' has no value")
         typed = element[0]
@@ -91,7 +96,9 @@ def _bindings(file: _File, owner: etree._Element, folder: Path) -> list[Paramete
         if kind not in SSV_TYPES:
             raise file.error(binding, f"parameter bindings of type '{kind}' are not supported")
         prefix = binding.get("prefix", "")
-        source = binding.get("source")
+        if binding.get("sourceBase", "SSD") != "SSD":
+            raise file.error(binding, f"sourceBase '{binding.get('sourceBase')}' is not supported yet")
+        source = unquote(binding.get("source")) if binding.get("source") is not None else None
         if source is not None:
             if not (folder / source).resolve().is_relative_to(folder.resolve()):
                 raise file.error(binding, f"source '{source}' leaves the package")
@@ -128,7 +135,7 @@ def _component(file: _File, element: etree._Element, folder: Path) -> Component:
     implementation = element.get("implementation", "any")
     if implementation not in ("any", "CoSimulation"):
         raise file.error(element, f"component '{name}' asks for {implementation}; only CoSimulation is supported")
-    source = file.attribute(element, "source")
+    source = unquote(file.attribute(element, "source"))
     if not (folder / source).resolve().is_relative_to(folder.resolve()):
         raise file.error(element, f"source '{source}' of component '{name}' leaves the package")
     if not (folder / source).is_file():

@@ -127,12 +127,33 @@ static fmi2Status settled(Instance *instance, fmi2Status status)
 EXPORT const char *fmi2GetTypesPlatform(void) { return "default"; }
 EXPORT const char *fmi2GetVersion(void) { return "2.0"; }
 
+/* decode %XX: pythonfmu takes the URI for a path and knows only %20 */
+static char *decoded(const char *uri)
+{
+    char *plain = uri ? malloc(strlen(uri) + 1) : NULL, *to = plain;
+    unsigned code;
+    if (!plain) return NULL;
+    while (*uri) {
+        if (uri[0] == '%' && sscanf(uri + 1, "%2x", &code) == 1 && code) {
+            *to++ = (char)code;
+            uri += 3;
+        } else {
+            *to++ = *uri++;
+        }
+    }
+    *to = 0;
+    return plain;
+}
+
+static fmi2Status forward_get_real(fmi2Component, const fmi2ValueReference[], size_t, fmi2Real[]);
+
 EXPORT fmi2Component fmi2Instantiate(fmi2String name, int type, fmi2String guid, fmi2String resources,
                                      const fmi2CallbackFunctions *functions, fmi2Boolean visible, fmi2Boolean logging)
 {
     fmi2Component (*call)(fmi2String, int, fmi2String, fmi2String, const fmi2CallbackFunctions *, fmi2Boolean,
                           fmi2Boolean);
     Instance *instance = calloc(1, sizeof *instance);
+    char *folder;
     if (!instance) return NULL;
     instance->importer = functions;
     if (functions) instance->mine = *functions;
@@ -140,11 +161,15 @@ EXPORT fmi2Component fmi2Instantiate(fmi2String name, int type, fmi2String guid,
     instance->mine.componentEnvironment = instance;
     instance->logging = logging;
     *(void **)&call = function("fmi2Instantiate");
-    if (call) instance->inner = call(name, type, guid, resources, &instance->mine, visible, 1);
+    folder = decoded(resources);
+    if (call) instance->inner = call(name, type, guid, folder ? folder : resources, &instance->mine, visible, 1);
+    free(folder);
     if (!instance->inner) {
         free(instance);
         return NULL;
     }
+    /* an empty read delivers what the constructor logged: pythonfmu crashes when it frees an instance with a full log */
+    forward_get_real(instance, NULL, 0, NULL);
     return instance;
 }
 

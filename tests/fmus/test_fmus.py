@@ -365,6 +365,23 @@ print("end")
     assert "end" in run.stdout
 
 
+@pytest.mark.parametrize("model", MODELS)
+def test_freed_right_after_instantiation(built, model):
+    script = f"""
+import fmpy
+from fmpy.fmi2 import FMU2Slave
+fmu = {str(built / f"{model}.fmu")!r}
+d = fmpy.read_model_description(fmu)
+for _ in range(3):
+    it = FMU2Slave(guid=d.guid, unzipDirectory=fmpy.extract(fmu), modelIdentifier="{model}", instanceName="a")
+    it.instantiate(loggingOn=True)
+    it.freeInstance()
+print("end")
+"""
+    run = subprocess.run([sys.executable, "-c", script], capture_output=True, text=True)
+    assert (run.returncode, run.stdout) == (0, "end\n"), run.stderr
+
+
 def test_many_lives(instance):
     """Instantiate, run and reset over and over: pythonfmu alone loses the script's globals here."""
     for _ in range(30):

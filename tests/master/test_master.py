@@ -3,7 +3,9 @@
 from __future__ import annotations
 
 import csv
+import io
 import json
+import os
 import signal
 import subprocess
 import sys
@@ -218,6 +220,84 @@ def test_units_of_parameter_values(built, tmp_path):
         else:
             run(pack, tmp_path / "out", Options(stop_time=1e-3))
             assert read_csv(tmp_path / "out")["arm.P_am"][0] == outcome
+
+
+def test_full_disk_is_a_clean_end(toys, tmp_path, capsys, monkeypatch):
+    """Whole rows up to the fault, one line, code 1, and the summary says how far it came."""
+    import deepsea_cosim.master.recorder as module
+
+    class Full(io.FileIO):
+        def write(self, data):
+            if self.tell() + len(data) > 50_000:
+                super().write(data[: max(0, 50_000 - self.tell())])
+                raise OSError(28, "No space left on device")
+            return super().write(data)
+
+    plain = module.Path.open
+
+    def opened(path, *args, **kwargs):
+        return Full(path, "w") if path.name == "results.csv" else plain(path, *args, **kwargs)
+
+    monkeypatch.setattr(module.Path, "open", opened)
+    pack = package(tmp_path / "p.ssp", {"b": toys / "Bomb.fmu"}, stop=100.0)
+    code = main([str(pack), "--out", str(tmp_path / "out"), "--step", "1e-2", "--no-plot"])
+    error = capsys.readouterr().err
+    monkeypatch.undo()
+    assert code == 1
+    assert error.count("\n") == 1
+    assert "No space left" in error
+    assert json.loads((tmp_path / "out" / "summary.json").read_text())["status"] == "failed"
+    c = read_csv(tmp_path / "out")
+    assert len(c["time"]) % 1000 == 0
+    assert len(c["time"]) > 0
+
+
+def test_dotted_component_names(toys, tmp_path):
+    pack = package(tmp_path / "p.ssp", {"g.2": toys / "Mass.fmu", "g": toys / "Mass.fmu"}, (), {"g.2.x0": 3.0})
+    run(pack, tmp_path / "out", Options(step=0.5, changes=(("g.x0", "5"),)))
+    c = read_csv(tmp_path / "out")
+    assert c["g.2.x"][0] == 3.0
+    assert c["g.x"][0] == 5.0
+
+
+def test_columns_with_commas_are_quoted(toys, tmp_path):
+    pack = package(tmp_path / "p.ssp", {"a,1": toys / "Mass.fmu"})
+    run(pack, tmp_path / "out", Options(step=0.5))
+    assert "a,1.x" in read_csv(tmp_path / "out")
+
+
+def test_a_run_not_to_be_trusted_says_so(built, tmp_path, capsys):
+    arguments = [str(built / "deepsea_11km.ssp"), "--out", str(tmp_path), "--no-plot", "--method", "jacobi"]
+    assert main([*arguments, "--step", "0.02"]) == 0
+    assert "do not trust this run" in capsys.readouterr().err
+    assert any("do not trust" in w for w in json.loads((tmp_path / "summary.json").read_text())["warnings"])
+    assert main([*arguments, "--step", "0.001", "--stop-time", "1"]) == 0
+    assert json.loads((tmp_path / "summary.json").read_text())["warnings"] == []
+
+
+def test_passing_the_dead_centre_is_a_warning(built, tmp_path, capsys):
+    arguments = [str(built / "deepsea_0km.ssp"), "--out", str(tmp_path), "--no-plot", "--step", "0.004"]
+    assert main([*arguments, "--set", "command.target=0.25"]) == 0
+    assert "dead centre" in capsys.readouterr().err
+
+
+def test_unusual_folders(built, tmp_path):
+    folder = tmp_path / "ü p%s#a?b"
+    folder.mkdir()
+    command = [sys.executable, "-m", "deepsea_cosim.master.cli", str(built / "deepsea_0km.ssp"), "--quiet", "--no-plot"]
+    command += ["--out", str(folder / "out"), "--stop-time", "0.1"]
+    done = subprocess.run(command, env={**os.environ, "TMPDIR": str(folder)}, capture_output=True, text=True)
+    assert done.returncode == 0, done.stderr
+    assert not [p for p in folder.iterdir() if p.name != "out"]
+
+
+@pytest.mark.parametrize("place", ["stdout", "stderr"])
+def test_closed_streams_do_no_harm(toys, tmp_path, place):
+    pack = package(tmp_path / "p.ssp", {"m": toys / "Mass.fmu"})
+    closed = {"stdout": ">&-", "stderr": "2>&-"}[place]
+    line = f"'{sys.executable}' -m deepsea_cosim.master.cli '{pack}' --out '{tmp_path / 'out'}' --no-plot {closed}"
+    assert subprocess.run(["sh", "-c", line], capture_output=True).returncode == 0
+    assert read_csv(tmp_path / "out")["time"][-1] == 1.0
 
 
 def test_same_package_twice_is_bitwise_the_same(oscillator, tmp_path):

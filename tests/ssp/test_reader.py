@@ -114,6 +114,51 @@ def test_what_is_wrong_or_not_supported_is_refused_by_name(tmp_path, system, mes
     assert "SystemStructure.ssd, line" in str(error.value)
 
 
+def test_comments_are_no_elements(tmp_path):
+    package = write(
+        tmp_path / "p.ssp",
+        '<ssd:System name="s"><ssd:Elements><ssd:Component name="a" source="resources/a%62.fmu"><ssd:Connectors>'
+        '<ssd:Connector name="x" kind="input"><!-- note --><ssc:Real/></ssd:Connector></ssd:Connectors>'
+        "</ssd:Component></ssd:Elements></ssd:System>",
+        ab__fmu="x",
+    )
+    (component,) = read(package, tmp_path / "out").components
+    assert component.connectors[0].type == "Real"
+
+
+@pytest.mark.parametrize(
+    ("values", "message"),
+    [
+        ("<x/>", "not a ParameterSet"),
+        (
+            '<ssv:ParameterSet xmlns:ssv="http://ssp-standard.org/SSP1/SystemStructureParameterValues"><ssv:Parameters>'
+            + '<ssv:Parameter name="k"><ssv:Real value="1"/></ssv:Parameter>' * 2
+            + "</ssv:Parameters></ssv:ParameterSet>",
+            "'k' is given twice",
+        ),
+    ],
+)
+def test_wrong_parameter_sets(tmp_path, values, message):
+    package = write(
+        tmp_path / "p.ssp",
+        '<ssd:System name="s"><ssd:ParameterBindings><ssd:ParameterBinding source="resources/v.ssv"/>'
+        "</ssd:ParameterBindings></ssd:System>",
+        v__ssv=values,
+    )
+    with pytest.raises(PackageError, match=message):
+        read(package, tmp_path / "out")
+
+
+def test_damaged_contents_are_one_line(tmp_path):
+    with zipfile.ZipFile(tmp_path / "p.ssp", "w", zipfile.ZIP_DEFLATED) as archive:
+        archive.writestr("SystemStructure.ssd", "x" * 10_000 + "abc" * 3000)
+    data = bytearray((tmp_path / "p.ssp").read_bytes())
+    data[60:70] = b"\xff" * 10
+    (tmp_path / "p.ssp").write_bytes(data)
+    with pytest.raises(PackageError, match=r"damaged|unpacked"):
+        extract(tmp_path / "p.ssp", tmp_path / "out")
+
+
 def test_entities_are_not_expanded(tmp_path):
     secret = tmp_path / "secret"
     secret.write_text("s3cret")
