@@ -8,6 +8,7 @@ import zipfile
 from collections.abc import Sequence
 from pathlib import Path
 
+from ..core.cli import OneLineParser
 from ..core.errors import CosimError
 
 EXAMPLES = """examples:
@@ -18,11 +19,10 @@ EXAMPLES = """examples:
 
 def parser() -> argparse.ArgumentParser:
     """The command line."""
-    p = argparse.ArgumentParser(
+    p = OneLineParser(
         prog="cosim-fmus",
         description="Build the project's FMUs and pack the scenarios; check FMUs.",
         epilog=EXAMPLES,
-        formatter_class=argparse.RawDescriptionHelpFormatter,
     )
     commands = p.add_subparsers(dest="command", required=True, metavar="COMMAND")
     build = commands.add_parser("build", help="build both FMUs and pack every scenario as an .ssp")

@@ -230,14 +230,19 @@ def _si(name: str) -> str:
     return next(u.name for u in UNITS.values() if u.same_dimension(here) and u.factor == 1.0 and u.offset == 0.0)
 
 
-def read(path: Path) -> Campaign:
-    """The campaign in a TOML file, checked. Raises `CampaignError` or `ParameterError`, one line each."""
+def toml(path: Path) -> dict[str, Any]:
+    """The data of a TOML file."""
     try:
-        data = tomllib.loads(path.read_text(encoding="utf-8"))
+        return tomllib.loads(path.read_text(encoding="utf-8"))
     except OSError as error:
         raise CampaignError(f"{path}: cannot be read ({error.strerror})") from None
     except (tomllib.TOMLDecodeError, UnicodeDecodeError) as error:
         raise CampaignError(f"{path}: not valid TOML ({error})") from None
+
+
+def read(path: Path) -> Campaign:
+    """The campaign in a TOML file, checked. Raises `CampaignError` or `ParameterError`, one line each."""
+    data = toml(path)
     _no_strangers(data, "", str(path))
     folder = path.parent
     system = folder / _key(data, str(path), "system", str)

@@ -6,8 +6,8 @@ import argparse
 import sys
 from collections.abc import Sequence
 from pathlib import Path
-from typing import NoReturn
 
+from ..core.cli import OneLineParser
 from ..core.errors import CosimError
 
 EXAMPLES = """examples:
@@ -18,20 +18,12 @@ exit codes: 0 done, 1 the simulation had to stop, 2 bad input, 130 interrupted
 """
 
 
-class _Parser(argparse.ArgumentParser):
-    """A parser whose errors are one line."""
-
-    def error(self, message: str) -> NoReturn:
-        self.exit(2, f"{self.prog}: {message} (see {self.prog} --help)\n")
-
-
 def parser() -> argparse.ArgumentParser:
     """The command line."""
-    p = _Parser(
+    p = OneLineParser(
         prog="cosim-gap",
         description="Why does the machine not move like its model? Catalogue of effects and synthetic campaigns.",
         epilog=EXAMPLES,
-        formatter_class=argparse.RawDescriptionHelpFormatter,
     )
     commands = p.add_subparsers(dest="command", required=True, metavar="COMMAND")
     effects = commands.add_parser("effects", help="list the catalogue of effects of a package")

@@ -14,7 +14,6 @@ Written are campaign.toml, the run files and, apart from them, answer.toml with 
 from __future__ import annotations
 
 import csv
-import tomllib
 from collections.abc import Callable
 from pathlib import Path
 from typing import Any
@@ -24,7 +23,7 @@ import numpy as np
 from ..core.errors import OutputError
 from ..core.units import unit
 from ..master.session import Session
-from .campaign import CampaignError, Channel, channels_of, strange_keys
+from .campaign import CampaignError, Channel, channels_of, strange_keys, toml
 from .catalogue import QUANTITIES
 from .sensor import Sensor
 
@@ -59,12 +58,7 @@ def _table(values: dict[str, Any]) -> str:
 
 def make(template: Path, folder: Path, say: Callable[[str], None] = lambda text: None) -> Path:
     """Run the template's scenario and write the campaign into `folder`; returns its campaign.toml."""
-    try:
-        data = tomllib.loads(template.read_text(encoding="utf-8"))
-    except OSError as error:
-        raise CampaignError(f"{template}: cannot be read ({error.strerror})") from None
-    except (tomllib.TOMLDecodeError, UnicodeDecodeError) as error:
-        raise CampaignError(f"{template}: not valid TOML ({error})") from None
+    data = toml(template)
     strange_keys(data, ("name", "system", "effects", "channel", "run", "base", "truth", "seed"), str(template))
     if not isinstance(data.get("system"), str):
         raise CampaignError(f"{template}: 'system' is missing")

@@ -188,6 +188,18 @@ def valve_flows(x_v: float, Pa: float, Pb: float, Pt: float, c: object) -> tuple
 
 
 @kernel
+def node_pressures(y: object, b: int, p_vapour: float) -> tuple[float, float, float, float, float]:
+    """Absolute pressures [Pa] at port a, chambers 1 and 2, port b and tank, from the border states y[b:]."""
+    return (
+        pressure(y[b + PA], p_vapour),
+        pressure(y[b + P1], p_vapour),
+        pressure(y[b + P2], p_vapour),
+        pressure(y[b + PB], p_vapour),
+        pressure(y[b + PT], p_vapour),
+    )
+
+
+@kernel
 def derivatives(
     y: object, c: object, x_h: float, v_h: float, x_cmd: float, v_cmd: float, held: float, f: object
 ) -> None:
@@ -199,11 +211,7 @@ def derivatives(
     b = 2 * (2 * n - 1)
     chain = 2 * n - 1
     p_vap = c[P_VAPOUR]
-    Pa = pressure(y[b + PA], p_vap)
-    Pb = pressure(y[b + PB], p_vap)
-    P_1 = pressure(y[b + P1], p_vap)
-    P_2 = pressure(y[b + P2], p_vap)
-    Pt = pressure(y[b + PT], p_vap)
+    Pa, P_1, P_2, Pb, Pt = node_pressures(y, b, p_vap)
     variable = c[VARIABLE] != 0.0
 
     for first in range(0, b, chain):
@@ -253,12 +261,7 @@ def outputs(
     """Write the outputs, in the order of OUTPUTS, into out; arguments as of `derivatives`."""
     n = int(c[SEGMENTS])
     b = 2 * (2 * n - 1)
-    p_vap = c[P_VAPOUR]
-    Pa = pressure(y[b + PA], p_vap)
-    Pb = pressure(y[b + PB], p_vap)
-    P_1 = pressure(y[b + P1], p_vap)
-    P_2 = pressure(y[b + P2], p_vap)
-    Pt = pressure(y[b + PT], p_vap)
+    Pa, P_1, P_2, Pb, Pt = node_pressures(y, b, c[P_VAPOUR])
     u = controller(c[GAIN] * (x_cmd - x_h), c[GAIN] * (v_cmd - v_h), y[b + INTEGRAL], held, c)
     x_v = spool(u, y[b + SPOOL], c)
     Q_a, Q_b, Q_p, _ = valve_flows(x_v, Pa, Pb, Pt, c)

@@ -10,6 +10,7 @@ from pathlib import Path
 from time import perf_counter
 from typing import Any, NoReturn
 
+from ..core.cli import OneLineParser
 from ..core.errors import CosimError, Interrupted, SimulationError
 from .algorithms import NAMES
 
@@ -23,20 +24,12 @@ exit codes: 0 done, 1 the simulation had to stop (what was recorded is kept), 2 
 """
 
 
-class _Parser(argparse.ArgumentParser):
-    """A parser whose errors are one line."""
-
-    def error(self, message: str) -> NoReturn:
-        self.exit(2, f"{self.prog}: {message} (see {self.prog} --help)\n")
-
-
 def parser() -> argparse.ArgumentParser:
     """The command line."""
-    p = _Parser(
+    p = OneLineParser(
         prog="cosim-master",
         description="Run the system of an SSP package as a fixed-step co-simulation of its FMUs.",
         epilog=EXAMPLES,
-        formatter_class=argparse.RawDescriptionHelpFormatter,
     )
     p.add_argument("package", metavar="SCENARIO.ssp", type=Path, help="the SSP package")
     p.add_argument("--out", metavar="DIR", type=Path, help="result folder (default: results/<name of the package>)")
