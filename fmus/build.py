@@ -99,7 +99,8 @@ def compile_front(folder: Path) -> dict[str, bytes]:
 
 def _compiled_kernels(fmu: Path, package: str, cache: Path) -> dict[str, bytes]:
     """Run the FMU once, in a process and a cache folder of its own, and collect what numba compiled."""
-    script = f"from {__package__}.check import exercise; exercise({str(fmu)!r})"
+    # ended at once, because pythonfmu's library may crash while Python shuts down
+    script = f"import os; from {__package__}.check import exercise; exercise({str(fmu)!r}); os._exit(0)"
     environment = {**os.environ, "DEEPSEA_COSIM_CACHE": str(cache)}
     environment.pop("NUMBA_CACHE_DIR", None)
     run = subprocess.run([sys.executable, "-c", script], env=environment, capture_output=True, text=True)

@@ -227,6 +227,8 @@ class Slave(Fmi2Slave):
         """Log an error: its text for a user's mistake, the traceback as well for a fault of ours."""
         text = str(error) if isinstance(error, CosimError) else traceback.format_exc().strip()
         self.log(text.replace("%", "%%"), Fmi2Status.error)
+        if not self.has_front:  # pythonfmu alone drops the log of a call that raises
+            print(f"{self.instance_name}: {text}", file=sys.stderr)
 
     def _parameters(self) -> dict[str, float]:
         values = self.values.tolist()
