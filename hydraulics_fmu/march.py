@@ -57,30 +57,30 @@ def march(
     """Advance y over the step as `advance` does, with delay and sampling of the controller where switched on."""
     plain = c[DELAY] == 0.0 and c[SAMPLING] == 0.0
     integral = 2 * (2 * int(c[SEGMENTS]) - 1) + INTEGRAL
-    t_end = t_0 + h
     tiny = 1e-9 * max(h, 1e-6)
-    t = t_0
+    s = 0.0  # time since t_0, as in `advance`
     status = OK
-    while t < t_end - tiny and status == OK:
-        stop = t_end
+    while s < h and status == OK:
+        t = t_0 + s
+        stop = h
         u, u_rate = float("nan"), 0.0
-        x = x_0 + v_h * (t - t_0)
+        x = x_0 + v_h * s
         if not plain:
-            stop = min(stop, t + SLICE)
+            stop = min(stop, s + SLICE)
             if c[DELAY] > 0.0:
-                stop = min(stop, t + c[DELAY])
+                stop = min(stop, s + c[DELAY])
             sample = True
             if c[SAMPLING] > 0.0:
                 tick = floor(t / c[SAMPLING] + 1e-9) * c[SAMPLING]
                 sample = memory[COUNT] == 0.0 or tick > memory[SAMPLED_AT] + tiny
-                stop = min(stop, tick + c[SAMPLING])
+                stop = min(stop, tick + c[SAMPLING] - t_0)
                 if sample:
                     memory[SAMPLED_AT] = tick
-            if t_end - stop < tiny:
-                stop = t_end
+            if h - stop < tiny:
+                stop = h
             if sample:
                 r = command(t, t_0, x_ref, ref_rate, c)
-                r_rate = command_rate(0.5 * (t + stop), ref_rate, c)
+                r_rate = command_rate(t_0 + 0.5 * (s + stop), ref_rate, c)
                 memory[HELD] = pid_output(
                     c[GAIN] * (r - x), c[GAIN] * (r_rate - v_h), y[integral], c[KP], c[KD], c[I_MAX]
                 )
@@ -91,13 +91,11 @@ def march(
                 memory[FIRST + LENGTH + k] = u
                 memory[COUNT] += 1.0
                 u = remembered(t - c[DELAY], memory)
-                u_rate = (remembered(stop - c[DELAY], memory) - u) / (stop - t)
+                u_rate = (remembered(t_0 + stop - c[DELAY], memory) - u) / (stop - s)
             else:
                 memory[COUNT] += 1.0
-        # the step's own start is handed on where it is whole, so that rounding does not touch the plain model
-        ref = x_ref if plain else x_ref + ref_rate * (t - t_0)
-        status = advance(y, w, c, scale, t, stop - t if not plain else h, x, v_h, ref, ref_rate, u, u_rate)
-        t = stop
+        status = advance(y, w, c, scale, t, stop - s, x, v_h, x_ref + ref_rate * s, ref_rate, u, u_rate)
+        s = stop
     return status
 
 

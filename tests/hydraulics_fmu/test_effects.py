@@ -180,6 +180,17 @@ def test_history_interpolates_and_holds_its_ends():
     assert [remembered(t, memory) for t in (-1.0, 0.5, 1.75, 9.0)] == [5.0, 6.0, 6.25, 6.0]
 
 
+@pytest.mark.parametrize("changes", [{}, {"command_delay__tau": 5e-3}], ids=["plain", "delayed"])
+def test_no_step_vanishes_however_late_or_short(changes):
+    rig = Effected(command__t_start=1e6, **changes)
+    place = len(rig.y) - circuit.BORDER
+    rig.y[place + circuit.PT] += 1e4
+    before = rig.y[place + circuit.VC]
+    rate = rig.rate()[place + circuit.VC]
+    rig.step(1e5, 1e-12)
+    assert rig.y[place + circuit.VC] - before == pytest.approx(1e-12 * rate, rel=1e-2)
+
+
 def test_sampling_holds_between_its_ticks():
     c = Effected(command__t_start=0.0, controller_sampling__period=0.01).run(0.1)
     changes = np.flatnonzero(np.abs(np.diff(c["u"])) > 1e-12)
