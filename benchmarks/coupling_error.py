@@ -19,12 +19,11 @@ from deepsea_cosim.master.algorithms import NAMES
 from deepsea_cosim.master.simulate import Options, run
 
 from tests.reference import monolith
+from tests.reference.compare import deviation
 
 SPACING, ORDER = 8e-3, 4
 """Samples [s] and number of poles for the ring-down."""
 
-CORNERS = (2.0, 7.0, 12.0, 17.0)
-PRESSURES = ("P1", "P2", "Pa", "Pb")
 
 
 def coupled(package: Path, **options: object) -> dict[str, np.ndarray]:
@@ -33,15 +32,6 @@ def coupled(package: Path, **options: object) -> dict[str, np.ndarray]:
         result = run(package, Path(folder), Options(**options))
         table = np.loadtxt(Path(folder) / "results.csv", delimiter=",", skiprows=1)
     return {name: table[:, i] for i, name in enumerate(result.names)}
-
-
-def deviation(c: dict[str, np.ndarray], truth: dict[str, np.ndarray], stride: int) -> tuple[float, float, float]:
-    """Largest differences of x_h [m], of v_h [m/s], and of the pressures [Pa] outside 50 ms after a corner."""
-    t = truth["time"][::stride]
-    calm = np.all([(t < corner - 1e-9) | (t > corner + 0.05) for corner in CORNERS], axis=0)
-    p = max(np.abs(c[f"hydraulics.{n}"] - truth[n][::stride])[calm].max() for n in PRESSURES)
-    x, v = (np.abs(c[f"arm.{n}"] - truth[n][::stride]).max() for n in ("x_h", "v_h"))
-    return x, v, p
 
 
 def errors(build: Path) -> None:

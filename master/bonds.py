@@ -9,19 +9,19 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from itertools import combinations
-from typing import Any
 
 import numpy as np
 
+from .slave import Slave
 from .system import Link, System
 
 _POWER = {"kg": 1, "m": 2, "s": -3}
 _BASE = ("kg", "m", "s", "A", "K", "mol", "cd")
 
 
-def _exponents(description: Any, variable: Any) -> dict[str, int] | None:
-    name = variable.unit or (variable.declaredType.unit if variable.declaredType is not None else None)
-    for unit in description.unitDefinitions:
+def _exponents(slave: Slave, variable: str) -> dict[str, int] | None:
+    name = slave.unit(variable)
+    for unit in slave.description.unitDefinitions:
         if unit.name == name and unit.baseUnit is not None:
             if getattr(unit.baseUnit, "factor", 1.0) not in (1.0, "1", None):
                 return None
@@ -46,8 +46,7 @@ def find_bonds(system: System) -> list[Bond]:
     """All pairs of opposite links whose units multiply to watts."""
 
     def unit(end: tuple[str, str]) -> dict[str, int] | None:
-        slave = system.slaves[end[0]]
-        return _exponents(slave.description, slave.variables[end[1]])
+        return _exponents(system.slaves[end[0]], end[1])
 
     bonds = []
     for a, b in combinations(system.links, 2):

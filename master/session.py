@@ -5,7 +5,6 @@ Each run resets the FMUs, which is a matter of milliseconds, and keeps only the 
 
 from __future__ import annotations
 
-import tempfile
 from collections.abc import Callable, Mapping, Sequence
 from contextlib import ExitStack
 from pathlib import Path
@@ -15,9 +14,17 @@ from typing import Any
 import numpy as np
 
 from ..core.errors import SimulationError, UnknownNameError, UsageError, did_you_mean
-from ..ssp.reader import read
 from .algorithms import NAMES, algorithm
-from .setup import bound_values, check_connections, initialise, load_descriptions, resolve, split
+from .setup import (
+    bound_values,
+    check_connections,
+    initialise,
+    load_descriptions,
+    load_slaves,
+    read_package,
+    resolve,
+    split,
+)
 from .system import System
 
 Series = tuple[np.ndarray, np.ndarray]
@@ -30,22 +37,11 @@ class Session:
     def __init__(self, package: Path, log: Callable[[str, str, str], None] = lambda *_: None):
         self._stack = ExitStack()
         try:
-            scratch = Path(
-                self._stack.enter_context(tempfile.TemporaryDirectory(prefix="cosim_", ignore_cleanup_errors=True))
-            )
-            self.structure = read(package, scratch / "ssp")
+            self.structure = read_package(package, self._stack)
             slaves = load_descriptions(self.structure)
             check_connections(self.structure, slaves)
             self._bound = bound_values(self.structure, slaves)
-
-            def on_log(component: str, status: str, text: str) -> None:
-                if component in slaves:
-                    slaves[component].messages.append((status, text))
-                log(component, status, text)
-
-            for slave in slaves.values():
-                self._stack.callback(slave.free)
-                slave.load(on_log)
+            load_slaves(slaves, self._stack, log)
             self.system = System(self.structure, slaves)
         except BaseException:
             self._stack.close()

@@ -10,7 +10,8 @@ import hashlib
 import re
 import shutil
 import tempfile
-from collections.abc import Iterable, Mapping
+from collections.abc import Callable, Iterable, Mapping
+from contextlib import ExitStack
 from pathlib import Path
 from typing import Any
 
@@ -18,6 +19,7 @@ from ..core.errors import PackageError, ParameterError, SimulationError, Unknown
 from ..core.units import convert
 from ..ssp.archive import extract
 from ..ssp.model import Parameter, SystemStructure
+from ..ssp.reader import read
 from .slave import Slave
 from .system import KINDS, System
 
@@ -67,9 +69,8 @@ def _checked(slave: Slave, name: str, value: Any, where: str) -> Value:
 
 def _in_unit_of(slave: Slave, p: Parameter, name: str) -> Any:
     """The value of a package's parameter in the unit of the FMU's variable."""
-    variable = slave.variables.get(name)
-    own = getattr(variable, "unit", None)
-    if variable is None or p.unit is None or own is None or p.unit == own:
+    own = slave.unit(name) if name in slave.variables else None
+    if p.unit is None or own is None or p.unit == own:
         return p.value
     try:
         return convert(p.value, p.unit, own)
@@ -120,6 +121,25 @@ def forget_unpacked() -> None:
     """Remove the folders of unpacked FMUs; called when Python shuts down, and by whoever ends the process sooner."""
     while _unpacked:
         shutil.rmtree(_unpacked.popitem()[1], ignore_errors=True)
+
+
+def read_package(package: Path, stack: ExitStack) -> SystemStructure:
+    """Read an SSP file unpacked into a folder that lives as long as `stack`."""
+    scratch = stack.enter_context(tempfile.TemporaryDirectory(prefix="cosim_", ignore_cleanup_errors=True))
+    return read(package, Path(scratch) / "ssp")
+
+
+def load_slaves(slaves: Mapping[str, Slave], stack: ExitStack, log: Callable[[str, str, str], None]) -> None:
+    """Instantiate all slaves; `stack` frees them. A slave keeps its own messages, `log` gets those of all."""
+
+    def on_log(component: str, status: str, text: str) -> None:
+        if component in slaves:
+            slaves[component].messages.append((status, text))
+        log(component, status, text)
+
+    for slave in slaves.values():
+        stack.callback(slave.free)
+        slave.load(on_log)
 
 
 def _fmi_version(path: Path, shown: str) -> str:
@@ -188,16 +208,15 @@ def check_connections(structure: SystemStructure, slaves: Mapping[str, Slave]) -
                 )
             if variable.type not in KINDS:
                 raise PackageError(f"{where}: '{component}.{connector}': type {variable.type} is not supported yet")
-            ends.append(variable)
+            ends.append(slaves[component].unit(connector))
         if c.end in driven:
             line = driven[c.end]
             end = ".".join(c.end)
             raise PackageError(f"{where}: input '{end}' is already driven by the connection in line {line}")
         driven[c.end] = c.line
-        units = [v.unit for v in ends]
-        if None not in units and units[0] != units[1]:
+        if None not in ends and ends[0] != ends[1]:
             raise PackageError(
-                f"{where}: '{'.'.join(c.start)}' is in {units[0]} and '{'.'.join(c.end)}' in {units[1]}; "
+                f"{where}: '{'.'.join(c.start)}' is in {ends[0]} and '{'.'.join(c.end)}' in {ends[1]}; "
                 "unit conversion is not supported yet"
             )
 

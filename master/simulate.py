@@ -20,11 +20,18 @@ import numpy as np
 
 from ..core.errors import CosimError, Interrupted, OutputError, SimulationError, UsageError
 from ..ssp.model import SystemStructure
-from ..ssp.reader import read
 from .algorithms import NAMES, algorithm
 from .bonds import ResidualEnergy, find_bonds
 from .recorder import BLOCK, CsvRecorder
-from .setup import bound_values, check_connections, initialise, load_descriptions, resolve
+from .setup import (
+    bound_values,
+    check_connections,
+    initialise,
+    load_descriptions,
+    load_slaves,
+    read_package,
+    resolve,
+)
 from .slave import Slave
 from .system import System
 
@@ -167,27 +174,16 @@ def run(
     options = options or Options()
     begin = perf_counter()
     step_algorithm = algorithm(options.method)
-    if options.step is not None and not options.step > 0.0:
-        raise UsageError(f"step {options.step:g} s: it has to be positive")
     with ExitStack() as stack:
         interrupt = stack.enter_context(_interrupts())
-        scratch = Path(stack.enter_context(tempfile.TemporaryDirectory(prefix="cosim_", ignore_cleanup_errors=True)))
-        structure = read(package, scratch / "ssp")
+        structure = read_package(package, stack)
         start, stop, step, n = _times(structure, options)
         slaves = load_descriptions(structure)
         check_connections(structure, slaves)
         values = [*bound_values(structure, slaves), *resolve(options.changes, slaves)]
         prepare_folder(folder)
-
-        def on_log(component: str, status: str, text: str) -> None:
-            if component in slaves:
-                slaves[component].messages.append((status, text))
-            log(component, status, text)
-
         try:
-            for slave in slaves.values():
-                stack.callback(slave.free)
-                slave.load(on_log)
+            load_slaves(slaves, stack, log)
             system = System(structure, slaves)
             initialise(system, values, start, stop)
             if interrupt:

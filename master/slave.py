@@ -58,6 +58,11 @@ class Slave:
             raise UnknownNameError(f"component '{self.name}' has no {what} '{name}'{did_you_mean(name, known)}")
         return variable
 
+    def unit(self, name: str) -> str | None:
+        """Unit of a variable, its own or that of its declared type."""
+        variable = self.variables[name]
+        return variable.unit or (variable.declaredType.unit if variable.declaredType is not None else None)
+
     def checked(self, name: str, value: Any, where: str = "") -> Any:
         """`value` in the variable's type, or a `ParameterError` that names variable, value and range."""
         variable = self.variable(name)
@@ -71,7 +76,7 @@ class Slave:
             low = -float("inf") if variable.min is None else float(variable.min)
             high = float("inf") if variable.max is None else float(variable.max)
             if not (np.isfinite(number) and low <= number <= high):
-                unit = f" {variable.unit}" if getattr(variable, "unit", None) else ""
+                unit = f" {self.unit(name)}" if self.unit(name) else ""
                 raise ParameterError(
                     f"{shown}{address} = {number:g}{unit} is out of range; allowed: {low:g} to {high:g}{unit}"
                 )

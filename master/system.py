@@ -48,6 +48,8 @@ class System:
         ]
         for name, slave in slaves.items():
             slave.lay_out(inputs[name], outputs[name], self.given, self.read)
+        self._seen: set[str] = set()
+        """Components whose outputs have been read since the initialisation began."""
         self.order = self._component_order()
         self.sequence = [(slaves[name], self._exchange_for([name])) for name in self.order]
         self.exchange_all = self._exchange_for(self.order)
@@ -78,9 +80,7 @@ class System:
         """Unit of every signal that has one, by component.variable."""
         found = {}
         for component, name in (*self.outputs, *self.inputs):
-            variable = self.slaves[component].variables[name]
-            unit = variable.unit or (variable.declaredType.unit if variable.declaredType is not None else None)
-            if unit:
+            if unit := self.slaves[component].unit(name):
                 found[f"{component}.{name}"] = unit
         return found
 
@@ -132,12 +132,10 @@ class System:
         The order comes from the dependencies that the FMUs declare. Where these form a loop, sweeps are repeated until
         nothing changes; a loop that does not settle is an error.
         """
-        self._seen: set[str] = set()
-        waves = self._waves()
-        if waves is not None:
-            for wave in waves:
-                self.sweep(wave)
-            self.sweep(self.order)
+        self._seen.clear()
+        visits = self._visits()
+        if visits is not None:
+            self.sweep([*visits, *self.order])
             return
         for _ in range(MAX_SWEEPS):
             before = self.read.copy()
@@ -162,7 +160,7 @@ class System:
             self.slaves[name].set_inputs()
             self.slaves[name].get_outputs()
 
-    def _waves(self) -> list[list[str]] | None:
+    def _visits(self) -> list[str] | None:
         """Components to visit in turn so that each output is read after the inputs it depends on; None in a loop."""
         graph: dict[tuple[str, str], set[tuple[str, str]]] = {}
         for link in self.links:
@@ -176,7 +174,7 @@ class System:
         for component, name in order:
             if (component, name) in self.outputs and (not visits or visits[-1] != component):
                 visits.append(component)
-        return [[component] for component in visits]
+        return visits
 
     def _initial_dependencies(self, component: str, output: str) -> set[tuple[str, str]]:
         slave = self.slaves[component]

@@ -8,24 +8,15 @@ import fmpy
 import numpy as np
 import pytest
 from deepsea_cosim.master.simulate import Options, run
+from deepsea_cosim.study.calibrate import travel_times
 
 from ..reference import monolith
-
-CORNERS = (2.0, 7.0, 12.0, 17.0)
-PRESSURES = ("P1", "P2", "Pa", "Pb")
+from ..reference.compare import deviation
 
 
-def travel_times(c, target=0.2, within=1e-3):
-    """Times [s] from the start of each ramp until x_h is within 1 mm of where it is sent, between samples."""
-
-    def crossing(mask, level):
-        i = int(np.argmax(mask))
-        x, t = c["arm.x_h"], c["time"]
-        return t[i - 1] + (level - x[i - 1]) / (x[i] - x[i - 1]) * (t[i] - t[i - 1])
-
-    up = crossing((c["time"] > 2.0) & (c["arm.x_h"] >= target - within), target - within)
-    down = crossing((c["time"] > 12.0) & (c["arm.x_h"] <= within), within)
-    return up - 2.0, down - 12.0
+def times(columns):
+    """Extension and retraction time of a run [s]."""
+    return travel_times(columns["time"], columns["arm.x_h"])
 
 
 @pytest.fixture(scope="module")
@@ -37,19 +28,10 @@ def reference():
     }
 
 
-def deviation(columns, truth, stride=1):
-    """Largest |x_h| difference [m], and that of the pressures [Pa] outside 50 ms after the command's corners."""
-    t = truth["time"][::stride]
-    x = np.abs(columns["arm.x_h"] - truth["x_h"][::stride]).max()
-    calm = np.all([(t < corner - 1e-9) | (t > corner + 0.05) for corner in CORNERS], axis=0)
-    p = max(np.abs(columns[f"hydraulics.{name}"] - truth[name][::stride])[calm].max() for name in PRESSURES)
-    return x, p
-
-
 @pytest.mark.parametrize("depth", [0.0, 11.0])
 def test_coupled_run_against_the_monolith(deepsea_run, reference, depth):
     """22 s at 1 ms: x_h within 0.05 mm, pressures within 0.5 % of 20 MPa."""
-    x, p = deviation(deepsea_run(f"deepsea_{depth:.0f}km"), reference[depth])
+    x, _, p = deviation(deepsea_run(f"deepsea_{depth:.0f}km"), reference[depth])
     assert x <= 0.05e-3
     assert p <= 0.005 * 20e6
 
@@ -65,15 +47,15 @@ def test_error_falls_with_the_step(deepsea_run, reference, method):
 
 def test_published_times(deepsea_run):
     """Within 1 % at 11 km, both line models; the five geometry numbers behind them are fitted (docs/calibration.md)."""
-    variable = travel_times(deepsea_run("deepsea_11km"))
-    constant = travel_times(deepsea_run("deepsea_11km_constant_viscosity"))
+    variable = times(deepsea_run("deepsea_11km"))
+    constant = times(deepsea_run("deepsea_11km_constant_viscosity"))
     assert variable == pytest.approx((7.625, 7.156), rel=0.01)
     assert constant == pytest.approx((7.178, 6.779), rel=0.01)
 
 
 @pytest.mark.parametrize("km", [0, 3, 6, 9, 10])
 def test_no_delay_down_to_9_km_and_delay_at_10_km(deepsea_run, km):
-    delays = np.array(travel_times(deepsea_run(f"deepsea_{km}km"))) - 5.0
+    delays = np.array(times(deepsea_run(f"deepsea_{km}km"))) - 5.0
     assert (delays > 0.5).all() if km == 10 else (delays < 0.1).all()
 
 
