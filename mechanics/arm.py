@@ -19,7 +19,7 @@ from .linkage import check_buildable, linkage
 from .mjcf import mjcf
 from .variables import BEAM_STRIPS
 
-MAX_STEP = 1e-3
+MAX_STEP = 4e-3
 """Longest internal step [s]."""
 
 MOST_STEPS = 10_000_000
