@@ -2,7 +2,7 @@
 
     [[effect]]                      [[effect.parameter]]                [[base]]
     id, text, group                 address, neutral, bounds, prior     parameter, tolerance
-                                    also, shape
+                                    also, shape, starts
 
     [[sensor]]
     id, text, group, quantity (bias, scale, lag, delay), neutral, bounds, prior
@@ -39,6 +39,8 @@ class Parameter:
     prior: float
     also: tuple[str, ...] = ()
     shape: bool = False
+    starts: tuple[float, ...] = ()
+    """Of a shape: values from which a fit starts; empty: the neutral one."""
 
     def values(self, value: float) -> dict[str, float]:
         """`value` at every address."""
@@ -127,7 +129,12 @@ class _Reader:
     def parameter(self, table: dict[str, Any], entry: str) -> Parameter:
         address = self.get(table, entry, "address", str)
         also = tuple(table.get("also", ()))
-        return Parameter(address, *self.range(table, f"{entry}, {address}"), also, bool(table.get("shape", False)))
+        neutral, low, high, prior = self.range(table, f"{entry}, {address}")
+        starts = table.get("starts", [])
+        if not isinstance(starts, list) or not all(isinstance(v, (int, float)) and low <= v <= high for v in starts):
+            raise self.fault(f"{entry}, {address}", f"'starts' = {starts} has to be a list of numbers within the bounds")
+        shape = bool(table.get("shape", False))
+        return Parameter(address, neutral, low, high, prior, also, shape, tuple(map(float, starts)))
 
 
 def parse(text: str, shown: str = "effects.toml") -> Catalogue:

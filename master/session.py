@@ -7,6 +7,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
 from contextlib import ExitStack
+from dataclasses import replace
 from pathlib import Path
 from types import TracebackType
 from typing import Any
@@ -14,6 +15,7 @@ from typing import Any
 import numpy as np
 
 from ..core.errors import SimulationError, UnknownNameError, UsageError, did_you_mean
+from ..ssp.model import SystemStructure
 from .algorithms import NAMES, algorithm
 from .setup import (
     bound_values,
@@ -23,6 +25,7 @@ from .setup import (
     load_slaves,
     read_package,
     resolve,
+    settable,
     split,
 )
 from .system import System
@@ -32,12 +35,19 @@ Series = tuple[np.ndarray, np.ndarray]
 
 
 class Session:
-    """The system of an SSP package, loaded; a context manager. Not for use from several threads."""
+    """The system of an SSP package, loaded; a context manager. Not for use from several threads.
 
-    def __init__(self, package: Path, log: Callable[[str, str, str], None] = lambda *_: None):
+    only: names of the components to load; the inputs that the others would give can then be driven.
+    """
+
+    def __init__(
+        self, package: Path, log: Callable[[str, str, str], None] = lambda *_: None, only: Sequence[str] = ()
+    ):
         self._stack = ExitStack()
         try:
             self.structure = read_package(package, self._stack)
+            if only:
+                self.structure = _part(self.structure, only)
             slaves = load_descriptions(self.structure)
             check_connections(self.structure, slaves)
             self._bound = bound_values(self.structure, slaves)
@@ -64,6 +74,19 @@ class Session:
                 return is_output, signals[component, name].place
         known = [f"{c}.{n}" for c, n in (*self.system.outputs, *self.system.inputs)]
         raise UnknownNameError(f"no connector '{address}'{did_you_mean(address, known)}")
+
+    def values(self, changes: Mapping[str, Any] | None = None) -> dict[str, Any]:
+        """Every parameter and start value in force with these changes, by component.variable."""
+        slaves = self.system.slaves
+        found = {
+            f"{c}.{v.name}": slave.checked(v.name, v.start, v.name)
+            for c, slave in slaves.items()
+            for v in slave.description.modelVariables
+            if v.start is not None and settable(slave, v.name)
+        }
+        for component, name, value, _ in [*self._bound, *resolve((changes or {}).items(), slaves, "")]:
+            found[f"{component}.{name}"] = value
+        return found
 
     def run(
         self,
@@ -118,3 +141,19 @@ class Session:
             k, i = np.argwhere(~np.isfinite(rows))[0]
             raise SimulationError(f"'{record[i]}' is not finite at t = {times[k]:g} s", float(times[k]))
         return times, rows
+
+
+def _part(structure: SystemStructure, names: Sequence[str]) -> SystemStructure:
+    """The system without the other components, their connections and parameters."""
+    known = [c.name for c in structure.components]
+    for name in names:
+        if name not in known:
+            raise UnknownNameError(f"no component '{name}'{did_you_mean(name, known)}")
+    owner = {p.name: next((c for c in sorted(known, key=len)[::-1] if p.name.startswith(f"{c}.")), "")
+             for p in structure.parameters}  # fmt: skip
+    return replace(
+        structure,
+        components=tuple(c for c in structure.components if c.name in names),
+        connections=tuple(c for c in structure.connections if c.start[0] in names and c.end[0] in names),
+        parameters=tuple(p for p in structure.parameters if owner[p.name] in names),
+    )

@@ -1,0 +1,309 @@
+"""Bounded Gauss-Newton on whitened residuals, as a coroutine that asks for simulations and shares its Jacobians.
+
+Cost of a point:
+
+    C(u) = sum(r^2) / phi + sum((u / sd)^2),   r = (measured - model(u) - N q) / floor
+
+q are the linear nuisances (a bias per channel, a clock error per run) with their own priors, found in closed form with u.
+phi is the dispersion: the mean square of the residual times its correlation time, at least 1. It is taken from the
+fit's own residual, so a model that misses much does not squeeze its base parameters against their bounds, and a model
+that fits to the floor is held to it.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Generator, Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+from scipy.optimize import lsq_linear
+
+from .problem import BIAS, CLOCK, Point, Problem, Unknown
+
+Ask = Generator[list[Point], list[np.ndarray | None], "Fit"]
+"""Yields points, is sent their long vectors, returns a fit."""
+
+DIFFERENCE = {"base": 0.2, "effect": 0.2, "sensor": 0.2}
+"""Step of a finite difference, in u."""
+
+
+@dataclass
+class Fit:
+    """Where a fit stands: unknowns (k), u (k,), the model's long vector (n,), its derivative (n, k) and what is left."""
+
+    unknowns: tuple[Unknown, ...]
+    u: np.ndarray
+    model: np.ndarray
+    jacobian: np.ndarray
+    q: np.ndarray
+    residual: np.ndarray
+    phi: float
+    converged: bool = False
+
+    @property
+    def point(self) -> dict[str, float]:
+        """The point in the problem's terms."""
+        return {x.name: float(u) for x, u in zip(self.unknowns, self.u, strict=True)}
+
+    @property
+    def rms(self) -> float:
+        """Whitened RMS of the residual."""
+        return float(np.sqrt(np.mean(self.residual**2)))
+
+    def penalty(self) -> float:
+        """Sum of (u / sd)^2."""
+        return float(sum((u / x.sd) ** 2 for x, u in zip(self.unknowns, self.u, strict=True)))
+
+
+def nuisances(problem: Problem, model: np.ndarray) -> np.ndarray:
+    """Columns (n, m) of the linear nuisances, in the unit of the readings for one prior standard deviation each."""
+    obs = problem.obs
+    columns = []
+    for k in range(len(obs.span)):
+        columns.append(np.where(obs.channel == k, BIAS * obs.span[k], 0.0))
+    slope = obs.slope(model)
+    for r in range(len(problem.runs)):
+        columns.append(np.where(obs.run == r, -CLOCK * slope, 0.0))
+    return np.stack(columns, axis=1)
+
+
+def correlation_time(x: np.ndarray) -> float:
+    """1 + 2 sum of the autocorrelations of x (n,), windowed after Sokal; at least 1."""
+    n = len(x)
+    if n < 8 or not np.any(x):
+        return 1.0
+    size = 1 << (2 * n - 1).bit_length()
+    f = np.fft.rfft(x, size)
+    acf = np.fft.irfft(f * np.conj(f), size)[: n // 2]
+    acf = acf / acf[0]
+    tau = 2.0 * np.cumsum(acf) - 1.0
+    window = np.flatnonzero(np.arange(len(tau)) >= 5.0 * tau)
+    return float(max(1.0, tau[window[0]] if len(window) else tau[-1]))
+
+
+def dispersion(problem: Problem, residual: np.ndarray) -> float:
+    """Mean square times correlation time over all blocks, at least 1."""
+    total = 0.0
+    for b in problem.obs.blocks:
+        part = residual[b.place]
+        total += float(part @ part) * correlation_time(part)
+    return max(1.0, total / len(residual))
+
+
+class Linear:
+    """The linearised problem around a fit: whitened columns of unknowns and nuisances, residual without nuisances."""
+
+    def __init__(self, problem: Problem, fit_u: np.ndarray, model: np.ndarray, jacobian: np.ndarray, N: np.ndarray):
+        w = 1.0 / problem.obs.floor
+        self.A = np.concatenate([jacobian, N], axis=1) * w[:, None]
+        self.r = (problem.obs.y - model) * w
+        self.u = fit_u
+
+    def step(
+        self, unknowns: Sequence[Unknown], phi: float, radius: np.ndarray, rows: np.ndarray | slice = slice(None)
+    ) -> tuple[np.ndarray, np.ndarray]:
+        """(d, q): the change of u within bounds and radius that lowers the cost most, and the nuisances."""
+        A, r = self.A[rows], self.r[rows]
+        k, m = len(unknowns), self.A.shape[1] - len(unknowns)
+        sd = np.array([x.sd for x in unknowns])
+        H = A.T @ A / phi
+        g = A.T @ r / phi
+        H[np.arange(k), np.arange(k)] += 1.0 / sd**2
+        H[np.arange(k, k + m), np.arange(k, k + m)] += 1.0
+        g[:k] -= self.u / sd**2
+        low = np.maximum(np.array([x.low for x in unknowns]) - self.u, -radius)
+        high = np.minimum(np.array([x.high for x in unknowns]) - self.u, radius)
+        low, high = np.minimum(low, 0.0), np.maximum(high, 0.0)
+        scale = 1.0 / np.sqrt(np.diag(H))
+        L = np.linalg.cholesky(H * np.outer(scale, scale) + 1e-12 * np.eye(k + m))
+        rhs = np.linalg.solve(L, g * scale)
+        free = L.T
+        d = np.linalg.solve(free, rhs)
+        lo = np.concatenate([low, np.full(m, -np.inf)]) / scale
+        hi = np.concatenate([high, np.full(m, np.inf)]) / scale
+        if np.any(d < lo) or np.any(d > hi):
+            wide = hi - lo < 1e-12
+            hi = np.where(wide, lo + 1e-9, hi)
+            d = lsq_linear(free, rhs, (lo, hi), method="bvls").x
+        d = d * scale
+        return d[:k], d[k:]
+
+    def left(self, d: np.ndarray, q: np.ndarray) -> np.ndarray:
+        """Predicted whitened residual."""
+        return self.r - self.A @ np.concatenate([d, q])
+
+
+def settle(problem: Problem, model: np.ndarray, N: np.ndarray, phi: float) -> tuple[np.ndarray, np.ndarray]:
+    """Nuisances and whitened residual at a point."""
+    lin = Linear(problem, np.zeros(0), model, np.zeros((len(model), 0)), N)
+    _, q = lin.step((), phi, np.zeros(0))
+    return q, lin.r - lin.A @ q
+
+
+def difference_points(unknowns: Sequence[Unknown], u: np.ndarray, which: Sequence[int]) -> list[tuple[int, float]]:
+    """(index, step) of finite differences that stay within the bounds."""
+    made = []
+    for j in which:
+        x = unknowns[j]
+        h = min(DIFFERENCE[x.kind], 0.5 * (x.high - x.low))
+        made.append((j, h if u[j] + h <= x.high else -h))
+    return made
+
+
+def columns(unknowns: Sequence[Unknown], u: np.ndarray, model: np.ndarray, which: Sequence[int]
+            ) -> Generator[list[Point], list[np.ndarray | None], dict[int, np.ndarray]]:  # fmt: skip
+    """Derivatives of the model by some unknowns, by finite differences; a failing run gives the other side."""
+    steps = difference_points(unknowns, u, which)
+    names = [x.name for x in unknowns]
+
+    def at(j: int, h: float) -> dict[str, float]:
+        v = u.copy()
+        v[j] += h
+        return dict(zip(names, v.tolist(), strict=True))
+
+    made = {}
+    results = yield [at(j, h) for j, h in steps]
+    again = []
+    for (j, h), y in zip(steps, results, strict=True):
+        if y is None:
+            again.append((j, -0.25 * h))
+        else:
+            made[j] = (y - model) / h
+    if again:
+        again = [(j, h) for j, h in again if unknowns[j].low <= u[j] + h <= unknowns[j].high]
+        results = (yield [at(j, h) for j, h in again]) if again else []
+        for (j, h), y in zip(again, results, strict=True):
+            if y is not None:
+                made[j] = (y - model) / h
+    return {j: made.get(j, np.zeros_like(model)) for j in which}
+
+
+def fit(
+    problem: Problem,
+    unknowns: tuple[Unknown, ...],
+    u: np.ndarray,
+    N: np.ndarray,
+    jacobian: np.ndarray,
+    known: np.ndarray,
+    iterations: int,
+    model: np.ndarray | None = None,
+    phi_most: float = np.inf,
+) -> Ask:
+    """Lower the cost from u (k,) in at most that many iterations; phi stays below `phi_most`.
+
+    jacobian (n, k) with known (k,) true where a column is usable; the others are found by finite differences first.
+    """
+    u = u.astype(float).copy()
+    names = [x.name for x in unknowns]
+    sd = np.array([x.sd for x in unknowns])
+
+    def point(v: np.ndarray) -> dict[str, float]:
+        return dict(zip(names, v.tolist(), strict=True))
+
+    if model is None:
+        for _ in range(4):
+            model = (yield [point(u)])[0]
+            if model is not None:
+                break
+            u *= 0.5
+        else:
+            raise FitFailed
+    J = jacobian.copy()
+    missing = np.flatnonzero(~known)
+    if len(missing):
+        found = yield from columns(unknowns, u, model, missing)
+        for j, column in found.items():
+            J[:, j] = column
+    q, residual = settle(problem, model, N, 1.0)
+    mine = min(phi_most, dispersion(problem, residual))
+    q, residual = settle(problem, model, N, mine)
+    radius = np.array([1.0 if x.kind == "base" else max(1.0, abs(v)) for x, v in zip(unknowns, u, strict=True)])
+    adaptive = np.array([x.kind != "base" for x in unknowns])
+    converged, stale, small = False, False, 0
+
+    def cost(res: np.ndarray, v: np.ndarray, qq: np.ndarray, p: float) -> float:
+        return float(res @ res / p + np.sum((v / sd) ** 2) + qq @ qq)
+
+    for _ in range(iterations):
+        lin = Linear(problem, u, model, J, N)
+        d, dq = lin.step(unknowns, mine, radius)
+        predicted = lin.left(d, dq)
+        now = cost(residual, u, q, mine)
+        gain = now - cost(predicted, u + d, dq, mine)
+        if gain < 0.3:
+            if stale:  # the derivative is old where the fit moved: look again before giving up
+                found = yield from columns(unknowns, u, model, np.flatnonzero(adaptive))
+                for j, column in found.items():
+                    J[:, j] = column
+                stale = False
+                continue
+            converged = True
+            break
+        trial = (yield [point(u + d)])[0]
+        if trial is None:
+            radius *= 0.3
+            continue
+        change = trial - model - J @ d
+        weight = d / sd**2
+        J += np.outer(change, weight) / float(weight @ d)
+        q_new, res_new = settle(problem, trial, N, mine)
+        real = now - cost(res_new, u + d, q_new, mine)
+        if real > 0.0:
+            u, model, q, residual = u + d, trial, q_new, res_new
+            radius = np.where(real > 0.5 * gain, np.maximum(radius, 2.0 * np.abs(d)), radius)
+            if real < 0.25 * gain:
+                radius = np.maximum(0.5 * np.abs(d), 0.25 * radius)
+            stale = stale or bool(np.any(np.abs(d[adaptive]) > 0.3))
+            fresh = min(phi_most, dispersion(problem, residual))
+            if not 0.8 < fresh / mine < 1.25:
+                mine = fresh
+                q, residual = settle(problem, model, N, mine)
+            small = small + 1 if real < 0.5 else 0
+            if small >= 2:
+                converged = True
+                break
+        else:
+            radius = 0.3 * np.maximum(np.abs(d), 1e-3)
+            if stale or np.any(adaptive):
+                found = yield from columns(unknowns, u, model, np.flatnonzero(adaptive))
+                for j, column in found.items():
+                    J[:, j] = column
+                stale = False
+    return Fit(unknowns, u, model, J, q, residual, mine, converged)
+
+
+class FitFailed(Exception):
+    """No point near the start of a fit could be simulated."""
+
+
+def drive(problem: Problem, fits: Sequence[Ask]) -> list[Fit | None]:
+    """Run fits side by side so that their simulations share the processes; None for one that failed."""
+    results: list[Fit | None] = [None] * len(fits)
+    waiting: dict[int, list[Point]] = {}
+
+    def forward(i: int, answer: list[np.ndarray | None] | None) -> None:
+        try:
+            waiting[i] = next(fits[i]) if answer is None else fits[i].send(answer)
+        except StopIteration as done:
+            waiting.pop(i, None)
+            results[i] = done.value
+        except FitFailed:
+            waiting.pop(i, None)
+
+    for i in range(len(fits)):
+        forward(i, None)
+    while waiting:
+        order = list(waiting)
+        asked = [waiting[i] for i in order]
+        answers = problem.evaluate([p for points in asked for p in points])
+        place = 0
+        for i, points in zip(order, asked, strict=True):
+            forward(i, answers[place : place + len(points)])
+            place += len(points)
+    return results
+
+
+def recorrect(fit: Fit, problem: Problem, exact: np.ndarray, N: np.ndarray) -> Fit:
+    """The fit with its model replaced by a run at the package's step at the same point."""
+    q, residual = settle(problem, exact, N, fit.phi)
+    return replace(fit, model=exact, q=q, residual=residual)

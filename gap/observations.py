@@ -1,0 +1,122 @@
+"""The measurements of a campaign as one long vector, and the model's answer to each of its entries.
+
+Entries are grouped in blocks, one per run and channel. Everything is in the unit of the FMU's variable; residuals are
+divided by the floor of each entry, so they are dimensionless.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from .sensor import Sensor
+
+MOST = 3000
+"""Most samples of a block; what is faster is averaged over neighbours."""
+
+JITTER = 0.5e-3
+"""Timing that nobody guarantees [s]: it enters the floor with the slope of the signal."""
+
+
+@dataclass(frozen=True)
+class Block:
+    """The samples of one channel in one run: times [s], readings, floor, and their place in the long vector."""
+
+    run: int
+    channel: int
+    connector: str
+    t: np.ndarray
+    y: np.ndarray
+    floor: float
+    place: slice
+
+
+@dataclass
+class Observations:
+    """All blocks, the readings and floors of all entries, and which run, channel and time each entry has."""
+
+    blocks: list[Block]
+    y: np.ndarray
+    floor: np.ndarray
+    run: np.ndarray
+    channel: np.ndarray
+    time: np.ndarray
+    span: np.ndarray
+    """Largest minus smallest reading of each channel over all runs."""
+
+    def __len__(self) -> int:
+        return len(self.y)
+
+    def read(
+        self,
+        grids: Sequence[np.ndarray],
+        rows: Sequence[np.ndarray],
+        columns: Mapping[str, int],
+        sensors: Mapping[str, Sensor] | None = None,
+    ) -> np.ndarray:
+        """What the channels read when run r gives the signals rows[r] (n, signals) at the times grids[r]."""
+        made = np.empty(len(self.y))
+        for b in self.blocks:
+            x = rows[b.run][:, columns[b.connector]]
+            sensor = (sensors or {}).get(b.connector)
+            if sensor is None:
+                made[b.place] = np.interp(b.t, grids[b.run], x)
+            else:
+                made[b.place] = sensor.read(grids[b.run], x, b.t)
+        return made
+
+    def slope(self, model: np.ndarray) -> np.ndarray:
+        """Rate of change [unit/s] of a long vector along each block."""
+        made = np.zeros(len(self.y))
+        for b in self.blocks:
+            made[b.place] = np.gradient(model[b.place], b.t)
+        return made
+
+    def widen(self, model: np.ndarray, numerical: np.ndarray) -> None:
+        """Take timing jitter on the model's slopes and the model's numerical error into the floor."""
+        slope = self.slope(model)
+        for b in self.blocks:
+            rough = np.sqrt(_smooth(slope[b.place] ** 2, b.t, 0.05))
+            error = np.sqrt(_smooth(numerical[b.place] ** 2, b.t, 0.05))
+            self.floor[b.place] = np.sqrt(b.floor**2 + (JITTER * rough) ** 2 + error**2)
+
+
+def _smooth(x: np.ndarray, t: np.ndarray, width: float) -> np.ndarray:
+    """Running mean of x over +-width [s]."""
+    total = np.concatenate([[0.0], np.cumsum(x)])
+    low, high = np.searchsorted(t, t - width), np.searchsorted(t, t + width, side="right")
+    return np.maximum((total[high] - total[low]) / (high - low), 0.0)
+
+
+def thin(t: np.ndarray, y: np.ndarray, most: int = MOST) -> tuple[np.ndarray, np.ndarray, int]:
+    """Times and readings averaged over m neighbours so that at most `most` are left; and m."""
+    m = -(-len(t) // most)
+    if m == 1:
+        return t, y, 1
+    n = len(t) // m * m
+    return t[:n].reshape(-1, m).mean(1), y[:n].reshape(-1, m).mean(1), m
+
+
+def gather(blocks: list[tuple[int, int, str, np.ndarray, np.ndarray, float]]) -> Observations:
+    """Observations from (run, channel, connector, times, readings, floor) of every block."""
+    made, place = [], 0
+    for run, channel, connector, t, y, floor in blocks:
+        made.append(Block(run, channel, connector, t, y, floor, slice(place, place + len(t))))
+        place += len(t)
+    channels = 1 + max(b.channel for b in made)
+    span = np.zeros(channels)
+    for c in range(channels):
+        parts = [b.y for b in made if b.channel == c]
+        if parts:
+            span[c] = max(np.max([p.max() for p in parts]) - np.min([p.min() for p in parts]), 1e-300)
+    return Observations(
+        made,
+        np.concatenate([b.y for b in made]),
+        np.concatenate([np.full(len(b.t), b.floor) for b in made]),
+        np.concatenate([np.full(len(b.t), b.run) for b in made]),
+        np.concatenate([np.full(len(b.t), b.channel) for b in made]),
+        np.concatenate([b.t for b in made]),
+        span,
+    )

@@ -1,0 +1,112 @@
+"""Many runs of a package in parallel processes, behind the interface of `concurrent.futures`.
+
+Any executor of that kind serves: processes of this machine, or `client.get_executor()` of a Dask cluster whose workers
+see the package under the same path.
+"""
+
+from __future__ import annotations
+
+import multiprocessing
+import os
+from collections.abc import Callable, Mapping, Sequence
+from concurrent.futures import Executor, ProcessPoolExecutor
+from concurrent.futures.process import BrokenProcessPool
+from dataclasses import dataclass, field
+from pathlib import Path
+from types import TracebackType
+from typing import Any
+
+import numpy as np
+
+from ..core.errors import SimulationError
+from ..master.session import Series, Session
+
+
+@dataclass(frozen=True)
+class Job:
+    """One run: what to record, until when, with which macro step [s], parameters and driven inputs."""
+
+    record: tuple[str, ...]
+    stop: float
+    step: float
+    changes: Mapping[str, Any] = field(default_factory=dict)
+    inputs: Mapping[str, Series] = field(default_factory=dict)
+    only: tuple[str, ...] = ()
+    """Components to run alone; empty: the whole system."""
+
+
+@dataclass(frozen=True)
+class Failure:
+    """A run that had to stop, and why."""
+
+    reason: str
+
+
+_sessions: dict[tuple[str, tuple[str, ...]], Session] = {}
+"""What this worker process has loaded."""
+
+
+def simulate(package: str, job: Job) -> np.ndarray | Failure:
+    """Runs the job in this process; the signals (n, len(record)) at start, start + step, ..."""
+    key = (package, job.only)
+    if key not in _sessions:
+        _sessions[key] = Session(Path(package), only=job.only)
+    try:
+        return _sessions[key].run(job.record, job.stop, job.step, job.changes, job.inputs)[1]
+    except SimulationError as error:
+        return Failure(str(error))
+
+
+def _quiet_worker() -> None:
+    """A worker leaves Ctrl-C to the main process, which ends it, and computes with one thread."""
+    import signal
+
+    signal.signal(signal.SIGINT, signal.SIG_IGN)
+
+
+class Pool:
+    """Runs jobs of one package; a context manager. Counts the runs and tells `progress` of each."""
+
+    def __init__(
+        self,
+        package: Path,
+        executor: Executor | None = None,
+        processes: int | None = None,
+        progress: Callable[[int], None] = lambda runs: None,
+    ):
+        self.package = package.resolve()
+        self.count = 0
+        self.progress = progress
+        self._own = executor is None
+        if executor is None:
+            for name in ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS"):
+                os.environ.setdefault(name, "1")
+            context = multiprocessing.get_context("spawn")
+            executor = ProcessPoolExecutor(processes or os.cpu_count() or 1, context, _quiet_worker)
+        self._executor = executor
+
+    def __enter__(self) -> Pool:
+        return self
+
+    def __exit__(
+        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
+    ) -> None:
+        if self._own:
+            self._executor.shutdown(wait=True, cancel_futures=True)
+
+    def run(self, jobs: Sequence[Job]) -> list[np.ndarray | Failure]:
+        """The results in the order of the jobs."""
+        futures = [self._executor.submit(simulate, str(self.package), job) for job in jobs]
+        results = []
+        try:
+            for future in futures:
+                results.append(future.result())
+                self.count += 1
+                self.progress(self.count)
+        except BrokenProcessPool:
+            raise SimulationError(f"{self.package.name}: a simulation process died; an FMU may have crashed") from None
+        except BaseException:
+            for future in futures:
+                future.cancel()
+            raise
+        return results

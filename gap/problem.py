@@ -1,0 +1,399 @@
+"""What is asked of the simulations: unknowns, runs and observations of a campaign, and the model's answer to a point.
+
+A point gives each unknown in its own scale u; u = 0 is the model as delivered. The coarse runs of an estimation take long
+macro steps; the difference to the step of the package, taken once at an anchor, corrects them to first order.
+"""
+
+from __future__ import annotations
+
+from collections import OrderedDict
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
+from typing import Any
+
+import numpy as np
+
+from ..core.errors import SimulationError, UnknownNameError, UsageError, did_you_mean
+from ..core.units import convert, unit
+from ..master.session import Session
+from .campaign import Campaign, CampaignError
+from .catalogue import Catalogue, Effect
+from .catalogue import Sensor as SensorEffect
+from .noise import quantum, spread
+from .observations import Observations, gather, thin
+from .pool import Failure, Job, Pool
+from .sensor import Sensor
+
+FACTORS = (8, 4, 2, 1)
+"""Macro steps of an estimation, in steps of the package."""
+
+COARSE_ERROR = 5.0
+"""Largest RMS difference of a coarse run to one at the package's step, in floors, before correction."""
+
+BIAS = 1.5e-3
+"""Usual bias of a sensor as a share of its span: a nuisance in every fit."""
+
+CLOCK = 1e-3
+"""Usual misalignment of a run's clock [s]: a nuisance in every fit."""
+
+REACH = 2.0
+"""How far a base parameter may go, in its tolerances; beyond one it is paid for by its prior."""
+
+Point = Mapping[str, float]
+"""Unknowns by name, in their scale u; those left out are 0."""
+
+
+@dataclass(frozen=True)
+class Unknown:
+    """A quantity to be estimated: value = start + scale * u, low <= u <= high; u has the prior N(0, sd)."""
+
+    name: str
+    kind: str
+    """base (a factor), effect (a parameter's value) or sensor (sensor.<connector>.<quantity>)."""
+    start: float
+    scale: float
+    low: float
+    high: float
+    sd: float
+    addresses: tuple[str, ...] = ()
+    shape: bool = False
+    starts: tuple[float, ...] = ()
+    """Of a shape: values of u to try first."""
+
+    def value(self, u: float) -> float:
+        """The value of the quantity."""
+        return self.start + self.scale * u
+
+
+@dataclass(frozen=True)
+class Candidate:
+    """A possible cause: an effect of the machine, or one of a sensor."""
+
+    id: str
+    text: str
+    group: str
+    unknowns: tuple[Unknown, ...]
+    weight: float = 1.0
+    """Share of its id's prior probability: an effect of any of n channels is n candidates."""
+
+    @property
+    def label(self) -> str:
+        """The id, with the channel of a sensor's effect."""
+        name = self.unknowns[0].name
+        return f"{self.id}({name.removeprefix('sensor.').rpartition('.')[0]})" if name.startswith("sensor.") else self.id
+
+
+@dataclass
+class _RunInfo:
+    name: str
+    stop: float
+    changes: dict[str, Any]
+    inputs: dict[str, tuple[np.ndarray, np.ndarray]]
+    values: dict[str, Any]
+    """Every parameter in force, by address."""
+
+
+@dataclass
+class Problem:
+    """Made by `pose`; answers `evaluate`."""
+
+    campaign: Campaign
+    catalogue: Catalogue
+    pool: Pool
+    runs: list[_RunInfo]
+    obs: Observations
+    connectors: list[str]
+    units: dict[str, str]
+    base: tuple[Unknown, ...]
+    candidates: tuple[Candidate, ...]
+    fine: float
+    factor: int = 1
+    warnings: list[str] = field(default_factory=list)
+    correction: np.ndarray | None = None
+    _kept: OrderedDict[tuple[Any, ...], np.ndarray | Failure] = field(default_factory=OrderedDict)
+
+    @property
+    def coarse(self) -> float:
+        """Macro step of an estimation [s]."""
+        return self.fine * self.factor
+
+    @property
+    def unknowns(self) -> dict[str, Unknown]:
+        """All unknowns by name."""
+        return {u.name: u for u in (*self.base, *(u for c in self.candidates for u in c.unknowns))}
+
+    def changes(self, run: int, point: Point) -> dict[str, Any]:
+        """Parameters to set for the run at that point."""
+        info = self.runs[run]
+        made = dict(info.changes)
+        known = self.unknowns
+        for name, u in point.items():
+            unknown = known[name]
+            if unknown.kind == "base" and u != 0.0:
+                for address in unknown.addresses:
+                    made[address] = info.values[address] * unknown.value(u)
+            elif unknown.kind == "effect" and u != 0.0:
+                for address in unknown.addresses:
+                    made[address] = unknown.value(u)
+        return made
+
+    def sensors(self, point: Point) -> dict[str, Sensor]:
+        """The sensors at that point, by connector."""
+        known = self.unknowns
+        found: dict[str, dict[str, float]] = {}
+        for name, u in point.items():
+            if known[name].kind == "sensor" and u != 0.0:
+                connector, _, quantity = name.removeprefix("sensor.").rpartition(".")
+                found.setdefault(connector, {})[quantity] = known[name].value(u)
+        return {connector: Sensor(**quantities) for connector, quantities in found.items()}
+
+    def grid(self, run: int, step: float) -> np.ndarray:
+        """Times of a run's rows [s]."""
+        return np.arange(self._steps(run, step) + 1) * step
+
+    def _steps(self, run: int, step: float) -> int:
+        return int(np.ceil(self.runs[run].stop / step - 1e-6))
+
+    def rows(
+        self, points: Sequence[Point], step: float, record: Sequence[str] = (), keep: bool = True
+    ) -> list[list[np.ndarray] | None]:
+        """Signals of every run at every point, or None where a run had to stop."""
+        record = tuple(record) or tuple(self.connectors)
+        keys, jobs = [], OrderedDict()
+        for point in points:
+            mine = []
+            for r, info in enumerate(self.runs):
+                changes = self.changes(r, point)
+                key = (r, step, record, tuple(sorted((k, repr(v)) for k, v in changes.items())))
+                mine.append(key)
+                if key not in self._kept and key not in jobs:
+                    jobs[key] = Job(record, self._steps(r, step) * step, step, changes, info.inputs)
+            keys.append(mine)
+        fresh = dict(zip(jobs, self.pool.run(list(jobs.values())), strict=True))
+        if keep:
+            self._kept.update(fresh)
+        known = {**self._kept, **fresh}
+        made: list[list[np.ndarray] | None] = []
+        for mine in keys:
+            results = [known[key] for key in mine]
+            made.append(None if any(isinstance(x, Failure) for x in results) else results)
+        while len(self._kept) > 150:
+            self._kept.popitem(last=False)
+        return made
+
+    def read(self, point: Point, rows: list[np.ndarray], step: float) -> np.ndarray:
+        """What the channels read, from the rows of a point."""
+        grids = [self.grid(r, step) for r in range(len(self.runs))]
+        columns = {name: i for i, name in enumerate(self.connectors)}
+        return self.obs.read(grids, rows, columns, self.sensors(point))
+
+    def evaluate(self, points: Sequence[Point]) -> list[np.ndarray | None]:
+        """The model's long vectors at the points, from coarse runs and the correction; None where a run failed."""
+        made = []
+        for point, rows in zip(points, self.rows(points, self.coarse), strict=True):
+            if rows is None:
+                made.append(None)
+                continue
+            y = self.read(point, rows, self.coarse)
+            made.append(y if self.correction is None else y + self.correction)
+        return made
+
+    def exact(self, points: Sequence[Point], step: float | None = None) -> list[np.ndarray | None]:
+        """The long vectors from runs at the package's step (or another)."""
+        step = step or self.fine
+        results = self.rows(points, step, keep=False)
+        return [None if rows is None else self.read(p, rows, step) for p, rows in zip(points, results, strict=True)]
+
+    def anchor(self, point: Point) -> np.ndarray:
+        """Correct coarse runs by the difference to the package's step at this point; returns the exact vector there."""
+        exact = self.exact([point])[0]
+        self.correction = None
+        coarse = self.evaluate([point])[0]
+        if exact is None or coarse is None:
+            raise SimulationError("the model does not run at the point found so far")
+        self.correction = exact - coarse
+        return exact
+
+
+def pose(campaign: Campaign, catalogue: Catalogue, pool: Pool) -> Problem:
+    """The problem of a campaign; raises one-line errors for what does not fit the package."""
+    with Session(campaign.system) as session:
+        units = session.system.units()
+        connected = {link.end for link in session.system.links}
+        for c in campaign.channels:
+            is_output, _ = session.place(c.connector)
+            name = next(n for n in session.system.slaves if c.connector.startswith(f"{n}."))
+            end = (name, c.connector[len(name) + 1 :])
+            if c.role == "input" and (is_output or end in connected):
+                why = "an output of the model" if is_output else "connected to another component"
+                raise CampaignError(f"channel '{c.column}': '{c.connector}' cannot be an input: it is {why}")
+            if c.connector in units and not unit(c.unit).same_dimension(unit(units[c.connector])):
+                raise CampaignError(
+                    f"channel '{c.column}': it is in {c.unit}, but '{c.connector}' is in {units[c.connector]}"
+                )
+        start = session.structure.start_time
+        fine = session.structure.step_size
+        runs = []
+        for run in campaign.runs:
+            values = session.values(run.parameters)
+            inputs = {
+                c.connector: (run.series[c.connector][0], _own(c.unit, units.get(c.connector), run.series[c.connector][1]))
+                for c in campaign.inputs
+                if c.connector in run.series
+            }
+            runs.append(_RunInfo(run.name, run.stop, dict(run.parameters), inputs, values))
+    if start != 0.0:
+        raise UsageError(f"{campaign.system.name}: starts at {start:g} s; a diagnosis needs a start at 0 s")
+    warnings = list(campaign.warnings)
+    blocks, floors = [], {}
+    for k, c in enumerate(campaign.outputs):
+        for r, run in enumerate(campaign.runs):
+            if c.connector in run.series:
+                t, si = run.series[c.connector]
+                floors.setdefault(k, []).append(spread(_own(c.unit, units.get(c.connector), si)))
+    longest = 0.0
+    for r, run in enumerate(campaign.runs):
+        for k, c in enumerate(campaign.outputs):
+            if c.connector not in run.series:
+                continue
+            t, si = run.series[c.connector]
+            y = _own(c.unit, units.get(c.connector), si)
+            floor = float(np.median(floors[k]))
+            if c.noise_std is not None:
+                own = c.noise_std / (unit(units[c.connector]).factor if c.connector in units else 1.0)
+                floor = float(np.hypot(own, quantum(y) / np.sqrt(12.0)))
+                if floors[k] and np.median(floors[k]) > 3.0 * floor and r == 0:
+                    warnings.append(
+                        f"channel '{c.column}': the readings scatter {np.median(floors[k]) / floor:.1f} times as much as "
+                        "noise_std says"
+                    )
+            t, y, m = thin(t, y)
+            longest = max(longest, float(t[-1]))
+            blocks.append((r, k, c.connector, t, y, floor / np.sqrt(m)))
+    for r, info in enumerate(runs):
+        info.stop = max(b[3][-1] for b in blocks if b[0] == r)
+    obs = gather(blocks)
+    fine = fine or min(float(np.median(np.diff(b[3]))) for b in blocks) / 2.0
+    for info in runs:
+        info.stop = float(np.ceil(info.stop / fine - 1e-9) * fine)
+    connectors = list(dict.fromkeys(c.connector for c in campaign.outputs))
+    base = _base(campaign, catalogue, runs, warnings)
+    candidates = _candidates(campaign, catalogue, runs, obs, warnings)
+    return Problem(campaign, catalogue, pool, runs, obs, connectors, units, base, candidates, fine, warnings=warnings)
+
+
+def _own(si_of: str, own: str | None, values: np.ndarray) -> np.ndarray:
+    """SI values (of a quantity given in unit `si_of`) in the FMU's own unit."""
+    if own is None:
+        return values
+    u = unit(own)
+    return (values - u.offset) / u.factor
+
+
+def _address(name: str, values: Mapping[str, Any], where: str) -> tuple[str, ...]:
+    if name in values:
+        return (name,)
+    bare = tuple(a for a in values if a.split(".", 1)[1] == name)
+    if not bare:
+        raise UnknownNameError(f"{where}: no component has a parameter '{name}'{did_you_mean(name, list(values))}")
+    return bare
+
+
+def _base(
+    campaign: Campaign, catalogue: Catalogue, runs: list[_RunInfo], warnings: list[str]
+) -> tuple[Unknown, ...]:
+    tolerances = {}
+    values = runs[0].values
+    for b in catalogue.base:
+        tolerances[_address(b.parameter, values, f"base {b.parameter}")] = b.tolerance
+    for name, tolerance in campaign.base.items():
+        tolerances[_address(name, values, f"base {name}")] = tolerance
+    made = []
+    for addresses, tolerance in tolerances.items():
+        if tolerance == 0.0:
+            continue
+        if all(info.values[a] == 0.0 for info in runs for a in addresses):
+            warnings.append(f"base parameter '{addresses[0]}' is 0 and has no relative tolerance; it is held")
+            continue
+        made.append(Unknown(addresses[0], "base", 1.0, tolerance, -REACH, REACH, 0.6, addresses))
+    return tuple(made)
+
+
+def _candidates(
+    campaign: Campaign, catalogue: Catalogue, runs: list[_RunInfo], obs: Observations, warnings: list[str]
+) -> tuple[Candidate, ...]:
+    made = [_effect(e, runs, warnings) for e in catalogue.effects]
+    channels = [c for k, c in enumerate(campaign.outputs) if any(b.channel == k for b in obs.blocks)]
+    for s in catalogue.sensors:
+        for k, c in enumerate(campaign.outputs):
+            if c in channels:
+                made.append(_sensor(s, c.connector, float(obs.span[k]), len(channels)))
+    return tuple(made)
+
+
+def _effect(effect: Effect, runs: list[_RunInfo], warnings: list[str]) -> Candidate:
+    unknowns = []
+    for p in effect.parameters:
+        for address in (p.address, *p.also):
+            if address not in runs[0].values:
+                hint = did_you_mean(address, list(runs[0].values))
+                raise UnknownNameError(f"effect {effect.id}: the package has no parameter '{address}'{hint}")
+        start = float(runs[0].values[p.address])
+        if any(info.values[p.address] != start for info in runs):
+            warnings.append(f"effect {effect.id}: '{p.address}' differs between the runs; the first run's counts")
+        low, high = (p.low - start) / p.prior, (p.high - start) / p.prior
+        unknowns.append(
+            Unknown(
+                p.address, "effect", start, p.prior, min(low, 0.0), max(high, 0.0), 3.0, (p.address, *p.also), p.shape,
+                tuple((v - start) / p.prior for v in p.starts),
+            )
+        )  # fmt: skip
+    return Candidate(effect.id, effect.text, effect.group, tuple(sorted(unknowns, key=lambda u: u.shape)))
+
+
+def _sensor(effect: SensorEffect, connector: str, span: float, channels: int) -> Candidate:
+    scale = effect.prior * (span if effect.quantity == "bias" else 1.0)
+    name = f"sensor.{connector}.{effect.quantity}"
+    low, high = (effect.low - effect.neutral) / effect.prior, (effect.high - effect.neutral) / effect.prior
+    unknown = Unknown(name, "sensor", effect.neutral, scale, low, high, 3.0)
+    return Candidate(effect.id, effect.text, effect.group, (unknown,), 1.0 / channels)
+
+
+def check_units(problem: Problem, delivered: np.ndarray) -> None:
+    """Raise `CampaignError` when a column's size betrays a wrong unit; `delivered` is the model's long vector."""
+    for k, c in enumerate(problem.campaign.outputs):
+        parts = [b for b in problem.obs.blocks if b.channel == k]
+        if not parts:
+            continue
+        measured = max(np.ptp(b.y) for b in parts)
+        noise = max(b.floor for b in parts)
+        modelled = max(np.ptp(delivered[b.place]) for b in parts)
+        if modelled <= 20 * noise or measured <= 20 * noise:
+            level_m = max(np.abs(np.median(b.y)) for b in parts)
+            level_s = max(np.abs(np.median(delivered[b.place])) for b in parts)
+            if level_s <= 20 * noise or level_m <= 20 * noise:
+                continue
+            measured, modelled = level_m, level_s
+        ratio = measured / modelled
+        if not (0.02 < ratio < 50.0):
+            better = _likelier_unit(c.unit, ratio)
+            hint = f"is it in {better}?" if better else "check its unit and its sensor"
+            own = problem.units.get(c.connector, c.unit)
+            shown = convert(measured, own, c.unit), convert(modelled, own, c.unit)
+            raise CampaignError(
+                f"channel '{c.column}': it moves by {shown[0]:.4g} {c.unit} where the model moves by {shown[1]:.4g} "
+                f"{c.unit}; {hint}"
+            )
+
+
+def _likelier_unit(given: str, ratio: float) -> str | None:
+    from ..core.units import UNITS
+
+    here = unit(given)
+    fitting = [
+        (abs(np.log(ratio * u.factor / here.factor)), u.name)
+        for u in UNITS.values()
+        if u.same_dimension(here) and u.name != given
+    ]
+    best = min(fitting, default=(9.0, ""))
+    return best[1] if best[0] < 0.7 else None
