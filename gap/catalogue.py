@@ -7,6 +7,10 @@
     [[sensor]]
     id, text, group, quantity (bias, scale, lag, delay), neutral, bounds, prior
 
+    [[region]]                      [[experiment]]                      [[measurable]]
+    text, signal                    parameter, values                   connector, noise_std
+    above, below, rate, size
+
 A third party makes its own effects known to the diagnosis by writing such a file for its own FMU.
 """
 
@@ -14,8 +18,11 @@ from __future__ import annotations
 
 import tomllib
 from dataclasses import dataclass
+from math import inf
 from pathlib import Path
 from typing import Any
+
+import numpy as np
 
 from ..core.errors import PackageError
 
@@ -85,12 +92,49 @@ class Base:
 
 
 @dataclass(frozen=True)
+class Region:
+    """A part of a run in which a gap may lie: where a signal (or its rate) is above or below a value."""
+
+    text: str
+    signal: str
+    above: float = -inf
+    below: float = inf
+    rate: bool = False
+    size: bool = False
+    """The signal's magnitude counts."""
+
+    def holds(self, x: np.ndarray) -> np.ndarray:
+        """Mask of the samples x (n,) in the region."""
+        x = np.abs(x) if self.size else x
+        return (x > self.above) & (x < self.below)
+
+
+@dataclass(frozen=True)
+class Experiment:
+    """A condition that a further run could change, and the values it could take."""
+
+    parameter: str
+    values: tuple[float, ...]
+
+
+@dataclass(frozen=True)
+class Measurable:
+    """A connector that could be measured, and the noise that a usual sensor has there, in the FMU's unit."""
+
+    connector: str
+    noise_std: float
+
+
+@dataclass(frozen=True)
 class Catalogue:
-    """All effects, sensor effects and uncertain base parameters of a system."""
+    """Effects, sensor effects and uncertain base parameters of a system; regions, and what could be measured next."""
 
     effects: tuple[Effect, ...]
     sensors: tuple[Sensor, ...] = ()
     base: tuple[Base, ...] = ()
+    regions: tuple[Region, ...] = ()
+    experiments: tuple[Experiment, ...] = ()
+    measurables: tuple[Measurable, ...] = ()
 
     def effect(self, id: str) -> Effect | None:
         """The effect of that id."""
@@ -166,13 +210,38 @@ def parse(text: str, shown: str = "effects.toml") -> Catalogue:
         if not 0.0 < tolerance < 1.0:
             raise reader.fault(entry, f"'tolerance' = {tolerance:g} has to lie between 0 and 1")
         base.append(Base(reader.get(table, entry, "parameter", str), tolerance))
+    regions = tuple(_region(t, reader, i) for i, t in enumerate(data.get("region", []), 1))
+    experiments, measurables = [], []
+    for i, table in enumerate(data.get("experiment", []), 1):
+        entry = f"experiment {table.get('parameter', i)}"
+        values = reader.get(table, entry, "values", list)
+        if not values or not all(isinstance(v, (int, float)) for v in values):
+            raise reader.fault(entry, f"'values' = {values} has to be a list of numbers")
+        experiments.append(Experiment(reader.get(table, entry, "parameter", str), tuple(map(float, values))))
+    for i, table in enumerate(data.get("measurable", []), 1):
+        entry = f"measurable {table.get('connector', i)}"
+        noise = float(reader.get(table, entry, "noise_std", (int, float)))
+        if not noise > 0.0:
+            raise reader.fault(entry, f"'noise_std' = {noise:g} has to be positive")
+        measurables.append(Measurable(reader.get(table, entry, "connector", str), noise))
     ids = [e.id for e in (*effects, *sensors)]
     for id in ids:
         if ids.count(id) > 1:
             raise reader.fault(f"effect {id}", "is listed twice")
     if not effects and not sensors:
         raise PackageError(f"{shown}: holds no effects")
-    return Catalogue(tuple(effects), tuple(sensors), tuple(base))
+    return Catalogue(
+        tuple(effects), tuple(sensors), tuple(base), regions, tuple(experiments), tuple(measurables)
+    )  # fmt: skip
+
+
+def _region(table: dict[str, Any], reader: _Reader, i: int) -> Region:
+    entry = f"region {table.get('text', i)}"
+    limits = {key: float(reader.get(table, entry, key, (int, float))) for key in ("above", "below") if key in table}
+    if not limits:
+        raise reader.fault(entry, "needs 'above' or 'below'")
+    flags = {key: reader.get(table, entry, key, bool) for key in ("rate", "size") if key in table}
+    return Region(reader.get(table, entry, "text", str), reader.get(table, entry, "signal", str), **limits, **flags)
 
 
 def load(path: Path) -> Catalogue:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import argparse
 import sys
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from pathlib import Path
 
 from ..core.cli import OneLineParser
@@ -13,6 +13,7 @@ from ..core.errors import CosimError
 EXAMPLES = """examples:
   cosim-gap effects build/deepsea_11km.ssp
   cosim-gap simulate template.toml --out campaign
+  cosim-gap diagnose campaign/campaign.toml --out diagnosis
 
 exit codes: 0 done, 1 the simulation had to stop, 2 bad input, 130 interrupted
 """
@@ -22,7 +23,7 @@ def parser() -> argparse.ArgumentParser:
     """The command line."""
     p = OneLineParser(
         prog="cosim-gap",
-        description="Why does the machine not move like its model? Catalogue of effects and synthetic campaigns.",
+        description="Why does the machine not move like its model? Diagnosis, catalogue of effects, synthetic campaigns.",
         epilog=EXAMPLES,
     )
     commands = p.add_subparsers(dest="command", required=True, metavar="COMMAND")
@@ -32,14 +33,27 @@ def parser() -> argparse.ArgumentParser:
     simulate.add_argument("template", metavar="TEMPLATE.toml", type=Path)
     simulate.add_argument("--out", metavar="DIR", type=Path, required=True, help="folder for the campaign")
     simulate.add_argument("--quiet", action="store_true", help="print nothing but errors")
+    diagnose = commands.add_parser("diagnose", help="say where the gap lies, what causes it, how far it shrinks")
+    diagnose.add_argument("campaign", metavar="CAMPAIGN.toml", type=Path)
+    diagnose.add_argument(
+        "--out", metavar="DIR", type=Path, required=True,
+        help="folder for diagnosis.json, report.html and calibrated.ssv",
+    )  # fmt: skip
+    diagnose.add_argument("--processes", metavar="N", type=int, help="simulation processes (default: one per core)")
+    diagnose.add_argument("--dask", metavar="ADDRESS", help="simulate on the Dask cluster with this scheduler")
+    diagnose.add_argument("--no-report", action="store_true", help="no report.html")
+    diagnose.add_argument("--quiet", action="store_true", help="print nothing but errors")
     return p
+
+
+COMMANDS: dict[str, Callable[[argparse.Namespace], int]] = {}
 
 
 def main(arguments: Sequence[str] | None = None) -> int:
     """Entry point; returns the exit code."""
     options = parser().parse_args(arguments)
     try:
-        return _effects(options) if options.command == "effects" else _simulate(options)
+        return COMMANDS[options.command](options)
     except CosimError as error:
         print(f"cosim-gap: {error}", file=sys.stderr)
         from ..core.errors import SimulationError
@@ -75,6 +89,15 @@ def _simulate(options: argparse.Namespace) -> int:
 
     make(options.template, options.out, (lambda text: None) if options.quiet else lambda text: print(f"  {text}"))
     return 0
+
+
+def _diagnose(options: argparse.Namespace) -> int:
+    from .terminal import diagnose_command
+
+    return diagnose_command(options)
+
+
+COMMANDS.update(effects=_effects, simulate=_simulate, diagnose=_diagnose)
 
 
 if __name__ == "__main__":

@@ -109,6 +109,9 @@ class Problem:
     fine: float
     factor: int = 1
     warnings: list[str] = field(default_factory=list)
+    parameter_units: dict[str, str] = field(default_factory=dict)
+    signals: frozenset[str] = frozenset()
+    """All connectors of the package."""
     correction: np.ndarray | None = None
     _kept: OrderedDict[tuple[Any, ...], np.ndarray | Failure] = field(default_factory=OrderedDict)
 
@@ -231,6 +234,13 @@ def pose(campaign: Campaign, catalogue: Catalogue, pool: Pool) -> Problem:
                 raise CampaignError(
                     f"channel '{c.column}': it is in {c.unit}, but '{c.connector}' is in {units[c.connector]}"
                 )
+        parameter_units = {
+            f"{name}.{v}": own
+            for name, slave in session.system.slaves.items()
+            for v in slave.variables
+            if (own := slave.unit(v)) is not None
+        }
+        signals = frozenset(f"{c}.{n}" for c, n in (*session.system.outputs, *session.system.inputs))
         start = session.structure.start_time
         fine = session.structure.step_size
         runs = []
@@ -279,7 +289,10 @@ def pose(campaign: Campaign, catalogue: Catalogue, pool: Pool) -> Problem:
     connectors = list(dict.fromkeys(c.connector for c in campaign.outputs))
     base = _base(campaign, catalogue, runs, warnings)
     candidates = _candidates(campaign, catalogue, runs, obs, warnings)
-    return Problem(campaign, catalogue, pool, runs, obs, connectors, units, base, candidates, fine, warnings=warnings)
+    return Problem(
+        campaign, catalogue, pool, runs, obs, connectors, units, base, candidates, fine, 1, warnings, parameter_units,
+        signals,
+    )  # fmt: skip
 
 
 def _own(si_of: str, own: str | None, values: np.ndarray) -> np.ndarray:

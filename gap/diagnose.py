@@ -1,0 +1,111 @@
+"""The whole diagnosis: which effect, where, how far, and what to do next."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Callable
+from concurrent.futures import Executor
+from pathlib import Path
+
+from . import catalogue as catalogues
+from .campaign import Campaign
+from .consistency import check
+from .experiment import Next, best_next
+from .heldout import rms
+from .intervals import reduction_interval
+from .pool import Pool
+from .problem import Problem
+from .replay import replays
+from .result import Diagnosis
+from .study import Study, study
+from .verdict import NONE, UNKNOWN, Calibration, Cause, causes, features
+from .where import places, regions
+
+Say = Callable[[str], None]
+
+
+def diagnose(
+    campaign: Campaign,
+    executor: Executor | None = None,
+    say: Say = lambda text: None,
+    progress: Callable[[int], None] = lambda runs: None,
+    processes: int | None = None,
+) -> Diagnosis:
+    """The diagnosis of a campaign. `say` gets each stage's name, `progress` the number of simulations so far."""
+    begin = time.perf_counter()
+    catalogue = (
+        catalogues.load(campaign.effects) if campaign.effects else catalogues.load_from_package(campaign.system)
+    )
+    with Pool(campaign.system, executor, processes, progress) as pool:
+        s = study(campaign, catalogue, pool, say)
+        calibration = Calibration.load()
+        best = next((j for j in s.judged if j.hypothesis.candidates), s.null_judged)
+        x = features(rms(s.before), s.null_judged.gap, min(best.gap, s.null_judged.gap), s.structure.share)
+        found = causes(s.judged, calibration, x)
+        d = Diagnosis(s, found, [], [], None, warnings=list(s.problem.warnings))
+        say("where the gap lies")
+        d.masks = _masks(s.scoring, s)
+        d.places = places(s.scoring, s.after(s.null_judged), d.masks)
+        d.replays = replays(s.problem, s.null.fit.point)
+        d.warnings += check(s.problem, s.delivered)
+        d.warnings += _remarks(d)
+        d.reduction_ci = reduction_interval(s.scoring, s.before, s.after(d.chosen))
+        say("what to measure next")
+        d.next = _next(s, found)
+    d.seconds = time.perf_counter() - begin
+    return d
+
+
+def _masks(problem: Problem, s: Study):
+    wanted = s.problem.catalogue.regions
+    record = tuple(dict.fromkeys(r.signal for r in wanted if r.signal in problem.signals))
+    if not record:
+        return regions(problem, (), (), [], problem.coarse)
+    rows = problem.rows([s.null.fit.point], s.problem.coarse, record, keep=False)[0]
+    if rows is None:
+        return {}
+    return regions(problem, wanted, record, rows, s.problem.coarse)
+
+
+def _next(s: Study, found: list[Cause]) -> Next | None:
+    known = [c for c in found if c.judged is not None]
+    if len(known) < 2:
+        return None
+    first = known[0]
+    second = next((c for c in known[1:] if not set(first.effects) & set(c.effects)), known[1])
+    assert first.judged is not None
+    assert second.judged is not None
+    return best_next(
+        s.problem, first.judged.hypothesis, second.judged.hypothesis, s.problem.catalogue.experiments,
+        s.problem.catalogue.measurables,
+    )  # fmt: skip
+
+
+def _remarks(d: Diagnosis) -> list[str]:
+    told = []
+    fit = d.chosen.hypothesis.fit
+    for x, u in zip(fit.unknowns, fit.u, strict=True):
+        if x.kind == "base" and abs(u) > 1.15:
+            told.append(f"{x.name} would have to be {abs(u) * x.scale:.1%} off, beyond its tolerance of {x.scale:.0%}")
+    problem = d.study.problem
+    channels = len(problem.obs.span)
+    for info, q in zip(problem.runs, fit.q[channels:], strict=True):
+        if abs(q) > 5.0:
+            told.append(f"{info.name}: its clock seems to be off by {q:.1f} ms")
+    step = rms(d.study.numerical / problem.obs.floor)
+    if step >= 0.5:
+        told.append(f"halving the model's step moves it by {step:.2f} noise floors: take a shorter step")
+    top = d.causes[0]
+    if top.effects not in (NONE, UNKNOWN) and top.ambiguous_with:
+        names = ", ".join(" + ".join(e) for e in top.ambiguous_with)
+        told.append(f"this campaign can hardly tell {' + '.join(top.effects)} from {names}")
+    return told
+
+
+def run(path: Path, folder: Path, **options):
+    """Read a campaign, diagnose it and write all results into `folder`; returns the contents of diagnosis.json."""
+    from .campaign import read
+    from .result import write
+
+    d = diagnose(read(path), **options)
+    return d, write(d, folder)

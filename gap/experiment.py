@@ -1,0 +1,89 @@
+"""Which single further run, or channel, would tell the leading candidates apart best."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from typing import Any
+
+import numpy as np
+
+from .catalogue import Experiment, Measurable
+from .pool import Failure, Job
+from .problem import Problem
+from .search import Hypothesis
+
+
+@dataclass(frozen=True)
+class Next:
+    """A change of conditions or a channel to add, what it separates, and by how many floors (RMS)."""
+
+    change: dict[str, Any]
+    separates: tuple[tuple[str, ...], tuple[str, ...]]
+    separation: float
+
+
+def best_next(
+    problem: Problem,
+    first: Hypothesis,
+    second: Hypothesis,
+    experiments: Sequence[Experiment],
+    measurables: Sequence[Measurable],
+) -> Next | None:
+    """The change under which the two fitted hypotheses differ most; None when nothing can be changed."""
+    info = problem.runs[0]
+    own = {b.connector: float(np.median(problem.obs.floor[b.place])) for b in problem.obs.blocks}
+    extra = {m.connector: m.noise_std for m in measurables if m.connector not in own}
+    record = (*problem.connectors, *extra)
+    floor = np.array([own.get(c, extra.get(c, np.nan)) for c in record])
+    now = {name: info.values.get(name, info.changes.get(name)) for name in (e.parameter for e in experiments)}
+    changes: list[dict[str, Any]] = [{}]
+    for e in experiments:
+        known = any(name == e.parameter or name.endswith(f".{e.parameter}") for name in info.values)
+        if not known:
+            continue
+        here = now.get(e.parameter)
+        if here is None:
+            here = next((v for n, v in info.values.items() if n.endswith(f".{e.parameter}")), None)
+        used = {r.changes.get(e.parameter, here) for r in problem.runs}
+        changes += [{e.parameter: v} for v in e.values if not any(_same(v, u) for u in used)]
+    jobs = []
+    for change in changes:
+        trial = replace(problem, runs=[_changed(problem, change)])
+        for h in (first, second):
+            jobs.append(
+                Job(record, problem.grid(0, problem.coarse)[-1], problem.coarse,
+                    trial.changes(0, h.fit.point), info.inputs)
+            )  # fmt: skip
+    results = problem.pool.run(jobs)
+    separates = (first.ids, second.ids)
+    found: list[Next] = []
+    count = len(problem.connectors)
+    for i, change in enumerate(changes):
+        a, b = results[2 * i], results[2 * i + 1]
+        if isinstance(a, Failure) or isinstance(b, Failure):
+            continue
+        apart = np.sqrt(np.mean(((a - b) / floor) ** 2, axis=0))
+        if change:
+            found.append(Next(change, separates, float(np.sqrt(np.mean(apart[:count] ** 2)))))
+        else:
+            found += [
+                Next({"channel": c}, separates, float(apart[count + k] / np.sqrt(count + 1)))
+                for k, c in enumerate(extra)
+            ]
+    return max(found, key=lambda n: n.separation, default=None)
+
+
+def _same(a: Any, b: Any) -> bool:
+    return isinstance(a, (int, float)) and isinstance(b, (int, float)) and abs(a - b) <= 1e-6 * max(abs(a), abs(b), 1.0)
+
+
+def _changed(problem: Problem, change: dict[str, Any]) -> Any:
+    """The first run under other conditions."""
+    info = problem.runs[0]
+    values = dict(info.values)
+    for name, value in change.items():
+        for address in values:
+            if address == name or address.split(".", 1)[1] == name:
+                values[address] = value
+    return replace(info, changes={**info.changes, **change}, values=values)

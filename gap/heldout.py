@@ -1,0 +1,46 @@
+"""What a fit says about data it has not seen.
+
+Folds leave out one run at a time, or with a single run every fifth stretch of time. The refit without a fold is linear
+around the fit of all data, so it costs no simulation; runs that the campaign itself holds out are simulated.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+
+from .fit import Fit, Linear
+from .observations import Observations
+from .problem import Problem
+
+FOLDS = 5
+STRETCH = 1.0
+"""Length of a stretch of time [s] at least."""
+
+
+def folds(obs: Observations) -> list[np.ndarray]:
+    """Masks (n,) of the entries left out in turn; together they are all entries."""
+    runs = np.unique(obs.run)
+    if len(runs) >= 3:
+        return [obs.run == r for r in runs]
+    long = max(obs.time.max() / (4 * FOLDS), min(STRETCH, obs.time.max() / FOLDS))
+    stretch = (obs.time / long).astype(int) + obs.run
+    return [stretch % FOLDS == k for k in range(FOLDS)]
+
+
+def left_out(problem: Problem, fit: Fit, N: np.ndarray) -> np.ndarray:
+    """Whitened residual (n,) of every entry, predicted by a refit without its fold."""
+    lin = Linear(problem, fit.u, fit.model, fit.jacobian, N)
+    made = np.empty(len(problem.obs))
+    radius = np.full(len(fit.u), 3.0)
+    for mask in folds(problem.obs):
+        rows = ~mask
+        if not mask.any():
+            continue
+        d, q = lin.step(fit.unknowns, fit.phi, radius, rows)
+        made[mask] = lin.left(d, q)[mask]
+    return made
+
+
+def rms(residual: np.ndarray) -> float:
+    """Root mean square."""
+    return float(np.sqrt(np.mean(residual * residual)))

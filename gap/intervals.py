@@ -1,0 +1,44 @@
+"""How sure the figures are: intervals of parameters and of the reduction."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from .fit import Fit
+from .problem import Problem
+
+BIN = 0.5
+"""Stretch of time [s] that is drawn together at least."""
+
+WIDTH = 1.96
+
+
+def parameter_std(problem: Problem, fit: Fit, N: np.ndarray) -> np.ndarray:
+    """Standard deviation of each u (k,): the curvature of the cost with base parameters and nuisances free."""
+    w = 1.0 / problem.obs.floor
+    A = np.concatenate([fit.jacobian, N], axis=1) * w[:, None]
+    k, m = len(fit.u), N.shape[1]
+    prior = np.concatenate([[1.0 / x.sd**2 for x in fit.unknowns], np.ones(m)])
+    H = A.T @ A / fit.phi + np.diag(prior)
+    return np.sqrt(np.maximum(np.diag(np.linalg.inv(H))[:k], 0.0))
+
+
+def reduction_interval(problem: Problem, before: np.ndarray, after: np.ndarray) -> tuple[float, float]:
+    """95 % interval of 1 - RMS(after) / RMS(before), by a stationary block bootstrap over time."""
+    from arch.bootstrap import StationaryBootstrap, optimal_block_length
+
+    obs = problem.obs
+    place = (obs.time / BIN).astype(int) + obs.run * (int(obs.time.max() / BIN) + 1)
+    _, place = np.unique(place, return_inverse=True)
+    sums = np.stack([np.bincount(place, before**2), np.bincount(place, after**2)], axis=1)
+
+    def reduction(x: np.ndarray) -> float:
+        total = x.sum(0)
+        return float(1.0 - np.sqrt(total[1] / max(total[0], 1e-300)))
+
+    length = 2.0
+    if len(sums) > 10 and np.ptp(sums[:, 1]) > 0:
+        length = float(np.clip(optimal_block_length(sums[:, 1])["stationary"].iloc[0], 1.0, len(sums) / 3))
+    draws = StationaryBootstrap(length, sums, seed=0).apply(reduction, 400)[:, 0]
+    low, high = np.quantile(draws, [0.025, 0.975])
+    return float(low), float(high)

@@ -1,0 +1,90 @@
+"""From fits to probabilities: which hypothesis the data prefer, and whether any of them is good enough.
+
+Evidence of a hypothesis h with mean square m_h of its held-out residual (a Laplace approximation):
+
+    S_h = n_eff ln(m_h) + penalty_h + ln det(1 + J^T J sd^2 / phi) - 2 ln prior_h
+
+n_eff is the number of independent readings that the best fit's residual leaves, capped: two models always differ a
+little in what neither of them is about, and no amount of data makes such a difference a cause.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from .fit import Fit, correlation_time
+from .heldout import left_out, rms
+from .problem import Problem
+from .search import Hypothesis
+
+CAP = 400.0
+"""Most independent readings that count."""
+
+PRIOR_NULL, PRIOR_SINGLE, PRIOR_PAIR = 0.3, 0.5, 0.2
+
+
+@dataclass
+class Judged:
+    """A hypothesis with its evidence and held-out residual."""
+
+    hypothesis: Hypothesis
+    held_out: np.ndarray
+    score: float = 0.0
+    probability: float = 0.0
+
+    @property
+    def gap(self) -> float:
+        """Held-out whitened RMS."""
+        return rms(self.held_out)
+
+
+def independent(problem: Problem, residual: np.ndarray) -> float:
+    """Number of independent readings in a residual."""
+    return sum(len(b.t) / correlation_time(residual[b.place]) for b in problem.obs.blocks)
+
+
+def occam(problem: Problem, fit: Fit) -> float:
+    """ln det(1 + sd J^T W J sd / phi): how much of the prior's volume the data rule out, twice the log."""
+    if not fit.unknowns:
+        return 0.0
+    sd = np.array([x.sd for x in fit.unknowns])
+    A = fit.jacobian * (sd / problem.obs.floor[:, None])
+    return float(np.linalg.slogdet(np.eye(len(sd)) + A.T @ A / fit.phi)[1])
+
+
+def prior(problem: Problem, h: Hypothesis) -> float:
+    """Prior probability of a hypothesis."""
+    ids = len({c.id for c in problem.candidates})
+    if not h.candidates:
+        return PRIOR_NULL
+    weight = float(np.prod([c.weight for c in h.candidates]))
+    if len(h.candidates) == 1:
+        return PRIOR_SINGLE * weight / ids
+    return PRIOR_PAIR * weight / (ids * (ids - 1) / 2)
+
+
+def judge(problem: Problem, hypotheses: Sequence[Hypothesis], N: np.ndarray) -> list[Judged]:
+    """All hypotheses with score and probability, the best first."""
+    made = [Judged(h, left_out(problem, h.fit, N)) for h in hypotheses]
+    best = min(made, key=lambda j: j.gap)
+    n_eff = min(CAP, independent(problem, best.held_out))
+    shared = max(1.0, best.hypothesis.fit.phi)
+    for j in made:
+        fit = j.hypothesis.fit
+        cost = n_eff * np.log(max(j.gap**2, 1e-12)) + fit.penalty()
+        extra = occam(problem, _at(fit, shared)) - 2.0 * np.log(prior(problem, j.hypothesis))
+        j.score = float(cost + extra)
+    low = min(j.score for j in made)
+    weights = np.array([np.exp(-0.5 * (j.score - low)) for j in made])
+    for j, w in zip(made, weights / weights.sum(), strict=True):
+        j.probability = float(w)
+    return sorted(made, key=lambda j: j.score)
+
+
+def _at(fit: Fit, phi: float) -> Fit:
+    from dataclasses import replace
+
+    return replace(fit, phi=phi)

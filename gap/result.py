@@ -1,0 +1,246 @@
+"""diagnosis.json and calibrated.ssv: a study in the formats that others read."""
+
+from __future__ import annotations
+
+import json
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from ..core.errors import OutputError
+from .experiment import Next
+from .heldout import rms
+from .intervals import WIDTH, parameter_std
+from .judge import Judged
+from .problem import Problem, Unknown
+from .replay import Replay
+from .study import Study
+from .verdict import NONE, UNKNOWN, Cause
+from .where import Place
+
+SCHEMA = 1
+VERDICTS = {"explained", "no_significant_gap", "unknown_effect"}
+
+
+@dataclass
+class Diagnosis:
+    """A study with its verdict, places, and what to do next."""
+
+    study: Study
+    causes: list[Cause]
+    places: list[Place]
+    replays: list[Replay]
+    next: Next | None
+    reduction_ci: tuple[float, float] = (0.0, 0.0)
+    warnings: list[str] = field(default_factory=list)
+    masks: dict[str, np.ndarray] = field(default_factory=dict)
+    """Regions of the scoring data, by name."""
+    seconds: float = 0.0
+
+    @property
+    def verdict(self) -> str:
+        """One of VERDICTS: the most probable."""
+        top = self.causes[0].effects
+        return "no_significant_gap" if top == NONE else "unknown_effect" if top == UNKNOWN else "explained"
+
+    @property
+    def chosen(self) -> Judged:
+        """The hypothesis whose figures are reported: the best cause's, or the best one there is."""
+        if self.verdict == "no_significant_gap":
+            return self.study.null_judged
+        known = [c.judged for c in self.causes if c.judged is not None and c.effects != NONE]
+        return known[0] if known else self.study.null_judged
+
+
+def parameters(problem: Problem, judged: Judged, N: np.ndarray, kinds: tuple[str, ...]) -> dict[str, Any]:
+    """Value, 95 % interval, unit and whether it is at a bound, of a hypothesis' unknowns of these kinds."""
+    fit = judged.hypothesis.fit
+    std = parameter_std(problem, fit, N)
+    made = {}
+    for x, u, s in zip(fit.unknowns, fit.u, std, strict=True):
+        if x.kind not in kinds:
+            continue
+        low, high = max(x.low, u - WIDTH * s), min(x.high, u + WIDTH * s)
+        factor, unit = _scale(problem, x)
+        ends = sorted((x.value(low) * factor, x.value(high) * factor))
+        at_bound = bool(u - x.low < 1e-6 * (x.high - x.low) or x.high - u < 1e-6 * (x.high - x.low))
+        made[x.name] = {"value": x.value(u) * factor, "ci95": ends, "unit": unit, "at_bound": at_bound}
+    return made
+
+
+def _scale(problem: Problem, x: Unknown) -> tuple[float, str]:
+    """(factor from the unknown's value to the shown one, unit): base parameters are factors of the delivered value."""
+    if x.kind == "base":
+        values = [info.values[x.name] for info in problem.runs]
+        if all(v == values[0] for v in values):
+            return float(values[0]), problem.parameter_units.get(x.name, "1")
+        return 1.0, "of the stated value"
+    if x.kind == "sensor":
+        connector, _, quantity = x.name.removeprefix("sensor.").rpartition(".")
+        return 1.0, {"bias": problem.units.get(connector, "1"), "scale": "1"}.get(quantity, "s")
+    return 1.0, problem.parameter_units.get(x.name, "1")
+
+
+def per_channel(problem: Problem, before: np.ndarray, after: np.ndarray) -> dict[str, Any]:
+    """Physical RMS of whitened residuals per channel."""
+    made = {}
+    obs = problem.obs
+    for k, c in enumerate(problem.campaign.outputs):
+        mine = obs.channel == k
+        if mine.any():
+            made[c.connector] = {
+                "unit": problem.units.get(c.connector, "1"),
+                "rms_before": rms(before[mine] * obs.floor[mine]),
+                "rms_after": rms(after[mine] * obs.floor[mine]),
+                "noise_floor": rms(obs.floor[mine]),
+            }
+    return made
+
+
+def per_run(problem: Problem, before: np.ndarray, after: np.ndarray) -> dict[str, Any]:
+    """Whitened RMS per run."""
+    made = {}
+    for r, info in enumerate(problem.runs):
+        mine = problem.obs.run == r
+        made[info.name] = {"before": rms(before[mine]), "after": rms(after[mine])}
+    return made
+
+
+def per_region(masks: dict[str, np.ndarray], before: np.ndarray, after: np.ndarray) -> dict[str, Any]:
+    """Whitened RMS per region."""
+    return {name: {"before": rms(before[m]), "after": rms(after[m])} for name, m in masks.items()}
+
+
+def make(d: Diagnosis) -> dict[str, Any]:
+    """The contents of diagnosis.json."""
+    s = d.study
+    problem = s.problem
+    scoring, before, after = s.scoring, s.before, s.after(d.chosen)
+    g0, g1, g2 = rms(before), s.gap(s.null_judged), s.gap(d.chosen)
+    step = rms(s.numerical / problem.obs.floor)
+    listed = []
+    for c in d.causes:
+        entry: dict[str, Any] = {
+            "effects": list(c.effects), "probability": c.probability,
+            "ambiguous_with": [e[0] if len(e) == 1 else list(e) for e in c.ambiguous_with],
+        }  # fmt: skip
+        if c.judged is not None:
+            gap = s.gap(c.judged)
+            entry["parameters"] = parameters(problem, c.judged, s.nuisance, ("effect", "sensor"))
+            entry["gap_after"] = gap
+            entry["reduction"] = 1.0 - gap / g0 if g0 > 0 else 0.0
+            entry["delta_bic"] = c.judged.score - s.null_judged.score
+        listed.append(entry)
+    made: dict[str, Any] = {
+        "schema": SCHEMA,
+        "campaign": problem.campaign.name,
+        "verdict": d.verdict,
+        "sentence": sentence(d),
+        "gap": {
+            "metric": "whitened RMS over output channels on held-out data",
+            "held_out": s.held_out_how,
+            "noise_floor": 1.0,
+            "before": g0,
+            "after_calibration": g1,
+            "after": g2,
+            "reduction": 1.0 - g2 / g0 if g0 > 0 else 0.0,
+            "reduction_ci95": list(d.reduction_ci),
+            "explainable_reduction": float(np.clip((g0 - g2) / (g0 - 1.0), 0.0, 1.0)) if g0 > 1.0 else 0.0,
+            "per_channel": per_channel(scoring, before, after),
+            "per_run": per_run(scoring, before, after),
+            "per_region": per_region(d.masks, before, after),
+        },
+        "where": [
+            {"subsystem": p.subsystem, "channel": p.channel, "share": p.share, "region": p.region, "bands": p.bands,
+             "change_points": [{"run": r, "time": t} for r, t in p.changes]}
+            for p in d.places
+        ],
+        "replay": [
+            {"component": r.component, "driven_by": list(r.driven_by), "assumed": list(r.assumed), "rms": r.rms,
+             "noise_amplification": r.amplification}
+            for r in d.replays
+        ],
+        "numerical_gap": {"step_halving_rms": step, "ok": bool(step < 0.5)},
+        "causes": listed,
+        "base_parameters": parameters(problem, d.chosen, s.nuisance, ("base",)),
+        "unexplained": {
+            "predictable_share": s.structure.share,
+            "per_channel": s.structure.channels,
+            "varies_with": s.structure.varies_with,
+        },
+        "next_experiment": None,
+        "warnings": d.warnings,
+        "timing": {"wall_s": d.seconds, "simulations": s.problem.pool.count, "stages": s.stages},
+    }  # fmt: skip
+    if d.next is not None:
+        made["next_experiment"] = {
+            "change": d.next.change,
+            "separates": [list(e) for e in d.next.separates],
+            "expected_separation": d.next.separation,
+        }
+    return made
+
+
+def sentence(d: Diagnosis) -> str:
+    """The verdict for a person, in one sentence."""
+    s = d.study
+    g0, g2 = rms(s.before), s.gap(d.chosen)
+    top = d.causes[0]
+    if d.verdict == "no_significant_gap":
+        return (
+            f"No effect is missing: refitting the base parameters within their tolerance brings the gap from "
+            f"{g0:.1f} to {s.gap(s.null_judged):.1f} times the noise floor."
+        )
+    if d.verdict == "unknown_effect":
+        return (
+            f"Something that the catalogue does not have: its best explanation still leaves {g2:.1f} times the noise "
+            f"floor (from {g0:.1f}), most of it in {d.places[0].channel} ({d.places[0].region})."
+        )
+    texts = {c.id: c.text for c in s.problem.candidates}
+    what = "; and ".join(f"{e} ({texts[e]})" for e in top.effects)
+    return (
+        f"The gap comes from {what}: with it the gap falls from {g0:.1f} to {g2:.1f} times the noise floor "
+        f"(probability {top.probability:.0%})."
+    )
+
+
+def write(d: Diagnosis, folder: Path) -> dict[str, Any]:
+    """Write diagnosis.json and calibrated.ssv; returns the contents of the former."""
+    data = make(d)
+    try:
+        folder.mkdir(parents=True, exist_ok=True)
+        (folder / "diagnosis.json").write_text(json.dumps(data, indent=1, allow_nan=False) + "\n", encoding="utf-8")
+        (folder / "calibrated.ssv").write_text(parameter_set(d), encoding="utf-8")
+    except OSError as error:
+        raise OutputError(f"{folder}: cannot be written ({error.strerror})") from None
+    return data
+
+
+def parameter_set(d: Diagnosis) -> str:
+    """The parameters of the chosen hypothesis as an SSV file, for the conditions of the first run."""
+    from xml.sax.saxutils import quoteattr
+
+    problem = d.study.problem
+    point = d.chosen.hypothesis.fit.point
+    changes = problem.changes(0, point)
+    own = {name: problem.runs[0].values.get(name) for name in changes}
+    lines = []
+    for name, value in sorted(changes.items()):
+        targets = [name] if own[name] is not None else [a for a in problem.runs[0].values if a.split(".", 1)[1] == name]
+        for target in targets:
+            if isinstance(value, bool) or isinstance(problem.runs[0].values[target], bool):
+                body = f"<ssv:Boolean value={quoteattr(str(bool(value)).lower())}/>"
+            elif isinstance(problem.runs[0].values[target], int):
+                body = f"<ssv:Integer value={quoteattr(str(int(value)))}/>"
+            elif isinstance(value, str):
+                body = f"<ssv:String value={quoteattr(value)}/>"
+            else:
+                body = f"<ssv:Real value={quoteattr(repr(float(value)))}/>"
+            lines.append(f"    <ssv:Parameter name={quoteattr(target)}>{body}</ssv:Parameter>")
+    return (
+        '<?xml version="1.0" encoding="UTF-8"?>\n'
+        '<ssv:ParameterSet xmlns:ssv="http://ssp-standard.org/SSP1/SystemStructureParameterValues" version="1.0" '
+        'name="calibrated">\n  <ssv:Parameters>\n' + "\n".join(lines) + "\n  </ssv:Parameters>\n</ssv:ParameterSet>\n"
+    )

@@ -1,0 +1,220 @@
+"""From a campaign to judged hypotheses: numerical gap, refit, screening, single effects, pairs."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Callable
+from dataclasses import dataclass, field, replace
+
+import numpy as np
+
+from ..core.errors import SimulationError
+from . import search
+from .campaign import Campaign, CampaignError
+from .catalogue import Catalogue
+from .fit import Fit, drive, nuisances, recorrect, settle
+from .heldout import rms
+from .judge import Judged, judge
+from .pool import Pool
+from .problem import COARSE_ERROR, FACTORS, Problem, check_units, pose
+from .search import Hypothesis, Secant
+from .unexplained import Structure, structure
+
+SETTLED = 1.03
+"""Held-out RMS below which nothing is left to explain, in floors."""
+
+FINALISTS = 5
+"""Hypotheses whose fits are finished with runs at the package's step."""
+
+NEAR = 40.0
+"""How far behind the best a hypothesis may be to be finished, in score."""
+
+Say = Callable[[str], None]
+
+
+@dataclass
+class Held:
+    """Runs that the campaign holds out: posed apart, simulated only with what the others have taught."""
+
+    problem: Problem
+    delivered: np.ndarray
+
+    @property
+    def before(self) -> np.ndarray:
+        """Whitened residual of the model as delivered."""
+        return (self.problem.obs.y - self.delivered) / self.problem.obs.floor
+
+    def after(self, fit: Fit, channels: int) -> np.ndarray:
+        """Whitened residual at a fit's point, with its sensor biases and a clock of each run's own."""
+        model = self.problem.exact([fit.point])[0]
+        if model is None:
+            raise SimulationError("the held-out runs cannot be simulated at the point found")
+        N = nuisances(self.problem, model)
+        model = model + N[:, :channels] @ fit.q[:channels]
+        return settle(self.problem, model, N[:, channels:], fit.phi)[1]
+
+
+@dataclass
+class Study:
+    """Everything that was found out about which effects could be the cause."""
+
+    problem: Problem
+    held: Held | None
+    delivered: np.ndarray
+    numerical: np.ndarray
+    nuisance: np.ndarray
+    null: Hypothesis
+    judged: list[Judged]
+    screened: list[Secant]
+    structure: Structure
+    stages: dict[str, float] = field(default_factory=dict)
+    _after: dict[str, np.ndarray] = field(default_factory=dict)
+
+    @property
+    def null_judged(self) -> Judged:
+        """The refit of the base parameters."""
+        return next(j for j in self.judged if not j.hypothesis.candidates)
+
+    @property
+    def scoring(self) -> Problem:
+        """The problem on whose data gaps are stated: the held-out runs, or all data with folds left out in turn."""
+        return self.held.problem if self.held else self.problem
+
+    @property
+    def held_out_how(self) -> str:
+        """What held-out means here."""
+        if self.held:
+            return "runs that the campaign holds out"
+        if len(self.problem.runs) >= 3:
+            return "each run predicted from the others"
+        return "stretches of time predicted from the rest"
+
+    @property
+    def before(self) -> np.ndarray:
+        """Whitened residual of the model as delivered, on the scoring data."""
+        if self.held:
+            return self.held.before
+        return (self.problem.obs.y - self.delivered) / self.problem.obs.floor
+
+    def after(self, judged: Judged) -> np.ndarray:
+        """Whitened residual of a hypothesis on the scoring data."""
+        if not self.held:
+            return judged.held_out
+        label = judged.hypothesis.label
+        if label not in self._after:
+            self._after[label] = self.held.after(judged.hypothesis.fit, len(self.problem.obs.span))
+        return self._after[label]
+
+    def gap(self, judged: Judged) -> float:
+        """Held-out gap of a hypothesis, in floors."""
+        return rms(self.after(judged))
+
+
+def study(campaign: Campaign, catalogue: Catalogue, pool: Pool, say: Say = lambda text: None) -> Study:
+    """Run the whole diagnosis."""
+    begin = time.perf_counter()
+    stages: dict[str, float] = {}
+    kept = tuple(r for r in campaign.runs if r.use == "holdout")
+    if len(kept) == len(campaign.runs):
+        raise CampaignError("every run has use = 'holdout'; there is nothing to fit")
+    learn = replace(campaign, runs=tuple(r for r in campaign.runs if r.use != "holdout"))
+
+    def stage(text: str) -> None:
+        stages[text] = time.perf_counter() - begin
+        say(text)
+
+    stage("reading the model")
+    problem = pose(learn, catalogue, pool)
+    stage("numerical gap: the model at its step and at half of it")
+    delivered, numerical = _numerical_gap(problem)
+    check_units(problem, delivered)
+    problem.obs.widen(delivered, numerical)
+    held = _hold(replace(campaign, runs=kept, warnings=[]), catalogue, pool) if kept else None
+    _choose_step(problem, delivered)
+    stage("refitting the base parameters")
+    N = nuisances(problem, delivered)
+    start = problem.anchor({})
+    null = search.null(problem, start, N)
+    null = _finish(problem, null, N)
+    stage("screening the effects")
+    found = search.screen(problem, null.fit, N)
+    hypotheses = [null]
+    singles: list[Hypothesis] = []
+    if null.fit.rms > 0.0:
+        stage("fitting single effects")
+        singles = search.extend(problem, null, found, N, search.SINGLES, search.KEPT)
+        hypotheses += singles
+    if singles and singles[0].fit.rms > SETTLED:
+        stage("fitting pairs of effects")
+        hypotheses += _pairs(problem, singles, found, N)
+    stage("finishing the best")
+    judged = judge(problem, hypotheses, N)
+    for j in judged[:FINALISTS]:
+        if j.hypothesis.candidates and j.score < judged[0].score + NEAR:
+            j.hypothesis = _finish(problem, j.hypothesis, N)
+    judged = judge(problem, [j.hypothesis for j in judged], N)
+    stage("looking at what is left")
+    best = judged[0]
+    rows = problem.rows([best.hypothesis.fit.point], problem.coarse)[0]
+    assert rows is not None
+    left = structure(problem, best.held_out, rows, problem.coarse)
+    return Study(problem, held, delivered, numerical, N, null, judged, found, left, stages)
+
+
+def _hold(campaign: Campaign, catalogue: Catalogue, pool: Pool) -> Held:
+    problem = pose(campaign, catalogue, pool)
+    delivered, numerical = _numerical_gap(problem)
+    problem.obs.widen(delivered, numerical)
+    return Held(problem, delivered)
+
+
+def _numerical_gap(problem: Problem) -> tuple[np.ndarray, np.ndarray]:
+    """The model as delivered, and how far halving its step moves each entry."""
+    at_step = problem.exact([{}])[0]
+    if at_step is None:
+        raise SimulationError(f"{problem.campaign.system.name}: the model as delivered does not run the campaign")
+    half = problem.exact([{}], problem.fine / 2.0)[0]
+    if half is None:
+        raise SimulationError(f"{problem.campaign.system.name}: the model does not run at half its step")
+    return at_step, at_step - half
+
+
+def _choose_step(problem: Problem, delivered: np.ndarray) -> None:
+    """The longest macro step whose runs are near enough to be corrected."""
+    for factor in FACTORS:
+        problem.factor, problem.correction = factor, None
+        if factor == 1:
+            return
+        y = problem.evaluate([{}])[0]
+        if y is not None and rms((y - delivered) / problem.obs.floor) < COARSE_ERROR:
+            return
+
+
+def _finish(problem: Problem, h: Hypothesis, N: np.ndarray) -> Hypothesis:
+    """The hypothesis fitted with runs that are exact at its point."""
+    for _ in range(2):
+        try:
+            exact = problem.anchor(h.fit.point)
+        except SimulationError:
+            return h
+        moved = rms((exact - h.fit.model) / problem.obs.floor)
+        h = Hypothesis(h.candidates, recorrect(h.fit, problem, exact, N))
+        if moved < 0.03:
+            break
+        found = drive(problem, [search.carry_on(problem, h.fit, N, 4)])[0]
+        if found is not None:
+            h = Hypothesis(h.candidates, found)
+    return h
+
+
+def _pairs(problem: Problem, singles: list[Hypothesis], found: list[Secant], N: np.ndarray) -> list[Hypothesis]:
+    made: dict[tuple[str, ...], Hypothesis] = {}
+    for h in singles[: search.PAIRS_FROM]:
+        again = list(found)
+        search.weigh(problem, h.fit, N, again)
+        again.sort(key=lambda s: -s.gain)
+        for pair in search.extend(problem, h, again, N, search.PAIRS, 2):
+            key = tuple(sorted(c.label for c in pair.candidates))
+            if key not in made or pair.fit.rms < made[key].fit.rms:
+                made[key] = pair
+    return list(made.values())

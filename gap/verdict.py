@@ -1,0 +1,81 @@
+"""The verdict: causes with calibrated probabilities, "none" and "unknown" among them.
+
+A cause gathers all hypotheses with the same effect ids (a sensor's effect in whichever channel). The raw probabilities
+come from `judge`; two numbers fitted on benchmark cases whose truth was known calibrate them (`calibration.json`):
+a temperature on the scores, and a logistic model of "unknown".
+"""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Sequence
+from dataclasses import dataclass
+from importlib.resources import files
+
+import numpy as np
+
+from .judge import Judged
+
+NONE, UNKNOWN = ("none",), ("unknown",)
+
+
+@dataclass(frozen=True)
+class Calibration:
+    """temperature of the scores; weights of the features of "unknown", the constant first."""
+
+    temperature: float
+    unknown: tuple[float, ...]
+
+    @classmethod
+    def load(cls) -> Calibration:
+        """The calibration that is shipped."""
+        data = json.loads(files(__package__).joinpath("calibration.json").read_text(encoding="utf-8"))
+        return cls(float(data["temperature"]), tuple(map(float, data["unknown"])))
+
+
+@dataclass
+class Cause:
+    """A set of effect ids, its best hypothesis (none for "unknown") and its probability."""
+
+    effects: tuple[str, ...]
+    judged: Judged | None
+    probability: float
+    ambiguous_with: list[tuple[str, ...]]
+
+
+def features(before: float, null: float, best: float, share: float) -> np.ndarray:
+    """What "unknown" is judged by: gaps (RMS in floors) as delivered, refitted, of the best; predictable share left."""
+    best_excess, null_excess = max(best**2 - 1.0, 1e-3), max(null**2 - 1.0, 1e-3)
+    return np.array(
+        [1.0, np.log(best_excess), np.log(min(1.0, best_excess / null_excess)), share, np.log(null_excess)]
+    )  # fmt: skip
+
+
+def unknown_probability(calibration: Calibration, x: np.ndarray) -> float:
+    """Probability that the cause is not in the catalogue."""
+    return float(1.0 / (1.0 + np.exp(-np.clip(x @ np.array(calibration.unknown), -30, 30))))
+
+
+def causes(judged: Sequence[Judged], calibration: Calibration, x: np.ndarray) -> list[Cause]:
+    """All causes, the most probable first; their probabilities add up to 1."""
+    low = min(j.score for j in judged)
+    raw: dict[tuple[str, ...], float] = {}
+    best: dict[tuple[str, ...], Judged] = {}
+    for j in sorted(judged, key=lambda j: j.score):
+        key = j.hypothesis.ids or NONE
+        raw[key] = raw.get(key, 0.0) + float(np.exp(-0.5 * (j.score - low) / calibration.temperature))
+        best.setdefault(key, j)
+    total = sum(raw.values())
+    p_unknown = unknown_probability(calibration, x)
+    made = [Cause(key, best[key], (1.0 - p_unknown) * w / total, []) for key, w in raw.items()]
+    made.append(Cause(UNKNOWN, None, p_unknown, []))
+    made.sort(key=lambda c: -c.probability)
+    for c in made:
+        if c.judged is not None and c.effects != NONE:
+            c.ambiguous_with = [
+                o.effects
+                for o in made
+                if o is not c and o.judged is not None and o.effects != NONE
+                and o.probability > 0.05 * c.probability and len(o.effects) <= len(c.effects)
+            ]  # fmt: skip
+    return made
