@@ -58,10 +58,19 @@ def simulate(package: str, job: Job) -> np.ndarray | Failure:
 
 
 def _quiet_worker() -> None:
-    """A worker leaves Ctrl-C to the main process, which ends it, and computes with one thread."""
+    """A worker leaves Ctrl-C to the main process and ends with it, however that ends."""
     import signal
+    import threading
 
     signal.signal(signal.SIGINT, signal.SIG_IGN)
+    parent = multiprocessing.parent_process()
+
+    def follow() -> None:
+        if parent is not None:
+            parent.join()
+            os._exit(0)
+
+    threading.Thread(target=follow, daemon=True).start()
 
 
 class Pool:

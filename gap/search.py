@@ -24,8 +24,11 @@ KEPT = 6
 PAIRS_FROM = 3
 """Single candidates that are tried with a second one."""
 
-PAIRS = 5
+PAIRS = 4
 """Second candidates that are fitted with each of them."""
+
+WORTH = 0.03
+"""Share of what a single effect leaves that a second one has to promise."""
 
 
 @dataclass

@@ -212,7 +212,7 @@ def _pairs(problem: Problem, singles: list[Hypothesis], found: list[Secant], N: 
     for h in singles[: search.PAIRS_FROM]:
         again = list(found)
         search.weigh(problem, h.fit, N, again)
-        again.sort(key=lambda s: -s.gain)
+        again = sorted((s for s in again if s.gain > search.WORTH), key=lambda s: -s.gain)
         for pair in search.extend(problem, h, again, N, search.PAIRS, 2):
             key = tuple(sorted(c.label for c in pair.candidates))
             if key not in made or pair.fit.rms < made[key].fit.rms:

@@ -25,8 +25,8 @@ from .controller import integral_rate, pid_output, ramp_command, ramp_rate
 from .cylinder import chamber_volume, end_stop_force, leakage, rod_force
 from .friction import piston_friction
 from .line import line_derivatives
-from .oil import air_softening, effective_bulk_modulus, pressure, temperature_factor
-from .supply import limited_by_pump, override_pressure, supply_pressure
+from .oil import air_softening, effective_bulk_modulus, pressure, temperature_factor, viscosity
+from .supply import limited_by_pump, override_pressure, pump_flow, supply_pressure
 from .valve import flow_gain, land_diameter, land_flow, land_opening, spool_acceleration
 
 BORDER = 10
@@ -41,15 +41,15 @@ PA, P1, P2, PB, PT, XC, VC, INTEGRAL, SPOOL, SPOOL_RATE = range(BORDER)
     A_C, V_T, L_C, M_C, B_C, K_C, PRECOMPRESSION,
     GAIN, KP, KI, KD, USE_INPUT, TARGET, T_START, RAMP, HOLD, RTOL,
     F_C, V_0, F_EXTRA, V_S, K_P, AIR, POLYTROPIC, HALF_AT_CHAMBER, BETA_LINE,
-    SPOOL_T, SPOOL_DAMPING, DELAY, OVERLAP, NULL_SHIFT, VALVE_LEAK, OVERRIDE, MINOR, SAMPLING,
-) = range(63)  # fmt: skip
+    SPOOL_T, SPOOL_DAMPING, DELAY, OVERLAP, NULL_SHIFT, VALVE_LEAK, OVERRIDE, MINOR, SAMPLING, LAW,
+) = range(64)  # fmt: skip
 """Places of the constants in the array made by `constants`."""
 
 OUTPUTS = ("F_h", "P1", "P2", "Pa", "Pb", "Pp", "Pt", "Q1", "Q2", "Qa", "Qb", "Qrv", "x_v", "u", "x_cmd")
 
 
 def constants(p: Mapping[str, float]) -> np.ndarray:
-    """The numbers that the kernels need, (63,) float64, from the parameters of the variable table.
+    """The numbers that the kernels need, (64,) float64, from the parameters of the variable table.
 
     Raises `ParameterError` when parameters contradict each other.
     """
@@ -68,15 +68,21 @@ def constants(p: Mapping[str, float]) -> np.ndarray:
     nu0 = p["oil.nu0"] * temperature_factor(p["effect.oil_temperature.T"])
     q_rated = p["valve.q_rated"] * p["effect.valve_flow_gain.scale"]
     area_1, area_2 = cylinder.areas(p["cylinder.D_h"], p["cylinder.d_h"])
-    c = np.zeros(63)
+    p_am = ambient_pressure(p["depth"]) * p["effect.ambient_pressure_error.scale"]
+    law = p["effect.viscosity_law.share"]
+    c = np.zeros(64)
     values = {
-        SEGMENTS: n, P_AM: ambient_pressure(p["depth"]) * p["effect.ambient_pressure_error.scale"],
+        SEGMENTS: n, P_AM: p_am,
         ETA0: p["oil.rho"] * nu0, ALPHA: p["oil.alpha"], RHO: p["oil.rho"],
         BETA_E: beta_e, BETA: p["oil.beta"], P_VAPOUR: p["oil.p_vapour"],
         K_Q: flow_gain(q_rated, p["valve.dp_rated"]),
         D_LAND: land_diameter(q_rated, p["valve.dp_rated"], p["oil.rho"]),
         LAM_CRIT: p["valve.lam_crit"], I_MAX: p["valve.i_rated"],
-        Q_PUMP: p["pump.displacement"] * p["pump.speed"],
+        Q_PUMP: pump_flow(
+            p["pump.displacement"] * p["pump.speed"], p["effect.pump_slip.slip"],
+            viscosity.py_func(p_am + 0.5 * p["relief.p_crack"], p["oil.rho"] * nu0, p["oil.alpha"], law)
+            / (p["oil.rho"] * p["oil.nu0"]),
+        ),
         P_CRACK: p["relief.p_crack"] * (1.0 - p["effect.supply_droop.droop"]),
         LINE_R: 128.0 * dx / (pi * diameter**4), LINE_I: p["oil.rho"] * dx / bore,
         LINE_K: beta_line / (bore * dx), HALF_SEGMENT: 0.5 * bore * dx, VARIABLE: float(p["line.variable_viscosity"]),
@@ -101,7 +107,7 @@ def constants(p: Mapping[str, float]) -> np.ndarray:
         NULL_SHIFT: p["effect.valve_null_shift.shift"], VALVE_LEAK: p["effect.valve_leakage.c"],
         OVERRIDE: p["effect.relief_override.R"],
         MINOR: p["effect.line_minor_losses.K"] * p["oil.rho"] / (2.0 * bore**2 * n),
-        SAMPLING: p["effect.controller_sampling.period"],
+        SAMPLING: p["effect.controller_sampling.period"], LAW: law,
     }  # fmt: skip
     for place, value in values.items():
         c[place] = value
@@ -146,7 +152,7 @@ def spool(u: float, state: float, c: object) -> float:
 @kernel
 def land(opening: float, P_from: float, P_to: float, c: object) -> float:
     """Flow [m3/s] through one land of the servo valve."""
-    return land_flow(opening, P_from, P_to, c[K_Q], c[D_LAND], c[LAM_CRIT], c[RHO], c[ETA0], c[ALPHA])
+    return land_flow(opening, P_from, P_to, c[K_Q], c[D_LAND], c[LAM_CRIT], c[RHO], c[ETA0], c[ALPHA], c[LAW])
 
 
 @kernel
@@ -157,7 +163,7 @@ def relief_pressure(s: float, Pa: float, Pb: float, Pt: float, c: object) -> flo
         return P
     return override_pressure(
         P, c[OVERRIDE], c[Q_PUMP], c[VALVE_LEAK], Pa + Pb, abs(s), Pa if s >= 0.0 else Pb,
-        c[K_Q], c[D_LAND], c[LAM_CRIT], c[RHO], c[ETA0], c[ALPHA],
+        c[K_Q], c[D_LAND], c[LAM_CRIT], c[RHO], c[ETA0], c[ALPHA], c[LAW],
     )  # fmt: skip
 
 
@@ -217,7 +223,7 @@ def derivatives(
     for first in range(0, b, chain):
         P_in, P_out = (Pa, P_1) if first == 0 else (P_2, Pb)
         line_derivatives(
-            y, first, n, P_in, P_out, c[ETA0], c[ALPHA], variable, p_vap,
+            y, first, n, P_in, P_out, c[ETA0], c[ALPHA], c[LAW], variable, p_vap,
             c[LINE_R], c[LINE_I], c[LINE_K], c[MINOR], c[BETA_LINE], c[AIR], c[POLYTROPIC], f,
         )  # fmt: skip
 
@@ -276,7 +282,7 @@ def outputs(
     out[4] = Pb
     out[5] = supply_pressure(
         abs(opening), Pa if opening >= 0.0 else Pb, relief_pressure(opening, Pa, Pb, Pt, c), c[Q_PUMP],
-        c[K_Q], c[D_LAND], c[LAM_CRIT], c[RHO], c[ETA0], c[ALPHA],
+        c[K_Q], c[D_LAND], c[LAM_CRIT], c[RHO], c[ETA0], c[ALPHA], c[LAW],
     )  # fmt: skip
     out[6] = Pt
     out[7] = y[2 * n - 2]

@@ -7,27 +7,33 @@ to the outlet.
 
 from __future__ import annotations
 
-from math import exp, pi, sinh
+from math import exp, log, pi, sinh, sqrt
 
 from ..core.jit import kernel
 from .oil import air_softening, pressure, viscosity
 
 
 @kernel
-def mean_viscosity(P_i: float, P_o: float, eta0: float, alpha: float) -> float:
+def mean_viscosity(P_i: float, P_o: float, eta0: float, alpha: float, law: float = 0.0) -> float:
     """Viscosity [Pa s] that makes Poiseuille's law exact between the pressures P_i and P_o [Pa].
 
     For steady flow of a Barus fluid, dP/dx = -(128 Q / pi D^4) eta0 exp(alpha P) integrates to Eq. 22, and Eq. 22
     solved for Q is Poiseuille's law with eta = eta(P_mean) z/sinh(z), z = alpha (P_i - P_o)/2. This form is the same
     in both directions of flow and has no singularity, and a chain of segments reproduces Eq. 22 of the whole line.
+    Another viscosity law is taken as exponential between the two pressures.
     """
     z = 0.5 * alpha * (P_i - P_o)
+    middle = viscosity(0.5 * (P_i + P_o), eta0, alpha)
+    if law != 0.0:
+        eta_i, eta_o = viscosity(P_i, eta0, alpha, law), viscosity(P_o, eta0, alpha, law)
+        z = 0.5 * log(eta_i / eta_o)
+        middle = sqrt(eta_i * eta_o)
     z2 = z * z
     if z2 < 0.01:  # the series is exact to 1e-12 here
         shape = 1.0 - z2 * (1.0 / 6.0 - z2 * (7.0 / 360.0 - z2 * (31.0 / 15120.0 - z2 * (127.0 / 604800.0))))
     else:
         shape = z / sinh(z)
-    return viscosity(0.5 * (P_i + P_o), eta0, alpha) * shape
+    return middle * shape
 
 
 @kernel
@@ -39,7 +45,7 @@ def poiseuille_resistance(eta: float, length: float, diameter: float) -> float:
 @kernel
 def line_derivatives(
     y: object, first: int, n: int, P_in: float, P_out: float,
-    eta0: float, alpha: float, variable: bool, p_vapour: float,
+    eta0: float, alpha: float, law: float, variable: bool, p_vapour: float,
     resistance: float, inertance: float, stiffness: float, minor: float,
     beta: float, air: float, polytropic: float, f: object,
 ) -> None:  # fmt: skip
@@ -52,7 +58,7 @@ def line_derivatives(
     """
     eta = 0.0
     if not variable:
-        eta = viscosity(min(P_in, P_out), eta0, alpha)
+        eta = viscosity(min(P_in, P_out), eta0, alpha, law)
     P_left = P_in
     for j in range(n):
         k = first + 2 * j
@@ -62,7 +68,7 @@ def line_derivatives(
         else:
             P_right = P_out
         if variable:
-            eta = mean_viscosity(P_left, P_right, eta0, alpha)
+            eta = mean_viscosity(P_left, P_right, eta0, alpha, law)
         f[k] = (P_left - P_right - (resistance * eta + minor * abs(y[k])) * y[k]) / inertance
         P_left = P_right
 

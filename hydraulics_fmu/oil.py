@@ -2,16 +2,24 @@
 
 from __future__ import annotations
 
-from math import exp, log10
+from math import exp, log, log10
 
 from ..core.jit import kernel
 from ..core.sea import ATMOSPHERE
 
 
 @kernel
-def viscosity(P: float, eta0: float, alpha: float) -> float:
-    """Dynamic viscosity [Pa s] at pressure P [Pa]: eta = eta0 exp(alpha P) (Eq. 1, Barus)."""
-    return eta0 * exp(alpha * P)
+def viscosity(P: float, eta0: float, alpha: float, law: float = 0.0) -> float:
+    """Dynamic viscosity [Pa s] at pressure P [Pa]: eta = eta0 exp(alpha P) (Eq. 1, Barus).
+
+    law: 0 is Barus, 1 is Roelands (1966), ln eta = ln eta0 + (ln eta0 + 9.67) ((1 + 5.1e-9 P)^Z - 1) in SI units, with
+    the Z that gives it the slope alpha at P = 0; the logarithms are mixed in between.
+    """
+    if law == 0.0:
+        return eta0 * exp(alpha * P)
+    depth = log(eta0) + 9.67
+    roelands = depth * ((1.0 + 5.1e-9 * P) ** (alpha / (5.1e-9 * depth)) - 1.0)
+    return eta0 * exp((1.0 - law) * alpha * P + law * roelands)
 
 
 @kernel

@@ -15,6 +15,7 @@ from .circuit import (
     ETA0,
     I_MAX,
     K_C,
+    LAW,
     LINE_R,
     NULL_SHIFT,
     P_AM,
@@ -42,9 +43,9 @@ def line_nodes(P_start: float, q: float, sign: float, c: object, nodes: object) 
         P = nodes[j]
         for _ in range(50):
             if c[VARIABLE] != 0.0:
-                eta = mean_viscosity(nodes[j], P, c[ETA0], c[ALPHA])
+                eta = mean_viscosity(nodes[j], P, c[ETA0], c[ALPHA], c[LAW])
             else:  # Eq. 21: the lower of the two port pressures, with equal losses of all segments
-                eta = viscosity(min(P_start, P_start + n * (P - nodes[j])), c[ETA0], c[ALPHA])
+                eta = viscosity(min(P_start, P_start + n * (P - nodes[j])), c[ETA0], c[ALPHA], c[LAW])
             P_next = min(max(nodes[j] + sign * c[LINE_R] * eta * q, 0.0), BEYOND)
             if P_next == P:
                 break

@@ -6,6 +6,15 @@ from ..core.jit import kernel
 from .valve import land_flow
 
 
+def pump_flow(ideal: float, slip: float, thicker: float) -> float:
+    """Flow [m3/s] that a pump delivers: Q = n v_p - c dp/eta (Wilson 1950), with dp that of the relief valve.
+
+    slip: share of the ideal flow n v_p lost with oil as thin as at the surface; thicker: viscosity in the pump over
+    that. What slips runs back inside the pump.
+    """
+    return ideal * (1.0 - slip / thicker)
+
+
 @kernel
 def limited_by_pump(demand: float, Q_pump: float) -> float:
     """Flow [m3/s] into the valve: what it demands at the relief pressure, but never more than the pump delivers."""
@@ -15,7 +24,7 @@ def limited_by_pump(demand: float, Q_pump: float) -> float:
 @kernel
 def override_pressure(
     P_set: float, R: float, Q_pump: float, leak: float, P_ports: float, opening: float, P_port: float,
-    k_q: float, diameter: float, lam_crit: float, rho: float, eta0: float, alpha: float,
+    k_q: float, diameter: float, lam_crit: float, rho: float, eta0: float, alpha: float, law: float = 0.0,
 ) -> float:  # fmt: skip
     """Supply pressure [Pa] of a relief valve whose pressure rises with its flow: P_p = P_set + R Q_rv.
 
@@ -25,7 +34,7 @@ def override_pressure(
     low, high = P_set, P_set + R * Q_pump
     for _ in range(40):
         P = 0.5 * (low + high)
-        demand = land_flow(opening, P, P_port, k_q, diameter, lam_crit, rho, eta0, alpha) + leak * (2.0 * P - P_ports)
+        demand = land_flow(opening, P, P_port, k_q, diameter, lam_crit, rho, eta0, alpha, law) + leak * (2.0 * P - P_ports)
         if P_set + R * (Q_pump - demand) > P:
             low = P
         else:
@@ -36,19 +45,19 @@ def override_pressure(
 @kernel
 def supply_pressure(
     opening: float, P_port: float, P_relief: float, Q_pump: float,
-    k_q: float, diameter: float, lam_crit: float, rho: float, eta0: float, alpha: float,
+    k_q: float, diameter: float, lam_crit: float, rho: float, eta0: float, alpha: float, law: float = 0.0,
 ) -> float:  # fmt: skip
     """Pressure [Pa] at port p: the relief valve's while the pump suffices (Eq. 6), else what drives Q_pump.
 
     The land's flow grows with its supply pressure, so the second case is solved by bisection between the port and
     the relief pressure.
     """
-    if land_flow(opening, P_relief, P_port, k_q, diameter, lam_crit, rho, eta0, alpha) <= Q_pump:
+    if land_flow(opening, P_relief, P_port, k_q, diameter, lam_crit, rho, eta0, alpha, law) <= Q_pump:
         return P_relief
     low, high = P_port, P_relief
     for _ in range(60):
         middle = 0.5 * (low + high)
-        if land_flow(opening, middle, P_port, k_q, diameter, lam_crit, rho, eta0, alpha) > Q_pump:
+        if land_flow(opening, middle, P_port, k_q, diameter, lam_crit, rho, eta0, alpha, law) > Q_pump:
             high = middle
         else:
             low = middle

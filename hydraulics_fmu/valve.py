@@ -44,7 +44,7 @@ def spool_acceleration(x_v: float, w: float, x_c: float, T: float, damping: floa
 @kernel
 def land_flow(
     opening: float, P_from: float, P_to: float,
-    k_q: float, diameter: float, lam_crit: float, rho: float, eta0: float, alpha: float,
+    k_q: float, diameter: float, lam_crit: float, rho: float, eta0: float, alpha: float, law: float = 0.0,
 ) -> float:  # fmt: skip
     """Flow [m3/s] through one land of relative `opening` (0..1) from pressure P_from to P_to [Pa] (Eqs. 8, 9).
 
@@ -56,7 +56,7 @@ def land_flow(
     size = abs(dp)
     if lam_crit > 0.0:
         root = sqrt(size)
-        nu = viscosity(0.5 * (P_from + P_to), eta0, alpha) / rho
+        nu = viscosity(0.5 * (P_from + P_to), eta0, alpha, law) / rho
         lam = diameter * sqrt(opening) / nu * root * sqrt(2.0 / rho)
         flow = k_q * opening * root * tanh(2.0 * lam / lam_crit)
     else:

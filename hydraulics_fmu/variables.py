@@ -30,6 +30,8 @@ EFFECTS = (
     _effect("valve_flow_gain.scale", 1.0, "1", 0.05, 10.0, "factor on the valve's rated flow"),
     _effect("piston_leakage.scale", 1.0, "1", 0.0, 1e3, "factor on the piston's leakage"),
     _effect("oil_temperature.T", 313.15, "K", 263.15, 393.15, "temperature of the oil"),
+    _effect("viscosity_law.share", 0.0, "1", 0.0, 1.5, "viscosity against pressure: 0 after Barus, 1 after Roelands"),
+    _effect("pump_slip.slip", 0.0, "1", 0.0, 0.9, "share of the pump's flow that slips at the relief pressure, 0 km"),
     _effect("relief_override.R", 0.0, "Pa.s/m3", 0.0, 1e12, "rise of the relief pressure with its flow"),
     _effect("supply_droop.droop", 0.0, "1", 0.0, 0.9, "share by which the relief pressure is lowered"),
     _effect("line_minor_losses.K", 0.0, "1", 0.0, 1e4, "loss coefficient of the fittings of each line"),

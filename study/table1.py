@@ -83,7 +83,7 @@ def line_response(
     def rate(_t: float, y: np.ndarray) -> np.ndarray:
         f = np.empty_like(y)
         line_derivatives(
-            y, 0, segments, y[-1], P_out, RHO * nu0, alpha, variable, 3000.0,
+            y, 0, segments, y[-1], P_out, RHO * nu0, alpha, 0.0, variable, 3000.0,
             resistance, inertance, stiffness, 0.0, BETA, 0.0, 1.0, f,
         )  # fmt: skip
         f[-1] = 2 * stiffness * (Q - y[0])

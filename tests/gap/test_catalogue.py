@@ -31,7 +31,7 @@ def test_reading():
 
 def test_shipped_catalogue(built):
     catalogue = load_from_package(built / "deepsea_11km.ssp")
-    assert len(catalogue.effects) == 28
+    assert len(catalogue.effects) == 30
     assert len(catalogue.sensors) == 4
     assert catalogue.effect("current_unsteady").main.address == "arm.effect.current_unsteady.amplitude"
 

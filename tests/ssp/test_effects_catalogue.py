@@ -18,7 +18,7 @@ CORE = (
     "valve_flow_gain orifice_flow_number piston_leakage oil_temperature relief_override supply_droop "
     "line_minor_losses line_diameter_error joint_friction payload_error buoyancy_error marine_growth "
     "drag_coefficient current_error current_unsteady sensor_bias sensor_scale sensor_lag sensor_delay "
-    "controller_sampling ambient_pressure_error "
+    "controller_sampling ambient_pressure_error viscosity_law pump_slip "
 )
 
 
