@@ -36,6 +36,29 @@ class Channel:
     """In SI; None: to be estimated from the data."""
 
 
+@dataclass(frozen=True)
+class Event:
+    """A measured moment: from `after` [s] a connector took so long to come to stay within `within` of `target`.
+
+    Either the duration `time` was measured, or only that it was at most or at least a limit. target and within are in
+    the unit of the FMU's variable, times and `std` in seconds.
+    """
+
+    connector: str
+    target: float
+    within: float
+    after: float
+    std: float
+    time: float | None = None
+    at_most: float | None = None
+    at_least: float | None = None
+
+    @property
+    def label(self) -> str:
+        """For people."""
+        return f"{self.connector} reaches {self.target:g}"
+
+
 @dataclass
 class Run:
     """A measured run. `series[connector]` = times [s] and values [SI], without the samples that are missing."""
@@ -45,6 +68,7 @@ class Run:
     use: str | None
     series: dict[str, tuple[np.ndarray, np.ndarray]]
     stop: float
+    events: tuple[Event, ...] = ()
 
 
 @dataclass
@@ -82,7 +106,8 @@ def _key(table: dict[str, Any], where: str, key: str, kind: type | tuple[type, .
 _KNOWN = {
     "": ("name", "system", "effects", "channel", "run", "base"),
     "channel": ("column", "connector", "unit", "noise_std", "role"),
-    "run": ("file", "parameters", "use"),
+    "run": ("file", "parameters", "use", "event", "stop_time", "name"),
+    "event": ("connector", "target", "within", "after", "std", "time", "at_most", "at_least"),
     "base": ("parameter", "tolerance"),
 }
 
@@ -168,6 +193,11 @@ def _is_number(cell: str) -> bool:
 
 def _run(table: dict[str, Any], where: str, folder: Path, channels: tuple[Channel, ...], warnings: list[str]) -> Run:
     _no_strangers(table, "run", where)
+    events = tuple(_event(t, f"{where}, event {i}") for i, t in enumerate(table.get("event", []), 1))
+    if events and "file" not in table:
+        stop = float(_key(table, where, "stop_time", (int, float)))
+        name = str(table.get("name", where.rpartition(": ")[2]))
+        return Run(name, dict(table.get("parameters", {})), table.get("use"), {}, stop, events)
     path = folder / _key(table, where, "file", str)
     parameters = table.get("parameters", {})
     if not isinstance(parameters, dict):
@@ -219,7 +249,19 @@ def _run(table: dict[str, Any], where: str, folder: Path, channels: tuple[Channe
         raise CampaignError(f"{path}: every channel is constant; there is nothing to learn from this run")
     if not any(c.role == "output" and c.connector in series for c in channels):
         raise CampaignError(f"{path}: no output channel was measured")
-    return Run(path.stem, dict(parameters), use, series, float(time[-1]))
+    return Run(str(table.get("name", path.stem)), dict(parameters), use, series, float(time[-1]), events)
+
+
+def _event(table: dict[str, Any], where: str) -> Event:
+    _no_strangers(table, "event", where)
+    number = (int, float)
+    values = {key: float(_key(table, where, key, number)) for key in ("target", "within", "after", "std")}
+    told = {key: float(_key(table, where, key, number)) for key in ("time", "at_most", "at_least") if key in table}
+    if len(told) != 1:
+        raise CampaignError(f"{where}: needs one of 'time', 'at_most' and 'at_least'")
+    if not (values["std"] > 0.0 and values["within"] > 0.0):
+        raise CampaignError(f"{where}: 'std' and 'within' have to be positive")
+    return Event(_key(table, where, "connector", str), **values, **told)
 
 
 def _si(name: str) -> str:
@@ -249,7 +291,8 @@ def read(path: Path) -> Campaign:
     if not system.is_file():
         raise CampaignError(f"{path}: system = '{data['system']}': no such file")
     effects = folder / data["effects"] if "effects" in data else None
-    channels = channels_of(data, path)
+    only_events = "channel" not in data and any("event" in t for t in data.get("run", []) if isinstance(t, dict))
+    channels = () if only_events else channels_of(data, path)
     warnings: list[str] = []
     runs = tuple(
         _run(t, f"{path}: run {i}", folder, channels, warnings)

@@ -35,7 +35,7 @@ def _rates(problem: Problem) -> list[str]:
             if not (np.ptp(v) > 0 and np.sqrt(np.mean((v - dx) ** 2)) < 0.05 * np.std(v)):
                 continue
             for r in range(len(problem.runs)):
-                blocks = {x.connector: x for x in problem.obs.blocks if x.run == r}
+                blocks = {x.connector: x for x in problem.obs.series if x.run == r}
                 if a not in blocks or b not in blocks:
                     continue
                 t = blocks[a].t
@@ -54,7 +54,7 @@ def _sums(problem: Problem, delivered: np.ndarray) -> list[str]:
     told = []
     obs = problem.obs
     for r in range(len(problem.runs)):
-        blocks = {b.connector: b for b in obs.blocks if b.run == r}
+        blocks = {b.connector: b for b in obs.series if b.run == r}
         for target, block in blocks.items():
             others = [
                 c for c in blocks

@@ -41,10 +41,13 @@ def diagnose(
         calibration = Calibration.load()
         best = next((j for j in s.judged if j.hypothesis.candidates), s.null_judged)
         x = features(rms(s.before), s.null_judged.gap, min(best.gap, s.null_judged.gap), s.structure.share)
-        found = causes(s.judged, calibration, x)
+        found = _worth_telling(causes(s.judged, calibration, x))
         d = Diagnosis(s, found, [], [], None, warnings=list(s.problem.warnings))
         say("where the gap lies")
         d.masks = _masks(s.scoring, s)
+        for cause in found:
+            if cause.judged is not None:
+                s.gap(cause.judged)  # simulates the held-out runs
         d.places = places(s.scoring, s.after(s.null_judged), d.masks)
         d.replays = replays(s.problem, s.null.fit.point)
         d.warnings += check(s.problem, s.delivered)
@@ -54,6 +57,15 @@ def diagnose(
         d.next = _next(s, found)
     d.seconds = time.perf_counter() - begin
     return d
+
+
+def _worth_telling(found: list[Cause], most: int = 12) -> list[Cause]:
+    """The first causes, "none" and "unknown" in any case, with probabilities that add up to 1."""
+    kept = [c for i, c in enumerate(found) if i < most or c.effects in (NONE, UNKNOWN)]
+    total = sum(c.probability for c in kept)
+    for c in kept:
+        c.probability /= total
+    return kept
 
 
 def _masks(problem: Problem, s: Study):

@@ -32,9 +32,11 @@ def best_next(
 ) -> Next | None:
     """The change under which the two fitted hypotheses differ most; None when nothing can be changed."""
     info = problem.runs[0]
-    own = {b.connector: float(np.median(problem.obs.floor[b.place])) for b in problem.obs.blocks}
-    extra = {m.connector: m.noise_std for m in measurables if m.connector not in own}
-    record = (*problem.connectors, *extra)
+    usual = {m.connector: m.noise_std for m in measurables}
+    own = {b.connector: float(np.median(problem.obs.floor[b.place])) for b in problem.obs.series}
+    own.update({c: usual[c] for c in problem.connectors if c not in own and c in usual})
+    extra = {c: noise for c, noise in usual.items() if c not in problem.connectors}
+    record = (*(c for c in problem.connectors if c in own), *extra)
     floor = np.array([own.get(c, extra.get(c, np.nan)) for c in record])
     now = {name: info.values.get(name, info.changes.get(name)) for name in (e.parameter for e in experiments)}
     changes: list[dict[str, Any]] = [{}]
@@ -58,7 +60,7 @@ def best_next(
     results = problem.pool.run(jobs)
     separates = (first.ids, second.ids)
     found: list[Next] = []
-    count = len(problem.connectors)
+    count = len(record) - len(extra)
     for i, change in enumerate(changes):
         a, b = results[2 * i], results[2 * i + 1]
         if isinstance(a, Failure) or isinstance(b, Failure):

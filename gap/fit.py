@@ -23,6 +23,9 @@ from .problem import BIAS, CLOCK, Point, Problem, Unknown
 Ask = Generator[list[Point], list[np.ndarray | None], "Fit"]
 """Yields points, is sent their long vectors, returns a fit."""
 
+MOVED = 0.5
+"""How far a fit goes, in prior standard deviations, before its derivatives are too old to end with."""
+
 DIFFERENCE = {"base": 0.2, "effect": 0.2, "sensor": 0.2}
 """Step of a finite difference, in u."""
 
@@ -188,10 +191,12 @@ def fit(
     iterations: int,
     model: np.ndarray | None = None,
     phi_most: float = np.inf,
+    refreshes: int = 0,
 ) -> Ask:
     """Lower the cost from u (k,) in at most that many iterations; phi stays below `phi_most`.
 
     jacobian (n, k) with known (k,) true where a column is usable; the others are found by finite differences first.
+    Derivatives grow old as the fit moves: before it ends, all are found anew, at most `refreshes` times.
     """
     u = u.astype(float).copy()
     names = [x.name for x in unknowns]
@@ -220,17 +225,31 @@ def fit(
     radius = np.array([1.0 if x.kind == "base" else max(1.0, abs(v)) for x, v in zip(unknowns, u, strict=True)])
     adaptive = np.array([x.kind != "base" for x in unknowns])
     converged, stale, small = False, False, 0
+    seen_at = u.copy()
 
     def cost(res: np.ndarray, v: np.ndarray, qq: np.ndarray, p: float) -> float:
         return float(res @ res / p + np.sum((v / sd) ** 2) + qq @ qq)
 
-    for _ in range(iterations):
+    for count in range(iterations):
+        tired = small >= 2 or count == iterations // 2
+        if refreshes > 0 and tired and np.any(np.abs(u - seen_at) / sd > MOVED):
+            found = yield from columns(unknowns, u, model, range(len(u)))
+            for j, column in found.items():
+                J[:, j] = column
+            radius = np.maximum(radius, 0.5)
+            refreshes, stale, small, seen_at = refreshes - 1, False, 0, u.copy()
+        if small >= 2:
+            converged = True
+            break
         lin = Linear(problem, u, model, J, N)
         d, dq = lin.step(unknowns, mine, radius)
         predicted = lin.left(d, dq)
         now = cost(residual, u, q, mine)
         gain = now - cost(predicted, u + d, dq, mine)
         if gain < 0.3:
+            if refreshes > 0 and np.any(np.abs(u - seen_at) / sd > MOVED):
+                small = 2
+                continue
             if stale:  # the derivative is old where the fit moved: look again before giving up
                 found = yield from columns(unknowns, u, model, np.flatnonzero(adaptive))
                 for j, column in found.items():
@@ -259,9 +278,6 @@ def fit(
                 mine = fresh
                 q, residual = settle(problem, model, N, mine)
             small = small + 1 if real < 0.5 else 0
-            if small >= 2:
-                converged = True
-                break
         else:
             radius = 0.3 * np.maximum(np.abs(d), 1e-3)
             if stale or np.any(adaptive):

@@ -21,8 +21,41 @@ JITTER = 0.5e-3
 
 
 @dataclass(frozen=True)
+class Moment:
+    """When a signal comes to stay within `within` of `target`, counted from `after` [s]; a limit clips it."""
+
+    target: float
+    within: float
+    after: float
+    low: float = -np.inf
+    high: float = np.inf
+
+    def read(self, t: np.ndarray, x: np.ndarray) -> float:
+        """The duration [s] in the signal x (n,) at times t (n,), between samples by a straight line.
+
+        A signal that does not arrive is continued with its mean speed until then.
+        """
+        away = np.abs(x - self.target) - self.within
+        start = int(np.searchsorted(t, self.after))
+        outside = np.flatnonzero(away[start:] > 0.0)
+        if len(outside) == 0:
+            found = 0.0
+        else:
+            k = start + int(outside[-1])
+            if k + 1 < len(t):
+                found = t[k] + (t[k + 1] - t[k]) * away[k] / (away[k] - away[k + 1]) - self.after
+            else:
+                path = max(abs(x[-1] - x[start]), 1e-3 * abs(x[start] - self.target), 1e-12)
+                found = (t[-1] - self.after) * (1.0 + away[-1] / path)
+        return float(min(max(found, self.low), self.high))
+
+
+@dataclass(frozen=True)
 class Block:
-    """The samples of one channel in one run: times [s], readings, floor, and their place in the long vector."""
+    """The samples of one channel in one run: times [s], readings, floor, and their place in the long vector.
+
+    With a `moment` it is a single reading: a duration.
+    """
 
     run: int
     channel: int
@@ -31,6 +64,7 @@ class Block:
     y: np.ndarray
     floor: float
     place: slice
+    moment: Moment | None = None
 
 
 @dataclass
@@ -45,6 +79,11 @@ class Observations:
     time: np.ndarray
     span: np.ndarray
     """Largest minus smallest reading of each channel over all runs."""
+
+    @property
+    def series(self) -> list[Block]:
+        """The blocks that are time series."""
+        return [b for b in self.blocks if b.moment is None]
 
     def __len__(self) -> int:
         return len(self.y)
@@ -61,7 +100,9 @@ class Observations:
         for b in self.blocks:
             x = rows[b.run][:, columns[b.connector]]
             sensor = (sensors or {}).get(b.connector)
-            if sensor is None:
+            if b.moment is not None:
+                made[b.place] = b.moment.read(grids[b.run], x)
+            elif sensor is None:
                 made[b.place] = np.interp(b.t, grids[b.run], x)
             else:
                 made[b.place] = sensor.read(grids[b.run], x, b.t)
@@ -71,7 +112,8 @@ class Observations:
         """Rate of change [unit/s] of a long vector along each block."""
         made = np.zeros(len(self.y))
         for b in self.blocks:
-            made[b.place] = np.gradient(model[b.place], b.t)
+            if b.moment is None:
+                made[b.place] = np.gradient(model[b.place], b.t)
         return made
 
     def widen(self, model: np.ndarray, numerical: np.ndarray) -> None:
@@ -99,16 +141,16 @@ def thin(t: np.ndarray, y: np.ndarray, most: int = MOST) -> tuple[np.ndarray, np
     return t[:n].reshape(-1, m).mean(1), y[:n].reshape(-1, m).mean(1), m
 
 
-def gather(blocks: list[tuple[int, int, str, np.ndarray, np.ndarray, float]]) -> Observations:
-    """Observations from (run, channel, connector, times, readings, floor) of every block."""
+def gather(blocks: list[tuple[int, int, str, np.ndarray, np.ndarray, float, Moment | None]]) -> Observations:
+    """Observations from (run, channel, connector, times, readings, floor, moment) of every block."""
     made, place = [], 0
-    for run, channel, connector, t, y, floor in blocks:
-        made.append(Block(run, channel, connector, t, y, floor, slice(place, place + len(t))))
+    for run, channel, connector, t, y, floor, moment in blocks:
+        made.append(Block(run, channel, connector, t, y, floor, slice(place, place + len(t)), moment))
         place += len(t)
     channels = 1 + max(b.channel for b in made)
     span = np.zeros(channels)
     for c in range(channels):
-        parts = [b.y for b in made if b.channel == c]
+        parts = [b.y for b in made if b.channel == c and b.moment is None]
         if parts:
             span[c] = max(np.max([p.max() for p in parts]) - np.min([p.min() for p in parts]), 1e-300)
     return Observations(

@@ -16,11 +16,11 @@ import numpy as np
 from ..core.errors import SimulationError, UnknownNameError, UsageError, did_you_mean
 from ..core.units import convert, unit
 from ..master.session import Session
-from .campaign import Campaign, CampaignError
+from .campaign import Campaign, CampaignError, Event
 from .catalogue import Catalogue, Effect
 from .catalogue import Sensor as SensorEffect
 from .noise import quantum, spread
-from .observations import Observations, gather, thin
+from .observations import Moment, Observations, gather, thin
 from .pool import Failure, Job, Pool
 from .sensor import Sensor
 
@@ -107,6 +107,8 @@ class Problem:
     base: tuple[Unknown, ...]
     candidates: tuple[Candidate, ...]
     fine: float
+    labels: list[str]
+    """Name of each channel: its connector, or the event."""
     factor: int = 1
     warnings: list[str] = field(default_factory=list)
     parameter_units: dict[str, str] = field(default_factory=dict)
@@ -223,6 +225,9 @@ def pose(campaign: Campaign, catalogue: Catalogue, pool: Pool) -> Problem:
     with Session(campaign.system) as session:
         units = session.system.units()
         connected = {link.end for link in session.system.links}
+        for run in campaign.runs:
+            for e in run.events:
+                session.place(e.connector)
         for c in campaign.channels:
             is_output, _ = session.place(c.connector)
             name = next(n for n in session.system.slaves if c.connector.startswith(f"{n}."))
@@ -279,20 +284,41 @@ def pose(campaign: Campaign, catalogue: Catalogue, pool: Pool) -> Problem:
                     )
             t, y, m = thin(t, y)
             longest = max(longest, float(t[-1]))
-            blocks.append((r, k, c.connector, t, y, floor / np.sqrt(m)))
+            blocks.append((r, k, c.connector, t, y, floor / np.sqrt(m), None))
+    labels = [c.connector for c in campaign.outputs]
+    for r, run in enumerate(campaign.runs):
+        for e in run.events:
+            if e.label not in labels:
+                labels.append(e.label)
+            blocks.append((r, labels.index(e.label), e.connector, *_moment(e)))
     for r, info in enumerate(runs):
         info.stop = max(b[3][-1] for b in blocks if b[0] == r)
+        if campaign.runs[r].events:
+            info.stop = max(info.stop, campaign.runs[r].stop)
     obs = gather(blocks)
-    fine = fine or min(float(np.median(np.diff(b[3]))) for b in blocks) / 2.0
+    fine = fine or min([float(np.median(np.diff(b[3]))) for b in blocks if len(b[3]) > 1] or [1e-2]) / 10.0
     for info in runs:
         info.stop = float(np.ceil(info.stop / fine - 1e-9) * fine)
-    connectors = list(dict.fromkeys(c.connector for c in campaign.outputs))
+    connectors = list(dict.fromkeys(b[2] for b in blocks))
     base = _base(campaign, catalogue, runs, warnings)
     candidates = _candidates(campaign, catalogue, runs, obs, warnings)
     return Problem(
-        campaign, catalogue, pool, runs, obs, connectors, units, base, candidates, fine, 1, warnings, parameter_units,
+        campaign, catalogue, pool, runs, obs, connectors, units, base, candidates, fine, labels, 1, warnings, parameter_units,
         signals,
     )  # fmt: skip
+
+
+def _moment(e: Event) -> tuple[np.ndarray, np.ndarray, float, Moment]:
+    """Time, reading, floor and moment of an event; a limit is a reading that the model is clipped to."""
+    if e.time is not None:
+        reading, low, high = e.time, -np.inf, np.inf
+    elif e.at_most is not None:
+        reading, low, high = e.at_most, e.at_most, np.inf
+    else:
+        assert e.at_least is not None
+        reading, low, high = e.at_least, -np.inf, e.at_least
+    moment = Moment(e.target, e.within, e.after, low, high)
+    return np.array([e.after + reading]), np.array([reading]), e.std, moment
 
 
 def _own(si_of: str, own: str | None, values: np.ndarray) -> np.ndarray:
@@ -381,21 +407,21 @@ def check_units(problem: Problem, delivered: np.ndarray) -> None:
         measured = max(np.ptp(b.y) for b in parts)
         noise = max(b.floor for b in parts)
         modelled = max(np.ptp(delivered[b.place]) for b in parts)
-        if modelled <= 20 * noise or measured <= 20 * noise:
-            level_m = max(np.abs(np.median(b.y)) for b in parts)
-            level_s = max(np.abs(np.median(delivered[b.place])) for b in parts)
-            if level_s <= 20 * noise or level_m <= 20 * noise:
-                continue
-            measured, modelled = level_m, level_s
+        word = "moves by"
+        if max(modelled, measured) <= 20 * noise:  # constant channels: their levels
+            word = "is at"
+            measured = max(np.abs(np.median(b.y)) for b in parts)
+            modelled = max(np.abs(np.median(delivered[b.place])) for b in parts)
+        if max(modelled, measured) <= 20 * noise or min(modelled, measured) <= 0.0:
+            continue
         ratio = measured / modelled
-        if not (0.02 < ratio < 50.0):
-            better = _likelier_unit(c.unit, ratio)
-            hint = f"is it in {better}?" if better else "check its unit and its sensor"
+        better = _likelier_unit(c.unit, ratio) if not (0.05 < ratio < 20.0) else None
+        if better:
             own = problem.units.get(c.connector, c.unit)
             shown = convert(measured, own, c.unit), convert(modelled, own, c.unit)
             raise CampaignError(
-                f"channel '{c.column}': it moves by {shown[0]:.4g} {c.unit} where the model moves by {shown[1]:.4g} "
-                f"{c.unit}; {hint}"
+                f"channel '{c.column}': it {word} {shown[0]:.4g} {c.unit} where the model {word} {shown[1]:.4g} "
+                f"{c.unit}; is it in {better}?"
             )
 
 

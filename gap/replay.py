@@ -67,7 +67,7 @@ def replays(problem: Problem, point: Point) -> list[Replay]:
     for component in components:
         mine = [(start, end) for start, end in links if end.startswith(f"{component}.")]
         outputs = tuple(c for c in problem.connectors if c.startswith(f"{component}."))
-        measured = {b.connector for b in problem.obs.blocks}
+        measured = {b.connector for b in problem.obs.series}
         varying = [(s, e) for s, e in mine if any(np.ptp(w[:, sources.index(s)]) > 0 for w in whole)]
         driven = [s for s, _ in varying if s in measured or rates.get(s) in measured]
         if not varying or not outputs or len(driven) < len(varying):
@@ -96,7 +96,7 @@ def _replay(problem, component, mine, outputs, sources, whole, rates, point) -> 
     obs, step = problem.obs, problem.fine * min(2, problem.factor)
     jobs, assumed = [], set()
     for r, info in enumerate(problem.runs):
-        blocks = {b.connector: b for b in obs.blocks if b.run == r}
+        blocks = {b.connector: b for b in obs.series if b.run == r}
         grid = problem.grid(r, problem.coarse)
         changes = {k: v for k, v in problem.changes(r, point).items() if k.split(".", 1)[0] == component or "." not in k}
         for copy in range(1 + COPIES):
@@ -122,7 +122,7 @@ def _replay(problem, component, mine, outputs, sources, whole, rates, point) -> 
     rms, amplification = {}, {}
     for k, connector in enumerate(outputs):
         energy, count, spread_, floor_ = 0.0, 0, 0.0, 0.0
-        for b in obs.blocks:
+        for b in obs.series:
             if b.connector != connector:
                 continue
             grid = problem.grid(b.run, step)

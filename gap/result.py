@@ -87,11 +87,11 @@ def per_channel(problem: Problem, before: np.ndarray, after: np.ndarray) -> dict
     """Physical RMS of whitened residuals per channel."""
     made = {}
     obs = problem.obs
-    for k, c in enumerate(problem.campaign.outputs):
+    for k, label in enumerate(problem.labels):
         mine = obs.channel == k
         if mine.any():
-            made[c.connector] = {
-                "unit": problem.units.get(c.connector, "1"),
+            made[label] = {
+                "unit": problem.units.get(label, "1") if k < len(problem.campaign.outputs) else "s",
                 "rms_before": rms(before[mine] * obs.floor[mine]),
                 "rms_after": rms(after[mine] * obs.floor[mine]),
                 "noise_floor": rms(obs.floor[mine]),

@@ -71,7 +71,8 @@ Say = Callable[[str], None]
 def null(problem: Problem, start: np.ndarray, N: np.ndarray) -> Hypothesis:
     """The fit of the base parameters alone; `start` is the long vector of the model as delivered."""
     k = len(problem.base)
-    ask = fit(problem, problem.base, np.zeros(k), N, np.zeros((len(start), k)), np.zeros(k, bool), 12, model=start)
+    ask = fit(problem, problem.base, np.zeros(k), N, np.zeros((len(start), k)), np.zeros(k, bool), 20, model=start,
+              refreshes=2)  # fmt: skip
     found = drive(problem, [ask])[0]
     assert found is not None
     return Hypothesis((), found)
@@ -185,10 +186,10 @@ def _ask(problem: Problem, at: Fit, s: Secant, N: np.ndarray, iterations: int):
     return fit(problem, unknowns, u, N, J, known, iterations, phi_most=at.phi)
 
 
-def carry_on(problem: Problem, at: Fit, N: np.ndarray, iterations: int, fresh: bool = False):
+def carry_on(problem: Problem, at: Fit, N: np.ndarray, iterations: int, fresh: bool = False, refreshes: int = 0):
     """Goes on with a fit; fresh: with all derivatives found anew."""
     known = np.full(len(at.unknowns), not fresh)
-    return fit(problem, at.unknowns, at.u, N, at.jacobian, known, iterations, model=at.model, phi_most=np.inf)
+    return fit(problem, at.unknowns, at.u, N, at.jacobian, known, iterations, model=at.model, refreshes=refreshes)
 
 
 def extend(
@@ -200,8 +201,10 @@ def extend(
     begun = drive(problem, [_ask(problem, at.fit, s, N, 3) for s in chosen])
     made = [Hypothesis((*at.candidates, s.candidate), f) for s, f in zip(chosen, begun, strict=True) if f is not None]
     made.sort(key=lambda h: h.fit.rms)
-    going = [h for h in made[:kept] if not h.fit.converged]
-    for h, f in zip(going, drive(problem, [carry_on(problem, h.fit, N, 10) for h in going]), strict=True):
-        if f is not None:
-            h.fit = f
+    for some, refreshes in ((made[:kept], 0), (made[: (kept + 1) // 2], 2)):
+        asks = [carry_on(problem, h.fit, N, 12, refreshes > 0, refreshes) for h in some]
+        for h, f in zip(some, drive(problem, asks), strict=True):
+            if f is not None and f.rms < h.fit.rms * 1.02:
+                h.fit = f
+        made.sort(key=lambda h: h.fit.rms)
     return sorted(made, key=lambda h: h.fit.rms)

@@ -45,7 +45,7 @@ def structure(problem: Problem, residual: np.ndarray, rows: list[np.ndarray], st
     masks = folds(problem.obs)
     total = left = 0.0
     channels, varies = {}, {}
-    for k, c in enumerate(problem.campaign.outputs):
+    for k, label in enumerate(problem.labels):
         mine = np.flatnonzero(problem.obs.channel == k)
         if len(mine) < 100:
             continue
@@ -65,8 +65,8 @@ def structure(problem: Problem, residual: np.ndarray, rows: list[np.ndarray], st
         energy = float(e @ e)
         rest = float((e - predicted) @ (e - predicted))
         total, left = total + energy, left + min(rest, energy)
-        channels[c.connector] = max(0.0, 1.0 - rest / energy) if energy > 0 else 0.0
-        varies[c.connector] = _strongest(names, x, e)
+        channels[label] = max(0.0, 1.0 - rest / energy) if energy > 0 else 0.0
+        varies[label] = _strongest(names, x, e)
     return Structure(0.0 if total == 0.0 else 1.0 - left / total, channels, varies)
 
 

@@ -107,6 +107,8 @@ def bands(blocks: Sequence[Block], residual: np.ndarray) -> dict[str, float]:
     """Shares of the residual's energy by frequency band."""
     energy = np.zeros(len(BANDS))
     for b in blocks:
+        if b.moment is not None:
+            continue
         e = residual[b.place]
         spacing = float(np.median(np.diff(b.t)))
         spectrum = np.abs(np.fft.rfft(e)) ** 2
@@ -124,6 +126,8 @@ def change_points(block: Block, residual: np.ndarray, most: int = 4) -> list[flo
     """Times [s] at which the level of a block's residual changes, the clearest first (PELT, Killick 2012)."""
     import ruptures
 
+    if block.moment is not None:
+        return []
     e = residual[block.place]
     count = int((block.t[-1] - block.t[0]) / BIN)
     if count < 20 or np.sqrt(np.mean(e**2)) < 1.3:
@@ -142,20 +146,20 @@ def places(problem: Problem, residual: np.ndarray, masks: Mapping[str, np.ndarra
     """The channels by their share of the energy beyond the floor; the shares add up to 1."""
     obs = problem.obs
     made, energies = [], []
-    for k, c in enumerate(problem.campaign.outputs):
+    for k, label in enumerate(problem.labels):
         mine = obs.channel == k
         if mine.any():
             energies.append(max(0.0, float(excess(residual[mine]).sum())))
-            made.append((k, c))
+            made.append((k, label))
     total = sum(energies)
     found = []
-    for (k, c), energy in zip(made, energies, strict=True):
+    for (k, label), energy in zip(made, energies, strict=True):
         mine = obs.channel == k
         blocks = [b for b in obs.blocks if b.channel == k]
         share = energy / total if total > 0 else 1.0 / len(made)
         inner = {name: mask[mine] for name, mask in masks.items()}
         region = describe(np.maximum(excess(residual[mine]), 0.0), inner) if energy > 0 else "nowhere"
         changes = [(problem.runs[b.run].name, t) for b in blocks for t in change_points(b, residual)]
-        subsystem = c.connector.split(".", 1)[0]
-        found.append(Place(subsystem, c.connector, share, region, bands(blocks, residual), tuple(changes)))
+        subsystem = label.split(".", 1)[0]
+        found.append(Place(subsystem, label, share, region, bands(blocks, residual), tuple(changes)))
     return sorted(found, key=lambda p: -p.share)

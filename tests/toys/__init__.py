@@ -16,6 +16,7 @@ def package(
     connections: Iterable[str] = (),
     parameters: Mapping[str, float] | None = None,
     stop: float = 1.0,
+    step: float | None = None,
 ) -> Path:
     """Write an SSP with components name -> FMU file, connections 'a.x -> b.y' and inline parameters."""
     components = "".join(
@@ -32,6 +33,12 @@ def package(
         f'<ssv:Parameter name="{name}"><ssv:Real value="{value!r}"/></ssv:Parameter>'
         for name, value in (parameters or {}).items()
     )
+    annotation = ""
+    if step is not None:
+        annotation = (
+            '<ssd:Annotations><ssc:Annotation xmlns:ssc="http://ssp-standard.org/SSP1/SystemStructureCommon" '
+            f'type="org.deepsea-cosim.master"><Master stepSize="{step!r}"/></ssc:Annotation></ssd:Annotations>'
+        )
     text = f"""<?xml version="1.0"?>
 <ssd:SystemStructureDescription xmlns:ssd="{SSD}" xmlns:ssv="{SSV}" version="1.0" name="toy">
   <ssd:System name="toy">
@@ -41,7 +48,7 @@ def package(
     <ssd:Elements>{components}</ssd:Elements>
     <ssd:Connections>{"".join(lines)}</ssd:Connections>
   </ssd:System>
-  <ssd:DefaultExperiment startTime="0" stopTime="{stop!r}"/>
+  <ssd:DefaultExperiment startTime="0" stopTime="{stop!r}">{annotation}</ssd:DefaultExperiment>
 </ssd:SystemStructureDescription>
 """
     with zipfile.ZipFile(target, "w") as archive:

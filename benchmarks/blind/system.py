@@ -1,0 +1,306 @@
+"""The plant as one ordinary differential equation. SI units; pressures are absolute.
+
+State vector, n = 5 segments per line:
+
+====================  =====  ================================================================================
+index                 unit   meaning
+====================  =====  ================================================================================
+0, 1, 2               m m/s  compensator piston: position, velocity; tank pressure (Pa)
+3, 4                  rad    beam angle above the horizontal, its rate (rad/s)
+5                     mA     integral part of the controller
+6 .. 16               Pa     line a-1 in turn: port a, flow (m3/s), node, flow, ..., chamber 1
+17 .. 27              Pa     line b-2 in turn: chamber 2, flow (m3/s), ..., port b
+28, 29                1 1/s  spool and its rate, with valve dynamics
+30 .. 33              mA     controller output on its way, with delay
+34                    Pa     supply pressure, with override of the relief valve or slip of the pump
+35                    1      spool behind its play
+36                    m      bristles of the piston's friction
+37, 38                rad    bending of the beam and its rate (rad/s)
+====================  =====  ================================================================================
+"""
+
+from __future__ import annotations
+
+import numpy as np
+
+from .compiled import kernel
+from .forms import (
+    delayed,
+    friction,
+    land,
+    land_leak,
+    oil_compliance,
+    opening,
+    physical,
+    pump_flow,
+    relief_flow,
+    relief_pressure,
+    segment_viscosity,
+    viscosity_now,
+    wall_compliance,
+)
+from .machine import SEGMENTS
+from .water import arm, current_at, linkage, other_torque
+
+LINE_A, LINE_B = 6, 6 + 2 * SEGMENTS + 1
+SPOOL, DELAY, SUPPLY, PLAY, BRISTLE, BEND = 28, 30, 34, 35, 36, 37
+STATES = 39
+RUN, SETTLE = 0, 1
+"""Modes: the run itself, or the search for the state at rest with the arm held and the controller's integral free."""
+
+KEYS = ("x_h", "v_h", "theta", "F_h", "P1", "P2", "Pa", "Pb", "Pp", "Pt", "x_v", "u", "x_cmd")
+
+
+@kernel
+def command_at(c, piece: int, t: float) -> tuple[float, float]:
+    """Commanded position (m) and velocity (m/s) at t; piece 0..4 counts the corners passed."""
+    slope = c.target / c.ramp_time
+    if piece == 1:
+        return slope * (t - c.t_start), slope
+    if piece == 2:
+        return c.target, 0.0
+    if piece == 3:
+        return c.target - slope * (t - c.t_start - c.ramp_time - c.hold_time), -slope
+    return 0.0, 0.0
+
+
+@kernel
+def controller(c, piece: int, t: float, x_h: float, v_h: float, integral: float) -> tuple[float, float]:
+    """Valve current (mA, clipped) and the rate of the integral part (mA/s, held while saturated along the error)."""
+    x_cmd, v_cmd = command_at(c, piece, t)
+    e = c.sensor_gain * (x_cmd - x_h)
+    raw = c.gain_p * e + integral + c.gain_d * c.sensor_gain * (v_cmd - v_h)
+    u = min(max(raw, -c.rated_current), c.rated_current)
+    stuck = (raw >= c.rated_current and e > 0.0) or (raw <= -c.rated_current and e < 0.0)
+    return u, 0.0 if stuck else c.gain_i * e
+
+
+@kernel
+def cylinder_force(c, p1: float, p2: float, x: float, v: float, bristle: float) -> float:
+    """Force (N) of the cylinder on the arm, positive extending, Eqs. 26, 27; with end stops that only push."""
+    force = (p1 - c.p_am) * c.area1 - (p2 - c.p_am) * c.area2 - c.cylinder_damping * v
+    force -= friction(c, p1, p2, x, v, bristle)
+    low, high = -c.stop_clearance - x, x - c.stroke - c.stop_clearance
+    if low > 0.0:
+        damping = c.stop_damping * min(low / c.stop_damping_depth, 1.0)
+        force += max(c.stop_stiffness * low - damping * v, 0.0)
+    if high > 0.0:
+        damping = c.stop_damping * min(high / c.stop_damping_depth, 1.0)
+        force -= max(c.stop_stiffness * high + damping * v, 0.0)
+    return force
+
+
+@kernel
+def spool_of(c, y, u: float, f, settle: bool) -> float:
+    """Spool position (-1..1) for the controller output u (mA); writes the rates of the states between them into f."""
+    if c.delay > 0.0:
+        u = delayed(c, u, y[DELAY : DELAY + 4], f[DELAY : DELAY + 4])
+    x = u / c.rated_current + c.null_shift
+    x = min(max(x, -1.0), 1.0)
+    if c.play > 0.0:
+        if settle:
+            f[PLAY] = 300.0 * (x - y[PLAY])
+        else:
+            f[PLAY] = 300.0 * (max(x - y[PLAY] - c.play, 0.0) + min(x - y[PLAY] + c.play, 0.0))
+        x = y[PLAY]
+    if c.spool_time > 0.0:
+        w = y[SPOOL + 1]
+        T = c.spool_time
+        f[SPOOL] = w
+        if abs(w) > 0.5 * c.spool_rate:  # the limit sets in at half of it, continuous with its slope
+            over = abs(w) / c.spool_rate - 0.5
+            f[SPOOL] = np.sign(w) * c.spool_rate * (0.5 + 0.5 * np.tanh(2.0 * over))
+        f[SPOOL + 1] = (x - y[SPOOL] - 2.0 * c.spool_damping * T * w) / (T * T)
+        x = min(max(y[SPOOL], -1.0), 1.0)
+    return x
+
+
+@kernel
+def valve(c, eta0: float, x_v: float, p_a: float, p_b: float, p_t: float, p_relief: float, p_state: float):
+    """Flows (m3/s) Qa out of port a, Qb into port b, Q_p from the pump, Q_t to the tank, Eqs. 6-12; and P_p (Pa).
+
+    Without override the relief valve is ideal: the flow to the machine is the pump's at most, and P_p is the relief
+    pressure. With it P_p is a state of its own, `p_state`.
+    """
+    s = opening(c, x_v)
+    dynamic = c.override > 0.0
+    p_p = p_state if dynamic else p_relief
+    most = 1e9 if dynamic else pump_flow(c, eta0, p_p, p_t)
+    if s >= 0.0:
+        q_p = min(land(c, eta0, s, p_p, p_a), most)
+        q_t = land(c, eta0, s, p_b, p_t)
+        q_a, q_b = q_p, q_t
+    else:
+        q_t = land(c, eta0, -s, p_a, p_t)
+        q_p = min(land(c, eta0, -s, p_p, p_b), most)
+        q_a, q_b = -q_t, -q_p
+    if c.valve_leak > 0.0:
+        k = land_leak(c, x_v)
+        q_a += k * (p_p - p_a) - k * (p_a - p_t)
+        q_b -= k * (p_p - p_b) - k * (p_b - p_t)
+        q_p += k * (2.0 * p_p - p_a - p_b)
+        q_t += k * (p_a + p_b - 2.0 * p_t)
+    return q_a, q_b, q_p, q_t, p_p
+
+
+@kernel
+def supply_pressure(c, eta0: float, x_v: float, p_a: float, p_b: float, p_t: float, p_relief: float) -> float:
+    """Pump pressure (Pa): the relief pressure, or what drives the pump's flow through the land if that is less."""
+    s = opening(c, x_v)
+    high = p_relief
+    low = p_a if s >= 0.0 else p_b
+    s = abs(s)
+    most = pump_flow(c, eta0, high, p_t)
+    if land(c, eta0, s, high, low) <= most:
+        return high
+    p_to = low
+    for _ in range(40):
+        middle = 0.5 * (low + high)
+        if land(c, eta0, s, middle, p_to) > most:
+            high = middle
+        else:
+            low = middle
+    return 0.5 * (low + high)
+
+
+@kernel
+def _line(c, eta0: float, y, first: int, is_b: bool, f) -> None:
+    """Rates of a line's flows and inner nodes, Eqs. 13-15, 21, 22, with losses of fittings, cushion and check valve."""
+    inertance = c.rho * c.segment / c.line_area
+    volume = 2.0 * c.half_volume
+    for i in range(SEGMENTS):
+        k = first + 2 * i + 1
+        q = y[k]
+        p_i, p_o = physical(y[k - 1], c.vapour_pressure), physical(y[k + 1], c.vapour_pressure)
+        loss = c.segment_loss * segment_viscosity(c, eta0, p_i, p_o)
+        if c.diameter_scale != 1.0:  # not even along the line
+            loss *= 1.0 + 0.05 * (i - 2)
+        extra = 0.0
+        if c.minor_loss > 0.0:  # at the valve, on the way, at the cylinder
+            share = (0.5, 0.0, 0.2, 0.0, 0.3)[SEGMENTS - 1 - i if is_b else i]
+            extra += share * c.minor_loss
+        if is_b and i == 0 and q > 0.0:
+            extra += c.one_way
+        if not is_b and i == SEGMENTS - 1 and q < 0.0 and c.cushion > 0.0:
+            x = linkage(c, y[3])[0] - c.length0
+            extra += c.cushion * min(max(1.0 - x / c.cushion_length, 0.0), 1.0) ** 2
+        f[k] = (p_i - p_o - (loss + extra * c.velocity_head * abs(q)) * q) / inertance
+        if i > 0:
+            compliance = oil_compliance(c, p_i) + wall_compliance(c, p_i)
+            capacity = volume * compliance
+            if c.gas_pocket > 0.0 and not is_b and i == 2:
+                reference = c.p_am + 5e6
+                capacity += c.gas_pocket * (reference / p_i) ** (1.0 / 1.2) / (1.2 * p_i)
+            f[k - 1] = (y[k - 2] - q) / capacity
+
+
+@kernel
+def derivative(t: float, y, c, piece: int, mode: int, held: float, f) -> None:
+    """Write the rate of change of the state y at t (s) into f. `held` (mA) replaces the controller's output, or NaN."""
+    p_v = c.vapour_pressure
+    x_c, v_c, theta, omega = y[0], y[1], y[3], y[4]
+    n = 2 * SEGMENTS
+    p_t = physical(y[2], p_v)
+    p_a, p_1 = physical(y[LINE_A], p_v), physical(y[LINE_A + n], p_v)
+    p_2, p_b = physical(y[LINE_B], p_v), physical(y[LINE_B + n], p_v)
+    settle = mode == SETTLE
+    f[SPOOL:] = 0.0
+
+    length, length1, _, _, _, _ = linkage(c, theta)
+    x_h, v_h = length - c.length0, length1 * omega
+    u, f[5] = controller(c, piece, t, x_h, v_h, y[5])
+    if held == held:
+        u = held
+    x_v = spool_of(c, y, u, f, settle)
+    eta0 = viscosity_now(c, t)
+    p_relief = relief_pressure(c, t, p_t)
+    q_a, q_b, q_p, q_t, p_p = valve(c, eta0, x_v, p_a, p_b, p_t, p_relief, y[SUPPLY])
+
+    # Supply, tank and compensator, Eqs. 2, 3, 7
+    q_relief = c.q_pump - q_p
+    if c.override > 0.0:
+        q_relief = relief_flow(c, p_p - p_relief)
+        pump = pump_flow(c, eta0, p_p, p_t)
+        f[SUPPLY] = (pump - q_p - q_relief) / (c.supply_volume * oil_compliance(c, p_p))
+        q_relief += c.q_pump - pump  # what slips gets back to the tank, too
+    volume = c.tank_volume + c.comp_area * (c.compensator_length - x_c)
+    spring = c.compensator_stiffness * (c.compensator_precompression - x_c)
+    f[0] = v_c
+    f[1] = ((c.p_am - p_t) * c.comp_area + spring - c.compensator_damping * v_c) / c.compensator_mass
+    f[2] = (c.comp_area * v_c - c.q_pump + q_t + q_relief) / (volume * oil_compliance(c, p_t))
+
+    _line(c, eta0, y, LINE_A, False, f)
+    _line(c, eta0, y, LINE_B, True, f)
+
+    # Chambers and ports, Eqs. 23, 24
+    half = c.half_volume
+    leak = c.leakage * c.leakage_scale * (p_1 - p_2)
+    out = 0.0
+    if c.external_leak > 0.0:
+        over = p_1 - c.p_am
+        out = c.external_leak * over * (1.0 + (over / 5e6) ** 2)
+    k_a, k_b, k_1, k_2 = oil_compliance(c, p_a), oil_compliance(c, p_b), oil_compliance(c, p_1), oil_compliance(c, p_2)
+    volume1 = max(c.dead_volume + c.area1 * x_h, 0.01 * c.dead_volume) + half
+    volume2 = max(c.dead_volume + c.area2 * (c.stroke - x_h), 0.01 * c.dead_volume) + half
+    f[LINE_A] = (q_a - y[LINE_A + 1]) / (half * (k_a + wall_compliance(c, p_a)))
+    f[LINE_B + n] = (y[LINE_B + n - 1] - q_b) / (half * (k_b + wall_compliance(c, p_b)))
+    capacity1 = volume1 * k_1 + half * wall_compliance(c, p_1)
+    capacity2 = volume2 * k_2 + half * wall_compliance(c, p_2)
+    f[LINE_A + n] = (y[LINE_A + n - 1] - c.area1 * v_h - leak - out) / capacity1
+    f[LINE_B] = (c.area2 * v_h + leak - y[LINE_B + 1]) / capacity2
+
+    # Arm
+    v_sea, a_sea = current_at(c, t)
+    force = cylinder_force(c, p_1, p_2, x_h, v_h, y[BRISTLE])
+    if c.bristle > 0.0:
+        f[BRISTLE] = v_h - abs(v_h) * y[BRISTLE] / c.bristle_length
+    torque_more = other_torque(c, t, theta, omega)
+    if c.flexibility > 0.0:
+        inertia, torque = arm(c, theta, omega, v_sea, a_sea, 0.0)
+        load_inertia = c.load / c.gravity * c.beam_length**2
+        spring_torque = c.flex_k * y[BEND] + c.flex_d * y[BEND + 1]
+        load_torque = -c.load * c.beam_length * np.cos(theta + y[BEND])
+        alpha = (torque + torque_more + force * length1 + spring_torque) / inertia
+        load_alpha = (load_torque - spring_torque) / load_inertia
+        if settle:
+            alpha = 0.0
+            f[BEND] = (load_torque - c.flex_k * y[BEND]) / c.flex_d
+            torque += c.flex_k * y[BEND]
+        else:
+            f[BEND] = y[BEND + 1]
+            f[BEND + 1] = load_alpha - alpha
+    else:
+        inertia, torque = arm(c, theta, omega, v_sea, a_sea, c.load)
+        alpha = (torque + torque_more + force * length1) / inertia
+    f[3], f[4] = omega, alpha
+    if settle:  # the integral of the controller finds the spool that holds the arm; the tank rests already
+        needed = -(torque + torque_more) / length1
+        f[0], f[1], f[2], f[3], f[4] = 0.0, 0.0, 0.0, 0.0, 0.0
+        f[5] = 1e-3 * (needed - force)
+
+
+@kernel
+def outputs(t: float, y, c, piece: int, held: float, out) -> None:
+    """Write the values of KEYS at one instant into out."""
+    p_v = c.vapour_pressure
+    n = 2 * SEGMENTS
+    p_t = physical(y[2], p_v)
+    p_a, p_1 = physical(y[LINE_A], p_v), physical(y[LINE_A + n], p_v)
+    p_2, p_b = physical(y[LINE_B], p_v), physical(y[LINE_B + n], p_v)
+    length, length1, _, _, _, _ = linkage(c, y[3])
+    x_h, v_h = length - c.length0, length1 * y[4]
+    u, _ = controller(c, piece, t, x_h, v_h, y[5])
+    if held == held:
+        u = held
+    unused = np.empty(STATES)
+    x_v = spool_of(c, y, u, unused, False)
+    p_relief = relief_pressure(c, t, p_t)
+    if c.override > 0.0:
+        p_p = y[SUPPLY]
+    else:
+        p_p = supply_pressure(c, viscosity_now(c, t), x_v, p_a, p_b, p_t, p_relief)
+    out[0], out[1], out[2] = x_h, v_h, y[3]
+    out[3] = cylinder_force(c, p_1, p_2, x_h, v_h, y[BRISTLE])
+    out[4], out[5], out[6], out[7], out[8], out[9] = p_1, p_2, p_a, p_b, p_p, p_t
+    out[10], out[11] = x_v, u
+    out[12] = command_at(c, piece, t)[0]

@@ -1,0 +1,122 @@
+"""Blind cases: reproducible, readable by the diagnosis, in the mix and with the sizes that were asked for."""
+
+import json
+import tomllib
+from collections import Counter
+from pathlib import Path
+
+import numpy as np
+import pytest
+from deepsea_cosim import ssp
+from deepsea_cosim.gap.campaign import read
+
+from benchmarks.blind.case import BASE, Ruler, draw, plan
+from benchmarks.blind.effects import CATALOGUE, SENSORS, UNKNOWN, alike
+from benchmarks.blind.generate import write_case
+from benchmarks.blind.measure import KINDS, Channel, ideal, lagged, measured
+from benchmarks.blind.system import KEYS
+
+SHIPPED = tomllib.loads((Path(ssp.__file__).parent / "scenarios" / "deepsea" / "effects.toml").read_text())
+SINGLE, NONE, PAIR, UNKNOWN_CASE = 2, 3, 10, 13
+"""Small cases of seed 1, by kind."""
+
+
+@pytest.fixture(scope="module")
+def package(tmp_path_factory):
+    path = tmp_path_factory.mktemp("package") / "deepsea.ssp"
+    path.write_bytes(b"")
+    return path
+
+
+def contents(folder):
+    return {str(p.relative_to(folder)): p.read_bytes() for p in sorted(folder.rglob("*")) if p.is_file()}
+
+
+@pytest.mark.parametrize("index", [SINGLE, NONE, PAIR, UNKNOWN_CASE])
+def test_a_case_is_reproducible_and_readable(index, package, tmp_path):
+    answer = write_case(1, index, tmp_path / "a", package)
+    if index == PAIR:
+        write_case(1, index, tmp_path / "b", package)
+        assert contents(tmp_path / "a") == contents(tmp_path / "b")
+    folder = tmp_path / "a" / f"case_{index:04d}"
+    campaign = read(folder / "campaign.toml")
+    assert not campaign.warnings
+    assert campaign.outputs[0].connector == "arm.x_h"
+    assert len(campaign.runs) == len(answer["runs"])
+    assert all("depth" in run.parameters for run in campaign.runs)
+    known = " ".join(p.read_text() for p in folder.glob("*.toml"))
+    assert not any(e["id"] in known for e in answer["effects"])
+    assert (len(campaign.base) > 0) == (answer["tolerance"] == 0.1)
+    sealed = json.loads((tmp_path / "a" / "answers" / f"case_{index:04d}.json").read_text())
+    assert sealed == answer
+    assert all(e["size"] >= 0.27 for e in answer["effects"])
+    assert [c.noise_std is not None for c in campaign.outputs] == [answer["noise_stated"]] * len(campaign.outputs)
+
+
+def test_plans_have_the_mix_that_was_asked_for():
+    cases = [plan(5, k)[0] for k in range(400)]
+    kinds = Counter(c.kind for c in cases)
+    assert kinds["single"] == pytest.approx(160, abs=40)
+    assert all(kinds[k] == pytest.approx(80, abs=30) for k in ("none", "pair", "unknown"))
+    assert sum(len(c.channels) <= 2 for c in cases) == pytest.approx(100, abs=30)
+    assert all(c.channels[0].kind.key == "x_h" and len(c.channels) not in (3,) for c in cases)
+    assert sum(c.tolerance == 0.05 for c in cases) == pytest.approx(280, abs=35)
+    assert sum(c.noise_stated for c in cases) == pytest.approx(200, abs=40)
+    for c in cases:
+        assert all(abs(f - 1.0) <= c.tolerance for f in c.factors.values())
+        for run in c.runs:
+            assert 18.0 <= run.stop <= 24.0
+            assert run.t_start + 2 * run.ramp_time + run.hold_time < run.stop
+            assert 0.0 <= run.depth <= 11000.0
+
+
+def test_size_is_the_one_wanted():
+    case = draw(1, 0)
+    (w,) = case.wrong
+    assert 0.27 <= w.size <= 33.0
+    assert w.size == pytest.approx(w.wanted, rel=0.15)
+    assert Ruler(case).sizes(case.wrong)[0] == pytest.approx(w.size, rel=1e-6)
+
+
+def test_size_is_what_ridge_regression_leaves():
+    columns = np.array([[1e6], [0.0]])
+    assert Ruler.beyond(np.array([3.0, 4.0]), columns) == pytest.approx(4.0 / np.sqrt(2.0))
+    assert Ruler.beyond(np.array([3.0, 4.0]), 0.0 * columns) == pytest.approx(5.0 / np.sqrt(2.0))
+
+
+def test_names_are_those_of_the_shipped_catalogue():
+    groups = {e["id"]: e["group"] for e in SHIPPED["effect"]}
+    assert {e.id: e.group for e in CATALOGUE} == groups
+    assert {e.id: e.group for e in SENSORS} == {s["id"]: s["group"] for s in SHIPPED["sensor"]}
+    assert not {e.id for e in UNKNOWN} & ({*groups} | {s["id"] for s in SHIPPED["sensor"]})
+    assert list(BASE) == [b["parameter"] for b in SHIPPED["base"]]
+    bounds = {p["address"]: p["bounds"] for e in SHIPPED["effect"] for p in e["parameter"]}
+    for e in CATALOGUE:
+        for address in [e.address, *e.also.values()]:
+            assert address is None or address in bounds
+        if e.address:
+            for sign in (1.0, -1.0):
+                value = e.convert(e.plant(sign, e.most(sign), {})[e.knob])
+                assert bounds[e.address][0] <= value <= bounds[e.address][1]
+
+
+def test_alike():
+    assert alike("buoyancy_error") == ["buoyancy_error", "payload_error"]
+    assert "sensor_delay" in alike("command_delay")
+    assert "viscosity_law" in alike("oil_temperature")
+
+
+def test_readings():
+    grid = np.arange(0.0, 2.0, 1e-3)
+    signals = np.zeros((grid.size, len(KEYS)))
+    signals[:, 0] = 0.1 * grid
+    at = np.array([0.5, 1.0])
+    channel = Channel(KINDS[0], 1e-4, 0.0, {"scale": 2.0, "bias": 0.01, "delay": 0.1, "lag": 0.05})
+    assert ideal(channel, grid, signals, at, 0.01) == pytest.approx(2 * 0.1 * (at - 0.16) + 0.01, abs=1e-5)
+    assert lagged(grid, np.where(grid > 0.0, 1.0, 0.0), 0.1)[1000] == pytest.approx(1.0 - np.exp(-10.0), abs=1e-3)
+    y = measured(Channel(KINDS[0], 1e-4, 0.002), np.full(20000, 0.1), np.random.default_rng(0))
+    assert np.isnan(y).mean() == pytest.approx(0.01, abs=0.003)
+    assert np.nanmean(y) == pytest.approx(0.102, abs=1e-5)
+    assert np.nanstd(y) == pytest.approx(Channel(KINDS[0], 1e-4, 0.0).std, rel=0.03)
+    steps = y[np.isfinite(y)] / Channel(KINDS[0], 1e-4, 0.0).step
+    assert np.abs(steps - np.round(steps)).max() < 1e-6

@@ -1,0 +1,120 @@
+"""The whole diagnosis on a toy: measurements from scipy, the model an FMU of plain pythonfmu with its own catalogue."""
+
+import json
+
+import numpy as np
+import pytest
+from deepsea_cosim.gap.campaign import read
+from deepsea_cosim.gap.cli import main
+from deepsea_cosim.gap.diagnose import diagnose
+from deepsea_cosim.gap.result import make
+from deepsea_cosim.master.session import Session
+
+from .oscillator import campaign, measure
+
+
+@pytest.fixture(scope="module")
+def rubbing(toys, tmp_path_factory):
+    """Two runs of a machine with Coulomb friction of 0.4 N, diagnosed by the command."""
+    folder = tmp_path_factory.mktemp("rubbing")
+    runs = [measure(seed, lambda t, x, v: -0.4 * np.tanh(v / 0.01)) for seed in (1, 2)]
+    path = campaign(folder, toys, runs)
+    assert main(["diagnose", str(path), "--out", str(folder / "out"), "--quiet"]) == 0
+    return folder / "out"
+
+
+def test_finds_the_cause_and_its_size(rubbing):
+    data = json.loads((rubbing / "diagnosis.json").read_text())
+    assert data["verdict"] == "explained"
+    assert data["causes"][0]["effects"] == ["friction"]
+    assert data["causes"][0]["probability"] > 0.9
+    friction = data["causes"][0]["parameters"]["o.F_c"]
+    assert friction["value"] == pytest.approx(0.4, rel=0.05)
+    assert friction["ci95"][0] < friction["value"] < friction["ci95"][1]
+    assert friction["unit"] == "1"
+
+
+def test_says_how_far_the_gap_shrinks(rubbing):
+    gap = json.loads((rubbing / "diagnosis.json").read_text())["gap"]
+    assert gap["before"] > gap["after_calibration"] > gap["after"]
+    assert gap["after"] == pytest.approx(1.0, abs=0.15)
+    assert gap["reduction"] == pytest.approx(1 - gap["after"] / gap["before"])
+    assert gap["reduction_ci95"][0] < gap["reduction"] < gap["reduction_ci95"][1]
+    x = gap["per_channel"]["o.x"]
+    assert x["rms_after"] == pytest.approx(2e-4, rel=0.15)
+
+
+def test_keeps_the_contract(rubbing):
+    data = json.loads((rubbing / "diagnosis.json").read_text())
+    assert sum(c["probability"] for c in data["causes"]) == pytest.approx(1.0)
+    assert {"none", "unknown"} <= {e for c in data["causes"] for e in c["effects"]}
+    assert sum(w["share"] for w in data["where"]) == pytest.approx(1.0)
+    assert data["numerical_gap"]["ok"]
+    assert data["next_experiment"]["change"]
+    assert data["timing"]["simulations"] > 10
+
+
+def test_calibrated_parameters_run_in_the_model(rubbing):
+    text = (rubbing / "calibrated.ssv").read_text()
+    assert 'name="o.F_c"' in text
+    from lxml import etree
+
+    tree = etree.fromstring(text.encode())
+    values = {p.get("name"): float(p[0].get("value")) for p in tree.iter("{*}Parameter")}
+    with Session(rubbing.parent / "toy.ssp") as session:
+        assert session.values(values)["o.F_c"] == values["o.F_c"]
+        assert values["o.k"] == pytest.approx(78.0, rel=0.02)
+
+
+def test_no_gap_beyond_a_refit(toys, tmp_path):
+    path = campaign(tmp_path, toys, [measure(3, lambda t, x, v: 0.0), measure(4, lambda t, x, v: 0.0)])
+    data = make(diagnose(read(path), processes=1))
+    assert data["verdict"] == "no_significant_gap"
+    assert data["base_parameters"]["o.k"]["value"] == pytest.approx(78.0, rel=0.01)
+    assert data["base_parameters"]["o.m"]["value"] == pytest.approx(2.05, rel=0.01)
+
+
+def test_an_effect_that_the_catalogue_lacks(toys, tmp_path):
+    def knocks(t, x, v):
+        return -2.0 if 0.01 < x < 0.02 else 0.0
+
+    runs = [measure(seed, knocks) for seed in (5, 6)]
+    data = make(diagnose(read(campaign(tmp_path, toys, runs)), processes=1))
+    assert data["verdict"] == "unknown_effect"
+    assert data["unexplained"]["varies_with"]["o.x"] in data["sentence"] + "o.x rate of o.x"
+
+
+def test_held_out_runs_are_not_fitted(toys, tmp_path):
+    runs = [measure(seed, lambda t, x, v: -300.0 * x**3) for seed in (7, 8)]
+    path = campaign(tmp_path, toys, runs)
+    text = path.read_text().replace('file = "run1.csv"', 'file = "run1.csv"\nuse = "holdout"')
+    path.write_text(text)
+    d = diagnose(read(path), processes=1)
+    data = make(d)
+    assert len(d.study.problem.runs) == 1
+    assert data["gap"]["held_out"] == "runs that the campaign holds out"
+    assert list(data["gap"]["per_run"]) == ["run1"]
+    assert data["causes"][0]["effects"] == ["cubic_spring"]
+    assert data["gap"]["after"] < 1.3
+
+
+BAD = {
+    "metres for millimetres": (lambda text: text.replace('unit = "mm"', 'unit = "m"'), "is it in mm?"),
+    "another quantity": (lambda text: text.replace('unit = "mm"', 'unit = "furlong"'), "unknown unit"),
+    "an input that is an output": (lambda text: text.replace('"o.u"', '"o.v"'), "cannot be an input"),
+    "no such connector": (lambda text: text.replace('"o.x"', '"o.y"'), "no connector 'o.y'"),
+    "no such column": (lambda text: text.replace('column = "x"', 'column = "z"'), "no column 'z'"),
+    "all held out": (lambda text: text.replace(".csv\"", '.csv"\nuse = "holdout"'), "nothing to fit"),
+    "no such base": (lambda text: text + '[[base]]\nparameter = "o.q"\ntolerance = 0.1\n', "no component has a param"),
+}
+
+
+@pytest.mark.parametrize("case", BAD)
+def test_bad_input_is_one_line(case, toys, tmp_path, capsys):
+    change, expected = BAD[case]
+    path = campaign(tmp_path, toys, [measure(1, lambda t, x, v: 0.0)])
+    path.write_text(change(path.read_text()))
+    assert main(["diagnose", str(path), "--out", str(tmp_path / "out"), "--quiet"]) == 2
+    error = capsys.readouterr().err
+    assert expected in error
+    assert error.count("\n") == 1

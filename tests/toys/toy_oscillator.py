@@ -1,0 +1,42 @@
+"""A mass on a spring with a damper, pushed by a force; friction, a cubic spring and a gain of the force as effects."""
+
+from math import tanh
+
+from pythonfmu import Fmi2Causality, Fmi2Slave, Fmi2Variability, Real
+
+
+class Oscillator(Fmi2Slave):
+    def __init__(self, **kwargs):
+        super().__init__(**kwargs)
+        self.u, self.x, self.v = 0.0, 0.0, 0.0
+        self.m, self.k, self.d, self.F_c, self.k3, self.gain = 2.0, 80.0, 3.0, 0.0, 0.0, 1.0
+        fixed = {"causality": Fmi2Causality.parameter, "variability": Fmi2Variability.fixed}
+        self.register_variable(Real("u", causality=Fmi2Causality.input))
+        self.register_variable(Real("x", causality=Fmi2Causality.output))
+        self.register_variable(Real("v", causality=Fmi2Causality.output))
+        for name in ("m", "k", "d", "F_c", "k3", "gain"):
+            self.register_variable(Real(name, **fixed))
+
+    def rate(self, x, v):
+        force = self.gain * self.u - self.k * x - self.d * v
+        if self.k3:
+            force -= self.k3 * x**3
+        if self.F_c:
+            force -= self.F_c * tanh(v / 0.01)
+        return force / self.m
+
+    def do_step(self, current_time, step_size):
+        n = max(1, round(step_size / 2e-3))
+        h = step_size / n
+        for _ in range(n):
+            x, v = self.x, self.v
+            a1 = self.rate(x, v)
+            v2 = v + 0.5 * h * a1
+            a2 = self.rate(x + 0.5 * h * v, v2)
+            v3 = v + 0.5 * h * a2
+            a3 = self.rate(x + 0.5 * h * v2, v3)
+            v4 = v + h * a3
+            a4 = self.rate(x + h * v3, v4)
+            self.x += h / 6.0 * (v + 2 * v2 + 2 * v3 + v4)
+            self.v += h / 6.0 * (a1 + 2 * a2 + 2 * a3 + a4)
+        return True
