@@ -176,7 +176,7 @@ class _Reader:
         neutral, low, high, prior = self.range(table, f"{entry}, {address}")
         starts = table.get("starts", [])
         if not isinstance(starts, list) or not all(isinstance(v, (int, float)) and low <= v <= high for v in starts):
-            raise self.fault(f"{entry}, {address}", f"'starts' = {starts} has to be a list of numbers within the bounds")
+            raise self.fault(f"{entry}, {address}", f"'starts' = {starts} has to be numbers within the bounds")
         shape = bool(table.get("shape", False))
         return Parameter(address, neutral, low, high, prior, also, shape, tuple(map(float, starts)))
 

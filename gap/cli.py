@@ -23,7 +23,7 @@ def parser() -> argparse.ArgumentParser:
     """The command line."""
     p = OneLineParser(
         prog="cosim-gap",
-        description="Why does the machine not move like its model? Diagnosis, catalogue of effects, synthetic campaigns.",
+        description="Why does the machine not move like its model? Diagnosis, effects, synthetic campaigns.",
         epilog=EXAMPLES,
     )
     commands = p.add_subparsers(dest="command", required=True, metavar="COMMAND")

@@ -45,7 +45,9 @@ def _rates(problem: Problem) -> list[str]:
                 scale = float(rate @ read / max(rate @ rate, 1e-300))
                 left = float(np.sqrt(np.mean((read - scale * rate) ** 2)) / max(np.std(read), 1e-300))
                 if abs(scale - 1.0) > 0.03 and left < 0.5:
-                    told.append(f"{problem.runs[r].name}: {a} reads {scale:.3f} times the rate of {b}: one scale is wrong")
+                    told.append(
+                        f"{problem.runs[r].name}: {a} reads {scale:.3f} times the rate of {b}: one scale is wrong"
+                    )
                     break
     return told
 
@@ -74,8 +76,8 @@ def _sums(problem: Problem, delivered: np.ndarray) -> list[str]:
                 block.floor**2 + sum((k * blocks[c].floor) ** 2 for k, c in zip(coefficients, others, strict=False))
             )
             off = float(np.sqrt(np.mean(gap**2)) / floor)
-            used = [c for k, c in zip(coefficients, others, strict=False) if abs(k) * np.ptp(delivered[blocks[c].place]) >
-                    0.01 * np.ptp(y)]  # fmt: skip
+            parts = {c: abs(k) * np.ptp(delivered[blocks[c].place]) for k, c in zip(coefficients, others, strict=False)}
+            used = [c for c, part in parts.items() if part > 0.01 * np.ptp(y)]
             if off > 3.0 and used:
                 told.append(
                     f"{problem.runs[r].name}: {target} and {', '.join(used)} contradict each other by "

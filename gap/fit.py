@@ -4,7 +4,7 @@ Cost of a point:
 
     C(u) = sum(r^2) / phi + sum((u / sd)^2),   r = (measured - model(u) - N q) / floor
 
-q are the linear nuisances (a bias per channel, a clock error per run) with their own priors, found in closed form with u.
+q are the linear nuisances (a bias per channel, a clock error per run) with priors of their own, in closed form with u.
 phi is the dispersion: the mean square of the residual times its correlation time, at least 1. It is taken from the
 fit's own residual, so a model that misses much does not squeeze its base parameters against their bounds, and a model
 that fits to the floor is held to it.
@@ -18,7 +18,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 from scipy.optimize import lsq_linear
 
-from .problem import BIAS, CLOCK, Point, Problem, Unknown
+from .problem import BIAS, BIAS_OF_LEVEL, CLOCK, Point, Problem, Unknown
 
 Ask = Generator[list[Point], list[np.ndarray | None], "Fit"]
 """Yields points, is sent their long vectors, returns a fit."""
@@ -32,7 +32,7 @@ DIFFERENCE = {"base": 0.2, "effect": 0.2, "sensor": 0.2}
 
 @dataclass
 class Fit:
-    """Where a fit stands: unknowns (k), u (k,), the model's long vector (n,), its derivative (n, k) and what is left."""
+    """Where a fit stands: unknowns (k), u (k,), the model's long vector (n,), its derivative (n, k), what is left."""
 
     unknowns: tuple[Unknown, ...]
     u: np.ndarray
@@ -63,7 +63,8 @@ def nuisances(problem: Problem, model: np.ndarray) -> np.ndarray:
     obs = problem.obs
     columns = []
     for k in range(len(obs.span)):
-        columns.append(np.where(obs.channel == k, BIAS * obs.span[k], 0.0))
+        usual = max(BIAS * obs.span[k], BIAS_OF_LEVEL * obs.level[k])
+        columns.append(np.where(obs.channel == k, usual, 0.0))
     slope = obs.slope(model)
     for r in range(len(problem.runs)):
         columns.append(np.where(obs.run == r, -CLOCK * slope, 0.0))

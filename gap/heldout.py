@@ -13,6 +13,9 @@ from .observations import Observations
 from .problem import Problem
 
 FOLDS = 5
+NEAR = 0.5
+"""How far a refit without a fold may move, in u: beyond, the model is not linear."""
+
 STRETCH = 1.0
 """Length of a stretch of time [s] at least."""
 
@@ -31,7 +34,7 @@ def left_out(problem: Problem, fit: Fit, N: np.ndarray) -> np.ndarray:
     """Whitened residual (n,) of every entry, predicted by a refit without its fold."""
     lin = Linear(problem, fit.u, fit.model, fit.jacobian, N)
     made = np.empty(len(problem.obs))
-    radius = np.full(len(fit.u), 3.0)
+    radius = np.full(len(fit.u), NEAR)
     for mask in folds(problem.obs):
         rows = ~mask
         if not mask.any():

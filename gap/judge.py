@@ -11,7 +11,7 @@ little in what neither of them is about, and no amount of data makes such a diff
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 
@@ -20,7 +20,7 @@ from .heldout import left_out, rms
 from .problem import Problem
 from .search import Hypothesis
 
-CAP = 400.0
+CAP = 150.0
 """Most independent readings that count."""
 
 PRIOR_NULL, PRIOR_SINGLE, PRIOR_PAIR = 0.3, 0.5, 0.2
@@ -34,6 +34,8 @@ class Judged:
     held_out: np.ndarray
     score: float = 0.0
     probability: float = 0.0
+    terms: dict[str, float] = field(default_factory=dict)
+    """What the score is made of."""
 
     @property
     def gap(self) -> float:
@@ -74,17 +76,16 @@ def judge(problem: Problem, hypotheses: Sequence[Hypothesis], N: np.ndarray) -> 
     shared = max(1.0, best.hypothesis.fit.phi)
     for j in made:
         fit = j.hypothesis.fit
-        cost = n_eff * np.log(max(j.gap**2, 1e-12)) + fit.penalty()
-        extra = occam(problem, _at(fit, shared)) - 2.0 * np.log(prior(problem, j.hypothesis))
-        j.score = float(cost + extra)
+        j.terms = {
+            "independent": n_eff,
+            "fit": n_eff * float(np.log(max(j.gap**2, 1e-12))),
+            "penalty": fit.penalty(),
+            "occam": occam(problem, replace(fit, phi=shared)),
+            "prior": -2.0 * float(np.log(prior(problem, j.hypothesis))),
+        }
+        j.score = sum(v for k, v in j.terms.items() if k != "independent")
     low = min(j.score for j in made)
     weights = np.array([np.exp(-0.5 * (j.score - low)) for j in made])
     for j, w in zip(made, weights / weights.sum(), strict=True):
         j.probability = float(w)
     return sorted(made, key=lambda j: j.score)
-
-
-def _at(fit: Fit, phi: float) -> Fit:
-    from dataclasses import replace
-
-    return replace(fit, phi=phi)

@@ -79,6 +79,8 @@ class Observations:
     time: np.ndarray
     span: np.ndarray
     """Largest minus smallest reading of each channel over all runs."""
+    level: np.ndarray
+    """Largest magnitude of a reading of each channel."""
 
     @property
     def series(self) -> list[Block]:
@@ -148,11 +150,12 @@ def gather(blocks: list[tuple[int, int, str, np.ndarray, np.ndarray, float, Mome
         made.append(Block(run, channel, connector, t, y, floor, slice(place, place + len(t)), moment))
         place += len(t)
     channels = 1 + max(b.channel for b in made)
-    span = np.zeros(channels)
+    span, level = np.zeros(channels), np.zeros(channels)
     for c in range(channels):
         parts = [b.y for b in made if b.channel == c and b.moment is None]
         if parts:
             span[c] = max(np.max([p.max() for p in parts]) - np.min([p.min() for p in parts]), 1e-300)
+            level[c] = max(float(np.abs(p).max()) for p in parts)
     return Observations(
         made,
         np.concatenate([b.y for b in made]),
@@ -161,4 +164,5 @@ def gather(blocks: list[tuple[int, int, str, np.ndarray, np.ndarray, float, Mome
         np.concatenate([np.full(len(b.t), b.channel) for b in made]),
         np.concatenate([b.t for b in made]),
         span,
+        level,
     )

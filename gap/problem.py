@@ -1,6 +1,6 @@
-"""What is asked of the simulations: unknowns, runs and observations of a campaign, and the model's answer to a point.
+"""What is asked of the simulations: unknowns, runs, observations of a campaign, and the model's answer to a point.
 
-A point gives each unknown in its own scale u; u = 0 is the model as delivered. The coarse runs of an estimation take long
+A point gives each unknown in its own scale u; u = 0 is the model as delivered. The runs of an estimation take long
 macro steps; the difference to the step of the package, taken once at an anchor, corrects them to first order.
 """
 
@@ -30,8 +30,8 @@ FACTORS = (8, 4, 2, 1)
 COARSE_ERROR = 5.0
 """Largest RMS difference of a coarse run to one at the package's step, in floors, before correction."""
 
-BIAS = 1.5e-3
-"""Usual bias of a sensor as a share of its span: a nuisance in every fit."""
+BIAS, BIAS_OF_LEVEL = 1.5e-3, 5e-4
+"""Usual bias of a sensor as a share of its span, and of its largest reading: a nuisance in every fit."""
 
 CLOCK = 1e-3
 """Usual misalignment of a run's clock [s]: a nuisance in every fit."""
@@ -80,7 +80,9 @@ class Candidate:
     def label(self) -> str:
         """The id, with the channel of a sensor's effect."""
         name = self.unknowns[0].name
-        return f"{self.id}({name.removeprefix('sensor.').rpartition('.')[0]})" if name.startswith("sensor.") else self.id
+        if not name.startswith("sensor."):
+            return self.id
+        return f"{self.id}({name.removeprefix('sensor.').rpartition('.')[0]})"
 
 
 @dataclass
@@ -251,36 +253,35 @@ def pose(campaign: Campaign, catalogue: Catalogue, pool: Pool) -> Problem:
         runs = []
         for run in campaign.runs:
             values = session.values(run.parameters)
-            inputs = {
-                c.connector: (run.series[c.connector][0], _own(c.unit, units.get(c.connector), run.series[c.connector][1]))
-                for c in campaign.inputs
-                if c.connector in run.series
-            }
+            inputs = {}
+            for c in campaign.inputs:
+                if c.connector in run.series:
+                    t, si = run.series[c.connector]
+                    inputs[c.connector] = (t, _own(units.get(c.connector), si))
             runs.append(_RunInfo(run.name, run.stop, dict(run.parameters), inputs, values))
     if start != 0.0:
         raise UsageError(f"{campaign.system.name}: starts at {start:g} s; a diagnosis needs a start at 0 s")
     warnings = list(campaign.warnings)
     blocks, floors = [], {}
     for k, c in enumerate(campaign.outputs):
-        for r, run in enumerate(campaign.runs):
+        for run in campaign.runs:
             if c.connector in run.series:
-                t, si = run.series[c.connector]
-                floors.setdefault(k, []).append(spread(_own(c.unit, units.get(c.connector), si)))
+                floors.setdefault(k, []).append(spread(_own(units.get(c.connector), run.series[c.connector][1])))
     longest = 0.0
     for r, run in enumerate(campaign.runs):
         for k, c in enumerate(campaign.outputs):
             if c.connector not in run.series:
                 continue
             t, si = run.series[c.connector]
-            y = _own(c.unit, units.get(c.connector), si)
+            y = _own(units.get(c.connector), si)
             floor = float(np.median(floors[k]))
             if c.noise_std is not None:
                 own = c.noise_std / (unit(units[c.connector]).factor if c.connector in units else 1.0)
                 floor = float(np.hypot(own, quantum(y) / np.sqrt(12.0)))
                 if floors[k] and np.median(floors[k]) > 3.0 * floor and r == 0:
                     warnings.append(
-                        f"channel '{c.column}': the readings scatter {np.median(floors[k]) / floor:.1f} times as much as "
-                        "noise_std says"
+                        f"channel '{c.column}': the readings scatter {np.median(floors[k]) / floor:.1f} times as much "
+                        "as noise_std says"
                     )
             t, y, m = thin(t, y)
             longest = max(longest, float(t[-1]))
@@ -303,8 +304,8 @@ def pose(campaign: Campaign, catalogue: Catalogue, pool: Pool) -> Problem:
     base = _base(campaign, catalogue, runs, warnings)
     candidates = _candidates(campaign, catalogue, runs, obs, warnings)
     return Problem(
-        campaign, catalogue, pool, runs, obs, connectors, units, base, candidates, fine, labels, 1, warnings, parameter_units,
-        signals,
+        campaign, catalogue, pool, runs, obs, connectors, units, base, candidates, fine, labels, 1, warnings,
+        parameter_units, signals,
     )  # fmt: skip
 
 
@@ -321,8 +322,8 @@ def _moment(e: Event) -> tuple[np.ndarray, np.ndarray, float, Moment]:
     return np.array([e.after + reading]), np.array([reading]), e.std, moment
 
 
-def _own(si_of: str, own: str | None, values: np.ndarray) -> np.ndarray:
-    """SI values (of a quantity given in unit `si_of`) in the FMU's own unit."""
+def _own(own: str | None, values: np.ndarray) -> np.ndarray:
+    """SI values in the FMU's own unit."""
     if own is None:
         return values
     u = unit(own)

@@ -98,7 +98,7 @@ def _replay(problem, component, mine, outputs, sources, whole, rates, point) -> 
     for r, info in enumerate(problem.runs):
         blocks = {b.connector: b for b in obs.series if b.run == r}
         grid = problem.grid(r, problem.coarse)
-        changes = {k: v for k, v in problem.changes(r, point).items() if k.split(".", 1)[0] == component or "." not in k}
+        changes = {k: v for k, v in problem.changes(r, point).items() if k.split(".", 1)[0] in (component, k)}
         for copy in range(1 + COPIES):
             inputs = {k: v for k, v in info.inputs.items() if k.startswith(f"{component}.")}
             cache: dict[str, tuple[np.ndarray, np.ndarray]] = {}

@@ -38,6 +38,8 @@ class Diagnosis:
     masks: dict[str, np.ndarray] = field(default_factory=dict)
     """Regions of the scoring data, by name."""
     seconds: float = 0.0
+    features: list[float] = field(default_factory=list)
+    """What the probability of "unknown" was found from."""
 
     @property
     def verdict(self) -> str:
@@ -174,6 +176,7 @@ def make(d: Diagnosis) -> dict[str, Any]:
         "warnings": d.warnings,
         "timing": {"wall_s": d.seconds, "simulations": s.problem.pool.count, "stages": s.stages},
     }  # fmt: skip
+    made["evidence"] = evidence(d)
     if d.next is not None:
         made["next_experiment"] = {
             "change": d.next.change,
@@ -181,6 +184,22 @@ def make(d: Diagnosis) -> dict[str, Any]:
             "expected_separation": d.next.separation,
         }
     return made
+
+
+def evidence(d: Diagnosis) -> dict[str, Any]:
+    """What the probabilities rest on: every hypothesis that was fitted, and what screening said of each effect."""
+    s = d.study
+    return {
+        "readings": len(s.problem.obs),
+        "unknown_features": d.features,
+        "hypotheses": [
+            {"effects": list(j.hypothesis.ids), "label": j.hypothesis.label, "unknowns": len(j.hypothesis.fit.u),
+             "fit_rms": j.hypothesis.fit.rms, "held_out_rms": j.gap, "dispersion": j.hypothesis.fit.phi,
+             "score": j.score, "terms": j.terms}
+            for j in s.judged
+        ],
+        "screening": [{"effect": q.candidate.id, "label": q.candidate.label, "explains": q.gain} for q in s.screened],
+    }  # fmt: skip
 
 
 def sentence(d: Diagnosis) -> str:

@@ -1,8 +1,7 @@
 """Is what a model leaves over noise, or does it follow something?
 
-A flexible model (gradient-boosted trees) predicts the residual of each channel from the signals of the simulation, their
-rates and the time since the last reversal, on stretches of time it has not seen. What it predicts is structure that
-no candidate explains.
+A flexible model (gradient-boosted trees) predicts the residual of each channel from the signals of the simulation and
+their rates, on stretches of time it has not seen. What it predicts is structure that no candidate explains.
 """
 
 from __future__ import annotations

@@ -8,7 +8,6 @@ from collections.abc import Sequence
 import numpy as np
 
 from ...core.units import UNITS, convert, unit
-from ..campaign import Channel
 
 _SUPERSCRIPT = str.maketrans("-0123456789", "⁻⁰¹²³⁴⁵⁶⁷⁸⁹")
 
@@ -37,21 +36,24 @@ def given(x: object) -> str:
     return _minus(text)
 
 
-def with_interval(value: float, ends: Sequence[float]) -> tuple[str, str]:
-    """A value and its interval "a to b", both with the decimals that the interval deserves."""
+def with_interval(value: float, ends: Sequence[float]) -> tuple[str, str, str]:
+    """A value, its interval "a to b", both with the decimals that the interval deserves, and a factor " × 10ⁿ"."""
     low, high = ends
     most = max(abs(value), abs(low), abs(high))
     if most == 0.0:
-        return "0", "0 to 0"
-    power = int(np.floor(np.log10(most)))
-    power = 0 if -4 < power < 5 else power
-    width = max(0.5 * (high - low), 1e-6 * most) / 10.0**power
-    decimals = int(np.clip(1 - np.floor(np.log10(width)), 0, 6))
+        return "0", "0 to 0", ""
+    size = int(np.floor(np.log10(most)))
+    power = 0 if -4 < size < 5 else size
+    width = max(0.5 * (high - low), 1e-12 * most) / 10.0**power
+    decimals = int(np.clip(1 - np.floor(np.log10(width)), 0, max(0, 4 - size + power)))
     a, b, c = (_minus(f"{x / 10.0**power:.{decimals}f}") for x in (value, low, high))
-    if power == 0:
-        return a, f"{b} to {c}"
-    factor = f"10{str(power).translate(_SUPERSCRIPT)}"
-    return f"{a} × {factor}", f"({b} to {c}) × {factor}"
+    return a, f"{b} to {c}", f" × 10{str(power).translate(_SUPERSCRIPT)}" if power else ""
+
+
+def change(share: float) -> str:
+    """A relative change, with its sign."""
+    text = f"{100.0 * share:+.1f}"
+    return "0%" if text in ("+0.0", "-0.0") else _minus(text) + "%"
 
 
 def percent(share: float) -> str:
@@ -86,12 +88,12 @@ def pretty(name: str) -> str:
 
 
 class Shown:
-    """Values of a channel in the unit in which it was measured."""
+    """Values of a quantity in the unit in which it was measured; own: the unit of the FMU's variable, if it has one."""
 
-    def __init__(self, channel: Channel, own: str | None):
-        self.unit = pretty(channel.unit)
-        self._from = own if own is not None else _si(channel.unit)
-        self._to = channel.unit
+    def __init__(self, measured: str, own: str | None):
+        self.unit = pretty(measured)
+        self._from = own if own is not None else _si(measured)
+        self._to = measured
 
     def value(self, x: np.ndarray) -> np.ndarray:
         """Readings."""
@@ -108,4 +110,6 @@ def _si(name: str) -> str:
 
 
 def _minus(text: str) -> str:
+    if text.startswith("-") and not text.strip("-0."):
+        text = text[1:]
     return text.replace("-", "−")

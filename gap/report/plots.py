@@ -104,20 +104,19 @@ class Sheet:
     def _lines(self) -> None:
         top, middle, low = self.axes[0], self.axes[1], self.axes[-1]
         last = self.best_name or "refitted"
-        last_colour = BEST if self.best_name else REFITTED
         self.top = [
             top.plot([], [], color=MEASURED, lw=2.6, alpha=0.35, label="measured", solid_capstyle="butt")[0],
             top.plot([], [], color=DELIVERED, lw=1.2, label="as delivered")[0],
-            top.plot([], [], color=last_colour, lw=1.2, dashes=(5, 2), label=last)[0],
+            top.plot([], [], color=BEST, lw=1.2, dashes=(5, 2), label=last)[0],
         ]
         self.middle = [middle.plot([], [], color=DELIVERED, lw=0.9)[0]]
         self.low = []
         if self.best_name:
             self.low.append(low.plot([], [], color=REFITTED, lw=0.9)[0])
             top.plot([], [], color=REFITTED, lw=1.2, label="refitted")
-        self.low.append(low.plot([], [], color=last_colour, lw=0.9)[0])
+        self.low.append(low.plot([], [], color=BEST, lw=0.9)[0])
         if self.closer:
-            self.middle.append(middle.plot([], [], color=last_colour, lw=0.9)[0])
+            self.middle.append(middle.plot([], [], color=BEST, lw=0.9)[0])
         handles = [self.top[0], self.top[1], *([top.lines[3]] if self.best_name else []), self.top[2]]
         band = low.fill_between([0, 1], 0, 0, color=FLOOR, lw=0, label="±2 noise floors")
         band.remove()
@@ -151,22 +150,17 @@ class Sheet:
                         x.t[coarse], -2.0 * x.floor[coarse], 2.0 * x.floor[coarse], color=FLOOR, lw=0, zorder=1
                     )
                 )
+            top = low.get_xaxis_transform()
             for t in x.changes:
                 marks.append(low.axvline(t, color="#555b63", lw=0.8, dashes=(1.5, 2), zorder=1.5))
-                marks.append(
-                    low.plot([t], [1.0], "v", color="#555b63", ms=4, transform=low.get_xaxis_transform(), clip_on=False)[0]
-                )
+                marks += low.plot([t], [1.0], "v", color="#555b63", ms=4, transform=top, clip_on=False)
             values = np.concatenate([x.measured, x.delivered, x.best])
             _limits(self.axes[0], float(values.min()), float(values.max()))
             floor = 2.2 * float(np.median(x.floor))
-            reach = max(floor, _reach(before), _reach(after))
-            _limits(middle, -reach, reach)
+            below = [refit, after] if self.best_name else [after]
+            _limits(low, *_range(below if self.closer else [before, *below], floor))
             if self.closer:
-                reach = max(floor, _reach(refit) if self.best_name else 0.0, _reach(after))
-                _limits(low, -reach, reach)
-            elif self.best_name:
-                reach = max(reach, _reach(refit))
-                _limits(low, -reach, reach)
+                _limits(middle, *_range([before, after], floor))
             for axis in self.axes:
                 axis.set_xlim(x.t[0], x.t[-1])
                 axis.set_ylabel(label)
@@ -174,6 +168,13 @@ class Sheet:
             for mark in marks:
                 mark.remove()
             return made
+
+
+def _range(lines: Sequence[np.ndarray], floor: float) -> tuple[float, float]:
+    """From the least to the largest, the floor at least; rare peaks may be cut."""
+    low = min(max(float(x.min()), 1.6 * float(np.quantile(x, 0.004))) for x in (np.minimum(y, 0.0) for y in lines))
+    high = max(min(float(x.max()), 1.6 * float(np.quantile(x, 0.996))) for x in (np.maximum(y, 0.0) for y in lines))
+    return min(low, -floor), max(high, floor)
 
 
 def _limits(axis: Axes, low: float, high: float) -> None:
@@ -190,19 +191,16 @@ def against(x: Dependence) -> str:
         some = np.random.default_rng(0).permutation(len(x.x))[:3000]
         axis.axhspan(-2.0 * x.floor, 2.0 * x.floor, color=FLOOR, lw=0, zorder=1, label="±2 noise floors")
         axis.plot(x.x[some], x.residual[some], ".", color="#7d8791", ms=2, alpha=0.45, label="reading", zorder=2)
-        order = np.argsort(x.x, kind="stable")
-        count = int(np.clip(len(order) // 40, 4, 80))
-        parts = [p for p in np.array_split(order, count) if len(p)]
-        middle = [float(x.x[p].mean()) for p in parts]
-        mean = [float(x.residual[p].mean()) for p in parts]
-        axis.plot(middle, mean, color=BEST, lw=1.5, label="mean", zorder=3)
+        ways = [(1, BEST, "mean, signal rising"), (-1, DELIVERED, "mean, signal falling")] if x.odd else []
+        for way, colour, said in ways or [(0, BEST, "mean")]:
+            axis.plot(*x.means(way), color=colour, lw=1.5, label=said, zorder=3)
         reach = max(2.2 * x.floor, _reach(x.residual))
         _limits(axis, -reach, reach)
         axis.set_xlabel(f"simulated signal [{x.x_unit or '–'}]", labelpad=2)
         axis.set_ylabel(f"residual [{x.unit or '–'}]")
         axis.locator_params(axis="y", nbins=6)
         axis.legend(
-            ncols=3, fontsize=8, frameon=False, loc="lower left", bbox_to_anchor=(-0.01, 0.98), borderpad=0.1,
-            handlelength=1.5, markerscale=3,
+            ncols=4, fontsize=8, frameon=False, loc="lower left", bbox_to_anchor=(-0.01, 0.98), borderpad=0.1,
+            handlelength=1.5, markerscale=3, columnspacing=1.2,
         )  # fmt: skip
         return png(figure)

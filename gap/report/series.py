@@ -6,11 +6,44 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from ..heldout import rms
+from ..heldout import folds, rms
 from ..observations import Observations
 from ..problem import Problem
 from ..result import Diagnosis
 from .numbers import Shown
+
+
+@dataclass(frozen=True)
+class Quantity:
+    """What is compared: a channel, or the time of an event (which has no connector of its own)."""
+
+    name: str
+    connector: str
+    shown: Shown
+
+
+def quantities(problem: Problem) -> dict[str, Quantity]:
+    """Quantities by label, in the order of the channels of the observations."""
+    outputs = problem.campaign.outputs
+    made = {
+        c.connector: Quantity(c.column, c.connector, Shown(c.unit, problem.units.get(c.connector))) for c in outputs
+    }
+    made.update({label: Quantity(label, "", Shown("s", "s")) for label in problem.labels[len(outputs) :]})
+    return made
+
+
+@dataclass
+class Timing:
+    """An event of a run: durations [s] measured and simulated, or a limit of the former."""
+
+    name: str
+    limit: str
+    """≤ or ≥ where only a limit was measured."""
+    measured: float
+    delivered: float
+    refitted: float
+    best: float
+    floor: float
 
 
 @dataclass
@@ -45,6 +78,7 @@ class Run:
     refitted: float
     after: float
     traces: list[Trace]
+    events: list[Timing]
 
 
 def runs(d: Diagnosis) -> list[Run]:
@@ -69,16 +103,22 @@ def _runs(
     for p in d.places:
         for run, t in p.changes:
             changes.setdefault((run, p.channel), []).append(t)
+    known = list(quantities(problem).values())
     made = []
     for r, info in enumerate(problem.runs):
-        traces = []
+        traces, events = [], []
         for b in sorted((b for b in obs.blocks if b.run == r), key=lambda b: b.channel):
-            c = problem.campaign.outputs[b.channel]
-            shown = Shown(c, problem.units.get(c.connector))
-            at = b.place
+            c, at = known[b.channel], b.place
+            shown = c.shown
+            if b.moment is not None:
+                y, floor = float(b.y[0]), float(obs.floor[at][0])
+                models = (float(delivered[at][0]), y - float(refitted[at][0]) * floor, y - float(best[at][0]) * floor)
+                limit = "≤ " if b.moment.low == y else "≥ " if b.moment.high == y else ""
+                events.append(Timing(c.name, limit, y, *models, floor))
+                continue
             traces.append(
                 Trace(
-                    c.column, c.connector, shown.unit, b.t,
+                    c.name, c.connector, shown.unit, b.t,
                     shown.value(b.y), shown.value(delivered[at]),
                     shown.value(b.y - refitted[at] * obs.floor[at]), shown.value(b.y - best[at] * obs.floor[at]),
                     shown.difference(obs.floor[at]), rms(before[at]), rms(best[at]),
@@ -87,13 +127,17 @@ def _runs(
             )  # fmt: skip
         mine = obs.run == r
         gaps = (rms(x[mine]) for x in (before, refitted, best))
-        made.append(Run(info.name, held, dict(problem.campaign.runs[r].parameters), info.stop, *gaps, traces))
+        made.append(Run(info.name, held, dict(problem.campaign.runs[r].parameters), info.stop, *gaps, traces, events))
     return made
+
+
+NARROW = 48
+"""Intervals of a signal in which a dependence is looked for."""
 
 
 @dataclass
 class Dependence:
-    """What is left of a channel against the signal that it varies with most."""
+    """What is left of a channel against a signal of the simulation."""
 
     column: str
     unit: str
@@ -101,41 +145,101 @@ class Dependence:
     x_unit: str
     x: np.ndarray
     residual: np.ndarray
+    way: np.ndarray
+    """1 where the signal rises, -1 where it falls, 0 where it rests."""
+    fold: np.ndarray
+    """Runs or stretches of time, numbered."""
     floor: float
+    share: float = 0.0
+    """Share of the residual's energy that the mean at that signal predicts, on folds it was not taken from."""
+    odd: bool = False
+    """The residual turns its sign with the direction, like friction."""
+
+    def __post_init__(self) -> None:
+        even, odd = self._predicted(self.residual), self._predicted(self.residual * self.way)
+        self.odd = odd > even
+        self.share = max(0.0, even, odd)
+
+    def _predicted(self, e: np.ndarray) -> float:
+        edges = np.unique(np.quantile(self.x, np.linspace(0.0, 1.0, NARROW + 1)[1:-1]))
+        place, total = np.digitize(self.x, edges), float(self.residual @ self.residual)
+        left = total
+        size = len(edges) + 1
+        sums, counts = np.bincount(place, e, size), np.bincount(place, minlength=size)
+        for k in np.unique(self.fold):
+            test = self.fold == k
+            n = counts - np.bincount(place[test], minlength=size)
+            mean = (sums - np.bincount(place[test], e[test], size)) / np.maximum(n, 1)
+            mean = mean * (n >= 3)
+            told = mean[place[test]]
+            left += float(told @ told - 2.0 * told @ e[test])
+        return 1.0 - left / total if total > 0.0 else 0.0
+
+    def means(self, way: int) -> tuple[np.ndarray, np.ndarray]:
+        """Signal and mean residual in narrow intervals, while the signal goes that way; 0: whichever way."""
+        mine = np.flatnonzero(self.way == way) if way else np.arange(len(self.x))
+        mine = mine[np.argsort(self.x[mine], kind="stable")]
+        parts = np.array_split(mine, int(np.clip(len(mine) // 6, 1, NARROW))) if len(mine) >= 24 else []
+        return np.array([self.x[p].mean() for p in parts]), np.array([self.residual[p].mean() for p in parts])
 
 
-def dependence(d: Diagnosis, connector: str) -> Dependence | None:
-    """The residual of the best hypothesis in a channel against what `structure` found; None where there is nothing."""
+def dependences(d: Diagnosis, connector: str) -> list[Dependence]:
+    """The residual of the best hypothesis in a channel against the signal that predicts it best, and against the one
+    that `structure` names, if that is another one."""
+    names = [c.connector for c in d.study.problem.campaign.outputs]
+    known = {}
+    for name in (n for x in names for n in (x, f"rate of {x}")):
+        found = dependence(d, connector, name)
+        if found is not None and np.ptp(found.x) > 0.0:
+            known[name] = found
+    if not known:
+        return []
+    told = known.get(d.study.structure.varies_with.get(connector, ""))
+    best = max(known.values(), key=lambda x: x.share)
+    if told is None or told is best:
+        return [best]
+    if best.share < 0.05:
+        return [told]
+    return [best, told] if told.share > 0.05 else [best]
+
+
+def dependence(d: Diagnosis, connector: str, name: str) -> Dependence | None:
+    """The residual of the best hypothesis in a channel against a signal or its rate; None where it was not measured."""
     s = d.study
     problem, obs = s.problem, s.problem.obs
     best = s.judged[0]
-    name = s.structure.varies_with.get(connector)
-    if name is None:
-        return None
     rate, source = name.startswith("rate of "), name.removeprefix("rate of ")
-    channels = {c.connector: c for c in problem.campaign.outputs}
-    if source not in channels or connector not in channels:
+    known = quantities(problem)
+    if source not in known or connector not in known:
         return None
     model = best.hypothesis.fit.model
-    by_run = {b.run: b for b in obs.blocks if b.connector == source}
-    x, e, f = [], [], []
-    for b in obs.blocks:
+    numbers = np.zeros(len(obs), int)
+    for k, mask in enumerate(folds(obs)):
+        numbers[mask] = k
+    by_run = {b.run: b for b in obs.series if b.connector == source}
+    x, way, where = [], [], []
+    for b in obs.series:
         if b.connector != connector or b.run not in by_run:
             continue
         other = by_run[b.run]
         signal = model[other.place]
         signal = np.gradient(signal, other.t) if rate else signal
+        slope = np.abs(np.gradient(signal, other.t))
+        moves = slope > 0.1 * np.quantile(slope, 0.9)
+        going = np.sign(np.gradient(signal, other.t)) * moves
         x.append(np.interp(b.t, other.t, signal))
-        e.append(best.held_out[b.place] * obs.floor[b.place])
-        f.append(obs.floor[b.place])
+        way.append(np.round(np.interp(b.t, other.t, going)))
+        where.append(np.arange(b.place.start, b.place.stop))
     if not x:
         return None
-    here = Shown(channels[connector], problem.units.get(connector))
-    there = Shown(channels[source], problem.units.get(source))
+    here, there = known[connector].shown, known[source].shown
+    at = np.concatenate(where)
     xs = np.concatenate(x)
     xs = there.difference(xs) if rate else there.value(xs)
+    x_name = f"rate of {known[source].name}" if rate else known[source].name
     x_unit = (f"{there.unit}/s" if there.unit else "1/s") if rate else there.unit
     return Dependence(
-        channels[connector].column, here.unit, f"rate of {channels[source].column}" if rate else channels[source].column,
-        x_unit, xs, here.difference(np.concatenate(e)), float(here.difference(rms(np.concatenate(f)))),
+        known[connector].name, here.unit, x_name, x_unit, xs,
+        here.difference(best.held_out[at] * obs.floor[at]), np.concatenate(way).astype(int), numbers[at],
+        float(here.difference(rms(obs.floor[at]))),
     )  # fmt: skip

@@ -1,0 +1,32 @@
+import numpy as np
+import pytest
+from deepsea_cosim.gap.noise import noise_std, quantum, spread
+
+T = np.arange(2000) / 100.0
+
+
+@pytest.mark.parametrize("std", [0.01, 1.0, 300.0])
+def test_noise_on_a_smooth_signal(std):
+    signal = 40.0 * np.sin(T)
+    found = [noise_std(signal * 0.0 + s) for s in std * np.random.default_rng(0).normal(size=(20, len(T)))]
+    assert np.mean(found) == pytest.approx(std, rel=0.03)
+    moving = [noise_std(std * 100 * np.sin(T) + s) for s in std * np.random.default_rng(1).normal(size=(20, len(T)))]
+    assert np.mean(moving) == pytest.approx(std, rel=0.03)
+
+
+def test_bursts_do_not_count_as_noise():
+    y = np.random.default_rng(2).normal(size=len(T))
+    y[800:1000] += 50 * np.sin(2 * np.pi * 15 * T[800:1000])
+    assert noise_std(y) == pytest.approx(1.0, rel=0.15)
+
+
+def test_quantum_of_a_converter():
+    y = np.round((10 * np.sin(T) + np.random.default_rng(3).normal(0, 0.02, len(T))) / 0.05) * 0.05
+    assert quantum(y) == pytest.approx(0.05)
+    assert quantum(np.random.default_rng(4).normal(size=500)) == 0.0
+    assert spread(np.round(3 * np.sin(T) / 0.1) * 0.1) >= 0.1 / np.sqrt(12) * 0.99
+
+
+def test_a_silent_channel_has_a_floor():
+    assert spread(np.full(100, 5.0)) > 0.0
+    assert spread(np.zeros(100)) > 0.0

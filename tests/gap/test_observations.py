@@ -1,0 +1,45 @@
+import numpy as np
+import pytest
+from deepsea_cosim.gap.observations import Moment, gather, thin
+from deepsea_cosim.gap.sensor import Sensor
+
+T = np.linspace(0.0, 10.0, 1001)
+
+
+def test_a_ramp_arrives_when_it_should():
+    x = np.clip(0.04 * (T - 2.0), 0.0, 0.2)
+    assert Moment(0.2, 0.001, 2.0).read(T, x) == pytest.approx(4.975)
+    assert Moment(0.2, 0.001, 2.0, high=3.0).read(T, x) == 3.0
+    assert Moment(0.2, 0.001, 2.0, low=6.0).read(T, x) == 6.0
+
+
+def test_a_signal_that_leaves_again_has_not_arrived():
+    x = np.where(T < 5.0, 1.0, 0.0) * (T > 1.0)
+    back = np.where(T > 8.0, 1.0, x)
+    assert Moment(1.0, 0.1, 0.0).read(T, back) == pytest.approx(8.0, abs=0.02)
+
+
+def test_a_signal_that_never_arrives_is_continued():
+    x = 0.01 * T
+    assert Moment(0.2, 0.0, 0.0).read(T, x) == pytest.approx(20.0)
+
+
+def test_reading_is_the_sensors():
+    y = np.zeros(50)
+    t = np.linspace(1.0, 9.0, 50)
+    obs = gather([(0, 0, "a.x", t, y, 0.1, None), (1, 0, "a.x", t, y, 0.1, None), (1, 1, "a.v", t, y, 0.2, None)])
+    rows = [np.column_stack([np.sin(T)]), np.column_stack([np.cos(T), T])]
+    rows[0] = np.column_stack([np.sin(T), T])
+    made = obs.read([T, T], rows, {"a.x": 0, "a.v": 1}, {"a.v": Sensor(bias=1.0, delay=0.5)})
+    assert made[:50] == pytest.approx(np.sin(t), abs=1e-4)
+    assert made[50:100] == pytest.approx(np.cos(t), abs=1e-4)
+    assert made[100:] == pytest.approx(t - 0.5 + 1.0)
+    assert obs.slope(made)[100:] == pytest.approx(np.ones(50))
+
+
+def test_averaging_keeps_mean_and_reduces_noise():
+    t, y, m = thin(np.arange(10000.0), np.random.default_rng(0).normal(3.0, 1.0, 10000), 2500)
+    assert m == 4
+    assert len(t) == len(y) == 2500
+    assert y.mean() == pytest.approx(3.0, abs=0.05)
+    assert y.std() == pytest.approx(0.5, rel=0.05)
