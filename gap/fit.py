@@ -95,23 +95,42 @@ def dispersion(problem: Problem, residual: np.ndarray) -> float:
 
 
 class Linear:
-    """The linearised problem around a fit: whitened columns of unknowns and nuisances, residual without nuisances."""
+    """The linearised problem around a fit: whitened columns of unknowns and nuisances, and the residual without them."""
 
-    def __init__(self, problem: Problem, fit_u: np.ndarray, model: np.ndarray, jacobian: np.ndarray, N: np.ndarray):
-        w = 1.0 / problem.obs.floor
-        self.A = np.concatenate([jacobian, N], axis=1) * w[:, None]
-        self.r = (problem.obs.y - model) * w
-        self.u = fit_u
+    def __init__(
+        self, problem: Problem, u: np.ndarray, model: np.ndarray, jacobian: np.ndarray, N: np.ndarray,
+        rows: slice | np.ndarray = slice(None),
+    ):  # fmt: skip
+        w = 1.0 / problem.obs.floor[rows]
+        self.A = np.concatenate([jacobian[rows], N[rows]], axis=1) * w[:, None]
+        self.r = (problem.obs.y[rows] - model[rows]) * w
+        self.u = u
+        self.gram, self.moment = self.A.T @ self.A, self.A.T @ self.r
 
-    def step(
-        self, unknowns: Sequence[Unknown], phi: float, radius: np.ndarray, rows: np.ndarray | slice = slice(None)
-    ) -> tuple[np.ndarray, np.ndarray]:
+    def with_column(self, k: int, column: np.ndarray) -> Linear:
+        """The same with a whitened column inserted as unknown k, at u = 0."""
+        made = Linear.__new__(Linear)
+        made.A = np.insert(self.A, k, column, axis=1)
+        made.r, made.u = self.r, np.append(self.u, 0.0)
+        cross = made.A.T @ column
+        made.gram = np.insert(np.insert(self.gram, k, 0.0, axis=0), k, 0.0, axis=1)
+        made.gram[k, :] = made.gram[:, k] = cross
+        made.moment = np.insert(self.moment, k, column @ self.r)
+        return made
+
+    def without(self, mask: np.ndarray) -> Linear:
+        """The same without the entries of the mask, for `step` only."""
+        made = Linear.__new__(Linear)
+        made.A, made.r, made.u = self.A, self.r, self.u
+        part, r = self.A[mask], self.r[mask]
+        made.gram, made.moment = self.gram - part.T @ part, self.moment - part.T @ r
+        return made
+
+    def step(self, unknowns: Sequence[Unknown], phi: float, radius: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """(d, q): the change of u within bounds and radius that lowers the cost most, and the nuisances."""
-        A, r = self.A[rows], self.r[rows]
         k, m = len(unknowns), self.A.shape[1] - len(unknowns)
         sd = np.array([x.sd for x in unknowns])
-        H = A.T @ A / phi
-        g = A.T @ r / phi
+        H, g = self.gram / phi, self.moment / phi
         H[np.arange(k), np.arange(k)] += 1.0 / sd**2
         H[np.arange(k, k + m), np.arange(k, k + m)] += 1.0
         g[:k] -= self.u / sd**2
@@ -121,14 +140,12 @@ class Linear:
         scale = 1.0 / np.sqrt(np.diag(H))
         L = np.linalg.cholesky(H * np.outer(scale, scale) + 1e-12 * np.eye(k + m))
         rhs = np.linalg.solve(L, g * scale)
-        free = L.T
-        d = np.linalg.solve(free, rhs)
+        d = np.linalg.solve(L.T, rhs)
         lo = np.concatenate([low, np.full(m, -np.inf)]) / scale
         hi = np.concatenate([high, np.full(m, np.inf)]) / scale
         if np.any(d < lo) or np.any(d > hi):
-            wide = hi - lo < 1e-12
-            hi = np.where(wide, lo + 1e-9, hi)
-            d = lsq_linear(free, rhs, (lo, hi), method="bvls").x
+            hi = np.where(hi - lo < 1e-12, lo + 1e-9, hi)
+            d = lsq_linear(L.T, rhs, (lo, hi), method="bvls").x
         d = d * scale
         return d[:k], d[k:]
 

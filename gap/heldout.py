@@ -36,10 +36,9 @@ def left_out(problem: Problem, fit: Fit, N: np.ndarray) -> np.ndarray:
     made = np.empty(len(problem.obs))
     radius = np.full(len(fit.u), NEAR)
     for mask in folds(problem.obs):
-        rows = ~mask
         if not mask.any():
             continue
-        d, q = lin.step(fit.unknowns, fit.phi, radius, rows)
+        d, q = lin.without(mask).step(fit.unknowns, fit.phi, radius)
         made[mask] = lin.left(d, q)[mask]
     return made
 

@@ -13,7 +13,7 @@ import numpy as np
 
 from .sensor import Sensor
 
-MOST = 3000
+MOST = 1500
 """Most samples of a block; what is faster is averaged over neighbours."""
 
 JITTER = 0.5e-3

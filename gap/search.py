@@ -7,25 +7,28 @@ residual it explains once base parameters and nuisances may follow. Only what sc
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from itertools import product
 
 import numpy as np
 
-from .fit import Fit, Linear, dispersion, drive, fit
+from .fit import Fit, Linear, drive, fit
 from .problem import Candidate, Problem
 
-SINGLES = 12
+SINGLES = 10
 """Candidates that are fitted after screening."""
 
-KEPT = 6
-"""Of these, those that are fitted to the end."""
+KEPT, CLOSE = 3, 1.1
+"""Of these, so many are fitted to the end, and as many again if their RMS is within this factor of the best."""
 
 PAIRS_FROM = 3
 """Single candidates that are tried with a second one."""
 
 PAIRS = 4
 """Second candidates that are fitted with each of them."""
+
+SCREENED = 12_000
+"""Readings that screening looks at."""
 
 WORTH = 0.03
 """Share of what a single effect leaves that a second one has to promise."""
@@ -108,31 +111,32 @@ def secants(problem: Problem, at: Fit, wanted: Sequence[tuple[Candidate, float]]
     return made
 
 
-def weigh(problem: Problem, at: Fit, N: np.ndarray, found: Sequence[Secant], free: Sequence[int] = ()) -> None:
-    """Fill in what each secant could explain of a fit's residual, in the linear approximation."""
-    from .problem import Unknown
+def weigh(problem: Problem, at: Fit, N: np.ndarray, found: Sequence[Secant]) -> None:
+    """Fill in what each secant could explain of a fit's residual, in the linear approximation.
 
-    lin0 = Linear(problem, at.u, at.model, at.jacobian, N)
-    radius = np.array([1.5 if x.kind == "base" else 3.0 for x in at.unknowns])
-    before = float(at.residual @ at.residual)
+    Every few readings count, so that at most `SCREENED` do; phi follows the mean square of what is left.
+    """
+    rows = slice(None, None, max(1, len(problem.obs) // SCREENED))
+    lin = Linear(problem, at.u, at.model, at.jacobian, N, rows)
+    floor = problem.obs.floor[rows]
+    k = len(at.unknowns)
+    radius = np.array([1.5 if x.kind == "base" else 3.0 for x in at.unknowns] + [np.inf])
+    before = float(at.residual[rows] @ at.residual[rows])
     for s in found:
         main = s.candidate.unknowns[0]
         low, high = max(main.low, -2.0 * abs(s.size)), min(main.high, 2.0 * abs(s.size))
-        x = (*at.unknowns, Unknown(main.name, main.kind, main.start, main.scale, low, high, main.sd))
-        column = s.slope / problem.obs.floor
-        lin = Linear.__new__(Linear)
-        k = len(at.unknowns)
-        lin.A = np.concatenate([lin0.A[:, :k], column[:, None], lin0.A[:, k:]], axis=1)
-        lin.r, lin.u = lin0.r, np.append(at.u, 0.0)
+        wider = lin.with_column(k, s.slope[rows] / floor)
+        x = (*at.unknowns, replace(main, low=low, high=high))
         phi = at.phi
         for _ in range(3):
-            d, q = lin.step(x, phi, np.append(radius, np.inf))
-            left = lin.left(d, q)
-            fresh = min(at.phi, dispersion(problem, left))
+            d, q = wider.step(x, phi, radius)
+            left = wider.left(d, q)
+            share = float(left @ left) / before
+            fresh = max(1.0, at.phi * min(1.0, share))
             if fresh > 0.7 * phi:
                 break
             phi = fresh
-        s.gain = 1.0 - float(left @ left) / before
+        s.gain = 1.0 - share
         s.amount, s.base = float(d[k]), at.u + d[:k]
 
 
@@ -147,7 +151,7 @@ def screen(problem: Problem, at: Fit, N: np.ndarray, say: Say = lambda text: Non
     best = _best_of_each(found)
     # a large effect is not its derivative: look where the line says it should be, and beyond
     again = []
-    for s in best[: 2 * SINGLES]:
+    for s in best[: SINGLES + 4]:
         if s.candidate.unknowns[0].kind == "effect":
             main = s.candidate.unknowns[0]
             signs = [1.0] if s.amount > 0 else [-1.0]
@@ -195,16 +199,15 @@ def carry_on(problem: Problem, at: Fit, N: np.ndarray, iterations: int, fresh: b
 def extend(
     problem: Problem, at: Hypothesis, found: Sequence[Secant], N: np.ndarray, most: int, kept: int
 ) -> list[Hypothesis]:
-    """Fits of a hypothesis with one candidate more: `most` are begun, `kept` of them finished. Best first."""
+    """Fits of a hypothesis with one candidate more: `most` are begun, about `kept` finished. Best first."""
     have = {c.label for c in at.candidates}
     chosen = [s for s in found if s.candidate.label not in have][:most]
     begun = drive(problem, [_ask(problem, at.fit, s, N, 3) for s in chosen])
     made = [Hypothesis((*at.candidates, s.candidate), f) for s, f in zip(chosen, begun, strict=True) if f is not None]
     made.sort(key=lambda h: h.fit.rms)
-    for some, refreshes in ((made[:kept], 0), (made[: (kept + 1) // 2], 2)):
-        asks = [carry_on(problem, h.fit, N, 12, refreshes > 0, refreshes) for h in some]
-        for h, f in zip(some, drive(problem, asks), strict=True):
-            if f is not None and f.rms < h.fit.rms * 1.02:
-                h.fit = f
-        made.sort(key=lambda h: h.fit.rms)
+    going = made[:kept] + [h for h in made[kept : 2 * kept] if h.fit.rms < CLOSE * made[0].fit.rms]
+    asks = [carry_on(problem, h.fit, N, 12, fresh=True, refreshes=1) for h in going]
+    for h, f in zip(going, drive(problem, asks), strict=True):
+        if f is not None and f.rms < h.fit.rms * 1.02:
+            h.fit = f
     return sorted(made, key=lambda h: h.fit.rms)

@@ -14,6 +14,9 @@ from ..where import describe, excess
 from . import series
 from .numbers import floors, percent, short
 
+MOST = 14
+"""Most regions that are shown, those with the largest gaps."""
+
 NOISE = 1.1
 """A gap below this, in floors, is hardly more than noise."""
 
@@ -48,7 +51,9 @@ def _place(c: series.Quantity, share: float, region: str, changes: Any) -> dict[
     times: dict[str, list[str]] = {}
     for run, t in changes:
         times.setdefault(run, []).append(f"{t:.1f}")
-    said = "; ".join(f"{run}: {', '.join(x)} s" for run, x in times.items())
+    said = "; ".join(f"{run}: {', '.join(x)} s" for run, x in list(times.items())[:2])
+    if len(times) > 2:
+        said += f"; and in {len(times) - 2} more {'runs' if len(times) > 3 else 'run'}"
     return {
         "column": c.name, "connector": c.connector, "share": percent(share), "width": 100.0 * share,
         "region": region, "changes": said,
@@ -92,7 +97,8 @@ def regions(d: Diagnosis, best_name: str | None) -> dict[str, Any] | None:
             }
         )  # fmt: skip
     return {
-        "rows": made, "floor": place(1.0), "ticks": [{"x": place(t), "text": f"{t:g}"} for t in ticks],
+        "rows": made[:MOST], "more": len(made[MOST:]), "floor": place(1.0),
+        "ticks": [{"x": place(t), "text": f"{t:g}"} for t in ticks],
         "columns": [{"colour": c, "said": said} for c, said, _ in residuals],
     }  # fmt: skip
 

@@ -23,6 +23,9 @@ MEASURED, DELIVERED, REFITTED, BEST = "#111111", "#d55e00", "#e69f00", "#0072b2"
 
 FLOOR = "#d9dde2"
 DPI = 110
+HEAD = 0.36
+"""Height of the legend [inch]."""
+
 MOST = 1400
 """Points of a line."""
 
@@ -39,12 +42,17 @@ STYLE = {
 }  # fmt: skip
 
 
-def png(figure: Figure) -> str:
-    """A figure as the address of an image that is contained in it."""
+def pixels(figure: Figure) -> np.ndarray:
+    """A figure as an array (height, width, 4)."""
     canvas = figure.canvas
     assert isinstance(canvas, FigureCanvasAgg)
     canvas.draw()
-    image = Image.fromarray(np.asarray(canvas.buffer_rgba())).convert("RGB")
+    return np.array(canvas.buffer_rgba())
+
+
+def png(picture: np.ndarray) -> str:
+    """A picture as an address that contains it."""
+    image = Image.fromarray(picture).convert("RGB")
     file = io.BytesIO()
     image.quantize(64, method=Image.Quantize.FASTOCTREE).save(file, "PNG", compress_level=6)
     return "data:image/png;base64," + base64.b64encode(file.getvalue()).decode("ascii")
@@ -75,13 +83,14 @@ def _reach(x: np.ndarray) -> float:
 
 
 class Sheet:
-    """A figure for a channel: readings above, residuals below; drawn again and again."""
+    """A figure for a channel: readings above, residuals below; drawn again and again, its legend only once."""
 
     def __init__(self, best_name: str | None, closer: bool, width: float = 6.2):
         """best_name: of the hypothesis beyond the refit, None: there is none; closer: a panel for what is left."""
         self.best_name, self.closer = best_name, closer
         heights = [1.65, 1.2, 1.2] if closer else [1.65, 1.5]
-        gap, top, bottom = 0.3, 0.36, 0.42
+        self.header: np.ndarray | None = None
+        gap, top, bottom = 0.3, HEAD, 0.42
         total = sum(heights) + gap * (len(heights) - 1) + top + bottom
         with rc_context(STYLE):
             self.figure = Figure(figsize=(width, total), dpi=DPI, facecolor="white")
@@ -120,7 +129,7 @@ class Sheet:
         handles = [self.top[0], self.top[1], *([top.lines[3]] if self.best_name else []), self.top[2]]
         band = low.fill_between([0, 1], 0, 0, color=FLOOR, lw=0, label="±2 noise floors")
         band.remove()
-        top.legend(
+        self.legend = top.legend(
             handles=[*handles, band], ncols=5, fontsize=8, frameon=False, loc="lower left",
             bbox_to_anchor=(-0.01, 0.98), handlelength=1.5, columnspacing=1.1, handletextpad=0.5, borderpad=0.1,
         )  # fmt: skip
@@ -164,10 +173,14 @@ class Sheet:
             for axis in self.axes:
                 axis.set_xlim(x.t[0], x.t[-1])
                 axis.set_ylabel(label)
-            made = png(self.figure)
+            made = pixels(self.figure)
+            if self.header is None:
+                self.header = made[: round(0.9 * HEAD * DPI)].copy()
+                self.legend.set_visible(False)
+            made[: len(self.header)] = self.header
             for mark in marks:
                 mark.remove()
-            return made
+            return png(made)
 
 
 def _range(lines: Sequence[np.ndarray], floor: float) -> tuple[float, float]:
@@ -196,11 +209,11 @@ def against(x: Dependence) -> str:
             axis.plot(*x.means(way), color=colour, lw=1.5, label=said, zorder=3)
         reach = max(2.2 * x.floor, _reach(x.residual))
         _limits(axis, -reach, reach)
-        axis.set_xlabel(f"simulated signal [{x.x_unit or '–'}]", labelpad=2)
+        axis.set_xlabel(f"{'measured input' if x.given else 'simulated signal'} [{x.x_unit or '–'}]", labelpad=2)
         axis.set_ylabel(f"residual [{x.unit or '–'}]")
         axis.locator_params(axis="y", nbins=6)
         axis.legend(
             ncols=4, fontsize=8, frameon=False, loc="lower left", bbox_to_anchor=(-0.01, 0.98), borderpad=0.1,
             handlelength=1.5, markerscale=3, columnspacing=1.2,
         )  # fmt: skip
-        return png(figure)
+        return png(pixels(figure))

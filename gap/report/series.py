@@ -9,6 +9,7 @@ import numpy as np
 from ..heldout import folds, rms
 from ..observations import Observations
 from ..problem import Problem
+from ..replay import smooth
 from ..result import Diagnosis
 from .numbers import Shown
 
@@ -131,6 +132,9 @@ def _runs(
     return made
 
 
+SMOOTH = 0.02
+"""Standard deviation of the kernel with which measured inputs are smoothed [s]."""
+
 NARROW = 48
 """Intervals of a signal in which a dependence is looked for."""
 
@@ -150,6 +154,8 @@ class Dependence:
     fold: np.ndarray
     """Runs or stretches of time, numbered."""
     floor: float
+    given: bool = False
+    """The signal is an input as it was measured, not one of the simulation."""
     share: float = 0.0
     """Share of the residual's energy that the mean at that signal predicts, on folds it was not taken from."""
     odd: bool = False
@@ -186,7 +192,8 @@ class Dependence:
 def dependences(d: Diagnosis, connector: str) -> list[Dependence]:
     """The residual of the best hypothesis in a channel against the signal that predicts it best, and against the one
     that `structure` names, if that is another one."""
-    names = [c.connector for c in d.study.problem.campaign.outputs]
+    campaign = d.study.problem.campaign
+    names = [c.connector for c in (*campaign.outputs, *campaign.inputs)]
     known = {}
     for name in (n for x in names for n in (x, f"rate of {x}")):
         found = dependence(d, connector, name)
@@ -204,31 +211,38 @@ def dependences(d: Diagnosis, connector: str) -> list[Dependence]:
 
 
 def dependence(d: Diagnosis, connector: str, name: str) -> Dependence | None:
-    """The residual of the best hypothesis in a channel against a signal or its rate; None where it was not measured."""
+    """The residual of the best hypothesis in a channel against a signal or its rate; None where there is none.
+
+    The signal is that of the simulation, or an input as it was measured.
+    """
     s = d.study
     problem, obs = s.problem, s.problem.obs
     best = s.judged[0]
     rate, source = name.startswith("rate of "), name.removeprefix("rate of ")
     known = quantities(problem)
+    for c in problem.campaign.inputs:
+        known[c.connector] = Quantity(c.column, c.connector, Shown(c.unit, problem.units.get(c.connector)))
     if source not in known or connector not in known:
         return None
     model = best.hypothesis.fit.model
     numbers = np.zeros(len(obs), int)
     for k, mask in enumerate(folds(obs)):
         numbers[mask] = k
-    by_run = {b.run: b for b in obs.series if b.connector == source}
+    signals = {b.run: (b.t, model[b.place]) for b in obs.series if b.connector == source}
+    signals.update({r: info.inputs[source] for r, info in enumerate(problem.runs) if source in info.inputs})
     x, way, where = [], [], []
     for b in obs.series:
-        if b.connector != connector or b.run not in by_run:
+        if b.connector != connector or b.run not in signals:
             continue
-        other = by_run[b.run]
-        signal = model[other.place]
-        signal = np.gradient(signal, other.t) if rate else signal
-        slope = np.abs(np.gradient(signal, other.t))
-        moves = slope > 0.1 * np.quantile(slope, 0.9)
-        going = np.sign(np.gradient(signal, other.t)) * moves
-        x.append(np.interp(b.t, other.t, signal))
-        way.append(np.round(np.interp(b.t, other.t, going)))
+        t, signal = signals[b.run]
+        if source in problem.runs[b.run].inputs:
+            signal, slope = smooth(t, signal, b.t, max(SMOOTH, 2.0 * float(np.median(np.diff(t)))))
+        else:
+            signal, slope = np.interp(b.t, t, signal), np.interp(b.t, t, np.gradient(signal, t))
+        if rate:
+            signal, slope = slope, np.gradient(slope, b.t)
+        x.append(signal)
+        way.append(np.sign(slope) * (np.abs(slope) > 0.1 * np.quantile(np.abs(slope), 0.9)))
         where.append(np.arange(b.place.start, b.place.stop))
     if not x:
         return None
@@ -241,5 +255,5 @@ def dependence(d: Diagnosis, connector: str, name: str) -> Dependence | None:
     return Dependence(
         known[connector].name, here.unit, x_name, x_unit, xs,
         here.difference(best.held_out[at] * obs.floor[at]), np.concatenate(way).astype(int), numbers[at],
-        float(here.difference(rms(obs.floor[at]))),
+        float(here.difference(rms(obs.floor[at]))), source not in problem.connectors,
     )  # fmt: skip

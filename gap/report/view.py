@@ -22,6 +22,9 @@ PICTURES = 40
 CHANNELS = 12
 """Most channels of a run that are drawn, those with the largest gaps."""
 
+MUCH = 3.0
+"""Gap, in floors, that a cause should not leave."""
+
 ROWS = 8
 """Most causes in the ranking, besides "none" and "unknown"."""
 
@@ -61,7 +64,7 @@ def view(d: Diagnosis, data: dict[str, Any]) -> dict[str, Any]:
         "best_name": best_name,
         "best_label": d.chosen.hypothesis.label,
         "held_out": data["gap"]["held_out"],
-        "held_runs": [info.name for info in s.held.problem.runs] if s.held else [],
+        "held_runs": _few([info.name for info in s.held.problem.runs]) if s.held else "",
         "effects_tried": len({c.id for c in problem.candidates}),
         "base_count": len(problem.base),
         "run_count": len(problem.runs) + (len(s.held.problem.runs) if s.held else 0),
@@ -95,6 +98,8 @@ def _caution(d: Diagnosis, data: dict[str, Any]) -> str:
                     f"has {percent(second.probability)}.")  # fmt: skip
     if d.verdict == "explained" and data["gap"]["after_calibration"] < 1.1 * data["gap"]["after"]:
         said.append("The refit alone brings the gap almost as far.")
+    if d.verdict == "explained" and data["gap"]["after"] > MUCH:
+        said.append(f"{floors(data['gap']['after'])} noise floors are left, so there is more to it.")
     if not data["numerical_gap"]["ok"]:
         said.append("The simulation's own step error is not small against the noise.")
     return " ".join(said)
@@ -166,16 +171,19 @@ def _pictures(d: Diagnosis, best_name: str | None) -> dict[str, Any]:
     order = sorted(range(len(runs)), key=lambda i: -runs[i].before)
     units = d.study.problem.parameter_units
     made, drawn = {}, 0
+    sheets: dict[bool, Sheet] = {}
     for place, i in enumerate(order):
         run = runs[i]
         chosen = sorted(run.traces, key=lambda t: -t.before)[:CHANNELS]
         chosen = [t for t in run.traces if any(t is c for c in chosen)]
         chosen = chosen[: max(0, PICTURES - drawn)]
         drawn += len(chosen)
-        sheet = Sheet(best_name, far_apart(chosen) if chosen else False)
+        closer = bool(chosen) and far_apart(chosen)
+        if chosen and closer not in sheets:
+            sheets[closer] = Sheet(best_name, closer)
         figures = [
             {
-                "column": t.column, "connector": t.connector, "src": sheet.draw(t), "before": floors(t.before),
+                "column": t.column, "connector": t.connector, "src": sheets[closer].draw(t), "before": floors(t.before),
                 "after": floors(t.after), "changes": ", ".join(f"{x:.1f}" for x in t.changes),
                 "alt": f"{t.column} ({t.connector}) in {run.name}: measured and simulated over time, and residuals; "
                 f"gap {floors(t.before)} noise floors as delivered, {floors(t.after)} {best_name or 'refitted'}",
@@ -202,6 +210,7 @@ def _pictures(d: Diagnosis, best_name: str | None) -> dict[str, Any]:
     return {
         "runs": [made[i] for i in range(len(runs))], "shown_runs": [made[i] for i in order],
         "has_events": any(run.events for run in runs),
+        "not_drawn": sum(1 for m in made.values() if not m["figures"] and not m["events"]),
         "condition_names": [{"parts": n.split("."), "unit": pretty(_unit(n, units))} for n in names],
     }  # fmt: skip
 
@@ -255,6 +264,10 @@ def _parameter(name: str, p: dict[str, Any], x: Unknown) -> dict[str, Any]:
         "name": name, "label": ".".join(label[1:]) if name.startswith("sensor.") else label[-1], "value": value,
         "ends": ends, "factor": factor, "unit": pretty(p["unit"]), "neutral": given(x.start), "at_bound": at,
     }  # fmt: skip
+
+
+def _few(names: list[str], most: int = 4) -> str:
+    return ", ".join(names) if len(names) <= most else f"{len(names)} runs"
 
 
 def _listed(names: list[str], most: int = 4) -> str:
@@ -361,7 +374,8 @@ def _left(d: Diagnosis) -> dict[str, Any]:
         figures = [
             {
                 "src": against(x), "column": x.column, "x": x.x_name, "share": percent(x.share), "odd": x.odd,
-                "alt": f"Residual of {x.column} against the simulated {x.x_name}: readings and their mean",
+                "clear": x.share > 0.05, "kind": "measured" if x.given else "simulated",
+                "alt": f"Residual of {x.column} against {x.x_name}: readings and their mean",
             }
             for x in found
         ]  # fmt: skip
