@@ -20,12 +20,18 @@ STRETCH = 1.0
 """Length of a stretch of time [s] at least."""
 
 
-def folds(obs: Observations) -> list[np.ndarray]:
-    """Masks (n,) of the entries left out in turn; together they are all entries."""
+def folds(obs: Observations, stretches: int = 0) -> list[np.ndarray]:
+    """Masks (n,) of the entries left out in turn; together they are all entries.
+
+    stretches: leave out every fifth of so many stretches of time, whatever the number of runs.
+    """
     runs = np.unique(obs.run)
-    if len(runs) >= 3:
+    if stretches:
+        long = obs.time.max() / stretches
+    elif len(runs) >= 3:
         return [obs.run == r for r in runs]
-    long = max(obs.time.max() / (4 * FOLDS), min(STRETCH, obs.time.max() / FOLDS))
+    else:
+        long = max(obs.time.max() / (4 * FOLDS), min(STRETCH, obs.time.max() / FOLDS))
     stretch = (obs.time / long).astype(int) + obs.run
     return [stretch % FOLDS == k for k in range(FOLDS)]
 

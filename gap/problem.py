@@ -61,8 +61,9 @@ class Unknown:
     """Of a shape: values of u to try first."""
 
     def value(self, u: float) -> float:
-        """The value of the quantity."""
-        return self.start + self.scale * u
+        """The value of the quantity; what is 0 but for rounding is 0, which may be the end of a range."""
+        value = self.start + self.scale * u
+        return 0.0 if abs(value) < 1e-12 * abs(self.scale) else value
 
 
 @dataclass(frozen=True)

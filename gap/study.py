@@ -210,7 +210,7 @@ def _finish(problem: Problem, h: Hypothesis, N: np.ndarray) -> Hypothesis:
 def _pairs(problem: Problem, singles: list[Hypothesis], found: list[Secant], N: np.ndarray) -> list[Hypothesis]:
     made: dict[tuple[str, ...], Hypothesis] = {}
     for h in singles[: search.PAIRS_FROM]:
-        again = list(found)
+        again = [replace(s) for s in found]
         search.weigh(problem, h.fit, N, again)
         again = sorted((s for s in again if s.gain > search.WORTH), key=lambda s: -s.gain)
         for pair in search.extend(problem, h, again, N, search.PAIRS, 2):

@@ -10,19 +10,23 @@ from concurrent.futures import Executor
 from contextlib import contextmanager
 from typing import Any
 
-from ..core.errors import UsageError
+from ..core.errors import OutputError, UsageError
 
 
 def diagnose_command(options: argparse.Namespace) -> int:
     """Run the diagnosis and print it; returns the exit code."""
     if options.processes is not None and options.processes < 1:
         raise UsageError(f"--processes {options.processes}: at least one is needed")
+    _need("scipy", "sklearn", "arch", "ruptures", *(() if options.no_report else ("jinja2", "PIL")))
     from .campaign import read
     from .diagnose import diagnose
     from .result import write
 
     campaign = read(options.campaign)
-    options.out.mkdir(parents=True, exist_ok=True) if not options.out.exists() else None
+    try:
+        options.out.mkdir(parents=True, exist_ok=True)
+    except OSError as error:
+        raise OutputError(f"{options.out}: cannot be written ({error.strerror})") from None
     show = _Progress(options.quiet)
     with _executor(options) as executor:
         d = diagnose(campaign, executor, show.stage, show.run, options.processes)
@@ -37,6 +41,15 @@ def diagnose_command(options: argparse.Namespace) -> int:
         names = ["diagnosis.json", "calibrated.ssv"] + ([] if options.no_report else ["report.html"])
         print(f"\n{options.out}: {', '.join(names)}")
     return 0
+
+
+def _need(*modules: str) -> None:
+    """Raise `UsageError` when a library of the extra 'gap' is not installed."""
+    from importlib.util import find_spec
+
+    missing = [name for name in modules if find_spec(name) is None]
+    if missing:
+        raise UsageError(f"diagnose needs {', '.join(missing)}: pip install deepsea-cosim[gap]")
 
 
 class _Progress:
@@ -121,7 +134,7 @@ def lines(data: dict[str, Any]) -> list[str]:
     if data["next_experiment"]:
         n = data["next_experiment"]
         change = ", ".join(f"{k} = {v:g}" if isinstance(v, float) else f"{k} {v}" for k, v in n["change"].items())
-        sets = " from ".join(" + ".join(e) for e in n["separates"])
+        sets = " from ".join(" + ".join(e) or "no effect" for e in n["separates"])
         made += ["", f"measure next: {change}; it tells {sets} ({n['expected_separation']:.1f} floors apart)"]
     if data["warnings"]:
         made += ["", *(f"note: {w}" for w in data["warnings"])]

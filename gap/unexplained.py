@@ -14,6 +14,10 @@ from .heldout import folds
 from .problem import Problem
 
 
+FINE = 300
+"""Stretches of time of a run that are left out in turn: short, so that their neighbours have seen the same region."""
+
+
 @dataclass(frozen=True)
 class Structure:
     """Share of the residual's energy that is predictable, and per connector what it varies with most."""
@@ -38,10 +42,17 @@ def features(problem: Problem, rows: list[np.ndarray], step: float) -> tuple[lis
 
 def structure(problem: Problem, residual: np.ndarray, rows: list[np.ndarray], step: float) -> Structure:
     """What of a whitened residual (n,) a flexible model predicts where it has not been trained."""
+    from threadpoolctl import threadpool_limits
+
+    with threadpool_limits(1):  # the trees are small: more threads only wait for each other
+        return _structure(problem, residual, rows, step)
+
+
+def _structure(problem: Problem, residual: np.ndarray, rows: list[np.ndarray], step: float) -> Structure:
     from sklearn.ensemble import HistGradientBoostingRegressor
 
     names, X = features(problem, rows, step)
-    masks = folds(problem.obs)
+    masks = folds(problem.obs, FINE)
     total = left = 0.0
     channels, varies = {}, {}
     for k, label in enumerate(problem.labels):
@@ -69,11 +80,14 @@ def structure(problem: Problem, residual: np.ndarray, rows: list[np.ndarray], st
     return Structure(0.0 if total == 0.0 else 1.0 - left / total, channels, varies)
 
 
+BINS = 40
+
+
 def _strongest(names: list[str], x: np.ndarray, e: np.ndarray) -> str:
     """The feature whose bins explain most of the residual."""
     best, name = -1.0, names[0]
     for k, n in enumerate(names):
-        edges = np.unique(np.quantile(x[:, k], np.linspace(0, 1, 13)[1:-1]))
+        edges = np.unique(np.quantile(x[:, k], np.linspace(0, 1, BINS + 1)[1:-1]))
         place = np.digitize(x[:, k], edges)
         counts = np.maximum(np.bincount(place, minlength=len(edges) + 1), 1)
         means = np.bincount(place, e, minlength=len(edges) + 1) / counts

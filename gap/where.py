@@ -17,8 +17,8 @@ from .problem import Problem
 BANDS = ((0.0, 0.5), (0.5, 5.0), (5.0, 25.0), (25.0, np.inf))
 """Frequency bands [Hz]."""
 
-BIN = 0.1
-"""Resolution of change points [s]."""
+BINS = 200
+"""Stretches of a run among which change points are looked for."""
 
 
 @dataclass(frozen=True)
@@ -129,17 +129,18 @@ def change_points(block: Block, residual: np.ndarray, most: int = 4) -> list[flo
     if block.moment is not None:
         return []
     e = residual[block.place]
-    count = int((block.t[-1] - block.t[0]) / BIN)
+    count = min(BINS, len(block.t) // 4)
     if count < 20 or np.sqrt(np.mean(e**2)) < 1.3:
         return []
-    place = np.minimum(((block.t - block.t[0]) / BIN).astype(int), count - 1)
+    long = (block.t[-1] - block.t[0]) / count
+    place = np.minimum(((block.t - block.t[0]) / long).astype(int), count - 1)
     filled = np.bincount(place, minlength=count)
     means = np.bincount(place, e, minlength=count) / np.maximum(filled, 1)
     scale = max(float(np.std(means)), 1e-12)
     found = ruptures.Pelt(model="l2", min_size=5).fit(means / scale).predict(pen=2.0 * np.log(count))[:-1]
     steps = [abs(means[max(0, k - 5) : k].mean() - means[k : k + 5].mean()) for k in found]
     best = sorted(zip(steps, found, strict=True), reverse=True)[:most]
-    return sorted(float(block.t[0] + k * BIN) for _, k in best)
+    return sorted(float(block.t[0] + k * long) for _, k in best)
 
 
 def places(problem: Problem, residual: np.ndarray, masks: Mapping[str, np.ndarray]) -> list[Place]:

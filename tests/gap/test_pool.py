@@ -1,0 +1,63 @@
+"""Many runs of a package: in processes, on a Dask cluster, and when one fails."""
+
+import numpy as np
+import pytest
+from deepsea_cosim.core.errors import SimulationError
+from deepsea_cosim.gap.pool import Failure, Job, Pool
+from deepsea_cosim.master.session import Session
+
+from tests.toys import package
+
+
+@pytest.fixture(scope="module")
+def spring(toys, tmp_path_factory):
+    return package(tmp_path_factory.mktemp("pool") / "toy.ssp", {"o": toys / "Oscillator.fmu"}, stop=1.0)
+
+
+def jobs():
+    push = (np.array([0.0, 1.0]), np.array([1.0, 1.0]))
+    return [Job(("o.x",), 1.0, 0.01, {"o.k": k}, {"o.u": push}) for k in (40.0, 80.0, 160.0)]
+
+
+def alone(spring):
+    with Session(spring) as session:
+        return [session.run(j.record, j.stop, j.step, j.changes, j.inputs)[1] for j in jobs()]
+
+
+def test_processes_give_what_one_session_gives(spring):
+    told = []
+    with Pool(spring, processes=2, progress=told.append) as pool:
+        found = pool.run(jobs())
+    for a, b in zip(found, alone(spring), strict=True):
+        assert np.array_equal(a, b)
+    assert told == [1, 2, 3]
+    assert pool.count == 3
+
+
+def test_a_dask_cluster_gives_the_same(spring):
+    distributed = pytest.importorskip("distributed")
+    cluster = distributed.LocalCluster(
+        n_workers=1, threads_per_worker=1, processes=True, dashboard_address=None, silence_logs=50
+    )
+    with cluster, distributed.Client(cluster) as client, Pool(spring, client.get_executor()) as pool:
+        found = pool.run(jobs())
+    for a, b in zip(found, alone(spring), strict=True):
+        assert np.array_equal(a, b)
+
+
+def test_a_run_that_fails_is_reported_and_the_others_are_kept(toys, tmp_path):
+    bomb = package(tmp_path / "bomb.ssp", {"b": toys / "Bomb.fmu"}, stop=1.0)
+    with Pool(bomb, processes=1) as pool:
+        found = pool.run([Job(("b.x",), 1.0, 0.1, {"b.t_bomb": 0.5}), Job(("b.x",), 1.0, 0.1)])
+    assert isinstance(found[0], Failure)
+    assert "not finite" in found[0].reason
+    assert isinstance(found[1], np.ndarray)
+
+
+def test_a_process_that_dies_is_one_line(spring):
+    with Pool(spring, processes=1) as pool:
+        pool.run(jobs()[:1])
+        for process in pool._executor._processes.values():
+            process.kill()
+        with pytest.raises(SimulationError, match="died"):
+            pool.run(jobs())
