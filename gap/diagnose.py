@@ -9,6 +9,7 @@ from pathlib import Path
 
 from . import catalogue as catalogues
 from .campaign import Campaign
+from .calibration import Calibration
 from .consistency import check
 from .experiment import Next, best_next
 from .heldout import rms
@@ -18,7 +19,7 @@ from .problem import Problem
 from .replay import replays
 from .result import Diagnosis
 from .study import Study, study
-from .verdict import NONE, UNKNOWN, Calibration, Cause, causes, features
+from .verdict import NONE, UNKNOWN, Cause, causes, features
 from .where import places, regions
 
 Say = Callable[[str], None]

@@ -95,7 +95,7 @@ def dispersion(problem: Problem, residual: np.ndarray) -> float:
 
 
 class Linear:
-    """The linearised problem around a fit: whitened columns of unknowns and nuisances, and the residual without them."""
+    """The linearised problem around a fit: whitened columns of unknowns and nuisances, the residual without them."""
 
     def __init__(
         self, problem: Problem, u: np.ndarray, model: np.ndarray, jacobian: np.ndarray, N: np.ndarray,

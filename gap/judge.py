@@ -4,8 +4,7 @@ Evidence of a hypothesis h with mean square m_h of its held-out residual (a Lapl
 
     S_h = n_eff ln(m_h) + penalty_h + ln det(1 + J^T J sd^2 / phi) - 2 ln prior_h
 
-n_eff is the number of independent readings that the best fit's residual leaves, capped: two models always differ a
-little in what neither of them is about, and no amount of data makes such a difference a cause.
+n_eff is the number of independent readings that the best fit's residual leaves, capped (`calibration`).
 """
 
 from __future__ import annotations
@@ -15,13 +14,11 @@ from dataclasses import dataclass, field, replace
 
 import numpy as np
 
+from .calibration import Calibration
 from .fit import Fit, correlation_time
 from .heldout import left_out, rms
 from .problem import Problem
 from .search import Hypothesis
-
-CAP = 150.0
-"""Most independent readings that count."""
 
 PRIOR_NULL, PRIOR_SINGLE, PRIOR_PAIR = 0.3, 0.5, 0.2
 
@@ -72,18 +69,20 @@ def judge(problem: Problem, hypotheses: Sequence[Hypothesis], N: np.ndarray) -> 
     """All hypotheses with score and probability, the best first."""
     made = [Judged(h, left_out(problem, h.fit, N)) for h in hypotheses]
     best = min(made, key=lambda j: j.gap)
-    n_eff = min(CAP, independent(problem, best.held_out))
+    available = independent(problem, best.held_out)
+    n_eff = min(Calibration.load().independent, available)
     shared = max(1.0, best.hypothesis.fit.phi)
     for j in made:
         fit = j.hypothesis.fit
         j.terms = {
+            "available": available,
             "independent": n_eff,
             "fit": n_eff * float(np.log(max(j.gap**2, 1e-12))),
             "penalty": fit.penalty(),
             "occam": occam(problem, replace(fit, phi=shared)),
             "prior": -2.0 * float(np.log(prior(problem, j.hypothesis))),
         }
-        j.score = sum(v for k, v in j.terms.items() if k != "independent")
+        j.score = sum(v for k, v in j.terms.items() if k not in ("available", "independent"))
     low = min(j.score for j in made)
     weights = np.array([np.exp(-0.5 * (j.score - low)) for j in made])
     for j, w in zip(made, weights / weights.sum(), strict=True):

@@ -13,7 +13,6 @@ import numpy as np
 from .heldout import folds
 from .problem import Problem
 
-
 FINE = 300
 """Stretches of time of a run that are left out in turn: short, so that their neighbours have seen the same region."""
 

@@ -1,36 +1,20 @@
 """The verdict: causes with calibrated probabilities, "none" and "unknown" among them.
 
 A cause gathers all hypotheses with the same effect ids (a sensor's effect in whichever channel). The raw probabilities
-come from `judge`; two numbers fitted on benchmark cases whose truth was known calibrate them (`calibration.json`):
-a temperature on the scores, and a logistic model of "unknown".
+come from `judge`; what calibrates them stands in `calibration.json`.
 """
 
 from __future__ import annotations
 
-import json
 from collections.abc import Sequence
 from dataclasses import dataclass
-from importlib.resources import files
 
 import numpy as np
 
+from .calibration import Calibration
 from .judge import Judged
 
 NONE, UNKNOWN = ("none",), ("unknown",)
-
-
-@dataclass(frozen=True)
-class Calibration:
-    """temperature of the scores; weights of the features of "unknown", the constant first."""
-
-    temperature: float
-    unknown: tuple[float, ...]
-
-    @classmethod
-    def load(cls) -> Calibration:
-        """The calibration that is shipped."""
-        data = json.loads(files(__package__).joinpath("calibration.json").read_text(encoding="utf-8"))
-        return cls(float(data["temperature"]), tuple(map(float, data["unknown"])))
 
 
 @dataclass
@@ -67,7 +51,11 @@ def causes(judged: Sequence[Judged], calibration: Calibration, x: np.ndarray) ->
         best.setdefault(key, j)
     total = sum(raw.values())
     p_unknown = unknown_probability(calibration, x)
-    made = [Cause(key, best[key], (1.0 - p_unknown) * w / total, []) for key, w in raw.items()]
+    known = 1.0 - p_unknown
+    even = calibration.lapse / len(raw)
+    made = [
+        Cause(key, best[key], known * ((1.0 - calibration.lapse) * w / total + even), []) for key, w in raw.items()
+    ]
     made.append(Cause(UNKNOWN, None, p_unknown, []))
     made.sort(key=lambda c: -c.probability)
     for c in made:

@@ -2,14 +2,15 @@ from types import SimpleNamespace
 
 import numpy as np
 import pytest
-from deepsea_cosim.gap.verdict import NONE, UNKNOWN, Calibration, causes, features, unknown_probability
+from deepsea_cosim.gap.calibration import Calibration
+from deepsea_cosim.gap.verdict import NONE, UNKNOWN, causes, features, unknown_probability
 
 
 def judged(ids, score, gap=1.0):
     return SimpleNamespace(hypothesis=SimpleNamespace(ids=ids, candidates=ids), score=score, gap=gap)
 
 
-PLAIN = Calibration(1.0, (-30.0, 0.0, 0.0, 0.0, 0.0))
+PLAIN = Calibration(150.0, 1.0, 0.0, (-30.0, 0.0, 0.0, 0.0, 0.0))
 
 
 def test_probabilities_add_up_and_follow_the_scores():
@@ -26,12 +27,13 @@ def test_a_sensor_in_two_channels_is_one_cause():
 
 
 def test_near_rivals_are_named():
-    found = causes([judged(("a",), 0.0), judged(("b",), 1.0), judged(("c",), 40.0), judged((), 60.0)], PLAIN, np.ones(5))
+    scores = {("a",): 0.0, ("b",): 1.0, ("c",): 40.0, (): 60.0}
+    found = causes([judged(ids, score) for ids, score in scores.items()], PLAIN, np.ones(5))
     assert found[0].ambiguous_with == [("b",)]
 
 
 def test_unknown_takes_its_share():
-    sure = Calibration(1.0, (30.0, 0.0, 0.0, 0.0, 0.0))
+    sure = Calibration(150.0, 1.0, 0.0, (30.0, 0.0, 0.0, 0.0, 0.0))
     found = causes([judged(("a",), 0.0), judged((), 9.0)], sure, np.ones(5))
     assert found[0].effects == UNKNOWN
     assert found[0].probability == pytest.approx(1.0)

@@ -1,0 +1,171 @@
+"""Campaigns of measured data: they read, their models keep to closed forms, and the known causes explain them.
+
+Needs the measured data in ../shared/data; skips without. The causes' sizes come from benchmarks/real/check.py.
+"""
+
+import importlib.util
+from pathlib import Path
+
+import numpy as np
+import pytest
+from deepsea_cosim.gap import campaign as reader
+from deepsea_cosim.gap.catalogue import load
+from deepsea_cosim.master.session import Session
+
+from benchmarks.real import campaigns, check
+from benchmarks.real.package import HERE
+
+DATA = Path(__file__).parents[3] / "shared" / "data"
+needs_data = pytest.mark.skipif(not DATA.is_dir(), reason="the measured data are not here")
+
+
+def slave(name):
+    """The FMU's class in this process, with its start values."""
+    spec = importlib.util.spec_from_file_location(f"{name}_fmu", HERE / "fmus" / f"{name}_fmu.py")
+    module = importlib.util.module_from_spec(spec)
+    spec.loader.exec_module(module)
+    kind = next(v for k, v in vars(module).items() if isinstance(v, type) and k.lower() == name.replace("_", ""))
+    return kind(instance_name="x")
+
+
+def drive(model, inputs, output, step):
+    """The output after each step with the inputs (n, m) held."""
+    names = [v.name for v in model.vars.values() if v.causality.name == "input"]
+    for name, value in zip(names, inputs[0], strict=True):
+        setattr(model, name, value)
+    model.exit_initialization_mode()
+    made = []
+    for k, row in enumerate(inputs):
+        for name, value in zip(names, row, strict=True):
+            setattr(model, name, value)
+        model.do_step(k * step, step)
+        made.append(getattr(model, output))
+    return np.array(made)
+
+
+@pytest.fixture(scope="module")
+def made(tmp_path_factory):
+    if not DATA.is_dir():
+        pytest.skip("the measured data are not here")
+    folder = tmp_path_factory.mktemp("real")
+    assert campaigns.main(["--data", str(DATA), "--out", str(folder)]) == 0
+    return folder
+
+
+@pytest.fixture(scope="module", params=list(campaigns.NAMES))
+def problem(made, request):
+    path = made / request.param / "campaign.toml"
+    with Session(reader.read(path).system) as session:
+        yield check.Problem(path, session)
+
+
+@needs_data
+def test_reads(problem):
+    c = problem.campaign
+    assert not c.warnings
+    assert {run.use for run in c.runs} == {"fit", "holdout"}
+    for channel in c.channels:
+        problem.session.place(channel.connector)
+
+
+@needs_data
+def test_effects_are_neutral_as_delivered(problem):
+    for effect in problem.catalogue.effects:
+        for p in effect.parameters:
+            assert problem.start[p.address] == p.neutral
+            assert all(run.parameters.get(p.address) is None for run in problem.campaign.runs)
+    for parameter in problem.base:
+        assert problem.start[parameter] != 0.0
+
+
+@needs_data
+def test_each_effect_acts_and_a_shape_alone_does_not(problem):
+    run = problem.campaign.runs[-2]
+    step = problem.session.structure.step_size
+    inputs = {c.connector: run.series[c.connector] for c in problem.campaign.inputs}
+    stop = round(min(run.stop, 600 * step) / step) * step
+
+    def rows(changes):
+        return problem.session.run(problem.outputs, stop, step, {**run.parameters, **changes}, inputs)[1]
+
+    delivered = rows({})
+    assert np.array_equal(rows({}), delivered)
+    for effect in problem.catalogue.effects:
+        bent = {p.address: p.low for p in effect.parameters if p.shape}
+        if bent:
+            assert np.array_equal(rows(bent), delivered), effect.id
+        sized = {p.address: min(p.neutral + p.prior, p.high) for p in effect.parameters if not p.shape}
+        assert not np.array_equal(rows(sized), delivered), effect.id
+
+
+KNOWN = {
+    "servo_cylinder": (
+        {"b": 0.0, "K": 6.08e-9, "C_hose": 4.2e-13, "pS": 4.2e6, "gain_B": 0.964, "F_coulomb": 71.2, "F_offset": 5.9},
+        "cylinder.F",
+        0.90,
+    ),
+    "piston_seal": ({"F_coulomb": 4.13, "k_pressure": 4.16e-6}, "piston.F", 0.40),
+    "silverbox": ({"w0": 429.3, "zeta": 0.0489, "gain": 1.01, "k3": 3.967}, "box.y", 0.97),
+    "cascaded_tanks": (
+        {"k1": 0.0467, "k3": 0.0920, "k4": 0.0597, "x10": 11.83, "x20": 5.23, "n2": 0.3516,
+         "spill": 0.765, "rim1": 18.2, "caught": 0.756},
+        "tanks.y",
+        0.54,
+    ),
+}  # fmt: skip
+"""Parameters found by least squares on the runs for fitting, the channel, and by how much its held-out RMS falls."""
+
+
+@needs_data
+def test_known_causes_explain_what_was_held_out(problem):
+    values, channel, least = KNOWN[problem.campaign.name]
+    component = channel.partition(".")[0]
+    after = problem.residuals("holdout", {f"{component}.{k}": v for k, v in values.items()}, {})
+    before = problem.residuals("holdout", {}, {})
+    assert 1.0 - np.linalg.norm(after[channel]) / np.linalg.norm(before[channel]) >= least
+
+
+def test_catalogues_load():
+    for name in campaigns.NAMES:
+        assert load(HERE / "effects" / f"{name}.toml").effects
+
+
+def test_a_piston_at_steady_speed_feels_its_friction():
+    for u in (2.0, -2.0):
+        model = slave("servo_cylinder")
+        model.x0, model.F_coulomb, model.F_offset, model.b = 0.1, 70.0, 5.0, 200.0
+        force = drive(model, np.full((60, 1), u), "F", 0.01)
+        assert force[-1] == pytest.approx(np.sign(u) * 70.0 - 5.0 + 200.0 * model.v, abs=0.3)
+        assert model.v * u > 0.0
+
+
+def test_a_piston_sticks_below_its_friction():
+    model = slave("servo_cylinder")
+    model.x0, model.F_coulomb, model.pA0, model.pB0 = 0.1, 70.0, 1.0e6, 1.2e6
+    drive(model, np.zeros((10, 1)), "F", 0.01)
+    assert model.x == 0.1
+
+
+def test_tanks_settle_where_inflow_is_outflow():
+    model = slave("cascaded_tanks")
+    level = drive(model, np.full((3000, 1), 3.0), "y", 4.0)
+    assert level[-1] == pytest.approx((model.k4 * 3.0 / model.k3) ** 2, rel=1e-9)
+
+
+def test_a_linear_oscillator_rings_as_its_closed_form():
+    model = slave("silverbox")
+    model.y0, model.v0 = 0.1, 0.0
+    step = 1.0 / (4 * 610.35)
+    y = drive(model, np.zeros((400, 1)), "y", step)
+    t = step * np.arange(1, 401)
+    w, decay = model.w0 * np.sqrt(1.0 - model.zeta**2), model.zeta * model.w0
+    assert y == pytest.approx(0.1 * np.exp(-decay * t) * (np.cos(w * t) + decay / w * np.sin(w * t)), abs=2e-5)
+
+
+def test_a_seal_rubs_against_its_motion_and_more_under_pressure():
+    x = 1e-3 * np.concatenate([np.arange(20), np.arange(20)[::-1]])
+    model = slave("piston_seal")
+    model.k_pressure = 1e-6
+    friction = drive(model, np.column_stack([x, np.full(40, 5e5)]), "F", 0.1)
+    assert friction[1:20] == pytest.approx(5.3)
+    assert friction[21:] == pytest.approx(-5.3)
