@@ -8,10 +8,11 @@ from concurrent.futures import Executor
 from pathlib import Path
 
 from . import catalogue as catalogues
-from .campaign import Campaign
 from .calibration import Calibration
+from .campaign import Campaign
 from .consistency import check
-from .experiment import Next, best_next
+from .experiment import Next, ranked
+from .fit import clock
 from .heldout import rms
 from .intervals import reduction_interval
 from .pool import Pool
@@ -55,7 +56,9 @@ def diagnose(
         d.warnings += _remarks(d)
         d.reduction_ci = reduction_interval(s.scoring, s.before, s.after(d.chosen))
         say("what to measure next")
-        d.next = _next(s, found)
+        options = _next(s, found)
+        d.next = options[0] if options else None
+        d.channel = next((n for n in options if "channel" in n.change), None)
     d.seconds = time.perf_counter() - begin
     return d
 
@@ -80,15 +83,15 @@ def _masks(problem: Problem, s: Study):
     return regions(problem, wanted, record, rows, s.problem.coarse)
 
 
-def _next(s: Study, found: list[Cause]) -> Next | None:
+def _next(s: Study, found: list[Cause]) -> list[Next]:
     known = [c for c in found if c.judged is not None]
     if len(known) < 2:
-        return None
+        return []
     first = known[0]
     second = next((c for c in known[1:] if not set(first.effects) & set(c.effects)), known[1])
     assert first.judged is not None
     assert second.judged is not None
-    return best_next(
+    return ranked(
         s.problem, first.judged.hypothesis, second.judged.hypothesis, s.problem.catalogue.experiments,
         s.problem.catalogue.measurables,
     )  # fmt: skip
@@ -102,9 +105,9 @@ def _remarks(d: Diagnosis) -> list[str]:
             told.append(f"{x.name} would have to be {abs(u) * x.scale:.1%} off, beyond its tolerance of {x.scale:.0%}")
     problem = d.study.problem
     channels = len(problem.obs.span)
-    for info, q in zip(problem.runs, fit.q[channels:], strict=True):
+    for r, (info, q) in enumerate(zip(problem.runs, fit.q[channels:], strict=True)):
         if abs(q) > 5.0:
-            told.append(f"{info.name}: its clock seems to be off by {q:.1f} ms")
+            told.append(f"{info.name}: its clock seems to be off by {1e3 * q * clock(problem, r):.2g} ms")
     step = rms(d.study.numerical / problem.obs.floor)
     if step >= 0.5:
         told.append(f"halving the model's step moves it by {step:.2f} noise floors: take a shorter step")

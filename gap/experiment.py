@@ -23,14 +23,14 @@ class Next:
     separation: float
 
 
-def best_next(
+def ranked(
     problem: Problem,
     first: Hypothesis,
     second: Hypothesis,
     experiments: Sequence[Experiment],
     measurables: Sequence[Measurable],
-) -> Next | None:
-    """The change under which the two fitted hypotheses differ most; None when nothing can be changed."""
+) -> list[Next]:
+    """Changes of conditions and further channels, those under which the two fitted hypotheses differ most first."""
     info = problem.runs[0]
     usual = {m.connector: m.noise_std for m in measurables}
     own = {b.connector: float(np.median(problem.obs.floor[b.place])) for b in problem.obs.series}
@@ -73,7 +73,7 @@ def best_next(
                 Next({"channel": c}, separates, float(apart[count + k] / np.sqrt(count + 1)))
                 for k, c in enumerate(extra)
             ]
-    return max(found, key=lambda n: n.separation, default=None)
+    return sorted(found, key=lambda n: -n.separation)
 
 
 def _same(a: Any, b: Any) -> bool:

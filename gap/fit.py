@@ -67,8 +67,14 @@ def nuisances(problem: Problem, model: np.ndarray) -> np.ndarray:
         columns.append(np.where(obs.channel == k, usual, 0.0))
     slope = obs.slope(model)
     for r in range(len(problem.runs)):
-        columns.append(np.where(obs.run == r, -CLOCK * slope, 0.0))
+        columns.append(np.where(obs.run == r, -clock(problem, r) * slope, 0.0))
     return np.stack(columns, axis=1)
+
+
+def clock(problem: Problem, run: int) -> float:
+    """Usual misalignment of a run's clock [s]."""
+    intervals = [b.interval for b in problem.obs.series if b.run == run]
+    return min(1e-3, CLOCK * min(intervals, default=0.0))
 
 
 def correlation_time(x: np.ndarray) -> float:

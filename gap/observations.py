@@ -7,17 +7,18 @@ divided by the floor of each entry, so they are dimensionless.
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
+from .noise import noise_std
 from .sensor import Sensor
 
 MOST = 1500
 """Most samples of a block; what is faster is averaged over neighbours."""
 
-JITTER = 0.5e-3
-"""Timing that nobody guarantees [s]: it enters the floor with the slope of the signal."""
+JITTER = 0.03
+"""Timing that nobody guarantees, in sample intervals: it enters the floor with the slope of the signal."""
 
 
 @dataclass(frozen=True)
@@ -65,6 +66,13 @@ class Block:
     floor: float
     place: slice
     moment: Moment | None = None
+    stated: bool = True
+    """The floor is what the campaign says, not what was estimated."""
+
+    @property
+    def interval(self) -> float:
+        """Time between samples [s]."""
+        return float(np.median(np.diff(self.t))) if len(self.t) > 1 else 0.0
 
 
 @dataclass
@@ -118,13 +126,22 @@ class Observations:
                 made[b.place] = np.gradient(model[b.place], b.t)
         return made
 
+    def mend(self, model: np.ndarray) -> None:
+        """Take out of estimated floors what the same estimate makes of the model, which has no noise."""
+        made = []
+        for b in self.blocks:
+            rough = noise_std(model[b.place]) if not b.stated else 0.0
+            made.append(replace(b, floor=float(max(np.sqrt(max(b.floor**2 - rough**2, 0.0)), 0.2 * b.floor))))
+        self.blocks = made
+
     def widen(self, model: np.ndarray, numerical: np.ndarray) -> None:
         """Take timing jitter on the model's slopes and the model's numerical error into the floor."""
+        self.mend(model)
         slope = self.slope(model)
         for b in self.blocks:
             rough = np.sqrt(_smooth(slope[b.place] ** 2, b.t, 0.05))
             error = np.sqrt(_smooth(numerical[b.place] ** 2, b.t, 0.05))
-            self.floor[b.place] = np.sqrt(b.floor**2 + (JITTER * rough) ** 2 + error**2)
+            self.floor[b.place] = np.sqrt(b.floor**2 + (JITTER * b.interval * rough) ** 2 + error**2)
 
 
 def _smooth(x: np.ndarray, t: np.ndarray, width: float) -> np.ndarray:
@@ -143,11 +160,11 @@ def thin(t: np.ndarray, y: np.ndarray, most: int = MOST) -> tuple[np.ndarray, np
     return t[:n].reshape(-1, m).mean(1), y[:n].reshape(-1, m).mean(1), m
 
 
-def gather(blocks: list[tuple[int, int, str, np.ndarray, np.ndarray, float, Moment | None]]) -> Observations:
-    """Observations from (run, channel, connector, times, readings, floor, moment) of every block."""
+def gather(blocks: list[tuple[int, int, str, np.ndarray, np.ndarray, float, Moment | None, bool]]) -> Observations:
+    """Observations from (run, channel, connector, times, readings, floor, moment, stated) of every block."""
     made, place = [], 0
-    for run, channel, connector, t, y, floor, moment in blocks:
-        made.append(Block(run, channel, connector, t, y, floor, slice(place, place + len(t)), moment))
+    for run, channel, connector, t, y, floor, moment, stated in blocks:
+        made.append(Block(run, channel, connector, t, y, floor, slice(place, place + len(t)), moment, stated))
         place += len(t)
     channels = 1 + max(b.channel for b in made)
     span, level = np.zeros(channels), np.zeros(channels)

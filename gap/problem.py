@@ -33,8 +33,8 @@ COARSE_ERROR = 5.0
 BIAS, BIAS_OF_LEVEL = 1.5e-3, 5e-4
 """Usual bias of a sensor as a share of its span, and of its largest reading: a nuisance in every fit."""
 
-CLOCK = 1e-3
-"""Usual misalignment of a run's clock [s]: a nuisance in every fit."""
+CLOCK = 0.1
+"""Usual misalignment of a run's clock in sample intervals, at most 1 ms: a nuisance in every fit."""
 
 REACH = 2.0
 """How far a base parameter may go, in its tolerances; beyond one it is paid for by its prior."""
@@ -279,20 +279,15 @@ def pose(campaign: Campaign, catalogue: Catalogue, pool: Pool) -> Problem:
             if c.noise_std is not None:
                 own = c.noise_std / (unit(units[c.connector]).factor if c.connector in units else 1.0)
                 floor = float(np.hypot(own, quantum(y) / np.sqrt(12.0)))
-                if floors[k] and np.median(floors[k]) > 3.0 * floor and r == 0:
-                    warnings.append(
-                        f"channel '{c.column}': the readings scatter {np.median(floors[k]) / floor:.1f} times as much "
-                        "as noise_std says"
-                    )
             t, y, m = thin(t, y)
             longest = max(longest, float(t[-1]))
-            blocks.append((r, k, c.connector, t, y, floor / np.sqrt(m), None))
+            blocks.append((r, k, c.connector, t, y, floor / np.sqrt(m), None, c.noise_std is not None))
     labels = [c.connector for c in campaign.outputs]
     for r, run in enumerate(campaign.runs):
         for e in run.events:
             if e.label not in labels:
                 labels.append(e.label)
-            blocks.append((r, labels.index(e.label), e.connector, *_moment(e)))
+            blocks.append((r, labels.index(e.label), e.connector, *_moment(e), True))
     for r, info in enumerate(runs):
         info.stop = max(b[3][-1] for b in blocks if b[0] == r)
         if campaign.runs[r].events:

@@ -33,6 +33,8 @@ class Diagnosis:
     places: list[Place]
     replays: list[Replay]
     next: Next | None
+    channel: Next | None = None
+    """Of the channels that could be added, the one that tells most."""
     reduction_ci: tuple[float, float] = (0.0, 0.0)
     warnings: list[str] = field(default_factory=list)
     masks: dict[str, np.ndarray] = field(default_factory=dict)
@@ -178,12 +180,18 @@ def make(d: Diagnosis) -> dict[str, Any]:
     }  # fmt: skip
     made["evidence"] = evidence(d)
     if d.next is not None:
-        made["next_experiment"] = {
-            "change": d.next.change,
-            "separates": [list(e) for e in d.next.separates],
-            "expected_separation": d.next.separation,
-        }
+        made["next_experiment"] = _step(d.next)
+    if d.channel is not None:
+        made["next_channel"] = _step(d.channel)
     return made
+
+
+def _step(n: Next) -> dict[str, Any]:
+    return {
+        "change": n.change,
+        "separates": [list(e) for e in n.separates],
+        "expected_separation": n.separation,
+    }
 
 
 def evidence(d: Diagnosis) -> dict[str, Any]:

@@ -30,7 +30,7 @@ PAIRS = 4
 SCREENED = 12_000
 """Readings that screening looks at."""
 
-WORTH = 0.03
+WORTH = 0.06
 """Share of what a single effect leaves that a second one has to promise."""
 
 

@@ -136,6 +136,9 @@ def lines(data: dict[str, Any]) -> list[str]:
         change = ", ".join(f"{k} = {v:g}" if isinstance(v, float) else f"{k} {v}" for k, v in n["change"].items())
         sets = " from ".join(" + ".join(e) or "no effect" for e in n["separates"])
         made += ["", f"measure next: {change}; it tells {sets} ({n['expected_separation']:.1f} floors apart)"]
+    if data.get("next_channel") and data["next_channel"] != data["next_experiment"]:
+        n = data["next_channel"]
+        made.append(f"channel to add: {n['change']['channel']} ({n['expected_separation']:.1f} floors apart)")
     if data["warnings"]:
         made += ["", *(f"note: {w}" for w in data["warnings"])]
     t = data["timing"]

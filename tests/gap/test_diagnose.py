@@ -37,7 +37,7 @@ def test_finds_the_cause_and_its_size(rubbing):
 def test_says_how_far_the_gap_shrinks(rubbing):
     gap = json.loads((rubbing / "diagnosis.json").read_text())["gap"]
     assert gap["before"] > gap["after_calibration"] > gap["after"]
-    assert 0.6 < gap["after"] < 1.15  # the floor also has 0.5 ms of timing in it
+    assert 0.6 < gap["after"] < 1.15  # the floor also has timing in it
     assert gap["reduction"] == pytest.approx(1 - gap["after"] / gap["before"])
     assert gap["reduction_ci95"][0] < gap["reduction"] < gap["reduction_ci95"][1]
     x = gap["per_channel"]["o.x"]

@@ -16,7 +16,7 @@ T = np.linspace(0.0, 10.0, 800)
 def problem(model, truth, noise=0.01, seed=0, bias=0.0):
     """A problem whose model is model(point) -> (n,) or None."""
     y = model(truth) + bias + np.random.default_rng(seed).normal(0.0, noise, len(T))
-    obs = gather([(0, 0, "m.x", T, y, noise, None)])
+    obs = gather([(0, 0, "m.x", T, y, noise, None, True)])
     return SimpleNamespace(obs=obs, runs=[0], evaluate=lambda points: [model(p) for p in points])
 
 

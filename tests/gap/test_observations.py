@@ -1,5 +1,6 @@
 import numpy as np
 import pytest
+from deepsea_cosim.gap.noise import noise_std
 from deepsea_cosim.gap.observations import Moment, gather, thin
 from deepsea_cosim.gap.sensor import Sensor
 
@@ -27,7 +28,7 @@ def test_a_signal_that_never_arrives_is_continued():
 def test_reading_is_the_sensors():
     y = np.zeros(50)
     t = np.linspace(1.0, 9.0, 50)
-    obs = gather([(0, 0, "a.x", t, y, 0.1, None), (1, 0, "a.x", t, y, 0.1, None), (1, 1, "a.v", t, y, 0.2, None)])
+    obs = gather([(0, 0, "a.x", t, y, 0.1, None, True), (1, 0, "a.x", t, y, 0.1, None, True), (1, 1, "a.v", t, y, 0.2, None, True)])
     rows = [np.column_stack([np.sin(T)]), np.column_stack([np.cos(T), T])]
     rows[0] = np.column_stack([np.sin(T), T])
     made = obs.read([T, T], rows, {"a.x": 0, "a.v": 1}, {"a.v": Sensor(bias=1.0, delay=0.5)})
@@ -43,3 +44,16 @@ def test_averaging_keeps_mean_and_reduces_noise():
     assert len(t) == len(y) == 2500
     assert y.mean() == pytest.approx(3.0, abs=0.05)
     assert y.std() == pytest.approx(0.5, rel=0.05)
+
+
+def test_an_estimated_floor_is_mended_by_the_models_own_roughness():
+    """A fast signal looks like noise to third differences; the model, which has none, tells how much of it is signal."""
+    t = np.arange(3000) / 610.0
+    fast = np.sin(2 * np.pi * 70.0 * t)
+    y = fast + np.random.default_rng(0).normal(0.0, 0.01, len(t))
+    estimated = noise_std(y)
+    assert estimated > 0.05
+    for stated in (True, False):
+        obs = gather([(0, 0, "a.x", t, y, estimated, None, stated)])
+        obs.mend(fast)
+        assert (obs.blocks[0].floor < 0.5 * estimated) == (not stated)

@@ -10,7 +10,7 @@ T = np.arange(2000) / 100.0
 
 
 def one(residual):
-    return gather([(0, 0, "arm.x", T, np.zeros(len(T)), 1.0, None)]).blocks[0], residual
+    return gather([(0, 0, "arm.x", T, np.zeros(len(T)), 1.0, None, True)]).blocks[0], residual
 
 
 def test_bands_of_a_sine():
@@ -39,7 +39,7 @@ def test_regions_nest_where_the_energy_is():
 
 def test_shares_add_up_and_noise_has_none():
     rng = np.random.default_rng(1)
-    blocks = [(0, k, f"s{k}.x", T, np.zeros(len(T)), 1.0, None) for k in range(3)]
+    blocks = [(0, k, f"s{k}.x", T, np.zeros(len(T)), 1.0, None, True) for k in range(3)]
     problem = SimpleNamespace(obs=gather(blocks), labels=["s0.x", "s1.x", "s2.x"], runs=[SimpleNamespace(name="r")])
     residual = np.concatenate([rng.normal(size=len(T)), 3.0 * np.ones(len(T)), np.zeros(len(T))])
     found = places(problem, residual, {})

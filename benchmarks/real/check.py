@@ -1,0 +1,140 @@
+"""Least squares of chosen effects on a campaign, apart from cosim-gap: what can its answer be expected to be?
+
+    python -m benchmarks.real.check FOLDER/NAME/campaign.toml [EFFECT[+EFFECT...] ...]
+
+Base parameters move within their tolerances in every row. Prints RMS on the held-out runs, over all channels in
+noise_std and per channel in the unit of the FMU, and the parameters found. Without effects, every single one is tried.
+"""
+
+from __future__ import annotations
+
+import itertools
+import sys
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+
+import numpy as np
+from deepsea_cosim.core.errors import SimulationError
+from deepsea_cosim.gap import campaign as reader
+from deepsea_cosim.gap.catalogue import Parameter, Sensor, load_from_package
+from deepsea_cosim.gap.noise import spread
+from deepsea_cosim.gap.sensor import Sensor as Reading
+from deepsea_cosim.master.session import Session
+from scipy.optimize import least_squares
+
+REACH, SD = 2.0, 0.6
+"""How far a base parameter may go, and the standard deviation of its prior, in tolerances."""
+
+
+class Problem:
+    """A campaign with its package loaded; unknowns count in tolerances (base) or usual sizes (effects)."""
+
+    def __init__(self, path: Path, session: Session):
+        self.campaign = reader.read(path)
+        self.session = session
+        self.catalogue = load_from_package(self.campaign.system)
+        self.outputs = [c.connector for c in self.campaign.outputs]
+        self.base = {b.parameter: b.tolerance for b in self.catalogue.base}
+        self.start = session.values()
+        self.noise, self.span = {}, {}
+        for c in self.campaign.outputs:
+            series = [r.series[c.connector][1] for r in self.campaign.runs if c.connector in r.series]
+            self.noise[c.connector] = c.noise_std or float(np.median([spread(y) for y in series]))
+            self.span[c.connector] = float(np.ptp(np.concatenate(series)))
+
+    def parameters(self, name: str) -> tuple[Parameter | Sensor, ...]:
+        """Of an effect, or of a sensor's effect written as id(connector)."""
+        if effect := self.catalogue.effect(name):
+            return effect.parameters
+        return (next(s for s in self.catalogue.sensors if s.id == name.partition("(")[0]),)
+
+    def singles(self) -> list[str]:
+        """Every single effect."""
+        sensors = [f"{s.id}({c})" for s in self.catalogue.sensors for c in self.outputs]
+        return [e.id for e in self.catalogue.effects] + sensors
+
+    def residuals(
+        self, use: str, values: Mapping[str, float], readings: Mapping[str, Reading]
+    ) -> dict[str, np.ndarray]:
+        """Model less measurement of each output over the runs of that use."""
+        made: dict[str, list[np.ndarray]] = {c: [] for c in self.outputs}
+        step = self.session.structure.step_size
+        for run in self.campaign.runs:
+            if run.use != use:
+                continue
+            stop = np.ceil(max(run.series[c][0][-1] for c in self.outputs if c in run.series) / step - 1e-6) * step
+            inputs = {c.connector: run.series[c.connector] for c in self.campaign.inputs}
+            t, rows = self.session.run(self.outputs, stop, step, {**values, **run.parameters}, inputs)
+            for k, c in enumerate(self.outputs):
+                if c in run.series:
+                    at, y = run.series[c]
+                    made[c].append(readings.get(c, Reading()).read(t, rows[:, k], at) - y)
+        return {c: np.concatenate(e) for c, e in made.items()}
+
+    def values(self, names: Sequence[str], u: Sequence[float]) -> tuple[dict[str, float], dict[str, Reading]]:
+        """Parameters and sensors at a point: base first, then the effects' parameters in order."""
+        values = {a: self.start[a] * (1.0 + tol * x) for (a, tol), x in zip(self.base.items(), u, strict=False)}
+        rest = iter(u[len(self.base) :])
+        sensors: dict[str, dict[str, float]] = {}
+        for name in names:
+            for p in self.parameters(name):
+                x = p.neutral + p.prior * next(rest)
+                if isinstance(p, Parameter):
+                    values.update(p.values(x))
+                else:
+                    connector = name.partition("(")[2][:-1]
+                    size = self.span[connector] if p.quantity == "bias" else 1.0
+                    sensors.setdefault(connector, {})[p.quantity] = x * size
+        return values, {c: Reading(**q) for c, q in sensors.items()}
+
+    def fit(self, names: Sequence[str], evaluations: int = 12) -> tuple[dict[str, float], dict[str, Reading]]:
+        """The best point over all starts of the shapes."""
+        parameters = [p for name in names for p in self.parameters(name)]
+        low = [-REACH] * len(self.base) + [(p.low - p.neutral) / p.prior for p in parameters]
+        high = [REACH] * len(self.base) + [(p.high - p.neutral) / p.prior for p in parameters]
+
+        def cost(u: np.ndarray) -> np.ndarray:
+            prior = u[: len(self.base)] / SD
+            try:
+                errors = self.residuals("fit", *self.values(names, u))
+            except SimulationError:
+                return np.full(self.size + len(prior), 1e3)
+            self.size = sum(map(len, errors.values()))
+            return np.concatenate([*(e / self.noise[c] for c, e in errors.items()), prior])
+
+        best = None
+        for shape in itertools.product(*(
+            [(s - p.neutral) / p.prior for s in p.starts] if getattr(p, "shape", False) and p.starts else [1.0]
+            for p in parameters
+        )):  # fmt: skip
+            u = np.clip([0.0] * len(self.base) + list(shape), np.add(low, 1e-6), np.subtract(high, 1e-6))
+            found = least_squares(cost, u, bounds=(low, high), diff_step=1e-3, max_nfev=evaluations, x_scale=1.0)
+            if best is None or found.cost < best.cost:
+                best = found
+        return self.values(names, best.x)
+
+    def row(self, title: str, values: Mapping[str, float], readings: Mapping[str, Reading]) -> str:
+        """One line: RMS on the held-out runs, and what was found."""
+        errors = self.residuals("holdout", values, readings)
+        rms = {c: float(np.sqrt(np.mean(e * e))) for c, e in errors.items()}
+        whole = np.sqrt(np.mean(np.concatenate([(e / self.noise[c]) ** 2 for c, e in errors.items()])))
+        shown = "  ".join(f"{c.partition('.')[2]} {v:9.4g}" for c, v in rms.items())
+        found = ", ".join(f"{a.partition('.')[2]} {v:.4g}" for a, v in values.items())
+        sensors = ", ".join(f"{c} {r}" for c, r in readings.items())
+        return f"{title:<52} {whole:8.3f}  {shown}   {found} {sensors}"
+
+
+def main(arguments: Sequence[str]) -> None:
+    """Print a row per model."""
+    path = Path(arguments[0])
+    with Session(reader.read(path).system) as session:
+        problem = Problem(path, session)
+        print("noise:", ", ".join(f"{c} {n:.3g}" for c, n in problem.noise.items()))
+        print(problem.row("as delivered", {}, {}), flush=True)
+        print(problem.row("base refitted", *problem.fit(())), flush=True)
+        for title in arguments[1:] or problem.singles():
+            print(problem.row(title, *problem.fit(title.split("+"))), flush=True)
+
+
+if __name__ == "__main__":
+    main(sys.argv[1:])
