@@ -1,6 +1,6 @@
 """The few numbers that turn scores into probabilities, fitted on benchmark cases whose truth was known.
 
-`benchmarks/blind/calibrate.py` makes `calibration.json`; the cases it was made from are never those of a reported score.
+`benchmarks/blind/calibrate.py` makes `calibration.json`, from cases that are never those of a reported score.
 """
 
 from __future__ import annotations

@@ -221,9 +221,10 @@ def sentence(d: Diagnosis) -> str:
             f"{g0:.1f} to {s.gap(s.null_judged):.1f} times the noise floor."
         )
     if d.verdict == "unknown_effect":
+        nearest = " + ".join(d.chosen.hypothesis.ids) or "the refit of the base parameters"
         return (
-            f"Something that the catalogue does not have: its best explanation still leaves {g2:.1f} times the noise "
-            f"floor (from {g0:.1f}), most of it in {d.places[0].channel} ({d.places[0].region})."
+            f"Something that the catalogue does not have: what comes nearest, {nearest}, still leaves {g2:.1f} times "
+            f"the noise floor (from {g0:.1f}), most of it in {d.places[0].channel} ({d.places[0].region})."
         )
     texts = {c.id: c.text for c in s.problem.candidates}
     what = "; and ".join(f"{e} ({texts[e]})" for e in top.effects)

@@ -111,7 +111,8 @@ def lines(data: dict[str, Any]) -> list[str]:
         gap_after = f"{c['gap_after']:.2f}" if "gap_after" in c else ""
         reduction = f"{c['reduction']:.0%}" if "reduction" in c else ""
         values = "; ".join(
-            f"{name.rsplit('.', 1)[-1]} {p['value']:.4g} [{p['ci95'][0]:.4g}, {p['ci95'][1]:.4g}] {p['unit']}"
+            f"{name.rsplit('.', 1)[-1]} {p['value']:.4g} [{p['ci95'][0]:.4g}, {p['ci95'][1]:.4g}]"
+            + (f" {p['unit']}" if p["unit"] != "1" else "")
             + (" (at bound)" if p["at_bound"] else "")
             for name, p in c.get("parameters", {}).items()
         )

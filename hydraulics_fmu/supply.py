@@ -34,7 +34,8 @@ def override_pressure(
     low, high = P_set, P_set + R * Q_pump
     for _ in range(40):
         P = 0.5 * (low + high)
-        demand = land_flow(opening, P, P_port, k_q, diameter, lam_crit, rho, eta0, alpha, law) + leak * (2.0 * P - P_ports)
+        demand = land_flow(opening, P, P_port, k_q, diameter, lam_crit, rho, eta0, alpha, law)
+        demand += leak * (2.0 * P - P_ports)
         if P_set + R * (Q_pump - demand) > P:
             low = P
         else:

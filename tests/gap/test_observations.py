@@ -28,7 +28,8 @@ def test_a_signal_that_never_arrives_is_continued():
 def test_reading_is_the_sensors():
     y = np.zeros(50)
     t = np.linspace(1.0, 9.0, 50)
-    obs = gather([(0, 0, "a.x", t, y, 0.1, None, True), (1, 0, "a.x", t, y, 0.1, None, True), (1, 1, "a.v", t, y, 0.2, None, True)])
+    blocks = [(0, 0, "a.x", 0.1), (1, 0, "a.x", 0.1), (1, 1, "a.v", 0.2)]
+    obs = gather([(run, channel, name, t, y, floor, None, True) for run, channel, name, floor in blocks])
     rows = [np.column_stack([np.sin(T)]), np.column_stack([np.cos(T), T])]
     rows[0] = np.column_stack([np.sin(T), T])
     made = obs.read([T, T], rows, {"a.x": 0, "a.v": 1}, {"a.v": Sensor(bias=1.0, delay=0.5)})
