@@ -23,6 +23,9 @@ from .problem import BIAS, BIAS_OF_LEVEL, CLOCK, Point, Problem, Unknown
 Ask = Generator[list[Point], list[np.ndarray | None], "Fit"]
 """Yields points, is sent their long vectors, returns a fit."""
 
+LEAST = 600.0
+"""Readings that count at least, however long their residuals stay on one side: a fit has to want to improve."""
+
 MOVED = 0.5
 """How far a fit goes, in prior standard deviations, before its derivatives are too old to end with."""
 
@@ -91,13 +94,14 @@ def correlation_time(x: np.ndarray) -> float:
     return float(max(1.0, tau[window[0]] if len(window) else tau[-1]))
 
 
-def dispersion(problem: Problem, residual: np.ndarray) -> float:
-    """Mean square times correlation time over all blocks, at least 1."""
+def dispersion(problem: Problem, residual: np.ndarray, least: float = LEAST) -> float:
+    """Mean square times correlation time over all blocks, at least 1, and as if at least `least` readings counted."""
     total = 0.0
     for b in problem.obs.blocks:
         part = residual[b.place]
         total += float(part @ part) * correlation_time(part)
-    return max(1.0, total / len(residual))
+    most = float(residual @ residual) / max(1.0, min(least, len(residual)))
+    return max(1.0, min(total / len(residual), most))
 
 
 class Linear:
@@ -216,6 +220,7 @@ def fit(
     model: np.ndarray | None = None,
     phi_most: float = np.inf,
     refreshes: int = 0,
+    least: float = LEAST,
 ) -> Ask:
     """Lower the cost from u (k,) in at most that many iterations; phi stays below `phi_most`.
 
@@ -244,24 +249,24 @@ def fit(
         for j, column in found.items():
             J[:, j] = column
     q, residual = settle(problem, model, N, 1.0)
-    mine = min(phi_most, dispersion(problem, residual))
+    mine = min(phi_most, dispersion(problem, residual, least))
     q, residual = settle(problem, model, N, mine)
     radius = np.array([1.0 if x.kind == "base" else max(1.0, abs(v)) for x, v in zip(unknowns, u, strict=True)])
     adaptive = np.array([x.kind != "base" for x in unknowns])
     converged, stale, small = False, False, 0
-    seen_at = u.copy()
+    seen_at, poor = u.copy(), False
 
     def cost(res: np.ndarray, v: np.ndarray, qq: np.ndarray, p: float) -> float:
         return float(res @ res / p + np.sum((v / sd) ** 2) + qq @ qq)
 
     for count in range(iterations):
-        tired = small >= 2 or count == iterations // 2
+        tired = small >= 2 or poor or count == iterations // 2
         if refreshes > 0 and tired and np.any(np.abs(u - seen_at) / sd > MOVED):
             found = yield from columns(unknowns, u, model, range(len(u)))
             for j, column in found.items():
                 J[:, j] = column
             radius = np.maximum(radius, 0.5)
-            refreshes, stale, small, seen_at = refreshes - 1, False, 0, u.copy()
+            refreshes, stale, small, poor, seen_at = refreshes - 1, False, 0, False, u.copy()
         if small >= 2:
             converged = True
             break
@@ -297,14 +302,16 @@ def fit(
             if real < 0.25 * gain:
                 radius = np.maximum(0.5 * np.abs(d), 0.25 * radius)
             stale = stale or bool(np.any(np.abs(d[adaptive]) > 0.3))
-            fresh = min(phi_most, dispersion(problem, residual))
+            fresh = min(phi_most, dispersion(problem, residual, least))
             if not 0.8 < fresh / mine < 1.25:
                 mine = fresh
                 q, residual = settle(problem, model, N, mine)
             small = small + 1 if real < 0.5 else 0
+            poor = real < 0.6 * gain
         else:
+            poor = True
             radius = 0.3 * np.maximum(np.abs(d), 1e-3)
-            if stale or np.any(adaptive):
+            if refreshes == 0 and (stale or np.any(adaptive)):
                 found = yield from columns(unknowns, u, model, np.flatnonzero(adaptive))
                 for j, column in found.items():
                     J[:, j] = column

@@ -4,7 +4,7 @@ Evidence of a hypothesis h with mean square m_h of its held-out residual (a Lapl
 
     S_h = n_eff ln(m_h) + penalty_h + ln det(1 + J^T J sd^2 / phi) - 2 ln prior_h
 
-n_eff is the number of independent readings that the best fit's residual leaves, capped (`calibration`).
+n_eff is the number of readings that count (`calibration`).
 """
 
 from __future__ import annotations
@@ -15,7 +15,7 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 
 from .calibration import Calibration
-from .fit import Fit, correlation_time
+from .fit import Fit
 from .heldout import left_out, rms
 from .problem import Problem
 from .search import Hypothesis
@@ -38,11 +38,6 @@ class Judged:
     def gap(self) -> float:
         """Held-out whitened RMS."""
         return rms(self.held_out)
-
-
-def independent(problem: Problem, residual: np.ndarray) -> float:
-    """Number of independent readings in a residual."""
-    return sum(len(b.t) / correlation_time(residual[b.place]) for b in problem.obs.blocks)
 
 
 def occam(problem: Problem, fit: Fit) -> float:
@@ -69,7 +64,7 @@ def judge(problem: Problem, hypotheses: Sequence[Hypothesis], N: np.ndarray) -> 
     """All hypotheses with score and probability, the best first."""
     made = [Judged(h, left_out(problem, h.fit, N)) for h in hypotheses]
     best = min(made, key=lambda j: j.gap)
-    available = independent(problem, best.held_out)
+    available = float(len(problem.obs))
     n_eff = min(Calibration.load().independent, available)
     shared = max(1.0, best.hypothesis.fit.phi)
     for j in made:

@@ -18,8 +18,11 @@ from .problem import Candidate, Problem
 SINGLES = 10
 """Candidates that are fitted after screening."""
 
-KEPT, CLOSE = 3, 1.1
-"""Of these, so many are fitted to the end, and as many again if their RMS is within this factor of the best."""
+READINGS = 150.0
+"""Readings that count in the merit of a fit."""
+
+KEPT, CLOSE = 3, 30.0
+"""Of these, so many are fitted to the end, and as many again if their merit is not further from the best."""
 
 PAIRS_FROM = 3
 """Single candidates that are tried with a second one."""
@@ -43,7 +46,7 @@ class Secant:
     shape: tuple[float, ...]
     slope: np.ndarray
     gain: float = 0.0
-    """Share of the null's sum of squares that it can explain."""
+    """Share of a fit's cost that it can save: residual, and base parameters that may come back to what is stated."""
     amount: float = 0.0
     """The u it would need."""
     base: np.ndarray = field(default_factory=lambda: np.zeros(0))
@@ -63,6 +66,11 @@ class Hypothesis:
         return " + ".join(c.label for c in self.candidates) or "refit of the base parameters"
 
     @property
+    def merit(self) -> float:
+        """What fits are ranked by until they are judged, the less the better: residual and what its parameters cost."""
+        return READINGS * 2.0 * float(np.log(max(self.fit.rms, 1e-9))) + self.fit.penalty()
+
+    @property
     def ids(self) -> tuple[str, ...]:
         """Sorted effect ids."""
         return tuple(sorted(c.id for c in self.candidates))
@@ -74,9 +82,12 @@ Say = Callable[[str], None]
 def null(problem: Problem, start: np.ndarray, N: np.ndarray) -> Hypothesis:
     """The fit of the base parameters alone; `start` is the long vector of the model as delivered."""
     k = len(problem.base)
-    ask = fit(problem, problem.base, np.zeros(k), N, np.zeros((len(start), k)), np.zeros(k, bool), 20, model=start,
-              refreshes=2)  # fmt: skip
-    found = drive(problem, [ask])[0]
+    J, known = np.zeros((len(start), k)), np.zeros(k, bool)
+    # first gently, as if the misfit were all structure; then as if enough readings were independent
+    gentle = fit(problem, problem.base, np.zeros(k), N, J, known, 8, model=start, refreshes=2, least=0.0)
+    found = drive(problem, [gentle])[0]
+    assert found is not None
+    found = drive(problem, [carry_on(problem, found, N, 16, fresh=True, refreshes=3)])[0]
     assert found is not None
     return Hypothesis((), found)
 
@@ -122,6 +133,8 @@ def weigh(problem: Problem, at: Fit, N: np.ndarray, found: Sequence[Secant]) -> 
     k = len(at.unknowns)
     radius = np.array([1.5 if x.kind == "base" else 3.0 for x in at.unknowns] + [np.inf])
     before = float(at.residual[rows] @ at.residual[rows])
+    thinned = len(problem.obs) / len(floor)
+    sd = np.array([x.sd for x in at.unknowns])
     for s in found:
         main = s.candidate.unknowns[0]
         low, high = max(main.low, -2.0 * abs(s.size)), min(main.high, 2.0 * abs(s.size))
@@ -136,8 +149,10 @@ def weigh(problem: Problem, at: Fit, N: np.ndarray, found: Sequence[Secant]) -> 
             if fresh > 0.7 * phi:
                 break
             phi = fresh
-        s.gain = 1.0 - share
         s.amount, s.base = float(d[k]), at.u + d[:k]
+        was = thinned * before / phi + at.penalty()
+        becomes = thinned * before * share / phi + float(np.sum((s.base / sd) ** 2))
+        s.gain = 1.0 - becomes / was
 
 
 def screen(problem: Problem, at: Fit, N: np.ndarray, say: Say = lambda text: None) -> list[Secant]:
@@ -204,10 +219,10 @@ def extend(
     chosen = [s for s in found if s.candidate.label not in have][:most]
     begun = drive(problem, [_ask(problem, at.fit, s, N, 3) for s in chosen])
     made = [Hypothesis((*at.candidates, s.candidate), f) for s, f in zip(chosen, begun, strict=True) if f is not None]
-    made.sort(key=lambda h: h.fit.rms)
-    going = made[:kept] + [h for h in made[kept : 2 * kept] if h.fit.rms < CLOSE * made[0].fit.rms]
-    asks = [carry_on(problem, h.fit, N, 12, fresh=True, refreshes=1) for h in going]
+    made.sort(key=lambda h: h.merit)
+    going = made[:kept] + [h for h in made[kept : 2 * kept] if h.merit < made[0].merit + CLOSE]
+    asks = [carry_on(problem, h.fit, N, 14, fresh=True, refreshes=2) for h in going]
     for h, f in zip(going, drive(problem, asks), strict=True):
-        if f is not None and f.rms < h.fit.rms * 1.02:
+        if f is not None and replace(h, fit=f).merit < h.merit + 1.0:
             h.fit = f
-    return sorted(made, key=lambda h: h.fit.rms)
+    return sorted(made, key=lambda h: h.merit)

@@ -215,6 +215,6 @@ def _pairs(problem: Problem, singles: list[Hypothesis], found: list[Secant], N: 
         again = sorted((s for s in again if s.gain > search.WORTH), key=lambda s: -s.gain)
         for pair in search.extend(problem, h, again, N, search.PAIRS, 2):
             key = tuple(sorted(c.label for c in pair.candidates))
-            if key not in made or pair.fit.rms < made[key].fit.rms:
+            if key not in made or pair.merit < made[key].merit:
                 made[key] = pair
     return list(made.values())
