@@ -1,7 +1,7 @@
 """What a fit says about data it has not seen.
 
-Folds leave out one run at a time, or with a single run every fifth stretch of time. The refit without a fold is linear
-around the fit of all data, so it costs no simulation; runs that the campaign itself holds out are simulated.
+Folds leave out one twentieth of the time of every run in turn. The refit without a fold is linear around the fit of all
+data, so it costs no simulation; runs that the campaign itself holds out are simulated.
 """
 
 from __future__ import annotations
@@ -12,28 +12,23 @@ from .fit import Fit, Linear
 from .observations import Observations
 from .problem import Problem
 
-FOLDS = 5
+FOLDS = 20
 NEAR = 0.5
 """How far a refit without a fold may move, in u: beyond, the model is not linear."""
 
-STRETCH = 1.0
-"""Length of a stretch of time [s] at least."""
 
-
-def folds(obs: Observations, stretches: int = 0) -> list[np.ndarray]:
+def folds(obs: Observations, stretches: int = FOLDS, count: int = FOLDS) -> list[np.ndarray]:
     """Masks (n,) of the entries left out in turn; together they are all entries.
 
-    stretches: leave out every fifth of so many stretches of time, whatever the number of runs.
+    Each run is cut into so many stretches of time, which are dealt out to `count` folds, runs shifted to each other.
+    Readings that are single moments are dealt out run by run.
     """
-    runs = np.unique(obs.run)
-    if stretches:
-        long = obs.time.max() / stretches
-    elif len(runs) >= 3:
-        return [obs.run == r for r in runs]
-    else:
-        long = max(obs.time.max() / (4 * FOLDS), min(STRETCH, obs.time.max() / FOLDS))
-    stretch = (obs.time / long).astype(int) + obs.run
-    return [stretch % FOLDS == k for k in range(FOLDS)]
+    long = max(float(obs.time.max()), 1e-12) / stretches * (1.0 + 1e-12)
+    alone = np.zeros(len(obs), bool)
+    for b in obs.blocks:
+        alone[b.place] = b.moment is not None
+    place = np.where(alone, 0, (obs.time / long).astype(int)) + np.where(alone, 1, 7) * obs.run
+    return [mask for k in range(count) if (mask := place % count == k).any()]
 
 
 def left_out(problem: Problem, fit: Fit, N: np.ndarray) -> np.ndarray:

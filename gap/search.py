@@ -6,13 +6,13 @@ residual it explains once base parameters and nuisances may follow. Only what sc
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
 from itertools import product
 
 import numpy as np
 
-from .fit import Fit, Linear, drive, fit
+from .fit import LEAST, Ask, Fit, Linear, drive, fit
 from .problem import Candidate, Problem
 
 SINGLES = 10
@@ -30,23 +30,37 @@ PAIRS_FROM = 3
 PAIRS = 4
 """Second candidates that are fitted with each of them."""
 
+STARTS, STARTS_KEPT = 6, 2
+"""Candidates that are also fitted from the model as delivered, and those of them that are finished in any case."""
+
+STRAINED = 0.8
+"""Mean square of the base parameters, in prior standard deviations, beyond which a null's fit is not to be trusted."""
+
+EXPLAINED = 1.05
+"""RMS of a fit that leaves nothing to look for."""
+
 SCREENED = 12_000
 """Readings that screening looks at."""
 
-WORTH = 0.06
-"""Share of what a single effect leaves that a second one has to promise."""
+WORTH = 10.0
+"""Saving that a second effect has to promise."""
 
 
 @dataclass
 class Secant:
-    """The model's change when a candidate goes to u = size (shapes at `shape`): long vector per unit of u."""
+    """The model's change per unit of u when a candidate goes from a fit to u = size (shapes at `shape`)."""
 
     candidate: Candidate
+    at: Fit
     size: float
     shape: tuple[float, ...]
     slope: np.ndarray
     gain: float = 0.0
-    """Share of a fit's cost that it can save: residual, and base parameters that may come back to what is stated."""
+    """Share of a reference fit's sum of squares that it could explain."""
+    saving: float = 0.0
+    """What it could take off the reference fit's merit: residual, and base parameters back to what is stated."""
+    own: float = 0.0
+    """Share that it could explain of its own fit's sum of squares."""
     amount: float = 0.0
     """The u it would need."""
     base: np.ndarray = field(default_factory=lambda: np.zeros(0))
@@ -76,20 +90,18 @@ class Hypothesis:
         return tuple(sorted(c.id for c in self.candidates))
 
 
-Say = Callable[[str], None]
-
-
-def null(problem: Problem, start: np.ndarray, N: np.ndarray) -> Hypothesis:
-    """The fit of the base parameters alone; `start` is the long vector of the model as delivered."""
+def null(problem: Problem, start: np.ndarray, N: np.ndarray) -> tuple[Hypothesis, Fit]:
+    """The fit of the base parameters alone, and the model as delivered (`start`) with its derivatives."""
     k = len(problem.base)
     J, known = np.zeros((len(start), k)), np.zeros(k, bool)
+    delivered = drive(problem, [fit(problem, problem.base, np.zeros(k), N, J, known, 0, model=start, least=0.0)])[0]
+    assert delivered is not None
     # first gently, as if the misfit were all structure; then as if enough readings were independent
-    gentle = fit(problem, problem.base, np.zeros(k), N, J, known, 8, model=start, refreshes=2, least=0.0)
-    found = drive(problem, [gentle])[0]
+    gentle = drive(problem, [carry_on(problem, delivered, N, 8, refreshes=2, least=0.0)])[0]
+    assert gentle is not None
+    found = drive(problem, [carry_on(problem, gentle, N, 16, fresh=True, refreshes=3)])[0]
     assert found is not None
-    found = drive(problem, [carry_on(problem, found, N, 16, fresh=True, refreshes=3)])[0]
-    assert found is not None
-    return Hypothesis((), found)
+    return Hypothesis((), found), delivered
 
 
 def _point(candidate: Candidate, size: float, shape: Sequence[float]) -> dict[str, float]:
@@ -118,45 +130,48 @@ def secants(problem: Problem, at: Fit, wanted: Sequence[tuple[Candidate, float]]
     made = []
     for (c, size, shape), y in zip(items, problem.evaluate(points), strict=True):
         if y is not None:
-            made.append(Secant(c, size, shape, (y - at.model) / size))
+            made.append(Secant(c, at, size, shape, (y - at.model) / size))
     return made
 
 
-def weigh(problem: Problem, at: Fit, N: np.ndarray, found: Sequence[Secant]) -> None:
-    """Fill in what each secant could explain of a fit's residual, in the linear approximation.
+def weigh(problem: Problem, reference: Fit, N: np.ndarray, found: Sequence[Secant]) -> None:
+    """Fill in what each secant could save of a reference fit's cost, in the linear approximation around its own fit.
 
     Every few readings count, so that at most `SCREENED` do; phi follows the mean square of what is left.
     """
     rows = slice(None, None, max(1, len(problem.obs) // SCREENED))
-    lin = Linear(problem, at.u, at.model, at.jacobian, N, rows)
     floor = problem.obs.floor[rows]
-    k = len(at.unknowns)
-    radius = np.array([1.5 if x.kind == "base" else 3.0 for x in at.unknowns] + [np.inf])
-    before = float(at.residual[rows] @ at.residual[rows])
-    thinned = len(problem.obs) / len(floor)
-    sd = np.array([x.sd for x in at.unknowns])
+    reference_left = float(reference.residual[rows] @ reference.residual[rows])
+    lines: dict[int, Linear] = {}
     for s in found:
+        at = s.at
+        if id(at) not in lines:
+            lines[id(at)] = Linear(problem, at.u, at.model, at.jacobian, N, rows)
+        k = len(at.unknowns)
+        sd = np.array([x.sd for x in at.unknowns])
+        radius = np.array([1.5 if x.kind == "base" else 3.0 for x in at.unknowns] + [np.inf])
         main = s.candidate.unknowns[0]
         low, high = max(main.low, -2.0 * abs(s.size)), min(main.high, 2.0 * abs(s.size))
-        wider = lin.with_column(k, s.slope[rows] / floor)
+        line = lines[id(at)].with_column(k, s.slope[rows] / floor)
         x = (*at.unknowns, replace(main, low=low, high=high))
+        before = float(at.residual[rows] @ at.residual[rows])
         phi = at.phi
         for _ in range(3):
-            d, q = wider.step(x, phi, radius)
-            left = wider.left(d, q)
-            share = float(left @ left) / before
-            fresh = max(1.0, at.phi * min(1.0, share))
+            d, q = line.step(x, phi, radius)
+            left = line.left(d, q)
+            energy = float(left @ left)
+            fresh = max(1.0, at.phi * min(1.0, energy / before))
             if fresh > 0.7 * phi:
                 break
             phi = fresh
         s.amount, s.base = float(d[k]), at.u + d[:k]
-        was = thinned * before / phi + at.penalty()
-        becomes = thinned * before * share / phi + float(np.sum((s.base / sd) ** 2))
-        s.gain = 1.0 - becomes / was
+        s.gain, s.own = 1.0 - energy / reference_left, 1.0 - energy / before
+        s.saving = READINGS * float(np.log(reference_left / max(energy, 1e-300)))
+        s.saving += reference.penalty() - float(np.sum((s.base / sd) ** 2))
 
 
-def screen(problem: Problem, at: Fit, N: np.ndarray, say: Say = lambda text: None) -> list[Secant]:
-    """The best secant of each candidate, those that explain most first."""
+def screen(problem: Problem, at: Fit, N: np.ndarray) -> list[Secant]:
+    """The best secant of each candidate from the null's fit, those that save most first."""
     machine = [c for c in problem.candidates if c.unknowns[0].kind == "effect"]
     sensors = [c for c in problem.candidates if c.unknowns[0].kind == "sensor"]
     wanted = [(c, s) for c in machine for s in _sizes(c, 1.0)[:1]]
@@ -183,18 +198,35 @@ def screen(problem: Problem, at: Fit, N: np.ndarray, say: Say = lambda text: Non
     return _best_of_each([*found, *more])
 
 
+def other_starts(problem: Problem, at: Fit, delivered: Fit, N: np.ndarray) -> list[Secant]:
+    """Secants from the model as delivered, those that explain most of its gap first.
+
+    Where the null's fit has strained the base parameters it may have gone far from the truth, and a large effect is
+    found more surely from where the base parameters are what is stated.
+    """
+    if at.penalty() < STRAINED * len(at.u) and at.rms < EXPLAINED:
+        return []
+    plain = [c for c in problem.candidates if not any(u.shape or u.kind == "sensor" for u in c.unknowns)]
+    found = secants(problem, delivered, [(c, s) for c in plain for s in _sizes(c, 1.0)])
+    weigh(problem, at, N, found)
+    best: dict[str, Secant] = {}
+    for s in sorted(found, key=lambda s: -s.own):
+        best.setdefault(s.candidate.label, s)
+    return list(best.values())[:STARTS]
+
+
 def _best_of_each(found: Sequence[Secant]) -> list[Secant]:
     best: dict[str, Secant] = {}
     for s in found:
         label = s.candidate.label
-        if label not in best or s.gain > best[label].gain:
+        if label not in best or s.saving > best[label].saving:
             best[label] = s
-    return sorted(best.values(), key=lambda s: -s.gain)
+    return sorted(best.values(), key=lambda s: -s.saving)
 
 
-def _ask(problem: Problem, at: Fit, s: Secant, N: np.ndarray, iterations: int):
-    """A fit that starts from another one with the candidate of a secant added."""
-    new = s.candidate.unknowns
+def _ask(problem: Problem, s: Secant, N: np.ndarray, iterations: int) -> Ask:
+    """A fit that starts from that of a secant, with its candidate added."""
+    at, new = s.at, s.candidate.unknowns
     amount = s.amount if abs(s.amount) > 1e-3 else float(np.clip(0.1 * np.sign(s.size), new[0].low, new[0].high))
     at_start = _point(s.candidate, amount, s.shape)
     unknowns = (*at.unknowns, *new)
@@ -202,27 +234,38 @@ def _ask(problem: Problem, at: Fit, s: Secant, N: np.ndarray, iterations: int):
     n, k = len(at.model), len(at.unknowns)
     J = np.concatenate([at.jacobian, np.zeros((n, len(new)))], axis=1)
     known = np.arange(len(unknowns)) < k
-    return fit(problem, unknowns, u, N, J, known, iterations, phi_most=at.phi)
+    return fit(problem, unknowns, u, N, J, known, iterations, least=0.0)
 
 
-def carry_on(problem: Problem, at: Fit, N: np.ndarray, iterations: int, fresh: bool = False, refreshes: int = 0):
+def carry_on(
+    problem: Problem, at: Fit, N: np.ndarray, iterations: int, fresh: bool = False, refreshes: int = 0,
+    least: float = LEAST,
+) -> Ask:  # fmt: skip
     """Goes on with a fit; fresh: with all derivatives found anew."""
     known = np.full(len(at.unknowns), not fresh)
-    return fit(problem, at.unknowns, at.u, N, at.jacobian, known, iterations, model=at.model, refreshes=refreshes)
+    return fit(
+        problem, at.unknowns, at.u, N, at.jacobian, known, iterations, model=at.model, refreshes=refreshes, least=least
+    )
 
 
 def extend(
-    problem: Problem, at: Hypothesis, found: Sequence[Secant], N: np.ndarray, most: int, kept: int
+    problem: Problem, at: Hypothesis, found: Sequence[Secant], N: np.ndarray, most: int, kept: int,
+    others: Sequence[Secant] = (),
 ) -> list[Hypothesis]:
     """Fits of a hypothesis with one candidate more: `most` are begun, about `kept` finished. Best first."""
     have = {c.label for c in at.candidates}
-    chosen = [s for s in found if s.candidate.label not in have][:most]
-    begun = drive(problem, [_ask(problem, at.fit, s, N, 3) for s in chosen])
+    chosen = [*[s for s in found if s.candidate.label not in have][:most], *others]
+    begun = drive(problem, [_ask(problem, s, N, 4) for s in chosen])
     made = [Hypothesis((*at.candidates, s.candidate), f) for s, f in zip(chosen, begun, strict=True) if f is not None]
+    elsewhere = sorted(made[len(chosen) - len(others) :] if others else [], key=lambda h: h.merit)[:STARTS_KEPT]
     made.sort(key=lambda h: h.merit)
     going = made[:kept] + [h for h in made[kept : 2 * kept] if h.merit < made[0].merit + CLOSE]
+    going += [h for h in elsewhere if not any(h is g for g in going)]
     asks = [carry_on(problem, h.fit, N, 14, fresh=True, refreshes=2) for h in going]
     for h, f in zip(going, drive(problem, asks), strict=True):
         if f is not None and replace(h, fit=f).merit < h.merit + 1.0:
             h.fit = f
-    return sorted(made, key=lambda h: h.merit)
+    best: dict[str, Hypothesis] = {}
+    for h in sorted(made, key=lambda h: h.merit):
+        best.setdefault(h.label, h)
+    return list(best.values())

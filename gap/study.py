@@ -85,8 +85,6 @@ class Study:
         """What held-out means here."""
         if self.held:
             return "runs that the campaign holds out"
-        if len(self.problem.runs) >= 3:
-            return "each run predicted from the others"
         return "stretches of time predicted from the rest"
 
     @property
@@ -134,7 +132,7 @@ def study(campaign: Campaign, catalogue: Catalogue, pool: Pool, say: Say = lambd
     stage("refitting the base parameters")
     N = nuisances(problem, delivered)
     start = problem.anchor({})
-    null = search.null(problem, start, N)
+    null, as_delivered = search.null(problem, start, N)
     null = _finish(problem, null, N)
     stage("screening the effects")
     found = search.screen(problem, null.fit, N)
@@ -142,7 +140,10 @@ def study(campaign: Campaign, catalogue: Catalogue, pool: Pool, say: Say = lambd
     singles: list[Hypothesis] = []
     if null.fit.rms > 0.0:
         stage("fitting single effects")
-        singles = search.extend(problem, null, found, N, search.SINGLES, search.KEPT)
+        singles = search.extend(
+            problem, null, found, N, search.SINGLES, search.KEPT,
+            search.other_starts(problem, null.fit, as_delivered, N),
+        )  # fmt: skip
         hypotheses += singles
     if singles and singles[0].fit.rms > SETTLED:
         stage("fitting pairs of effects")
@@ -204,15 +205,17 @@ def _finish(problem: Problem, h: Hypothesis, N: np.ndarray) -> Hypothesis:
         found = drive(problem, [search.carry_on(problem, h.fit, N, 4)])[0]
         if found is not None:
             h = Hypothesis(h.candidates, found)
-    return h
+    # derivatives anew: intervals and refits without a fold rest on them
+    found = drive(problem, [search.carry_on(problem, h.fit, N, 0, fresh=True)])[0]
+    return Hypothesis(h.candidates, found) if found is not None else h
 
 
 def _pairs(problem: Problem, singles: list[Hypothesis], found: list[Secant], N: np.ndarray) -> list[Hypothesis]:
     made: dict[tuple[str, ...], Hypothesis] = {}
     for h in singles[: search.PAIRS_FROM]:
-        again = [replace(s) for s in found]
+        again = [replace(s, at=h.fit) for s in found]
         search.weigh(problem, h.fit, N, again)
-        again = sorted((s for s in again if s.gain > search.WORTH), key=lambda s: -s.gain)
+        again = sorted((s for s in again if s.saving > search.WORTH), key=lambda s: -s.saving)
         for pair in search.extend(problem, h, again, N, search.PAIRS, 2):
             key = tuple(sorted(c.label for c in pair.candidates))
             if key not in made or pair.merit < made[key].merit:

@@ -51,7 +51,7 @@ def _structure(problem: Problem, residual: np.ndarray, rows: list[np.ndarray], s
     from sklearn.ensemble import HistGradientBoostingRegressor
 
     names, X = features(problem, rows, step)
-    masks = folds(problem.obs, FINE)
+    masks = folds(problem.obs, FINE, 5)
     total = left = 0.0
     channels, varies = {}, {}
     for k, label in enumerate(problem.labels):
