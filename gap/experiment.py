@@ -37,6 +37,8 @@ def ranked(
     own.update({c: usual[c] for c in problem.connectors if c not in own and c in usual})
     extra = {c: noise for c, noise in usual.items() if c not in problem.connectors}
     record = (*(c for c in problem.connectors if c in own), *extra)
+    if not record:
+        return []
     floor = np.array([own.get(c, extra.get(c, np.nan)) for c in record])
     now = {name: info.values.get(name, info.changes.get(name)) for name in (e.parameter for e in experiments)}
     changes: list[dict[str, Any]] = [{}]
@@ -67,7 +69,7 @@ def ranked(
             continue
         apart = np.sqrt(np.mean(((a - b) / floor) ** 2, axis=0))
         if change:
-            found.append(Next(change, separates, float(np.sqrt(np.mean(apart[:count] ** 2)))))
+            found.append(Next(change, separates, float(np.sqrt(np.mean((apart[:count] if count else apart) ** 2)))))
         else:
             found += [
                 Next({"channel": c}, separates, float(apart[count + k] / np.sqrt(count + 1)))

@@ -179,6 +179,8 @@ def make(d: Diagnosis) -> dict[str, Any]:
         "timing": {"wall_s": d.seconds, "simulations": s.problem.pool.count, "stages": s.stages},
     }  # fmt: skip
     made["evidence"] = evidence(d)
+    if any(b.moment is not None for b in problem.obs.blocks):
+        made["events"] = events(d)
     if d.next is not None:
         made["next_experiment"] = _step(d.next)
     if d.channel is not None:
@@ -192,6 +194,23 @@ def _step(n: Next) -> dict[str, Any]:
         "separates": [list(e) for e in n.separates],
         "expected_separation": n.separation,
     }
+
+
+def events(d: Diagnosis) -> list[dict[str, Any]]:
+    """Measured moments beside those of the model as delivered, refitted, and with the cause [s]."""
+    s = d.study
+    fits = {"refitted": s.null_judged.hypothesis.fit, "with_cause": d.chosen.hypothesis.fit}
+    made = []
+    for b in s.problem.obs.blocks:
+        if b.moment is None:
+            continue
+        limit = "at most" if np.isfinite(b.moment.low) else "at least" if np.isfinite(b.moment.high) else ""
+        made.append(
+            {"run": s.problem.runs[b.run].name, "event": s.problem.labels[b.channel], "limit": limit,
+             "measured": float(b.y[0]), "std": b.floor, "delivered": float(s.delivered[b.place][0]),
+             **{name: float(fit.model[b.place][0]) for name, fit in fits.items()}}
+        )  # fmt: skip
+    return made
 
 
 def evidence(d: Diagnosis) -> dict[str, Any]:

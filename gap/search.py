@@ -21,7 +21,7 @@ SINGLES = 10
 READINGS = 150.0
 """Readings that count in the merit of a fit."""
 
-KEPT, CLOSE = 3, 30.0
+KEPT, CLOSE = 3, 15.0
 """Of these, so many are fitted to the end, and as many again if their merit is not further from the best."""
 
 PAIRS_FROM = 3

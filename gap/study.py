@@ -20,13 +20,13 @@ from .problem import COARSE_ERROR, FACTORS, Problem, check_units, pose
 from .search import Hypothesis, Secant
 from .unexplained import Structure, structure
 
-SETTLED = 1.03
+SETTLED = 1.05
 """Held-out RMS below which nothing is left to explain, in floors."""
 
-FINALISTS = 5
+FINALISTS = 4
 """Hypotheses whose fits are finished with runs at the package's step."""
 
-NEAR = 40.0
+NEAR = 20.0
 """How far behind the best a hypothesis may be to be finished, in score."""
 
 Say = Callable[[str], None]

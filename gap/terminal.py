@@ -126,6 +126,14 @@ def lines(data: dict[str, Any]) -> list[str]:
     ]
     for name, c in gap["per_channel"].items():
         made.append(f"  {name:<28}{c['rms_before']:>12.4g} -> {c['rms_after']:<12.4g}{c['unit']}")
+    if data.get("events"):
+        made += ["", f"{'moments [s]':<60}{'measured':>18}{'delivered':>11}{'refitted':>11}{'with cause':>11}"]
+        for e in data["events"]:
+            measured = f"{e['limit']} {e['measured']:.3f}".strip()
+            made.append(
+                f"  {e['run'] + ', ' + e['event']:<58}{measured:>18}{e['delivered']:>11.3f}{e['refitted']:>11.3f}"
+                f"{e['with_cause']:>11.3f}"
+            )
     made += ["", "where the refitted model still misses"]
     for w in data["where"][:4]:
         made.append(f"  {w['share']:>6.1%}  {w['channel']:<26}{w['region']}")

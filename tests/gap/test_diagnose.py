@@ -118,3 +118,28 @@ def test_bad_input_is_one_line(case, toys, tmp_path, capsys):
     error = capsys.readouterr().err
     assert expected in error
     assert error.count("\n") == 1
+
+
+def test_moments_are_measurements_too(toys, tmp_path):
+    """A stroke time tells a stiffness: 80 N/m push back half of what 40 N/m would, within 1 mm of 25 mm after a step."""
+    path = campaign(tmp_path, toys, [])
+    text = path.read_text().split("[[channel]]")[0]
+    for d in (2.0, 3.0, 4.0):
+        text += f'[[run]]\nname = "d {d}"\nstop_time = 8\nparameters = {{ "o.d" = {d}, "o.u" = 2.0 }}\n'
+        text += '[[run.event]]\nconnector = "o.x"\ntarget = 0.025\nwithin = 0.001\nafter = 0\nstd = 0.01\n'
+        text += f"time = {_settles(d):.4f}\n"
+    path.write_text(text)
+    data = make(diagnose(read(path), processes=1))
+    assert len(data["events"]) == 3
+    for e in data["events"]:
+        assert e["with_cause"] == pytest.approx(e["measured"], abs=0.05)
+    assert data["verdict"] != "unknown_effect"
+
+
+def _settles(d, m=2.0, k=80.0, force=2.0):
+    """When a step response (closed form) comes to stay within 1 mm of force / k."""
+    t = np.linspace(0.0, 8.0, 80001)
+    s = d / (2 * m)
+    w = np.sqrt(k / m - s * s)
+    x = force / k * (1 - np.exp(-s * t) * (np.cos(w * t) + s / w * np.sin(w * t)))
+    return t[np.flatnonzero(np.abs(x - force / k) > 1e-3)[-1]]
