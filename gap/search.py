@@ -204,7 +204,7 @@ def other_starts(problem: Problem, at: Fit, delivered: Fit, N: np.ndarray) -> li
     Where the null's fit has strained the base parameters it may have gone far from the truth, and a large effect is
     found more surely from where the base parameters are what is stated.
     """
-    if at.penalty() < STRAINED * len(at.u) and at.rms < EXPLAINED:
+    if at.penalty() < STRAINED * len(at.u):
         return []
     plain = [c for c in problem.candidates if not any(u.shape or u.kind == "sensor" for u in c.unknowns)]
     found = secants(problem, delivered, [(c, s) for c in plain for s in _sizes(c, 1.0)])

@@ -140,10 +140,9 @@ def study(campaign: Campaign, catalogue: Catalogue, pool: Pool, say: Say = lambd
     singles: list[Hypothesis] = []
     if null.fit.rms > 0.0:
         stage("fitting single effects")
-        singles = search.extend(
-            problem, null, found, N, search.SINGLES, search.KEPT,
-            search.other_starts(problem, null.fit, as_delivered, N),
-        )  # fmt: skip
+        quiet = null.fit.rms < search.EXPLAINED
+        others = [] if quiet else search.other_starts(problem, null.fit, as_delivered, N)
+        singles = search.extend(problem, null, found, N, search.SINGLES // (2 if quiet else 1), search.KEPT, others)
         hypotheses += singles
     if singles and singles[0].fit.rms > SETTLED:
         stage("fitting pairs of effects")
