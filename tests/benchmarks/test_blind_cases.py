@@ -31,7 +31,8 @@ def outcomes(built, tmp_path_factory):
         assert answer["case"] == index
         name = f"case_{index:04d}"
         out = folder / "diagnoses" / name
-        assert main(["diagnose", str(folder / name / "campaign.toml"), "--out", str(out), "--no-report", "--quiet"]) == 0
+        campaign = str(folder / name / "campaign.toml")
+        assert main(["diagnose", campaign, "--out", str(out), "--no-report", "--quiet"]) == 0
         sealed = json.loads((folder / "answers" / f"{name}.json").read_text())
         made[index] = Outcome(name, Truth.of(sealed), Said.of(json.loads((out / "diagnosis.json").read_text())))
     return made

@@ -48,7 +48,7 @@ def test_averaging_keeps_mean_and_reduces_noise():
 
 
 def test_an_estimated_floor_is_mended_by_the_models_own_roughness():
-    """A fast signal looks like noise to third differences; the model, which has none, tells how much of it is signal."""
+    """A fast signal looks like noise to third differences; the model has none and tells how much of it is signal."""
     t = np.arange(3000) / 610.0
     fast = np.sin(2 * np.pi * 70.0 * t)
     y = fast + np.random.default_rng(0).normal(0.0, 0.01, len(t))
