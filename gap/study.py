@@ -143,6 +143,8 @@ def study(campaign: Campaign, catalogue: Catalogue, pool: Pool, say: Say = lambd
         quiet = null.fit.rms < search.EXPLAINED
         others = [] if quiet else search.other_starts(problem, null.fit, as_delivered, N)
         singles = search.extend(problem, null, found, N, search.SINGLES // (2 if quiet else 1), search.KEPT, others)
+        if singles and singles[0].fit.rms > SETTLED:  # what is left may be the long steps' error, away from the anchor
+            singles[0] = _finish(problem, singles[0], N)
         hypotheses += singles
     if singles and singles[0].fit.rms > SETTLED:
         stage("fitting pairs of effects")
