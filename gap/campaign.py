@@ -194,17 +194,16 @@ def _is_number(cell: str) -> bool:
 def _run(table: dict[str, Any], where: str, folder: Path, channels: tuple[Channel, ...], warnings: list[str]) -> Run:
     _no_strangers(table, "run", where)
     events = tuple(_event(t, f"{where}, event {i}") for i, t in enumerate(table.get("event", []), 1))
-    if events and "file" not in table:
-        stop = float(_key(table, where, "stop_time", (int, float)))
-        name = str(table.get("name", where.rpartition(": ")[2]))
-        return Run(name, dict(table.get("parameters", {})), table.get("use"), {}, stop, events)
-    path = folder / _key(table, where, "file", str)
     parameters = table.get("parameters", {})
     if not isinstance(parameters, dict):
         raise CampaignError(f"{where}: 'parameters' has to be a table of addresses and values")
     use = table.get("use")
     if use not in (None, "fit", "holdout"):
         raise CampaignError(f"{where}: use = '{use}' is neither fit nor holdout")
+    if events and "file" not in table:
+        stop = float(_key(table, where, "stop_time", (int, float)))
+        return Run(str(table.get("name", where.rpartition(": ")[2])), dict(parameters), use, {}, stop, events)
+    path = folder / _key(table, where, "file", str)
     names, data = _read_table(path)
     if names[0] != "time":
         raise CampaignError(f"{path}: the first column is '{names[0]}'; it has to be 'time' in seconds")

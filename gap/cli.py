@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import argparse
 import sys
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from pathlib import Path
 
 from ..core.cli import OneLineParser
@@ -46,14 +46,11 @@ def parser() -> argparse.ArgumentParser:
     return p
 
 
-COMMANDS: dict[str, Callable[[argparse.Namespace], int]] = {}
-
-
 def main(arguments: Sequence[str] | None = None) -> int:
     """Entry point; returns the exit code."""
     options = parser().parse_args(arguments)
     try:
-        return COMMANDS[options.command](options)
+        return {"effects": _effects, "simulate": _simulate, "diagnose": _diagnose}[options.command](options)
     except CosimError as error:
         print(f"cosim-gap: {error}", file=sys.stderr)
         from ..core.errors import SimulationError
@@ -95,9 +92,6 @@ def _diagnose(options: argparse.Namespace) -> int:
     from .terminal import diagnose_command
 
     return diagnose_command(options)
-
-
-COMMANDS.update(effects=_effects, simulate=_simulate, diagnose=_diagnose)
 
 
 if __name__ == "__main__":

@@ -8,8 +8,9 @@ from __future__ import annotations
 
 import numpy as np
 
+from .noise import rms
 from .problem import Problem
-from .replay import smooth
+from .replay import rate_pairs, smooth
 
 EXACT = 1e-4
 """Share of a signal's spread that an identity of the model may miss."""
@@ -25,30 +26,20 @@ def _rates(problem: Problem) -> list[str]:
     if rows is None:
         return []
     told = []
-    names = problem.connectors
-    for i, a in enumerate(names):
-        for j, b in enumerate(names):
-            if i == j:
+    for a, b in rate_pairs(problem.connectors, rows[0], problem.coarse):
+        for r, info in enumerate(problem.runs):
+            blocks = problem.obs.of_run(r)
+            if a not in blocks or b not in blocks:
                 continue
-            dx = np.gradient(rows[0][:, j], problem.coarse)
-            v = rows[0][:, i]
-            if not (np.ptp(v) > 0 and np.sqrt(np.mean((v - dx) ** 2)) < 0.05 * np.std(v)):
-                continue
-            for r in range(len(problem.runs)):
-                blocks = {x.connector: x for x in problem.obs.series if x.run == r}
-                if a not in blocks or b not in blocks:
-                    continue
-                t = blocks[a].t
-                t = t[(t > blocks[b].t[0]) & (t < blocks[b].t[-1])]
-                read, _ = smooth(blocks[a].t, blocks[a].y, t)
-                rate = smooth(blocks[b].t, blocks[b].y, t)[1]
-                scale = float(rate @ read / max(rate @ rate, 1e-300))
-                left = float(np.sqrt(np.mean((read - scale * rate) ** 2)) / max(np.std(read), 1e-300))
-                if abs(scale - 1.0) > 0.03 and left < 0.5:
-                    told.append(
-                        f"{problem.runs[r].name}: {a} reads {scale:.3f} times the rate of {b}: one scale is wrong"
-                    )
-                    break
+            t = blocks[a].t
+            t = t[(t > blocks[b].t[0]) & (t < blocks[b].t[-1])]
+            read, _ = smooth(blocks[a].t, blocks[a].y, t)
+            rate = smooth(blocks[b].t, blocks[b].y, t)[1]
+            scale = float(rate @ read / max(rate @ rate, 1e-300))
+            left = rms(read - scale * rate) / max(float(np.std(read)), 1e-300)
+            if abs(scale - 1.0) > 0.03 and left < 0.5:
+                told.append(f"{info.name}: {a} reads {scale:.3f} times the rate of {b}: one scale is wrong")
+                break
     return told
 
 
@@ -56,7 +47,7 @@ def _sums(problem: Problem, delivered: np.ndarray) -> list[str]:
     told = []
     obs = problem.obs
     for r in range(len(problem.runs)):
-        blocks = {b.connector: b for b in obs.series if b.run == r}
+        blocks = obs.of_run(r)
         for target, block in blocks.items():
             others = [
                 c for c in blocks
@@ -75,7 +66,7 @@ def _sums(problem: Problem, delivered: np.ndarray) -> list[str]:
             floor = np.sqrt(
                 block.floor**2 + sum((k * blocks[c].floor) ** 2 for k, c in zip(coefficients, others, strict=False))
             )
-            off = float(np.sqrt(np.mean(gap**2)) / floor)
+            off = rms(gap) / floor
             parts = {c: abs(k) * np.ptp(delivered[blocks[c].place]) for k, c in zip(coefficients, others, strict=False)}
             used = [c for c, part in parts.items() if part > 0.01 * np.ptp(y)]
             if off > 3.0 and used:

@@ -5,7 +5,6 @@ from __future__ import annotations
 import time
 from collections.abc import Callable
 from concurrent.futures import Executor
-from pathlib import Path
 
 from . import catalogue as catalogues
 from .calibration import Calibration
@@ -13,17 +12,15 @@ from .campaign import Campaign
 from .consistency import check
 from .experiment import Next, ranked
 from .fit import clock
-from .heldout import rms
 from .intervals import reduction_interval
-from .pool import Pool
+from .noise import rms
+from .pool import Pool, Say
 from .problem import Problem
 from .replay import replays
 from .result import Diagnosis
 from .study import Study, study
 from .verdict import NONE, UNKNOWN, Cause, causes, features
 from .where import places, regions
-
-Say = Callable[[str], None]
 
 
 def diagnose(
@@ -116,12 +113,3 @@ def _remarks(d: Diagnosis) -> list[str]:
         names = ", ".join(" + ".join(e) for e in top.ambiguous_with)
         told.append(f"this campaign can hardly tell {' + '.join(top.effects)} from {names}")
     return told
-
-
-def run(path: Path, folder: Path, **options):
-    """Read a campaign, diagnose it and write all results into `folder`; returns the contents of diagnosis.json."""
-    from .campaign import read
-    from .result import write
-
-    d = diagnose(read(path), **options)
-    return d, write(d, folder)

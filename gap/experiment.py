@@ -10,7 +10,7 @@ import numpy as np
 
 from .catalogue import Experiment, Measurable
 from .pool import Failure, Job
-from .problem import Problem
+from .problem import Problem, matching
 from .search import Hypothesis
 
 
@@ -40,15 +40,12 @@ def ranked(
     if not record:
         return []
     floor = np.array([own.get(c, extra.get(c, np.nan)) for c in record])
-    now = {name: info.values.get(name, info.changes.get(name)) for name in (e.parameter for e in experiments)}
     changes: list[dict[str, Any]] = [{}]
     for e in experiments:
-        known = any(name == e.parameter or name.endswith(f".{e.parameter}") for name in info.values)
+        known = matching(e.parameter, info.values)
         if not known:
             continue
-        here = now.get(e.parameter)
-        if here is None:
-            here = next((v for n, v in info.values.items() if n.endswith(f".{e.parameter}")), None)
+        here = info.values[known[0]]
         used = {r.changes.get(e.parameter, here) for r in problem.runs}
         changes += [{e.parameter: v} for v in e.values if not any(_same(v, u) for u in used)]
     jobs = []
@@ -87,7 +84,5 @@ def _changed(problem: Problem, change: dict[str, Any]) -> Any:
     info = problem.runs[0]
     values = dict(info.values)
     for name, value in change.items():
-        for address in values:
-            if address == name or address.split(".", 1)[1] == name:
-                values[address] = value
+        values.update(dict.fromkeys(matching(name, values), value))
     return replace(info, changes={**info.changes, **change}, values=values)

@@ -18,6 +18,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 from scipy.optimize import lsq_linear
 
+from .noise import rms
 from .problem import BIAS, BIAS_OF_LEVEL, CLOCK, Point, Problem, Unknown
 
 Ask = Generator[list[Point], list[np.ndarray | None], "Fit"]
@@ -29,7 +30,7 @@ LEAST = 600.0
 MOVED = 0.5
 """How far a fit goes, in prior standard deviations, before its derivatives are too old to end with."""
 
-DIFFERENCE = {"base": 0.2, "effect": 0.2, "sensor": 0.2}
+DIFFERENCE = 0.2
 """Step of a finite difference, in u."""
 
 
@@ -54,7 +55,7 @@ class Fit:
     @property
     def rms(self) -> float:
         """Whitened RMS of the residual."""
-        return float(np.sqrt(np.mean(self.residual**2)))
+        return rms(self.residual)
 
     def penalty(self) -> float:
         """Sum of (u / sd)^2."""
@@ -113,7 +114,7 @@ class Linear:
     ):  # fmt: skip
         w = 1.0 / problem.obs.floor[rows]
         self.A = np.concatenate([jacobian[rows], N[rows]], axis=1) * w[:, None]
-        self.r = (problem.obs.y[rows] - model[rows]) * w
+        self.r = problem.obs.whiten(model)[rows]
         self.u = u
         self.gram, self.moment = self.A.T @ self.A, self.A.T @ self.r
 
@@ -176,14 +177,18 @@ def difference_points(unknowns: Sequence[Unknown], u: np.ndarray, which: Sequenc
     made = []
     for j in which:
         x = unknowns[j]
-        h = min(DIFFERENCE[x.kind], 0.5 * (x.high - x.low))
+        h = min(DIFFERENCE, 0.5 * (x.high - x.low))
         made.append((j, h if u[j] + h <= x.high else -h))
     return made
 
 
-def columns(unknowns: Sequence[Unknown], u: np.ndarray, model: np.ndarray, which: Sequence[int]
-            ) -> Generator[list[Point], list[np.ndarray | None], dict[int, np.ndarray]]:  # fmt: skip
-    """Derivatives of the model by some unknowns, by finite differences; a failing run gives the other side."""
+def renew(
+    J: np.ndarray, unknowns: Sequence[Unknown], u: np.ndarray, model: np.ndarray, which: Sequence[int]
+) -> Generator[list[Point], list[np.ndarray | None], None]:
+    """Write the derivatives by some unknowns into J (n, k), by finite differences; a failing run gives the other side.
+
+    A derivative that cannot be found on either side is zero.
+    """
     steps = difference_points(unknowns, u, which)
     names = [x.name for x in unknowns]
 
@@ -192,21 +197,18 @@ def columns(unknowns: Sequence[Unknown], u: np.ndarray, model: np.ndarray, which
         v[j] += h
         return dict(zip(names, v.tolist(), strict=True))
 
-    made = {}
     results = yield [at(j, h) for j, h in steps]
     again = []
     for (j, h), y in zip(steps, results, strict=True):
+        J[:, j] = 0.0 if y is None else (y - model) / h
         if y is None:
             again.append((j, -0.25 * h))
-        else:
-            made[j] = (y - model) / h
     if again:
         again = [(j, h) for j, h in again if unknowns[j].low <= u[j] + h <= unknowns[j].high]
         results = (yield [at(j, h) for j, h in again]) if again else []
         for (j, h), y in zip(again, results, strict=True):
             if y is not None:
-                made[j] = (y - model) / h
-    return {j: made.get(j, np.zeros_like(model)) for j in which}
+                J[:, j] = (y - model) / h
 
 
 def fit(
@@ -218,11 +220,10 @@ def fit(
     known: np.ndarray,
     iterations: int,
     model: np.ndarray | None = None,
-    phi_most: float = np.inf,
     refreshes: int = 0,
     least: float = LEAST,
 ) -> Ask:
-    """Lower the cost from u (k,) in at most that many iterations; phi stays below `phi_most`.
+    """Lower the cost from u (k,) in at most that many iterations.
 
     jacobian (n, k) with known (k,) true where a column is usable; the others are found by finite differences first.
     Derivatives grow old as the fit moves: before it ends, all are found anew, at most `refreshes` times.
@@ -245,11 +246,9 @@ def fit(
     J = jacobian.copy()
     missing = np.flatnonzero(~known)
     if len(missing):
-        found = yield from columns(unknowns, u, model, missing)
-        for j, column in found.items():
-            J[:, j] = column
+        yield from renew(J, unknowns, u, model, missing)
     q, residual = settle(problem, model, N, 1.0)
-    mine = min(phi_most, dispersion(problem, residual, least))
+    mine = dispersion(problem, residual, least)
     q, residual = settle(problem, model, N, mine)
     radius = np.array([1.0 if x.kind == "base" else max(1.0, abs(v)) for x, v in zip(unknowns, u, strict=True)])
     adaptive = np.array([x.kind != "base" for x in unknowns])
@@ -262,9 +261,7 @@ def fit(
     for count in range(iterations):
         tired = small >= 2 or poor or count == iterations // 2
         if refreshes > 0 and tired and np.any(np.abs(u - seen_at) / sd > MOVED):
-            found = yield from columns(unknowns, u, model, range(len(u)))
-            for j, column in found.items():
-                J[:, j] = column
+            yield from renew(J, unknowns, u, model, range(len(u)))
             radius = np.maximum(radius, 0.5)
             refreshes, stale, small, poor, seen_at = refreshes - 1, False, 0, False, u.copy()
         if small >= 2:
@@ -280,9 +277,7 @@ def fit(
                 small = 2
                 continue
             if stale:  # the derivative is old where the fit moved: look again before giving up
-                found = yield from columns(unknowns, u, model, np.flatnonzero(adaptive))
-                for j, column in found.items():
-                    J[:, j] = column
+                yield from renew(J, unknowns, u, model, np.flatnonzero(adaptive))
                 stale = False
                 continue
             converged = True
@@ -302,7 +297,7 @@ def fit(
             if real < 0.25 * gain:
                 radius = np.maximum(0.5 * np.abs(d), 0.25 * radius)
             stale = stale or bool(np.any(np.abs(d[adaptive]) > 0.3))
-            fresh = min(phi_most, dispersion(problem, residual, least))
+            fresh = dispersion(problem, residual, least)
             if not 0.8 < fresh / mine < 1.25:
                 mine = fresh
                 q, residual = settle(problem, model, N, mine)
@@ -312,9 +307,7 @@ def fit(
             poor = True
             radius = 0.3 * np.maximum(np.abs(d), 1e-3)
             if refreshes == 0 and (stale or np.any(adaptive)):
-                found = yield from columns(unknowns, u, model, np.flatnonzero(adaptive))
-                for j, column in found.items():
-                    J[:, j] = column
+                yield from renew(J, unknowns, u, model, np.flatnonzero(adaptive))
                 stale = False
     return Fit(unknowns, u, model, J, q, residual, mine, converged)
 

@@ -37,13 +37,6 @@ def left_out(problem: Problem, fit: Fit, N: np.ndarray) -> np.ndarray:
     made = np.empty(len(problem.obs))
     radius = np.full(len(fit.u), NEAR)
     for mask in folds(problem.obs):
-        if not mask.any():
-            continue
         d, q = lin.without(mask).step(fit.unknowns, fit.phi, radius)
         made[mask] = lin.left(d, q)[mask]
     return made
-
-
-def rms(residual: np.ndarray) -> float:
-    """Root mean square."""
-    return float(np.sqrt(np.mean(residual * residual)))

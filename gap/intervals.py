@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from .fit import Fit
+from .fit import Fit, Linear
 from .problem import Problem
 
 BIN = 0.5
@@ -15,12 +15,10 @@ WIDTH = 1.96
 
 def parameter_std(problem: Problem, fit: Fit, N: np.ndarray) -> np.ndarray:
     """Standard deviation of each u (k,): the curvature of the cost with base parameters and nuisances free."""
-    w = 1.0 / problem.obs.floor
-    A = np.concatenate([fit.jacobian, N], axis=1) * w[:, None]
-    k, m = len(fit.u), N.shape[1]
-    prior = np.concatenate([[1.0 / x.sd**2 for x in fit.unknowns], np.ones(m)])
-    H = A.T @ A / fit.phi + np.diag(prior)
-    return np.sqrt(np.maximum(np.diag(np.linalg.inv(H))[:k], 0.0))
+    gram = Linear(problem, fit.u, fit.model, fit.jacobian, N).gram
+    prior = np.concatenate([[1.0 / x.sd**2 for x in fit.unknowns], np.ones(N.shape[1])])
+    H = gram / fit.phi + np.diag(prior)
+    return np.sqrt(np.maximum(np.diag(np.linalg.inv(H))[: len(fit.u)], 0.0))
 
 
 def reduction_interval(problem: Problem, before: np.ndarray, after: np.ndarray) -> tuple[float, float]:

@@ -1,4 +1,4 @@
-"""From fits to probabilities: which hypothesis the data prefer, and whether any of them is good enough.
+"""From fits to evidence: which hypothesis the data prefer.
 
 Evidence of a hypothesis h with mean square m_h of its held-out residual (a Laplace approximation):
 
@@ -16,7 +16,8 @@ import numpy as np
 
 from .calibration import Calibration
 from .fit import Fit
-from .heldout import left_out, rms
+from .heldout import left_out
+from .noise import rms
 from .problem import Problem
 from .search import Hypothesis
 
@@ -30,7 +31,6 @@ class Judged:
     hypothesis: Hypothesis
     held_out: np.ndarray
     score: float = 0.0
-    probability: float = 0.0
     terms: dict[str, float] = field(default_factory=dict)
     """What the score is made of."""
 
@@ -61,7 +61,7 @@ def prior(problem: Problem, h: Hypothesis) -> float:
 
 
 def judge(problem: Problem, hypotheses: Sequence[Hypothesis], N: np.ndarray) -> list[Judged]:
-    """All hypotheses with score and probability, the best first."""
+    """All hypotheses with their scores, the best first."""
     made = [Judged(h, left_out(problem, h.fit, N)) for h in hypotheses]
     best = min(made, key=lambda j: j.gap)
     available = float(len(problem.obs))
@@ -78,8 +78,4 @@ def judge(problem: Problem, hypotheses: Sequence[Hypothesis], N: np.ndarray) -> 
             "prior": -2.0 * float(np.log(prior(problem, j.hypothesis))),
         }
         j.score = sum(v for k, v in j.terms.items() if k not in ("available", "independent"))
-    low = min(j.score for j in made)
-    weights = np.array([np.exp(-0.5 * (j.score - low)) for j in made])
-    for j, w in zip(made, weights / weights.sum(), strict=True):
-        j.probability = float(w)
     return sorted(made, key=lambda j: j.score)

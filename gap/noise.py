@@ -8,6 +8,11 @@ WINDOW = 40
 """Samples of a window within which the noise is estimated."""
 
 
+def rms(residual: np.ndarray) -> float:
+    """Root mean square."""
+    return float(np.sqrt(np.mean(residual * residual)))
+
+
 def quantum(y: np.ndarray) -> float:
     """The step of the converter if the readings y (n,) lie on a grid of fewer than 2^14 steps, otherwise 0."""
     levels = np.unique(y)

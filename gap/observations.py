@@ -118,6 +118,14 @@ class Observations:
                 made[b.place] = sensor.read(grids[b.run], x, b.t)
         return made
 
+    def whiten(self, model: np.ndarray) -> np.ndarray:
+        """Readings minus a long vector, in floors."""
+        return (self.y - model) / self.floor
+
+    def of_run(self, run: int) -> dict[str, Block]:
+        """The time series of a run by connector."""
+        return {b.connector: b for b in self.series if b.run == run}
+
     def slope(self, model: np.ndarray) -> np.ndarray:
         """Rate of change [unit/s] of a long vector along each block."""
         made = np.zeros(len(self.y))

@@ -21,6 +21,9 @@ import numpy as np
 from ..core.errors import SimulationError
 from ..master.session import Series, Session
 
+Say = Callable[[str], None]
+"""Is told what is being done."""
+
 
 @dataclass(frozen=True)
 class Job:

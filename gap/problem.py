@@ -9,6 +9,7 @@ from __future__ import annotations
 from collections import OrderedDict
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
+from functools import cached_property
 from typing import Any
 
 import numpy as np
@@ -125,7 +126,7 @@ class Problem:
         """Macro step of an estimation [s]."""
         return self.fine * self.factor
 
-    @property
+    @cached_property
     def unknowns(self) -> dict[str, Unknown]:
         """All unknowns by name."""
         return {u.name: u for u in (*self.base, *(u for c in self.candidates for u in c.unknowns))}
@@ -268,7 +269,6 @@ def pose(campaign: Campaign, catalogue: Catalogue, pool: Pool) -> Problem:
         for run in campaign.runs:
             if c.connector in run.series:
                 floors.setdefault(k, []).append(spread(_own(units.get(c.connector), run.series[c.connector][1])))
-    longest = 0.0
     for r, run in enumerate(campaign.runs):
         for k, c in enumerate(campaign.outputs):
             if c.connector not in run.series:
@@ -280,7 +280,6 @@ def pose(campaign: Campaign, catalogue: Catalogue, pool: Pool) -> Problem:
                 own = c.noise_std / (unit(units[c.connector]).factor if c.connector in units else 1.0)
                 floor = float(np.hypot(own, quantum(y) / np.sqrt(12.0)))
             t, y, m = thin(t, y)
-            longest = max(longest, float(t[-1]))
             blocks.append((r, k, c.connector, t, y, floor / np.sqrt(m), None, c.noise_std is not None))
     labels = [c.connector for c in campaign.outputs]
     for r, run in enumerate(campaign.runs):
@@ -326,13 +325,16 @@ def _own(own: str | None, values: np.ndarray) -> np.ndarray:
     return (values - u.offset) / u.factor
 
 
-def _address(name: str, values: Mapping[str, Any], where: str) -> tuple[str, ...]:
-    if name in values:
-        return (name,)
-    bare = tuple(a for a in values if a.split(".", 1)[1] == name)
-    if not bare:
+def matching(name: str, values: Mapping[str, Any]) -> tuple[str, ...]:
+    """The addresses that a name means: itself, or without a component that parameter wherever it exists."""
+    return (name,) if name in values else tuple(a for a in values if a.split(".", 1)[1] == name)
+
+
+def _addresses(name: str, values: Mapping[str, Any], where: str) -> tuple[str, ...]:
+    found = matching(name, values)
+    if not found:
         raise UnknownNameError(f"{where}: no component has a parameter '{name}'{did_you_mean(name, list(values))}")
-    return bare
+    return found
 
 
 def _base(
@@ -341,9 +343,9 @@ def _base(
     tolerances = {}
     values = runs[0].values
     for b in catalogue.base:
-        tolerances[_address(b.parameter, values, f"base {b.parameter}")] = b.tolerance
+        tolerances[_addresses(b.parameter, values, f"base {b.parameter}")] = b.tolerance
     for name, tolerance in campaign.base.items():
-        tolerances[_address(name, values, f"base {name}")] = tolerance
+        tolerances[_addresses(name, values, f"base {name}")] = tolerance
     made = []
     for addresses, tolerance in tolerances.items():
         if tolerance == 0.0:

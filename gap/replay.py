@@ -7,11 +7,13 @@ disturbed copies and added to the floor. Inputs that nobody measured keep what t
 
 from __future__ import annotations
 
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
 
 from ..master.session import Session
+from .noise import rms
 from .pool import Failure, Job
 from .problem import Point, Problem
 
@@ -62,7 +64,7 @@ def replays(problem: Problem, point: Point) -> list[Replay]:
     whole = problem.rows([point], problem.coarse, sources, keep=False)[0]
     if whole is None:
         return []
-    rates = _rates(sources, whole, problem.coarse)
+    rates = dict(rate_pairs(sources, whole[0], problem.coarse))
     made = []
     for component in components:
         mine = [(start, end) for start, end in links if end.startswith(f"{component}.")]
@@ -78,25 +80,33 @@ def replays(problem: Problem, point: Point) -> list[Replay]:
     return made
 
 
-def _rates(sources: tuple[str, ...], whole: list[np.ndarray], step: float) -> dict[str, str]:
-    """Signals that are the rate of another one, found in the model itself."""
-    found = {}
-    for i, a in enumerate(sources):
-        for j, b in enumerate(sources):
-            if i == j:
-                continue
-            v, dx = whole[0][:, i], np.gradient(whole[0][:, j], step)
-            if np.ptp(v) > 0 and np.ptp(dx) > 0 and np.sqrt(np.mean((v - dx) ** 2)) < 0.05 * np.std(v):
-                found[a] = b
+def rate_pairs(names: Sequence[str], rows: np.ndarray, step: float) -> list[tuple[str, str]]:
+    """(a, b) where signal a is the rate of signal b, found in rows (n, names) of the model itself."""
+    found = []
+    for i, a in enumerate(names):
+        for j, b in enumerate(names):
+            v, dx = rows[:, i], np.gradient(rows[:, j], step)
+            if i != j and np.ptp(v) > 0 and np.ptp(dx) > 0 and rms(v - dx) < 0.05 * np.std(v):
+                found.append((a, b))
     return found
 
 
-def _replay(problem, component, mine, outputs, sources, whole, rates, point) -> Replay | None:
+def _replay(
+    problem: Problem,
+    component: str,
+    mine: Sequence[tuple[str, str]],
+    outputs: tuple[str, ...],
+    sources: tuple[str, ...],
+    whole: list[np.ndarray],
+    rates: Mapping[str, str],
+    point: Point,
+) -> Replay | None:
+    """Runs the component alone; mine: (source, input) of its connections, whole: the sources' rows in all runs."""
     rng = np.random.default_rng(0)
     obs, step = problem.obs, problem.fine * min(2, problem.factor)
     jobs, assumed = [], set()
     for r, info in enumerate(problem.runs):
-        blocks = {b.connector: b for b in obs.series if b.run == r}
+        blocks = obs.of_run(r)
         grid = problem.grid(r, problem.coarse)
         changes = {k: v for k, v in problem.changes(r, point).items() if k.split(".", 1)[0] in (component, k)}
         for copy in range(1 + COPIES):
@@ -119,7 +129,7 @@ def _replay(problem, component, mine, outputs, sources, whole, rates, point) -> 
     results = problem.pool.run(jobs)
     if any(isinstance(x, Failure) for x in results):
         return None
-    rms, amplification = {}, {}
+    missed, amplification = {}, {}
     for k, connector in enumerate(outputs):
         energy, count, spread_, floor_ = 0.0, 0, 0.0, 0.0
         for b in obs.series:
@@ -136,9 +146,9 @@ def _replay(problem, component, mine, outputs, sources, whole, rates, point) -> 
             energy, count = energy + float(e @ e), count + len(e)
             spread_, floor_ = spread_ + float(passed.sum()), floor_ + float(np.sum(floor**2))
         if count:
-            rms[connector] = float(np.sqrt(energy / count))
+            missed[connector] = float(np.sqrt(energy / count))
             amplification[connector] = float(np.sqrt(spread_ / floor_))
-    if not rms:
+    if not missed:
         return None
     driven = tuple(s for s, _ in mine if s not in assumed)
-    return Replay(component, driven, tuple(sorted(assumed)), rms, amplification)
+    return Replay(component, driven, tuple(sorted(assumed)), missed, amplification)

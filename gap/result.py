@@ -11,17 +11,16 @@ import numpy as np
 
 from ..core.errors import OutputError
 from .experiment import Next
-from .heldout import rms
 from .intervals import WIDTH, parameter_std
 from .judge import Judged
-from .problem import Problem, Unknown
+from .noise import rms
+from .problem import Problem, Unknown, matching
 from .replay import Replay
 from .study import Study
 from .verdict import NONE, UNKNOWN, Cause
 from .where import Place
 
 SCHEMA = 1
-VERDICTS = {"explained", "no_significant_gap", "unknown_effect"}
 
 
 @dataclass
@@ -45,7 +44,7 @@ class Diagnosis:
 
     @property
     def verdict(self) -> str:
-        """One of VERDICTS: the most probable."""
+        """The most probable: explained, no_significant_gap or unknown_effect."""
         top = self.causes[0].effects
         return "no_significant_gap" if top == NONE else "unknown_effect" if top == UNKNOWN else "explained"
 
@@ -272,14 +271,13 @@ def parameter_set(d: Diagnosis) -> str:
     problem = d.study.problem
     point = d.chosen.hypothesis.fit.point
     changes = problem.changes(0, point)
-    own = {name: problem.runs[0].values.get(name) for name in changes}
+    values = problem.runs[0].values
     lines = []
     for name, value in sorted(changes.items()):
-        targets = [name] if own[name] is not None else [a for a in problem.runs[0].values if a.split(".", 1)[1] == name]
-        for target in targets:
-            if isinstance(value, bool) or isinstance(problem.runs[0].values[target], bool):
+        for target in matching(name, values):
+            if isinstance(value, bool) or isinstance(values[target], bool):
                 body = f"<ssv:Boolean value={quoteattr(str(bool(value)).lower())}/>"
-            elif isinstance(problem.runs[0].values[target], int):
+            elif isinstance(values[target], int):
                 body = f"<ssv:Integer value={quoteattr(str(int(value)))}/>"
             elif isinstance(value, str):
                 body = f"<ssv:String value={quoteattr(value)}/>"

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import time
-from collections.abc import Callable
 from dataclasses import dataclass, field, replace
 
 import numpy as np
@@ -13,9 +12,9 @@ from . import search
 from .campaign import Campaign, CampaignError
 from .catalogue import Catalogue
 from .fit import Fit, drive, nuisances, recorrect, settle
-from .heldout import rms
 from .judge import Judged, judge
-from .pool import Pool
+from .noise import rms
+from .pool import Pool, Say
 from .problem import COARSE_ERROR, FACTORS, Problem, check_units, pose
 from .search import Hypothesis, Secant
 from .unexplained import Structure, structure
@@ -29,9 +28,6 @@ FINALISTS = 4
 NEAR = 20.0
 """How far behind the best a hypothesis may be to be finished, in score."""
 
-Say = Callable[[str], None]
-
-
 @dataclass
 class Held:
     """Runs that the campaign holds out: posed apart, simulated only with what the others have taught."""
@@ -42,7 +38,7 @@ class Held:
     @property
     def before(self) -> np.ndarray:
         """Whitened residual of the model as delivered."""
-        return (self.problem.obs.y - self.delivered) / self.problem.obs.floor
+        return self.problem.obs.whiten(self.delivered)
 
     def after(self, fit: Fit, channels: int) -> np.ndarray:
         """Whitened residual at a fit's point, with its sensor biases and a clock of each run's own."""
@@ -92,7 +88,7 @@ class Study:
         """Whitened residual of the model as delivered, on the scoring data."""
         if self.held:
             return self.held.before
-        return (self.problem.obs.y - self.delivered) / self.problem.obs.floor
+        return self.problem.obs.whiten(self.delivered)
 
     def after(self, judged: Judged) -> np.ndarray:
         """Whitened residual of a hypothesis on the scoring data."""
@@ -137,15 +133,13 @@ def study(campaign: Campaign, catalogue: Catalogue, pool: Pool, say: Say = lambd
     stage("screening the effects")
     found = search.screen(problem, null.fit, N)
     hypotheses = [null]
-    singles: list[Hypothesis] = []
-    if null.fit.rms > 0.0:
-        stage("fitting single effects")
-        quiet = null.fit.rms < search.EXPLAINED
-        others = [] if quiet else search.other_starts(problem, null.fit, as_delivered, N)
-        singles = search.extend(problem, null, found, N, search.SINGLES // (2 if quiet else 1), search.KEPT, others)
-        if singles and singles[0].fit.rms > SETTLED:  # what is left may be the long steps' error, away from the anchor
-            singles[0] = _finish(problem, singles[0], N)
-        hypotheses += singles
+    stage("fitting single effects")
+    quiet = null.fit.rms < search.EXPLAINED
+    others = [] if quiet else search.other_starts(problem, null.fit, as_delivered, N)
+    singles = search.extend(problem, null, found, N, search.SINGLES // (2 if quiet else 1), search.KEPT, others)
+    if singles and singles[0].fit.rms > SETTLED:  # what is left may be the long steps' error, away from the anchor
+        singles[0] = _finish(problem, singles[0], N)
+    hypotheses += singles
     if singles and singles[0].fit.rms > SETTLED:
         stage("fitting pairs of effects")
         hypotheses += _pairs(problem, singles, found, N)

@@ -6,7 +6,7 @@ from typing import Any
 
 import numpy as np
 
-from ..heldout import rms
+from ..noise import rms
 from ..replay import Replay
 from ..result import Diagnosis
 from ..study import Study

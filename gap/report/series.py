@@ -6,7 +6,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from ..heldout import folds, rms
+from ..heldout import folds
+from ..noise import rms
 from ..observations import Observations
 from ..problem import Problem
 from ..replay import smooth

@@ -8,7 +8,7 @@ from typing import Any
 
 import numpy as np
 
-from ..heldout import rms
+from ..noise import rms
 from ..problem import Problem, Unknown
 from ..result import Diagnosis
 from ..verdict import NONE, UNKNOWN, Cause

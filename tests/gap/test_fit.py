@@ -5,8 +5,9 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 from deepsea_cosim.gap.fit import correlation_time, dispersion, drive, fit, nuisances
-from deepsea_cosim.gap.heldout import folds, left_out, rms
+from deepsea_cosim.gap.heldout import folds, left_out
 from deepsea_cosim.gap.intervals import parameter_std
+from deepsea_cosim.gap.noise import rms
 from deepsea_cosim.gap.observations import gather
 from deepsea_cosim.gap.problem import Unknown
 
