@@ -11,13 +11,16 @@
     text, signal                    parameter, values                   connector, noise_std
     above, below, rate, size
 
+    [estimation]
+    parameters = {address = value}: settings for runs at longer steps than the package's, a solver's tolerance
+
 A third party makes its own effects known to the diagnosis by writing such a file for its own FMU.
 """
 
 from __future__ import annotations
 
 import tomllib
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from math import inf
 from pathlib import Path
 from typing import Any
@@ -135,6 +138,8 @@ class Catalogue:
     regions: tuple[Region, ...] = ()
     experiments: tuple[Experiment, ...] = ()
     measurables: tuple[Measurable, ...] = ()
+    estimation: dict[str, Any] = field(default_factory=dict)
+    """Settings of the runs at longer steps than the package's, by address."""
 
     def effect(self, id: str) -> Effect | None:
         """The effect of that id."""
@@ -224,6 +229,9 @@ def parse(text: str, shown: str = "effects.toml") -> Catalogue:
         if not noise > 0.0:
             raise reader.fault(entry, f"'noise_std' = {noise:g} has to be positive")
         measurables.append(Measurable(reader.get(table, entry, "connector", str), noise))
+    estimation = {}
+    if "estimation" in data:
+        estimation = reader.get(data["estimation"], "estimation", "parameters", dict)
     ids = [e.id for e in (*effects, *sensors)]
     for id in ids:
         if ids.count(id) > 1:
@@ -231,7 +239,7 @@ def parse(text: str, shown: str = "effects.toml") -> Catalogue:
     if not effects and not sensors:
         raise PackageError(f"{shown}: holds no effects")
     return Catalogue(
-        tuple(effects), tuple(sensors), tuple(base), regions, tuple(experiments), tuple(measurables)
+        tuple(effects), tuple(sensors), tuple(base), regions, tuple(experiments), tuple(measurables), estimation
     )  # fmt: skip
 
 

@@ -173,6 +173,8 @@ class Problem:
             mine = []
             for r, info in enumerate(self.runs):
                 changes = self.changes(r, point)
+                if step > self.fine:
+                    changes = {**self.catalogue.estimation, **changes}
                 key = (r, step, record, tuple(sorted((k, repr(v)) for k, v in changes.items())))
                 mine.append(key)
                 if key not in self._kept and key not in jobs:
@@ -298,6 +300,8 @@ def pose(campaign: Campaign, catalogue: Catalogue, pool: Pool) -> Problem:
     connectors = list(dict.fromkeys(b[2] for b in blocks))
     base = _base(campaign, catalogue, runs, warnings)
     candidates = _candidates(campaign, catalogue, runs, obs, warnings)
+    for name in catalogue.estimation:
+        _addresses(name, runs[0].values, "estimation")
     return Problem(
         campaign, catalogue, pool, runs, obs, connectors, units, base, candidates, fine, labels, 1, warnings,
         parameter_units, signals,

@@ -22,6 +22,9 @@ from .unexplained import Structure, structure
 SETTLED = 1.05
 """Held-out RMS below which nothing is left to explain, in floors."""
 
+ROUNDS, STAYED = 3, 0.1
+"""Rounds in which a fit is finished at most; it is when its model moves less than this, in floors."""
+
 FINALISTS = 4
 """Hypotheses whose fits are finished with runs at the package's step."""
 
@@ -187,22 +190,21 @@ def _choose_step(problem: Problem, delivered: np.ndarray) -> None:
 
 
 def _finish(problem: Problem, h: Hypothesis, N: np.ndarray) -> Hypothesis:
-    """The hypothesis fitted with runs that are exact at its point."""
-    for _ in range(2):
+    """The hypothesis fitted with runs that are exact at its point and derivatives found there.
+
+    Intervals and refits without a fold rest on these derivatives, so rounds go on until the fit stays where it is.
+    """
+    for _ in range(ROUNDS):
         try:
             exact = problem.anchor(h.fit.point)
         except SimulationError:
             return h
-        moved = rms((exact - h.fit.model) / problem.obs.floor)
-        h = Hypothesis(h.candidates, recorrect(h.fit, problem, exact, N))
-        if moved < 0.03:
+        start = recorrect(h.fit, problem, exact, N)
+        found = drive(problem, [search.carry_on(problem, start, N, 4, fresh=True)])[0]
+        h = Hypothesis(h.candidates, start if found is None else found)
+        if rms((h.fit.model - exact) / problem.obs.floor) < STAYED:
             break
-        found = drive(problem, [search.carry_on(problem, h.fit, N, 4)])[0]
-        if found is not None:
-            h = Hypothesis(h.candidates, found)
-    # derivatives anew: intervals and refits without a fold rest on them
-    found = drive(problem, [search.carry_on(problem, h.fit, N, 0, fresh=True)])[0]
-    return Hypothesis(h.candidates, found) if found is not None else h
+    return h
 
 
 def _pairs(problem: Problem, singles: list[Hypothesis], found: list[Secant], N: np.ndarray) -> list[Hypothesis]:

@@ -16,6 +16,9 @@ from .judge import Judged
 
 NONE, UNKNOWN = ("none",), ("unknown",)
 
+NOTHING = 0.02
+"""Energy beyond the floor, per reading and in floors squared, below which nothing is left."""
+
 
 @dataclass
 class Cause:
@@ -27,12 +30,13 @@ class Cause:
     ambiguous_with: list[tuple[str, ...]]
 
 
-def features(before: float, null: float, best: float, share: float) -> np.ndarray:
-    """What "unknown" is judged by: gaps (RMS in floors) as delivered, refitted, of the best; predictable share left."""
-    best_excess, null_excess = max(best**2 - 1.0, 1e-3), max(null**2 - 1.0, 1e-3)
-    return np.array(
-        [1.0, np.log(best_excess), np.log(min(1.0, best_excess / null_excess)), share, np.log(null_excess)]
-    )  # fmt: skip
+def features(null: float, best: float, share: float) -> np.ndarray:
+    """What "unknown" is judged by: gaps (RMS in floors) refitted and of the best hypothesis; predictable share left.
+
+    A constant, the log of the energy left beyond the floor, that of its ratio to the refit's, and the share.
+    """
+    best_excess, null_excess = max(best**2 - 1.0, NOTHING), max(null**2 - 1.0, NOTHING)
+    return np.array([1.0, np.log(best_excess), np.log(min(1.0, best_excess / null_excess)), share])
 
 
 def unknown_probability(calibration: Calibration, x: np.ndarray) -> float:

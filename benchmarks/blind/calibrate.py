@@ -16,6 +16,7 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
+from deepsea_cosim.gap.verdict import features
 
 INDEPENDENT = (30.0, 50.0, 75.0, 100.0, 150.0, 200.0, 300.0, 500.0)
 TEMPERATURE = (1.0, 1.5, 2.0, 3.0, 4.0, 6.0)
@@ -53,11 +54,19 @@ def likelihood(cases: list[tuple[dict[str, Any], dict[str, Any]]], n: float, tem
     return total / len(cases)
 
 
+def features_of(diagnosis: dict[str, Any]) -> np.ndarray:
+    """What "unknown" is judged by, from the figures of a diagnosis."""
+    tried = diagnosis["evidence"]["hypotheses"]
+    null = next(h["held_out_rms"] for h in tried if not h["effects"])
+    best = next((h["held_out_rms"] for h in tried if h["effects"]), null)
+    return features(null, min(best, null), diagnosis["unexplained"]["predictable_share"])
+
+
 def unknown(cases: list[tuple[dict[str, Any], dict[str, Any]]]) -> list[float]:
     """Weights of the features of "unknown"."""
     from sklearn.linear_model import LogisticRegression
 
-    X = np.array([d["evidence"]["unknown_features"][1:] for _, d in cases])
+    X = np.array([features_of(d)[1:] for _, d in cases])
     y = np.array([a["kind"] == "unknown" for a, _ in cases])
     spread = X.std(0) + 1e-9
     model = LogisticRegression(C=1.0).fit(X / spread, y)

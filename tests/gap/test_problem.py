@@ -1,0 +1,45 @@
+"""What a point means for the runs of a campaign."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from deepsea_cosim.core.errors import UnknownNameError
+from deepsea_cosim.gap.campaign import read
+from deepsea_cosim.gap.catalogue import load
+from deepsea_cosim.gap.pool import Pool
+from deepsea_cosim.gap.problem import matching, pose
+
+from .oscillator import campaign, measure
+
+
+def test_a_bare_name_means_every_component():
+    values = {"a.depth": 1.0, "b.depth": 1.0, "b.k": 2.0}
+    assert matching("depth", values) == ("a.depth", "b.depth")
+    assert matching("b.depth", values) == ("b.depth",)
+    assert matching("width", values) == ()
+
+
+@pytest.fixture
+def posed(toys, tmp_path):
+    told = read(campaign(tmp_path, toys, [measure(1, lambda t, x, v: 0.0)]))
+    return told, load(told.effects)
+
+
+def test_estimation_settings_hold_at_longer_steps_only(posed):
+    told, catalogue = posed
+    with Pool(told.system, processes=1) as pool:
+        plain = pose(told, catalogue, pool)
+        quick = pose(told, replace(catalogue, estimation={"o.d": 30.0}), pool)
+        quick.factor = plain.factor = 2
+        np.testing.assert_array_equal(quick.exact([{}])[0], plain.exact([{}])[0])
+        assert not np.allclose(quick.evaluate([{}])[0], plain.evaluate([{}])[0])
+        # and the anchor takes out what they change
+        quick.anchor({})
+        np.testing.assert_allclose(quick.evaluate([{}])[0], plain.exact([{}])[0], atol=1e-12)
+
+
+def test_an_estimation_setting_that_nobody_has(posed):
+    told, catalogue = posed
+    with pytest.raises(UnknownNameError, match="estimation: no component has a parameter"):
+        pose(told, replace(catalogue, estimation={"o.rtol": 1.0}), None)
