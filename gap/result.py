@@ -180,6 +180,7 @@ def make(d: Diagnosis) -> dict[str, Any]:
     made["evidence"] = evidence(d)
     if any(b.moment is not None for b in problem.obs.blocks):
         made["events"] = events(d)
+        made["contrasts"] = contrasts(d)
     if d.next is not None:
         made["next_experiment"] = _step(d.next)
     if d.channel is not None:
@@ -209,6 +210,28 @@ def events(d: Diagnosis) -> list[dict[str, Any]]:
              "measured": float(b.y[0]), "std": b.floor, "delivered": float(s.delivered[b.place][0]),
              **{name: float(fit.model[b.place][0]) for name, fit in fits.items()}}
         )  # fmt: skip
+    return made
+
+
+def contrasts(d: Diagnosis) -> list[dict[str, Any]]:
+    """How much longer a moment took in one run than in another that differs in one stated condition only [s].
+
+    What such runs share, errors of the base parameters above all, cancels in the difference.
+    """
+    found = events(d)
+    stated = {run.name: run.parameters for run in d.study.problem.campaign.runs}
+    keys = ("measured", "delivered", "refitted", "with_cause")
+    made = []
+    for i, a in enumerate(found):
+        for b in found[i + 1 :]:
+            ours, theirs = stated[a["run"]], stated[b["run"]]
+            changed = [k for k in {**ours, **theirs} if ours.get(k) != theirs.get(k)]
+            if a["event"] == b["event"] and len(changed) == 1 and not (a["limit"] or b["limit"]):
+                apart = {k: a[k] - b[k] for k in keys}
+                std = float(np.hypot(a["std"], b["std"]))
+                made.append(
+                    {"runs": [a["run"], b["run"]], "event": a["event"], "changed": changed[0], **apart, "std": std}
+                )
     return made
 
 

@@ -134,6 +134,13 @@ def lines(data: dict[str, Any]) -> list[str]:
                 f"  {e['run'] + ', ' + e['event']:<58}{measured:>18}{e['delivered']:>11.3f}{e['refitted']:>11.3f}"
                 f"{e['with_cause']:>11.3f}"
             )
+        if data["contrasts"]:
+            made += ["", "how much longer than in the run that differs in one condition only [s]"]
+        for e in data["contrasts"]:
+            made.append(
+                f"  {' than '.join(e['runs']) + ', ' + e['event']:<58}{e['measured']:>18.3f}{e['delivered']:>11.3f}"
+                f"{e['refitted']:>11.3f}{e['with_cause']:>11.3f}"
+            )
     made += ["", "where the refitted model still misses"]
     for w in data["where"][:4]:
         made.append(f"  {w['share']:>6.1%}  {w['channel']:<26}{w['region']}")

@@ -72,6 +72,9 @@ def view(d: Diagnosis, data: dict[str, Any]) -> dict[str, Any]:
         "reduction": _reduction(data["gap"]),
         "channels": _channels(d),
         **_pictures(d, best_name),
+        "contrasts": [
+            {k: short(v) if isinstance(v, float) else v for k, v in c.items()} for c in data.get("contrasts", [])
+        ],
         "where": location.where(d),
         "regions": location.regions(d, best_name),
         "bands": location.bands(d),

@@ -134,6 +134,11 @@ def test_moments_are_measurements_too(toys, tmp_path):
     for e in data["events"]:
         assert e["with_cause"] == pytest.approx(e["measured"], abs=0.05)
     assert data["verdict"] != "unknown_effect"
+    assert [c["changed"] for c in data["contrasts"]] == ["o.d"] * 3
+    first = data["contrasts"][0]
+    assert first["runs"] == ["d 2.0", "d 3.0"]
+    assert first["measured"] == pytest.approx(_settles(2.0) - _settles(3.0), abs=1e-3)
+    assert first["std"] == pytest.approx(0.01 * np.sqrt(2.0))
 
 
 def _settles(d, m=2.0, k=80.0, force=2.0):
