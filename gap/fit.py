@@ -30,8 +30,8 @@ LEAST = 600.0
 MOVED = 0.5
 """How far a fit goes, in prior standard deviations, before its derivatives are too old to end with."""
 
-DIFFERENCE = 0.2
-"""Step of a finite difference, in u."""
+DIFFERENCE, FINE_DIFFERENCE = 0.2, 0.05
+"""Step of a finite difference, in u: on the way, and near the end, where kinks of the model matter."""
 
 
 @dataclass
@@ -172,24 +172,27 @@ def settle(problem: Problem, model: np.ndarray, N: np.ndarray, phi: float) -> tu
     return q, lin.r - lin.A @ q
 
 
-def difference_points(unknowns: Sequence[Unknown], u: np.ndarray, which: Sequence[int]) -> list[tuple[int, float]]:
+def difference_points(
+    unknowns: Sequence[Unknown], u: np.ndarray, which: Sequence[int], difference: float
+) -> list[tuple[int, float]]:
     """(index, step) of finite differences that stay within the bounds."""
     made = []
     for j in which:
         x = unknowns[j]
-        h = min(DIFFERENCE, 0.5 * (x.high - x.low))
+        h = min(difference, 0.5 * (x.high - x.low))
         made.append((j, h if u[j] + h <= x.high else -h))
     return made
 
 
 def renew(
-    J: np.ndarray, unknowns: Sequence[Unknown], u: np.ndarray, model: np.ndarray, which: Sequence[int]
+    J: np.ndarray, unknowns: Sequence[Unknown], u: np.ndarray, model: np.ndarray, which: Sequence[int],
+    difference: float,
 ) -> Generator[list[Point], list[np.ndarray | None], None]:
     """Write the derivatives by some unknowns into J (n, k), by finite differences; a failing run gives the other side.
 
     A derivative that cannot be found on either side is zero.
     """
-    steps = difference_points(unknowns, u, which)
+    steps = difference_points(unknowns, u, which, difference)
     names = [x.name for x in unknowns]
 
     def at(j: int, h: float) -> dict[str, float]:
@@ -222,6 +225,7 @@ def fit(
     model: np.ndarray | None = None,
     refreshes: int = 0,
     least: float = LEAST,
+    difference: float = DIFFERENCE,
 ) -> Ask:
     """Lower the cost from u (k,) in at most that many iterations.
 
@@ -246,7 +250,7 @@ def fit(
     J = jacobian.copy()
     missing = np.flatnonzero(~known)
     if len(missing):
-        yield from renew(J, unknowns, u, model, missing)
+        yield from renew(J, unknowns, u, model, missing, difference)
     q, residual = settle(problem, model, N, 1.0)
     mine = dispersion(problem, residual, least)
     q, residual = settle(problem, model, N, mine)
@@ -261,7 +265,7 @@ def fit(
     for count in range(iterations):
         tired = small >= 2 or poor or count == iterations // 2
         if refreshes > 0 and tired and np.any(np.abs(u - seen_at) / sd > MOVED):
-            yield from renew(J, unknowns, u, model, range(len(u)))
+            yield from renew(J, unknowns, u, model, range(len(u)), difference)
             radius = np.maximum(radius, 0.5)
             refreshes, stale, small, poor, seen_at = refreshes - 1, False, 0, False, u.copy()
         if small >= 2:
@@ -277,7 +281,7 @@ def fit(
                 small = 2
                 continue
             if stale:  # the derivative is old where the fit moved: look again before giving up
-                yield from renew(J, unknowns, u, model, np.flatnonzero(adaptive))
+                yield from renew(J, unknowns, u, model, np.flatnonzero(adaptive), difference)
                 stale = False
                 continue
             converged = True
@@ -307,7 +311,7 @@ def fit(
             poor = True
             radius = 0.3 * np.maximum(np.abs(d), 1e-3)
             if refreshes == 0 and (stale or np.any(adaptive)):
-                yield from renew(J, unknowns, u, model, np.flatnonzero(adaptive))
+                yield from renew(J, unknowns, u, model, np.flatnonzero(adaptive), difference)
                 stale = False
     return Fit(unknowns, u, model, J, q, residual, mine, converged)
 

@@ -6,13 +6,14 @@ residual it explains once base parameters and nuisances may follow. Only what sc
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
+from contextlib import contextmanager
 from dataclasses import dataclass, field, replace
 from itertools import product
 
 import numpy as np
 
-from .fit import LEAST, Ask, Fit, Linear, drive, fit
+from .fit import DIFFERENCE, LEAST, Ask, Fit, Linear, drive, fit, recorrect
 from .problem import Candidate, Problem
 
 SINGLES = 10
@@ -36,8 +37,15 @@ STARTS, STARTS_KEPT = 6, 2
 STRAINED = 0.8
 """Mean square of the base parameters, in prior standard deviations, beyond which a null's fit is not to be trusted."""
 
+MUCH = 3.0
+"""RMS of a null's fit beyond which large effects are looked for as such."""
+
 EXPLAINED = 1.05
 """RMS of a fit that leaves nothing to look for."""
+
+STUCK, RELAXED, HUBER = 1.3, 5, 2.0
+"""RMS of a null's fit that is tried once more in another way; the rounds of that, in which what stands out counts less;
+and from which multiple of a block's usual size."""
 
 SCREENED = 12_000
 """Readings that screening looks at."""
@@ -97,11 +105,45 @@ def null(problem: Problem, start: np.ndarray, N: np.ndarray) -> tuple[Hypothesis
     delivered = drive(problem, [fit(problem, problem.base, np.zeros(k), N, J, known, 0, model=start, least=0.0)])[0]
     assert delivered is not None
     # first gently, as if the misfit were all structure; then as if enough readings were independent
-    gentle = drive(problem, [carry_on(problem, delivered, N, 8, refreshes=2, least=0.0)])[0]
-    assert gentle is not None
-    found = drive(problem, [carry_on(problem, gentle, N, 16, fresh=True, refreshes=3)])[0]
+    gentle = _went(problem, carry_on(problem, delivered, N, 8, refreshes=2, least=0.0))
+    found = Hypothesis((), _went(problem, carry_on(problem, gentle, N, 16, fresh=True, refreshes=3)))
+    if found.fit.rms > STUCK:
+        found = min(found, Hypothesis((), _without_what_stands_out(problem, delivered, N)), key=lambda h: h.merit)
+    return found, delivered
+
+
+def _without_what_stands_out(problem: Problem, at: Fit, N: np.ndarray) -> Fit:
+    for k in range(RELAXED):
+        late = k >= RELAXED // 2
+        with relaxed(problem, recorrect(at, problem, at.model, N).residual):
+            at = _went(problem, carry_on(problem, at, N, 4, fresh=k == RELAXED // 2, least=LEAST if late else 0.0))
+    return _went(problem, carry_on(problem, at, N, 12, fresh=True, refreshes=2))
+
+
+def _went(problem: Problem, ask: Ask) -> Fit:
+    """The outcome of a fit that starts where the model has run."""
+    found = drive(problem, [ask])[0]
     assert found is not None
-    return Hypothesis((), found), delivered
+    return found
+
+
+@contextmanager
+def relaxed(problem: Problem, residual: np.ndarray) -> Iterator[None]:
+    """Floors raised where a residual stands out from its block by more than `HUBER` times (Huber's weights).
+
+    A late switch, a spike or a swing out of phase would hide from a fit in which direction the rest lies.
+    """
+    floor = problem.obs.floor
+    raised = floor.copy()
+    for b in problem.obs.series:
+        size = np.abs(residual[b.place])
+        usual = HUBER * max(1.0, float(np.median(size)) / 0.6745)
+        raised[b.place] *= np.sqrt(np.maximum(size / usual, 1.0))
+    problem.obs.floor = raised
+    try:
+        yield
+    finally:
+        problem.obs.floor = floor
 
 
 def _point(candidate: Candidate, size: float, shape: Sequence[float]) -> dict[str, float]:
@@ -201,13 +243,15 @@ def screen(problem: Problem, at: Fit, N: np.ndarray) -> list[Secant]:
 def other_starts(problem: Problem, at: Fit, delivered: Fit, N: np.ndarray) -> list[Secant]:
     """Secants from the model as delivered, those that explain most of its gap first.
 
-    Where the null's fit has strained the base parameters it may have gone far from the truth, and a large effect is
-    found more surely from where the base parameters are what is stated.
+    Where the null's fit has strained the base parameters, or leaves much, it may have gone far from the truth, and a
+    large effect is found more surely from where the base parameters are what is stated, and at a size of its own.
     """
-    if at.penalty() < STRAINED * len(at.u):
+    much = at.rms > MUCH
+    if at.penalty() < STRAINED * len(at.u) and not much:
         return []
     plain = [c for c in problem.candidates if not any(u.shape or u.kind == "sensor" for u in c.unknowns)]
-    found = secants(problem, delivered, [(c, s) for c in plain for s in _sizes(c, 1.0)])
+    sizes = (1.0, 3.0) if much else (1.0,)
+    found = secants(problem, delivered, [(c, s) for c in plain for size in sizes for s in _sizes(c, size)])
     weigh(problem, at, N, found)
     best: dict[str, Secant] = {}
     for s in sorted(found, key=lambda s: -s.own):
@@ -239,13 +283,28 @@ def _ask(problem: Problem, s: Secant, N: np.ndarray, iterations: int) -> Ask:
 
 def carry_on(
     problem: Problem, at: Fit, N: np.ndarray, iterations: int, fresh: bool = False, refreshes: int = 0,
-    least: float = LEAST,
+    least: float = LEAST, difference: float = DIFFERENCE,
 ) -> Ask:  # fmt: skip
     """Goes on with a fit; fresh: with all derivatives found anew."""
     known = np.full(len(at.unknowns), not fresh)
     return fit(
-        problem, at.unknowns, at.u, N, at.jacobian, known, iterations, model=at.model, refreshes=refreshes, least=least
-    )
+        problem, at.unknowns, at.u, N, at.jacobian, known, iterations, model=at.model, refreshes=refreshes, least=least,
+        difference=difference,
+    )  # fmt: skip
+
+
+def without_one(problem: Problem, h: Hypothesis) -> list[Hypothesis]:
+    """The hypotheses that lack one effect of h, where h stands; their fits have yet to be carried on."""
+    made = []
+    for gone in h.candidates:
+        kept = np.array([x not in gone.unknowns for x in h.fit.unknowns])
+        unknowns = tuple(x for x, keep in zip(h.fit.unknowns, kept, strict=True) if keep)
+        u = h.fit.u[kept]
+        model = problem.evaluate([dict(zip([x.name for x in unknowns], u.tolist(), strict=True))])[0]
+        if model is not None:
+            fit = replace(h.fit, unknowns=unknowns, u=u, model=model, jacobian=h.fit.jacobian[:, kept])
+            made.append(Hypothesis(tuple(c for c in h.candidates if c is not gone), fit))
+    return made
 
 
 def extend(

@@ -11,7 +11,7 @@ from ..core.errors import SimulationError
 from . import search
 from .campaign import Campaign, CampaignError
 from .catalogue import Catalogue
-from .fit import Fit, drive, nuisances, recorrect, settle
+from .fit import DIFFERENCE, FINE_DIFFERENCE, Fit, drive, nuisances, recorrect, settle
 from .judge import Judged, judge
 from .noise import rms
 from .pool import Pool, Say
@@ -22,8 +22,12 @@ from .unexplained import Structure, structure
 SETTLED = 1.05
 """Held-out RMS below which nothing is left to explain, in floors."""
 
-ROUNDS, STAYED = 3, 0.1
-"""Rounds in which a fit is finished at most; it is when its model moves less than this, in floors."""
+NEARLY = 1.5
+"""How much more than the best a hypothesis without one of its effects may leave to be fitted once more from there."""
+
+ROUNDS, STAYED, GAINED = 5, 0.1, 0.005
+"""Rounds in which a fit is finished at most; it is when its model moves less than this, in floors, or when its residual
+has become smaller by less than this share."""
 
 FINALISTS = 4
 """Hypotheses whose fits are finished with runs at the package's step."""
@@ -151,12 +155,13 @@ def study(campaign: Campaign, catalogue: Catalogue, pool: Pool, say: Say = lambd
     for j in judged[:FINALISTS]:
         if j.hypothesis.candidates and j.score < judged[0].score + NEAR:
             j.hypothesis = _finish(problem, j.hypothesis, N)
-    judged = judge(problem, [j.hypothesis for j in judged], N)
+    hypotheses = [j.hypothesis for j in judged]
+    best = judge(problem, hypotheses, N)[0].hypothesis
+    judged = judge(problem, _backward(problem, hypotheses, best, N), N)
     stage("looking at what is left")
-    best = judged[0]
-    rows = problem.rows([best.hypothesis.fit.point], problem.coarse)[0]
+    rows = problem.rows([judged[0].hypothesis.fit.point], problem.coarse)[0]
     assert rows is not None
-    left = structure(problem, best.held_out, rows, problem.coarse)
+    left = structure(problem, judged[0].held_out, rows, problem.coarse)
     return Study(problem, held, delivered, numerical, N, null, judged, found, left, stages)
 
 
@@ -194,17 +199,39 @@ def _finish(problem: Problem, h: Hypothesis, N: np.ndarray) -> Hypothesis:
 
     Intervals and refits without a fold rest on these derivatives, so rounds go on until the fit stays where it is.
     """
-    for _ in range(ROUNDS):
+    for k in range(ROUNDS):
         try:
             exact = problem.anchor(h.fit.point)
         except SimulationError:
             return h
         start = recorrect(h.fit, problem, exact, N)
-        found = drive(problem, [search.carry_on(problem, start, N, 4, fresh=True)])[0]
-        h = Hypothesis(h.candidates, start if found is None else found)
-        if rms((h.fit.model - exact) / problem.obs.floor) < STAYED:
+        difference = FINE_DIFFERENCE if k else DIFFERENCE
+        found = drive(problem, [search.carry_on(problem, start, N, 10, fresh=True, difference=difference)])[0]
+        if found is None:
+            return Hypothesis(h.candidates, start)
+        h = Hypothesis(h.candidates, found)
+        if rms((found.model - exact) / problem.obs.floor) < STAYED or found.rms > (1.0 - GAINED) * start.rms:
             break
-    return h
+    if k:  # a derivative that has to serve for larger moves
+        found = drive(problem, [search.carry_on(problem, h.fit, N, 0, fresh=True)])[0]
+    return Hypothesis(h.candidates, found) if found is not None else h
+
+
+def _backward(problem: Problem, hypotheses: list[Hypothesis], best: Hypothesis, N: np.ndarray) -> list[Hypothesis]:
+    """The hypotheses, those that lack one of the best one's effects refitted from where it stands if that is better.
+
+    An effect must not win because the fit without it has stopped on its way.
+    """
+    made = {h.label: h for h in hypotheses}
+    for smaller in search.without_one(problem, best):
+        known = made.get(smaller.label)
+        if known is None or known.fit.rms > NEARLY * best.fit.rms:
+            continue
+        found = drive(problem, [search.carry_on(problem, smaller.fit, N, 10, fresh=True, refreshes=1)])[0]
+        if found is not None:
+            again = _finish(problem, Hypothesis(smaller.candidates, found), N)
+            made[smaller.label] = min(known, again, key=lambda h: h.merit)
+    return list(made.values())
 
 
 def _pairs(problem: Problem, singles: list[Hypothesis], found: list[Secant], N: np.ndarray) -> list[Hypothesis]:
