@@ -277,6 +277,19 @@ def load(folder: Path, diagnoses: Path, skip_missing: bool) -> tuple[list[Outcom
     return outcomes, ids
 
 
+def as_csv(outcomes: list[Outcome], ids: dict[str, Names]) -> str:
+    """Truth and statement of every case."""
+    lines = ["case,kind,true,size,said,probability,p_true,right,group,reduction,wall_s"]
+    for o in outcomes:
+        p_true = sum(p for names, p in o.said.probabilities if same(o.true.names, names))
+        true = " + ".join(ids.get(o.case, o.true.names))
+        lines.append(
+            f"{o.case},{o.true.kind},{true},{o.true.size:.2f},{' + '.join(o.said.names)},{o.said.top[1]:.3f},{p_true:.3f},"
+            f"{int(o.exact)},{int(o.grouped)},{o.said.reduction:.3f},{o.said.seconds:.0f}"
+        )
+    return "\n".join(lines) + "\n"
+
+
 def main() -> None:
     """Command line."""
     p = argparse.ArgumentParser(prog="benchmarks.blind.score", description="Scores diagnoses against the answers.")
@@ -284,6 +297,7 @@ def main() -> None:
     p.add_argument("--diagnoses", type=Path, help="folder of the diagnoses (default: FOLDER/diagnoses)")
     p.add_argument("--json", type=Path, help="write the scores there")
     p.add_argument("--markdown", type=Path, help="write them as Markdown")
+    p.add_argument("--csv", type=Path, help="write a row per case there")
     p.add_argument("--count-missing", action="store_true", help="a case not yet diagnosed counts as failed")
     options = p.parse_args()
     diagnoses = options.diagnoses or options.folder / "diagnoses"
@@ -296,6 +310,8 @@ def main() -> None:
         options.json.write_text(json.dumps(result, indent=1) + "\n", encoding="utf-8")
     if options.markdown:
         options.markdown.write_text(as_markdown(result), encoding="utf-8")
+    if options.csv:
+        options.csv.write_text(as_csv(outcomes, ids), encoding="utf-8")
 
 
 if __name__ == "__main__":

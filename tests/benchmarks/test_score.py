@@ -8,7 +8,7 @@ import pytest
 from benchmarks.blind import score as module
 from benchmarks.blind.report import as_markdown, as_text
 from benchmarks.blind.run import diagnose
-from benchmarks.blind.score import Outcome, Said, Truth, calibration_error, load, plain, same, score
+from benchmarks.blind.score import Outcome, Said, Truth, as_csv, calibration_error, load, plain, same, score
 
 
 def answer(kind, *effects, size=5.0):
@@ -160,6 +160,13 @@ def test_files(tmp_path, monkeypatch, capsys):
     module.main()
     assert "exact top-1" in capsys.readouterr().out
     assert json.loads((tmp_path / "s.json").read_text())["exact_top1"]["share"] == 1.0
+
+
+def test_rows_of_cases():
+    a = answer("single", effect("payload_error", "buoyancy_error"))
+    text = as_csv([outcome(a, diagnosis("explained", (["payload_error"], 0.8), (["none"], 0.2)))], {})
+    head, row = text.splitlines()
+    assert dict(zip(head.split(","), row.split(","), strict=True))["right"] == "1"
 
 
 def test_a_case_that_fails_is_marked(tmp_path):
