@@ -282,9 +282,9 @@ def as_csv(outcomes: list[Outcome], ids: dict[str, Names]) -> str:
     lines = ["case,kind,true,size,said,probability,p_true,right,group,reduction,wall_s"]
     for o in outcomes:
         p_true = sum(p for names, p in o.said.probabilities if same(o.true.names, names))
-        true = " + ".join(ids.get(o.case, o.true.names))
+        true, said = " + ".join(ids.get(o.case, o.true.names)), " + ".join(o.said.names)
         lines.append(
-            f"{o.case},{o.true.kind},{true},{o.true.size:.2f},{' + '.join(o.said.names)},{o.said.top[1]:.3f},{p_true:.3f},"
+            f"{o.case},{o.true.kind},{true},{o.true.size:.2f},{said},{o.said.top[1]:.3f},{p_true:.3f},"
             f"{int(o.exact)},{int(o.grouped)},{o.said.reduction:.3f},{o.said.seconds:.0f}"
         )
     return "\n".join(lines) + "\n"
