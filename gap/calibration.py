@@ -27,9 +27,12 @@ class Calibration:
     unknown: tuple[float, ...]
     """Weights of the features of "unknown", the constant first."""
 
+    misjudged: float = 0.0
+    """Least probability of "unknown", and of its opposite: a search may have failed."""
+
     @classmethod
     def load(cls) -> Calibration:
         """The calibration that is shipped."""
         data = json.loads(files(__package__).joinpath("calibration.json").read_text(encoding="utf-8"))
         numbers = (float(data[key]) for key in ("independent", "temperature", "lapse"))
-        return cls(*numbers, tuple(map(float, data["unknown"])))
+        return cls(*numbers, tuple(map(float, data["unknown"])), float(data["misjudged"]))

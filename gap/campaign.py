@@ -239,7 +239,7 @@ def _run(table: dict[str, Any], where: str, folder: Path, channels: tuple[Channe
                 raise CampaignError(f"{path}: '{channel.column}' has {there.sum()} samples; {MIN_SAMPLES} are needed")
             warnings.append(f"{path.name}: '{channel.column}' was not measured in this run")
             continue
-        values = convert(raw[there], channel.unit, _si(channel.unit))
+        values = convert(raw[there], channel.unit, si(channel.unit))
         if channel.role == "output" and np.ptp(values) == 0.0:
             warnings.append(f"{path.name}: '{channel.column}' is constant: a dead sensor?")
         series[channel.connector] = (time[there], values)
@@ -263,7 +263,7 @@ def _event(table: dict[str, Any], where: str) -> Event:
     return Event(_key(table, where, "connector", str), **values, **told)
 
 
-def _si(name: str) -> str:
+def si(name: str) -> str:
     """The SI unit of the same quantity in the project's table."""
     from ..core.units import UNITS
 

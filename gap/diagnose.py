@@ -39,7 +39,7 @@ def diagnose(
         s = study(campaign, catalogue, pool, say)
         calibration = Calibration.load()
         best = next((j for j in s.judged if j.hypothesis.candidates), s.null_judged)
-        x = features(s.null_judged.gap, min(best.gap, s.null_judged.gap), s.structure.share)
+        x = features(s.null_judged.gap, min(best.gap, s.null_judged.gap))
         found = _worth_telling(causes(s.judged, calibration, x))
         d = Diagnosis(s, found, [], [], None, warnings=list(s.problem.warnings), features=[float(v) for v in x])
         say("where the gap lies")

@@ -17,7 +17,7 @@ import numpy as np
 from ..core.errors import SimulationError, UnknownNameError, UsageError, did_you_mean
 from ..core.units import convert, unit
 from ..master.session import Session
-from .campaign import Campaign, CampaignError, Event
+from .campaign import Campaign, CampaignError, Event, si
 from .catalogue import Catalogue, Effect
 from .catalogue import Sensor as SensorEffect
 from .noise import quantum, spread
@@ -245,6 +245,7 @@ def pose(campaign: Campaign, catalogue: Catalogue, pool: Pool) -> Problem:
                 raise CampaignError(
                     f"channel '{c.column}': it is in {c.unit}, but '{c.connector}' is in {units[c.connector]}"
                 )
+            units.setdefault(c.connector, si(c.unit))  # a signal without a unit is in that of SI
         parameter_units = {
             f"{name}.{v}": own
             for name, slave in session.system.slaves.items()
@@ -260,8 +261,8 @@ def pose(campaign: Campaign, catalogue: Catalogue, pool: Pool) -> Problem:
             inputs = {}
             for c in campaign.inputs:
                 if c.connector in run.series:
-                    t, si = run.series[c.connector]
-                    inputs[c.connector] = (t, _own(units.get(c.connector), si))
+                    t, x = run.series[c.connector]
+                    inputs[c.connector] = (t, _own(units[c.connector], x))
             runs.append(_RunInfo(run.name, run.stop, dict(run.parameters), inputs, values))
     if start != 0.0:
         raise UsageError(f"{campaign.system.name}: starts at {start:g} s; a diagnosis needs a start at 0 s")
@@ -270,17 +271,16 @@ def pose(campaign: Campaign, catalogue: Catalogue, pool: Pool) -> Problem:
     for k, c in enumerate(campaign.outputs):
         for run in campaign.runs:
             if c.connector in run.series:
-                floors.setdefault(k, []).append(spread(_own(units.get(c.connector), run.series[c.connector][1])))
+                floors.setdefault(k, []).append(spread(_own(units[c.connector], run.series[c.connector][1])))
     for r, run in enumerate(campaign.runs):
         for k, c in enumerate(campaign.outputs):
             if c.connector not in run.series:
                 continue
-            t, si = run.series[c.connector]
-            y = _own(units.get(c.connector), si)
+            t, y = run.series[c.connector]
+            y = _own(units[c.connector], y)
             floor = float(np.median(floors[k]))
             if c.noise_std is not None:
-                own = c.noise_std / (unit(units[c.connector]).factor if c.connector in units else 1.0)
-                floor = float(np.hypot(own, quantum(y) / np.sqrt(12.0)))
+                floor = float(np.hypot(c.noise_std / unit(units[c.connector]).factor, quantum(y) / np.sqrt(12.0)))
             t, y, m = thin(t, y)
             blocks.append((r, k, c.connector, t, y, floor / np.sqrt(m), None, c.noise_std is not None))
     labels = [c.connector for c in campaign.outputs]
@@ -321,10 +321,8 @@ def _moment(e: Event) -> tuple[np.ndarray, np.ndarray, float, Moment]:
     return np.array([e.after + reading]), np.array([reading]), e.std, moment
 
 
-def _own(own: str | None, values: np.ndarray) -> np.ndarray:
+def _own(own: str, values: np.ndarray) -> np.ndarray:
     """SI values in the FMU's own unit."""
-    if own is None:
-        return values
     u = unit(own)
     return (values - u.offset) / u.factor
 
@@ -420,7 +418,7 @@ def check_units(problem: Problem, delivered: np.ndarray) -> None:
         ratio = measured / modelled
         better = _likelier_unit(c.unit, ratio) if not (0.05 < ratio < 20.0) else None
         if better:
-            own = problem.units.get(c.connector, c.unit)
+            own = problem.units[c.connector]
             shown = convert(measured, own, c.unit), convert(modelled, own, c.unit)
             raise CampaignError(
                 f"channel '{c.column}': it {word} {shown[0]:.4g} {c.unit} where the model {word} {shown[1]:.4g} "

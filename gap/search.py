@@ -40,8 +40,9 @@ STRAINED = 0.8
 MUCH = 3.0
 """RMS of a null's fit beyond which large effects are looked for as such."""
 
-EXPLAINED = 1.05
-"""RMS of a fit that leaves nothing to look for."""
+SETTLED, RIVAL, BEHIND = 1.05, 1.3, 4.0
+"""RMS of a fit that leaves nothing to explain; from which, after a few iterations, another may still get there; and how
+many times the best one's another may have to be carried on where nothing is settled."""
 
 STUCK, RELAXED, HUBER = 1.3, 5, 2.0
 """RMS of a null's fit that is tried once more in another way; the rounds of that, in which what stands out counts less;
@@ -81,6 +82,8 @@ class Hypothesis:
 
     candidates: tuple[Candidate, ...]
     fit: Fit
+    finished: bool = False
+    """The fit has been carried on with runs at the package's step until it stayed."""
 
     @property
     def label(self) -> str:
@@ -250,8 +253,7 @@ def other_starts(problem: Problem, at: Fit, delivered: Fit, N: np.ndarray) -> li
     if at.penalty() < STRAINED * len(at.u) and not much:
         return []
     plain = [c for c in problem.candidates if not any(u.shape or u.kind == "sensor" for u in c.unknowns)]
-    sizes = (1.0, 3.0) if much else (1.0,)
-    found = secants(problem, delivered, [(c, s) for c in plain for size in sizes for s in _sizes(c, size)])
+    found = secants(problem, delivered, [(c, s) for c in plain for s in _sizes(c, 3.0 if much else 1.0)])
     weigh(problem, at, N, found)
     best: dict[str, Secant] = {}
     for s in sorted(found, key=lambda s: -s.own):
@@ -320,11 +322,20 @@ def extend(
     made.sort(key=lambda h: h.merit)
     going = made[:kept] + [h for h in made[kept : 2 * kept] if h.merit < made[0].merit + CLOSE]
     going += [h for h in elsewhere if not any(h is g for g in going)]
-    asks = [carry_on(problem, h.fit, N, 14, fresh=True, refreshes=2) for h in going]
-    for h, f in zip(going, drive(problem, asks), strict=True):
-        if f is not None and replace(h, fit=f).merit < h.merit + 1.0:
-            h.fit = f
+    best = np.inf
+    while going:
+        _carry_all_on(problem, going[:2], N)
+        best = min(best, *(h.fit.rms for h in going[:2]))
+        going = [h for h in going[2:] if h.fit.rms < (RIVAL if best < SETTLED else BEHIND * best)]
     best: dict[str, Hypothesis] = {}
     for h in sorted(made, key=lambda h: h.merit):
         best.setdefault(h.label, h)
     return list(best.values())
+
+
+def _carry_all_on(problem: Problem, hypotheses: Sequence[Hypothesis], N: np.ndarray) -> None:
+    """Finish fits, in place, where that does not make them worse."""
+    asks = [carry_on(problem, h.fit, N, 8, fresh=True, refreshes=1) for h in hypotheses]
+    for h, f in zip(hypotheses, drive(problem, asks), strict=True):
+        if f is not None and replace(h, fit=f).merit < h.merit + 1.0:
+            h.fit = f

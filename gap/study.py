@@ -16,11 +16,8 @@ from .judge import Judged, judge
 from .noise import rms
 from .pool import Pool, Say
 from .problem import COARSE_ERROR, FACTORS, Problem, check_units, pose
-from .search import Hypothesis, Secant
+from .search import SETTLED, Hypothesis, Secant
 from .unexplained import Structure, structure
-
-SETTLED = 1.05
-"""Held-out RMS below which nothing is left to explain, in floors."""
 
 NEARLY = 1.5
 """How much more than the best a hypothesis without one of its effects may leave to be fitted once more from there."""
@@ -136,14 +133,16 @@ def study(campaign: Campaign, catalogue: Catalogue, pool: Pool, say: Say = lambd
     N = nuisances(problem, delivered)
     start = problem.anchor({})
     null, as_delivered = search.null(problem, start, N)
-    null = _finish(problem, null, N)
+    null = _finish(problem, null, N, ROUNDS if null.fit.rms < search.MUCH else 1)
     stage("screening the effects")
     found = search.screen(problem, null.fit, N)
     hypotheses = [null]
     stage("fitting single effects")
-    quiet = null.fit.rms < search.EXPLAINED
-    others = [] if quiet else search.other_starts(problem, null.fit, as_delivered, N)
-    singles = search.extend(problem, null, found, N, search.SINGLES // (2 if quiet else 1), search.KEPT, others)
+    if null.fit.rms < SETTLED:  # nothing is left to explain: only to show that no effect does better
+        singles = search.extend(problem, null, found, N, search.SINGLES // 2, 1)
+    else:
+        others = search.other_starts(problem, null.fit, as_delivered, N)
+        singles = search.extend(problem, null, found, N, search.SINGLES, search.KEPT, others)
     if singles and singles[0].fit.rms > SETTLED:  # what is left may be the long steps' error, away from the anchor
         singles[0] = _finish(problem, singles[0], N)
     hypotheses += singles
@@ -152,9 +151,9 @@ def study(campaign: Campaign, catalogue: Catalogue, pool: Pool, say: Say = lambd
         hypotheses += _pairs(problem, singles, found, N)
     stage("finishing the best")
     judged = judge(problem, hypotheses, N)
-    for j in judged[:FINALISTS]:
+    for place, j in enumerate(judged[:FINALISTS]):
         if j.hypothesis.candidates and j.score < judged[0].score + NEAR:
-            j.hypothesis = _finish(problem, j.hypothesis, N)
+            j.hypothesis = _finish(problem, j.hypothesis, N, 2 if place else ROUNDS)
     hypotheses = [j.hypothesis for j in judged]
     best = judge(problem, hypotheses, N)[0].hypothesis
     judged = judge(problem, _backward(problem, hypotheses, best, N), N)
@@ -194,12 +193,14 @@ def _choose_step(problem: Problem, delivered: np.ndarray) -> None:
             return
 
 
-def _finish(problem: Problem, h: Hypothesis, N: np.ndarray) -> Hypothesis:
+def _finish(problem: Problem, h: Hypothesis, N: np.ndarray, rounds: int = ROUNDS) -> Hypothesis:
     """The hypothesis fitted with runs that are exact at its point and derivatives found there.
 
     Intervals and refits without a fold rest on these derivatives, so rounds go on until the fit stays where it is.
     """
-    for k in range(ROUNDS):
+    if h.finished:
+        return h
+    for k in range(rounds):
         try:
             exact = problem.anchor(h.fit.point)
         except SimulationError:
@@ -209,12 +210,12 @@ def _finish(problem: Problem, h: Hypothesis, N: np.ndarray) -> Hypothesis:
         found = drive(problem, [search.carry_on(problem, start, N, 10, fresh=True, difference=difference)])[0]
         if found is None:
             return Hypothesis(h.candidates, start)
-        h = Hypothesis(h.candidates, found)
+        h = Hypothesis(h.candidates, found, finished=True)
         if rms((found.model - exact) / problem.obs.floor) < STAYED or found.rms > (1.0 - GAINED) * start.rms:
             break
     if k:  # a derivative that has to serve for larger moves
         found = drive(problem, [search.carry_on(problem, h.fit, N, 0, fresh=True)])[0]
-    return Hypothesis(h.candidates, found) if found is not None else h
+    return Hypothesis(h.candidates, found, finished=True) if found is not None else h
 
 
 def _backward(problem: Problem, hypotheses: list[Hypothesis], best: Hypothesis, N: np.ndarray) -> list[Hypothesis]:
@@ -237,6 +238,8 @@ def _backward(problem: Problem, hypotheses: list[Hypothesis], best: Hypothesis, 
 def _pairs(problem: Problem, singles: list[Hypothesis], found: list[Secant], N: np.ndarray) -> list[Hypothesis]:
     made: dict[tuple[str, ...], Hypothesis] = {}
     for h in singles[: search.PAIRS_FROM]:
+        if any(pair.fit.rms < SETTLED for pair in made.values()):
+            break
         again = [replace(s, at=h.fit) for s in found]
         search.weigh(problem, h.fit, N, again)
         again = sorted((s for s in again if s.saving > search.WORTH), key=lambda s: -s.saving)

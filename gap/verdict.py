@@ -30,18 +30,20 @@ class Cause:
     ambiguous_with: list[tuple[str, ...]]
 
 
-def features(null: float, best: float, share: float) -> np.ndarray:
-    """What "unknown" is judged by: gaps (RMS in floors) refitted and of the best hypothesis; predictable share left.
+def features(null: float, best: float) -> np.ndarray:
+    """What "unknown" is judged by, from the gaps (RMS in floors) of the refit and of the best hypothesis.
 
-    A constant, the log of the energy left beyond the floor, that of its ratio to the refit's, and the share.
+    A constant, the log of the energy that is left beyond the floor, and that of its ratio to what the refit leaves. How
+    much of it a flexible model can predict is reported, but says less: a vibration is not predictable and yet no noise.
     """
     best_excess, null_excess = max(best**2 - 1.0, NOTHING), max(null**2 - 1.0, NOTHING)
-    return np.array([1.0, np.log(best_excess), np.log(min(1.0, best_excess / null_excess)), share])
+    return np.array([1.0, np.log(best_excess), np.log(min(1.0, best_excess / null_excess))])
 
 
 def unknown_probability(calibration: Calibration, x: np.ndarray) -> float:
     """Probability that the cause is not in the catalogue."""
-    return float(1.0 / (1.0 + np.exp(-np.clip(x @ np.array(calibration.unknown), -30, 30))))
+    known = 1.0 / (1.0 + np.exp(np.clip(x @ np.array(calibration.unknown), -30, 30)))
+    return float(1.0 - calibration.misjudged - (1.0 - 2.0 * calibration.misjudged) * known)
 
 
 def causes(judged: Sequence[Judged], calibration: Calibration, x: np.ndarray) -> list[Cause]:

@@ -8,6 +8,7 @@ import os
 from pathlib import Path
 
 import pytest
+import pythonfmu  # noqa: F401  before an FMU that brings a copy of its own, which cannot build others
 
 REPOSITORY = Path(__file__).parent.parent
 PACKAGES = ("core", "hydraulics_fmu", "mechanics", "fmus")

@@ -16,11 +16,15 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-from deepsea_cosim.gap.verdict import features
+from deepsea_cosim.gap.calibration import Calibration
+from deepsea_cosim.gap.verdict import features, unknown_probability
 
 INDEPENDENT = (30.0, 50.0, 75.0, 100.0, 150.0, 200.0, 300.0, 500.0)
 TEMPERATURE = (1.0, 1.5, 2.0, 3.0, 4.0, 6.0)
 LAPSE = (0.02, 0.05, 0.1, 0.15, 0.2, 0.3)
+
+RIDGE, MISJUDGED = 0.1, 0.03
+"""Keeps the weights of "unknown" finite; and a share of cases whose search may have failed."""
 
 
 def load(folder: Path, diagnoses: Path) -> list[tuple[dict[str, Any], dict[str, Any]]]:
@@ -59,18 +63,25 @@ def features_of(diagnosis: dict[str, Any]) -> np.ndarray:
     tried = diagnosis["evidence"]["hypotheses"]
     null = next(h["held_out_rms"] for h in tried if not h["effects"])
     best = next((h["held_out_rms"] for h in tried if h["effects"]), null)
-    return features(null, min(best, null), diagnosis["unexplained"]["predictable_share"])
+    return features(null, min(best, null))
 
 
 def unknown(cases: list[tuple[dict[str, Any], dict[str, Any]]]) -> list[float]:
     """Weights of the features of "unknown"."""
-    from sklearn.linear_model import LogisticRegression
+    from scipy.optimize import minimize
 
-    X = np.array([features_of(d)[1:] for _, d in cases])
+    X = np.array([features_of(d) for _, d in cases])
     y = np.array([a["kind"] == "unknown" for a, _ in cases])
-    spread = X.std(0) + 1e-9
-    model = LogisticRegression(C=1.0).fit(X / spread, y)
-    return [float(model.intercept_[0]), *(float(w) for w in model.coef_[0] / spread)]
+    spread = np.where(X.std(0) > 0.0, X.std(0), 1.0)
+
+    def loss(w: np.ndarray) -> float:
+        told = Calibration(0.0, 1.0, 0.0, tuple(w / spread), MISJUDGED)
+        p = np.array([unknown_probability(told, x) for x in X])
+        return float(-np.log(np.where(y, p, 1.0 - p)).sum() + 0.5 * RIDGE * (w[1:] @ w[1:]))
+
+    starts = (np.zeros(X.shape[1]), np.array([-1.0, *np.ones(X.shape[1] - 1)]))
+    best = min((minimize(loss, start, method="Nelder-Mead") for start in starts), key=lambda found: found.fun)
+    return [float(w) for w in best.x / spread]
 
 
 def main() -> None:
@@ -85,7 +96,8 @@ def main() -> None:
     value, n, temperature, lapse = max(
         (likelihood(known, *x), *x) for x in product(INDEPENDENT, TEMPERATURE, LAPSE)
     )  # fmt: skip
-    found = {"independent": n, "temperature": temperature, "lapse": lapse, "unknown": unknown(cases)}
+    found = {"independent": n, "temperature": temperature, "lapse": lapse}
+    found |= {"unknown": unknown(cases), "misjudged": MISJUDGED}
     print(f"{len(cases)} cases, mean log probability of the truth {value:.3f}")
     print(json.dumps(found))
     if options.out:

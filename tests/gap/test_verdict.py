@@ -10,37 +10,37 @@ def judged(ids, score, gap=1.0):
     return SimpleNamespace(hypothesis=SimpleNamespace(ids=ids, candidates=ids), score=score, gap=gap)
 
 
-PLAIN = Calibration(150.0, 1.0, 0.0, (-30.0, 0.0, 0.0, 0.0))
+PLAIN = Calibration(150.0, 1.0, 0.0, (-30.0, 0.0, 0.0))
 
 
 def test_probabilities_add_up_and_follow_the_scores():
-    found = causes([judged((), 10.0), judged(("a",), 0.0), judged(("b",), 4.0)], PLAIN, np.ones(4))
+    found = causes([judged((), 10.0), judged(("a",), 0.0), judged(("b",), 4.0)], PLAIN, np.ones(3))
     assert [c.effects for c in found] == [("a",), ("b",), NONE, UNKNOWN]
     assert sum(c.probability for c in found) == pytest.approx(1.0)
     assert found[0].probability / found[1].probability == pytest.approx(np.exp(2.0))
 
 
 def test_a_sensor_in_two_channels_is_one_cause():
-    found = causes([judged(("s",), 0.0), judged(("s",), 0.0), judged((), 0.0)], PLAIN, np.ones(4))
+    found = causes([judged(("s",), 0.0), judged(("s",), 0.0), judged((), 0.0)], PLAIN, np.ones(3))
     assert found[0].effects == ("s",)
     assert found[0].probability == pytest.approx(2 / 3)
 
 
 def test_near_rivals_are_named():
     scores = {("a",): 0.0, ("b",): 1.0, ("c",): 40.0, (): 60.0}
-    found = causes([judged(ids, score) for ids, score in scores.items()], PLAIN, np.ones(4))
+    found = causes([judged(ids, score) for ids, score in scores.items()], PLAIN, np.ones(3))
     assert found[0].ambiguous_with == [("b",)]
 
 
 def test_unknown_takes_its_share():
-    sure = Calibration(150.0, 1.0, 0.0, (30.0, 0.0, 0.0, 0.0))
-    found = causes([judged(("a",), 0.0), judged((), 9.0)], sure, np.ones(4))
+    sure = Calibration(150.0, 1.0, 0.0, (30.0, 0.0, 0.0))
+    found = causes([judged(("a",), 0.0), judged((), 9.0)], sure, np.ones(3))
     assert found[0].effects == UNKNOWN
     assert found[0].probability == pytest.approx(1.0)
 
 
 def test_what_is_left_makes_unknown_likelier_with_the_shipped_calibration():
     shipped = Calibration.load()
-    good = unknown_probability(shipped, features(10.0, 1.0, 0.0))
-    bad = unknown_probability(shipped, features(10.0, 8.0, 0.6))
+    good = unknown_probability(shipped, features(10.0, 1.0))
+    bad = unknown_probability(shipped, features(10.0, 8.0))
     assert good < 0.2 < 0.8 < bad
