@@ -8,6 +8,7 @@ from __future__ import annotations
 import csv
 import tomllib
 from dataclasses import dataclass, field
+from math import inf
 from pathlib import Path
 from typing import Any
 
@@ -40,6 +41,7 @@ class Channel:
 class Event:
     """A measured moment: from `after` [s] a connector took so long to come to stay within `within` of `target`.
 
+    It has to stay there until `until` [s] only, if that is given: then the machine is told to move on.
     Either the duration `time` was measured, or only that it was at most or at least a limit. target and within are in
     the unit of the FMU's variable, times and `std` in seconds.
     """
@@ -49,6 +51,7 @@ class Event:
     within: float
     after: float
     std: float
+    until: float = inf
     time: float | None = None
     at_most: float | None = None
     at_least: float | None = None
@@ -107,7 +110,7 @@ _KNOWN = {
     "": ("name", "system", "effects", "channel", "run", "base"),
     "channel": ("column", "connector", "unit", "noise_std", "role"),
     "run": ("file", "parameters", "use", "event", "stop_time", "name"),
-    "event": ("connector", "target", "within", "after", "std", "time", "at_most", "at_least"),
+    "event": ("connector", "target", "within", "after", "until", "std", "time", "at_most", "at_least"),
     "base": ("parameter", "tolerance"),
 }
 
@@ -256,6 +259,10 @@ def _event(table: dict[str, Any], where: str) -> Event:
     number = (int, float)
     values = {key: float(_key(table, where, key, number)) for key in ("target", "within", "after", "std")}
     told = {key: float(_key(table, where, key, number)) for key in ("time", "at_most", "at_least") if key in table}
+    if "until" in table:
+        values["until"] = float(_key(table, where, "until", number))
+        if not values["until"] > values["after"]:
+            raise CampaignError(f"{where}: 'until' has to be later than 'after'")
     if len(told) != 1:
         raise CampaignError(f"{where}: needs one of 'time', 'at_most' and 'at_least'")
     if not (values["std"] > 0.0 and values["within"] > 0.0):

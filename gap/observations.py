@@ -23,19 +23,22 @@ JITTER = 0.03
 
 @dataclass(frozen=True)
 class Moment:
-    """When a signal comes to stay within `within` of `target`, counted from `after` [s]; a limit clips it."""
+    """When a signal comes to stay within `within` of `target` until `until` [s], from `after` [s]; a limit clips it."""
 
     target: float
     within: float
     after: float
     low: float = -np.inf
     high: float = np.inf
+    until: float = np.inf
 
     def read(self, t: np.ndarray, x: np.ndarray) -> float:
         """The duration [s] in the signal x (n,) at times t (n,), between samples by a straight line.
 
-        A signal that does not arrive is continued with its mean speed until then.
+        A signal that does not arrive is continued with its mean speed until then, at least a twentieth of the way long.
         """
+        end = max(2, int(np.searchsorted(t, self.until, side="right")))
+        t, x = t[:end], x[:end]
         away = np.abs(x - self.target) - self.within
         start = int(np.searchsorted(t, self.after))
         outside = np.flatnonzero(away[start:] > 0.0)
@@ -46,7 +49,7 @@ class Moment:
             if k + 1 < len(t):
                 found = t[k] + (t[k + 1] - t[k]) * away[k] / (away[k] - away[k + 1]) - self.after
             else:
-                path = max(abs(x[-1] - x[start]), 1e-3 * abs(x[start] - self.target), 1e-12)
+                path = max(abs(x[-1] - x[start]), 0.05 * abs(x[start] - self.target), 1e-12)
                 found = (t[-1] - self.after) * (1.0 + away[-1] / path)
         return float(min(max(found, self.low), self.high))
 

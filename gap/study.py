@@ -206,8 +206,8 @@ def _finish(problem: Problem, h: Hypothesis, N: np.ndarray, rounds: int = ROUNDS
         except SimulationError:
             return h
         start = recorrect(h.fit, problem, exact, N)
-        difference = FINE_DIFFERENCE if k else DIFFERENCE
-        found = drive(problem, [search.carry_on(problem, start, N, 10, fresh=True, difference=difference)])[0]
+        ask = search.carry_on(problem, start, N, 10, fresh=k < 2, difference=FINE_DIFFERENCE if k else DIFFERENCE)
+        found = drive(problem, [ask])[0]
         if found is None:
             return Hypothesis(h.candidates, start)
         h = Hypothesis(h.candidates, found, finished=True)

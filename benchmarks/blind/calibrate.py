@@ -3,8 +3,8 @@
     python -m benchmarks.blind.calibrate DIR [--diagnoses FOLDER] [--out gap/calibration.json]
 
 Most likely values of the number of independent readings that count, the temperature and the lapse rate, on the cases
-with nothing wrong or effects of the catalogue; and a logistic model of "unknown" on all cases. Never use the cases of a
-reported score here.
+with nothing wrong or effects of the catalogue that are not called unknown; and the weights of "unknown" on all cases.
+Never use the cases of a reported score here.
 """
 
 from __future__ import annotations
@@ -92,12 +92,17 @@ def main() -> None:
     p.add_argument("--out", type=Path)
     options = p.parse_args()
     cases = load(options.folder, options.diagnoses or options.folder / "diagnoses")
-    known = [(a, d) for a, d in cases if a["kind"] != "unknown"]
+    weights = tuple(unknown(cases))
+    called = Calibration(0.0, 1.0, 0.0, weights, MISJUDGED)
+    known = [
+        (a, d) for a, d in cases
+        if a["kind"] != "unknown" and unknown_probability(called, features_of(d)) < 0.5
+    ]  # fmt: skip
     value, n, temperature, lapse = max(
         (likelihood(known, *x), *x) for x in product(INDEPENDENT, TEMPERATURE, LAPSE)
     )  # fmt: skip
     found = {"independent": n, "temperature": temperature, "lapse": lapse}
-    found |= {"unknown": unknown(cases), "misjudged": MISJUDGED}
+    found |= {"unknown": weights, "misjudged": MISJUDGED}
     print(f"{len(cases)} cases, mean log probability of the truth {value:.3f}")
     print(json.dumps(found))
     if options.out:

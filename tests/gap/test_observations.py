@@ -20,6 +20,16 @@ def test_a_signal_that_leaves_again_has_not_arrived():
     assert Moment(1.0, 0.1, 0.0).read(T, back) == pytest.approx(8.0, abs=0.02)
 
 
+def test_a_signal_may_leave_when_it_is_told_to():
+    x = np.interp(T, [0.0, 4.0, 6.0, 8.0], [0.0, 0.2, 0.2, 0.0])
+    assert Moment(0.2, 0.001, 0.0, until=6.0).read(T, x) == pytest.approx(3.98)
+    assert Moment(0.2, 0.001, 0.0).read(T, x) > 10.0
+
+
+def test_a_signal_that_stands_still_does_not_take_forever():
+    assert Moment(0.2, 0.001, 2.0).read(T, np.zeros(len(T))) == pytest.approx(8.0 * (1.0 + 0.199 / 0.01))
+
+
 def test_a_signal_that_never_arrives_is_continued():
     x = 0.01 * T
     assert Moment(0.2, 0.0, 0.0).read(T, x) == pytest.approx(20.0)
