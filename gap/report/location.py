@@ -24,7 +24,6 @@ NOTHING = 0.01
 """A gap, in floors, that is drawn at the left end: limits that are kept leave none at all."""
 
 
-
 def calibrated(d: Diagnosis) -> bool:
     """Whether the refit alone leaves hardly more than noise."""
     return d.verdict == "no_significant_gap" or d.study.gap(d.study.null_judged) < NOISE
@@ -81,7 +80,9 @@ def regions(d: Diagnosis, best_name: str | None) -> dict[str, Any] | None:
             same[0].append(name)
         else:
             groups.append(([name], mask))
-    rows = [(names, mask, [(c, said, max(rms(e[mask]), NOTHING)) for c, said, e in residuals]) for names, mask in groups]
+    rows = [
+        (names, mask, [(c, said, max(rms(e[mask]), NOTHING)) for c, said, e in residuals]) for names, mask in groups
+    ]  # fmt: skip
     values = [g for _, _, gaps in rows for _, _, g in gaps]
     low, high = np.log10(min(0.8, *values) * 0.85), np.log10(max(2.0, *values) * 1.15)
 
