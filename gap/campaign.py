@@ -41,7 +41,8 @@ class Channel:
 class Event:
     """A measured moment: from `after` [s] a connector took so long to come to stay within `within` of `target`.
 
-    It has to stay there until `until` [s] only, if that is given: then the machine is told to move on.
+    It has to stay there until `until` [s] only, if that is given: then the machine is told to move on. With `first` it
+    counts when it comes there for the first time, whether it stays or not.
     Either the duration `time` was measured, or only that it was at most or at least a limit. target and within are in
     the unit of the FMU's variable, times and `std` in seconds.
     """
@@ -52,6 +53,7 @@ class Event:
     after: float
     std: float
     until: float = inf
+    first: bool = False
     time: float | None = None
     at_most: float | None = None
     at_least: float | None = None
@@ -110,7 +112,7 @@ _KNOWN = {
     "": ("name", "system", "effects", "channel", "run", "base"),
     "channel": ("column", "connector", "unit", "noise_std", "role"),
     "run": ("file", "parameters", "use", "event", "stop_time", "name"),
-    "event": ("connector", "target", "within", "after", "until", "std", "time", "at_most", "at_least"),
+    "event": ("connector", "target", "within", "after", "until", "first", "std", "time", "at_most", "at_least"),
     "base": ("parameter", "tolerance"),
 }
 
@@ -267,7 +269,8 @@ def _event(table: dict[str, Any], where: str) -> Event:
         raise CampaignError(f"{where}: needs one of 'time', 'at_most' and 'at_least'")
     if not (values["std"] > 0.0 and values["within"] > 0.0):
         raise CampaignError(f"{where}: 'std' and 'within' have to be positive")
-    return Event(_key(table, where, "connector", str), **values, **told)
+    first = bool(_key(table, where, "first", bool)) if "first" in table else False
+    return Event(_key(table, where, "connector", str), **values, first=first, **told)
 
 
 def si(name: str) -> str:

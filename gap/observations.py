@@ -23,7 +23,10 @@ JITTER = 0.03
 
 @dataclass(frozen=True)
 class Moment:
-    """When a signal comes to stay within `within` of `target` until `until` [s], from `after` [s]; a limit clips it."""
+    """When a signal comes to stay within `within` of `target` until `until` [s], from `after` [s]; a limit clips it.
+
+    first: when it comes there for the first time, whether it stays or not.
+    """
 
     target: float
     within: float
@@ -31,6 +34,7 @@ class Moment:
     low: float = -np.inf
     high: float = np.inf
     until: float = np.inf
+    first: bool = False
 
     def read(self, t: np.ndarray, x: np.ndarray) -> float:
         """The duration [s] in the signal x (n,) at times t (n,), between samples by a straight line.
@@ -41,11 +45,13 @@ class Moment:
         t, x = t[:end], x[:end]
         away = np.abs(x - self.target) - self.within
         start = int(np.searchsorted(t, self.after))
-        outside = np.flatnonzero(away[start:] > 0.0)
-        if len(outside) == 0:
+        outside = away[start:] > 0.0
+        if self.first and not outside.all():
+            outside[int(np.argmin(outside)) :] = False
+        if not outside.any():
             found = 0.0
         else:
-            k = start + int(outside[-1])
+            k = start + int(np.flatnonzero(outside)[-1])
             if k + 1 < len(t):
                 found = t[k] + (t[k + 1] - t[k]) * away[k] / (away[k] - away[k + 1]) - self.after
             else:

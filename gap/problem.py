@@ -317,7 +317,7 @@ def _moment(e: Event) -> tuple[np.ndarray, np.ndarray, float, Moment]:
     else:
         assert e.at_least is not None
         reading, low, high = e.at_least, -np.inf, e.at_least
-    moment = Moment(e.target, e.within, e.after, low, high, e.until)
+    moment = Moment(e.target, e.within, e.after, low, high, e.until, e.first)
     return np.array([e.after + reading]), np.array([reading]), e.std, moment
 
 

@@ -26,6 +26,13 @@ def test_a_signal_may_leave_when_it_is_told_to():
     assert Moment(0.2, 0.001, 0.0).read(T, x) > 10.0
 
 
+def test_the_first_time_counts_where_that_is_asked_for():
+    x = np.interp(T, [0.0, 4.0, 5.0, 6.0, 10.0], [0.0, 0.2, 0.21, 0.2, 0.0])
+    assert Moment(0.2, 0.001, 0.0, first=True).read(T, x) == pytest.approx(3.98)
+    assert Moment(0.2, 0.001, 3.99, first=True).read(T, x) == 0.0
+    assert Moment(0.5, 0.001, 0.0, first=True).read(T, 0.01 * T) == pytest.approx(49.9)
+
+
 def test_a_signal_that_stands_still_does_not_take_forever():
     assert Moment(0.2, 0.001, 2.0).read(T, np.zeros(len(T))) == pytest.approx(8.0 * (1.0 + 0.199 / 0.01))
 
