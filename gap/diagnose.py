@@ -12,6 +12,7 @@ from .campaign import Campaign
 from .consistency import check
 from .experiment import Next, ranked
 from .fit import clock
+from .heldout import surprise
 from .intervals import reduction_interval
 from .noise import rms
 from .pool import Pool, Say
@@ -39,7 +40,10 @@ def diagnose(
         s = study(campaign, catalogue, pool, say)
         calibration = Calibration.load()
         best = next((j for j in s.judged if j.hypothesis.candidates), s.null_judged)
-        x = features(s.null_judged.gap, min(best.gap, s.null_judged.gap))
+        null_gap, best_gap = (
+            surprise(s.problem, j.hypothesis.fit, s.nuisance, j.held_out) for j in (s.null_judged, best)
+        )  # fmt: skip
+        x = features(null_gap, min(best_gap, null_gap))
         found = _worth_telling(causes(s.judged, calibration, x))
         d = Diagnosis(s, found, [], [], None, warnings=list(s.problem.warnings), features=[float(v) for v in x])
         say("where the gap lies")

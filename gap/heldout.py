@@ -9,6 +9,7 @@ from __future__ import annotations
 import numpy as np
 
 from .fit import Fit, Linear
+from .noise import rms
 from .observations import Observations
 from .problem import Problem
 
@@ -29,6 +30,22 @@ def folds(obs: Observations, stretches: int = FOLDS, count: int = FOLDS) -> list
         alone[b.place] = b.moment is not None
     place = np.where(alone, 0, (obs.time / long).astype(int)) + np.where(alone, 1, 7) * obs.run
     return [mask for k in range(count) if (mask := place % count == k).any()]
+
+
+def surprise(problem: Problem, fit: Fit, N: np.ndarray, held_out: np.ndarray) -> float:
+    """RMS of a left-out residual (n,), each reading in units of what its prediction can be trusted with.
+
+    That is the floor and what the readings that were not left out leave open of the unknowns. With long records it is
+    the floor alone; of a few single moments each one matters to the fit, and none is well predicted by the others.
+    """
+    lin = Linear(problem, fit.u, fit.model, fit.jacobian, N)
+    prior = np.concatenate([[1.0 / x.sd**2 for x in fit.unknowns], np.ones(N.shape[1])])
+    z = np.empty(len(problem.obs))
+    for mask in folds(problem.obs):
+        part = lin.A[mask]
+        covariance = np.linalg.inv(lin.without(mask).gram + np.diag(prior))
+        z[mask] = held_out[mask] / np.sqrt(1.0 + np.einsum("ij,jk,ik->i", part, covariance, part))
+    return rms(z)
 
 
 def left_out(problem: Problem, fit: Fit, N: np.ndarray) -> np.ndarray:

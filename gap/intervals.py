@@ -22,17 +22,20 @@ def parameter_std(problem: Problem, fit: Fit, N: np.ndarray) -> np.ndarray:
 
 
 def reduction_interval(problem: Problem, before: np.ndarray, after: np.ndarray) -> tuple[float, float]:
-    """95 % interval of 1 - RMS(after) / RMS(before), by a stationary block bootstrap over time."""
+    """95 % interval of 1 - RMS(after) / RMS(before), by a stationary block bootstrap over time; -1 at least."""
     from arch.bootstrap import StationaryBootstrap, optimal_block_length
 
     obs = problem.obs
     place = (obs.time / BIN).astype(int) + obs.run * (int(obs.time.max() / BIN) + 1)
     _, place = np.unique(place, return_inverse=True)
     sums = np.stack([np.bincount(place, before**2), np.bincount(place, after**2)], axis=1)
+    sums = sums[sums.sum(1) > 0.0]  # limits that are kept say nothing
+    if len(sums) < 2:
+        return -1.0, 1.0
 
     def reduction(x: np.ndarray) -> float:
         total = x.sum(0)
-        return float(1.0 - np.sqrt(total[1] / max(total[0], 1e-300)))
+        return max(-1.0, float(1.0 - np.sqrt(total[1] / max(total[0], 1e-300))))
 
     length = 2.0
     if len(sums) > 10 and np.ptp(sums[:, 1]) > 0:
