@@ -27,7 +27,8 @@ def test_finds_the_cause_and_its_size(rubbing):
     data = json.loads((rubbing / "diagnosis.json").read_text())
     assert data["verdict"] == "explained"
     assert data["causes"][0]["effects"] == ["friction"]
-    assert data["causes"][0]["probability"] > 0.9
+    assert data["causes"][0]["probability"] > 20.0 * data["causes"][1]["probability"]
+    assert data["causes"][0]["probability"] > 0.8  # the calibration keeps what no search may claim
     friction = data["causes"][0]["parameters"]["o.F_c"]
     assert friction["value"] == pytest.approx(0.4, rel=0.05)
     assert friction["ci95"][0] < friction["value"] < friction["ci95"][1]
