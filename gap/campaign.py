@@ -269,7 +269,7 @@ def _event(table: dict[str, Any], where: str) -> Event:
         raise CampaignError(f"{where}: needs one of 'time', 'at_most' and 'at_least'")
     if not (values["std"] > 0.0 and values["within"] > 0.0):
         raise CampaignError(f"{where}: 'std' and 'within' have to be positive")
-    first = bool(_key(table, where, "first", bool)) if "first" in table else False
+    first = "first" in table and _key(table, where, "first", bool)
     return Event(_key(table, where, "connector", str), **values, first=first, **told)
 
 

@@ -137,13 +137,16 @@ class Linear:
         made.gram, made.moment = self.gram - part.T @ part, self.moment - part.T @ r
         return made
 
+    def curvature(self, unknowns: Sequence[Unknown], phi: float) -> np.ndarray:
+        """Half the second derivative of the cost by unknowns and nuisances (k + m, k + m), their priors included."""
+        nuisances = self.A.shape[1] - len(unknowns)
+        return self.gram / phi + np.diag([*(1.0 / x.sd**2 for x in unknowns), *[1.0] * nuisances])
+
     def step(self, unknowns: Sequence[Unknown], phi: float, radius: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """(d, q): the change of u within bounds and radius that lowers the cost most, and the nuisances."""
         k, m = len(unknowns), self.A.shape[1] - len(unknowns)
         sd = np.array([x.sd for x in unknowns])
-        H, g = self.gram / phi, self.moment / phi
-        H[np.arange(k), np.arange(k)] += 1.0 / sd**2
-        H[np.arange(k, k + m), np.arange(k, k + m)] += 1.0
+        H, g = self.curvature(unknowns, phi), self.moment / phi
         g[:k] -= self.u / sd**2
         low = np.maximum(np.array([x.low for x in unknowns]) - self.u, -radius)
         high = np.minimum(np.array([x.high for x in unknowns]) - self.u, radius)
@@ -259,12 +262,15 @@ def fit(
     converged, stale, small = False, False, 0
     seen_at, poor = u.copy(), False
 
+    def gone_far() -> bool:
+        return bool(np.any(np.abs(u - seen_at) / sd > MOVED))
+
     def cost(res: np.ndarray, v: np.ndarray, qq: np.ndarray, p: float) -> float:
         return float(res @ res / p + np.sum((v / sd) ** 2) + qq @ qq)
 
     for count in range(iterations):
         tired = small >= 2 or poor or count == iterations // 2
-        if refreshes > 0 and tired and np.any(np.abs(u - seen_at) / sd > MOVED):
+        if refreshes > 0 and tired and gone_far():
             yield from renew(J, unknowns, u, model, range(len(u)), difference)
             radius = np.maximum(radius, 0.5)
             refreshes, stale, small, poor, seen_at = refreshes - 1, False, 0, False, u.copy()
@@ -277,7 +283,7 @@ def fit(
         now = cost(residual, u, q, mine)
         gain = now - cost(predicted, u + d, dq, mine)
         if gain < 0.3:
-            if refreshes > 0 and np.any(np.abs(u - seen_at) / sd > MOVED):
+            if refreshes > 0 and gone_far():
                 small = 2
                 continue
             if stale:  # the derivative is old where the fit moved: look again before giving up

@@ -39,11 +39,10 @@ def surprise(problem: Problem, fit: Fit, N: np.ndarray, held_out: np.ndarray) ->
     the floor alone; of a few single moments each one matters to the fit, and none is well predicted by the others.
     """
     lin = Linear(problem, fit.u, fit.model, fit.jacobian, N)
-    prior = np.concatenate([[1.0 / x.sd**2 for x in fit.unknowns], np.ones(N.shape[1])])
     z = np.empty(len(problem.obs))
     for mask in folds(problem.obs):
         part = lin.A[mask]
-        covariance = np.linalg.inv(lin.without(mask).gram + np.diag(prior))
+        covariance = np.linalg.inv(lin.without(mask).curvature(fit.unknowns, 1.0))
         z[mask] = held_out[mask] / np.sqrt(1.0 + np.einsum("ij,jk,ik->i", part, covariance, part))
     return rms(z)
 

@@ -15,9 +15,7 @@ WIDTH = 1.96
 
 def parameter_std(problem: Problem, fit: Fit, N: np.ndarray) -> np.ndarray:
     """Standard deviation of each u (k,): the curvature of the cost with base parameters and nuisances free."""
-    gram = Linear(problem, fit.u, fit.model, fit.jacobian, N).gram
-    prior = np.concatenate([[1.0 / x.sd**2 for x in fit.unknowns], np.ones(N.shape[1])])
-    H = gram / fit.phi + np.diag(prior)
+    H = Linear(problem, fit.u, fit.model, fit.jacobian, N).curvature(fit.unknowns, fit.phi)
     return np.sqrt(np.maximum(np.diag(np.linalg.inv(H))[: len(fit.u)], 0.0))
 
 

@@ -180,7 +180,7 @@ def make(d: Diagnosis) -> dict[str, Any]:
     made["evidence"] = evidence(d)
     if any(b.moment is not None for b in problem.obs.blocks):
         made["events"] = events(d)
-        made["contrasts"] = contrasts(d)
+        made["contrasts"] = contrasts(problem, made["events"])
     if d.next is not None:
         made["next_experiment"] = _step(d.next)
     if d.channel is not None:
@@ -213,13 +213,12 @@ def events(d: Diagnosis) -> list[dict[str, Any]]:
     return made
 
 
-def contrasts(d: Diagnosis) -> list[dict[str, Any]]:
-    """How much longer a moment took in one run than in another that differs in one stated condition only [s].
+def contrasts(problem: Problem, found: list[dict[str, Any]]) -> list[dict[str, Any]]:
+    """How much longer an event took in one run than in another that differs in one stated condition only [s].
 
     What such runs share, errors of the base parameters above all, cancels in the difference.
     """
-    found = events(d)
-    stated = {run.name: run.parameters for run in d.study.problem.campaign.runs}
+    stated = {run.name: run.parameters for run in problem.campaign.runs}
     keys = ("measured", "delivered", "refitted", "with_cause")
     made = []
     for i, a in enumerate(found):

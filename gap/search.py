@@ -295,18 +295,13 @@ def carry_on(
     )  # fmt: skip
 
 
-def without_one(problem: Problem, h: Hypothesis) -> list[Hypothesis]:
-    """The hypotheses that lack one effect of h, where h stands; their fits have yet to be carried on."""
-    made = []
-    for gone in h.candidates:
-        kept = np.array([x not in gone.unknowns for x in h.fit.unknowns])
-        unknowns = tuple(x for x, keep in zip(h.fit.unknowns, kept, strict=True) if keep)
-        u = h.fit.u[kept]
-        model = problem.evaluate([dict(zip([x.name for x in unknowns], u.tolist(), strict=True))])[0]
-        if model is not None:
-            fit = replace(h.fit, unknowns=unknowns, u=u, model=model, jacobian=h.fit.jacobian[:, kept])
-            made.append(Hypothesis(tuple(c for c in h.candidates if c is not gone), fit))
-    return made
+def without(problem: Problem, h: Hypothesis, gone: Candidate) -> Fit | None:
+    """The fit of h where it stands but for one effect, yet to be carried on; None where the model does not run."""
+    kept = np.array([x not in gone.unknowns for x in h.fit.unknowns])
+    unknowns = tuple(x for x, keep in zip(h.fit.unknowns, kept, strict=True) if keep)
+    at = replace(h.fit, unknowns=unknowns, u=h.fit.u[kept], jacobian=h.fit.jacobian[:, kept])
+    model = problem.evaluate([at.point])[0]
+    return None if model is None else replace(at, model=model)
 
 
 def extend(

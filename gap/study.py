@@ -223,15 +223,18 @@ def _backward(problem: Problem, hypotheses: list[Hypothesis], best: Hypothesis, 
 
     An effect must not win because the fit without it has stopped on its way.
     """
-    made = {h.label: h for h in hypotheses}
-    for smaller in search.without_one(problem, best):
-        known = made.get(smaller.label)
+    made = {h.candidates: h for h in hypotheses}
+    for gone in best.candidates:
+        left = tuple(c for c in best.candidates if c is not gone)
+        known = made.get(left)
         if known is None or known.fit.rms > NEARLY * best.fit.rms:
             continue
-        found = drive(problem, [search.carry_on(problem, smaller.fit, N, 10, fresh=True, refreshes=1)])[0]
+        start = search.without(problem, best, gone)
+        if start is None:
+            continue
+        found = drive(problem, [search.carry_on(problem, start, N, 10, fresh=True, refreshes=1)])[0]
         if found is not None:
-            again = _finish(problem, Hypothesis(smaller.candidates, found), N)
-            made[smaller.label] = min(known, again, key=lambda h: h.merit)
+            made[left] = min(known, _finish(problem, Hypothesis(left, found), N), key=lambda h: h.merit)
     return list(made.values())
 
 
