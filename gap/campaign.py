@@ -6,7 +6,6 @@ See docs/gap.md for the format. Values are converted to SI as soon as they are r
 from __future__ import annotations
 
 import csv
-import tomllib
 from dataclasses import dataclass, field
 from math import inf
 from pathlib import Path
@@ -15,6 +14,7 @@ from typing import Any
 import numpy as np
 
 from ..core.errors import CosimError, ParameterError, UsageError, did_you_mean
+from ..core.toml_tables import Tables
 from ..core.units import convert, unit
 
 MIN_SAMPLES = 20
@@ -23,6 +23,9 @@ MIN_SAMPLES = 20
 
 class CampaignError(CosimError):
     """A campaign that cannot be used; names file, place and remedy."""
+
+
+take = Tables(CampaignError)
 
 
 @dataclass(frozen=True)
@@ -100,14 +103,6 @@ class Campaign:
         return [c for c in self.channels if c.role == "input"]
 
 
-def _key(table: dict[str, Any], where: str, key: str, kind: type | tuple[type, ...]) -> Any:
-    if key not in table:
-        raise CampaignError(f"{where}: '{key}' is missing")
-    if not isinstance(table[key], kind):
-        raise CampaignError(f"{where}: '{key}' = {table[key]!r} has the wrong type")
-    return table[key]
-
-
 _KNOWN = {
     "": ("name", "system", "effects", "channel", "run", "base"),
     "channel": ("column", "connector", "unit", "noise_std", "role"),
@@ -117,20 +112,15 @@ _KNOWN = {
 }
 
 
-def strange_keys(table: dict[str, Any], known: tuple[str, ...], where: str) -> None:
-    """Raise `CampaignError` for a key that is not known."""
-    for key in table:
-        if key not in known:
-            raise CampaignError(f"{where}: unknown key '{key}'{did_you_mean(key, known)}")
-
-
 def _no_strangers(table: dict[str, Any], kind: str, where: str) -> None:
-    strange_keys(table, _KNOWN[kind], where)
+    take.no_strangers(table, _KNOWN[kind], where)
 
 
 def channels_of(data: dict[str, Any], path: Path) -> tuple[Channel, ...]:
     """The channels of a campaign's or template's data, checked."""
-    tables = _key(data, str(path), "channel", list)
+    if "channel" not in data:
+        raise CampaignError(f"{path}: 'channel' is missing")
+    tables = take.tables(data, str(path), "channel")
     channels = tuple(_channel(t, f"{path}: channel {i}") for i, t in enumerate(tables, 1))
     for i, channel in enumerate(channels):
         for other in channels[:i]:
@@ -145,7 +135,7 @@ def channels_of(data: dict[str, Any], path: Path) -> tuple[Channel, ...]:
 
 def _channel(table: dict[str, Any], where: str) -> Channel:
     _no_strangers(table, "channel", where)
-    column, connector, name = (_key(table, where, key, str) for key in ("column", "connector", "unit"))
+    column, connector, name = (take.get(table, where, key, str) for key in ("column", "connector", "unit"))
     where = f"{where} ('{column}')"
     try:
         factor = unit(name).factor
@@ -156,10 +146,10 @@ def _channel(table: dict[str, Any], where: str) -> Channel:
         raise CampaignError(f"{where}: role = '{role}' is neither output nor input")
     if "." not in connector:
         raise CampaignError(f"{where}: connector = '{connector}' has to be component.connector")
-    noise = table.get("noise_std")
-    if noise is not None and not (isinstance(noise, (int, float)) and noise > 0):
-        raise CampaignError(f"{where}: noise_std = {noise!r} has to be a positive number in {name}")
-    return Channel(column, connector, name, role, None if noise is None else float(noise) * factor)
+    noise = take.number(table, where, "noise_std") * factor if "noise_std" in table else None
+    if noise is not None and not noise > 0.0:
+        raise CampaignError(f"{where}: noise_std = {table['noise_std']!r} has to be a positive number in {name}")
+    return Channel(column, connector, name, role, noise)
 
 
 def _read_table(path: Path) -> tuple[list[str], np.ndarray]:
@@ -198,17 +188,21 @@ def _is_number(cell: str) -> bool:
 
 def _run(table: dict[str, Any], where: str, folder: Path, channels: tuple[Channel, ...], warnings: list[str]) -> Run:
     _no_strangers(table, "run", where)
-    events = tuple(_event(t, f"{where}, event {i}") for i, t in enumerate(table.get("event", []), 1))
-    parameters = table.get("parameters", {})
-    if not isinstance(parameters, dict):
-        raise CampaignError(f"{where}: 'parameters' has to be a table of addresses and values")
+    events = tuple(_event(t, f"{where}, event {i}") for i, t in enumerate(take.tables(table, where, "event"), 1))
+    parameters = take.get(table, where, "parameters", dict, {})
+    for address, value in parameters.items():
+        if not isinstance(value, (bool, int, float, str)):
+            raise CampaignError(
+                f"{where}: '{address}' = {value!r} has to be a number, a boolean or a string; "
+                "an address with dots stands in quotes"
+            )
     use = table.get("use")
     if use not in (None, "fit", "holdout"):
         raise CampaignError(f"{where}: use = '{use}' is neither fit nor holdout")
     if events and "file" not in table:
-        stop = float(_key(table, where, "stop_time", (int, float)))
+        stop = take.number(table, where, "stop_time")
         return Run(str(table.get("name", where.rpartition(": ")[2])), dict(parameters), use, {}, stop, events)
-    path = folder / _key(table, where, "file", str)
+    path = folder / take.get(table, where, "file", str)
     names, data = _read_table(path)
     if names[0] != "time":
         raise CampaignError(f"{path}: the first column is '{names[0]}'; it has to be 'time' in seconds")
@@ -258,19 +252,18 @@ def _run(table: dict[str, Any], where: str, folder: Path, channels: tuple[Channe
 
 def _event(table: dict[str, Any], where: str) -> Event:
     _no_strangers(table, "event", where)
-    number = (int, float)
-    values = {key: float(_key(table, where, key, number)) for key in ("target", "within", "after", "std")}
-    told = {key: float(_key(table, where, key, number)) for key in ("time", "at_most", "at_least") if key in table}
+    values = {key: take.number(table, where, key) for key in ("target", "within", "after", "std")}
+    told = {key: take.number(table, where, key) for key in ("time", "at_most", "at_least") if key in table}
     if "until" in table:
-        values["until"] = float(_key(table, where, "until", number))
+        values["until"] = take.number(table, where, "until")
         if not values["until"] > values["after"]:
             raise CampaignError(f"{where}: 'until' has to be later than 'after'")
     if len(told) != 1:
         raise CampaignError(f"{where}: needs one of 'time', 'at_most' and 'at_least'")
     if not (values["std"] > 0.0 and values["within"] > 0.0):
         raise CampaignError(f"{where}: 'std' and 'within' have to be positive")
-    first = "first" in table and _key(table, where, "first", bool)
-    return Event(_key(table, where, "connector", str), **values, first=first, **told)
+    first = take.get(table, where, "first", bool, False)
+    return Event(take.get(table, where, "connector", str), **values, first=first, **told)
 
 
 def si(name: str) -> str:
@@ -281,43 +274,31 @@ def si(name: str) -> str:
     return next(u.name for u in UNITS.values() if u.same_dimension(here) and u.factor == 1.0 and u.offset == 0.0)
 
 
-def toml(path: Path) -> dict[str, Any]:
-    """The data of a TOML file."""
-    try:
-        return tomllib.loads(path.read_text(encoding="utf-8"))
-    except OSError as error:
-        raise CampaignError(f"{path}: cannot be read ({error.strerror})") from None
-    except (tomllib.TOMLDecodeError, UnicodeDecodeError) as error:
-        raise CampaignError(f"{path}: not valid TOML ({error})") from None
-
-
 def read(path: Path) -> Campaign:
     """The campaign in a TOML file, checked. Raises `CampaignError` or `ParameterError`, one line each."""
-    data = toml(path)
+    data = take.load(path)
     _no_strangers(data, "", str(path))
     folder = path.parent
-    system = folder / _key(data, str(path), "system", str)
+    system = folder / take.get(data, str(path), "system", str)
     if not system.is_file():
         raise CampaignError(f"{path}: system = '{data['system']}': no such file")
-    effects = folder / data["effects"] if "effects" in data else None
-    only_events = "channel" not in data and any("event" in t for t in data.get("run", []) if isinstance(t, dict))
+    effects = folder / take.get(data, str(path), "effects", str) if "effects" in data else None
+    tables = take.tables(data, str(path), "run")
+    only_events = "channel" not in data and any("event" in t for t in tables)
     channels = () if only_events else channels_of(data, path)
     warnings: list[str] = []
-    runs = tuple(
-        _run(t, f"{path}: run {i}", folder, channels, warnings)
-        for i, t in enumerate(_key(data, str(path), "run", list), 1)
-    )
+    runs = tuple(_run(t, f"{path}: run {i}", folder, channels, warnings) for i, t in enumerate(tables, 1))
     if not runs:
         raise CampaignError(f"{path}: there are no runs")
     _find_duplicates(runs, warnings)
     base = {}
-    for i, table in enumerate(data.get("base", []), 1):
+    for i, table in enumerate(take.tables(data, str(path), "base"), 1):
         where = f"{path}: base {i}"
         _no_strangers(table, "base", where)
-        tolerance = _key(table, where, "tolerance", (int, float))
+        tolerance = take.number(table, where, "tolerance")
         if not 0.0 <= tolerance < 1.0:
             raise ParameterError(f"{where}: tolerance = {tolerance:g} has to lie between 0 and 1")
-        base[_key(table, where, "parameter", str)] = float(tolerance)
+        base[take.get(table, where, "parameter", str)] = tolerance
     return Campaign(str(data.get("name", path.stem)), system, effects, channels, runs, base, warnings)
 
 

@@ -19,15 +19,18 @@ A third party makes its own effects known to the diagnosis by writing such a fil
 
 from __future__ import annotations
 
-import tomllib
+from collections.abc import Callable
 from dataclasses import dataclass, field
 from math import inf
 from pathlib import Path
-from typing import Any
+from typing import Any, TypeVar
 
 import numpy as np
 
 from ..core.errors import PackageError
+from ..core.toml_tables import Tables
+
+T = TypeVar("T")
 
 PACKED = "resources/effects.toml"
 """Where the catalogue lies in an .ssp."""
@@ -146,120 +149,105 @@ class Catalogue:
         return next((e for e in self.effects if e.id == id), None)
 
 
-class _Reader:
-    """Takes values out of tables, with errors that name file and entry."""
+class _Reader(Tables):
+    """Takes the catalogue's entries out of their tables."""
 
-    def __init__(self, shown: str):
-        self.shown = shown
+    def __init__(self) -> None:
+        super().__init__(PackageError)
 
-    def fault(self, entry: str, text: str) -> PackageError:
-        return PackageError(f"{self.shown}: {entry}: {text}")
-
-    def get(self, table: dict[str, Any], entry: str, key: str, kind: type | tuple[type, ...]) -> Any:
-        if key not in table:
-            raise self.fault(entry, f"'{key}' is missing")
-        value = table[key]
-        if not isinstance(value, kind) or (isinstance(value, bool) and kind is not bool):
-            raise self.fault(entry, f"'{key}' = {value!r} has the wrong type")
+    def above_zero(self, table: dict[str, Any], entry: str, key: str) -> float:
+        value = self.number(table, entry, key)
+        if not value > 0.0:
+            raise self.error(f"{entry}: '{key}' = {value:g} has to be positive")
         return value
 
     def range(self, table: dict[str, Any], entry: str) -> tuple[float, float, float, float]:
-        number = (int, float)
-        neutral, prior = (float(self.get(table, entry, key, number)) for key in ("neutral", "prior"))
-        bounds = self.get(table, entry, "bounds", list)
-        if len(bounds) != 2 or not all(isinstance(b, number) for b in bounds) or not bounds[0] < bounds[1]:
-            raise self.fault(entry, f"'bounds' = {bounds} has to be two numbers, the lower first")
+        neutral, bounds = self.number(table, entry, "neutral"), self.numbers(table, entry, "bounds")
+        if len(bounds) != 2 or not bounds[0] < bounds[1]:
+            raise self.error(f"{entry}: 'bounds' = {bounds} has to be two numbers, the lower first")
         if not bounds[0] <= neutral <= bounds[1]:
-            raise self.fault(entry, f"'neutral' = {neutral:g} lies outside the bounds {bounds}")
-        if not prior > 0.0:
-            raise self.fault(entry, f"'prior' = {prior:g} has to be positive")
-        return neutral, float(bounds[0]), float(bounds[1]), prior
+            raise self.error(f"{entry}: 'neutral' = {neutral:g} lies outside the bounds {bounds}")
+        return neutral, bounds[0], bounds[1], self.above_zero(table, entry, "prior")
 
     def parameter(self, table: dict[str, Any], entry: str) -> Parameter:
         address = self.get(table, entry, "address", str)
-        also = tuple(table.get("also", ()))
-        neutral, low, high, prior = self.range(table, f"{entry}, {address}")
-        starts = table.get("starts", [])
-        if not isinstance(starts, list) or not all(isinstance(v, (int, float)) and low <= v <= high for v in starts):
-            raise self.fault(f"{entry}, {address}", f"'starts' = {starts} has to be numbers within the bounds")
-        shape = bool(table.get("shape", False))
-        return Parameter(address, neutral, low, high, prior, also, shape, tuple(map(float, starts)))
+        entry = f"{entry}, {address}"
+        neutral, low, high, prior = self.range(table, entry)
+        starts = tuple(self.numbers(table, entry, "starts", ()))
+        if not all(low <= v <= high for v in starts):
+            raise self.error(f"{entry}: 'starts' = {list(starts)} has to be numbers within the bounds")
+        also, shape = self.strings(table, entry, "also"), self.get(table, entry, "shape", bool, False)
+        return Parameter(address, neutral, low, high, prior, also, shape, starts)
+
+    def effect(self, table: dict[str, Any], entry: str) -> Effect:
+        parameters = tuple(self.parameter(p, entry) for p in self.tables(table, entry, "parameter"))
+        if not any(not p.shape for p in parameters):
+            raise self.error(f"{entry}: has no parameter that is not a shape")
+        return Effect(*(self.get(table, entry, key, str) for key in ("id", "text", "group")), parameters)
+
+    def sensor(self, table: dict[str, Any], entry: str) -> Sensor:
+        id, text, group, quantity = (self.get(table, entry, key, str) for key in ("id", "text", "group", "quantity"))
+        if quantity not in QUANTITIES:
+            raise self.error(f"{entry}: 'quantity' = '{quantity}' is none of {', '.join(QUANTITIES)}")
+        return Sensor(id, text, group, quantity, *self.range(table, entry))
+
+    def base(self, table: dict[str, Any], entry: str) -> Base:
+        tolerance = self.number(table, entry, "tolerance")
+        if not 0.0 < tolerance < 1.0:
+            raise self.error(f"{entry}: 'tolerance' = {tolerance:g} has to lie between 0 and 1")
+        return Base(self.get(table, entry, "parameter", str), tolerance)
+
+    def region(self, table: dict[str, Any], entry: str) -> Region:
+        limits = {key: self.number(table, entry, key) for key in ("above", "below") if key in table}
+        if not limits:
+            raise self.error(f"{entry}: needs 'above' or 'below'")
+        flags = {key: self.get(table, entry, key, bool) for key in ("rate", "size") if key in table}
+        return Region(self.get(table, entry, "text", str), self.get(table, entry, "signal", str), **limits, **flags)
+
+    def experiment(self, table: dict[str, Any], entry: str) -> Experiment:
+        values = tuple(self.numbers(table, entry, "values"))
+        if not values:
+            raise self.error(f"{entry}: 'values' is empty")
+        return Experiment(self.get(table, entry, "parameter", str), values)
+
+    def measurable(self, table: dict[str, Any], entry: str) -> Measurable:
+        return Measurable(self.get(table, entry, "connector", str), self.above_zero(table, entry, "noise_std"))
 
 
 def parse(text: str, shown: str = "effects.toml") -> Catalogue:
     """The catalogue in a TOML text; `PackageError` names the entry that is wrong."""
-    try:
-        data = tomllib.loads(text)
-    except tomllib.TOMLDecodeError as error:
-        raise PackageError(f"{shown}: not valid TOML ({error})") from None
-    reader = _Reader(shown)
-    effects = []
-    for i, table in enumerate(data.get("effect", []), 1):
-        entry = f"effect {table.get('id', i)}"
-        parameters = tuple(reader.parameter(p, entry) for p in reader.get(table, entry, "parameter", list))
-        if not any(not p.shape for p in parameters):
-            raise reader.fault(entry, "has no parameter that is not a shape")
-        names = (reader.get(table, entry, key, str) for key in ("id", "text", "group"))
-        effects.append(Effect(*names, parameters))
-    sensors = []
-    for i, table in enumerate(data.get("sensor", []), 1):
-        entry = f"sensor {table.get('id', i)}"
-        names = [reader.get(table, entry, key, str) for key in ("id", "text", "group", "quantity")]
-        if names[3] not in QUANTITIES:
-            raise reader.fault(entry, f"'quantity' = '{names[3]}' is none of {', '.join(QUANTITIES)}")
-        sensors.append(Sensor(*names, *reader.range(table, entry)))
-    base = []
-    for i, table in enumerate(data.get("base", []), 1):
-        entry = f"base {table.get('parameter', i)}"
-        tolerance = float(reader.get(table, entry, "tolerance", (int, float)))
-        if not 0.0 < tolerance < 1.0:
-            raise reader.fault(entry, f"'tolerance' = {tolerance:g} has to lie between 0 and 1")
-        base.append(Base(reader.get(table, entry, "parameter", str), tolerance))
-    regions = tuple(_region(t, reader, i) for i, t in enumerate(data.get("region", []), 1))
-    experiments, measurables = [], []
-    for i, table in enumerate(data.get("experiment", []), 1):
-        entry = f"experiment {table.get('parameter', i)}"
-        values = reader.get(table, entry, "values", list)
-        if not values or not all(isinstance(v, (int, float)) for v in values):
-            raise reader.fault(entry, f"'values' = {values} has to be a list of numbers")
-        experiments.append(Experiment(reader.get(table, entry, "parameter", str), tuple(map(float, values))))
-    for i, table in enumerate(data.get("measurable", []), 1):
-        entry = f"measurable {table.get('connector', i)}"
-        noise = float(reader.get(table, entry, "noise_std", (int, float)))
-        if not noise > 0.0:
-            raise reader.fault(entry, f"'noise_std' = {noise:g} has to be positive")
-        measurables.append(Measurable(reader.get(table, entry, "connector", str), noise))
-    estimation = {}
-    if "estimation" in data:
-        estimation = reader.get(data["estimation"], "estimation", "parameters", dict)
+    return _catalogue(Tables(PackageError).parse(text, shown), shown)
+
+
+def _catalogue(data: dict[str, Any], shown: str) -> Catalogue:
+    reader = _Reader()
+
+    def all_of(kind: str, name: str, make: Callable[[dict[str, Any], str], T]) -> tuple[T, ...]:
+        tables = reader.tables(data, shown, kind)
+        return tuple(make(t, f"{shown}: {kind} {t.get(name, i)}") for i, t in enumerate(tables, 1))
+
+    effects, sensors = all_of("effect", "id", reader.effect), all_of("sensor", "id", reader.sensor)
     ids = [e.id for e in (*effects, *sensors)]
     for id in ids:
         if ids.count(id) > 1:
-            raise reader.fault(f"effect {id}", "is listed twice")
-    if not effects and not sensors:
-        raise PackageError(f"{shown}: holds no effects")
+            raise reader.error(f"{shown}: effect {id}: is listed twice")
+    if not ids:
+        raise reader.error(f"{shown}: holds no effects")
+    estimation = reader.get(data, shown, "estimation", dict, {})
     return Catalogue(
-        tuple(effects), tuple(sensors), tuple(base), regions, tuple(experiments), tuple(measurables), estimation
-    )  # fmt: skip
-
-
-def _region(table: dict[str, Any], reader: _Reader, i: int) -> Region:
-    entry = f"region {table.get('text', i)}"
-    limits = {key: float(reader.get(table, entry, key, (int, float))) for key in ("above", "below") if key in table}
-    if not limits:
-        raise reader.fault(entry, "needs 'above' or 'below'")
-    flags = {key: reader.get(table, entry, key, bool) for key in ("rate", "size") if key in table}
-    return Region(reader.get(table, entry, "text", str), reader.get(table, entry, "signal", str), **limits, **flags)
+        effects,
+        sensors,
+        all_of("base", "parameter", reader.base),
+        all_of("region", "text", reader.region),
+        all_of("experiment", "parameter", reader.experiment),
+        all_of("measurable", "connector", reader.measurable),
+        reader.get(estimation, f"{shown}: estimation", "parameters", dict) if estimation else {},
+    )
 
 
 def load(path: Path) -> Catalogue:
     """The catalogue in a file."""
-    try:
-        return parse(path.read_text(encoding="utf-8"), str(path))
-    except OSError as error:
-        raise PackageError(f"{path}: cannot be read ({error.strerror})") from None
-    except UnicodeDecodeError:
-        raise PackageError(f"{path}: is not a text file in UTF-8") from None
+    return _catalogue(Tables(PackageError).load(path), str(path))
 
 
 def load_from_package(package: Path) -> Catalogue:

@@ -23,7 +23,7 @@ import numpy as np
 from ..core.errors import OutputError
 from ..core.units import unit
 from ..master.session import Session
-from .campaign import CampaignError, Channel, channels_of, strange_keys, toml
+from .campaign import CampaignError, Channel, channels_of, take
 from .catalogue import QUANTITIES
 from .sensor import Sensor
 
@@ -58,19 +58,17 @@ def _table(values: dict[str, Any]) -> str:
 
 def make(template: Path, folder: Path, say: Callable[[str], None] = lambda text: None) -> Path:
     """Run the template's scenario and write the campaign into `folder`; returns its campaign.toml."""
-    data = toml(template)
-    strange_keys(data, ("name", "system", "effects", "channel", "run", "base", "truth", "seed"), str(template))
-    if not isinstance(data.get("system"), str):
-        raise CampaignError(f"{template}: 'system' is missing")
-    package = template.parent / data["system"]
+    data = take.load(template)
+    take.no_strangers(data, ("name", "system", "effects", "channel", "run", "base", "truth", "seed"), str(template))
+    package = template.parent / take.get(data, str(template), "system", str)
     if not package.is_file():
         raise CampaignError(f"{template}: system = '{data['system']}': no such file")
     channels = channels_of(data, template)
-    truth = dict(data.get("truth", {}))
+    truth = take.get(data, str(template), "truth", dict, {})
     sensors = _sensors(truth, channels, str(template))
     hidden = {address: value for address, value in truth.items() if not address.startswith("sensor.")}
-    rng = np.random.default_rng(int(data.get("seed", 0)))
-    runs = data.get("run", [])
+    rng = np.random.default_rng(take.get(data, str(template), "seed", int, 0))
+    runs = take.tables(data, str(template), "run")
     if not runs:
         raise CampaignError(f"{template}: there are no runs")
     try:
@@ -90,29 +88,31 @@ def make(template: Path, folder: Path, say: Callable[[str], None] = lambda text:
     with Session(package) as session:
         for i, run in enumerate(runs, 1):
             where = f"{template}: run {i}"
-            strange_keys(run, ("file", "parameters", "use", "stop_time", "rate"), where)
-            if not isinstance(run.get("file"), str):
-                raise CampaignError(f"{where}: 'file' is missing")
-            known = run.get("parameters", {})
-            stop = float(run.get("stop_time", session.structure.stop_time or 1.0))
+            take.no_strangers(run, ("file", "parameters", "use", "stop_time", "rate"), where)
+            name = take.get(run, where, "file", str)
+            known = take.get(run, where, "parameters", dict, {})
+            stop = take.number(run, where, "stop_time", session.structure.stop_time or 1.0)
+            rate = take.number(run, where, "rate", RATE)
+            if not (stop > 0.0 and rate > 0.0):
+                raise CampaignError(f"{where}: 'stop_time' and 'rate' have to be positive")
             t, rows = session.run([c.connector for c in outputs], stop, STEP, {**known, **hidden})
-            at = np.arange(round(stop * float(run.get("rate", RATE))) + 1) / float(run.get("rate", RATE))
+            at = np.arange(round(stop * rate) + 1) / rate
             columns = [at]
             for k, channel in enumerate(outputs):
                 y = sensors.get(channel.connector, Sensor()).read(t, rows[:, k], at)
                 y = y + rng.normal(0.0, channel.noise_std or 0.0, len(at))
                 columns.append((y - unit(channel.unit).offset) / unit(channel.unit).factor)
-            with (folder / run["file"]).open("w", newline="", encoding="utf-8") as file:
+            with (folder / name).open("w", newline="", encoding="utf-8") as file:
                 writer = csv.writer(file)
                 writer.writerow(["time", *(c.column for c in outputs)])
                 writer.writerows([f"{v:.9g}" for v in row] for row in np.column_stack(columns))
-            lines += ["", "[[run]]", f"file = {_toml(run['file'])}"]
+            lines += ["", "[[run]]", f"file = {_toml(name)}"]
             if known:
                 lines.append(f"parameters = {_table(known)}")
             if "use" in run:
                 lines.append(f"use = {_toml(run['use'])}")
-            say(f"{folder / run['file']}  {len(at)} samples")
-    for base in data.get("base", []):
+            say(f"{folder / name}  {len(at)} samples")
+    for base in take.tables(data, str(template), "base"):
         lines += ["", "[[base]]", *(f"{key} = {_toml(value)}" for key, value in base.items())]
     target = folder / "campaign.toml"
     target.write_text("\n".join(lines) + "\n", encoding="utf-8")

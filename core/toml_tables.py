@@ -1,0 +1,82 @@
+"""Takes values out of the tables of a TOML file, with faults that name the place in one line."""
+
+from __future__ import annotations
+
+import tomllib
+from collections.abc import Sequence
+from math import isfinite
+from pathlib import Path
+from typing import Any
+
+from .errors import CosimError, did_you_mean
+
+
+class Tables:
+    """What is wrong in a file's tables is raised as `error`, its text beginning with `where`."""
+
+    def __init__(self, error: type[CosimError]):
+        self.error = error
+
+    def load(self, path: Path) -> dict[str, Any]:
+        """The data of a TOML file."""
+        try:
+            return self.parse(path.read_text(encoding="utf-8"), str(path))
+        except OSError as error:
+            raise self.error(f"{path}: cannot be read ({error.strerror})") from None
+        except UnicodeDecodeError:
+            raise self.error(f"{path}: is not a text file in UTF-8") from None
+
+    def parse(self, text: str, where: str) -> dict[str, Any]:
+        """The data of a TOML text."""
+        try:
+            return tomllib.loads(text)
+        except (tomllib.TOMLDecodeError, RecursionError) as error:
+            raise self.error(f"{where}: not valid TOML ({error})") from None
+
+    def get(self, table: dict[str, Any], where: str, key: str, kind: type, default: Any = None) -> Any:
+        """A value of that type; one that is missing is `default`, or a fault when that is None."""
+        if key not in table and default is not None:
+            return default
+        if key not in table:
+            raise self.error(f"{where}: '{key}' is missing")
+        if not isinstance(table[key], kind):
+            raise self.error(f"{where}: '{key}' = {table[key]!r} has the wrong type")
+        return table[key]
+
+    def number(self, table: dict[str, Any], where: str, key: str, default: float | None = None) -> float:
+        """A finite number."""
+        value = table.get(key, default)
+        if value is None:
+            raise self.error(f"{where}: '{key}' is missing")
+        if isinstance(value, bool) or not isinstance(value, (int, float)):
+            raise self.error(f"{where}: '{key}' = {value!r} has the wrong type; it has to be a number")
+        if not isfinite(value):
+            raise self.error(f"{where}: '{key}' = {value} is not finite")
+        return float(value)
+
+    def numbers(
+        self, table: dict[str, Any], where: str, key: str, default: Sequence[float] | None = None
+    ) -> list[float]:
+        """A list of finite numbers."""
+        values = self.get(table, where, key, list, None if default is None else list(default))
+        return [self.number({key: v}, where, key) for v in values]
+
+    def strings(self, table: dict[str, Any], where: str, key: str) -> tuple[str, ...]:
+        """A list of strings; empty when it is missing."""
+        values = self.get(table, where, key, list, [])
+        if not all(isinstance(v, str) for v in values):
+            raise self.error(f"{where}: '{key}' = {values!r} has to be a list of strings")
+        return tuple(values)
+
+    def tables(self, table: dict[str, Any], where: str, key: str) -> list[dict[str, Any]]:
+        """The tables `[[key]]`; empty when there are none."""
+        made = table.get(key, [])
+        if not isinstance(made, list) or not all(isinstance(t, dict) for t in made):
+            raise self.error(f"{where}: '{key}' has to be tables [[{key}]]")
+        return made
+
+    def no_strangers(self, table: dict[str, Any], known: Sequence[str], where: str) -> None:
+        """Raises for a key that is not known."""
+        for key in table:
+            if key not in known:
+                raise self.error(f"{where}: unknown key '{key}'{did_you_mean(key, known)}")
