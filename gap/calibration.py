@@ -9,13 +9,21 @@ import json
 from dataclasses import dataclass
 from importlib.resources import files
 
+import numpy as np
+
+CHANCE = 1.5
+"""Standard deviations of the energy that noise shares by chance which are no evidence."""
+
 
 @dataclass(frozen=True)
 class Calibration:
     """How much the evidence counts."""
 
     independent: float
-    """Most independent readings that count: two models always differ a little in what neither of them is about, and no
+    """Independent pieces that the residual of a wrong model counts for."""
+
+    discrepancy: float
+    """Energy per reading, in floors squared, in which models differ that are both right for what they are about: no
     amount of data makes such a difference a cause."""
 
     temperature: float
@@ -30,9 +38,17 @@ class Calibration:
     misjudged: float = 0.0
     """Least probability of "unknown", and of its opposite: a search may have failed."""
 
+    def level(self, shared: float, readings: int) -> float:
+        """ln of a residual's shared energy, with what models and chance share of so many readings added."""
+        return float(np.log(max(shared, 0.0) + self.discrepancy + CHANCE / np.sqrt(readings)))
+
+    def weight(self, shared: float, readings: int) -> float:
+        """What a residual's shared energy counts for as evidence, the less the better."""
+        return min(self.independent, readings) * self.level(shared, readings)
+
     @classmethod
     def load(cls) -> Calibration:
         """The calibration that is shipped."""
         data = json.loads(files(__package__).joinpath("calibration.json").read_text(encoding="utf-8"))
-        numbers = (float(data[key]) for key in ("independent", "temperature", "lapse"))
+        numbers = (float(data[key]) for key in ("independent", "discrepancy", "temperature", "lapse"))
         return cls(*numbers, tuple(map(float, data["unknown"])), float(data["misjudged"]))

@@ -12,7 +12,6 @@ from .campaign import Campaign
 from .consistency import check
 from .experiment import Next, ranked
 from .fit import clock
-from .heldout import surprise
 from .intervals import reduction_interval
 from .noise import rms
 from .pool import Pool, Say
@@ -39,11 +38,7 @@ def diagnose(
     with Pool(campaign.system, executor, processes, progress) as pool:
         s = study(campaign, catalogue, pool, say)
         calibration = Calibration.load()
-        best = next((j for j in s.judged if j.hypothesis.candidates), s.null_judged)
-        null_gap, best_gap = (
-            surprise(s.problem, j.hypothesis.fit, s.nuisance, j.held_out) for j in (s.null_judged, best)
-        )  # fmt: skip
-        x = features(null_gap, min(best_gap, null_gap))
+        x = features(*(calibration.level(j.shared, len(s.problem.obs)) for j in (s.null_judged, s.judged[0])))
         found = _worth_telling(causes(s.judged, calibration, x))
         d = Diagnosis(s, found, [], [], None, warnings=list(s.problem.warnings), features=[float(v) for v in x])
         say("where the gap lies")

@@ -1,13 +1,16 @@
-"""Bounded Gauss-Newton on whitened residuals, as a coroutine that asks for simulations and shares its Jacobians.
+"""Bounded Gauss-Newton on whitened residuals, as a coroutine that asks for simulations so that fits run side by side.
 
 Cost of a point:
 
-    C(u) = sum(r^2) / phi + sum((u / sd)^2),   r = (measured - model(u) - N q) / floor
+    C(u) = sum(r^2) / s + sum((u / sd)^2) + sum(q^2),   r = (measured - model(u) - N q) / floor
 
-q are the linear nuisances (a bias per channel, a clock error per run) with priors of their own, in closed form with u.
-phi is the dispersion: the mean square of the residual times its correlation time, at least 1. It is taken from the
-fit's own residual, so a model that misses much does not squeeze its base parameters against their bounds, and a model
-that fits to the floor is held to it.
+q are the linear nuisances (a bias per channel, a clock error per run) with priors of their own, in closed form with u;
+s is the mean square of r where the step begins, at least 1: what a model misses does not count as noise that it beats.
+
+A valve that saturates a millisecond later moves a pressure by hundreds of floors for that millisecond. Such a residual
+is followed only with the derivative at the point itself: differences are taken as small as the simulations are smooth
+(`Problem.difference`), anew at every step, and each accepted point is run at the package's step
+beside the long steps of the differences.
 """
 
 from __future__ import annotations
@@ -21,17 +24,30 @@ from scipy.optimize import lsq_linear
 from .noise import rms
 from .problem import BIAS, BIAS_OF_LEVEL, CLOCK, Point, Problem, Unknown
 
-Ask = Generator[list[Point], list[np.ndarray | None], "Fit"]
+
+@dataclass(frozen=True)
+class Wanted:
+    """Points to be simulated: at long steps, and at the package's step."""
+
+    coarse: list[Point]
+    exact: list[Point]
+
+
+Answer = tuple[list[np.ndarray | None], list[np.ndarray | None]]
+
+Ask = Generator[Wanted, Answer, "Fit"]
 """Yields points, is sent their long vectors, returns a fit."""
 
 LEAST = 600.0
-"""Readings that count at least, however long their residuals stay on one side: a fit has to want to improve."""
+"""Readings that count at least in the dispersion, however long their residuals stay on one side."""
 
-MOVED = 0.5
-"""How far a fit goes, in prior standard deviations, before its derivatives are too old to end with."""
+WIDE = 0.2
+"""Step, in u, of differences that serve for larger moves: refits without a fold, intervals, or where a small step shows
+nothing."""
 
-DIFFERENCE, FINE_DIFFERENCE = 0.2, 0.05
-"""Step of a finite difference, in u: on the way, and near the end, where kinks of the model matter."""
+TRIALS, GAIN, GAINED = 4, 0.3, 2.0
+"""Steps that are tried from a point; the gain in cost below which a step is not worth a run; and that below which the
+next one will not be."""
 
 
 @dataclass
@@ -44,7 +60,10 @@ class Fit:
     jacobian: np.ndarray
     q: np.ndarray
     residual: np.ndarray
+    correction: np.ndarray
+    """The model at the package's step less that at long steps, where it was last taken (n,)."""
     phi: float
+    """Dispersion: what a squared residual counts for less because neighbours share it; at least 1."""
     converged: bool = False
 
     @property
@@ -57,9 +76,19 @@ class Fit:
         """Whitened RMS of the residual."""
         return rms(self.residual)
 
+    @property
+    def scale(self) -> float:
+        """What squared residuals are divided by in the cost."""
+        return scale(self.residual)
+
     def penalty(self) -> float:
         """Sum of (u / sd)^2."""
         return float(sum((u / x.sd) ** 2 for x, u in zip(self.unknowns, self.u, strict=True)))
+
+
+def scale(residual: np.ndarray) -> float:
+    """Mean square, at least 1."""
+    return max(1.0, float(np.mean(residual * residual)))
 
 
 def nuisances(problem: Problem, model: np.ndarray) -> np.ndarray:
@@ -175,46 +204,41 @@ def settle(problem: Problem, model: np.ndarray, N: np.ndarray, phi: float) -> tu
     return q, lin.r - lin.A @ q
 
 
-def difference_points(
-    unknowns: Sequence[Unknown], u: np.ndarray, which: Sequence[int], difference: float
-) -> list[tuple[int, float]]:
-    """(index, step) of finite differences that stay within the bounds."""
-    made = []
-    for j in which:
-        x = unknowns[j]
-        h = min(difference, 0.5 * (x.high - x.low))
-        made.append((j, h if u[j] + h <= x.high else -h))
-    return made
+def differences(
+    unknowns: Sequence[Unknown], u: np.ndarray, which: Sequence[int], h: float, here: np.ndarray
+) -> Generator[Wanted, Answer, np.ndarray]:
+    """Derivatives (n, len(which)) by some unknowns from runs at long steps; here (n,) is the run at u itself.
 
-
-def renew(
-    J: np.ndarray, unknowns: Sequence[Unknown], u: np.ndarray, model: np.ndarray, which: Sequence[int],
-    difference: float,
-) -> Generator[list[Point], list[np.ndarray | None], None]:
-    """Write the derivatives by some unknowns into J (n, k), by finite differences; a failing run gives the other side.
-
-    A derivative that cannot be found on either side is zero.
+    A run that fails gives way to one on the other side; a derivative that cannot be found, or that is nothing even for
+    a wide step, is zero.
     """
-    steps = difference_points(unknowns, u, which, difference)
     names = [x.name for x in unknowns]
-
-    def at(j: int, h: float) -> dict[str, float]:
-        v = u.copy()
-        v[j] += h
-        return dict(zip(names, v.tolist(), strict=True))
-
-    results = yield [at(j, h) for j, h in steps]
-    again = []
-    for (j, h), y in zip(steps, results, strict=True):
-        J[:, j] = 0.0 if y is None else (y - model) / h
-        if y is None:
-            again.append((j, -0.25 * h))
-    if again:
-        again = [(j, h) for j, h in again if unknowns[j].low <= u[j] + h <= unknowns[j].high]
-        results = (yield [at(j, h) for j, h in again]) if again else []
-        for (j, h), y in zip(again, results, strict=True):
-            if y is not None:
-                J[:, j] = (y - model) / h
+    columns = np.zeros((len(here), len(which)))
+    sizes = dict.fromkeys(range(len(which)), h)
+    for attempt in range(3):
+        steps, points = {}, []
+        for c, size in sizes.items():
+            j = which[c]
+            low, high = unknowns[j].low - u[j], unknowns[j].high - u[j]
+            size = min(size, 0.5 * (high - low))
+            forward = size <= high and (attempt != 1 or -size < low)
+            steps[c] = size if forward else -size
+            v = u.copy()
+            v[j] += steps[c]
+            points.append(dict(zip(names, v.tolist(), strict=True)))
+        results, _ = yield Wanted(points, [])
+        again = {}
+        for (c, step), y in zip(steps.items(), results, strict=True):
+            if y is None:
+                again[c] = abs(step)
+                continue
+            columns[:, c] = (y - here) / step
+            if not np.any(columns[:, c]) and abs(step) < WIDE:
+                again[c] = WIDE
+        sizes = again
+        if not sizes:
+            break
+    return columns
 
 
 def fit(
@@ -222,104 +246,83 @@ def fit(
     unknowns: tuple[Unknown, ...],
     u: np.ndarray,
     N: np.ndarray,
-    jacobian: np.ndarray,
-    known: np.ndarray,
     iterations: int,
-    model: np.ndarray | None = None,
-    refreshes: int = 0,
-    least: float = LEAST,
-    difference: float = DIFFERENCE,
+    like: Fit | None = None,
 ) -> Ask:
     """Lower the cost from u (k,) in at most that many iterations.
 
-    jacobian (n, k) with known (k,) true where a column is usable; the others are found by finite differences first.
-    Derivatives grow old as the fit moves: before it ends, all are found anew, at most `refreshes` times.
+    like: a fit of the first of the unknowns nearby; its derivatives and its correction are kept, and only the other
+    unknowns' are found. That is cheap, and enough to see whether an effect is worth more.
     """
     u = u.astype(float).copy()
     names = [x.name for x in unknowns]
     sd = np.array([x.sd for x in unknowns])
+    old = 0 if like is None else len(like.unknowns)
 
-    def point(v: np.ndarray) -> dict[str, float]:
-        return dict(zip(names, v.tolist(), strict=True))
+    def asked(v: np.ndarray) -> Wanted:
+        point = dict(zip(names, v.tolist(), strict=True))
+        return Wanted([point], [point] if like is None else [])
 
-    if model is None:
-        for _ in range(4):
-            model = (yield [point(u)])[0]
-            if model is not None:
-                break
-            u *= 0.5
-        else:
-            raise FitFailed
-    J = jacobian.copy()
-    missing = np.flatnonzero(~known)
-    if len(missing):
-        yield from renew(J, unknowns, u, model, missing, difference)
+    def model_of(answer: Answer) -> tuple[np.ndarray, np.ndarray] | None:
+        """(coarse, model) at a point."""
+        coarse, exact = answer[0][0], answer[1][0] if like is None else None
+        if coarse is None or (like is None and exact is None):
+            return None
+        return coarse, coarse + like.correction if like is not None else exact
+
+    def cost(res: np.ndarray, v: np.ndarray, q: np.ndarray, s: float) -> float:
+        return float(res @ res / s + np.sum((v / sd) ** 2) + q @ q)
+
+    for _ in range(TRIALS):
+        found = model_of((yield asked(u)))
+        if found is not None:
+            break
+        u *= 0.5
+    else:
+        raise FitFailed
+    coarse, model = found
     q, residual = settle(problem, model, N, 1.0)
-    mine = dispersion(problem, residual, least)
-    q, residual = settle(problem, model, N, mine)
+    J = np.zeros((len(model), len(u)))
+    if like is not None:
+        J[:, :old] = like.jacobian
     radius = np.array([1.0 if x.kind == "base" else max(1.0, abs(v)) for x, v in zip(unknowns, u, strict=True)])
-    adaptive = np.array([x.kind != "base" for x in unknowns])
-    converged, stale, small = False, False, 0
-    seen_at, poor = u.copy(), False
-
-    def gone_far() -> bool:
-        return bool(np.any(np.abs(u - seen_at) / sd > MOVED))
-
-    def cost(res: np.ndarray, v: np.ndarray, qq: np.ndarray, p: float) -> float:
-        return float(res @ res / p + np.sum((v / sd) ** 2) + qq @ qq)
-
-    for count in range(iterations):
-        tired = small >= 2 or poor or count == iterations // 2
-        if refreshes > 0 and tired and gone_far():
-            yield from renew(J, unknowns, u, model, range(len(u)), difference)
-            radius = np.maximum(radius, 0.5)
-            refreshes, stale, small, poor, seen_at = refreshes - 1, False, 0, False, u.copy()
-        if small >= 2:
-            converged = True
-            break
-        lin = Linear(problem, u, model, J, N)
-        d, dq = lin.step(unknowns, mine, radius)
-        predicted = lin.left(d, dq)
-        now = cost(residual, u, q, mine)
-        gain = now - cost(predicted, u + d, dq, mine)
-        if gain < 0.3:
-            if refreshes > 0 and gone_far():
-                small = 2
+    converged = False
+    for _ in range(iterations):
+        J[:, old:] = yield from differences(unknowns, u, range(old, len(u)), problem.difference, coarse)
+        s = scale(residual)
+        q, residual = settle(problem, model, N, s)
+        lin, now = Linear(problem, u, model, J, N), cost(residual, u, q, s)
+        for _ in range(TRIALS):
+            d, dq = lin.step(unknowns, s, radius)
+            gain = now - cost(lin.left(d, dq), u + d, dq, s)
+            converged = gain < GAIN
+            if converged:
+                break
+            found = model_of((yield asked(u + d)))
+            if found is None:
+                radius = 0.3 * np.minimum(radius, np.maximum(np.abs(d), 1e-3))
                 continue
-            if stale:  # the derivative is old where the fit moved: look again before giving up
-                yield from renew(J, unknowns, u, model, np.flatnonzero(adaptive), difference)
-                stale = False
-                continue
-            converged = True
-            break
-        trial = (yield [point(u + d)])[0]
-        if trial is None:
-            radius *= 0.3
-            continue
-        change = trial - model - J @ d
-        weight = d / sd**2
-        J += np.outer(change, weight) / float(weight @ d)
-        q_new, res_new = settle(problem, trial, N, mine)
-        real = now - cost(res_new, u + d, q_new, mine)
-        if real > 0.0:
-            u, model, q, residual = u + d, trial, q_new, res_new
-            radius = np.where(real > 0.5 * gain, np.maximum(radius, 2.0 * np.abs(d)), radius)
-            if real < 0.25 * gain:
-                radius = np.maximum(0.5 * np.abs(d), 0.25 * radius)
-            stale = stale or bool(np.any(np.abs(d[adaptive]) > 0.3))
-            fresh = dispersion(problem, residual, least)
-            if not 0.8 < fresh / mine < 1.25:
-                mine = fresh
-                q, residual = settle(problem, model, N, mine)
-            small = small + 1 if real < 0.5 else 0
-            poor = real < 0.6 * gain
-        else:
-            poor = True
+            q_new, res_new = settle(problem, found[1], N, s)
+            real = now - cost(res_new, u + d, q_new, s)
+            if real > 0.0:
+                u, q, residual, (coarse, model) = u + d, q_new, res_new, found
+                if real > 0.5 * gain:
+                    radius = np.maximum(radius, 2.0 * np.abs(d))
+                    converged = real < GAINED
+                break
             radius = 0.3 * np.maximum(np.abs(d), 1e-3)
-            if refreshes == 0 and (stale or np.any(adaptive)):
-                yield from renew(J, unknowns, u, model, np.flatnonzero(adaptive), difference)
-                stale = False
-    return Fit(unknowns, u, model, J, q, residual, mine, converged)
+        else:
+            break
+        if converged:
+            break
+    return Fit(unknowns, u, model, J, q, residual, model - coarse, dispersion(problem, residual), converged)
+
+
+def wide(problem: Problem, at: Fit) -> Ask:
+    """The fit where it stands, with derivatives that serve for larger moves."""
+    every = range(len(at.u))
+    J = yield from differences(at.unknowns, at.u, every, WIDE, at.model - at.correction)
+    return replace(at, jacobian=J)
 
 
 class FitFailed(Exception):
@@ -329,9 +332,9 @@ class FitFailed(Exception):
 def drive(problem: Problem, fits: Sequence[Ask]) -> list[Fit | None]:
     """Run fits side by side so that their simulations share the processes; None for one that failed."""
     results: list[Fit | None] = [None] * len(fits)
-    waiting: dict[int, list[Point]] = {}
+    waiting: dict[int, Wanted] = {}
 
-    def forward(i: int, answer: list[np.ndarray | None] | None) -> None:
+    def forward(i: int, answer: Answer | None) -> None:
         try:
             waiting[i] = next(fits[i]) if answer is None else fits[i].send(answer)
         except StopIteration as done:
@@ -343,17 +346,19 @@ def drive(problem: Problem, fits: Sequence[Ask]) -> list[Fit | None]:
     for i in range(len(fits)):
         forward(i, None)
     while waiting:
-        order = list(waiting)
-        asked = [waiting[i] for i in order]
-        answers = problem.evaluate([p for points in asked for p in points])
-        place = 0
-        for i, points in zip(order, asked, strict=True):
-            forward(i, answers[place : place + len(points)])
-            place += len(points)
+        asked = dict(waiting)
+        coarse, exact = problem.answer(
+            [p for w in asked.values() for p in w.coarse], [p for w in asked.values() for p in w.exact]
+        )
+        for i, w in asked.items():
+            mine = coarse[: len(w.coarse)], exact[: len(w.exact)]
+            coarse, exact = coarse[len(w.coarse) :], exact[len(w.exact) :]
+            forward(i, mine)
     return results
 
 
-def recorrect(fit: Fit, problem: Problem, exact: np.ndarray, N: np.ndarray) -> Fit:
-    """The fit with its model replaced by a run at the package's step at the same point."""
-    q, residual = settle(problem, exact, N, fit.phi)
-    return replace(fit, model=exact, q=q, residual=residual)
+def went(problem: Problem, ask: Ask) -> Fit:
+    """The outcome of a fit that starts where the model is known to run."""
+    found = drive(problem, [ask])[0]
+    assert found is not None
+    return found

@@ -9,7 +9,6 @@ from __future__ import annotations
 import numpy as np
 
 from .fit import Fit, Linear
-from .noise import rms
 from .observations import Observations
 from .problem import Problem
 
@@ -32,27 +31,20 @@ def folds(obs: Observations, stretches: int = FOLDS, count: int = FOLDS) -> list
     return [mask for k in range(count) if (mask := place % count == k).any()]
 
 
-def surprise(problem: Problem, fit: Fit, N: np.ndarray, held_out: np.ndarray) -> float:
-    """RMS of a left-out residual (n,), each reading in units of what its prediction can be trusted with.
+def left_out(problem: Problem, fit: Fit, N: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """(residual, spread) of every entry (n,), predicted by a refit without its fold, both in floors.
 
-    That is the floor and what the readings that were not left out leave open of the unknowns. With long records it is
-    the floor alone; of a few single moments each one matters to the fit, and none is well predicted by the others.
+    The spread is what the prediction can be trusted with: the floor and what the readings that were not left out leave
+    open of the unknowns. With long records of several channels it is the floor alone; of a few single moments, or of
+    the one run that shows a parameter, each matters to the fit and is not well predicted by the others.
     """
     lin = Linear(problem, fit.u, fit.model, fit.jacobian, N)
-    z = np.empty(len(problem.obs))
-    for mask in folds(problem.obs):
-        part = lin.A[mask]
-        covariance = np.linalg.inv(lin.without(mask).curvature(fit.unknowns, 1.0))
-        z[mask] = held_out[mask] / np.sqrt(1.0 + np.einsum("ij,jk,ik->i", part, covariance, part))
-    return rms(z)
-
-
-def left_out(problem: Problem, fit: Fit, N: np.ndarray) -> np.ndarray:
-    """Whitened residual (n,) of every entry, predicted by a refit without its fold."""
-    lin = Linear(problem, fit.u, fit.model, fit.jacobian, N)
-    made = np.empty(len(problem.obs))
+    residual, spread = np.empty(len(problem.obs)), np.empty(len(problem.obs))
     radius = np.full(len(fit.u), NEAR)
     for mask in folds(problem.obs):
-        d, q = lin.without(mask).step(fit.unknowns, fit.phi, radius)
-        made[mask] = lin.left(d, q)[mask]
-    return made
+        rest, part = lin.without(mask), lin.A[mask]
+        d, q = rest.step(fit.unknowns, fit.scale, radius)
+        residual[mask] = lin.left(d, q)[mask]
+        covariance = np.linalg.inv(rest.curvature(fit.unknowns, 1.0))
+        spread[mask] = np.sqrt(1.0 + np.einsum("ij,jk,ik->i", part, covariance, part))
+    return residual, spread

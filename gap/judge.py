@@ -1,16 +1,18 @@
 """From fits to evidence: which hypothesis the data prefer.
 
-Evidence of a hypothesis h with mean square m_h of its held-out residual (a Laplace approximation):
+Evidence of a hypothesis h whose left-out residual, in units of its spread, has the shared energy E_h (a Laplace
+approximation; noise has no part in E, see `Observations.shared`):
 
-    S_h = n_eff ln(m_h) + penalty_h + ln det(1 + J^T J sd^2 / phi) - 2 ln prior_h
+    S_h = n ln(E_h + e + 1.5 / sqrt(N)) + penalty_h + occam_h - 2 ln prior_h
 
-n_eff is the number of readings that count (`calibration`).
+n is the number of independent pieces that a wrong model's residual counts for, e the energy in which two models differ
+that are both right for what they are about (`calibration`); N readings share 1 / sqrt(N) by chance.
 """
 
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, field
 
 import numpy as np
 
@@ -26,10 +28,11 @@ PRIOR_NULL, PRIOR_SINGLE, PRIOR_PAIR = 0.3, 0.5, 0.2
 
 @dataclass
 class Judged:
-    """A hypothesis with its evidence and held-out residual."""
+    """A hypothesis with its evidence, held-out residual and the energy that this shares, in units of its spread."""
 
     hypothesis: Hypothesis
     held_out: np.ndarray
+    shared: float
     score: float = 0.0
     terms: dict[str, float] = field(default_factory=dict)
     """What the score is made of."""
@@ -40,13 +43,16 @@ class Judged:
         return rms(self.held_out)
 
 
-def occam(problem: Problem, fit: Fit) -> float:
-    """ln det(1 + sd J^T W J sd / phi): how much of the prior's volume the data rule out, twice the log."""
-    if not fit.unknowns:
-        return 0.0
+def occam(problem: Problem, fit: Fit, phi: float) -> float:
+    """How much of the prior's volume of the effects' parameters the data rule out, twice the log.
+
+    ln det(1 + sd J^T W J sd / phi) of all unknowns less that of the base parameters, which every hypothesis has.
+    """
     sd = np.array([x.sd for x in fit.unknowns])
     A = fit.jacobian * (sd / problem.obs.floor[:, None])
-    return float(np.linalg.slogdet(np.eye(len(sd)) + A.T @ A / fit.phi)[1])
+    whole = np.eye(len(sd)) + A.T @ A / phi
+    base = np.flatnonzero([x.kind == "base" for x in fit.unknowns])
+    return float(np.linalg.slogdet(whole)[1] - np.linalg.slogdet(whole[np.ix_(base, base)])[1])
 
 
 def prior(problem: Problem, h: Hypothesis) -> float:
@@ -62,20 +68,19 @@ def prior(problem: Problem, h: Hypothesis) -> float:
 
 def judge(problem: Problem, hypotheses: Sequence[Hypothesis], N: np.ndarray) -> list[Judged]:
     """All hypotheses with their scores, the best first."""
-    made = [Judged(h, left_out(problem, h.fit, N)) for h in hypotheses]
-    best = min(made, key=lambda j: j.gap)
-    available = float(len(problem.obs))
-    n_eff = min(Calibration.load().independent, available)
-    shared = max(1.0, best.hypothesis.fit.phi)
+    made = []
+    for h in hypotheses:
+        residual, spread = left_out(problem, h.fit, N)
+        made.append(Judged(h, residual, max(0.0, problem.obs.shared(residual / spread))))
+    phi = max(1.0, min(made, key=lambda j: j.gap).hypothesis.fit.phi)
+    calibration = Calibration.load()
     for j in made:
         fit = j.hypothesis.fit
         j.terms = {
-            "available": available,
-            "independent": n_eff,
-            "fit": n_eff * float(np.log(max(j.gap**2, 1e-12))),
+            "fit": calibration.weight(j.shared, len(problem.obs)),
             "penalty": fit.penalty(),
-            "occam": occam(problem, replace(fit, phi=shared)),
+            "occam": occam(problem, fit, phi),
             "prior": -2.0 * float(np.log(prior(problem, j.hypothesis))),
         }
-        j.score = sum(v for k, v in j.terms.items() if k not in ("available", "independent"))
+        j.score = sum(j.terms.values())
     return sorted(made, key=lambda j: j.score)

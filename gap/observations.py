@@ -131,6 +131,22 @@ class Observations:
         """Readings minus a long vector, in floors."""
         return (self.y - model) / self.floor
 
+    def shared(self, residual: np.ndarray) -> float:
+        """Energy per reading, in floors squared, that a residual (n,) shares from one reading to the next.
+
+        Noise shares none, however large its floor was taken; what a model leaves unexplained is slower than the
+        samples, or swings with them. Zero to within 1/sqrt(n) if only noise is left. Of readings that stand alone it is
+        what they have beyond the floor.
+        """
+        next_one = second = alone = 0.0
+        for b in self.blocks:
+            x = residual[b.place]
+            if b.moment is not None:
+                alone += float(x @ x) - len(x)
+            else:
+                next_one, second = next_one + float(x[1:] @ x[:-1]), second + float(x[2:] @ x[:-2])
+        return (max(next_one, abs(second)) + alone) / len(self)
+
     def of_run(self, run: int) -> dict[str, Block]:
         """The time series of a run by connector."""
         return {b.connector: b for b in self.series if b.run == run}

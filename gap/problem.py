@@ -1,7 +1,7 @@
 """What is asked of the simulations: unknowns, runs, observations of a campaign, and the model's answer to a point.
 
 A point gives each unknown in its own scale u; u = 0 is the model as delivered. The runs of an estimation take long
-macro steps; the difference to the step of the package, taken once at an anchor, corrects them to first order.
+macro steps; a fit corrects them with a run at the step of the package where it stands.
 """
 
 from __future__ import annotations
@@ -14,7 +14,7 @@ from typing import Any
 
 import numpy as np
 
-from ..core.errors import SimulationError, UnknownNameError, UsageError, did_you_mean
+from ..core.errors import UnknownNameError, UsageError, did_you_mean
 from ..core.units import convert, unit
 from ..master.session import Session
 from .campaign import Campaign, CampaignError, Event, si
@@ -27,6 +27,12 @@ from .sensor import Sensor
 
 FACTORS = (8, 4, 2, 1)
 """Macro steps of an estimation, in steps of the package."""
+
+DIFFERENCES = (1e-4, 1e-3, 1e-2, 5e-2)
+"""Steps of a finite difference, in u: the smallest at which the simulations are smooth is taken."""
+
+ROUGH = 0.1
+"""How far, in its own size, a change may be from half of that of twice the step to be smooth."""
 
 COARSE_ERROR = 5.0
 """Largest RMS difference of a coarse run to one at the package's step, in floors, before correction."""
@@ -62,8 +68,8 @@ class Unknown:
     """Of a shape: values of u to try first."""
 
     def value(self, u: float) -> float:
-        """The value of the quantity; what is 0 but for rounding is 0, which may be the end of a range."""
-        value = self.start + self.scale * u
+        """The value of the quantity, without the last digits: what is a range's end but for rounding is that end."""
+        value = float(f"{self.start + self.scale * u:.14g}")
         return 0.0 if abs(value) < 1e-12 * abs(self.scale) else value
 
 
@@ -118,7 +124,8 @@ class Problem:
     parameter_units: dict[str, str] = field(default_factory=dict)
     signals: frozenset[str] = frozenset()
     """All connectors of the package."""
-    correction: np.ndarray | None = None
+    difference: float = DIFFERENCES[0]
+    """Step of a finite difference, in u."""
     _kept: OrderedDict[tuple[Any, ...], np.ndarray | Failure] = field(default_factory=OrderedDict)
 
     @property
@@ -164,12 +171,13 @@ class Problem:
         return int(np.ceil(self.runs[run].stop / step - 1e-6))
 
     def rows(
-        self, points: Sequence[Point], step: float, record: Sequence[str] = (), keep: bool = True
+        self, points: Sequence[Point], step: float | Sequence[float], record: Sequence[str] = (), keep: bool = True
     ) -> list[list[np.ndarray] | None]:
-        """Signals of every run at every point, or None where a run had to stop."""
+        """Signals of every run at every point, or None where a run had to stop; step: one for all, or one for each."""
         record = tuple(record) or tuple(self.connectors)
+        steps = [step] * len(points) if isinstance(step, (int, float)) else step
         keys, jobs = [], OrderedDict()
-        for point in points:
+        for point, step in zip(points, steps, strict=True):
             mine = []
             for r, info in enumerate(self.runs):
                 changes = self.changes(r, point)
@@ -199,32 +207,24 @@ class Problem:
         return self.obs.read(grids, rows, columns, self.sensors(point))
 
     def evaluate(self, points: Sequence[Point]) -> list[np.ndarray | None]:
-        """The model's long vectors at the points, from coarse runs and the correction; None where a run failed."""
-        made = []
-        for point, rows in zip(points, self.rows(points, self.coarse), strict=True):
-            if rows is None:
-                made.append(None)
-                continue
-            y = self.read(point, rows, self.coarse)
-            made.append(y if self.correction is None else y + self.correction)
-        return made
+        """The model's long vectors at the points from runs at long steps; None where a run failed."""
+        return self.answer(points, [])[0]
+
+    def answer(
+        self, coarse: Sequence[Point], exact: Sequence[Point]
+    ) -> tuple[list[np.ndarray | None], list[np.ndarray | None]]:
+        """The long vectors of some points at long steps and of others at the package's, run side by side."""
+        points = [*coarse, *exact]
+        steps = [self.coarse] * len(coarse) + [self.fine] * len(exact)
+        found = self.rows(points, steps)
+        made = [None if r is None else self.read(p, r, h) for p, r, h in zip(points, found, steps, strict=True)]
+        return made[: len(coarse)], made[len(coarse) :]
 
     def exact(self, points: Sequence[Point], step: float | None = None) -> list[np.ndarray | None]:
         """The long vectors from runs at the package's step (or another)."""
         step = step or self.fine
         results = self.rows(points, step, keep=False)
         return [None if rows is None else self.read(p, rows, step) for p, rows in zip(points, results, strict=True)]
-
-    def anchor(self, point: Point) -> np.ndarray:
-        """Correct coarse runs by the difference to the package's step at this point; returns the exact vector there."""
-        exact = self.exact([point])[0]
-        self.correction = None
-        coarse = self.evaluate([point])[0]
-        if exact is None or coarse is None:
-            raise SimulationError("the model does not run at the point found so far")
-        self.correction = exact - coarse
-        return exact
-
 
 def pose(campaign: Campaign, catalogue: Catalogue, pool: Pool) -> Problem:
     """The problem of a campaign; raises one-line errors for what does not fit the package."""

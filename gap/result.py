@@ -242,7 +242,8 @@ def evidence(d: Diagnosis) -> dict[str, Any]:
         "unknown_features": d.features,
         "hypotheses": [
             {"effects": list(j.hypothesis.ids), "label": j.hypothesis.label, "unknowns": len(j.hypothesis.fit.u),
-             "fit_rms": j.hypothesis.fit.rms, "held_out_rms": j.gap, "dispersion": j.hypothesis.fit.phi,
+             "fit_rms": j.hypothesis.fit.rms, "held_out_rms": j.gap, "held_out_shared": j.shared,
+             "dispersion": j.hypothesis.fit.phi,
              "score": j.score, "terms": j.terms}
             for j in s.judged
         ],

@@ -6,14 +6,14 @@ residual it explains once base parameters and nuisances may follow. Only what sc
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
-from contextlib import contextmanager
+from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
 from itertools import product
 
 import numpy as np
 
-from .fit import DIFFERENCE, LEAST, Ask, Fit, Linear, drive, fit, recorrect
+from .calibration import CHANCE
+from .fit import Ask, Fit, Linear, drive, fit, went, wide
 from .problem import Candidate, Problem
 
 SINGLES = 10
@@ -40,13 +40,15 @@ STRAINED = 0.8
 MUCH = 3.0
 """RMS of a null's fit beyond which large effects are looked for as such."""
 
-SETTLED, RIVAL, BEHIND = 1.05, 1.3, 4.0
-"""RMS of a fit that leaves nothing to explain; from which, after a few iterations, another may still get there; and how
-many times the best one's another may have to be carried on where nothing is settled."""
+SETTLED = 0.02
+"""Energy beyond chance that a residual's readings share (`Observations.shared`) with nothing left to explain."""
 
-STUCK, RELAXED, HUBER = 1.3, 5, 2.0
-"""RMS of a null's fit that is tried once more in another way; the rounds of that, in which what stands out counts less;
-and from which multiple of a block's usual size."""
+RIVAL, BEHIND = 1.3, 4.0
+"""RMS of a fit from which, after a few iterations, another may still get where one has settled; and how many times the
+best one's another may have to be carried on where nothing is settled."""
+
+QUICK, TASTE, MOST = 3, 2, 8
+"""Steps of a fit: of a first look, after which hopeless ones are left, and at most."""
 
 SCREENED = 12_000
 """Readings that screening looks at."""
@@ -82,8 +84,10 @@ class Hypothesis:
 
     candidates: tuple[Candidate, ...]
     fit: Fit
+    quick: bool = False
+    """The fit is a first look, with another fit's derivatives."""
     finished: bool = False
-    """The fit has been carried on with runs at the package's step until it stayed."""
+    """The fit has been carried to its end, and its derivatives serve for larger moves."""
 
     @property
     def label(self) -> str:
@@ -101,52 +105,9 @@ class Hypothesis:
         return tuple(sorted(c.id for c in self.candidates))
 
 
-def null(problem: Problem, start: np.ndarray, N: np.ndarray) -> tuple[Hypothesis, Fit]:
-    """The fit of the base parameters alone, and the model as delivered (`start`) with its derivatives."""
-    k = len(problem.base)
-    J, known = np.zeros((len(start), k)), np.zeros(k, bool)
-    delivered = drive(problem, [fit(problem, problem.base, np.zeros(k), N, J, known, 0, model=start, least=0.0)])[0]
-    assert delivered is not None
-    # first gently, as if the misfit were all structure; then as if enough readings were independent
-    gentle = _went(problem, carry_on(problem, delivered, N, 8, refreshes=2, least=0.0))
-    found = Hypothesis((), _went(problem, carry_on(problem, gentle, N, 16, fresh=True, refreshes=3)))
-    if found.fit.rms > STUCK:
-        found = min(found, Hypothesis((), _without_what_stands_out(problem, delivered, N)), key=lambda h: h.merit)
-    return found, delivered
-
-
-def _without_what_stands_out(problem: Problem, at: Fit, N: np.ndarray) -> Fit:
-    for k in range(RELAXED):
-        late = k >= RELAXED // 2
-        with relaxed(problem, recorrect(at, problem, at.model, N).residual):
-            at = _went(problem, carry_on(problem, at, N, 4, fresh=k == RELAXED // 2, least=LEAST if late else 0.0))
-    return _went(problem, carry_on(problem, at, N, 12, fresh=True, refreshes=2))
-
-
-def _went(problem: Problem, ask: Ask) -> Fit:
-    """The outcome of a fit that starts where the model has run."""
-    found = drive(problem, [ask])[0]
-    assert found is not None
-    return found
-
-
-@contextmanager
-def relaxed(problem: Problem, residual: np.ndarray) -> Iterator[None]:
-    """Floors raised where a residual stands out from its block by more than `HUBER` times (Huber's weights).
-
-    A late switch, a spike or a swing out of phase would hide from a fit in which direction the rest lies.
-    """
-    floor = problem.obs.floor
-    raised = floor.copy()
-    for b in problem.obs.series:
-        size = np.abs(residual[b.place])
-        usual = HUBER * max(1.0, float(np.median(size)) / 0.6745)
-        raised[b.place] *= np.sqrt(np.maximum(size / usual, 1.0))
-    problem.obs.floor = raised
-    try:
-        yield
-    finally:
-        problem.obs.floor = floor
+def settled(problem: Problem, at: Fit) -> bool:
+    """Whether a fit leaves nothing to explain."""
+    return problem.obs.shared(at.residual) < SETTLED + CHANCE / np.sqrt(len(problem.obs))
 
 
 def _point(candidate: Candidate, size: float, shape: Sequence[float]) -> dict[str, float]:
@@ -175,14 +136,14 @@ def secants(problem: Problem, at: Fit, wanted: Sequence[tuple[Candidate, float]]
     made = []
     for (c, size, shape), y in zip(items, problem.evaluate(points), strict=True):
         if y is not None:
-            made.append(Secant(c, at, size, shape, (y - at.model) / size))
+            made.append(Secant(c, at, size, shape, (y + at.correction - at.model) / size))
     return made
 
 
 def weigh(problem: Problem, reference: Fit, N: np.ndarray, found: Sequence[Secant]) -> None:
     """Fill in what each secant could save of a reference fit's cost, in the linear approximation around its own fit.
 
-    Every few readings count, so that at most `SCREENED` do; phi follows the mean square of what is left.
+    Every few readings count, so that at most `SCREENED` do; their weight follows the mean square of what is left.
     """
     rows = slice(None, None, max(1, len(problem.obs) // SCREENED))
     floor = problem.obs.floor[rows]
@@ -200,15 +161,15 @@ def weigh(problem: Problem, reference: Fit, N: np.ndarray, found: Sequence[Secan
         line = lines[id(at)].with_column(k, s.slope[rows] / floor)
         x = (*at.unknowns, replace(main, low=low, high=high))
         before = float(at.residual[rows] @ at.residual[rows])
-        phi = at.phi
+        weight = at.scale
         for _ in range(3):
-            d, q = line.step(x, phi, radius)
+            d, q = line.step(x, weight, radius)
             left = line.left(d, q)
             energy = float(left @ left)
-            fresh = max(1.0, at.phi * min(1.0, energy / before))
-            if fresh > 0.7 * phi:
+            fresh = max(1.0, at.scale * min(1.0, energy / before))
+            if fresh > 0.7 * weight:
                 break
-            phi = fresh
+            weight = fresh
         s.amount, s.base = float(d[k]), at.u + d[:k]
         s.gain, s.own = 1.0 - energy / reference_left, 1.0 - energy / before
         s.saving = READINGS * float(np.log(reference_left / max(energy, 1e-300)))
@@ -243,7 +204,7 @@ def screen(problem: Problem, at: Fit, N: np.ndarray) -> list[Secant]:
     return _best_of_each([*found, *more])
 
 
-def other_starts(problem: Problem, at: Fit, delivered: Fit, N: np.ndarray) -> list[Secant]:
+def other_starts(problem: Problem, at: Fit, N: np.ndarray) -> list[Secant]:
     """Secants from the model as delivered, those that explain most of its gap first.
 
     Where the null's fit has strained the base parameters, or leaves much, it may have gone far from the truth, and a
@@ -252,6 +213,8 @@ def other_starts(problem: Problem, at: Fit, delivered: Fit, N: np.ndarray) -> li
     much = at.rms > MUCH
     if at.penalty() < STRAINED * len(at.u) and not much:
         return []
+    unmoved = fit(problem, problem.base, np.zeros(len(problem.base)), N, 0)
+    delivered = went(problem, wide(problem, went(problem, unmoved)))
     plain = [c for c in problem.candidates if not any(u.shape or u.kind == "sensor" for u in c.unknowns)]
     found = secants(problem, delivered, [(c, s) for c in plain for s in _sizes(c, 3.0 if much else 1.0)])
     weigh(problem, at, N, found)
@@ -271,66 +234,67 @@ def _best_of_each(found: Sequence[Secant]) -> list[Secant]:
 
 
 def _ask(problem: Problem, s: Secant, N: np.ndarray, iterations: int) -> Ask:
-    """A fit that starts from that of a secant, with its candidate added."""
+    """A quick fit that starts from that of a secant, with its candidate added."""
     at, new = s.at, s.candidate.unknowns
     amount = s.amount if abs(s.amount) > 1e-3 else float(np.clip(0.1 * np.sign(s.size), new[0].low, new[0].high))
     at_start = _point(s.candidate, amount, s.shape)
-    unknowns = (*at.unknowns, *new)
     u = np.concatenate([s.base if len(s.base) else at.u, [at_start[x.name] for x in new]])
-    n, k = len(at.model), len(at.unknowns)
-    J = np.concatenate([at.jacobian, np.zeros((n, len(new)))], axis=1)
-    known = np.arange(len(unknowns)) < k
-    return fit(problem, unknowns, u, N, J, known, iterations, least=0.0)
+    return fit(problem, (*at.unknowns, *new), u, N, iterations, like=at)
 
 
-def carry_on(
-    problem: Problem, at: Fit, N: np.ndarray, iterations: int, fresh: bool = False, refreshes: int = 0,
-    least: float = LEAST, difference: float = DIFFERENCE,
-) -> Ask:  # fmt: skip
-    """Goes on with a fit; fresh: with all derivatives found anew."""
-    known = np.full(len(at.unknowns), not fresh)
-    return fit(
-        problem, at.unknowns, at.u, N, at.jacobian, known, iterations, model=at.model, refreshes=refreshes, least=least,
-        difference=difference,
-    )  # fmt: skip
+def carry_on(problem: Problem, h: Hypothesis, N: np.ndarray, iterations: int) -> None:
+    """Go on with a hypothesis' fit, in place, where that does not make it worse."""
+    _carry_all_on(problem, [h], N, iterations)
 
 
-def without(problem: Problem, h: Hypothesis, gone: Candidate) -> Fit | None:
-    """The fit of h where it stands but for one effect, yet to be carried on; None where the model does not run."""
+def finish(problem: Problem, h: Hypothesis, N: np.ndarray) -> None:
+    """Fit to the end, in place, and find the derivatives that judging rests on."""
+    if not h.fit.converged or h.quick:
+        carry_on(problem, h, N, MOST)
+    if not h.finished:
+        found = drive(problem, [wide(problem, h.fit)])[0]
+        assert found is not None
+        h.fit, h.finished = found, True
+
+
+def without(problem: Problem, h: Hypothesis, gone: Candidate, N: np.ndarray) -> Hypothesis | None:
+    """The hypothesis without one of its effects, fitted from where it stands; None where the model does not run."""
     kept = np.array([x not in gone.unknowns for x in h.fit.unknowns])
     unknowns = tuple(x for x, keep in zip(h.fit.unknowns, kept, strict=True) if keep)
-    at = replace(h.fit, unknowns=unknowns, u=h.fit.u[kept], jacobian=h.fit.jacobian[:, kept])
-    model = problem.evaluate([at.point])[0]
-    return None if model is None else replace(at, model=model)
+    found = drive(problem, [fit(problem, unknowns, h.fit.u[kept], N, MOST)])[0]
+    return None if found is None else Hypothesis(tuple(c for c in h.candidates if c is not gone), found)
 
 
 def extend(
     problem: Problem, at: Hypothesis, found: Sequence[Secant], N: np.ndarray, most: int, kept: int,
     others: Sequence[Secant] = (),
 ) -> list[Hypothesis]:
-    """Fits of a hypothesis with one candidate more: `most` are begun, about `kept` finished. Best first."""
+    """Fits of a hypothesis with one candidate more: `most` are begun, about `kept` carried to the end. Best first."""
     have = {c.label for c in at.candidates}
     chosen = [*[s for s in found if s.candidate.label not in have][:most], *others]
-    begun = drive(problem, [_ask(problem, s, N, 4) for s in chosen])
-    made = [Hypothesis((*at.candidates, s.candidate), f) for s, f in zip(chosen, begun, strict=True) if f is not None]
+    begun = drive(problem, [_ask(problem, s, N, QUICK) for s in chosen])
+    made = [
+        Hypothesis((*at.candidates, s.candidate), f, quick=True)
+        for s, f in zip(chosen, begun, strict=True) if f is not None
+    ]  # fmt: skip
     elsewhere = sorted(made[len(chosen) - len(others) :] if others else [], key=lambda h: h.merit)[:STARTS_KEPT]
     made.sort(key=lambda h: h.merit)
     going = made[:kept] + [h for h in made[kept : 2 * kept] if h.merit < made[0].merit + CLOSE]
     going += [h for h in elsewhere if not any(h is g for g in going)]
-    best = np.inf
-    while going:
-        _carry_all_on(problem, going[:2], N)
-        best = min(best, *(h.fit.rms for h in going[:2]))
-        going = [h for h in going[2:] if h.fit.rms < (RIVAL if best < SETTLED else BEHIND * best)]
-    best: dict[str, Hypothesis] = {}
+    _carry_all_on(problem, going, N, TASTE)
+    best = min((h.fit.rms for h in going), default=0.0)
+    far = RIVAL if any(settled(problem, h.fit) for h in going) else BEHIND * best
+    _carry_all_on(problem, [h for h in going if h.fit.rms < far], N, MOST)
+    unique: dict[str, Hypothesis] = {}
     for h in sorted(made, key=lambda h: h.merit):
-        best.setdefault(h.label, h)
-    return list(best.values())
+        unique.setdefault(h.label, h)
+    return list(unique.values())
 
 
-def _carry_all_on(problem: Problem, hypotheses: Sequence[Hypothesis], N: np.ndarray) -> None:
-    """Finish fits, in place, where that does not make them worse."""
-    asks = [carry_on(problem, h.fit, N, 8, fresh=True, refreshes=1) for h in hypotheses]
-    for h, f in zip(hypotheses, drive(problem, asks), strict=True):
-        if f is not None and replace(h, fit=f).merit < h.merit + 1.0:
-            h.fit = f
+def _carry_all_on(problem: Problem, hypotheses: Sequence[Hypothesis], N: np.ndarray, iterations: int) -> None:
+    """Go on with fits, in place, where that does not make them worse."""
+    going = [h for h in hypotheses if h.quick or not h.fit.converged]
+    asks = [fit(problem, h.fit.unknowns, h.fit.u, N, iterations) for h in going]
+    for h, f in zip(going, drive(problem, asks), strict=True):
+        if f is not None and (h.quick or replace(h, fit=f).merit < h.merit + 1.0):
+            h.fit, h.quick, h.finished = f, False, False

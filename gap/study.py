@@ -11,26 +11,26 @@ from ..core.errors import SimulationError
 from . import search
 from .campaign import Campaign, CampaignError
 from .catalogue import Catalogue
-from .fit import DIFFERENCE, FINE_DIFFERENCE, Fit, drive, nuisances, recorrect, settle
+from .fit import Fit, fit, nuisances, settle, went
 from .judge import Judged, judge
 from .noise import rms
 from .pool import Pool, Say
-from .problem import COARSE_ERROR, FACTORS, Problem, check_units, pose
-from .search import SETTLED, Hypothesis, Secant
+from .problem import COARSE_ERROR, DIFFERENCES, FACTORS, ROUGH, Problem, check_units, pose
+from .search import Hypothesis, Secant, settled
 from .unexplained import Structure, structure
 
 NEARLY = 1.5
 """How much more than the best a hypothesis without one of its effects may leave to be fitted once more from there."""
 
-ROUNDS, STAYED, GAINED = 5, 0.1, 0.005
-"""Rounds in which a fit is finished at most; it is when its model moves less than this, in floors, or when its residual
-has become smaller by less than this share."""
+REFIT = 12
+"""Steps of the refit of the base parameters."""
 
-FINALISTS = 4
-"""Hypotheses whose fits are finished with runs at the package's step."""
+FINALISTS = 3
+"""Hypotheses whose fits are carried to the end."""
 
 NEAR = 20.0
 """How far behind the best a hypothesis may be to be finished, in score."""
+
 
 @dataclass
 class Held:
@@ -131,30 +131,27 @@ def study(campaign: Campaign, catalogue: Catalogue, pool: Pool, say: Say = lambd
     _choose_step(problem, delivered)
     stage("refitting the base parameters")
     N = nuisances(problem, delivered)
-    start = problem.anchor({})
-    null, as_delivered = search.null(problem, start, N)
-    null = _finish(problem, null, N, ROUNDS if null.fit.rms < search.MUCH else 1)
+    choose_difference(problem)
+    null = Hypothesis((), went(problem, fit(problem, problem.base, np.zeros(len(problem.base)), N, REFIT)))
     stage("screening the effects")
     found = search.screen(problem, null.fit, N)
     hypotheses = [null]
     stage("fitting single effects")
-    if null.fit.rms < SETTLED:  # nothing is left to explain: only to show that no effect does better
+    if settled(problem, null.fit):  # only to show that no effect does better
         singles = search.extend(problem, null, found, N, search.SINGLES // 2, 1)
     else:
-        others = search.other_starts(problem, null.fit, as_delivered, N)
+        others = search.other_starts(problem, null.fit, N)
         singles = search.extend(problem, null, found, N, search.SINGLES, search.KEPT, others)
-    if singles and singles[0].fit.rms > SETTLED:  # what is left may be the long steps' error, away from the anchor
-        singles[0] = _finish(problem, singles[0], N)
     hypotheses += singles
-    if singles and singles[0].fit.rms > SETTLED:
+    if singles and not settled(problem, singles[0].fit):
         stage("fitting pairs of effects")
         hypotheses += _pairs(problem, singles, found, N)
     stage("finishing the best")
+    search.finish(problem, null, N)
     judged = judge(problem, hypotheses, N)
-    for place, j in enumerate(judged[:FINALISTS]):
-        if j.hypothesis.candidates and j.score < judged[0].score + NEAR:
-            j.hypothesis = _finish(problem, j.hypothesis, N, 2 if place else ROUNDS)
-    hypotheses = [j.hypothesis for j in judged]
+    for j in judged[:FINALISTS]:
+        if j.score < judged[0].score + NEAR:
+            search.finish(problem, j.hypothesis, N)
     best = judge(problem, hypotheses, N)[0].hypothesis
     judged = judge(problem, _backward(problem, hypotheses, best, N), N)
     stage("looking at what is left")
@@ -185,7 +182,7 @@ def _numerical_gap(problem: Problem) -> tuple[np.ndarray, np.ndarray]:
 def _choose_step(problem: Problem, delivered: np.ndarray) -> None:
     """The longest macro step whose runs are near enough to be corrected."""
     for factor in FACTORS:
-        problem.factor, problem.correction = factor, None
+        problem.factor = factor
         if factor == 1:
             return
         y = problem.evaluate([{}])[0]
@@ -193,29 +190,23 @@ def _choose_step(problem: Problem, delivered: np.ndarray) -> None:
             return
 
 
-def _finish(problem: Problem, h: Hypothesis, N: np.ndarray, rounds: int = ROUNDS) -> Hypothesis:
-    """The hypothesis fitted with runs that are exact at its point and derivatives found there.
+def choose_difference(problem: Problem) -> None:
+    """The smallest finite difference at which the simulations are smooth.
 
-    Intervals and refits without a fold rest on these derivatives, so rounds go on until the fit stays where it is.
+    A change of all base parameters at once is compared with half of that of twice the step: runs of a solver that
+    chooses its steps differ by its tolerance, however small the change is.
     """
-    if h.finished:
-        return h
-    for k in range(rounds):
-        try:
-            exact = problem.anchor(h.fit.point)
-        except SimulationError:
-            return h
-        start = recorrect(h.fit, problem, exact, N)
-        ask = search.carry_on(problem, start, N, 10, fresh=k < 2, difference=FINE_DIFFERENCE if k else DIFFERENCE)
-        found = drive(problem, [ask])[0]
-        if found is None:
-            return Hypothesis(h.candidates, start)
-        h = Hypothesis(h.candidates, found, finished=True)
-        if rms((found.model - exact) / problem.obs.floor) < STAYED or found.rms > (1.0 - GAINED) * start.rms:
-            break
-    if k:  # a derivative that has to serve for larger moves
-        found = drive(problem, [search.carry_on(problem, h.fit, N, 0, fresh=True)])[0]
-    return Hypothesis(h.candidates, found, finished=True) if found is not None else h
+    signs = np.random.default_rng(0).choice([-1.0, 1.0], len(problem.base))
+    for h in DIFFERENCES:
+        problem.difference = h
+        points = [{x.name: k * h * s for x, s in zip(problem.base, signs, strict=True)} for k in (0.0, 1.0, 2.0)]
+        here, one, two = problem.evaluate(points)
+        if here is None or one is None or two is None:
+            continue
+        first, second = one - here, two - one
+        seen = np.abs(first) >= max(float(np.median(np.abs(first))), 1e-300)
+        if seen.any() and np.median(np.abs((second - first)[seen] / first[seen])) < ROUGH:
+            return
 
 
 def _backward(problem: Problem, hypotheses: list[Hypothesis], best: Hypothesis, N: np.ndarray) -> list[Hypothesis]:
@@ -229,19 +220,17 @@ def _backward(problem: Problem, hypotheses: list[Hypothesis], best: Hypothesis, 
         known = made.get(left)
         if known is None or known.fit.rms > NEARLY * best.fit.rms:
             continue
-        start = search.without(problem, best, gone)
-        if start is None:
-            continue
-        found = drive(problem, [search.carry_on(problem, start, N, 10, fresh=True, refreshes=1)])[0]
-        if found is not None:
-            made[left] = min(known, _finish(problem, Hypothesis(left, found), N), key=lambda h: h.merit)
+        found = search.without(problem, best, gone, N)
+        if found is not None and found.merit < known.merit:
+            search.finish(problem, found, N)
+            made[left] = found
     return list(made.values())
 
 
 def _pairs(problem: Problem, singles: list[Hypothesis], found: list[Secant], N: np.ndarray) -> list[Hypothesis]:
     made: dict[tuple[str, ...], Hypothesis] = {}
     for h in singles[: search.PAIRS_FROM]:
-        if any(pair.fit.rms < SETTLED for pair in made.values()):
+        if any(settled(problem, pair.fit) for pair in made.values()):
             break
         again = [replace(s, at=h.fit) for s in found]
         search.weigh(problem, h.fit, N, again)

@@ -16,9 +16,6 @@ from .judge import Judged
 
 NONE, UNKNOWN = ("none",), ("unknown",)
 
-NOTHING = 0.02
-"""Energy beyond the floor, per reading and in floors squared, below which nothing is left."""
-
 
 @dataclass
 class Cause:
@@ -31,13 +28,12 @@ class Cause:
 
 
 def features(null: float, best: float) -> np.ndarray:
-    """What "unknown" is judged by, from the gaps (RMS in floors) of the refit and of the best hypothesis.
+    """What "unknown" is judged by, from what the refit and the best hypothesis leave (`Calibration.level`).
 
-    A constant, the log of the energy that is left beyond the floor, and that of its ratio to what the refit leaves. How
-    much of it a flexible model can predict is reported, but says less: a vibration is not predictable and yet no noise.
+    A constant, the log of the energy that the best leaves, and that of its ratio to what the refit leaves. How much of
+    it a flexible model can predict is reported, but says less: a vibration is not predictable and yet no noise.
     """
-    best_excess, null_excess = max(best**2 - 1.0, NOTHING), max(null**2 - 1.0, NOTHING)
-    return np.array([1.0, np.log(best_excess), np.log(min(1.0, best_excess / null_excess))])
+    return np.array([1.0, best, min(0.0, best - null)])
 
 
 def unknown_probability(calibration: Calibration, x: np.ndarray) -> float:

@@ -2,7 +2,7 @@
 
     python -m benchmarks.blind.calibrate DIR [--diagnoses FOLDER] [--out gap/calibration.json]
 
-Most likely values of the number of independent readings that count, the temperature and the lapse rate, on the cases
+Most likely values of the number of independent pieces, the discrepancy, the temperature and the lapse, on the cases
 with nothing wrong or effects of the catalogue that are not called unknown; and the weights of "unknown" on all cases.
 Never use the cases of a reported score here.
 """
@@ -11,6 +11,7 @@ from __future__ import annotations
 
 import argparse
 import json
+from dataclasses import asdict, replace
 from itertools import product
 from pathlib import Path
 from typing import Any
@@ -19,7 +20,8 @@ import numpy as np
 from deepsea_cosim.gap.calibration import Calibration
 from deepsea_cosim.gap.verdict import features, unknown_probability
 
-INDEPENDENT = (30.0, 50.0, 75.0, 100.0, 150.0, 200.0, 300.0, 500.0)
+INDEPENDENT = (5.0, 7.0, 10.0, 15.0, 20.0, 30.0, 50.0, 75.0, 100.0)
+DISCREPANCY = (0.01, 0.02, 0.03, 0.05, 0.07, 0.1)
 TEMPERATURE = (1.0, 1.5, 2.0, 3.0, 4.0, 6.0)
 LAPSE = (0.02, 0.05, 0.1, 0.15, 0.2, 0.3)
 
@@ -37,45 +39,50 @@ def load(folder: Path, diagnoses: Path) -> list[tuple[dict[str, Any], dict[str, 
     return made
 
 
-def likelihood(cases: list[tuple[dict[str, Any], dict[str, Any]]], n: float, temperature: float, lapse: float) -> float:
+def scores(diagnosis: dict[str, Any], calibration: Calibration) -> list[float]:
+    """The scores of a diagnosis' hypotheses with that calibration."""
+    evidence = diagnosis["evidence"]
+    return [
+        calibration.weight(h["held_out_shared"], evidence["readings"])
+        + sum(h["terms"][key] for key in ("penalty", "occam", "prior"))
+        for h in evidence["hypotheses"]
+    ]
+
+
+def likelihood(cases: list[tuple[dict[str, Any], dict[str, Any]]], calibration: Calibration) -> float:
     """Mean log probability of the truth among the causes that were fitted."""
     total = 0.0
     for answer, diagnosis in cases:
         truth = tuple(sorted(e["id"] for e in answer["effects"]))
+        found = scores(diagnosis, calibration)
         weights: dict[tuple[str, ...], float] = {}
-        scores = {}
-        for h in diagnosis["evidence"]["hypotheses"]:
-            t = h["terms"]
-            used = min(n, t.get("available", t["independent"]))
-            scores[h["label"]] = (tuple(h["effects"]), used * 2 * np.log(h["held_out_rms"]) + t["penalty"] + t["occam"]
-                                  + t["prior"])  # fmt: skip
-        low = min(score for _, score in scores.values())
-        for key, score in scores.values():
-            weights[key] = weights.get(key, 0.0) + float(np.exp(-0.5 * (score - low) / temperature))
-        whole = sum(weights.values())
-        p = (1.0 - lapse) * weights.get(truth, 0.0) / whole + lapse / len(weights)
-        total += np.log(p)
+        for h, score in zip(diagnosis["evidence"]["hypotheses"], found, strict=True):
+            key = tuple(h["effects"])
+            weight = float(np.exp(-0.5 * (score - min(found)) / calibration.temperature))
+            weights[key] = weights.get(key, 0.0) + weight
+        p = (1.0 - calibration.lapse) * weights.get(truth, 0.0) / sum(weights.values())
+        total += np.log(p + calibration.lapse / len(weights))
     return total / len(cases)
 
 
-def features_of(diagnosis: dict[str, Any]) -> np.ndarray:
+def features_of(diagnosis: dict[str, Any], calibration: Calibration) -> np.ndarray:
     """What "unknown" is judged by, from the figures of a diagnosis."""
-    tried = diagnosis["evidence"]["hypotheses"]
-    null = next(h["held_out_rms"] for h in tried if not h["effects"])
-    best = next((h["held_out_rms"] for h in tried if h["effects"]), null)
-    return features(null, min(best, null))
+    tried, readings = diagnosis["evidence"]["hypotheses"], diagnosis["evidence"]["readings"]
+    null = next(h for h in tried if not h["effects"])
+    best = tried[int(np.argmin(scores(diagnosis, calibration)))]
+    return features(*(calibration.level(h["held_out_shared"], readings) for h in (null, best)))
 
 
-def unknown(cases: list[tuple[dict[str, Any], dict[str, Any]]]) -> list[float]:
+def unknown(cases: list[tuple[dict[str, Any], dict[str, Any]]], calibration: Calibration) -> list[float]:
     """Weights of the features of "unknown"."""
     from scipy.optimize import minimize
 
-    X = np.array([features_of(d) for _, d in cases])
+    X = np.array([features_of(d, calibration) for _, d in cases])
     y = np.array([a["kind"] == "unknown" for a, _ in cases])
     spread = np.where(X.std(0) > 0.0, X.std(0), 1.0)
 
     def loss(w: np.ndarray) -> float:
-        told = Calibration(0.0, 1.0, 0.0, tuple(w / spread), MISJUDGED)
+        told = replace(calibration, unknown=tuple(w / spread))
         p = np.array([unknown_probability(told, x) for x in X])
         return float(-np.log(np.where(y, p, 1.0 - p)).sum() + 0.5 * RIDGE * (w[1:] @ w[1:]))
 
@@ -92,21 +99,20 @@ def main() -> None:
     p.add_argument("--out", type=Path)
     options = p.parse_args()
     cases = load(options.folder, options.diagnoses or options.folder / "diagnoses")
-    weights = tuple(unknown(cases))
-    called = Calibration(0.0, 1.0, 0.0, weights, MISJUDGED)
-    known = [
-        (a, d) for a, d in cases
-        if a["kind"] != "unknown" and unknown_probability(called, features_of(d)) < 0.5
-    ]  # fmt: skip
-    value, n, temperature, lapse = max(
-        (likelihood(known, *x), *x) for x in product(INDEPENDENT, TEMPERATURE, LAPSE)
-    )  # fmt: skip
-    found = {"independent": n, "temperature": temperature, "lapse": lapse}
-    found |= {"unknown": weights, "misjudged": MISJUDGED}
-    print(f"{len(cases)} cases, mean log probability of the truth {value:.3f}")
-    print(json.dumps(found))
+    made = Calibration.load()
+    for _ in range(3):  # which cases are called unknown depends on the scores, and these on which cases are known
+        made = replace(made, unknown=tuple(unknown(cases, made)), misjudged=MISJUDGED)
+        known = [
+            (a, d) for a, d in cases
+            if a["kind"] != "unknown" and unknown_probability(made, features_of(d, made)) < 0.5
+        ]  # fmt: skip
+        options_of = (replace(made, independent=n, discrepancy=e, temperature=t, lapse=p)
+                      for n, e, t, p in product(INDEPENDENT, DISCREPANCY, TEMPERATURE, LAPSE))  # fmt: skip
+        value, made = max(((likelihood(known, c), c) for c in options_of), key=lambda entry: entry[0])
+    print(f"{len(cases)} cases, {len(known)} of them judged known; their mean log probability of the truth {value:.3f}")
+    print(json.dumps(asdict(made)))
     if options.out:
-        options.out.write_text(json.dumps(found) + "\n", encoding="utf-8")
+        options.out.write_text(json.dumps(asdict(made)) + "\n", encoding="utf-8")
 
 
 if __name__ == "__main__":

@@ -4,7 +4,7 @@ from types import SimpleNamespace
 
 import numpy as np
 import pytest
-from deepsea_cosim.gap.fit import correlation_time, dispersion, drive, fit, nuisances
+from deepsea_cosim.gap.fit import correlation_time, dispersion, drive, fit, nuisances, went, wide
 from deepsea_cosim.gap.heldout import folds, left_out
 from deepsea_cosim.gap.intervals import parameter_std
 from deepsea_cosim.gap.noise import rms
@@ -18,7 +18,12 @@ def problem(model, truth, noise=0.01, seed=0, bias=0.0):
     """A problem whose model is model(point) -> (n,) or None."""
     y = model(truth) + bias + np.random.default_rng(seed).normal(0.0, noise, len(T))
     obs = gather([(0, 0, "m.x", T, y, noise, None, True)])
-    return SimpleNamespace(obs=obs, runs=[0], evaluate=lambda points: [model(p) for p in points])
+    return SimpleNamespace(obs=obs, runs=[0], difference=1e-4, answer=both(model, model))
+
+
+def both(coarse, exact):
+    """Answers as `Problem.answer` does."""
+    return lambda a, b: ([coarse(p) for p in a], [exact(p) for p in b])
 
 
 def unknown(name, kind="effect", low=-10.0, high=10.0, sd=3.0):
@@ -30,11 +35,9 @@ def wave(p):
 
 
 def solve(p, unknowns, iterations=20, start=None):
-    k = len(unknowns)
-    start = np.zeros(k) if start is None else start
-    N = nuisances(p, p.evaluate([{x.name: 0.0 for x in unknowns}])[0])
-    ask = fit(p, unknowns, start, N, np.zeros((len(T), k)), np.zeros(k, bool), iterations, refreshes=2)
-    return drive(p, [ask])[0], N
+    start = np.zeros(len(unknowns)) if start is None else start
+    N = nuisances(p, p.answer([{x.name: 0.0 for x in unknowns}], [])[0][0])
+    return went(p, fit(p, unknowns, start, N, iterations)), N
 
 
 X = (unknown("a"), unknown("b"), unknown("c"))
@@ -81,7 +84,7 @@ def test_points_that_cannot_be_simulated_are_walked_around():
         return None if p["a"] > 0.75 else wave(p)
 
     p = problem(wave, {"a": 0.7, "b": 0.5, "c": 0.2})
-    p.evaluate = lambda points: [fragile(q) for q in points]
+    p.answer = both(fragile, fragile)
     found, _ = solve(p, X, 40)
     assert found.u[0] == pytest.approx(0.7, abs=0.02)
 
@@ -89,9 +92,61 @@ def test_points_that_cannot_be_simulated_are_walked_around():
 def test_nothing_to_simulate_at_all():
     p = problem(wave, {"a": 0.1, "b": 0.0, "c": 0.0})
     N = nuisances(p, wave({"a": 0.0, "b": 0.0, "c": 0.0}))
-    p.evaluate = lambda points: [None for _ in points]
-    ask = fit(p, X, np.ones(3), N, np.zeros((len(T), 3)), np.zeros(3, bool), 5)
-    assert drive(p, [ask]) == [None]
+    p.answer = both(lambda point: None, lambda point: None)
+    assert drive(p, [fit(p, X, np.ones(3), N, 5)]) == [None]
+
+
+def test_long_steps_are_corrected_where_the_fit_stands():
+    """Derivatives come from runs with an error of their own; the fit ends where the exact model does."""
+    truth = {"a": 0.7, "b": 1.3, "c": -0.4}
+    p = problem(wave, truth)
+    exact, _ = solve(p, X)
+    p.answer = both(lambda point: wave(point) + 0.3 * np.cos((1.0 + 0.1 * point["b"]) * T), wave)
+    found, _ = solve(p, X)
+    np.testing.assert_allclose(found.u, exact.u, atol=0.01)
+    np.testing.assert_allclose(found.model, wave(found.point))
+
+
+def test_a_spike_that_moves_does_not_hold_the_fit_up():
+    """A pulse of 3 ms, a thousand floors high: only the derivative at the point itself leads along it."""
+    t = np.arange(0.0, 10.0, 0.002)
+
+    def pulse(p):
+        late = 5.0 + 0.2 * p["a"] + 0.1 * p["b"]
+        return 10.0 * np.exp(-0.5 * ((t - late) / 0.003) ** 2) + 0.02 * p["b"] * t + 0.1 * p["c"] * np.sin(t)
+
+    truth = {"a": 0.5, "b": -0.8, "c": 0.4}
+    y = pulse(truth) + np.random.default_rng(0).normal(0.0, 0.01, len(t))
+    obs = gather([(0, 0, "m.x", t, y, 0.01, None, True)])
+    p = SimpleNamespace(obs=obs, runs=[0], difference=1e-4, answer=both(pulse, pulse))
+    near = np.array([0.45, -0.7, 0.0])
+    N = nuisances(p, pulse(dict(zip("abc", near, strict=True))))
+    found = went(p, fit(p, X, near, N, 40))
+    assert [found.point[k] for k in "abc"] == pytest.approx([truth[k] for k in "abc"], abs=0.02)
+
+
+def test_a_first_look_keeps_the_derivatives_of_another_fit():
+    def absent(p):
+        return wave({**p, "c": p.get("c", 0.0)})
+
+    p = problem(wave, {"a": 0.3, "b": 0.2, "c": 0.5})
+    asked = []
+    p.answer = lambda a, b: (asked.append((len(a), len(b))), ([absent(q) for q in a], [absent(q) for q in b]))[1]
+    start, N = solve(p, X[:2])
+    asked.clear()
+    found = went(p, fit(p, X, np.array([*start.u, 0.1]), N, 5, like=start))
+    assert set(asked) == {(1, 0)}
+    np.testing.assert_array_equal(found.jacobian[:, :2], start.jacobian)
+    assert found.rms < 0.2 * start.rms
+
+
+def test_wide_derivatives_leave_the_fit_where_it_is():
+    p = problem(wave, {"a": 0.3, "b": 0.1, "c": 0.1})
+    found, _ = solve(p, X)
+    wider = went(p, wide(p, found))
+    np.testing.assert_array_equal(wider.u, found.u)
+    np.testing.assert_allclose(wider.jacobian[:, 2], 0.2 * T)  # linear in c
+    assert not np.allclose(wider.jacobian[:, 1], found.jacobian[:, 1])
 
 
 def test_prior_holds_what_the_data_do_not_show():
@@ -124,6 +179,7 @@ def test_left_out_folds_are_predicted_from_the_rest():
     found, N = solve(p, X)
     masks = folds(p.obs)
     assert np.sum(masks, axis=0).tolist() == [1] * len(T)
-    held = left_out(p, found, N)
+    held, spread = left_out(p, found, N)
+    assert np.all((spread >= 1.0) & (spread < 1.5))
     assert rms(held) >= found.rms
     assert rms(held) == pytest.approx(1.0, abs=0.1)

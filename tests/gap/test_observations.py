@@ -75,3 +75,22 @@ def test_an_estimated_floor_is_mended_by_the_models_own_roughness():
         obs = gather([(0, 0, "a.x", t, y, estimated, None, stated)])
         obs.mend(fast)
         assert (obs.blocks[0].floor < 0.5 * estimated) == (not stated)
+
+
+def test_noise_shares_nothing_and_a_swing_shares_its_energy():
+    rng = np.random.default_rng(0)
+    t = np.arange(0.0, 40.0, 0.01)
+    obs = gather([(0, 0, "m.x", t, np.zeros(len(t)), 1.0, None, True)])
+    noise = rng.normal(0.0, 1.0, len(t))
+    assert obs.shared(noise) == pytest.approx(0.0, abs=3.0 / np.sqrt(len(t)))
+    assert obs.shared(3.0 * noise) == pytest.approx(0.0, abs=27.0 / np.sqrt(len(t)))
+    assert obs.shared(noise + 0.7 * np.sin(t)) == pytest.approx(0.7**2 / 2, abs=0.05)
+    fast = np.sin(2 * np.pi * 25.0 * t)  # a quarter of the sampling rate: the next reading but one shares it
+    assert obs.shared(noise + fast) == pytest.approx(0.5, abs=0.05)
+
+
+def test_moments_share_what_they_have_beyond_the_floor():
+    moment = Moment(1.0, 0.1, 0.0)
+    obs = gather([(k, 0, "m.x", np.zeros(1), np.zeros(1), 1.0, moment, True) for k in range(4)])
+    assert obs.shared(np.array([1.0, -1.0, 1.0, 1.0])) == 0.0
+    assert obs.shared(np.array([2.0, -2.0, 2.0, 2.0])) == 3.0

@@ -10,7 +10,7 @@ def judged(ids, score, gap=1.0):
     return SimpleNamespace(hypothesis=SimpleNamespace(ids=ids, candidates=ids), score=score, gap=gap)
 
 
-PLAIN = Calibration(150.0, 1.0, 0.0, (-30.0, 0.0, 0.0))
+PLAIN = Calibration(20.0, 0.05, 1.0, 0.0, (-30.0, 0.0, 0.0))
 
 
 def test_probabilities_add_up_and_follow_the_scores():
@@ -33,7 +33,7 @@ def test_near_rivals_are_named():
 
 
 def test_unknown_takes_its_share():
-    sure = Calibration(150.0, 1.0, 0.0, (30.0, 0.0, 0.0))
+    sure = Calibration(20.0, 0.05, 1.0, 0.0, (30.0, 0.0, 0.0))
     found = causes([judged(("a",), 0.0), judged((), 9.0)], sure, np.ones(3))
     assert found[0].effects == UNKNOWN
     assert found[0].probability == pytest.approx(1.0)
@@ -41,6 +41,7 @@ def test_unknown_takes_its_share():
 
 def test_what_is_left_makes_unknown_likelier_with_the_shipped_calibration():
     shipped = Calibration.load()
-    good = unknown_probability(shipped, features(10.0, 1.0))
-    bad = unknown_probability(shipped, features(10.0, 8.0))
+    before, nothing, much = (shipped.level(shared, 5000) for shared in (100.0, 0.0, 64.0))
+    good = unknown_probability(shipped, features(before, nothing))
+    bad = unknown_probability(shipped, features(before, much))
     assert good < 0.2 < 0.8 < bad
