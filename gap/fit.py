@@ -45,9 +45,13 @@ WIDE = 0.2
 """Step, in u, of differences that serve for larger moves: refits without a fold, intervals, or where a small step shows
 nothing."""
 
-TRIALS, GAIN, GAINED = 4, 0.3, 2.0
-"""Steps that are tried from a point; the gain in cost below which a step is not worth a run; and that below which the
-next one will not be."""
+SLACK, SLOW = 0.01, 0.02
+"""Step of a difference for each floor that is left beyond one, for far away the way is seen better by larger steps; and
+the share of the cost that a step has to gain for them to be kept."""
+
+TRIALS, GAIN, GAINED, HOLDS = 4, 0.3, 2.0, 0.1
+"""Steps that are tried from a point; the gain in cost below which a step is not worth a run; that below which the next
+one will not be; and how nearly a step has to have done what was foretold for its derivatives to serve again."""
 
 
 @dataclass
@@ -286,17 +290,25 @@ def fit(
     if like is not None:
         J[:, :old] = like.jacobian
     radius = np.array([1.0 if x.kind == "base" else max(1.0, abs(v)) for x, v in zip(unknowns, u, strict=True)])
-    converged = False
+    holds = False  # whether the derivatives have foretold the last step
+    fine = False
+    arrived, better, real = False, False, 0.0
     for _ in range(iterations):
-        J[:, old:] = yield from differences(unknowns, u, range(old, len(u)), problem.difference, coarse)
         s = scale(residual)
+        h = problem.difference
+        if not fine:
+            h = float(np.clip(SLACK * (np.sqrt(s) - 1.0), h, WIDE))
+            fine = h == problem.difference
+        if not holds:
+            J[:, old:] = yield from differences(unknowns, u, range(old, len(u)), h, coarse)
         q, residual = settle(problem, model, N, s)
         lin, now = Linear(problem, u, model, J, N), cost(residual, u, q, s)
-        for _ in range(TRIALS):
+        arrived = better = False
+        for _ in range(1 if holds else TRIALS):
             d, dq = lin.step(unknowns, s, radius)
             gain = now - cost(lin.left(d, dq), u + d, dq, s)
-            converged = gain < GAIN
-            if converged:
+            arrived = gain < GAIN
+            if arrived:
                 break
             found = model_of((yield asked(u + d)))
             if found is None:
@@ -304,17 +316,20 @@ def fit(
                 continue
             q_new, res_new = settle(problem, found[1], N, s)
             real = now - cost(res_new, u + d, q_new, s)
-            if real > 0.0:
+            better = real > 0.0
+            if better:
                 u, q, residual, (coarse, model) = u + d, q_new, res_new, found
                 if real > 0.5 * gain:
                     radius = np.maximum(radius, 2.0 * np.abs(d))
-                    converged = real < GAINED
                 break
-            radius = 0.3 * np.maximum(np.abs(d), 1e-3)
-        else:
+            if not holds:
+                radius = 0.3 * np.maximum(np.abs(d), 1e-3)
+        slow = arrived or not (better or holds) or (better and 0.5 * gain < real < max(GAINED, SLOW * now * (not fine)))
+        if slow and fine:
             break
-        if converged:
-            break
+        fine = fine or slow
+        holds = better and not slow and abs(real / gain - 1.0) < HOLDS
+    converged = fine and (arrived or (better and real < GAINED))
     return Fit(unknowns, u, model, J, q, residual, model - coarse, dispersion(problem, residual), converged)
 
 

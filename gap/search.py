@@ -22,7 +22,7 @@ SINGLES = 10
 READINGS = 150.0
 """Readings that count in the merit of a fit."""
 
-KEPT, CLOSE = 3, 15.0
+KEPT, CLOSE = 3, 8.0
 """Of these, so many are fitted to the end, and as many again if their merit is not further from the best."""
 
 PAIRS_FROM = 3
@@ -284,7 +284,8 @@ def extend(
     _carry_all_on(problem, going, N, TASTE)
     best = min((h.fit.rms for h in going), default=0.0)
     far = RIVAL if any(settled(problem, h.fit) for h in going) else BEHIND * best
-    _carry_all_on(problem, [h for h in going if h.fit.rms < far], N, MOST)
+    going = sorted((h for h in going if h.fit.rms < far), key=lambda h: h.merit)
+    _carry_all_on(problem, going[:kept], N, MOST)
     unique: dict[str, Hypothesis] = {}
     for h in sorted(made, key=lambda h: h.merit):
         unique.setdefault(h.label, h)

@@ -235,7 +235,7 @@ def _pairs(problem: Problem, singles: list[Hypothesis], found: list[Secant], N: 
         again = [replace(s, at=h.fit) for s in found]
         search.weigh(problem, h.fit, N, again)
         again = sorted((s for s in again if s.saving > search.WORTH), key=lambda s: -s.saving)
-        for pair in search.extend(problem, h, again, N, search.PAIRS, 2):
+        for pair in search.extend(problem, h, again, N, search.PAIRS, 1):
             key = tuple(sorted(c.label for c in pair.candidates))
             if key not in made or pair.merit < made[key].merit:
                 made[key] = pair
