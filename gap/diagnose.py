@@ -38,7 +38,7 @@ def diagnose(
     with Pool(campaign.system, executor, processes, progress) as pool:
         s = study(campaign, catalogue, pool, say)
         calibration = Calibration.load()
-        x = features(*(calibration.level(j.shared, len(s.problem.obs)) for j in (s.null_judged, s.judged[0])))
+        x = features(calibration, s.null_judged.shared, s.judged[0].shared, len(s.problem.obs))
         found = _worth_telling(causes(s.judged, calibration, x))
         d = Diagnosis(s, found, [], [], None, warnings=list(s.problem.warnings), features=[float(v) for v in x])
         say("where the gap lies")

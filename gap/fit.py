@@ -45,9 +45,12 @@ WIDE = 0.2
 """Step, in u, of differences that serve for larger moves: refits without a fold, intervals, or where a small step shows
 nothing."""
 
-SLACK, SLOW = 0.01, 0.02
-"""Step of a difference for each floor that is left beyond one, for far away the way is seen better by larger steps; and
-the share of the cost that a step has to gain for them to be kept."""
+FAR = 10.0
+"""Floors from which on the error of long steps does not matter."""
+
+SLACK, BLUNT, SLOW = 0.001, 0.01, 0.02
+"""Step of a difference for each floor that is left beyond one, for far away the way is seen better by larger steps; the
+same for a model that misses much; and the share of the cost that a step has to gain for them to be kept."""
 
 TRIALS, GAIN, GAINED, HOLDS = 4, 0.3, 2.0, 0.1
 """Steps that are tried from a point; the gain in cost below which a step is not worth a run; that below which the next
@@ -69,6 +72,8 @@ class Fit:
     phi: float
     """Dispersion: what a squared residual counts for less because neighbours share it; at least 1."""
     converged: bool = False
+    holds: bool = False
+    """The derivatives have foretold the last step and serve for the next."""
 
     @property
     def point(self) -> dict[str, float]:
@@ -252,52 +257,61 @@ def fit(
     N: np.ndarray,
     iterations: int,
     like: Fit | None = None,
+    at: Fit | None = None,
+    slack: float = SLACK,
 ) -> Ask:
     """Lower the cost from u (k,) in at most that many iterations.
 
     like: a fit of the first of the unknowns nearby; its derivatives and its correction are kept, and only the other
     unknowns' are found. That is cheap, and enough to see whether an effect is worth more.
+    at: a fit at u that is to go on.
+    slack: step of a difference for each floor that is left beyond one, while that is more than the problem's own.
     """
     u = u.astype(float).copy()
     names = [x.name for x in unknowns]
     sd = np.array([x.sd for x in unknowns])
     old = 0 if like is None else len(like.unknowns)
 
-    def asked(v: np.ndarray) -> Wanted:
-        point = dict(zip(names, v.tolist(), strict=True))
-        return Wanted([point], [point] if like is None else [])
-
-    def model_of(answer: Answer) -> tuple[np.ndarray, np.ndarray] | None:
-        """(coarse, model) at a point."""
-        coarse, exact = answer[0][0], answer[1][0] if like is None else None
-        if coarse is None or (like is None and exact is None):
-            return None
-        return coarse, coarse + like.correction if like is not None else exact
+    def point(v: np.ndarray) -> dict[str, float]:
+        return dict(zip(names, v.tolist(), strict=True))
 
     def cost(res: np.ndarray, v: np.ndarray, q: np.ndarray, s: float) -> float:
         return float(res @ res / s + np.sum((v / sd) ** 2) + q @ q)
 
-    for _ in range(TRIALS):
-        found = model_of((yield asked(u)))
-        if found is not None:
-            break
-        u *= 0.5
+    if at is not None:
+        coarse, correction = at.model - at.correction, at.correction
     else:
-        raise FitFailed
-    coarse, model = found
+        for _ in range(TRIALS):
+            coarse = (yield Wanted([point(u)], []))[0][0]
+            if coarse is not None:
+                break
+            u *= 0.5
+        else:
+            raise FitFailed
+        correction = np.zeros(len(coarse)) if like is None else like.correction
+    model = coarse + correction
     q, residual = settle(problem, model, N, 1.0)
     J = np.zeros((len(model), len(u)))
     if like is not None:
         J[:, :old] = like.jacobian
+    holds = at is not None and at.holds  # whether the derivatives have foretold the last step
+    if holds:
+        J[:] = at.jacobian
+    exact = like is not None or holds  # whether the correction is that of u, or need not be
     radius = np.array([1.0 if x.kind == "base" else max(1.0, abs(v)) for x, v in zip(unknowns, u, strict=True)])
-    holds = False  # whether the derivatives have foretold the last step
-    fine = False
-    arrived, better, real = False, False, 0.0
+    fine = arrived = better = False
+    real = 0.0
     for _ in range(iterations):
+        if not exact and rms(residual) < FAR:
+            model = (yield Wanted([], [point(u)]))[1][0]
+            if model is None:
+                raise FitFailed
+            correction, exact = model - coarse, True
+            q, residual = settle(problem, model, N, 1.0)
         s = scale(residual)
         h = problem.difference
         if not fine:
-            h = float(np.clip(SLACK * (np.sqrt(s) - 1.0), h, WIDE))
+            h = float(np.clip(slack * (np.sqrt(s) - 1.0), h, WIDE))
             fine = h == problem.difference
         if not holds:
             J[:, old:] = yield from differences(unknowns, u, range(old, len(u)), h, coarse)
@@ -310,15 +324,18 @@ def fit(
             arrived = gain < GAIN
             if arrived:
                 break
-            found = model_of((yield asked(u + d)))
-            if found is None:
+            both = exact and like is None
+            there, exactly = yield Wanted([point(u + d)], [point(u + d)] if both else [])
+            if there[0] is None or (both and exactly[0] is None):
                 radius = 0.3 * np.minimum(radius, np.maximum(np.abs(d), 1e-3))
                 continue
-            q_new, res_new = settle(problem, found[1], N, s)
+            trial = exactly[0] if both else there[0] + correction
+            q_new, res_new = settle(problem, trial, N, s)
             real = now - cost(res_new, u + d, q_new, s)
             better = real > 0.0
             if better:
-                u, q, residual, (coarse, model) = u + d, q_new, res_new, found
+                u, q, residual, coarse, model = u + d, q_new, res_new, there[0], trial
+                correction = model - coarse
                 if real > 0.5 * gain:
                     radius = np.maximum(radius, 2.0 * np.abs(d))
                 break
@@ -330,14 +347,19 @@ def fit(
         fine = fine or slow
         holds = better and not slow and abs(real / gain - 1.0) < HOLDS
     converged = fine and (arrived or (better and real < GAINED))
-    return Fit(unknowns, u, model, J, q, residual, model - coarse, dispersion(problem, residual), converged)
+    phi = dispersion(problem, residual)
+    return Fit(unknowns, u, model, J, q, residual, correction, phi, converged, holds)
 
 
-def wide(problem: Problem, at: Fit) -> Ask:
-    """The fit where it stands, with derivatives that serve for larger moves."""
-    every = range(len(at.u))
-    J = yield from differences(at.unknowns, at.u, every, WIDE, at.model - at.correction)
-    return replace(at, jacobian=J)
+def wide(problem: Problem, at: Fit, N: np.ndarray) -> Ask:
+    """The fit where it stands, run at the package's step, with derivatives that serve for larger moves."""
+    every, coarse = range(len(at.u)), at.model - at.correction
+    J = yield from differences(at.unknowns, at.u, every, WIDE, coarse)
+    model = (yield Wanted([], [at.point]))[1][0]
+    if model is None:
+        raise FitFailed
+    q, residual = settle(problem, model, N, scale(at.residual))
+    return replace(at, jacobian=J, model=model, correction=model - coarse, q=q, residual=residual, holds=False)
 
 
 class FitFailed(Exception):

@@ -214,7 +214,7 @@ def other_starts(problem: Problem, at: Fit, N: np.ndarray) -> list[Secant]:
     if at.penalty() < STRAINED * len(at.u) and not much:
         return []
     unmoved = fit(problem, problem.base, np.zeros(len(problem.base)), N, 0)
-    delivered = went(problem, wide(problem, went(problem, unmoved)))
+    delivered = went(problem, wide(problem, went(problem, unmoved), N))
     plain = [c for c in problem.candidates if not any(u.shape or u.kind == "sensor" for u in c.unknowns)]
     found = secants(problem, delivered, [(c, s) for c in plain for s in _sizes(c, 3.0 if much else 1.0)])
     weigh(problem, at, N, found)
@@ -252,9 +252,8 @@ def finish(problem: Problem, h: Hypothesis, N: np.ndarray) -> None:
     if not h.fit.converged or h.quick:
         carry_on(problem, h, N, MOST)
     if not h.finished:
-        found = drive(problem, [wide(problem, h.fit)])[0]
-        assert found is not None
-        h.fit, h.finished = found, True
+        found = drive(problem, [wide(problem, h.fit, N)])[0]
+        h.fit, h.finished = found or h.fit, True
 
 
 def without(problem: Problem, h: Hypothesis, gone: Candidate, N: np.ndarray) -> Hypothesis | None:
@@ -295,7 +294,7 @@ def extend(
 def _carry_all_on(problem: Problem, hypotheses: Sequence[Hypothesis], N: np.ndarray, iterations: int) -> None:
     """Go on with fits, in place, where that does not make them worse."""
     going = [h for h in hypotheses if h.quick or not h.fit.converged]
-    asks = [fit(problem, h.fit.unknowns, h.fit.u, N, iterations) for h in going]
+    asks = [fit(problem, h.fit.unknowns, h.fit.u, N, iterations, at=None if h.quick else h.fit) for h in going]
     for h, f in zip(going, drive(problem, asks), strict=True):
         if f is not None and (h.quick or replace(h, fit=f).merit < h.merit + 1.0):
             h.fit, h.quick, h.finished = f, False, False

@@ -11,7 +11,7 @@ from ..core.errors import SimulationError
 from . import search
 from .campaign import Campaign, CampaignError
 from .catalogue import Catalogue
-from .fit import Fit, fit, nuisances, settle, went
+from .fit import BLUNT, Fit, fit, nuisances, settle, went
 from .judge import Judged, judge
 from .noise import rms
 from .pool import Pool, Say
@@ -132,7 +132,7 @@ def study(campaign: Campaign, catalogue: Catalogue, pool: Pool, say: Say = lambd
     stage("refitting the base parameters")
     N = nuisances(problem, delivered)
     choose_difference(problem)
-    null = Hypothesis((), went(problem, fit(problem, problem.base, np.zeros(len(problem.base)), N, REFIT)))
+    null = _refit(problem, N)
     stage("screening the effects")
     found = search.screen(problem, null.fit, N)
     hypotheses = [null]
@@ -159,6 +159,16 @@ def study(campaign: Campaign, catalogue: Catalogue, pool: Pool, say: Say = lambd
     assert rows is not None
     left = structure(problem, judged[0].held_out, rows, problem.coarse)
     return Study(problem, held, delivered, numerical, N, null, judged, found, left, stages)
+
+
+def _refit(problem: Problem, N: np.ndarray) -> Hypothesis:
+    """The null: the base parameters fitted from what is stated; where that leaves much, once more with blunt steps."""
+    start = np.zeros(len(problem.base))
+    null = Hypothesis((), went(problem, fit(problem, problem.base, start, N, REFIT)))
+    if null.fit.rms > search.MUCH:
+        blunt = Hypothesis((), went(problem, fit(problem, problem.base, start, N, REFIT, slack=BLUNT)))
+        null = min(null, blunt, key=lambda h: h.merit)
+    return null
 
 
 def _hold(campaign: Campaign, catalogue: Catalogue, pool: Pool) -> Held:

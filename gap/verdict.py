@@ -27,13 +27,15 @@ class Cause:
     ambiguous_with: list[tuple[str, ...]]
 
 
-def features(null: float, best: float) -> np.ndarray:
-    """What "unknown" is judged by, from what the refit and the best hypothesis leave (`Calibration.level`).
+def features(calibration: Calibration, null: float, best: float, readings: int) -> np.ndarray:
+    """What "unknown" is judged by, from the energy that the refit's and the best hypothesis' residuals share.
 
-    A constant, the log of the energy that the best leaves, and that of its ratio to what the refit leaves. How much of
-    it a flexible model can predict is reported, but says less: a vibration is not predictable and yet no noise.
+    A constant, how much more the best leaves than right models and chance do, and how much less than the refit, both as
+    logarithms. How much of it a flexible model can predict is reported, but says less: a vibration is not predictable
+    and yet no noise.
     """
-    return np.array([1.0, best, min(0.0, best - null)])
+    nothing, refit, left = (calibration.level(x, readings) for x in (0.0, null, best))
+    return np.array([1.0, left - nothing, min(0.0, left - refit)])
 
 
 def unknown_probability(calibration: Calibration, x: np.ndarray) -> float:

@@ -70,7 +70,7 @@ def features_of(diagnosis: dict[str, Any], calibration: Calibration) -> np.ndarr
     tried, readings = diagnosis["evidence"]["hypotheses"], diagnosis["evidence"]["readings"]
     null = next(h for h in tried if not h["effects"])
     best = tried[int(np.argmin(scores(diagnosis, calibration)))]
-    return features(*(calibration.level(h["held_out_shared"], readings) for h in (null, best)))
+    return features(calibration, null["held_out_shared"], best["held_out_shared"], readings)
 
 
 def unknown(cases: list[tuple[dict[str, Any], dict[str, Any]]], calibration: Calibration) -> list[float]:

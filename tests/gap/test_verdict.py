@@ -41,7 +41,6 @@ def test_unknown_takes_its_share():
 
 def test_what_is_left_makes_unknown_likelier_with_the_shipped_calibration():
     shipped = Calibration.load()
-    before, nothing, much = (shipped.level(shared, 5000) for shared in (100.0, 0.0, 64.0))
-    good = unknown_probability(shipped, features(before, nothing))
-    bad = unknown_probability(shipped, features(before, much))
+    good = unknown_probability(shipped, features(shipped, 100.0, 0.0, 5000))
+    bad = unknown_probability(shipped, features(shipped, 100.0, 64.0, 5000))
     assert good < 0.2 < 0.8 < bad
