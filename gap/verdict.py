@@ -17,6 +17,10 @@ from .judge import Judged
 NONE, UNKNOWN = ("none",), ("unknown",)
 
 
+CLEAR = 3.0
+"""What is left over, in what right models and chance share, that is half clear."""
+
+
 @dataclass
 class Cause:
     """A set of effect ids, its best hypothesis (none for "unknown") and its probability."""
@@ -30,12 +34,13 @@ class Cause:
 def features(calibration: Calibration, null: float, best: float, readings: int) -> np.ndarray:
     """What "unknown" is judged by, from the energy that the refit's and the best hypothesis' residuals share.
 
-    A constant, how much more the best leaves than right models and chance do, and how much less than the refit, both as
-    logarithms. How much of it a flexible model can predict is reported, but says less: a vibration is not predictable
-    and yet no noise.
+    A constant; how clearly the best leaves more than right models and chance do, from 0 to 1; and the logarithm of what
+    it leaves of the refit's. How much of it a flexible model can predict is reported, but says less: a vibration is not
+    predictable and yet no noise.
     """
     nothing, refit, left = (calibration.level(x, readings) for x in (0.0, null, best))
-    return np.array([1.0, left - nothing, min(0.0, left - refit)])
+    excess = np.exp(left - nothing) - 1.0
+    return np.array([1.0, excess / (excess + CLEAR), min(0.0, left - refit)])
 
 
 def unknown_probability(calibration: Calibration, x: np.ndarray) -> float:
