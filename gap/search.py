@@ -280,6 +280,7 @@ def extend(
     made.sort(key=lambda h: h.merit)
     going = made[:kept] + [h for h in made[kept : 2 * kept] if h.merit < made[0].merit + CLOSE]
     going += [h for h in elsewhere if not any(h is g for g in going)]
+    going = [h for h in going if h.fit.rms < BEHIND * max(made[0].fit.rms, 1.0)]
     _carry_all_on(problem, going, N, TASTE)
     best = min((h.fit.rms for h in going), default=0.0)
     far = RIVAL if any(settled(problem, h.fit) for h in going) else BEHIND * best

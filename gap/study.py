@@ -162,10 +162,10 @@ def study(campaign: Campaign, catalogue: Catalogue, pool: Pool, say: Say = lambd
 
 
 def _refit(problem: Problem, N: np.ndarray) -> Hypothesis:
-    """The null: the base parameters fitted from what is stated; where that leaves much, once more with blunt steps."""
+    """The null: the base parameters fitted from what is stated; if that stops far away, once more with blunt steps."""
     start = np.zeros(len(problem.base))
     null = Hypothesis((), went(problem, fit(problem, problem.base, start, N, REFIT)))
-    if null.fit.rms > search.MUCH:
+    if null.fit.rms > search.MUCH and not null.fit.converged:
         blunt = Hypothesis((), went(problem, fit(problem, problem.base, start, N, REFIT, slack=BLUNT)))
         null = min(null, blunt, key=lambda h: h.merit)
     return null
