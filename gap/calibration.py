@@ -15,6 +15,11 @@ CHANCE = 1.5
 """Standard deviations of the energy that noise shares by chance which are no evidence."""
 
 
+def chance(readings: int) -> float:
+    """Energy that the residuals of so many readings may share, in floors squared, when nothing but noise is left."""
+    return float(CHANCE / np.sqrt(readings))
+
+
 @dataclass(frozen=True)
 class Calibration:
     """How much the evidence counts."""
@@ -40,7 +45,7 @@ class Calibration:
 
     def level(self, shared: float, readings: int) -> float:
         """ln of a residual's shared energy, with what models and chance share of so many readings added."""
-        return float(np.log(max(shared, 0.0) + self.discrepancy + CHANCE / np.sqrt(readings)))
+        return float(np.log(shared + self.discrepancy + chance(readings)))
 
     def weight(self, shared: float, readings: int) -> float:
         """What a residual's shared energy counts for as evidence, the less the better."""

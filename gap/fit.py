@@ -9,8 +9,8 @@ s is the mean square of r where the step begins, at least 1: what a model misses
 
 A valve that saturates a millisecond later moves a pressure by hundreds of floors for that millisecond. Such a residual
 is followed only with the derivative at the point itself: differences are taken as small as the simulations are smooth
-(`Problem.difference`), anew at every step, and each accepted point is run at the package's step
-beside the long steps of the differences.
+(`Problem.difference`), and anew where the last ones did not foretell a step. Within `FAR` of the floor each accepted
+point is also run at the package's step, beside the long steps of the differences.
 """
 
 from __future__ import annotations
@@ -66,6 +66,8 @@ class Fit:
     model: np.ndarray
     jacobian: np.ndarray
     q: np.ndarray
+    """The linear nuisances in prior standard deviations: a bias of each channel, then a clock error of each run."""
+    channels: int
     residual: np.ndarray
     correction: np.ndarray
     """The model at the package's step less that at long steps, where it was last taken (n,)."""
@@ -78,7 +80,7 @@ class Fit:
     @property
     def point(self) -> dict[str, float]:
         """The point in the problem's terms."""
-        return {x.name: float(u) for x, u in zip(self.unknowns, self.u, strict=True)}
+        return point_of(self.unknowns, self.u)
 
     @property
     def rms(self) -> float:
@@ -90,9 +92,19 @@ class Fit:
         """What squared residuals are divided by in the cost."""
         return scale(self.residual)
 
-    def penalty(self) -> float:
-        """Sum of (u / sd)^2."""
+    def strain(self) -> float:
+        """Sum of (u / sd)^2: how far the unknowns are from what is stated."""
         return float(sum((u / x.sd) ** 2 for x, u in zip(self.unknowns, self.u, strict=True)))
+
+    def penalty(self) -> float:
+        """What unknowns and the sensors' biases cost: sum of (u / sd)^2 and q^2; clocks may differ as they like."""
+        bias = self.q[: self.channels]
+        return self.strain() + float(bias @ bias)
+
+
+def point_of(unknowns: Sequence[Unknown], u: np.ndarray) -> dict[str, float]:
+    """The point at u (k,) in the problem's terms."""
+    return {x.name: v for x, v in zip(unknowns, u.tolist(), strict=True)}
 
 
 def scale(residual: np.ndarray) -> float:
@@ -221,7 +233,6 @@ def differences(
     A run that fails gives way to one on the other side; a derivative that cannot be found, or that is nothing even for
     a wide step, is zero.
     """
-    names = [x.name for x in unknowns]
     columns = np.zeros((len(here), len(which)))
     sizes = dict.fromkeys(range(len(which)), h)
     for attempt in range(3):
@@ -234,7 +245,7 @@ def differences(
             steps[c] = size if forward else -size
             v = u.copy()
             v[j] += steps[c]
-            points.append(dict(zip(names, v.tolist(), strict=True)))
+            points.append(point_of(unknowns, v))
         results, _ = yield Wanted(points, [])
         again = {}
         for (c, step), y in zip(steps.items(), results, strict=True):
@@ -268,12 +279,8 @@ def fit(
     slack: step of a difference for each floor that is left beyond one, while that is more than the problem's own.
     """
     u = u.astype(float).copy()
-    names = [x.name for x in unknowns]
     sd = np.array([x.sd for x in unknowns])
     old = 0 if like is None else len(like.unknowns)
-
-    def point(v: np.ndarray) -> dict[str, float]:
-        return dict(zip(names, v.tolist(), strict=True))
 
     def cost(res: np.ndarray, v: np.ndarray, q: np.ndarray, s: float) -> float:
         return float(res @ res / s + np.sum((v / sd) ** 2) + q @ q)
@@ -282,7 +289,7 @@ def fit(
         coarse, correction = at.model - at.correction, at.correction
     else:
         for _ in range(TRIALS):
-            coarse = (yield Wanted([point(u)], []))[0][0]
+            coarse = (yield Wanted([point_of(unknowns, u)], []))[0][0]
             if coarse is not None:
                 break
             u *= 0.5
@@ -303,7 +310,7 @@ def fit(
     real = 0.0
     for _ in range(iterations):
         if not exact and rms(residual) < FAR:
-            model = (yield Wanted([], [point(u)]))[1][0]
+            model = (yield Wanted([], [point_of(unknowns, u)]))[1][0]
             if model is None:
                 raise FitFailed
             correction, exact = model - coarse, True
@@ -325,7 +332,8 @@ def fit(
             if arrived:
                 break
             both = exact and like is None
-            there, exactly = yield Wanted([point(u + d)], [point(u + d)] if both else [])
+            wanted = [point_of(unknowns, u + d)]
+            there, exactly = yield Wanted(wanted, wanted if both else [])
             if there[0] is None or (both and exactly[0] is None):
                 radius = 0.3 * np.minimum(radius, np.maximum(np.abs(d), 1e-3))
                 continue
@@ -348,7 +356,7 @@ def fit(
         holds = better and not slow and abs(real / gain - 1.0) < HOLDS
     converged = fine and (arrived or (better and real < GAINED))
     phi = dispersion(problem, residual)
-    return Fit(unknowns, u, model, J, q, residual, correction, phi, converged, holds)
+    return Fit(unknowns, u, model, J, q, len(problem.obs.span), residual, correction, phi, converged, holds)
 
 
 def wide(problem: Problem, at: Fit, N: np.ndarray) -> Ask:

@@ -17,6 +17,9 @@ from .sensor import Sensor
 MOST = 1500
 """Most samples of a block; what is faster is averaged over neighbours."""
 
+SWINGS = 3.0
+"""Standard deviations, for noise, by which samples have to be more like the second next than like the next to swing."""
+
 JITTER = 0.03
 """Timing that nobody guarantees, in sample intervals: it enters the floor with the slope of the signal."""
 
@@ -136,16 +139,23 @@ class Observations:
 
         Noise shares none, however large its floor was taken; what a model leaves unexplained is slower than the
         samples, or swings with them. Zero to within 1/sqrt(n) if only noise is left. Of readings that stand alone it is
-        what they have beyond the floor.
+        what they have beyond the floor; and a channel whose noise is stated has no more than that either: what repeats
+        from reading to reading but not from test to test is part of such a noise.
         """
-        next_one = second = alone = 0.0
+        total = 0.0
+        channels: dict[int, np.ndarray] = {}
         for b in self.blocks:
             x = residual[b.place]
+            beyond = float(x @ x) - len(x)
             if b.moment is not None:
-                alone += float(x @ x) - len(x)
+                total += beyond
+            elif b.stated:
+                channels.setdefault(b.channel, np.zeros(2))[:] += _with_neighbours(x), beyond
             else:
-                next_one, second = next_one + float(x[1:] @ x[:-1]), second + float(x[2:] @ x[:-2])
-        return (max(next_one, abs(second)) + alone) / len(self)
+                total += _with_neighbours(x)
+        for energy, beyond in channels.values():
+            total += min(energy, max(0.0, beyond))
+        return float(total) / len(self)
 
     def of_run(self, run: int) -> dict[str, Block]:
         """The time series of a run by connector."""
@@ -175,6 +185,12 @@ class Observations:
             rough = np.sqrt(_smooth(slope[b.place] ** 2, b.t, 0.05))
             error = np.sqrt(_smooth(numerical[b.place] ** 2, b.t, 0.05))
             self.floor[b.place] = np.sqrt(b.floor**2 + (JITTER * b.interval * rough) ** 2 + error**2)
+
+
+def _with_neighbours(x: np.ndarray) -> float:
+    """Energy that samples (n,) share with the next one, or with the second next where they swing too fast for that."""
+    first, second = float(x[1:] @ x[:-1]), float(abs(x[2:] @ x[:-2]))
+    return second if second > first + SWINGS * np.sqrt(len(x)) else first
 
 
 def _smooth(x: np.ndarray, t: np.ndarray, width: float) -> np.ndarray:

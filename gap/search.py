@@ -12,7 +12,7 @@ from itertools import product
 
 import numpy as np
 
-from .calibration import CHANCE
+from .calibration import chance
 from .fit import Ask, Fit, Linear, drive, fit, went, wide
 from .problem import Candidate, Problem
 
@@ -107,7 +107,7 @@ class Hypothesis:
 
 def settled(problem: Problem, at: Fit) -> bool:
     """Whether a fit leaves nothing to explain."""
-    return problem.obs.shared(at.residual) < SETTLED + CHANCE / np.sqrt(len(problem.obs))
+    return problem.obs.shared(at.residual) < SETTLED + chance(len(problem.obs))
 
 
 def _point(candidate: Candidate, size: float, shape: Sequence[float]) -> dict[str, float]:
@@ -173,7 +173,8 @@ def weigh(problem: Problem, reference: Fit, N: np.ndarray, found: Sequence[Secan
         s.amount, s.base = float(d[k]), at.u + d[:k]
         s.gain, s.own = 1.0 - energy / reference_left, 1.0 - energy / before
         s.saving = READINGS * float(np.log(reference_left / max(energy, 1e-300)))
-        s.saving += reference.penalty() - float(np.sum((s.base / sd) ** 2))
+        bias = q[: at.channels]
+        s.saving += reference.penalty() - float(np.sum((s.base / sd) ** 2) + bias @ bias)
 
 
 def screen(problem: Problem, at: Fit, N: np.ndarray) -> list[Secant]:
@@ -211,7 +212,7 @@ def other_starts(problem: Problem, at: Fit, N: np.ndarray) -> list[Secant]:
     large effect is found more surely from where the base parameters are what is stated, and at a size of its own.
     """
     much = at.rms > MUCH
-    if at.penalty() < STRAINED * len(at.u) and not much:
+    if at.strain() < STRAINED * len(at.u) and not much:
         return []
     unmoved = fit(problem, problem.base, np.zeros(len(problem.base)), N, 0)
     delivered = went(problem, wide(problem, went(problem, unmoved), N))
@@ -242,15 +243,9 @@ def _ask(problem: Problem, s: Secant, N: np.ndarray, iterations: int) -> Ask:
     return fit(problem, (*at.unknowns, *new), u, N, iterations, like=at)
 
 
-def carry_on(problem: Problem, h: Hypothesis, N: np.ndarray, iterations: int) -> None:
-    """Go on with a hypothesis' fit, in place, where that does not make it worse."""
-    _carry_all_on(problem, [h], N, iterations)
-
-
 def finish(problem: Problem, h: Hypothesis, N: np.ndarray) -> None:
     """Fit to the end, in place, and find the derivatives that judging rests on."""
-    if not h.fit.converged or h.quick:
-        carry_on(problem, h, N, MOST)
+    _carry_all_on(problem, [h], N, MOST)
     if not h.finished:
         found = drive(problem, [wide(problem, h.fit, N)])[0]
         h.fit, h.finished = found or h.fit, True
@@ -293,7 +288,7 @@ def extend(
 
 
 def _carry_all_on(problem: Problem, hypotheses: Sequence[Hypothesis], N: np.ndarray, iterations: int) -> None:
-    """Go on with fits, in place, where that does not make them worse."""
+    """Go on with fits that have not arrived, in place, where that does not make them worse."""
     going = [h for h in hypotheses if h.quick or not h.fit.converged]
     asks = [fit(problem, h.fit.unknowns, h.fit.u, N, iterations, at=None if h.quick else h.fit) for h in going]
     for h, f in zip(going, drive(problem, asks), strict=True):

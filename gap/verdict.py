@@ -16,7 +16,6 @@ from .judge import Judged
 
 NONE, UNKNOWN = ("none",), ("unknown",)
 
-
 CLEAR = 3.0
 """What is left over, in what right models and chance share, that is half clear."""
 
@@ -40,7 +39,7 @@ def features(calibration: Calibration, null: float, best: float, readings: int) 
     """
     nothing, refit, left = (calibration.level(x, readings) for x in (0.0, null, best))
     excess = np.exp(left - nothing) - 1.0
-    return np.array([1.0, excess / (excess + CLEAR), min(0.0, left - refit), np.log1p(max(best, 0.0))])
+    return np.array([1.0, excess / (excess + CLEAR), min(0.0, left - refit), np.log1p(best)])
 
 
 def unknown_probability(calibration: Calibration, x: np.ndarray) -> float:

@@ -89,6 +89,23 @@ def test_noise_shares_nothing_and_a_swing_shares_its_energy():
     assert obs.shared(noise + fast) == pytest.approx(0.5, abs=0.05)
 
 
+def test_what_is_stated_as_noise_is_none_of_the_models_business():
+    t = np.arange(0.0, 40.0, 0.01)
+    slow = 1.3 * np.sin(0.5 * t)
+    for stated, left in ((True, 0.0), (False, 0.84)):
+        obs = gather([(0, 0, "m.x", t, np.zeros(len(t)), 1.0, None, stated)])
+        assert obs.shared(slow) == pytest.approx(left, abs=0.05)
+    more = gather([(0, 0, "m.x", t, np.zeros(len(t)), 1.0, None, True)])
+    assert more.shared(2.0 * slow) == pytest.approx(np.mean((2.0 * slow) ** 2) - 1.0)
+
+
+def test_a_swing_in_one_run_and_a_drift_in_another_do_not_cancel():
+    t = np.arange(0.0, 40.0, 0.01)
+    swing, drift = np.sin(2 * np.pi * 25.0 * t + 0.3), np.sin(0.5 * t)
+    obs = gather([(r, 0, "m.x", t, np.zeros(len(t)), 0.01, None, False) for r in range(2)])
+    assert obs.shared(np.concatenate([swing, drift])) == pytest.approx(0.5 * np.mean(swing**2 + drift**2), rel=0.01)
+
+
 def test_moments_share_what_they_have_beyond_the_floor():
     moment = Moment(1.0, 0.1, 0.0)
     obs = gather([(k, 0, "m.x", np.zeros(1), np.zeros(1), 1.0, moment, True) for k in range(4)])

@@ -9,20 +9,11 @@ from deepsea_cosim.gap.campaign import read, take
 from deepsea_cosim.gap.catalogue import parse
 
 from .test_campaign import CAMPAIGN, table
+from .test_catalogue import GOOD
 
-CATALOGUE = """
-[[effect]]
-id = "rub"
-text = "it rubs"
-group = "friction"
-[[effect.parameter]]
-address = "m.F_c"
-neutral = 0
-bounds = [0, 10]
-prior = 1.5
-also = ["n.F_c"]
-shape = false
-starts = [1]
+CATALOGUE = (
+    GOOD.replace("prior = 1.5", "prior = 1.5\nshape = false\nstarts = [1]")
+    + """
 [[sensor]]
 id = "off"
 text = "it is off"
@@ -31,9 +22,6 @@ quantity = "bias"
 neutral = 0
 bounds = [-1, 1]
 prior = 0.1
-[[base]]
-parameter = "m.k"
-tolerance = 0.05
 [[region]]
 text = "fast"
 signal = "m.v"
@@ -48,6 +36,7 @@ noise_std = 0.1
 [estimation]
 parameters = { "m.tol" = 1 }
 """
+)
 
 MORE = """
 [[run]]
