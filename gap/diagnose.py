@@ -11,7 +11,7 @@ from .calibration import Calibration
 from .campaign import Campaign
 from .consistency import check
 from .experiment import Next, ranked
-from .fit import clock
+from .fit import bias, clock
 from .intervals import reduction_interval
 from .noise import rms
 from .pool import Pool, Say
@@ -100,8 +100,11 @@ def _remarks(d: Diagnosis) -> list[str]:
         if x.kind == "base" and abs(u) > 1.15:
             told.append(f"{x.name} would have to be {abs(u) * x.scale:.1%} off, beyond its tolerance of {x.scale:.0%}")
     problem = d.study.problem
-    channels = len(problem.obs.span)
-    for r, (info, q) in enumerate(zip(problem.runs, fit.q[channels:], strict=True)):
+    for k, (label, q) in enumerate(zip(problem.labels, fit.q[: fit.channels], strict=False)):
+        if abs(q) > 3.0:
+            value = f"{q * bias(problem, k):.2g} {problem.units.get(label, '1')}"
+            told.append(f"{label}: its sensor seems to read {value} too much, more than sensors usually do")
+    for r, (info, q) in enumerate(zip(problem.runs, fit.q[fit.channels :], strict=True)):
         if abs(q) > 5.0:
             told.append(f"{info.name}: its clock seems to be off by {1e3 * q * clock(problem, r):.2g} ms")
     step = rms(d.study.numerical / problem.obs.floor)

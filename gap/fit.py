@@ -98,8 +98,8 @@ class Fit:
 
     def penalty(self) -> float:
         """What unknowns and the sensors' biases cost: sum of (u / sd)^2 and q^2; clocks may differ as they like."""
-        bias = self.q[: self.channels]
-        return self.strain() + float(bias @ bias)
+        biases = self.q[: self.channels]
+        return self.strain() + float(biases @ biases)
 
 
 def point_of(unknowns: Sequence[Unknown], u: np.ndarray) -> dict[str, float]:
@@ -117,12 +117,17 @@ def nuisances(problem: Problem, model: np.ndarray) -> np.ndarray:
     obs = problem.obs
     columns = []
     for k in range(len(obs.span)):
-        usual = max(BIAS * obs.span[k], BIAS_OF_LEVEL * obs.level[k])
-        columns.append(np.where(obs.channel == k, usual, 0.0))
+        columns.append(np.where(obs.channel == k, bias(problem, k), 0.0))
     slope = obs.slope(model)
     for r in range(len(problem.runs)):
         columns.append(np.where(obs.run == r, -clock(problem, r) * slope, 0.0))
     return np.stack(columns, axis=1)
+
+
+def bias(problem: Problem, channel: int) -> float:
+    """Usual bias of a channel, in its unit."""
+    obs = problem.obs
+    return float(max(BIAS * obs.span[channel], BIAS_OF_LEVEL * obs.level[channel]))
 
 
 def clock(problem: Problem, run: int) -> float:
