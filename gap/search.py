@@ -262,11 +262,11 @@ def finish(problem: Problem, h: Hypothesis, N: np.ndarray) -> None:
         h.fit, h.finished = found or h.fit, True
 
 
-def without(problem: Problem, h: Hypothesis, gone: Candidate, N: np.ndarray) -> Hypothesis | None:
+def without(problem: Problem, h: Hypothesis, gone: Candidate, N: np.ndarray, iterations: int) -> Hypothesis | None:
     """The hypothesis without one of its effects, fitted from where it stands; None where the model does not run."""
     kept = np.array([x not in gone.unknowns for x in h.fit.unknowns])
     unknowns = tuple(x for x, keep in zip(h.fit.unknowns, kept, strict=True) if keep)
-    found = drive(problem, [fit(problem, unknowns, h.fit.u[kept], N, MOST)])[0]
+    found = drive(problem, [fit(problem, unknowns, h.fit.u[kept], N, iterations)])[0]
     return None if found is None else Hypothesis(tuple(c for c in h.candidates if c is not gone), found)
 
 

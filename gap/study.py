@@ -15,12 +15,9 @@ from .fit import BLUNT, Fit, fit, nuisances, settle, went
 from .judge import Judged, judge
 from .noise import rms
 from .pool import Pool, Say
-from .problem import COARSE_ERROR, DIFFERENCES, FACTORS, ROUGH, Problem, check_units, pose
+from .problem import COARSE_ERROR, DIFFERENCES, FACTORS, ROUGH, Candidate, Problem, check_units, pose
 from .search import Hypothesis, Secant, settled
 from .unexplained import Structure, structure
-
-NEARLY = 1.5
-"""How much more than the best a hypothesis without one of its effects may leave to be fitted once more from there."""
 
 REFIT = 12
 """Steps of the refit of the base parameters."""
@@ -152,8 +149,7 @@ def study(campaign: Campaign, catalogue: Catalogue, pool: Pool, say: Say = lambd
     for j in judged[:FINALISTS]:
         if j.score < judged[0].score + NEAR:
             search.finish(problem, j.hypothesis, N)
-    best = judge(problem, hypotheses, N)[0].hypothesis
-    judged = judge(problem, _backward(problem, hypotheses, best, N), N)
+    judged = judge(problem, _backward(problem, hypotheses, N), N)
     stage("looking at what is left")
     rows = problem.rows([judged[0].hypothesis.fit.point], problem.coarse)[0]
     assert rows is not None
@@ -219,21 +215,25 @@ def choose_difference(problem: Problem) -> None:
             return
 
 
-def _backward(problem: Problem, hypotheses: list[Hypothesis], best: Hypothesis, N: np.ndarray) -> list[Hypothesis]:
+def _backward(problem: Problem, hypotheses: list[Hypothesis], N: np.ndarray) -> list[Hypothesis]:
     """The hypotheses, those that lack one of the best one's effects refitted from where it stands if that is better.
 
-    An effect must not win because the fit without it has stopped on its way.
+    An effect must not win because the fit without it has stopped on its way, however far away. A pair may so give way
+    to one effect, and that to none.
     """
     made = {h.candidates: h for h in hypotheses}
-    for gone in best.candidates:
-        left = tuple(c for c in best.candidates if c is not gone)
-        known = made.get(left)
-        if known is None or known.fit.rms > NEARLY * best.fit.rms:
-            continue
-        found = search.without(problem, best, gone, N)
-        if found is not None and found.merit < known.merit:
-            search.finish(problem, found, N)
-            made[left] = found
+    tried: set[tuple[Candidate, ...]] = set()
+    for _ in range(2):
+        best = judge(problem, list(made.values()), N)[0].hypothesis
+        for gone in best.candidates:
+            left = tuple(c for c in best.candidates if c is not gone)
+            if left in tried:
+                continue
+            tried.add(left)
+            found = search.without(problem, best, gone, N, search.QUICK)
+            if found is not None and (left not in made or found.merit < made[left].merit):
+                search.finish(problem, found, N)
+                made[left] = found
     return list(made.values())
 
 

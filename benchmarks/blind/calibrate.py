@@ -86,8 +86,12 @@ def unknown(cases: list[tuple[dict[str, Any], dict[str, Any]]], calibration: Cal
         p = np.array([unknown_probability(told, x) for x in X])
         return float(-np.log(np.where(y, p, 1.0 - p)).sum() + 0.5 * RIDGE * (w[1:] @ w[1:]))
 
+    # the more is left, the more likely it is unknown: no weight but the constant is negative
+    bounds = [(None, None), *[(0.0, None)] * (X.shape[1] - 1)]
     starts = (np.zeros(X.shape[1]), np.array([-1.0, *np.ones(X.shape[1] - 1)]))
-    best = min((minimize(loss, start, method="Nelder-Mead") for start in starts), key=lambda found: found.fun)
+    options = {"maxiter": 4000, "xatol": 1e-6, "fatol": 1e-9}
+    found = [minimize(loss, start, method="Nelder-Mead", bounds=bounds, options=options) for start in starts]
+    best = min(found, key=lambda f: f.fun)
     return [float(w) for w in best.x / spread]
 
 
