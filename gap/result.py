@@ -50,9 +50,11 @@ class Diagnosis:
 
     @property
     def chosen(self) -> Judged:
-        """The hypothesis whose figures are reported: the best cause's, or the best one there is."""
+        """The hypothesis whose figures are reported: the best cause's, or what comes nearest where none is."""
         if self.verdict == "no_significant_gap":
             return self.study.null_judged
+        if self.verdict == "unknown_effect":  # nearest in what it leaves, however unlikely its effects are
+            return min(self.study.judged, key=lambda j: j.terms["fit"] + j.terms["penalty"])
         known = [c.judged for c in self.causes if c.judged is not None and c.effects != NONE]
         return known[0] if known else self.study.null_judged
 

@@ -140,17 +140,6 @@ def secants(problem: Problem, at: Fit, wanted: Sequence[tuple[Candidate, float]]
     return made
 
 
-def anew(problem: Problem, at: Fit, found: Sequence[Secant]) -> list[Secant]:
-    """The same secants from the point of another fit: what an effect does depends on where the others stand."""
-    have = {x.name for x in at.unknowns}
-    items = [s for s in found if not any(u.name in have for u in s.candidate.unknowns)]
-    points = [{**at.point, **_point(s.candidate, s.size, s.shape)} for s in items]
-    return [
-        replace(s, at=at, slope=(y + at.correction - at.model) / s.size)
-        for s, y in zip(items, problem.evaluate(points), strict=True) if y is not None
-    ]  # fmt: skip
-
-
 def weigh(problem: Problem, reference: Fit, N: np.ndarray, found: Sequence[Secant]) -> None:
     """Fill in what each secant could save of a reference fit's cost, in the linear approximation around its own fit.
 

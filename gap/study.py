@@ -238,16 +238,11 @@ def _backward(problem: Problem, hypotheses: list[Hypothesis], N: np.ndarray) -> 
 
 
 def _pairs(problem: Problem, singles: list[Hypothesis], found: list[Secant], N: np.ndarray) -> list[Hypothesis]:
-    """Pairs that begin with one of the best singles.
-
-    Where the null is far away, what a second effect does is looked up anew from where the best single stands.
-    """
     made: dict[tuple[str, ...], Hypothesis] = {}
-    far = bool(found) and found[0].at.rms > search.MUCH
-    for k, h in enumerate(singles[: search.PAIRS_FROM]):
+    for h in singles[: search.PAIRS_FROM]:
         if any(settled(problem, pair.fit) for pair in made.values()):
             break
-        again = search.anew(problem, h.fit, found) if far and k == 0 else [replace(s, at=h.fit) for s in found]
+        again = [replace(s, at=h.fit) for s in found]
         search.weigh(problem, h.fit, N, again)
         again = sorted((s for s in again if s.saving > search.WORTH), key=lambda s: -s.saving)
         for pair in search.extend(problem, h, again, N, search.PAIRS, 1):
