@@ -16,16 +16,22 @@ BASE = ("kg", "m", "s", "A", "K", "mol", "cd", "rad")
 
 @dataclass(frozen=True)
 class Unit:
-    """A named unit; `exponents` maps base units to powers, SI value = factor * value + offset."""
+    """A named unit; `exponents` maps base units to powers, SI value = factor * value + offset.
+
+    exponents is None for a unit of which only the name is known.
+    """
 
     name: str
-    exponents: dict[str, int] = field(default_factory=dict)
+    exponents: dict[str, int] | None = field(default_factory=dict)
     factor: float = 1.0
     offset: float = 0.0
 
     def same_dimension(self, other: Unit) -> bool:
-        """True when both measure the same quantity (rad counts as a dimension, as in the standards)."""
-        return self.exponents == other.exponents
+        """True when both are known to measure the same quantity; an angle may count as a number."""
+        if self.exponents is None or other.exponents is None:
+            return False
+        a, b = ({k: v for k, v in x.items() if k != "rad"} for x in (self.exponents, other.exponents))
+        return a == b
 
 
 def _unit(name: str, factor: float = 1.0, offset: float = 0.0, **exponents: int) -> Unit:
@@ -114,6 +120,22 @@ def unit(name: str) -> Unit:
         return UNITS[name]
     except KeyError:
         raise UsageError(f"unknown unit '{name}'{did_you_mean(name, list(UNITS))}") from None
+
+
+def conversion(source: Unit, target: Unit) -> tuple[float, float]:
+    """(factor, offset) with value in target = factor * value in source + offset.
+
+    Units of the same name of which one is not defined count as the same. Raises `UsageError` where the units measure
+    different quantities or cannot be compared.
+    """
+    if source == target or (source.name == target.name and None in (source.exponents, target.exponents)):
+        return 1.0, 0.0
+    for x in (source, target):
+        if x.exponents is None:
+            raise UsageError(f"cannot convert '{source.name}' to '{target.name}': unit '{x.name}' is not defined")
+    if not source.same_dimension(target):
+        raise UsageError(f"cannot convert '{source.name}' to '{target.name}': they measure different quantities")
+    return source.factor / target.factor, (source.offset - target.offset) / target.factor
 
 
 def convert(value: float, source: str, target: str) -> float:

@@ -1,23 +1,54 @@
-"""Zip archives from strangers: extracted only into the folder given, with bounded size."""
+"""Zip archives from strangers: extracted only into the folder given, with bounded size and number of entries."""
 
 from __future__ import annotations
 
 import lzma
+import shutil
+import stat
 import zipfile
 import zlib
+from dataclasses import dataclass
 from pathlib import Path
 
 from ..core.errors import OutputError, PackageError
 
 MAX_SIZE = 4 * 1024**3
-"""Most bytes that an archive may hold unpacked."""
+"""Most bytes that an archive may hold unpacked, with the archives inside it."""
+
+MAX_ENTRIES = 100_000
+"""Most entries, likewise."""
+
+MAX_RATIO = 1000.0
+"""Most that an entry of more than a megabyte may grow when it is unpacked; deflate itself ends at about 1030."""
 
 
-def extract(archive: Path, folder: Path) -> Path:
+@dataclass
+class Budget:
+    """What may still be unpacked."""
+
+    size: int | None = None
+    entries: int = MAX_ENTRIES
+
+    def take(self, archive: Path, entries: list[zipfile.ZipInfo]) -> None:
+        """Count an archive, or refuse it."""
+        left = MAX_SIZE if self.size is None else self.size
+        size = sum(entry.file_size for entry in entries)
+        if size > left:
+            raise PackageError(f"{archive}: would unpack to {size / 1e9:.1f} GB, more than {left / 1e9:.1f} GB")
+        if len(entries) > self.entries:
+            raise PackageError(f"{archive}: holds {len(entries)} entries, more than {self.entries}; refused")
+        for entry in entries:
+            growth = entry.file_size / max(1, entry.compress_size)
+            if entry.file_size > 1024**2 and growth > MAX_RATIO:
+                raise PackageError(f"{archive}: entry '{entry.filename}' would grow {growth:.0f} times; refused")
+        self.size, self.entries = left - size, self.entries - len(entries)
+
+
+def extract(archive: Path, folder: Path, budget: Budget | None = None) -> Path:
     """Extract a zip archive into `folder` and return it.
 
-    Raises `PackageError` when the file is missing, is not a zip, is damaged, holds a path that leaves the folder, or
-    would unpack to more than `MAX_SIZE`.
+    Raises `PackageError` when the file is missing, is not a zip, is damaged, holds a path that leaves the folder or a
+    link, or would unpack to more than what the budget has left. What was unpacked until then stays in the folder.
     """
     if not archive.exists():
         raise PackageError(f"{archive}: no such file")
@@ -28,14 +59,17 @@ def extract(archive: Path, folder: Path) -> Path:
     try:
         with zipfile.ZipFile(archive) as package:
             entries = package.infolist()
-            size = sum(entry.file_size for entry in entries)
-            if size > MAX_SIZE:
-                raise PackageError(f"{archive}: would unpack to {size / 1e9:.1f} GB, more than {MAX_SIZE / 1e9:.1f} GB")
+            (budget or Budget()).take(archive, entries)
             root = folder.resolve()
             for entry in entries:
                 target = (root / entry.filename).resolve()
                 if not target.is_relative_to(root) or "\\" in entry.filename:
                     raise PackageError(f"{archive}: entry '{entry.filename}' would leave the package; refused")
+                if stat.S_ISLNK(entry.external_attr >> 16):
+                    raise PackageError(f"{archive}: entry '{entry.filename}' is a link; refused")
+            folder.mkdir(parents=True, exist_ok=True)
+            if shutil.disk_usage(folder).free < sum(entry.file_size for entry in entries):
+                raise OutputError(f"{folder}: not enough space to unpack {archive}")
             package.extractall(folder)
     except zipfile.BadZipFile as error:
         raise PackageError(f"{archive}: not a zip archive or damaged ({error})") from None

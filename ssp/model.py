@@ -1,64 +1,171 @@
-"""What an SSP package says, as plain records. Names are those of the standard."""
+"""What an SSP package says, as plain records: a tree of systems as written, nothing resolved, nothing simulated.
+
+Names are those of the standard. `where` is the place for messages: file and line.
+"""
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from collections.abc import Iterator
+from dataclasses import dataclass, field
 from pathlib import Path
+
+from ..core.units import Unit
+
+FLOATS = ("Real", "Float64", "Float32")
+INTEGERS = ("Integer", "Int8", "UInt8", "Int16", "UInt16", "Int32", "UInt32", "Int64", "UInt64")
+KINDS = (*FLOATS, *INTEGERS, "Boolean", "String", "Enumeration", "Binary", "Clock")
+"""Types of SSP 1.0 and 2.0."""
+
+Scalar = float | int | bool | str | bytes
+Value = Scalar | tuple[Scalar, ...]
+"""A parameter's value; a tuple for an array, in row-major order."""
+
+
+@dataclass(frozen=True)
+class Type:
+    """The type of a connector or parameter."""
+
+    kind: str
+    unit: Unit | None = None
+    enumeration: dict[str, int] | None = None
+    """Items of an Enumeration, where the package defines them."""
+    dimensions: tuple[int | str | None, ...] = ()
+    """Sizes of an array, the name of the connector that gives one, or None where it is not said."""
 
 
 @dataclass(frozen=True)
 class Connector:
-    """A connector of a component: `kind` is input, output, parameter, calculatedParameter or inout."""
+    """A connector; `kind` is input, output, parameter, calculatedParameter, structuralParameter, constant, local,
+    inout or unspecified."""
 
     name: str
     kind: str
-    type: str | None = None
-    unit: str | None = None
+    type: Type | None = None
+    where: str = ""
+
+
+@dataclass(frozen=True)
+class Linear:
+    """target = factor * source + offset, source in the target's unit."""
+
+    factor: float = 1.0
+    offset: float = 0.0
+
+
+@dataclass(frozen=True)
+class Table:
+    """A mapping of values; `kind` is Boolean, Integer or Enumeration (item names)."""
+
+    kind: str
+    entries: dict[Scalar, Scalar]
+
+
+Transformation = Linear | Table
 
 
 @dataclass(frozen=True)
 class Parameter:
-    """A value of a parameter set; `name` is relative to the element the set is bound to."""
+    """A value of a parameter set; `name` as written there."""
 
     name: str
-    value: float | int | bool | str
-    unit: str | None = None
+    type: Type
+    value: Value
+    where: str = ""
+
+
+@dataclass(frozen=True)
+class MappingEntry:
+    """One entry of a parameter mapping."""
+
+    source: str
+    target: str
+    transformation: Transformation | None = None
+    suppress_unit_conversion: bool = False
+    where: str = ""
+
+
+@dataclass(frozen=True)
+class Binding:
+    """A parameter set bound to an element. With a mapping only what it maps is applied."""
+
+    parameters: tuple[Parameter, ...]
+    prefix: str = ""
+    mapping: tuple[MappingEntry, ...] | None = None
     where: str = ""
 
 
 @dataclass(frozen=True)
 class Component:
-    """A component that is an FMU; `source` is relative to the package."""
+    """A component that is an FMU."""
 
     name: str
-    source: str
+    source: Path
+    implementation: str = "any"
     connectors: tuple[Connector, ...] = ()
-    parameters: tuple[Parameter, ...] = ()
-    line: int = 0
+    bindings: tuple[Binding, ...] = ()
+    where: str = ""
+
+
+@dataclass(frozen=True)
+class SignalDictionaryReference:
+    """A place where a signal dictionary is used."""
+
+    name: str
+    dictionary: str
+    connectors: tuple[Connector, ...] = ()
+    where: str = ""
 
 
 @dataclass(frozen=True)
 class Connection:
-    """A connection from an output to an input, both named (component, connector)."""
+    """A connection as written: (element or None for the system itself, connector) at both ends."""
 
-    start: tuple[str, str]
-    end: tuple[str, str]
-    line: int = 0
+    start: tuple[str | None, str]
+    end: tuple[str | None, str]
+    start_indices: tuple[int, ...] = ()
+    end_indices: tuple[int, ...] = ()
+    transformation: Transformation | None = None
+    suppress_unit_conversion: bool = False
+    where: str = ""
+
+
+@dataclass(frozen=True)
+class System:
+    """A system with its elements; the top-level one of a package that is used as a component included."""
+
+    name: str
+    connectors: tuple[Connector, ...] = ()
+    elements: tuple[Component | SignalDictionaryReference | System, ...] = ()
+    connections: tuple[Connection, ...] = ()
+    bindings: tuple[Binding, ...] = ()
+    dictionaries: dict[str, dict[str, Type]] = field(default_factory=dict)
+    """Entries of the signal dictionaries by dictionary name."""
+    where: str = ""
+
+    def components(self, path: str = "") -> Iterator[tuple[str, Component]]:
+        """All components below with their dotted paths, in the order of the file."""
+        for element in self.elements:
+            name = f"{path}{element.name}"
+            if isinstance(element, Component):
+                yield name, element
+            elif isinstance(element, System):
+                yield from element.components(f"{name}.")
 
 
 @dataclass(frozen=True)
 class SystemStructure:
-    """The system of a package. Later entries of `parameters` win; they are addressed component.parameter."""
+    """A system structure description: the root system and how it is meant to be run."""
 
     name: str
-    folder: Path
-    components: tuple[Component, ...]
-    connections: tuple[Connection, ...]
-    parameters: tuple[Parameter, ...] = ()
-    start_time: float = 0.0
+    version: str
+    file: Path
+    system: System
+    start_time: float | None = None
     stop_time: float | None = None
     step_size: float | None = None
-
-    def component(self, name: str) -> Component | None:
-        """The component of that name, or None."""
-        return next((c for c in self.components if c.name == name), None)
+    variants: tuple[str, ...] = ()
+    """The system structure descriptions of the package, by file name."""
+    bonds: tuple[tuple[str, str], ...] = ()
+    """Power bonds declared in the annotation: addresses of two outputs whose product is a power."""
+    remarks: tuple[str, ...] = ()
+    """What deviates from the schema without a doubt about the meaning."""

@@ -2,209 +2,357 @@
 
 from __future__ import annotations
 
+import zipfile
+from dataclasses import replace
 from pathlib import Path
-from urllib.parse import unquote
 
 from lxml import etree
 
-from ..core.errors import PackageError
-from .archive import extract
-from .model import Component, Connection, Connector, Parameter, SystemStructure
+from ..core.errors import PackageError, did_you_mean
+from .archive import Budget, extract
+from .document import SSB, SSC, SSD, Document, local, version, violations
+from .model import (
+    Component,
+    Connection,
+    Connector,
+    SignalDictionaryReference,
+    System,
+    SystemStructure,
+    Type,
+)
+from .parameters import Bindings, inside
+from .values import TRANSFORMATIONS, TYPES, Definitions, transformation_of, type_of
 
-SSD = "{http://ssp-standard.org/SSP1/SystemStructureDescription}"
-SSV = "{http://ssp-standard.org/SSP1/SystemStructureParameterValues}"
-SSC = "{http://ssp-standard.org/SSP1/SystemStructureCommon}"
+FMU = "application/x-fmu-sharedlibrary"
+DEFINITION = "application/x-ssp-definition"
+PACKAGE = "application/x-ssp-package"
+DICTIONARY = "application/x-ssp-signal-dictionary"
 
-FMU_TYPES = ("application/x-fmu-sharedlibrary",)
-SSV_TYPES = ("application/x-ssp-parameter-set",)
+CONNECTOR_KINDS = (
+    "input", "output", "parameter", "calculatedParameter", "structuralParameter", "constant", "local", "inout",
+    "unspecified",
+)  # fmt: skip
 
+DEFAULT = "SystemStructure.ssd"
+MOST_LEVELS = 32
+"""Deepest nesting of packages in packages."""
 
-class _File:
-    """One XML file of the package, with the errors that can name it."""
-
-    def __init__(self, path: Path, shown: str):
-        self.shown = shown
-        try:
-            parser = etree.XMLParser(
-                resolve_entities=False, no_network=True, load_dtd=False, remove_comments=True, remove_pis=True
-            )
-            self.root = etree.parse(str(path), parser).getroot()
-        except OSError:
-            raise PackageError(f"{shown}: missing in the package") from None
-        except etree.XMLSyntaxError as error:
-            raise PackageError(f"{shown}: not well-formed XML ({error.msg})") from None
-
-    def error(self, element: etree._Element, text: str) -> PackageError:
-        return PackageError(f"{self.shown}, line {element.sourceline}: {text}")
-
-    def attribute(self, element: etree._Element, name: str) -> str:
-        value = element.get(name)
-        if value is None:
-            raise self.error(element, f"<{etree.QName(element).localname}> lacks the attribute '{name}'")
-        return value
-
-    def number(self, element: etree._Element, name: str) -> float | None:
-        text = element.get(name)
-        if text is None:
-            return None
-        try:
-            return float(text)
-        except ValueError:
-            raise self.error(element, f"{name}=\"{text}\" is not a number") from None
+STEP_ANNOTATION = "org.deepsea-cosim.master"
+"""Annotation of DefaultExperiment: <Master stepSize="..."/> suggests the macro step [s], <Bond a="..." b="..."/> in it
+names two outputs whose product is a power."""
 
 
-def _value(file: _File, element: etree._Element) -> float | int | bool | str:
-    kind = etree.QName(element).localname
-    text = file.attribute(element, "value")
-    try:
-        if kind == "Real":
-            return float(text)
-        if kind == "Integer":
-            return int(text)
-        if kind == "Boolean":
-            return {"true": True, "1": True, "false": False, "0": False}[text.strip()]
-    except (ValueError, KeyError):
-        raise file.error(element, f"'{text}' is not a value of type {kind}") from None
-    if kind in ("String", "Enumeration"):
-        return text
-    raise file.error(element, f"parameters of type {kind} are not supported")
-
-
-def _parameter_set(file: _File, root: etree._Element, prefix: str) -> list[Parameter]:
-    if root.tag != f"{SSV}ParameterSet":
-        raise file.error(root, f"<{etree.QName(root).localname}> is not a ParameterSet of SSP 1.0")
-    parameters: list[Parameter] = []
-    for element in root.iterfind(f"{SSV}Parameters/{SSV}Parameter"):
-        name = prefix + file.attribute(element, "name")
-        if any(p.name == name for p in parameters):
-            raise file.error(element, f"parameter '{name}' is given twice")
-        if len(element) == 0:
-            raise file.error(element, f"parameter '{name}' has no value")
-        typed = element[0]
-        parameters.append(
-            Parameter(name, _value(file, typed), typed.get("unit"), f"{file.shown}, line {element.sourceline}")
-        )
-    return parameters
-
-
-def _bindings(file: _File, owner: etree._Element, folder: Path) -> list[Parameter]:
-    parameters: list[Parameter] = []
-    for binding in owner.iterfind(f"{SSD}ParameterBindings/{SSD}ParameterBinding"):
-        if binding.find(f"{SSD}ParameterMapping") is not None:
-            raise file.error(binding, "parameter mappings (.ssm) are not supported yet")
-        kind = binding.get("type", SSV_TYPES[0])
-        if kind not in SSV_TYPES:
-            raise file.error(binding, f"parameter bindings of type '{kind}' are not supported")
-        prefix = binding.get("prefix", "")
-        if binding.get("sourceBase", "SSD") != "SSD":
-            raise file.error(binding, f"sourceBase '{binding.get('sourceBase')}' is not supported yet")
-        source = unquote(binding.get("source")) if binding.get("source") is not None else None
-        if source is not None:
-            if not (folder / source).resolve().is_relative_to(folder.resolve()):
-                raise file.error(binding, f"source '{source}' leaves the package")
-            values = _File(folder / source, source)
-            parameters += _parameter_set(values, values.root, prefix)
-        else:
-            inline = binding.find(f"{SSD}ParameterValues/{SSV}ParameterSet")
-            if inline is None:
-                raise file.error(binding, "a parameter binding needs a source or ParameterValues")
-            parameters += _parameter_set(file, inline, prefix)
-    return parameters
-
-
-def _connectors(file: _File, owner: etree._Element) -> tuple[Connector, ...]:
-    connectors = []
-    for element in owner.iterfind(f"{SSD}Connectors/{SSD}Connector"):
-        typed = next((e for e in element if etree.QName(e).namespace == SSC[1:-1]), None)
-        connectors.append(
-            Connector(
-                file.attribute(element, "name"),
-                file.attribute(element, "kind"),
-                etree.QName(typed).localname if typed is not None else None,
-                typed.get("unit") if typed is not None else None,
-            )
-        )
-    return tuple(connectors)
-
-
-def _component(file: _File, element: etree._Element, folder: Path) -> Component:
-    name = file.attribute(element, "name")
-    kind = element.get("type", FMU_TYPES[0])
-    if kind not in FMU_TYPES:
-        raise file.error(element, f"component '{name}' has type '{kind}'; only FMUs are supported yet")
-    implementation = element.get("implementation", "any")
-    if implementation not in ("any", "CoSimulation"):
-        raise file.error(element, f"component '{name}' asks for {implementation}; only CoSimulation is supported")
-    source = unquote(file.attribute(element, "source"))
-    if not (folder / source).resolve().is_relative_to(folder.resolve()):
-        raise file.error(element, f"source '{source}' of component '{name}' leaves the package")
-    if not (folder / source).is_file():
-        raise file.error(element, f"component '{name}' needs '{source}', which is missing in the package")
-    return Component(
-        name, source, _connectors(file, element), tuple(_bindings(file, element, folder)), element.sourceline
-    )
-
-
-def read(package: Path, folder: Path) -> SystemStructure:
-    """Extract the SSP file `package` into `folder` and read its system.
+def read(package: Path, folder: Path, variant: str | None = None) -> SystemStructure:
+    """Extract the SSP file `package` into `folder` and read one of its system structure descriptions.
 
     Raises `PackageError` naming file, line and remedy when the package is damaged or uses what is not supported.
     """
-    extract(package, folder)
-    return read_folder(folder)
+    budget = Budget()
+    extract(package, folder, budget)
+    return _Reader(folder, budget).read(variant)
 
 
-def read_folder(folder: Path) -> SystemStructure:
+def read_folder(folder: Path, variant: str | None = None) -> SystemStructure:
     """Read the system of an extracted package."""
-    if not (folder / "SystemStructure.ssd").is_file():
-        raise PackageError("SystemStructure.ssd is missing: this is not an SSP package")
-    file = _File(folder / "SystemStructure.ssd", "SystemStructure.ssd")
-    if file.root.tag != f"{SSD}SystemStructureDescription":
-        raise file.error(file.root, f"root element {file.root.tag} is not that of SSP 1.0")
-    system = file.root.find(f"{SSD}System")
-    if system is None:
-        raise file.error(file.root, "no <System>")
-    for feature in ("SignalDictionaries", "Connectors"):
-        if system.find(f"{SSD}{feature}") is not None:
-            raise file.error(system.find(f"{SSD}{feature}"), f"{feature} of a system are not supported yet")
-    components = []
-    for element in system.iterfind(f"{SSD}Elements/*"):
-        if element.tag != f"{SSD}Component":
-            kind = etree.QName(element).localname
-            raise file.error(element, f"<{kind}> inside a system is not supported yet")
-        components.append(_component(file, element, folder))
-    names = [c.name for c in components]
-    for element in components:
-        if names.count(element.name) > 1:
-            raise PackageError(f"SystemStructure.ssd, line {element.line}: two components are called '{element.name}'")
-    connections = []
-    for element in system.iterfind(f"{SSD}Connections/{SSD}Connection"):
-        if len(element) and any(etree.QName(e).localname.endswith("Transformation") for e in element):
-            raise file.error(element, "connection transformations are not supported yet")
-        ends = []
-        for side in ("start", "end"):
-            if element.get(f"{side}Element") is None:
-                raise file.error(element, "connections to the system's own connectors are not supported yet")
-            ends.append((file.attribute(element, f"{side}Element"), file.attribute(element, f"{side}Connector")))
-        connections.append(Connection(ends[0], ends[1], element.sourceline))
-    experiment = file.root.find(f"{SSD}DefaultExperiment")
-    start = stop = step = None
-    if experiment is not None:
-        start, stop = file.number(experiment, "startTime"), file.number(experiment, "stopTime")
-        for annotation in experiment.iterfind(f"{SSD}Annotations/{SSC}Annotation"):
-            if annotation.get("type") == STEP_ANNOTATION and len(annotation):
-                step = file.number(annotation[0], "stepSize")
-    return SystemStructure(
-        system.get("name") or file.root.get("name") or "system",
-        folder,
-        tuple(components),
-        tuple(connections),
-        tuple(_bindings(file, system, folder)),
-        start or 0.0,
-        stop,
-        step,
-    )
+    return _Reader(folder, Budget()).read(variant)
 
 
-STEP_ANNOTATION = "org.deepsea-cosim.master"
-"""Annotation of DefaultExperiment whose <Master stepSize="..."/> suggests the macro step [s]."""
+class _Reader:
+    """One extracted package; packages inside it get readers of their own."""
+
+    def __init__(self, folder: Path, budget: Budget, depth: int = 0, remarks: list[str] | None = None):
+        self.folder, self.budget, self.depth = folder, budget, depth
+        self.remarks: list[str] = [] if remarks is None else remarks
+        self.bindings = Bindings(folder, folder, self.remarks.append)
+        self.open: list[str] = []
+        """Descriptions and referenced systems that are being read, to notice one that contains itself."""
+
+    def variants(self) -> list[str]:
+        """File names of the package's descriptions, the default first."""
+        found = sorted(p.name for p in self.folder.glob("*.ssd") if p.is_file())
+        return sorted(found, key=lambda name: name != DEFAULT)
+
+    def read(self, variant: str | None = None) -> SystemStructure:
+        names = self.variants()
+        if variant is None:
+            if DEFAULT not in names:
+                more = f"; it has {', '.join(names)}: choose with --variant" if names else ""
+                raise PackageError(f"{DEFAULT} is missing: this is not an SSP package{more}")
+            return replace(self.description(DEFAULT), variants=tuple(names))
+        if variant not in names and f"{variant}.ssd" in names:
+            variant = f"{variant}.ssd"
+        if variant not in names:
+            titled = [n for n in names if self._title(n) == variant]
+            if len(titled) != 1:
+                hint = did_you_mean(variant, names)
+                raise PackageError(f"the package has no variant '{variant}'; it has {', '.join(names) or 'none'}{hint}")
+            variant = titled[0]
+        return replace(self.description(variant), variants=tuple(names))
+
+    def _title(self, name: str) -> str | None:
+        return Document(self.folder / name, name).root.get("name")
+
+    def description(self, name: str) -> SystemStructure:
+        """The description in a file of the package."""
+        if name in self.open:
+            raise PackageError(f"{name}: the system contains itself ({' -> '.join([*self.open, name])})")
+        if len(self.open) + self.depth > MOST_LEVELS:
+            raise PackageError(f"{name}: nested more than {MOST_LEVELS} levels deep; refused")
+        document = Document(self.folder / name, name)
+        root = document.root
+        if root.tag != f"{SSD}SystemStructureDescription":
+            raise document.error(root, f"root element {root.tag} is not that of SSP 1.0 or 2.0")
+        of = version(document, root)
+        self.remarks += violations(document, root, of)
+        sections = [f"{SSD}{s}" for s in ("System", "Enumerations", "Units", "DefaultExperiment")]
+        list(document.children(root, sections))
+        known = Definitions(document, root, SSD)
+        element = document.child(root, f"{SSD}System")
+        if element is None:
+            raise document.error(root, "no <System>")
+        self.open.append(name)
+        system = self.system(document, element, known, root=True)
+        self.open.pop()
+        experiment = document.child(root, f"{SSD}DefaultExperiment")
+        start = stop = step = None
+        bonds: list[tuple[str, str]] = []
+        if experiment is not None:
+            start, stop = document.number(experiment, "startTime"), document.number(experiment, "stopTime")
+            for annotation in experiment.iterfind(f"{SSD}Annotations/{SSC}Annotation"):
+                if annotation.get("type") == STEP_ANNOTATION and len(annotation):
+                    step = document.number(annotation[0], "stepSize")
+                    for bond in annotation[0]:
+                        bonds.append((document.name(bond, "a"), document.name(bond, "b")))
+        title = system.name or root.get("name") or "system"
+        return SystemStructure(
+            title, of, self.folder / name, system, start, stop, step, (name,), tuple(bonds), tuple(self.remarks)
+        )
+
+    def system(self, document: Document, element: etree._Element, known: Definitions, root: bool = False) -> System:
+        name = element.get("name", "") if root else document.name(element)
+        sections = ("Connectors", "ParameterBindings", "Elements", "Connections", "SignalDictionaries")
+        list(document.children(element, [f"{SSD}{s}" for s in sections]))
+        elements = []
+        section = document.child(element, f"{SSD}Elements")
+        if section is not None:
+            tags = [f"{SSD}{t}" for t in ("Component", "System", "SignalDictionaryReference")]
+            for child in document.children(section, tags):
+                if child.tag == f"{SSD}System":
+                    elements.append(self.system(document, child, known))
+                elif child.tag == f"{SSD}Component":
+                    elements.append(self.component(document, child, known))
+                else:
+                    elements.append(self.reference(document, child, known))
+        seen: dict[str, str] = {}
+        for e in elements:
+            if e.name in seen:
+                raise PackageError(f"{e.where}: two components are called '{e.name}', the other one in {seen[e.name]}")
+            seen[e.name] = e.where
+        return System(
+            name,
+            self.connectors(document, element, known),
+            tuple(elements),
+            self.connections(document, element),
+            self.bindings.read(document, element, known),
+            self.dictionaries(document, element, known),
+            document.where(element),
+        )
+
+    def connectors(self, document: Document, owner: etree._Element, known: Definitions) -> tuple[Connector, ...]:
+        section = document.child(owner, f"{SSD}Connectors")
+        if section is None:
+            return ()
+        made: dict[str, Connector] = {}
+        for element in document.children(section, (f"{SSD}Connector",)):
+            name, kind = document.name(element), document.attribute(element, "kind")
+            if kind not in CONNECTOR_KINDS:
+                raise document.error(
+                    element, f"connector '{name}': kind '{kind}' is not supported{did_you_mean(kind, CONNECTOR_KINDS)}"
+                )
+            if name in made:
+                raise document.error(element, f"two connectors are called '{name}'")
+            if element.find(f"{SSD}Clock") is not None:
+                raise document.error(element, f"connector '{name}' belongs to a clock; clocks are not supported")
+            list(document.children(element, (*TYPES, f"{SSC}Dimension")))
+            made[name] = Connector(name, kind, type_of(document, element, known), document.where(element))
+        return tuple(made.values())
+
+    def component(self, document: Document, element: etree._Element, known: Definitions) -> Component | System:
+        name, kind = document.name(element), element.get("type", FMU)
+        list(document.children(element, (f"{SSD}Connectors", f"{SSD}ParameterBindings")))
+        if kind not in (FMU, DEFINITION, PACKAGE):
+            raise document.error(
+                element,
+                f"component '{name}' has type '{kind}', which is not supported; known: {FMU}, {PACKAGE}, {DEFINITION}",
+            )
+        implementation = element.get("implementation", "any")
+        if implementation not in ("any", "CoSimulation"):
+            raise document.error(
+                element, f"component '{name}' asks for {implementation}; only CoSimulation is supported"
+            )
+        if element.get("source") is None:
+            raise document.error(element, f"component '{name}' has no source: nothing to simulate")
+        source = element.get("source", "")
+        if source.startswith("#"):
+            return self._embedded(document, element, known, name, source[1:])
+        path, fragment = inside(document, element, source, self.folder, self.folder)
+        if not path.is_file():
+            raise document.error(element, f"component '{name}' needs '{source}', which is missing in the package")
+        if kind == FMU and path.suffix == ".ssp":
+            kind = PACKAGE
+        connectors = self.connectors(document, element, known)
+        if kind == FMU:
+            bindings = self.bindings.read(document, element, known, path)
+            return Component(name, path, implementation, connectors, bindings, document.where(element))
+        if kind == DEFINITION:
+            inner = self.description(path.name).system if path.parent == self.folder else self._beside(path)
+        else:
+            inner = self._package(document, element, name, path, fragment)
+        return self._as_element(document, element, known, name, inner, path)
+
+    def _beside(self, path: Path) -> System:
+        """A description in another folder of the package."""
+        reader = _Reader(path.parent, self.budget, self.depth + 1, self.remarks)
+        reader.bindings = Bindings(path.parent, self.folder, self.remarks.append)
+        return reader.description(path.name).system
+
+    def _package(self, document: Document, element: etree._Element, name: str, path: Path, fragment: str) -> System:
+        if self.depth + 1 > MOST_LEVELS:
+            raise document.error(element, f"packages are nested more than {MOST_LEVELS} levels deep; refused")
+        folder = path.with_name(f"{path.name}.unpacked")
+        if not folder.is_dir():
+            try:
+                extract(path, folder, self.budget)
+            except PackageError as error:
+                raise document.error(
+                    element, f"component '{name}': {str(error).replace(f'{path.parent}/', '')}"
+                ) from None
+        try:
+            return _Reader(folder, self.budget, self.depth + 1, self.remarks).read(fragment or None).system
+        except PackageError as error:
+            raise PackageError(f"{path.name}: {error}") from None
+
+    def _embedded(self, document: Document, element: etree._Element, known: Definitions, name: str, id: str) -> System:
+        """A system of the same file, used once more."""
+        found = [e for e in document.root.iter(f"{SSD}System") if e.get("id") == id]
+        if len(found) != 1:
+            raise document.error(element, f"component '{name}': there is no <System> with the id '{id}'")
+        if f"#{id}" in self.open:
+            raise document.error(element, f"component '{name}': the system '{id}' contains itself")
+        self.open.append(f"#{id}")
+        inner = self.system(document, found[0], known, root=True)
+        self.open.pop()
+        return self._as_element(document, element, known, name, inner, None)
+
+    def _as_element(
+        self,
+        document: Document,
+        element: etree._Element,
+        known: Definitions,
+        name: str,
+        inner: System,
+        path: Path | None,
+    ) -> System:
+        """A system in place of the component that refers to it; the component's bindings come after its own."""
+        bindings = self.bindings.read(document, element, known, path)
+        there = {c.name for c in inner.connectors}
+        for connector in self.connectors(document, element, known):
+            if connector.name not in there:
+                hint = did_you_mean(connector.name, sorted(there))
+                raise PackageError(
+                    f"{connector.where}: component '{name}' has a connector '{connector.name}' that its system does not "
+                    f"have{hint}"
+                )
+        return replace(inner, name=name, bindings=(*inner.bindings, *bindings), where=document.where(element))
+
+    def reference(self, document: Document, element: etree._Element, known: Definitions) -> SignalDictionaryReference:
+        list(document.children(element, (f"{SSD}Connectors", f"{SSD}ParameterBindings")))
+        if element.find(f"{SSD}ParameterBindings") is not None:
+            raise document.error(element, "parameter bindings of a signal dictionary reference are not supported")
+        return SignalDictionaryReference(
+            document.name(element), document.name(element, "dictionary"), self.connectors(document, element, known),
+            document.where(element),
+        )  # fmt: skip
+
+    def dictionaries(self, document: Document, owner: etree._Element, known: Definitions) -> dict[str, dict[str, Type]]:
+        section = document.child(owner, f"{SSD}SignalDictionaries")
+        made: dict[str, dict[str, Type]] = {}
+        if section is None:
+            return made
+        for element in document.children(section, (f"{SSD}SignalDictionary",)):
+            name, kind = document.name(element), element.get("type", DICTIONARY)
+            if name in made:
+                raise document.error(element, f"two signal dictionaries are called '{name}'")
+            if kind != DICTIONARY:
+                raise document.error(
+                    element, f"signal dictionaries of type '{kind}' are not supported; known: {DICTIONARY}"
+                )
+            if element.get("source") is not None:
+                path, _ = inside(document, element, element.get("source"), self.folder, self.bindings.root)
+                file = Document(path, path.name)
+                root, outer = file.root, None
+            else:
+                inline = element.find(f"{SSB}SignalDictionary")
+                if inline is None:
+                    raise document.error(
+                        element, f"signal dictionary '{name}' needs a source or a SignalDictionary inside"
+                    )
+                file, root, outer = document, inline, known
+            made[name] = self._dictionary(file, root, outer)
+        return made
+
+    def _dictionary(self, document: Document, root: etree._Element, outer: Definitions | None) -> dict[str, Type]:
+        if root.tag != f"{SSB}SignalDictionary":
+            raise document.error(root, f"<{local(root)}> is not a SignalDictionary of SSP 1.0 or 2.0")
+        self.remarks += violations(document, root, version(document, root))
+        known = Definitions(document, root, SSB, outer)
+        entries: dict[str, Type] = {}
+        for element in document.children(root, [f"{SSB}{s}" for s in ("DictionaryEntry", "Units", "Enumerations")]):
+            if element.tag != f"{SSB}DictionaryEntry":
+                continue
+            name = document.name(element)
+            if name in entries:
+                raise document.error(element, f"the dictionary has two entries '{name}'")
+            type = type_of(document, element, known, required=True)
+            assert type is not None
+            entries[name] = type
+        return entries
+
+    def connections(self, document: Document, owner: etree._Element) -> tuple[Connection, ...]:
+        section = document.child(owner, f"{SSD}Connections")
+        if section is None:
+            return ()
+        made = []
+        for element in document.children(section, (f"{SSD}Connection",)):
+            list(document.children(element, TRANSFORMATIONS))
+            made.append(
+                Connection(
+                    (element.get("startElement"), document.name(element, "startConnector")),
+                    (element.get("endElement"), document.name(element, "endConnector")),
+                    _indices(document, element, "startIndices"),
+                    _indices(document, element, "endIndices"),
+                    transformation_of(document, element),
+                    document.truth(element, "suppressUnitConversion"),
+                    document.where(element),
+                )
+            )
+        return tuple(made)
+
+
+def _indices(document: Document, element: etree._Element, name: str) -> tuple[int, ...]:
+    text = element.get(name)
+    if text is None:
+        return ()
+    try:
+        return tuple(int(part) for part in text.split())
+    except ValueError:
+        raise document.error(element, f'{name}="{text}" is not a list of integers') from None
+
+
+def is_package(path: Path) -> bool:
+    """Whether a file looks like an SSP package."""
+    try:
+        with zipfile.ZipFile(path) as archive:
+            return any(name.endswith(".ssd") and "/" not in name for name in archive.namelist())
+    except (OSError, zipfile.BadZipFile):
+        return False

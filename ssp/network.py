@@ -1,0 +1,421 @@
+"""The tree of systems flattened: components, wires from outputs to inputs, and what every parameter is set to.
+
+Systems, their connectors and signal dictionaries disappear here. What a value meets on its way (units, transformations)
+is kept as hops, for only the FMUs know the types and units at the ends.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass, field, replace
+
+from ..core.errors import PackageError, UnknownNameError, did_you_mean
+from ..core.units import Unit
+from .model import (
+    Binding,
+    Component,
+    Connection,
+    Connector,
+    SignalDictionaryReference,
+    System,
+    SystemStructure,
+    Transformation,
+    Type,
+    Value,
+)
+
+GIVES = ("output", "calculatedParameter", "local", "constant")
+TAKES = ("input", "parameter", "structuralParameter")
+EARLY = ("parameter", "structuralParameter", "calculatedParameter")
+"""Kinds of connectors whose values flow before a run begins."""
+
+MOST_COMPONENTS = 100_000
+"""Most components of a flattened system."""
+
+Node = tuple[str, str, str]
+"""(what, path, connector): what is 'component', 'system' or 'dictionary'."""
+
+End = tuple[str, str]
+"""(path of a component, variable); the path is '' for a connector of the top-level system."""
+
+
+@dataclass(frozen=True)
+class Hop:
+    """One connection or mapping on the way of a value."""
+
+    transformation: Transformation | None = None
+    suppress_unit_conversion: bool = False
+    unit: Unit | None = None
+    """Unit of the connector that is reached, where the package gives one."""
+    enumeration: dict[str, int] | None = None
+    """Items of the connector that is reached, likewise."""
+    where: str = ""
+
+
+@dataclass(frozen=True)
+class Wire:
+    """The way of a value from where it is made to where it is used."""
+
+    start: End
+    end: End
+    hops: tuple[Hop, ...]
+    unit: Unit | None = None
+    """Unit at the start, where the package gives one."""
+    enumeration: dict[str, int] | None = None
+
+    @property
+    def where(self) -> str:
+        """The connection at the end."""
+        return self.hops[-1].where if self.hops else ""
+
+
+@dataclass(frozen=True)
+class Setting:
+    """A parameter or start value: `value` has the type `type` and passes the hops before it reaches the variable."""
+
+    component: str
+    variable: str
+    value: Value
+    type: Type
+    hops: tuple[Hop, ...] = ()
+    where: str = ""
+
+
+@dataclass(frozen=True)
+class Part:
+    """A component of the flattened system."""
+
+    path: str
+    component: Component
+
+
+@dataclass(frozen=True)
+class Network:
+    """A system of FMUs without hierarchy."""
+
+    structure: SystemStructure
+    parts: dict[str, Part]
+    wires: tuple[Wire, ...]
+    """To inputs, during a run; a start at path '' is an input of the whole system."""
+    early: tuple[Wire, ...]
+    """From calculated parameters to parameters, before it."""
+    outputs: dict[str, Wire]
+    """What the top-level system's outputs show; the end is ('', connector)."""
+    inputs: dict[str, Connector]
+    """The top-level system's inputs."""
+    settings: tuple[Setting, ...]
+    """In the order in which they are made; later ones win."""
+    given: tuple[Setting, ...]
+    """The same for inputs of the top-level system: the component is ''."""
+    remarks: tuple[str, ...] = ()
+    """What is harmless but hardly meant: bindings of names that nothing has, connectors that lead nowhere."""
+
+    def only(self, paths: list[str]) -> Network:
+        """The network with some of its components only."""
+        for path in paths:
+            if path not in self.parts:
+                raise UnknownNameError(f"no component '{path}'{did_you_mean(path, list(self.parts))}")
+
+        def kept(wire: Wire) -> bool:
+            return all(path == "" or path in paths for path in (wire.start[0], wire.end[0]))
+
+        return replace(
+            self,
+            parts={path: part for path, part in self.parts.items() if path in paths},
+            wires=tuple(filter(kept, self.wires)),
+            early=tuple(filter(kept, self.early)),
+            outputs={name: wire for name, wire in self.outputs.items() if kept(wire)},
+            settings=tuple(s for s in self.settings if s.component in paths),
+        )
+
+
+def flatten(structure: SystemStructure) -> Network:
+    """The network of a system structure. Raises `PackageError` for what cannot be connected as it says."""
+    return _Flattener(structure).network()
+
+
+@dataclass
+class _Edge:
+    source: Node
+    connection: Connection
+
+
+@dataclass
+class _Flattener:
+    structure: SystemStructure
+    parts: dict[str, Part] = field(default_factory=dict)
+    types: dict[Node, Type | None] = field(default_factory=dict)
+    kinds: dict[Node, str] = field(default_factory=dict)
+    driver: dict[Node, _Edge] = field(default_factory=dict)
+    drives: dict[Node, list[tuple[Node, Connection]]] = field(default_factory=dict)
+    levels: list[tuple[int, list[Setting], list[Setting]]] = field(default_factory=list)
+    remarks: list[str] = field(default_factory=list)
+
+    def network(self) -> Network:
+        root = self.structure.system
+        self.walk(root, "", {})
+        settings: list[Setting] = []
+        given: list[Setting] = []
+        self.bind(root, "", settings, given)
+        wires: list[Wire] = []
+        early: list[Wire] = []
+        for node in list(self.driver):
+            if node[0] == "component":
+                wire = self.trace(node)
+                if wire is not None:
+                    (early if self.kinds.get(node) in EARLY else wires).append(wire)
+        outputs = {}
+        for connector in root.connectors:
+            node = ("system", "", connector.name)
+            if connector.kind in GIVES and node in self.driver:
+                wire = self.trace(node)
+                if wire is not None:
+                    outputs[connector.name] = wire
+        inputs = {c.name: c for c in root.connectors if c.kind == "input"}
+        order = {path: i for i, path in enumerate(self.parts)}
+        wires.sort(key=lambda w: order[w.end[0]])
+        return Network(
+            self.structure, self.parts, tuple(wires), tuple(early), outputs, inputs, tuple(settings), tuple(given),
+            (*self.structure.remarks, *self.remarks),
+        )  # fmt: skip
+
+    # the graph
+
+    def walk(self, system: System, path: str, outer: dict[str, tuple[str, dict[str, Type]]]) -> None:
+        """Register the nodes and edges of a system whose elements have paths that begin with `path`."""
+        dictionaries = {**outer, **{n: (f"{path}{n}", entries) for n, entries in system.dictionaries.items()}}
+        for connector in system.connectors:
+            self.register(("system", path, connector.name), connector)
+        used: dict[str, tuple[str, dict[str, Type]]] = {}
+        for element in system.elements:
+            inner = f"{path}{element.name}"
+            if isinstance(element, Component):
+                if inner in self.parts:
+                    raise PackageError(f"{element.where}: two components have the path '{inner}'")
+                if len(self.parts) >= MOST_COMPONENTS:
+                    raise PackageError(f"{element.where}: more than {MOST_COMPONENTS} components; refused")
+                self.parts[inner] = Part(inner, element)
+                for connector in element.connectors:
+                    self.register(("component", inner, connector.name), connector)
+            elif isinstance(element, System):
+                self.walk(element, f"{inner}.", dictionaries)
+            else:
+                used[element.name] = self.dictionary(element, dictionaries)
+        for connection in system.connections:
+            self.connect(system, path, used, connection)
+
+    def dictionary(
+        self, element: SignalDictionaryReference, known: dict[str, tuple[str, dict[str, Type]]]
+    ) -> tuple[str, dict[str, Type]]:
+        if element.dictionary not in known:
+            hint = did_you_mean(element.dictionary, list(known))
+            raise PackageError(f"{element.where}: there is no signal dictionary '{element.dictionary}'{hint}")
+        name, entries = known[element.dictionary]
+        for connector in element.connectors:
+            if connector.name not in entries:
+                hint = did_you_mean(connector.name, list(entries))
+                raise PackageError(
+                    f"{connector.where}: signal dictionary '{element.dictionary}' has no entry '{connector.name}'{hint}"
+                )
+        return name, entries
+
+    def register(self, node: Node, connector: Connector) -> None:
+        self.kinds[node], self.types[node] = connector.kind, connector.type
+
+    def end(
+        self, system: System, path: str, used: dict[str, tuple[str, dict[str, Type]]], connection: Connection, side: str
+    ) -> tuple[Node, str]:
+        """(node, 'gives', 'takes' or 'either') of one end of a connection, seen from inside the system."""
+        element, name = getattr(connection, side)
+        if element is None:
+            connector = next((c for c in system.connectors if c.name == name), None)
+            if connector is None:
+                known = [c.name for c in system.connectors]
+                raise PackageError(
+                    f"{connection.where}: the system has no connector '{name}'{did_you_mean(name, known)}"
+                )
+            node = ("system", path, name)
+            return node, "gives" if connector.kind in TAKES else "takes" if connector.kind in GIVES else "either"
+        inner = f"{path}{element}"
+        if element in used:
+            dictionary, entries = used[element]
+            if name not in entries:
+                raise PackageError(
+                    f"{connection.where}: signal dictionary reference '{element}' has no entry '{name}'"
+                    f"{did_you_mean(name, list(entries))}"
+                )
+            node = ("dictionary", dictionary, name)
+            self.types[node] = entries[name]
+            reference = next(e for e in system.elements if e.name == element)
+            connector = next((c for c in reference.connectors if c.name == name), None)
+        else:
+            target = next((e for e in system.elements if e.name == element), None)
+            if target is None:
+                known = [e.name for e in system.elements]
+                raise PackageError(
+                    f"{connection.where}: there is no component '{element}'{did_you_mean(element, known)}"
+                )
+            if isinstance(target, System):
+                node = ("system", f"{inner}.", name)
+                if node not in self.kinds:
+                    known = [c.name for c in target.connectors]
+                    raise PackageError(
+                        f"{connection.where}: system '{element}' has no connector '{name}'{did_you_mean(name, known)}"
+                    )
+            else:
+                node = ("component", inner, name)
+            connector = next((c for c in target.connectors if c.name == name), None)
+        kind = connector.kind if connector is not None else "unspecified"
+        return node, "gives" if kind in GIVES else "takes" if kind in TAKES else "either"
+
+    def connect(
+        self, system: System, path: str, used: dict[str, tuple[str, dict[str, Type]]], connection: Connection
+    ) -> None:
+        start, a = self.end(system, path, used, connection, "start")
+        end, b = self.end(system, path, used, connection, "end")
+        where = connection.where
+        names = f"'{_shown(connection.start)}' and '{_shown(connection.end)}'"
+        if a == b and a != "either":
+            what = "give a value" if a == "gives" else "take one"
+            raise PackageError(f"{where}: {names} both {what}; a connection needs one that gives and one that takes")
+        if connection.start_indices or connection.end_indices:
+            raise PackageError(
+                f"{where}: connections of single array elements (startIndices, endIndices) are not supported"
+            )
+        source, sink = (
+            (start, end)
+            if a == "gives" or b == "takes"
+            else (end, start)
+            if a == "takes" or b == "gives"
+            else (start, end)
+        )
+        if source == sink:
+            raise PackageError(f"{where}: {names} are the same")
+        if sink in self.driver:
+            raise PackageError(
+                f"{where}: {_what(sink)} is already driven by the connection in "
+                f"{_line(self.driver[sink].connection.where, where)}"
+            )
+        self.driver[sink] = _Edge(source, connection)
+        self.drives.setdefault(source, []).append((sink, connection))
+
+    def hop(self, node: Node, connection: Connection) -> Hop:
+        """What a value meets on a connection that ends at a node."""
+        type = self.types.get(node)
+        return Hop(
+            connection.transformation, connection.suppress_unit_conversion, type.unit if type else None,
+            type.enumeration if type else None, connection.where,
+        )  # fmt: skip
+
+    def trace(self, sink: Node) -> Wire | None:
+        """The wire that ends at a node; None if nothing gives the value."""
+        hops: list[Hop] = []
+        node, seen = sink, {sink}
+        while node in self.driver:
+            edge = self.driver[node]
+            hops.insert(0, self.hop(node, edge.connection))
+            node = edge.source
+            if node in seen:
+                raise PackageError(f"{edge.connection.where}: the connections lead back to {_what(node)}")
+            seen.add(node)
+        if node[0] == "dictionary" or (node[0] == "system" and node[1] != ""):
+            self.remarks.append(f"{hops[0].where}: {_what(node)} leads to {_what(sink)}, but nothing gives it a value")
+            return None
+        type = self.types.get(node)
+        end = (sink[1] if sink[0] == "component" else "", sink[2])
+        start = (node[1] if node[0] == "component" else "", node[2])
+        return Wire(start, end, tuple(hops), type.unit if type else None, type.enumeration if type else None)
+
+    # parameters
+
+    def bind(self, system: System, path: str, settings: list[Setting], given: list[Setting]) -> None:
+        """Settings of a system: those of its elements first, its own override them."""
+        for element in system.elements:
+            inner = f"{path}{element.name}"
+            if isinstance(element, Component):
+                for binding in element.bindings:
+                    for setting in self.values(binding):
+                        settings.append(replace(setting, component=inner))
+            elif isinstance(element, System):
+                self.bind(element, f"{inner}.", settings, given)
+        for binding in system.bindings:
+            for setting in self.values(binding):
+                targets = list(self.targets(system, path, setting.variable, setting.hops))
+                if not targets:
+                    self.remarks.append(
+                        f"{setting.where}: nothing is called '{path}{setting.variable}'; the value is ignored"
+                        f"{did_you_mean(setting.variable, [e.name for e in system.elements])}"
+                    )
+                for component, variable, hops in targets:
+                    made = replace(setting, component=component, variable=variable, hops=hops)
+                    (settings if component else given).append(made)
+
+    def values(self, binding: Binding) -> Iterator[Setting]:
+        """The values of a binding under the names that it gives them in its element."""
+        entries: dict[str, list[int]] = {}
+        for i, entry in enumerate(binding.mapping or ()):
+            entries.setdefault(entry.source, []).append(i)
+        used: set[str] = set()
+        for p in binding.parameters:
+            name = f"{binding.prefix}{p.name}"
+            if name not in entries:
+                yield Setting("", name, p.value, p.type, (), p.where)
+                continue
+            used.add(name)
+            for i in entries[name]:
+                entry = (binding.mapping or ())[i]
+                hop = Hop(entry.transformation, entry.suppress_unit_conversion, None, None, entry.where)
+                yield Setting("", entry.target, p.value, p.type, (hop,), p.where)
+        for name in entries.keys() - used:
+            self.remarks.append(f"{(binding.mapping or ())[entries[name][0]].where}: the parameter set has no '{name}'")
+
+    def targets(
+        self, system: System, path: str, name: str, hops: tuple[Hop, ...]
+    ) -> Iterator[tuple[str, str, tuple[Hop, ...]]]:
+        """(component, variable, hops) of everything that a hierarchical name of a system stands for."""
+        if any(c.name == name for c in system.connectors):
+            node = ("system", path, name)
+            if path == "" and self.kinds[node] == "input":
+                yield "", name, hops
+            yield from self.behind(node, hops)
+            return
+        for element in sorted(system.elements, key=lambda e: -len(e.name)):
+            if name.startswith(f"{element.name}.") and len(name) > len(element.name) + 1:
+                rest = name[len(element.name) + 1 :]
+                if isinstance(element, Component):
+                    yield f"{path}{element.name}", rest, hops
+                elif isinstance(element, System):
+                    yield from self.targets(element, f"{path}{element.name}.", rest, hops)
+                return
+
+    def behind(self, node: Node, hops: tuple[Hop, ...]) -> Iterator[tuple[str, str, tuple[Hop, ...]]]:
+        """Everything that a system's connector leads to."""
+        type = self.types.get(node)
+        if type is not None and type.unit is not None and hops:
+            hops = (*hops[:-1], replace(hops[-1], unit=type.unit))
+        elif type is not None and type.unit is not None:
+            hops = (Hop(unit=type.unit),)
+        for sink, connection in self.drives.get(node, ()):
+            further = (*hops, self.hop(sink, connection))
+            if sink[0] == "component":
+                yield sink[1], sink[2], further
+            elif len(further) < 1000:
+                yield from self.behind(sink, further)
+
+
+def _shown(end: tuple[str | None, str]) -> str:
+    return end[1] if end[0] is None else f"{end[0]}.{end[1]}"
+
+
+def _what(node: Node) -> str:
+    if node[0] == "component":
+        return f"input '{node[1]}.{node[2]}'"
+    if node[0] == "dictionary":
+        return f"entry '{node[2]}' of signal dictionary '{node[1]}'"
+    return f"connector '{node[1]}{node[2]}'"
+
+
+def _line(where: str, other: str) -> str:
+    """A place, without the file that another place names already."""
+    file, _, line = where.partition(", ")
+    return line if line and other.startswith(f"{file},") else where

@@ -1,0 +1,169 @@
+"""Parameter sets (.ssv), parameter mappings (.ssm) and the bindings that apply them to an element."""
+
+from __future__ import annotations
+
+import zipfile
+from collections.abc import Callable
+from io import BytesIO
+from pathlib import Path
+from urllib.parse import unquote, urlsplit
+
+from lxml import etree
+
+from ..core.errors import PackageError
+from .document import SSC, SSD, SSM, SSV, Document, version, violations
+from .model import KINDS, Binding, MappingEntry, Parameter
+from .values import TRANSFORMATIONS, Definitions, transformation_of, typed_as, value_of
+
+SSV_TYPE = "application/x-ssp-parameter-set"
+SSM_TYPE = "application/x-ssp-parameter-mapping"
+
+Remark = Callable[[str], None]
+"""Is told of what deviates from the schema."""
+
+
+def inside(document: Document, element: etree._Element, source: str, base: Path, root: Path) -> tuple[Path, str]:
+    """(path, fragment) of a relative URI, which has to stay in the package."""
+    parts = urlsplit(source)
+    if parts.scheme or parts.netloc or parts.query:
+        raise document.error(
+            element, f"source '{source}' is not a file of the package; only relative paths are supported"
+        )
+    path = base / unquote(parts.path)
+    try:
+        stays = path.resolve().is_relative_to(root.resolve())
+    except (OSError, ValueError):
+        stays = False
+    if not stays:
+        raise document.error(element, f"source '{source}' leaves the package")
+    return path, unquote(parts.fragment)
+
+
+class Bindings:
+    """Reads the bindings of elements of one system structure description."""
+
+    def __init__(self, folder: Path, root: Path, remark: Remark):
+        self.folder, self.root, self.remark = folder, root, remark
+
+    def read(
+        self, document: Document, owner: etree._Element, known: Definitions, source: Path | None = None
+    ) -> tuple[Binding, ...]:
+        """The bindings of an element; `source` is the component's own file."""
+        section = document.child(owner, f"{SSD}ParameterBindings")
+        if section is None:
+            return ()
+        return tuple(
+            self._binding(document, element, known, source)
+            for element in document.children(section, (f"{SSD}ParameterBinding",))
+        )
+
+    def _binding(self, document: Document, element: etree._Element, known: Definitions, of: Path | None) -> Binding:
+        kind = element.get("type", SSV_TYPE)
+        if kind != SSV_TYPE:
+            raise document.error(element, f"parameter bindings of type '{kind}' are not supported; known: {SSV_TYPE}")
+        values = document.child(element, f"{SSD}ParameterValues")
+        mapping = document.child(element, f"{SSD}ParameterMapping")
+        list(document.children(element, (f"{SSD}ParameterValues", f"{SSD}ParameterMapping")))
+        if element.get("source") is not None:
+            if values is not None:
+                raise document.error(element, "a parameter binding has either a source or ParameterValues, not both")
+            where, root = self._open(document, element, of)
+            parameters = self._set(where, root, None)
+        else:
+            inline = values.find(f"{SSV}ParameterSet") if values is not None else None
+            if inline is None:
+                raise document.error(element, "a parameter binding needs a source or ParameterValues")
+            parameters = self._set(document, inline, known)
+        entries = None
+        if mapping is not None:
+            kind = mapping.get("type", SSM_TYPE)
+            if kind != SSM_TYPE:
+                raise document.error(
+                    mapping, f"parameter mappings of type '{kind}' are not supported; known: {SSM_TYPE}"
+                )
+            if mapping.get("source") is not None:
+                entries = self._mapping(*self._open(document, mapping, of))
+            else:
+                inline = mapping.find(f"{SSM}ParameterMapping")
+                if inline is None:
+                    raise document.error(mapping, "a parameter mapping needs a source or a ParameterMapping inside")
+                entries = self._mapping(document, inline)
+        return Binding(parameters, element.get("prefix", ""), entries, document.where(element))
+
+    def _open(self, document: Document, element: etree._Element, of: Path | None) -> tuple[Document, etree._Element]:
+        source, base = element.get("source", ""), element.get("sourceBase", "SSD")
+        if base not in ("SSD", "component"):
+            raise document.error(element, f"sourceBase '{base}' is not supported; known: SSD, component")
+        if base == "SSD":
+            path, _ = inside(document, element, source, self.folder, self.root)
+            opened = Document(path, _shown(path, self.root))
+        else:
+            opened = self._of_component(document, element, source, of)
+        return opened, opened.root
+
+    def _of_component(self, document: Document, element: etree._Element, source: str, of: Path | None) -> Document:
+        """A file inside the component's own archive, or beside it."""
+        if of is None:
+            raise document.error(element, "sourceBase 'component' on a system, which has no source")
+        name = unquote(urlsplit(source).path)
+        try:
+            with zipfile.ZipFile(of) as archive:
+                if name in archive.namelist():
+                    return Document(BytesIO(archive.read(name)), f"{of.name}/{name}")
+        except (OSError, zipfile.BadZipFile, RuntimeError, NotImplementedError, EOFError, ValueError) as error:
+            raise PackageError(f"{of.name}: not a zip archive or damaged ({error})") from None
+        path, _ = inside(document, element, source, of.parent, self.root)
+        if not path.is_file():
+            raise document.error(element, f"'{source}' is neither in {of.name} nor beside it")
+        return Document(path, _shown(path, self.root))
+
+    def _check(self, document: Document, root: etree._Element, tag: str) -> None:
+        if root.tag != tag:
+            raise document.error(
+                root, f"<{etree.QName(root).localname}> is not a {tag.rpartition('}')[2]} of SSP 1.0 or 2.0"
+            )
+        for text in violations(document, root, version(document, root)):
+            self.remark(text)
+
+    def _set(self, document: Document, root: etree._Element, outer: Definitions | None) -> tuple[Parameter, ...]:
+        self._check(document, root, f"{SSV}ParameterSet")
+        known = Definitions(document, root, SSV, outer)
+        sections = list(document.children(root, (f"{SSV}Parameters", f"{SSV}Units", f"{SSV}Enumerations")))
+        parameters: dict[str, Parameter] = {}
+        for section in sections:
+            if section.tag != f"{SSV}Parameters":
+                continue
+            for element in document.children(section, (f"{SSV}Parameter",)):
+                name = document.name(element)
+                if name in parameters:
+                    raise document.error(element, f"parameter '{name}' is given twice")
+                tags = [f"{SSV}{kind}" for kind in KINDS]
+                typed = [e for e in document.children(element, (*tags, f"{SSC}Dimension")) if e.tag in tags]
+                if not typed:
+                    raise document.error(element, f"parameter '{name}' has no value")
+                if len(typed) > 1:
+                    raise document.error(typed[1], f"parameter '{name}' has more than one value")
+                type = typed_as(document, element, typed[0], known)
+                parameters[name] = Parameter(name, type, value_of(document, typed[0], type), document.where(element))
+        return tuple(parameters.values())
+
+    def _mapping(self, document: Document, root: etree._Element) -> tuple[MappingEntry, ...]:
+        self._check(document, root, f"{SSM}ParameterMapping")
+        entries = []
+        for element in document.children(root, (f"{SSM}MappingEntry",)):
+            list(document.children(element, TRANSFORMATIONS))
+            entries.append(
+                MappingEntry(
+                    document.name(element, "source"), document.name(element, "target"),
+                    transformation_of(document, element), document.truth(element, "suppressUnitConversion"),
+                    document.where(element),
+                )
+            )  # fmt: skip
+        return tuple(entries)
+
+
+def _shown(path: Path, root: Path) -> str:
+    try:
+        return path.resolve().relative_to(root.resolve()).as_posix()
+    except ValueError:
+        return path.name

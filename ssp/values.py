@@ -1,0 +1,195 @@
+"""Types, units, enumerations, values and transformations, as they stand in the XML of all SSP formats."""
+
+from __future__ import annotations
+
+import binascii
+
+from lxml import etree
+
+from ..core.units import BASE, UNITS, Unit
+from .document import SSC, Document, local, truth
+from .model import FLOATS, INTEGERS, KINDS, Linear, Scalar, Table, Transformation, Type, Value
+
+_RANGES = {
+    "Int8": (-(2**7), 2**7 - 1), "UInt8": (0, 2**8 - 1), "Int16": (-(2**15), 2**15 - 1), "UInt16": (0, 2**16 - 1),
+    "Int32": (-(2**31), 2**31 - 1), "UInt32": (0, 2**32 - 1), "Int64": (-(2**63), 2**63 - 1), "UInt64": (0, 2**64 - 1),
+    "Integer": (-(2**31), 2**31 - 1),
+}  # fmt: skip
+
+TYPES = tuple(f"{SSC}{kind}" for kind in KINDS)
+TRANSFORMATIONS = tuple(
+    f"{SSC}{name}Transformation" for name in ("Linear", "BooleanMapping", "IntegerMapping", "EnumerationMapping")
+)
+
+
+class Definitions:
+    """Units and enumerations that a file defines."""
+
+    def __init__(self, document: Document, root: etree._Element, space: str, outer: Definitions | None = None):
+        self.document = document
+        self.units: dict[str, Unit] = {}
+        self.enumerations: dict[str, dict[str, int]] = {}
+        self.outer = outer
+        for section in root.findall(f"{space}Units"):
+            for element in document.children(section, (f"{SSC}Unit",)):
+                self._unit(element)
+        for section in root.findall(f"{space}Enumerations"):
+            for element in document.children(section, (f"{SSC}Enumeration",)):
+                self._enumeration(element)
+
+    def _unit(self, element: etree._Element) -> None:
+        name = self.document.name(element)
+        if name in self.units:
+            raise self.document.error(element, f"unit '{name}' is defined twice")
+        base = self.document.child(element, f"{SSC}BaseUnit")
+        if base is None:
+            raise self.document.error(element, f"unit '{name}' has no <BaseUnit>")
+        exponents = {}
+        for key in BASE:
+            power = self.document.number(base, key, 0.0)
+            if power != int(power or 0.0):
+                raise self.document.error(base, f"unit '{name}': {key}=\"{base.get(key)}\" is not an integer")
+            if power:
+                exponents[key] = int(power)
+        factor, offset = self.document.number(base, "factor", 1.0), self.document.number(base, "offset", 0.0)
+        if not factor:
+            raise self.document.error(base, f"unit '{name}' has the factor 0")
+        self.units[name] = Unit(name, exponents, factor, offset or 0.0)
+
+    def _enumeration(self, element: etree._Element) -> None:
+        name = self.document.name(element)
+        if name in self.enumerations:
+            raise self.document.error(element, f"enumeration '{name}' is defined twice")
+        items: dict[str, int] = {}
+        for item in self.document.children(element, (f"{SSC}Item",)):
+            key = self.document.attribute(item, "name")
+            if key in items:
+                raise self.document.error(item, f"enumeration '{name}' has the item '{key}' twice")
+            items[key] = _integer(self.document, item, self.document.attribute(item, "value"), "Integer")
+        self.enumerations[name] = items
+
+    def unit(self, name: str | None) -> Unit | None:
+        """The unit of that name: as defined in the file, else the well-known one, else one of no known dimension."""
+        if name is None or name == "":
+            return None
+        if name in self.units:
+            return self.units[name]
+        if self.outer is not None:
+            return self.outer.unit(name)
+        return UNITS.get(name) or Unit(name, None)
+
+    def enumeration(self, element: etree._Element, name: str | None) -> dict[str, int] | None:
+        """The items of an enumeration."""
+        if name is None:
+            return None
+        if name in self.enumerations:
+            return self.enumerations[name]
+        if self.outer is not None:
+            return self.outer.enumeration(element, name)
+        raise self.document.error(element, f"enumeration '{name}' is not defined")
+
+
+def type_of(document: Document, owner: etree._Element, known: Definitions, required: bool = False) -> Type | None:
+    """The type that stands in a connector, parameter or dictionary entry; None if none does."""
+    typed = [e for e in owner if e.tag in TYPES]
+    if not typed:
+        strange = [e for e in owner if etree.QName(e).namespace == SSC[1:-1] and local(e) not in ("Dimension",)]
+        strange = [e for e in strange if local(e) not in ("Annotations", "MetaData", "Signature")]
+        if strange:
+            raise document.error(strange[0], f"type {local(strange[0])} is not supported")
+        if required:
+            raise document.error(owner, f"<{local(owner)}> has no type")
+        return None
+    if len(typed) > 1:
+        raise document.error(typed[1], f"<{local(owner)}> has more than one type")
+    return typed_as(document, owner, typed[0], known)
+
+
+def typed_as(document: Document, owner: etree._Element, element: etree._Element, known: Definitions) -> Type:
+    """The type that an element such as <Real unit="m"/> states, with the dimensions of its owner."""
+    kind = local(element)
+    if kind not in KINDS:
+        raise document.error(element, f"type {kind} is not supported")
+    if kind == "Clock":
+        raise document.error(element, "clocks are not supported")
+    sizes: list[int | str | None] = []
+    for dimension in owner.findall(f"{SSC}Dimension"):
+        if dimension.get("size") is not None:
+            sizes.append(_integer(document, dimension, dimension.get("size"), "UInt64"))
+        else:
+            sizes.append(dimension.get("sizeConnector"))
+    items = known.enumeration(element, element.get("name")) if kind == "Enumeration" else None
+    return Type(kind, known.unit(element.get("unit")), items, tuple(sizes))
+
+
+def _integer(document: Document, element: etree._Element, text: str | None, kind: str) -> int:
+    try:
+        value = int((text or "").strip())
+    except ValueError:
+        raise document.error(element, f"'{text}' is not a value of type {kind}") from None
+    low, high = _RANGES[kind]
+    if not low <= value <= high:
+        raise document.error(element, f"{value} is out of the range of {kind}")
+    return value
+
+
+def _scalar(document: Document, element: etree._Element, kind: str, text: str) -> Scalar:
+    if kind in FLOATS:
+        try:
+            return float(text)
+        except ValueError:
+            raise document.error(element, f"'{text}' is not a value of type {kind}") from None
+    if kind in INTEGERS:
+        return _integer(document, element, text, kind)
+    if kind == "Boolean":
+        value = truth(text)
+        if value is None:
+            raise document.error(element, f"'{text}' is not a value of type Boolean")
+        return value
+    if kind == "Binary":
+        try:
+            return binascii.unhexlify(text.strip())
+        except (binascii.Error, ValueError):
+            raise document.error(element, "the value of a Binary is not hexadecimal") from None
+    return text
+
+
+def value_of(document: Document, element: etree._Element, type: Type) -> Value:
+    """The value of a parameter's typed element; a tuple for an array."""
+    entries = [e for e in element if local(e) == "Value"]
+    if entries:
+        return tuple(_scalar(document, e, type.kind, document.attribute(e, "value")) for e in entries)
+    text = document.attribute(element, "value")
+    if type.kind in (*FLOATS, *INTEGERS, "Boolean"):
+        parts = text.split()
+        if len(parts) != 1 or type.dimensions:
+            if not parts or not type.dimensions:
+                raise document.error(element, f"'{text}' is not a value of type {type.kind}")
+            return tuple(_scalar(document, element, type.kind, part) for part in parts)
+    return _scalar(document, element, type.kind, text)
+
+
+def transformation_of(document: Document, owner: etree._Element) -> Transformation | None:
+    """The transformation of a connection or mapping entry."""
+    found = [e for e in owner if e.tag in TRANSFORMATIONS]
+    if not found:
+        return None
+    if len(found) > 1:
+        raise document.error(found[1], f"<{local(owner)}> has more than one transformation")
+    element = found[0]
+    if local(element) == "LinearTransformation":
+        factor, offset = document.number(element, "factor", 1.0), document.number(element, "offset", 0.0)
+        return Linear(1.0 if factor is None else factor, offset or 0.0)
+    kind = local(element).removesuffix("MappingTransformation")
+    entries: dict[Scalar, Scalar] = {}
+    for entry in document.children(element, (f"{SSC}MapEntry",)):
+        pair = []
+        for side in ("source", "target"):
+            text = document.attribute(entry, side)
+            pair.append(_scalar(document, entry, {"Integer": "Int64"}.get(kind, kind), text))
+        if pair[0] in entries:
+            raise document.error(entry, f"the value {entry.get('source')} is mapped twice")
+        entries[pair[0]] = pair[1]
+    if not entries:
+        raise document.error(element, f"<{local(element)}> has no <MapEntry>")
+    return Table(kind, entries)
