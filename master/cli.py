@@ -98,7 +98,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
     """Entry point; returns the exit code."""
     given = list(sys.argv[1:] if arguments is None else arguments)
     if "--version" in given:
-        from .simulate import versions
+        from .output import versions
 
         print("  ".join(f"{name} {version}" for name, version in versions().items()))
         return 0

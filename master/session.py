@@ -7,7 +7,6 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
 from contextlib import ExitStack
-from dataclasses import replace
 from pathlib import Path
 from types import TracebackType
 from typing import Any
@@ -15,19 +14,11 @@ from typing import Any
 import numpy as np
 
 from ..core.errors import SimulationError, UnknownNameError, UsageError, did_you_mean
-from ..ssp.model import SystemStructure
 from .algorithms import NAMES, algorithm
-from .setup import (
-    bound_values,
-    check_connections,
-    initialise,
-    load_descriptions,
-    load_slaves,
-    read_package,
-    resolve,
-    settable,
-    split,
-)
+from .engine.runner import Runner
+from .initialise import Initialiser
+from .setup import bound_values, configure, given_values, load_descriptions, load_slaves, read_package, resolve, split
+from .slaves.base import REAL, TEXT, Signal
 from .system import System
 
 Series = tuple[np.ndarray, np.ndarray]
@@ -45,18 +36,21 @@ class Session:
     ):
         self._stack = ExitStack()
         try:
-            self.structure = read_package(package, self._stack)
+            network = read_package(package, self._stack)
             if only:
-                self.structure = _part(self.structure, only)
-            slaves = load_descriptions(self.structure)
-            check_connections(self.structure, slaves)
-            self._bound = bound_values(self.structure, slaves)
+                network = network.only(list(only))
+            self.structure = network.structure
+            slaves = load_descriptions(network)
+            self._bound = configure(bound_values(network, slaves), slaves)
+            self.system = System(network, slaves)
+            self._bound += given_values(network, self.system)
             load_slaves(slaves, self._stack, log)
-            self.system = System(self.structure, slaves)
+            self._initialise = Initialiser(self.system)
         except BaseException:
             self._stack.close()
             raise
         self._fresh = True
+        self._runners: dict[tuple[Any, ...], Runner] = {}
 
     def __enter__(self) -> Session:
         return self
@@ -66,26 +60,35 @@ class Session:
     ) -> None:
         self._stack.close()
 
-    def place(self, address: str) -> tuple[bool, int]:
-        """(is an output, place in its array) of the signal component.variable."""
+    def signal(self, address: str) -> tuple[bool, Signal]:
+        """(is an output, signal) of component.variable, or of a connector of the whole system."""
         component, name = split(address, self.system.slaves)
         for signals, is_output in ((self.system.outputs, True), (self.system.inputs, False)):
             if (component, name) in signals:
-                return is_output, signals[component, name].place
+                return is_output, signals[component, name]
+        if address in self.system.own_outputs:
+            return True, self.system.own_outputs[address]
+        if address in self.system.own_inputs:
+            return False, self.system.own_inputs[address]
         known = [f"{c}.{n}" for c, n in (*self.system.outputs, *self.system.inputs)]
         raise UnknownNameError(f"no connector '{address}'{did_you_mean(address, known)}")
+
+    def place(self, address: str) -> tuple[bool, int]:
+        """(is an output, its slot) of the signal component.variable."""
+        is_output, signal = self.signal(address)
+        return is_output, signal.place
 
     def values(self, changes: Mapping[str, Any] | None = None) -> dict[str, Any]:
         """Every parameter and start value in force with these changes, by component.variable."""
         slaves = self.system.slaves
         found = {
-            f"{c}.{v.name}": slave.checked(v.name, v.start, v.name)
+            f"{c}.{v.name}": slave.start(v.name)
             for c, slave in slaves.items()
             for v in slave.description.modelVariables
-            if v.start is not None and settable(slave, v.name)
+            if v.start is not None and slave.settable(v.name)
         }
-        for component, name, value, _ in [*self._bound, *resolve((changes or {}).items(), slaves, "")]:
-            found[f"{component}.{name}"] = value
+        for v in [*self._bound, *resolve((changes or {}).items(), slaves, "", self.system.network)]:
+            found[f"{v.component}.{v.variable}" if v.component else v.variable] = v.value
         return found
 
     def run(
@@ -108,52 +111,63 @@ class Session:
         n = round((stop - start) / step)
         if n < 1:
             raise UsageError(f"a run from {start:g} s to {stop:g} s has no step of {step:g} s")
-        outputs = [self.place(address) for address in record]
-        connected = {link.target for link in system.links}
-        driven = []
+        wanted = [self.signal(address) for address in record]
+        for _, signal in wanted:
+            if signal.family == TEXT or signal.size > 1:
+                raise UsageError(f"'{signal.address}' is not a single number and cannot be recorded here")
         times = start + np.arange(n + 1) * step
+        connected = {link.target.place for link in system.links}
+        driven: list[tuple[Signal, np.ndarray]] = []
         for address, (t, values) in (inputs or {}).items():
-            is_output, place = self.place(address)
-            if is_output or place in connected:
+            is_output, signal = self.signal(address)
+            if is_output or signal.place in connected:
                 raise UsageError(f"'{address}' cannot be driven: it is {'an output' if is_output else 'connected'}")
-            driven.append((place, np.interp(times, t, values)))
-        values = [*self._bound, *resolve((changes or {}).items(), system.slaves, "")]
+            driven.append((signal, np.interp(times, t, values)))
+        values = [*self._bound, *resolve((changes or {}).items(), system.slaves, "", system.network)]
         if not self._fresh:
             for slave in system.slaves.values():
                 slave.reset()
         self._fresh = False
         system.reset_inputs()
-        for place, series in driven:
-            system.given[place] = series[0]
-        initialise(system, values, start, stop)
-        advance = algorithm(method)
+        for signal, series in driven:
+            system.put(signal, series[0])
+        self._initialise(values, start, stop)
+        runner, order = self._runner(method, tuple(wanted), tuple(signal for signal, _ in driven))
         rows = np.empty((n + 1, len(record)))
-        read, given = system.read, system.given
-        for k in range(n):
-            for place, series in driven:
-                given[place] = series[k]
-            rows[k] = [read[place] if is_output else given[place] for is_output, place in outputs]
-            advance(system, times[k], step)
-        for place, series in driven:
-            given[place] = series[n]
-        rows[n] = [read[place] if is_output else given[place] for is_output, place in outputs]
+        matrix = np.stack([series for _, series in driven], axis=1) if driven else None
+        raw = np.empty((n, len(record)))
+        runner.run(raw, start, step, 0, n, n, start + n * step, matrix)
+        rows[:n, order] = raw
+        if matrix is not None:
+            for k, (signal, _) in enumerate(driven):
+                system.put(signal, matrix[n, k])
+        reals, integers = system.board.reals, system.board.integers
+        for j, (_, signal) in enumerate(wanted):
+            rows[n, j] = reals[signal.place]
+            if signal.family != REAL:
+                rows[:n, j] = rows[:n, j].copy().view(np.int64)
+                rows[n, j] = integers[signal.place]
         if not np.isfinite(rows).all():
             k, i = np.argwhere(~np.isfinite(rows))[0]
             raise SimulationError(f"'{record[i]}' is not finite at t = {times[k]:g} s", float(times[k]))
         return times, rows
 
-
-def _part(structure: SystemStructure, names: Sequence[str]) -> SystemStructure:
-    """The system without the other components, their connections and parameters."""
-    known = [c.name for c in structure.components]
-    for name in names:
-        if name not in known:
-            raise UnknownNameError(f"no component '{name}'{did_you_mean(name, known)}")
-    owner = {p.name: next((c for c in sorted(known, key=len)[::-1] if p.name.startswith(f"{c}.")), "")
-             for p in structure.parameters}  # fmt: skip
-    return replace(
-        structure,
-        components=tuple(c for c in structure.components if c.name in names),
-        connections=tuple(c for c in structure.connections if c.start[0] in names and c.end[0] in names),
-        parameters=tuple(p for p in structure.parameters if owner[p.name] in names),
-    )
+    def _runner(
+        self, method: str, wanted: tuple[tuple[bool, Signal], ...], driven: tuple[Signal, ...]
+    ) -> tuple[Runner, list[int]]:
+        """The runner of a method that records these signals, and which column of the record each of its columns is."""
+        outputs = [j for j, (is_output, _) in enumerate(wanted) if is_output]
+        inputs = [j for j, (is_output, _) in enumerate(wanted) if not is_output]
+        key = (method, wanted, driven)
+        if key not in self._runners:
+            program = self.system.program()
+            for column, signal in enumerate(driven):
+                program.drive(signal.place, column, signal.family)
+            algorithm(method)(self.system, program)
+            self.system.show(program)
+            self._runners[key] = Runner(
+                program, [wanted[j][1].place for j in outputs], [wanted[j][1].place for j in inputs]
+            )
+            if len(self._runners) > 64:
+                self._runners.pop(next(iter(self._runners)))
+        return self._runners[key], [*outputs, *inputs]

@@ -1,6 +1,6 @@
-"""From an extracted package to a system of slaves that is ready to run: descriptions, values, initialisation.
+"""From a package to a system of slaves that is ready to run: descriptions, connections, values.
 
-Everything that can be wrong with values is found here before anything is loaded.
+Everything that can be wrong with a package is found here before anything is loaded.
 """
 
 from __future__ import annotations
@@ -12,19 +12,32 @@ import shutil
 import tempfile
 from collections.abc import Callable, Iterable, Mapping
 from contextlib import ExitStack
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from ..core.errors import PackageError, ParameterError, SimulationError, UnknownNameError, UsageError, did_you_mean
-from ..core.units import convert
+from ..core.errors import PackageError, ParameterError, UnknownNameError, did_you_mean
 from ..ssp.archive import extract
-from ..ssp.model import Parameter, SystemStructure
+from ..ssp.network import Network, Setting, flatten
 from ..ssp.reader import read
-from .slave import Slave
-from .system import KINDS, System
+from .slaves.base import Log, Slave
+from .slaves.fmi1 import Slave1
+from .slaves.fmi2 import Slave2
+from .slaves.fmi3 import Slave3
+from .system import System
+from .wiring import Quantity, converted
 
-Value = tuple[str, str, Any, str]
-"""(component, variable, value in the variable's type, where it was given)."""
+VERSIONS: dict[str, type[Slave]] = {"1.0": Slave1, "2.0": Slave2, "3.0": Slave3}
+
+
+@dataclass(frozen=True)
+class Value:
+    """A checked value, in the variable's type and unit; component '' is an input of the whole system."""
+
+    component: str
+    variable: str
+    value: Any
+    where: str
 
 
 def split(address: str, slaves: Mapping[str, Slave]) -> tuple[str, str]:
@@ -35,8 +48,16 @@ def split(address: str, slaves: Mapping[str, Slave]) -> tuple[str, str]:
     return "", address
 
 
-def resolve(changes: Iterable[tuple[str, Any]], slaves: Mapping[str, Slave], prefix: str = "--set ") -> list[Value]:
-    """Checked values of (address, value) pairs; a bare name applies to every component that has it."""
+def resolve(
+    changes: Iterable[tuple[str, Any]],
+    slaves: Mapping[str, Slave],
+    prefix: str = "--set ",
+    network: Network | None = None,
+) -> list[Value]:
+    """Checked values of (address, value) pairs; a bare name applies to every component that has it.
+
+    The name of an input of the whole system is one too, with `network`.
+    """
     made = []
     for address, value in changes:
         where = f"{prefix}{address}={value}"
@@ -44,9 +65,12 @@ def resolve(changes: Iterable[tuple[str, Any]], slaves: Mapping[str, Slave], pre
         if component:
             targets = [(component, name)]
         else:
-            targets = [(c, address) for c, slave in slaves.items() if settable(slave, address)]
+            targets = [(c, address) for c, slave in slaves.items() if slave.settable(address)]
+            if not targets and network is not None and address in network.inputs:
+                made.append(Value("", address, value, where))
+                continue
             if not targets:
-                known = [f"{c}.{n}" for c, slave in slaves.items() for n in slave.variables if settable(slave, n)]
+                known = [f"{c}.{n}" for c, slave in slaves.items() for n in slave.variables if slave.settable(n)]
                 hint = did_you_mean(address, known)
                 raise UnknownNameError(f"{where}: no component has a parameter '{address}'{hint}")
         for component, name in targets:
@@ -54,43 +78,58 @@ def resolve(changes: Iterable[tuple[str, Any]], slaves: Mapping[str, Slave], pre
     return made
 
 
-def settable(slave: Slave, name: str) -> bool:
-    variable = slave.variables.get(name)
-    return variable is not None and (variable.causality in ("parameter", "input") or variable.initial == "exact")
-
-
 def _checked(slave: Slave, name: str, value: Any, where: str) -> Value:
-    if not settable(slave, name):
-        known = [n for n in slave.variables if settable(slave, n)]
+    if not slave.settable(name):
+        if name in slave.variables:
+            v = slave.variables[name]
+            raise UnknownNameError(
+                f"{where}: '{slave.name}.{name}' cannot be set: its causality is '{v.causality}', its variability "
+                f"'{v.variability}'"
+            )
+        known = [n for n in slave.variables if slave.settable(n)]
         hint = did_you_mean(name, known)
         raise UnknownNameError(f"{where}: component '{slave.name}' has no parameter '{name}'{hint}")
-    return slave.name, name, slave.checked(name, value, where), where
+    return Value(slave.name, name, slave.checked(name, value, where), where)
 
 
-def _in_unit_of(slave: Slave, p: Parameter, name: str) -> Any:
-    """The value of a package's parameter in the unit of the FMU's variable."""
-    own = slave.unit(name) if name in slave.variables else None
-    if p.unit is None or own is None or p.unit == own:
-        return p.value
-    try:
-        return convert(p.value, p.unit, own)
-    except UsageError as error:
-        raise ParameterError(f"{p.where}: {slave.name}.{name}: {error}") from None
-
-
-def bound_values(structure: SystemStructure, slaves: Mapping[str, Slave]) -> list[Value]:
-    """Values of the package's parameter bindings: those of a component first, those of the system override them."""
+def bound_values(
+    network: Network, slaves: Mapping[str, Slave], remark: Callable[[str], None] = lambda _: None
+) -> list[Value]:
+    """Values of the package's parameter bindings, in the variables' units. Names that nothing has are remarked."""
     made = []
-    for component in structure.components:
-        for p in component.parameters:
-            slave = slaves[component.name]
-            made.append(_checked(slave, p.name, _in_unit_of(slave, p, p.name), p.where))
-    for p in structure.parameters:
-        component, name = split(p.name, slaves)
-        if not component:
-            known = [f"{c}.{n}" for c, slave in slaves.items() for n in slave.variables]
-            raise UnknownNameError(f"{p.where}: no component for parameter '{p.name}'{did_you_mean(p.name, known)}")
-        made.append(_checked(slaves[component], name, _in_unit_of(slaves[component], p, name), p.where))
+    for s in network.settings:
+        slave = slaves[s.component]
+        if s.variable not in slave.variables:
+            hint = did_you_mean(s.variable, [n for n in slave.variables if slave.settable(n)])
+            remark(f"{s.where}: component '{s.component}' has no variable '{s.variable}'; the value is ignored{hint}")
+            continue
+        if s.variable in slave.variables and slave.variables[s.variable].type not in slave.forms:
+            kind = slave.variables[s.variable].type
+            raise ParameterError(f"{s.where}: '{s.component}.{s.variable}': type {kind} is not supported")
+        target = _target(network, slave, s.variable)
+        value = converted(s.value, _quantity(s), s.hops, target, s.where)
+        made.append(_checked(slave, s.variable, value, s.where))
+    return made
+
+
+def _target(network: Network, slave: Slave, name: str) -> Quantity:
+    """What a component's variable is; a unit that its connector states counts before the FMU's."""
+    connectors = network.parts[slave.name].component.connectors
+    type = next((c.type for c in connectors if c.name == name), None)
+    unit = type.unit if type is not None and type.unit is not None else slave.unit(name)
+    return Quantity(slave.variables[name].type, unit, slave.items(name), f"'{slave.name}.{name}'")
+
+
+def _quantity(s: Setting) -> Quantity:
+    return Quantity(s.type.kind, s.type.unit, s.type.enumeration, f"'{s.variable}'")
+
+
+def given_values(network: Network, system: System) -> list[Value]:
+    """Values that the package binds to inputs of the whole system."""
+    made = []
+    for s in network.given:
+        quantity = system.input_quantity(s.variable)
+        made.append(Value("", s.variable, converted(s.value, _quantity(s), s.hops, quantity, s.where), s.where))
     return made
 
 
@@ -123,13 +162,17 @@ def forget_unpacked() -> None:
         shutil.rmtree(_unpacked.popitem()[1], ignore_errors=True)
 
 
-def read_package(package: Path, stack: ExitStack) -> SystemStructure:
-    """Read an SSP file unpacked into a folder that lives as long as `stack`."""
+def _plain(name: str) -> str:
+    return re.sub(r"[^A-Za-z0-9]", "_", name)[:40]
+
+
+def read_package(package: Path, stack: ExitStack, variant: str | None = None) -> Network:
+    """The network of an SSP file, unpacked into a folder that lives as long as `stack`."""
     scratch = stack.enter_context(tempfile.TemporaryDirectory(prefix="cosim_", ignore_cleanup_errors=True))
-    return read(package, Path(scratch) / "ssp")
+    return flatten(read(package, Path(scratch) / "ssp", variant))
 
 
-def load_slaves(slaves: Mapping[str, Slave], stack: ExitStack, log: Callable[[str, str, str], None]) -> None:
+def load_slaves(slaves: Mapping[str, Slave], stack: ExitStack, log: Log) -> None:
     """Instantiate all slaves; `stack` frees them. A slave keeps its own messages, `log` gets those of all."""
 
     def on_log(component: str, status: str, text: str) -> None:
@@ -145,94 +188,92 @@ def load_slaves(slaves: Mapping[str, Slave], stack: ExitStack, log: Callable[[st
 def _fmi_version(path: Path, shown: str) -> str:
     from lxml import etree
 
-    parser = etree.XMLParser(resolve_entities=False, no_network=True)
+    parser = etree.XMLParser(resolve_entities=False, no_network=True, load_dtd=False)
     try:
-        return etree.parse(str(path), parser).getroot().get("fmiVersion", "?")
+        tree = etree.parse(str(path), parser)
     except OSError:
         raise PackageError(f"{shown}: holds no modelDescription.xml") from None
     except etree.XMLSyntaxError as error:
         raise PackageError(f"{shown}: modelDescription.xml is not well-formed ({error.msg})") from None
+    if tree.docinfo.doctype:
+        raise PackageError(f"{shown}: modelDescription.xml has a document type declaration (DOCTYPE); refused")
+    return tree.getroot().get("fmiVersion", "?")
 
 
-def load_descriptions(structure: SystemStructure) -> dict[str, Slave]:
-    """Slaves by component name, not loaded yet, from the package's FMUs."""
-    from fmpy import read_model_description
+def _platform_folder(version: str) -> str:
+    from fmpy import platform, platform_tuple
 
+    return platform_tuple if version == "3.0" else platform
+
+
+def describe(name: str, fmu: Path) -> Slave:
+    """A slave, not loaded yet, from an FMU."""
+    from fmpy import read_model_description, sharedLibraryExtension
+
+    folder = unpack(fmu)
+    version = _fmi_version(folder / "modelDescription.xml", fmu.name)
+    known = next((v for v in VERSIONS if version == v or (v == "3.0" and version.startswith("3."))), None)
+    if known is None:
+        raise PackageError(f"{fmu.name}: FMI {version} is not supported; known: {', '.join(VERSIONS)}")
+    try:
+        description = read_model_description(str(folder), validate=False)
+    except Exception as error:
+        reason = str(error).splitlines()[0] if str(error) else type(error).__name__
+        raise PackageError(f"{fmu.name}: modelDescription.xml cannot be read ({reason})") from None
+    if description.coSimulation is None:
+        raise PackageError(f"{fmu.name}: has no co-simulation interface")
+    here = _platform_folder(known)
+    identifier = description.coSimulation.modelIdentifier
+    if not identifier or not re.fullmatch(r"[A-Za-z_][A-Za-z0-9_]*", identifier):
+        raise PackageError(f"{fmu.name}: modelIdentifier '{identifier}' is not a C identifier")
+    if not (folder / "binaries" / here / f"{identifier}{sharedLibraryExtension}").is_file():
+        there = sorted(p.name for p in (folder / "binaries").glob("*") if p.is_dir())
+        raise PackageError(
+            f"{fmu.name}: has no library for this platform ({here}); it has {', '.join(there) or 'none'}"
+        )
+    names: set[str] = set()
+    for v in description.modelVariables:
+        if not v.name or v.name in names:
+            raise PackageError(f"{fmu.name}: modelDescription.xml has two variables '{v.name}'")
+        names.add(v.name)
+    return VERSIONS[known](name, folder, description)
+
+
+def load_descriptions(network: Network) -> dict[str, Slave]:
+    """Slaves by component path, not loaded yet, from the package's FMUs."""
     slaves: dict[str, Slave] = {}
-    for component in structure.components:
-        folder = unpack(structure.folder / component.source)
-        version = _fmi_version(folder / "modelDescription.xml", component.source)
-        if version != "2.0":
-            raise PackageError(f"{component.source}: FMI {version} is not supported yet, only 2.0")
-        try:
-            description = read_model_description(str(folder), validate=False)
-        except Exception as error:
-            reason = str(error).splitlines()[0] if str(error) else type(error).__name__
-            raise PackageError(f"{component.source}: modelDescription.xml cannot be read ({reason})") from None
-        if description.coSimulation is None:
-            raise PackageError(f"{component.source}: has no co-simulation interface")
-        known = {v.name for v in description.modelVariables}
+    for path, part in network.parts.items():
+        component = part.component
+        slave = describe(path, component.source)
         for connector in component.connectors:
-            if connector.name not in known:
-                hint = did_you_mean(connector.name, sorted(known))
+            if connector.name not in slave.variables:
+                hint = did_you_mean(connector.name, sorted(slave.variables))
                 raise PackageError(
-                    f"SystemStructure.ssd, line {component.line}: component '{component.name}' has a connector "
-                    f"'{connector.name}' that its FMU does not have{hint}"
+                    f"{connector.where}: component '{path}' has a connector '{connector.name}' that its FMU does not "
+                    f"have{hint}"
                 )
-        slaves[component.name] = Slave(component.name, folder, description)
+        slaves[path] = slave
     if not slaves:
         raise PackageError("the system has no components")
+    single = {}
+    for path, slave in slaves.items():
+        once = getattr(slave.description.coSimulation, "canBeInstantiatedOnlyOncePerProcess", False)
+        if once and slave.folder in single:
+            raise PackageError(
+                f"components '{single[slave.folder]}' and '{path}' are the same FMU, which can be instantiated only "
+                "once per process"
+            )
+        single[slave.folder] = path
     return slaves
 
 
-def _plain(name: str) -> str:
-    return re.sub(r"[^A-Za-z0-9]", "_", name)[:40]
-
-
-def check_connections(structure: SystemStructure, slaves: Mapping[str, Slave]) -> None:
-    """Raise `PackageError` for a connection that dangles, drives an input twice, or joins units that differ."""
-    driven: dict[tuple[str, str], int] = {}
-    for c in structure.connections:
-        where = f"SystemStructure.ssd, line {c.line}"
-        ends = []
-        for (component, connector), causality in ((c.start, "output"), (c.end, "input")):
-            if component not in slaves:
-                raise PackageError(f"{where}: there is no component '{component}'")
-            variable = slaves[component].variables.get(connector)
-            if variable is None:
-                raise PackageError(f"{where}: component '{component}' has no variable '{connector}'")
-            if variable.causality != causality:
-                raise PackageError(
-                    f"{where}: '{component}.{connector}' is not an {causality}, its causality is "
-                    f"'{variable.causality}'"
-                )
-            if variable.type not in KINDS:
-                raise PackageError(f"{where}: '{component}.{connector}': type {variable.type} is not supported yet")
-            ends.append(slaves[component].unit(connector))
-        if c.end in driven:
-            line = driven[c.end]
-            end = ".".join(c.end)
-            raise PackageError(f"{where}: input '{end}' is already driven by the connection in line {line}")
-        driven[c.end] = c.line
-        if None not in ends and ends[0] != ends[1]:
-            raise PackageError(
-                f"{where}: '{'.'.join(c.start)}' is in {ends[0]} and '{'.'.join(c.end)}' in {ends[1]}; "
-                "unit conversion is not supported yet"
-            )
-
-
-def initialise(system: System, values: Iterable[Value], start: float, stop: float) -> None:
-    """Set start values, run the initialisation mode, and leave all signals in agreement at the start."""
-    for component, name, value, where in values:
-        try:
-            system.slaves[component].set_start(name, value)
-        except SimulationError as error:
-            raise SimulationError(f"{where}: {error}") from None
-        if system.slaves[component].variables[name].causality == "input":
-            system.set_input(component, name, value)
-    for slave in system.slaves.values():
-        slave.initialise_begin(start, stop)
-    system.propagate()
-    for slave in system.slaves.values():
-        slave.initialise_end()
-    system.sweep(system.order)
+def configure(values: Iterable[Value], slaves: Mapping[str, Slave]) -> list[Value]:
+    """Hand structural parameters to the slaves, before sizes are asked for; the other values are returned."""
+    others = []
+    for v in values:
+        slave = slaves.get(v.component)
+        if isinstance(slave, Slave3) and slave.variables[v.variable].causality == "structuralParameter":
+            slave.configure(v.variable, v.value)
+        else:
+            others.append(v)
+    return others

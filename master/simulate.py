@@ -2,16 +2,11 @@
 
 from __future__ import annotations
 
-import json
 import os
 import platform
-import signal
-import tempfile
-import threading
-from collections.abc import Callable, Iterator, Mapping
-from contextlib import ExitStack, contextmanager, suppress
+from collections.abc import Callable
+from contextlib import ExitStack, suppress
 from dataclasses import dataclass, field
-from importlib import metadata
 from pathlib import Path
 from time import perf_counter
 from typing import Any
@@ -20,26 +15,31 @@ import numpy as np
 
 from ..core.errors import CosimError, Interrupted, OutputError, SimulationError, UsageError
 from ..ssp.model import SystemStructure
+from . import stimuli
 from .algorithms import NAMES, algorithm
 from .bonds import ResidualEnergy, find_bonds
-from .recorder import BLOCK, CsvRecorder
+from .engine.runner import Runner
+from .initialise import Initialiser
+from .output import forget_earlier, interrupts, prepare_folder, versions, write_summary
+from .recording import Recording
+from .results import SUFFIXES
+from .results.columns import Layout
 from .setup import (
     bound_values,
-    check_connections,
-    initialise,
+    configure,
+    given_values,
     load_descriptions,
     load_slaves,
     read_package,
     resolve,
 )
-from .slave import Slave
+from .slaves.base import Slave
 from .system import System
 
-FILES = ("results.csv", "summary.json", "overview.png")
 DEFAULT_STEPS = 1000
-SAMPLE = 4000
-TRUSTED = 0.1
-"""Share of residual energy above which a run warns."""
+
+SLICE = 0.05
+"""Wall time after which the engine comes back to look for Ctrl-C and to write [s]."""
 
 
 @dataclass(frozen=True)
@@ -50,6 +50,16 @@ class Options:
     stop_time: float | None = None
     method: str = NAMES[0]
     changes: tuple[tuple[str, str], ...] = ()
+    variant: str | None = None
+    stimuli: Path | None = None
+    record: tuple[str, ...] = ()
+    """Patterns of columns to keep; all if there is none."""
+    record_every: int = 1
+    results: str = "results.csv"
+    """Name of the result file; its suffix says the format. Empty: no file."""
+    substeps: tuple[tuple[str, int], ...] = ()
+    """(component, steps of its own in a macro step)."""
+    realtime: bool = False
 
 
 @dataclass
@@ -61,12 +71,24 @@ class Result:
     names: list[str] = field(default_factory=list)
     units: dict[str, str] = field(default_factory=dict)
     sample: np.ndarray | None = None
-    """Communication points at even distances, at most about `SAMPLE` rows (n, columns), for plots."""
+    """Communication points at even distances, at most about `recording.SAMPLE` rows (n, columns), for plots."""
     extremes: np.ndarray | None = None
     """First, least, greatest and last value of each column (4, columns)."""
     connected: list[str] = field(default_factory=list)
     """Names of the outputs that drive an input."""
     outputs: list[str] = field(default_factory=list)
+    file: Path | None = None
+
+    @property
+    def frame(self) -> Any:
+        """The record as a pandas frame, read from its file; units are in frame.attrs["units"]."""
+        from .results.frame import frame
+
+        if self.file is None:
+            raise UsageError("this run kept no record")
+        made = frame(self.file)
+        made.attrs["units"] = dict(self.units)
+        return made
 
 
 def parse_change(text: str) -> tuple[str, str]:
@@ -77,7 +99,7 @@ def parse_change(text: str) -> tuple[str, str]:
     return address.strip(), value.strip()
 
 
-def _times(structure: SystemStructure, options: Options) -> tuple[float, float, float, int]:
+def times_of(structure: SystemStructure, options: Options) -> tuple[float, float, float, int]:
     """Start, stop, step [s] and number of steps; the last one is shorter when the step does not divide the time."""
     start = structure.start_time
     stop = options.stop_time if options.stop_time is not None else structure.stop_time
@@ -101,63 +123,6 @@ def _times(structure: SystemStructure, options: Options) -> tuple[float, float, 
     return start, stop, step, n
 
 
-@contextmanager
-def _interrupts() -> Iterator[list[int]]:
-    """A list that Ctrl-C makes non-empty. An exception instead would end up in an FMU that is written in Python."""
-    asked: list[int] = []
-    if threading.current_thread() is not threading.main_thread():
-        yield asked
-        return
-    before = signal.signal(signal.SIGINT, lambda number, _frame: asked.append(number))
-    try:
-        yield asked
-    finally:
-        signal.signal(signal.SIGINT, before)
-
-
-def versions() -> dict[str, str]:
-    """Versions of what a run depends on."""
-    found = {"python": platform.python_version()}
-    for package in ("deepsea-cosim", "fmpy", "numpy", "numba", "mujoco", "pythonfmu"):
-        try:
-            found[package] = metadata.version(package)
-        except metadata.PackageNotFoundError:
-            continue
-    return found
-
-
-def _warnings(energy: ResidualEnergy, slaves: Mapping[str, Slave]) -> list[str]:
-    """What the user should know although the run came to its end."""
-    found = [f"{name}: {text}" for name, slave in slaves.items() for kind, text in slave.messages if kind == "warning"]
-    for bond in energy.summary():
-        if bond["relative"] > TRUSTED:
-            found.append(
-                f"the coupling created or destroyed {bond['relative']:.0%} of the energy exchanged over "
-                f"{bond['bond']}: do not trust this run; take a shorter step"
-            )
-    return list(dict.fromkeys(found))
-
-
-def write_summary(folder: Path, summary: Mapping[str, Any]) -> None:
-    """Write summary.json."""
-    try:
-        (folder / "summary.json").write_text(json.dumps(summary, indent=2) + "\n")
-    except OSError as error:
-        raise OutputError(f"{folder / 'summary.json'}: cannot be written ({error.strerror})") from None
-
-
-def prepare_folder(folder: Path) -> None:
-    """Make the result folder, or say why that is not possible."""
-    try:
-        folder.mkdir(parents=True, exist_ok=True)
-        for name in FILES:  # what an earlier run left would pass for this one's
-            (folder / name).unlink(missing_ok=True)
-        with tempfile.TemporaryFile(dir=folder):
-            pass
-    except OSError as error:
-        raise OutputError(f"result folder {folder}: cannot be written ({error.strerror})") from None
-
-
 def run(
     package: Path,
     folder: Path,
@@ -165,7 +130,7 @@ def run(
     log: Callable[[str, str, str], None] = lambda *_: None,
     progress: Callable[[int, int], None] = lambda *_: None,
 ) -> Result:
-    """Run the SSP file `package`, write results.csv and summary.json into `folder`.
+    """Run the SSP file `package`, write the results and summary.json into `folder`.
 
     `log` gets (component, status, text) of every message of an FMU, `progress` (steps done, steps in all) at the start
     and now and then.
@@ -173,44 +138,67 @@ def run(
     """
     options = options or Options()
     begin = perf_counter()
-    step_algorithm = algorithm(options.method)
+    write = algorithm(options.method)
+    if options.record_every < 1:
+        raise UsageError(f"--record-every {options.record_every}: it has to be at least 1")
+    if options.results and Path(options.results).suffix.lower() not in SUFFIXES:
+        raise UsageError(f"{options.results}: results can be written as {', '.join(SUFFIXES)}")
     with ExitStack() as stack:
-        interrupt = stack.enter_context(_interrupts())
-        structure = read_package(package, stack)
-        start, stop, step, n = _times(structure, options)
-        slaves = load_descriptions(structure)
-        check_connections(structure, slaves)
-        values = [*bound_values(structure, slaves), *resolve(options.changes, slaves)]
+        interrupt = stack.enter_context(interrupts())
+        network = read_package(package, stack, options.variant)
+        remarks = list(network.remarks)
+        start, stop, step, n = times_of(network.structure, options)
+        slaves = load_descriptions(network)
+        _substeps(options, slaves)
+        values = [
+            *bound_values(network, slaves, remarks.append), *resolve(options.changes, slaves, network=network),
+        ]  # fmt: skip
+        values = configure(values, slaves)
+        system = System(network, slaves)
+        remarks += system.remarks
+        values = [*given_values(network, system), *values]
+        layout = Layout(system)
+        which = layout.chosen(options.record)
+        drives = stimuli.read(options.stimuli, system) if options.stimuli is not None else []
         prepare_folder(folder)
+        if options.results:
+            forget_earlier(folder / options.results)
         try:
             load_slaves(slaves, stack, log)
-            system = System(structure, slaves)
-            initialise(system, values, start, stop)
+            program = system.program()
+            for column, drive in enumerate(drives):
+                program.drive(drive.signal.place, column, drive.signal.family)
+                system.put(drive.signal, drive.at(np.array([start]))[0])
+            Initialiser(system)([v for v in values if v.component or v.variable], start, stop)
+            write(system, program)
+            system.show(program)
             if interrupt:
                 raise Interrupted("interrupted before the first step", start)
         except CosimError as error:
             write_summary(folder, {"package": str(package), "status": "failed", "error": str(error), "steps": 0})
             raise
-        energy = ResidualEnergy(find_bonds(system))
-        recorder = CsvRecorder(folder / "results.csv", system)
-        stack.callback(recorder.close)
+        energy = ResidualEnergy(find_bonds(system), layout)
+        file = folder / options.results if options.results else None
+        recording = Recording(system, layout, which, file, options.record_every, energy, n)
+        stack.callback(recording.close)
         started = perf_counter()
-        loop = _Loop(system, recorder, energy, max(1, n // SAMPLE))
         failure: CosimError | None = None
+        loop = _Loop(system, program, layout, recording, drives, options.realtime)
         try:
-            with np.errstate(invalid="ignore", over="ignore"):
-                loop.run(step_algorithm, start, stop, step, n, progress, interrupt)
-            loop.flush()
+            loop.run(start, stop, step, n, progress, interrupt)
+            recording.flush()
+            recording.finish()
         except OutputError as caught:  # nothing more can be written
             failure = SimulationError(f"stopped at t = {loop.time:g} s: {caught}", loop.time)
         except CosimError as caught:
             failure = caught
             with suppress(OutputError):
-                loop.flush()
+                recording.flush()
         wall = perf_counter() - started
         simulated = loop.time - start
         summary = {
             "package": str(package),
+            "variant": network.structure.file.name,
             "status": "interrupted" if isinstance(failure, Interrupted) else "failed" if failure else "ok",
             "error": str(failure) if failure else None,
             "method": options.method,
@@ -222,11 +210,13 @@ def run(
             "setup_time_s": started - begin,
             "wall_time_s": wall,
             "real_time_factor": simulated / wall if wall > 0 else None,
-            "fmu_time_s": {name: slave.seconds for name, slave in slaves.items()},
+            "fmu_time_s": {
+                name: slave.seconds + float(loop.runner.seconds[i]) for i, (name, slave) in enumerate(slaves.items())
+            },
             "coupling": energy.summary(),
-            "warnings": _warnings(energy, slaves),
+            "warnings": list(dict.fromkeys([*_warnings(slaves), *energy.warnings(), *remarks])),
             "changes": dict(options.changes),
-            "columns": recorder.names,
+            "columns": recording.names,
             "versions": versions(),
             "machine": {"system": platform.system(), "cpus": os.cpu_count()},
         }
@@ -240,88 +230,125 @@ def run(
         return Result(
             folder,
             summary,
-            recorder.names,
+            [c.name for c in layout.columns],
             system.units(),
-            recorder.in_order(np.concatenate(loop.sample)),
-            recorder.in_order(np.array([loop.first, loop.least, loop.greatest, loop.last])),
-            [".".join(link.start) for link in system.links],
-            [f"{component}.{name}" for component, name in system.outputs],
+            recording.sampled(),
+            recording.extremes(),
+            [link.source.address for link in system.links],
+            [s.address for s in (*system.outputs.values(), *system.own_outputs.values())],
+            file,
         )
 
 
+def simulate(path: str | Path, out: str | Path | None = None, **options: Any) -> Result:
+    """Run a package from Python; `options` are those of `Options`, `changes` may be a mapping.
+
+    >>> result = simulate("deepsea_11km.ssp", changes={"arm.load_weight": 1000})   # doctest: +SKIP
+    >>> result.frame["arm.x_h"].plot()                                              # doctest: +SKIP
+
+    Without `out` the results go to results/<name of the package>, as those of the command do.
+    """
+    package = Path(path)
+    changes = options.pop("changes", ())
+    if isinstance(changes, dict):
+        changes = tuple((str(k), str(v)) for k, v in changes.items())
+    for name in ("record", "substeps"):
+        if name in options:
+            given = options[name]
+            options[name] = tuple(given.items()) if isinstance(given, dict) else tuple(given)
+    if options.get("stimuli") is not None:
+        options["stimuli"] = Path(options["stimuli"])
+    folder = Path(out) if out is not None else Path("results") / package.stem
+    return run(package, folder, Options(changes=changes, **options))
+
+
+def _substeps(options: Options, slaves: dict[str, Slave]) -> None:
+    for component, ratio in options.substeps:
+        if component not in slaves:
+            raise UsageError(f"--substeps {component}={ratio}: there is no component '{component}'")
+        if ratio < 1:
+            raise UsageError(f"--substeps {component}={ratio}: it has to be at least 1")
+        slaves[component].ratio = ratio
+
+
+def _warnings(slaves: dict[str, Slave]) -> list[str]:
+    """What the FMUs said although the run came to its end."""
+    return [f"{name}: {text}" for name, slave in slaves.items() for kind, text in slave.messages if kind == "warning"]
+
+
 class _Loop:
-    """The macro steps, with a block of rows in memory at a time."""
+    """The macro steps, a slice of time at once."""
 
-    def __init__(self, system: System, recorder: CsvRecorder, energy: ResidualEnergy, stride: int):
-        self.system, self.recorder, self.energy = system, recorder, energy
-        self.sample: list[np.ndarray] = []
-        self.stride = stride
-        self.flushed = 0
-        self.block = np.zeros((BLOCK, 1 + len(system.read) + len(system.given)))
-        self.filled = 0
+    def __init__(
+        self, system: System, program: Any, layout: Layout, recording: Recording, drives: list[stimuli.Drive],
+        realtime: bool,
+    ):  # fmt: skip
+        self.system, self.layout, self.recording, self.drives = system, layout, recording, drives
+        self.realtime = realtime
+        if layout.has_texts:
+            recording.take_texts(program)
+        finite = [s for s in (*system.outputs.values(), *system.own_outputs.values()) if s.family == "real"]
+        self.runner = Runner(program, layout.outputs, layout.inputs, finite)
+        exchange = system.program()
+        system.exchange(exchange, system.order)
+        system.show(exchange)
+        self._exchange = Runner(exchange)
+        self._finite = finite
         self.done = 0
-        self.time = system.structure.start_time
-
-    def flush(self) -> None:
-        """Write the rows of the block that are complete."""
-        rows = self.block[: self.filled]
-        split = 1 + len(self.system.read)
-        self.energy.add(rows[:, 0], rows[:, 1:split], rows[:, split:])
-        self.recorder.write(rows)
-        if self.filled:
-            self.sample.append(rows[-self.flushed % self.stride :: self.stride].copy())
-            if self.flushed == 0:
-                self.first = self.least = self.greatest = rows[0].copy()
-            self.least = np.minimum(self.least, rows.min(axis=0))
-            self.greatest = np.maximum(self.greatest, rows.max(axis=0))
-            self.last = rows[-1].copy()
-        self.flushed += self.filled
-        self.filled = 0
+        self.time = system.network.structure.start_time
 
     def run(
-        self, step: Callable[..., None], start: float, stop: float, h: float, n: int,
-        progress: Callable[[int, int], None], interrupt: list[int],
-    ) -> None:  # fmt: skip
+        self, start: float, stop: float, h: float, n: int, progress: Callable[[int, int], None], interrupt: list[int]
+    ) -> None:
         """Take n steps of h from start, the last one to stop."""
-        system, block = self.system, self.block
-        read, given = system.read, system.given
-        split = 1 + len(read)
-        zeros = np.zeros(len(read))
+        recording = self.recording
         self.time = start
         progress(0, n)
-        if read.dot(zeros) != 0.0:
-            raise self._not_finite(start)
-        for k in range(n):
-            t = start + k * h
-            row = block[self.filled]
-            row[0] = t
-            row[1:split] = read
+        self._check_start(start)
+        begin = perf_counter()
+        while self.done < n:
+            count = min(recording.room(), n - self.done)
+            if self.realtime:
+                count = self._wait(begin, start, h, count)
+            driven = None
+            if self.drives:
+                t = start + (self.done + np.arange(count)) * h
+                driven = np.stack([d.at(t) for d in self.drives], axis=1)
             try:
-                step(system, t, h if k < n - 1 else stop - t)
-            finally:  # the point at t is complete, whatever becomes of the step
-                row[split:] = given
-                self.filled += 1
-            self.done = k + 1
-            self.time = start + (k + 1) * h if k < n - 1 else stop
-            if read.dot(zeros) != 0.0:  # 0 * inf and 0 * NaN are NaN
-                raise self._not_finite(self.time)
-            if self.filled == BLOCK:
-                self.flush()
+                self.runner.run(recording.rows(count), start, h, self.done, count, n, stop, driven, SLICE)
+            except SimulationError as error:
+                failed_in_step = self.runner._report[0] == 1
+                recording.took(start, h, self.done, self.runner.taken + failed_in_step)
+                self._reach(start, stop, h, n)
+                if error.time is None:
+                    error.time = self.time
+                raise
+            recording.took(start, h, self.done, self.runner.taken)
+            self._reach(start, stop, h, n)
+            if recording.due():
+                recording.flush()
                 progress(self.done, n)
             if interrupt:
                 raise Interrupted(f"interrupted at t = {self.time:g} s", self.time)
-        system.exchange_all()
-        row = block[self.filled]
-        row[0], row[1:split], row[split:] = self.time, read, given
-        self.filled += 1
-        if n % self.stride:
-            self.sample.append(row[None].copy())
+        self._exchange.once()
+        recording.last(self.time)
         progress(n, n)
 
-    def _not_finite(self, t: float) -> SimulationError:
-        bad = [
-            f"{component}.{name} = {self.system.read[signal.place]:g}"
-            for (component, name), signal in self.system.outputs.items()
-            if not np.isfinite(self.system.read[signal.place])
-        ]
-        return SimulationError(f"not finite at t = {t:g} s: {', '.join(bad)}", t)
+    def _reach(self, start: float, stop: float, h: float, n: int) -> None:
+        self.done += self.runner.taken
+        self.time = start + self.done * h if self.done < n else stop
+
+    def _check_start(self, start: float) -> None:
+        reals = self.system.board.reals
+        if any(not np.isfinite(reals[s.place : s.place + s.size]).all() for s in self._finite):
+            raise self.runner.not_finite(start)
+
+    def _wait(self, begin: float, start: float, h: float, count: int) -> int:
+        """Wait until the next step is due; how many steps may be taken at once."""
+        from time import sleep
+
+        ahead = self.done * h - (perf_counter() - begin)
+        if ahead > 0.0:
+            sleep(min(ahead, 0.2))
+        due = int((perf_counter() - begin) / h) + 1 - self.done
+        return max(1, min(count, due))

@@ -1,97 +1,274 @@
-"""The system of slaves: who is connected to whom, in which order, and one array that holds every signal.
+"""The system of slaves: where every signal lies, who is connected to whom, and in which order data flow.
 
-`read` holds all outputs, `given` all inputs, each slave's in a row, so that a record of a communication point is two
-copies and an exchange a few assignments.
+All inputs and outputs lie on one board (`engine.program`), those of a slave and a type in a row.
 """
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable
+from collections.abc import Iterable
 from dataclasses import dataclass
-from graphlib import CycleError, TopologicalSorter
 
 import numpy as np
 
-from ..core.errors import SimulationError
-from ..ssp.model import SystemStructure
-from .slave import Signal, Slave
-
-KINDS = ("Real", "Integer", "Boolean")
-MAX_SWEEPS = 100
-SETTLED = 1e-9
+from ..core.errors import PackageError, did_you_mean
+from ..core.units import Unit
+from ..ssp.network import End, Network, Wire
+from .engine.loop import U8
+from .engine.program import Board, Cast, Program
+from .slaves.base import REAL, TEXT, Group, Signal, Slave
+from .wiring import Quantity, passage
 
 
 @dataclass(frozen=True)
 class Link:
-    """A connection as places: outputs' array -> inputs' array."""
+    """A wire with the places at its ends."""
 
-    source: int
-    target: int
-    start: tuple[str, str]
-    end: tuple[str, str]
+    source: Signal
+    target: Signal
+    cast: Cast
+    wire: Wire
+
+    @property
+    def start(self) -> End:
+        """(component, output)."""
+        return self.wire.start
+
+    @property
+    def end(self) -> End:
+        """(component, input)."""
+        return self.wire.end
 
 
 class System:
-    """Slaves, signals and connections of an SSP system, ready to be initialised and stepped."""
+    """Slaves, signals and connections of a network, loaded and ready to be initialised and stepped."""
 
-    def __init__(self, structure: SystemStructure, slaves: dict[str, Slave]):
-        self.structure = structure
-        self.slaves = slaves
-        inputs, outputs = self._signals("input"), self._signals("output")
-        self.given = np.zeros(sum(map(len, inputs.values())))
-        self.read = np.zeros(sum(map(len, outputs.values())))
-        self.inputs = {(c, s.name): s for c, signals in inputs.items() for s in signals}
-        self.outputs = {(c, s.name): s for c, signals in outputs.items() for s in signals}
-        self.reset_inputs()
-        self.links = [
-            Link(self.outputs[c.start].place, self.inputs[c.end].place, c.start, c.end) for c in structure.connections
-        ]
+    def __init__(self, network: Network, slaves: dict[str, Slave]):
+        self.network, self.slaves = network, slaves
+        self.remarks: list[str] = []
+        self._count = {"slots": 0, "texts": 0}
+        self._staged: dict[int, int] = {}
+        wanted: dict[str, set[str]] = {name: set() for name in slaves}
+        for wire in (*network.wires, *network.outputs.values()):
+            if wire.start[0]:
+                wanted[wire.start[0]].add(wire.start[1])
         for name, slave in slaves.items():
-            slave.lay_out(inputs[name], outputs[name], self.given, self.read)
-        self._seen: set[str] = set()
-        """Components whose outputs have been read since the initialisation began."""
+            self._lay_out(slave, wanted[name])
+        self.inputs = {(s.component, s.name): s for slave in slaves.values() for s in slave.inputs}
+        self.outputs = {(s.component, s.name): s for slave in slaves.values() for s in slave.outputs}
+        self.own_inputs = {name: self._own(name, self.input_quantity(name)) for name in network.inputs}
+        """The inputs of the whole system."""
+        self.own_outputs: dict[str, Signal] = {}
+        """The outputs of the whole system."""
+        self.links = [self._link(wire, self.inputs[self._input(wire)]) for wire in network.wires]
+        self.shown = [self._shown(name, wire) for name, wire in network.outputs.items()]
+        spare = 4 * (len(self.links) + len(self.shown)) + 64
+        self._free = self._count["slots"]
+        self.board = Board(self._count["slots"] + spare, self._count["texts"], self._staged)
+        self._reserved = spare
         self.order = self._component_order()
-        self.sequence = [(slaves[name], self._exchange_for([name])) for name in self.order]
-        self.exchange_all = self._exchange_for(self.order)
+        self.reset_inputs()
 
-    def _signals(self, causality: str) -> dict[str, list[Signal]]:
-        place = 0
-        signals: dict[str, list[Signal]] = {}
-        for name, slave in self.slaves.items():
-            chosen = [v for v in slave.description.modelVariables if v.causality == causality and v.type in KINDS]
-            signals[name] = []
-            for kind in KINDS:
-                for variable in chosen:
-                    if variable.type == kind:
-                        signals[name].append(Signal(variable.name, variable.valueReference, kind, place))
-                        place += 1
-        return signals
+    # places
+
+    def _place(self, family: str, size: int) -> int:
+        key = "texts" if family == TEXT else "slots"
+        self._count[key] += size
+        return self._count[key] - size
+
+    def _lay_out(self, slave: Slave, wanted: set[str]) -> None:
+        inputs = [v for v in slave.variables.values() if v.causality == "input" and v.type in slave.forms]
+        outputs = [
+            v for v in slave.variables.values()
+            if (v.causality == "output" or v.name in wanted) and v.type in slave.forms
+        ]  # fmt: skip
+        for chosen, signals, groups in (
+            (inputs, slave.inputs, slave.input_groups),
+            (outputs, slave.outputs, slave.output_groups),
+        ):
+            for kind in slave.forms:
+                mine = [v for v in chosen if v.type == kind]
+                if not mine:
+                    continue
+                form = slave.forms[kind]
+                members = []
+                for v in mine:
+                    size = slave.size(v.name)
+                    place = self._place(form.family, size)
+                    members.append(Signal(slave.name, v.name, kind, form.family, v.valueReference, place, size))
+                count = sum(m.size for m in members)
+                stage = 0
+                if form.width is not None:
+                    stage = self._staged.get(form.width, 0)
+                    self._staged[form.width] = stage + count
+                references = np.array([m.reference for m in members], np.uint32)
+                groups.append(Group(form, references, members[0].place, count, stage, members))
+                signals += members
+        if slave.version == "3.0":
+            begin = -(-self._staged.get(U8, 0) // 8) * 8
+            slave.told = begin
+            self._staged[U8] = begin + 16
+
+    def scratch(self, size: int = 1) -> int:
+        """First of so many free slots, for what an algorithm has to remember."""
+        if self._free + size > len(self.board.reals):
+            raise MemoryError("the board has no free slots left")
+        self._free += size
+        return self._free - size
+
+    def _own(self, name: str, quantity: Quantity) -> Signal:
+        return Signal("", name, quantity.type, quantity.family, 0, self._place(quantity.family, 1), 1)
+
+    def input_quantity(self, name: str) -> Quantity:
+        """What is known of an input of the whole system."""
+        connector = self.network.inputs[name]
+        if connector.type is not None:
+            return Quantity(connector.type.kind, connector.type.unit, connector.type.enumeration, f"'{name}'")
+        for wire in self.network.wires:  # the type of what it is connected to
+            if wire.start == ("", name):
+                return self.quantity(wire.end)
+        return Quantity("Real", None, None, f"'{name}'")
+
+    # connections
+
+    def quantity(self, end: End, unit: Unit | None = None, items: dict[str, int] | None = None) -> Quantity:
+        """What is known of a variable; the package's unit and items count before the FMU's."""
+        slave = self.slaves[end[0]]
+        kind = slave.variables[end[1]].type
+        shown = f"'{end[0]}.{end[1]}'"
+        return Quantity(kind, unit or slave.unit(end[1]), items or slave.items(end[1]), shown)
+
+    def _variable(self, wire: Wire, end: End, causality: str) -> Signal:
+        slave = self.slaves[end[0]]
+        variable = slave.variables.get(end[1])
+        where = wire.where
+        if variable is None:
+            hint = did_you_mean(end[1], list(slave.variables))
+            raise PackageError(f"{where}: component '{end[0]}' has no variable '{end[1]}'{hint}")
+        if variable.type not in slave.forms:
+            raise PackageError(f"{where}: '{end[0]}.{end[1]}': type {variable.type} is not supported")
+        if causality == "input" and variable.causality != "input":
+            raise PackageError(f"{where}: '{end[0]}.{end[1]}' is not an input, its causality is '{variable.causality}'")
+        if causality == "output" and variable.causality not in ("output", "local", "calculatedParameter", None):
+            raise PackageError(
+                f"{where}: '{end[0]}.{end[1]}' is not an output, its causality is '{variable.causality}'"
+            )
+        return (self.inputs if causality == "input" else self.outputs)[end]
+
+    def _input(self, wire: Wire) -> End:
+        self._variable(wire, wire.end, "input")
+        return wire.end
+
+    def _source(self, wire: Wire) -> tuple[Signal, Quantity]:
+        if wire.start[0] == "":
+            return self.own_inputs[wire.start[1]], self.input_quantity(wire.start[1])
+        return self._variable(wire, wire.start, "output"), self.quantity(wire.start, wire.unit, wire.enumeration)
+
+    def _link(self, wire: Wire, target: Signal) -> Link:
+        source, given = self._source(wire)
+        taken = self.quantity(wire.end)
+        way = passage(given, wire.hops, taken, wire.where)
+        self.remarks += way.remarks
+        if source.size != target.size:
+            raise PackageError(
+                f"{wire.where}: '{source.address}' has {source.size} values and '{target.address}' {target.size}"
+            )
+        cast = Cast() if target.family == TEXT else way.cast(given, taken, wire.where)
+        return Link(source, target, cast, wire)
+
+    def _shown(self, name: str, wire: Wire) -> Link:
+        source, given = self._source(wire)
+        last = wire.hops[-1] if wire.hops else None
+        connector = next(c for c in self.network.structure.system.connectors if c.name == name)
+        kind = connector.type.kind if connector.type is not None else given.type
+        taken = Quantity(kind, last.unit if last else None, last.enumeration if last else None, f"'{name}'")
+        way = passage(given, wire.hops, taken, wire.where)
+        cast = Cast() if taken.family == TEXT else way.cast(given, taken, wire.where)
+        target = Signal("", name, kind, taken.family, 0, self._place(taken.family, source.size), source.size)
+        self.own_outputs[name] = target
+        return Link(source, target, cast, wire)
+
+    def units(self) -> dict[str, str]:
+        """Unit of every signal that has one, by address."""
+        signals = [*self.outputs.values(), *self.inputs.values(), *self.own_inputs.values(), *self.own_outputs.values()]
+        return {s.address: unit for s in signals if (unit := self.unit_of(s))}
+
+    def unit_of(self, signal: Signal) -> str | None:
+        """Name of a signal's unit."""
+        if signal.component:
+            return self.slaves[signal.component].unit_name(signal.name)
+        connectors = {c.name: c for c in self.network.structure.system.connectors}
+        type = connectors[signal.name].type
+        return type.unit.name if type is not None and type.unit is not None else None
+
+    # values
 
     def reset_inputs(self) -> None:
         """Give every input its start value from the model description."""
-        for (component, name), signal in self.inputs.items():
-            start = self.slaves[component].variables[name].start
-            if signal.kind == "Boolean":
-                self.given[signal.place] = float(str(start).lower() in ("true", "1"))
+        for component, name in self.inputs:
+            self.set_input(component, name, self.slaves[component].start(name))
+        for signal in self.own_inputs.values():
+            self.put(signal, "" if signal.family == TEXT else 0)
+
+    def set_input(self, component: str, name: str, value: object) -> None:
+        """Set the value that an input has until a connection overwrites it; '' is the whole system."""
+        self.put(self.inputs[component, name] if component else self.own_inputs[name], value)
+
+    def put(self, signal: Signal, value: object) -> None:
+        """Write a value, or a tuple of an array's, to a signal's place."""
+        values = value if isinstance(value, tuple) else (value,)
+        for k, v in enumerate(values):
+            if signal.family == TEXT:
+                self.board.texts[signal.place + k] = v  # type: ignore[call-overload]
+            elif signal.family == REAL:
+                self.board.reals[signal.place + k] = float(v)  # type: ignore[arg-type]
             else:
-                self.given[signal.place] = float(start or 0.0)
+                number = int(v)  # type: ignore[call-overload]
+                self.board.integers[signal.place + k] = number if number < 2**63 else number - 2**64
 
-    def units(self) -> dict[str, str]:
-        """Unit of every signal that has one, by component.variable."""
-        found = {}
-        for component, name in (*self.outputs, *self.inputs):
-            if unit := self.slaves[component].unit(name):
-                found[f"{component}.{name}"] = unit
-        return found
+    def look(self, signal: Signal) -> object:
+        """A signal's present value; a tuple for an array."""
+        places = range(signal.place, signal.place + signal.size)
+        if signal.family == TEXT:
+            found: list[object] = [self.board.texts[p] for p in places]
+        elif signal.family == REAL:
+            found = [float(self.board.reals[p]) for p in places]
+        else:
+            found = [int(self.board.integers[p]) for p in places]
+        return found[0] if signal.size == 1 else tuple(found)
 
-    def set_input(self, component: str, name: str, value: float) -> None:
-        """Set the value that an input has until a connection overwrites it."""
-        self.given[self.inputs[component, name].place] = float(value)
+    # programs
+
+    def program(self) -> Program:
+        """An empty program for this system."""
+        return Program(self.board, list(self.slaves.values()))
+
+    def exchange(self, program: Program, names: Iterable[str], instead: dict[int, int] | None = None) -> None:
+        """Bring the inputs of these slaves up to date. `instead` gives the slots that stand for some sources."""
+        for name in names:
+            for link in self.links:
+                if link.target.component == name:
+                    self.pass_on(program, link, instead)
+
+    def pass_on(self, program: Program, link: Link, instead: dict[int, int] | None = None) -> None:
+        """One link."""
+        source = link.source.place
+        if link.target.family == TEXT:
+            for k in range(link.target.size):
+                program.copy_text(link.target.place + k, source + k)
+            return
+        if instead:
+            source = instead.get(source, source)
+        program.cast(link.target.place, source, link.target.size, link.cast, link.wire.where)
+
+    def show(self, program: Program) -> None:
+        """Bring the outputs of the whole system up to date."""
+        for link in self.shown:
+            self.pass_on(program, link)
 
     def _component_order(self) -> list[str]:
         """Order of the data flow; within a loop, and where nothing decides, that of the package."""
         names = list(self.slaves)
-        reaches = {name: {link.end[0] for link in self.links if link.start[0] == name} for name in names}
+        reaches = {n: {k.target.component for k in self.links if k.source.component == n} for n in names}
         for via in names:
             for name in names:
                 if via in reaches[name]:
@@ -104,84 +281,3 @@ class System:
                 next(n for n in waiting if all(m in reaches[n] for m in waiting if m != n and n in reaches[m]))
             )
         return order
-
-    def _exchange_for(self, components: Iterable[str]) -> Callable[[], None]:
-        links = [link for name in components for link in self.links if link.end[0] == name]
-        read, given = self.read, self.given
-        if len(links) <= 4:
-            pairs = [(link.target, link.source) for link in links]
-
-            def few() -> None:
-                for target, source in pairs:
-                    given[target] = read[source]
-
-            return few
-        targets = np.array([link.target for link in links])
-        sources = np.array([link.source for link in links])
-
-        def many() -> None:
-            given[targets] = read[sources]
-
-        return many
-
-    # initialisation
-
-    def propagate(self) -> None:
-        """Bring all outputs and inputs to agree in initialisation mode, in the order in which the data flow.
-
-        The order comes from the dependencies that the FMUs declare. Where these form a loop, sweeps are repeated until
-        nothing changes; a loop that does not settle is an error.
-        """
-        self._seen.clear()
-        visits = self._visits()
-        if visits is not None:
-            self.sweep([*visits, *self.order])
-            return
-        for _ in range(MAX_SWEEPS):
-            before = self.read.copy()
-            self.sweep(self.order)
-            change = np.abs(self.read - before)
-            if np.all(change <= SETTLED * (1.0 + np.abs(before))):
-                return
-        worst = int(np.argmax(change / (1.0 + np.abs(before))))
-        names = {signal.place: f"{c}.{n}" for (c, n), signal in self.outputs.items()}
-        raise SimulationError(
-            f"the algebraic loop at the start does not settle in {MAX_SWEEPS} sweeps; '{names[worst]}' still changes "
-            f"by {change[worst]:g}"
-        )
-
-    def sweep(self, components: Iterable[str]) -> None:
-        """Visit the components in turn: take the outputs that others have given as inputs, read the own outputs."""
-        for name in components:
-            for link in self.links:
-                if link.end[0] == name and link.start[0] in self._seen:
-                    self.given[link.target] = self.read[link.source]
-            self._seen.add(name)
-            self.slaves[name].set_inputs()
-            self.slaves[name].get_outputs()
-
-    def _visits(self) -> list[str] | None:
-        """Components to visit in turn so that each output is read after the inputs it depends on; None in a loop."""
-        graph: dict[tuple[str, str], set[tuple[str, str]]] = {}
-        for link in self.links:
-            graph.setdefault(link.end, set()).add(link.start)
-            graph.setdefault(link.start, set()).update(self._initial_dependencies(*link.start))
-        try:
-            order = list(TopologicalSorter(graph).static_order())
-        except CycleError:
-            return None
-        visits: list[str] = []
-        for component, name in order:
-            if (component, name) in self.outputs and (not visits or visits[-1] != component):
-                visits.append(component)
-        return visits
-
-    def _initial_dependencies(self, component: str, output: str) -> set[tuple[str, str]]:
-        slave = self.slaves[component]
-        connected = {link.end for link in self.links if link.end[0] == component}
-        for unknown in slave.description.initialUnknowns:
-            if unknown.variable.name == output:
-                if unknown.dependencies is None:
-                    return connected
-                return {(component, v.name) for v in unknown.dependencies} & connected
-        return connected

@@ -160,7 +160,7 @@ class SystemStructure:
     version: str
     file: Path
     system: System
-    start_time: float | None = None
+    start_time: float = 0.0
     stop_time: float | None = None
     step_size: float | None = None
     variants: tuple[str, ...] = ()

@@ -172,8 +172,6 @@ class _Flattener:
                 if wire is not None:
                     outputs[connector.name] = wire
         inputs = {c.name: c for c in root.connectors if c.kind == "input"}
-        order = {path: i for i, path in enumerate(self.parts)}
-        wires.sort(key=lambda w: order[w.end[0]])
         return Network(
             self.structure, self.parts, tuple(wires), tuple(early), outputs, inputs, tuple(settings), tuple(given),
             (*self.structure.remarks, *self.remarks),

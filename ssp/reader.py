@@ -125,7 +125,7 @@ class _Reader:
                         bonds.append((document.name(bond, "a"), document.name(bond, "b")))
         title = system.name or root.get("name") or "system"
         return SystemStructure(
-            title, of, self.folder / name, system, start, stop, step, (name,), tuple(bonds), tuple(self.remarks)
+            title, of, self.folder / name, system, start or 0.0, stop, step, (name,), tuple(bonds), tuple(self.remarks)
         )
 
     def system(self, document: Document, element: etree._Element, known: Definitions, root: bool = False) -> System:
@@ -260,8 +260,8 @@ class _Reader:
             if connector.name not in there:
                 hint = did_you_mean(connector.name, sorted(there))
                 raise PackageError(
-                    f"{connector.where}: component '{name}' has a connector '{connector.name}' that its system does not "
-                    f"have{hint}"
+                    f"{connector.where}: component '{name}' has a connector '{connector.name}' that its system does "
+                    f"not have{hint}"
                 )
         return replace(inner, name=name, bindings=(*inner.bindings, *bindings), where=document.where(element))
 

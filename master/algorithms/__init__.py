@@ -1,4 +1,8 @@
-"""Coupling algorithms, one a file. An algorithm is a function that takes a system over one macro step."""
+"""Coupling algorithms, one a file.
+
+An algorithm is a function `write(system, program)` that writes down, once, what a macro step consists of; the engine
+runs that in every step. Adding one is a file with such a function, its name in `NAMES`, and a test.
+"""
 
 from __future__ import annotations
 
@@ -6,13 +10,15 @@ from collections.abc import Callable
 from importlib import import_module
 
 from ...core.errors import UsageError, did_you_mean
+from ..engine.program import Program
+from ..system import System
 
 NAMES = ("gauss-seidel", "jacobi")
 """The first is the default."""
 
 
-def algorithm(name: str) -> Callable[..., None]:
-    """The step function of the algorithm called `name`."""
+def algorithm(name: str) -> Callable[[System, Program], None]:
+    """The `write` function of the algorithm called `name`."""
     if name not in NAMES:
         raise UsageError(f"unknown method '{name}'; known: {', '.join(NAMES)}{did_you_mean(name, NAMES)}")
-    return import_module(f".{name.replace('-', '_')}", __package__).step
+    return import_module(f".{name.replace('-', '_')}", __package__).write

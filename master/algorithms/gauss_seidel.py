@@ -2,13 +2,15 @@
 
 from __future__ import annotations
 
+from ..engine.program import Program
 from ..system import System
 
 
-def step(system: System, t: float, h: float) -> None:
-    """Take the system from t over h [s]."""
-    for slave, exchange in system.sequence:
-        exchange()
-        slave.set_inputs()
-        slave.do_step(t, h)
-        slave.get_outputs()
+def write(system: System, program: Program) -> None:
+    """Write the macro step."""
+    for name in system.order:
+        slave = system.slaves[name]
+        system.exchange(program, [name])
+        program.set_inputs(slave)
+        program.do_step(slave)
+        program.get_outputs(slave)

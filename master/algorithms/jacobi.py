@@ -2,15 +2,17 @@
 
 from __future__ import annotations
 
+from ..engine.program import Program
 from ..system import System
 
 
-def step(system: System, t: float, h: float) -> None:
-    """Take the system from t over h [s]."""
-    for slave, exchange in system.sequence:
-        exchange()
-        slave.set_inputs()
-    for slave, _ in system.sequence:
-        slave.do_step(t, h)
-    for slave, _ in system.sequence:
-        slave.get_outputs()
+def write(system: System, program: Program) -> None:
+    """Write the macro step."""
+    slaves = [system.slaves[name] for name in system.order]
+    system.exchange(program, system.order)
+    for slave in slaves:
+        program.set_inputs(slave)
+    for slave in slaves:
+        program.do_step(slave)
+    for slave in slaves:
+        program.get_outputs(slave)

@@ -1,0 +1,1 @@
+"""The inner loop: a program of FMI calls and copies, compiled once for all systems."""

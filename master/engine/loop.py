@@ -1,0 +1,203 @@
+"""The compiled loop that runs a program step by step.
+
+All values of a system lie on a board of 8-byte slots: real numbers as doubles, integers, enumerations and booleans as
+64-bit integers. What FMI wants in other widths passes through a staging area. An operation is a row of integers; what
+they mean stands beside its code.
+"""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+
+from ...core.jit import kernel
+from . import native
+
+SET, GET, SET_3, GET_3 = range(4)
+"""address, component, references, count, buffer, values (FMI 3.0 only)."""
+STEP_1, STEP_2, STEP_3 = range(4, 7)
+"""address, component, slave, substeps, place of the out parameters among the bytes of the staging area (FMI 3.0)."""
+PYTHON = 7
+"""address of a callback (t, h) -> status."""
+COPY, LINEAR, INTEGER_TO_REAL = range(8, 11)
+"""target, source, count, constant: for LINEAR and INTEGER_TO_REAL target = constants[c] * source + constants[c + 1]."""
+TABLE = 11
+"""target, source, first, entries: target = tables[k, 1] where tables[k, 0] = source."""
+MIX = 12
+"""target, constant, first, terms: the sum of constants[c + k] * the real in slot tables[first + k, 0]."""
+DRIVE, DRIVE_INTEGER = 13, 14
+"""target, column of the driven values."""
+STAGE, UNSTAGE = 15, 16
+"""width, slot, place in the staging area of that width, count: from the board to it, and back."""
+DERIVATIVES = 17
+"""address, component, references, count, orders, values: fmi2SetRealInputDerivatives."""
+
+OPERANDS = 8
+
+I8, U8, I16, U16, I32, U32, F32 = range(7)
+"""Widths of the staging area; booleans are U8 or I32."""
+
+DONE, FAILED, NOT_FINITE, TIME_IS_UP = range(4)
+"""Why the loop came back."""
+
+UNMAPPED, TERMINATE, EARLY = 1000, 1001, 1002
+"""Further statuses: a TABLE does not have the value; an FMU of FMI 3.0 asks to end the run, or came back early."""
+
+
+@kernel
+def run(
+    program: np.ndarray, constants: np.ndarray, tables: np.ndarray, reals: np.ndarray, integers: np.ndarray,
+    i8: np.ndarray, u8: np.ndarray, i16: np.ndarray, u16: np.ndarray, i32: np.ndarray, u32: np.ndarray,
+    f32: np.ndarray, driven: np.ndarray, rows: np.ndarray, outputs: np.ndarray, inputs: np.ndarray,
+    finite: np.ndarray, seconds: np.ndarray, start: float, h: float, first: int, count: int, total: int, stop: float,
+    clock: int, budget: float, report: np.ndarray,
+) -> None:  # fmt: skip
+    """Take the steps first, ..., first + count - 1 of h [s] from `start`; step total - 1 ends at `stop`.
+
+    program (operations, OPERANDS); driven (count, columns); rows (count, outputs + inputs) gets the slots `outputs` at
+    the start of each step and `inputs` as they are at its end; `finite` are the slots that have to be; seconds
+    (slaves,) adds up time in doStep; clock is the address of clock_gettime or 0. Comes back early when more than
+    `budget` seconds have passed. report: why it came back, steps done, operation, status.
+    """
+    spec = np.zeros(2, np.int64)
+    where, told = spec.ctypes.data, u8.ctypes.data
+    begin = _now(clock, where, spec)
+    for k in range(count):
+        t = start + (first + k) * h
+        step = h if first + k + 1 < total else stop - t
+        status, operation = 0, 0
+        for j in range(len(outputs)):
+            rows[k, j] = reals[outputs[j]]
+        for i in range(len(program)):
+            o = program[i]
+            code = o[0]
+            if code in (SET, GET):
+                status = native.exchange(o[1], o[2], o[3], o[4], o[5])
+            elif code == COPY:
+                for j in range(o[3]):
+                    integers[o[1] + j] = integers[o[2] + j]
+            elif code == LINEAR:
+                for j in range(o[3]):
+                    reals[o[1] + j] = constants[o[4]] * reals[o[2] + j] + constants[o[4] + 1]
+            elif code in (STEP_2, STEP_1, STEP_3):
+                before = _now(clock, where, spec)
+                part = step / o[4]
+                for j in range(o[4]):
+                    if code == STEP_2:
+                        status = native.step_2(o[1], o[2], t + j * part, part, 1)
+                    elif code == STEP_1:
+                        status = native.step_1(o[1], o[2], t + j * part, part, 1)
+                    else:
+                        status = native.step_3(
+                            o[1], o[2], t + j * part, part, 1, told + o[5], told + o[5] + 1, told + o[5] + 2,
+                            told + o[5] + 8,
+                        )  # fmt: skip
+                        if status <= 1 and u8[o[5] + 1] != 0:
+                            status = TERMINATE
+                        elif status <= 1 and u8[o[5] + 2] != 0:
+                            status = EARLY
+                    if status > 1:
+                        break
+                seconds[o[3]] += _now(clock, where, spec) - before
+            elif code in (SET_3, GET_3):
+                status = native.exchange_3(o[1], o[2], o[3], o[4], o[5], o[6])
+            elif code == INTEGER_TO_REAL:
+                for j in range(o[3]):
+                    reals[o[1] + j] = constants[o[4]] * integers[o[2] + j] + constants[o[4] + 1]
+            elif code == DRIVE:
+                reals[o[1]] = driven[k, o[2]]
+            elif code == DRIVE_INTEGER:
+                integers[o[1]] = int(driven[k, o[2]])
+            elif code == DERIVATIVES:
+                status = native.derivatives(o[1], o[2], o[3], o[4], o[5], o[6])
+            elif code == MIX:
+                total = 0.0
+                for j in range(o[4]):
+                    total += constants[o[2] + j] * reals[tables[o[3] + j, 0]]
+                reals[o[1]] = total
+            elif code == STAGE:
+                _stage(o, integers, reals, i8, u8, i16, u16, i32, u32, f32)
+            elif code == UNSTAGE:
+                _unstage(o, integers, reals, i8, u8, i16, u16, i32, u32, f32)
+            elif code == TABLE:
+                found = False
+                for j in range(o[3], o[3] + o[4]):
+                    if tables[j, 0] == integers[o[2]]:
+                        integers[o[1]] = tables[j, 1]
+                        found = True
+                        break
+                if not found:
+                    status = UNMAPPED
+            elif code == PYTHON:
+                status = native.python(o[1], t, step)
+            if status > 1:
+                operation = i
+                break
+        for j in range(len(inputs)):
+            rows[k, len(outputs) + j] = reals[inputs[j]]
+        if status > 1:
+            report[0], report[1], report[2], report[3] = FAILED, k, operation, status
+            return
+        for j in range(len(finite)):
+            if not np.isfinite(reals[finite[j]]):
+                report[0], report[1], report[2], report[3] = NOT_FINITE, k + 1, finite[j], 0
+                return
+        if budget > 0.0 and _now(clock, where, spec) - begin > budget:
+            report[0], report[1], report[2], report[3] = TIME_IS_UP, k + 1, 0, 0
+            return
+    report[0], report[1], report[2], report[3] = DONE, count, 0, 0
+
+
+@kernel
+def _now(clock: int, where: int, spec: np.ndarray) -> Any:
+    if clock == 0:
+        return 0.0
+    native.clock_gettime(clock, 1, where)
+    return spec[0] + 1e-9 * spec[1]
+
+
+@kernel
+def _stage(
+    o: np.ndarray, integers: np.ndarray, reals: np.ndarray, i8: np.ndarray, u8: np.ndarray, i16: np.ndarray,
+    u16: np.ndarray, i32: np.ndarray, u32: np.ndarray, f32: np.ndarray,
+) -> None:  # fmt: skip
+    for j in range(o[4]):
+        slot, place = o[2] + j, o[3] + j
+        if o[1] == I32:
+            i32[place] = integers[slot]
+        elif o[1] == U8:
+            u8[place] = integers[slot]
+        elif o[1] == F32:
+            f32[place] = reals[slot]
+        elif o[1] == I8:
+            i8[place] = integers[slot]
+        elif o[1] == I16:
+            i16[place] = integers[slot]
+        elif o[1] == U16:
+            u16[place] = integers[slot]
+        else:
+            u32[place] = integers[slot]
+
+
+@kernel
+def _unstage(
+    o: np.ndarray, integers: np.ndarray, reals: np.ndarray, i8: np.ndarray, u8: np.ndarray, i16: np.ndarray,
+    u16: np.ndarray, i32: np.ndarray, u32: np.ndarray, f32: np.ndarray,
+) -> None:  # fmt: skip
+    for j in range(o[4]):
+        slot, place = o[2] + j, o[3] + j
+        if o[1] == I32:
+            integers[slot] = i32[place]
+        elif o[1] == U8:
+            integers[slot] = u8[place]
+        elif o[1] == F32:
+            reals[slot] = f32[place]
+        elif o[1] == I8:
+            integers[slot] = i8[place]
+        elif o[1] == I16:
+            integers[slot] = i16[place]
+        elif o[1] == U16:
+            integers[slot] = u16[place]
+        else:
+            integers[slot] = u32[place]

@@ -1,0 +1,178 @@
+"""Programs of the inner loop: what a coupling algorithm writes down once, and the compiled loop runs in every step."""
+
+from __future__ import annotations
+
+import ctypes
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from ..slaves.base import REAL, TEXT, WIDTHS, Group, Slave, address_of
+from . import loop
+
+CALLBACK = ctypes.CFUNCTYPE(ctypes.c_int, ctypes.c_double, ctypes.c_double)
+
+
+class Board:
+    """Where all values lie: slots of 8 bytes seen as reals or integers, texts apart, and the staging areas."""
+
+    def __init__(self, slots: int, texts: int, staged: dict[int, int]):
+        self.reals = np.zeros(max(1, slots))
+        self.integers = self.reals.view(np.int64)
+        self.texts: list[str | bytes] = [""] * texts
+        self.stages = {width: np.zeros(staged.get(width, 0) + 8, kind) for width, kind in WIDTHS.items()}
+
+    def address(self, slot: int) -> int:
+        """Address of a slot."""
+        return int(self.reals.ctypes.data) + 8 * slot
+
+
+@dataclass(frozen=True)
+class Cast:
+    """One element's way from one slot to another: a copy, factor and offset, or a table of integers."""
+
+    factor: float = 1.0
+    offset: float = 0.0
+    table: tuple[tuple[int, int], ...] | None = None
+    from_integer: bool = False
+    """The source is an integer and the target a real."""
+
+    @property
+    def plain(self) -> bool:
+        """Whether it copies."""
+        return self.factor == 1.0 and self.offset == 0.0 and self.table is None and not self.from_integer
+
+
+class Program:
+    """A list of operations in the making. Each has a label for messages: (slave, what it does)."""
+
+    def __init__(self, board: Board, slaves: Sequence[Slave]):
+        self.board = board
+        self.slaves = list(slaves)
+        self.rows: list[tuple[int, ...]] = []
+        self.labels: list[tuple[Slave | None, str]] = []
+        self.constants: list[float] = []
+        self.table: list[tuple[int, int]] = []
+        self._keep: list[object] = []
+
+    def __len__(self) -> int:
+        return len(self.rows)
+
+    def _add(self, slave: Slave | None, doing: str, *operation: int) -> None:
+        self.rows.append(operation)
+        self.labels.append((slave, doing))
+
+    # values
+
+    def cast(self, target: int, source: int, size: int, cast: Cast, doing: str = "") -> None:
+        """target = cast(source), `size` slots from each."""
+        if cast.table is not None:
+            first = self._table(cast.table)
+            for k in range(size):
+                self._add(None, doing, loop.TABLE, target + k, source + k, first, len(cast.table))
+        elif cast.plain:
+            if self.rows and self.rows[-1][0] == loop.COPY and self._continues(target, source):
+                _, a, b, count = self.rows[-1]
+                self.rows[-1] = (loop.COPY, a, b, count + size)
+            else:
+                self._add(None, doing, loop.COPY, target, source, size)
+        else:
+            code = loop.INTEGER_TO_REAL if cast.from_integer else loop.LINEAR
+            self._add(None, doing, code, target, source, size, self._constants(cast.factor, cast.offset))
+
+    def _continues(self, target: int, source: int) -> bool:
+        _, a, b, count = self.rows[-1]
+        return a + count == target and b + count == source
+
+    def mix(self, target: int, terms: Sequence[tuple[float, int]]) -> None:
+        """The real in slot target = sum of factor * the real in slot, for (factor, slot) in terms."""
+        constant = self._constants(*(factor for factor, _ in terms))
+        first = self._table([(slot, 0) for _, slot in terms])
+        self._add(None, "", loop.MIX, target, constant, first, len(terms))
+
+    def drive(self, target: int, column: int, family: str) -> None:
+        """The slot gets a column of the driven values."""
+        self._add(None, "", loop.DRIVE if family == REAL else loop.DRIVE_INTEGER, target, column)
+
+    def python(self, function: Callable[[float, float], int], slave: Slave | None = None, doing: str = "") -> None:
+        """Call a Python function (t, h) that returns a status; it must not raise."""
+        callback = CALLBACK(function)
+        self._keep.append(callback)
+        self._add(slave, doing, loop.PYTHON, address_of(callback))
+
+    def _constants(self, *values: float) -> int:
+        self.constants += values
+        return len(self.constants) - len(values)
+
+    def _table(self, entries: Sequence[tuple[int, int]]) -> int:
+        self.table += entries
+        return len(self.table) - len(entries)
+
+    # FMUs
+
+    def set_inputs(self, slave: Slave) -> None:
+        """Hand the inputs on the board to the FMU."""
+        self._exchange(slave, slave.input_groups, "Set", "setting the inputs")
+
+    def get_outputs(self, slave: Slave) -> None:
+        """Read the outputs of the FMU onto the board."""
+        self._exchange(slave, slave.output_groups, "Get", "reading the outputs")
+
+    def _exchange(self, slave: Slave, groups: Sequence[Group], verb: str, doing: str) -> None:
+        for g in groups:
+            if g.form.family == TEXT:
+                self._texts(slave, g, verb, doing)
+                continue
+            if g.form.width is None:
+                buffer = self.board.address(g.place)
+            else:
+                stage = self.board.stages[g.form.width]
+                buffer = int(stage.ctypes.data) + g.stage * stage.itemsize
+                if verb == "Set":
+                    self._add(slave, doing, loop.STAGE, g.form.width, g.place, g.stage, g.count)
+            code = (loop.SET_3 if verb == "Set" else loop.GET_3) if slave.version == "3.0" else (
+                loop.SET if verb == "Set" else loop.GET)  # fmt: skip
+            address = slave.exchange_address(verb, g.form)
+            references = int(g.references.ctypes.data)
+            self._add(slave, doing, code, address, slave.instance, references, len(g.references), buffer, g.count)
+            if g.form.width is not None and verb == "Get":
+                self._add(slave, doing, loop.UNSTAGE, g.form.width, g.place, g.stage, g.count)
+
+    def _texts(self, slave: Slave, group: Group, verb: str, doing: str) -> None:
+        def exchange(_t: float, _h: float) -> int:
+            try:
+                slave.exchange_texts(verb, group.signals, self.board.texts)
+            except Exception as error:
+                slave.messages.append(("error", str(error)))
+                return 3
+            return 0
+
+        self.python(exchange, slave, doing)
+
+    def copy_text(self, target: int, source: int) -> None:
+        """A text from one place to another."""
+        texts = self.board.texts
+
+        def copy(_t: float, _h: float) -> int:
+            texts[target] = texts[source]
+            return 0
+
+        self.python(copy)
+
+    def do_step(self, slave: Slave) -> None:
+        """Advance the FMU over the macro step, in as many steps of its own as its ratio says."""
+        code = {"1.0": loop.STEP_1, "2.0": loop.STEP_2, "3.0": loop.STEP_3}[slave.version]
+        index = self.slaves.index(slave)
+        self._add(slave, "doStep", code, slave.step_address(), slave.instance, index, slave.ratio, slave.told)
+
+    # the arrays
+
+    def compiled(self) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+        """(operations, constants, tables) for the loop."""
+        operations = np.zeros((len(self.rows), loop.OPERANDS), np.int64)
+        for i, row in enumerate(self.rows):
+            operations[i, : len(row)] = row
+        return (
+            operations, np.array([*self.constants, 0.0]), np.array([*self.table, (0, 0)], np.int64).reshape(-1, 2),
+        )  # fmt: skip

@@ -1,0 +1,96 @@
+"""Runs a program: the compiled loop with its arrays, and what its reports mean."""
+
+from __future__ import annotations
+
+import ctypes
+import sys
+from collections.abc import Sequence
+from functools import lru_cache
+
+import numpy as np
+
+from ...core.errors import SimulationError
+from ..slaves.base import Signal
+from . import loop
+from .program import Program
+
+
+@lru_cache
+def _clock() -> int:
+    """Address of clock_gettime, or 0 where there is none: then no times are taken."""
+    if sys.platform == "win32":
+        return 0
+    try:
+        return int(ctypes.cast(ctypes.CDLL(None).clock_gettime, ctypes.c_void_p).value or 0)
+    except AttributeError:
+        return 0
+
+
+class Runner:
+    """A program ready to run; `outputs` and `inputs` are the slots recorded at the start and at the end of a step."""
+
+    def __init__(
+        self, program: Program, outputs: Sequence[int] = (), inputs: Sequence[int] = (), finite: Sequence[Signal] = ()
+    ):
+        self.program = program
+        self._operations, self._constants, self._tables = program.compiled()
+        self._outputs = np.array(outputs, np.int64)
+        self._inputs = np.array(inputs, np.int64)
+        self._names = {s.place + k: s for s in finite for k in range(s.size)}
+        self._finite = np.array(list(self._names), np.int64)
+        self.seconds = np.zeros(max(1, len(program.slaves)))
+        """Wall time in doStep of every slave [s]."""
+        self._report = np.zeros(4, np.int64)
+        self._nothing = np.zeros((1, 0))
+        self.timed = True
+
+    @property
+    def width(self) -> int:
+        """Columns of a row."""
+        return len(self._outputs) + len(self._inputs)
+
+    def run(
+        self, rows: np.ndarray, start: float, h: float, first: int, count: int, total: int, stop: float,
+        driven: np.ndarray | None = None, budget: float = 0.0,
+    ) -> int:  # fmt: skip
+        """Take the steps first ... first + count - 1, or as many as fit into `budget` seconds; how many were taken.
+
+        Raises `SimulationError` with the time reached when an FMU fails or a value is not finite; `taken` then says how
+        many rows are complete.
+        """
+        board, stages = self.program.board, self.program.board.stages
+        loop.run(
+            self._operations, self._constants, self._tables, board.reals, board.integers,
+            stages[loop.I8], stages[loop.U8], stages[loop.I16], stages[loop.U16], stages[loop.I32], stages[loop.U32],
+            stages[loop.F32], self._nothing if driven is None else driven, rows, self._outputs, self._inputs,
+            self._finite, self.seconds, start, h, first, count, total, stop, _clock() if self.timed else 0, budget,
+            self._report,
+        )  # fmt: skip
+        why, done, operation, status = (int(x) for x in self._report)
+        self.taken = done
+        if why in (loop.DONE, loop.TIME_IS_UP):
+            return done
+        t = start + (first + done) * h if first + done < total else stop
+        if why == loop.NOT_FINITE:
+            raise self.not_finite(t)
+        slave, doing = self.program.labels[operation]
+        if status == loop.UNMAPPED:
+            raise SimulationError(f"{doing}: the mapping has no entry for the value at t = {t:g} s", t)
+        assert slave is not None
+        if status == loop.TERMINATE:
+            raise SimulationError(f"component '{slave.name}' asks to end the simulation at t = {t:g} s", t)
+        if status == loop.EARLY:
+            raise SimulationError(
+                f"component '{slave.name}' came back early from its step at t = {t:g} s, which it was not allowed to", t
+            )
+        raise slave.failure(doing, status, t if doing == "doStep" else None)
+
+    def once(self) -> None:
+        """Run the operations once, where they take no steps."""
+        self.run(np.zeros((1, self.width)), 0.0, 0.0, 0, 1, 2, 0.0)
+
+    def not_finite(self, t: float) -> SimulationError:
+        """The error that names the values that are not finite."""
+        reals = self.program.board.reals
+        bad = [f"{s.address} = {reals[p]:g}" for p, s in self._names.items() if not np.isfinite(reals[p])]
+        return SimulationError(f"not finite at t = {t:g} s: {', '.join(bad[:10])}", t)

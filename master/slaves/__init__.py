@@ -1,0 +1,1 @@
+"""FMUs of all FMI versions behind one interface, a version a file."""

@@ -1,0 +1,396 @@
+"""One FMU behind the calls that a master needs, whatever its FMI version.
+
+Life: `load`, `set_start`, `enter_initialisation`, `exit_initialisation`, steps, `free`; `reset` leads back to after
+`load`. What happens in every step is not called here: `groups` and the addresses tell the engine's program.
+"""
+
+from __future__ import annotations
+
+import ctypes
+from abc import ABC, abstractmethod
+from collections import deque
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from time import perf_counter
+from typing import Any, ClassVar
+
+import numpy as np
+
+from ...core.errors import ParameterError, SimulationError, UnknownNameError, did_you_mean
+from ...core.units import BASE, UNITS, Unit
+from ..engine.loop import F32, I8, I16, I32, U8, U16, U32
+
+STATUS = ("OK", "warning", "discard", "error", "fatal", "pending")
+FATAL = 4
+
+REAL, INTEGER, TEXT = "real", "integer", "text"
+"""Families: how a signal's values are kept."""
+
+Log = Callable[[str, str, str], None]
+"""Is told (component, status, text) of every message of an FMU."""
+
+
+@dataclass(frozen=True)
+class Form:
+    """How values of an FMI type are exchanged: the name in Get/Set calls, the family, and the width where that is not
+    the 8 bytes of a slot."""
+
+    verb: str
+    family: str
+    width: int | None = None
+
+
+FORMS_2 = {
+    "Real": Form("Real", REAL), "Integer": Form("Integer", INTEGER, I32), "Enumeration": Form("Integer", INTEGER, I32),
+    "Boolean": Form("Boolean", INTEGER, I32), "String": Form("String", TEXT),
+}  # fmt: skip
+
+FORMS_1 = {**FORMS_2, "Boolean": Form("Boolean", INTEGER, U8)}
+
+FORMS_3 = {
+    "Float64": Form("Float64", REAL), "Float32": Form("Float32", REAL, F32), "Int8": Form("Int8", INTEGER, I8),
+    "UInt8": Form("UInt8", INTEGER, U8), "Int16": Form("Int16", INTEGER, I16), "UInt16": Form("UInt16", INTEGER, U16),
+    "Int32": Form("Int32", INTEGER, I32), "UInt32": Form("UInt32", INTEGER, U32), "Int64": Form("Int64", INTEGER),
+    "UInt64": Form("UInt64", INTEGER), "Enumeration": Form("Int64", INTEGER), "Boolean": Form("Boolean", INTEGER, U8),
+    "String": Form("String", TEXT), "Binary": Form("Binary", TEXT),
+}  # fmt: skip
+
+LIMITS = {
+    "Integer": (-(2**31), 2**31 - 1), "Enumeration": (-(2**31), 2**31 - 1),
+    **{f"Int{n}": (-(2 ** (n - 1)), 2 ** (n - 1) - 1) for n in (8, 16, 32, 64)},
+    **{f"UInt{n}": (0, 2**n - 1) for n in (8, 16, 32, 64)},
+}  # fmt: skip
+
+WIDTHS = {I8: np.int8, U8: np.uint8, I16: np.int16, U16: np.uint16, I32: np.int32, U32: np.uint32, F32: np.float32}
+
+
+@dataclass(frozen=True)
+class Signal:
+    """An input or output: `place` is its first slot on the board (or its place among the texts), `size` how many."""
+
+    component: str
+    name: str
+    type: str
+    family: str
+    reference: int
+    place: int
+    size: int = 1
+
+    @property
+    def address(self) -> str:
+        """component.variable."""
+        return f"{self.component}.{self.name}" if self.component else self.name
+
+
+@dataclass
+class Group:
+    """Signals of one type that are exchanged in one call: references, first slot (or text) and number of values."""
+
+    form: Form
+    references: np.ndarray
+    place: int
+    count: int
+    stage: int
+    """Place in the staging area of the form's width."""
+    signals: list[Signal]
+
+
+class Slave(ABC):
+    """An FMU instance."""
+
+    forms: ClassVar[dict[str, Form]]
+    version: ClassVar[str]
+
+    def __init__(self, name: str, folder: Path, description: Any):
+        self.name, self.folder, self.description = name, folder, description
+        self.variables = {v.name: v for v in description.modelVariables}
+        self.messages: deque[tuple[str, str]] = deque(maxlen=100)
+        """The last log messages: (status, text)."""
+        self.seconds = 0.0
+        """Wall time spent in the FMU's calls outside of steps [s]."""
+        self.ratio = 1
+        """Steps of the FMU in a macro step."""
+        self.inputs: list[Signal] = []
+        self.outputs: list[Signal] = []
+        self.input_groups: list[Group] = []
+        self.output_groups: list[Group] = []
+        self.told = 0
+        """Place of doStep's out parameters among the bytes of the staging area (FMI 3.0)."""
+        self._units = {u.name: _unit(u) for u in description.unitDefinitions}
+        self._state = "new"
+        self._keep: list[Any] = []
+
+    # what the model description says
+
+    def variable(self, name: str, kinds: tuple[str, ...] = ()) -> Any:
+        """The variable of that name, of one of the causalities `kinds`."""
+        variable = self.variables.get(name)
+        if variable is None or (kinds and variable.causality not in kinds):
+            known = [n for n, v in self.variables.items() if not kinds or v.causality in kinds]
+            what = kinds[0] if len(kinds) == 1 else "variable"
+            raise UnknownNameError(f"component '{self.name}' has no {what} '{name}'{did_you_mean(name, known)}")
+        return variable
+
+    def form(self, name: str) -> Form | None:
+        """How a variable's values are exchanged; None for a type that is not supported."""
+        return self.forms.get(self.variables[name].type)
+
+    def unit_name(self, name: str) -> str | None:
+        """Name of a variable's unit, its own or that of its declared type."""
+        variable = self.variables[name]
+        return variable.unit or (variable.declaredType.unit if variable.declaredType is not None else None)
+
+    def unit(self, name: str) -> Unit | None:
+        """Unit of a variable, as the FMU defines it, else the well-known one of that name."""
+        own = self.unit_name(name)
+        if own is None:
+            return None
+        return self._units.get(own) or UNITS.get(own) or Unit(own, None)
+
+    def items(self, name: str) -> dict[str, int] | None:
+        """Items of an enumeration's variable."""
+        variable = self.variables[name]
+        if variable.type != "Enumeration" or variable.declaredType is None or not variable.declaredType.items:
+            return None
+        return {item.name: int(item.value) for item in variable.declaredType.items}
+
+    def shape(self, name: str) -> tuple[int, ...]:
+        """Sizes of a variable; () for a scalar."""
+        variable = self.variables[name]
+        sizes = []
+        for d in variable.dimensions or ():
+            size = d.start if d.start is not None else self._structural.get(d.variable.name, d.variable.start)
+            sizes.append(int(size))
+        return tuple(sizes)
+
+    _structural: dict[str, Any] = {}  # noqa: RUF012  values of structural parameters; only FMI 3.0 has some
+
+    def size(self, name: str) -> int:
+        """Number of values of a variable."""
+        return int(np.prod(self.shape(name), dtype=int)) if self.variables[name].dimensions else 1
+
+    def settable(self, name: str) -> bool:
+        """Whether a value may be given before the initialisation."""
+        v = self.variables.get(name)
+        if v is None or v.variability == "constant" or v.type not in self.forms:
+            return False
+        return v.causality in ("parameter", "input", "structuralParameter") or v.initial in ("exact", "approx")
+
+    def feed_through(self, output: str) -> list[str] | None:
+        """Inputs that an output depends on at once; None where the FMU does not say."""
+        for unknown in self.description.outputs:
+            if unknown.variable is not None and unknown.variable.name == output:
+                if unknown.dependencies is None:
+                    return None
+                return [v.name for v in unknown.dependencies if v.causality == "input"]
+        return None
+
+    def checked(self, name: str, value: Any, where: str = "") -> Any:
+        """`value` in the variable's type, or a `ParameterError` that names variable, value and range."""
+        self.variable(name)
+        size = self.size(name)
+        family = self.forms[self.variables[name].type].family
+        if isinstance(value, str) and self.variables[name].dimensions and family != TEXT:
+            value = tuple(value.replace(",", " ").split())
+        if isinstance(value, (tuple, list)) or self.variables[name].dimensions:
+            values = list(value) if isinstance(value, (tuple, list)) else [value] * size
+            if len(values) != size:
+                shown = f"{where}: " if where else ""
+                raise ParameterError(f"{shown}{self.name}.{name} has {size} values, not {len(values)}")
+            return tuple(self._scalar(name, v, where) for v in values)
+        return self._scalar(name, value, where)
+
+    def _scalar(self, name: str, value: Any, where: str) -> Any:
+        variable = self.variables[name]
+        shown = f"{where}: " if where else ""
+        address = f"{self.name}.{name}"
+        family = self.forms[variable.type].family
+        if variable.type == "Boolean":
+            told = {"true": True, "1": True, "1.0": True, "false": False, "0": False, "0.0": False}
+            try:
+                return told[str(value).strip().lower()]
+            except KeyError:
+                raise ParameterError(f"{shown}{address} = {value!r} is neither true nor false") from None
+        if family == TEXT:
+            if variable.type == "Binary":
+                return value if isinstance(value, bytes) else _bytes(value, f"{shown}{address}")
+            return str(value)
+        items = self.items(name)
+        if items and isinstance(value, str) and value in items:
+            value = items[value]
+        try:
+            number = float(value) if family == REAL else _whole(value)
+        except (TypeError, ValueError, OverflowError):
+            known = f"; known: {', '.join(items)}" if items else ""
+            what = "is not a number" if family == REAL or not _is_number(value) else "is not an integer"
+            value = f"{value:g}" if isinstance(value, float) else repr(value)
+            raise ParameterError(f"{shown}{address} = {value} {what}{known}") from None
+        low, high = LIMITS.get(variable.type, (-float("inf"), float("inf")))
+        low = low if variable.min in (None, "") else max(low, _number(variable.min, family))
+        high = high if variable.max in (None, "") else min(high, _number(variable.max, family))
+        if not (np.isfinite(float(number)) and low <= number <= high):
+            unit = f" {self.unit_name(name)}" if self.unit_name(name) else ""
+            raise ParameterError(
+                f"{shown}{address} = {number:g}{unit} is out of range; allowed: {low:g} to {high:g}{unit}"
+            )
+        return number
+
+    def start(self, name: str) -> Any:
+        """The start value of a variable in its type; zero, false or empty where none is given."""
+        variable = self.variables[name]
+        if variable.start in (None, ""):
+            empty: dict[str, Any] = {REAL: 0.0, INTEGER: 0}
+            one = b"" if variable.type == "Binary" else empty.get(self.forms[variable.type].family, "")
+            return tuple([one] * self.size(name)) if variable.dimensions else one
+        text = variable.start
+        if isinstance(text, (list, tuple)) and not variable.dimensions:
+            text = text[0] if text else ""
+        return self.checked(name, text, "modelDescription.xml")
+
+    # life
+
+    @abstractmethod
+    def load(self, log: Log) -> None:
+        """Load the library and instantiate; `log` gets every message."""
+
+    @abstractmethod
+    def set_start(self, name: str, value: Any) -> None:
+        """Set a parameter or start value before initialisation."""
+
+    @abstractmethod
+    def get(self, name: str) -> Any:
+        """A variable's present value."""
+
+    @abstractmethod
+    def enter_initialisation(self, start: float, stop: float) -> None:
+        """Start and stop time [s], and the initialisation mode where there is one."""
+
+    @abstractmethod
+    def exit_initialisation(self) -> None:
+        """From here on steps may be taken."""
+
+    @abstractmethod
+    def reset(self) -> None:
+        """Back to the state after `load`: start values, ready for another run."""
+
+    @abstractmethod
+    def free(self) -> None:
+        """Terminate and free; safe to call in any state, and never raises."""
+
+    # what the engine calls
+
+    @abstractmethod
+    def exchange_address(self, verb: str, form: Form) -> int:
+        """Address of the function that gets or sets values ("Get", "Set") of a form."""
+
+    @abstractmethod
+    def step_address(self) -> int:
+        """Address of doStep."""
+
+    @property
+    @abstractmethod
+    def instance(self) -> int:
+        """Address of the instance."""
+
+    @abstractmethod
+    def exchange_texts(self, verb: str, signals: Sequence[Signal], texts: list[Any]) -> None:
+        """Get or set strings and binaries, values in `texts` by place."""
+
+    # state
+
+    @property
+    def can_restore(self) -> bool:
+        """Whether the state can be saved and restored."""
+        return bool(getattr(self.description.coSimulation, "canGetAndSetFMUstate", False))
+
+    def save(self) -> Any:
+        """The state, to be restored later."""
+        raise SimulationError(f"component '{self.name}' cannot save its state")
+
+    def restore(self, state: Any) -> None:
+        """Back to a saved state, which can be restored again."""
+        raise SimulationError(f"component '{self.name}' cannot restore a state")
+
+    def drop(self, state: Any) -> None:  # noqa: B027  nothing to do for a slave without states
+        """A saved state is not needed any more."""
+
+    # errors
+
+    def call(self, function: Callable[..., Any], *args: Any, doing: str, **kwargs: Any) -> Any:
+        """Call a function of fmpy; a failure becomes a `SimulationError` with the FMU's own message."""
+        begin = perf_counter()
+        known = len(self.messages)
+        try:
+            return function(*args, **kwargs)
+        except Exception as error:
+            self.note(getattr(error, "status", None))
+            texts = [text for kind, text in list(self.messages)[known:] if kind != "warning"]
+            reason = texts[-1] if texts else str(error)
+            raise SimulationError(f"component '{self.name}', {doing}: {' '.join(reason.split())}") from None
+        finally:
+            self.seconds += perf_counter() - begin
+
+    def note(self, status: int | None) -> None:
+        """After fmiFatal the FMU is not touched again."""
+        if status == FATAL:
+            self._state = "lost"
+
+    def failure(self, doing: str, status: int, t: float | None = None) -> SimulationError:
+        """The error of a call that returned a status, with the FMU's last message."""
+        self.note(status)
+        told = [text for kind, text in self.messages if kind != "warning"]
+        name = STATUS[status].capitalize() if status < len(STATUS) else str(status)
+        reason = told[-1] if told else f"the FMU returned {self.prefix}{name}"
+        at = "" if t is None else f" at t = {t:g} s"
+        return SimulationError(f"component '{self.name}', {doing}{at}: {' '.join(reason.split())}", t)
+
+    @property
+    def prefix(self) -> str:
+        """What names of its FMI version begin with."""
+        return f"fmi{self.version[0]}" if self.version != "1.0" else "fmi"
+
+
+def address_of(function: Any) -> int:
+    """Address of a function of a library."""
+    return int(ctypes.cast(function, ctypes.c_void_p).value or 0)
+
+
+def _unit(unit: Any) -> Unit:
+    base = unit.baseUnit
+    if base is None:
+        return UNITS.get(unit.name) or Unit(unit.name, None)
+    exponents = {key: int(getattr(base, key, 0) or 0) for key in BASE}
+    exponents = {key: power for key, power in exponents.items() if power}
+    return Unit(unit.name, exponents, float(base.factor or 1.0), float(base.offset or 0.0))
+
+
+def _number(text: Any, family: str) -> float | int:
+    return float(text) if family == REAL else int(float(text))
+
+
+def _is_number(value: Any) -> bool:
+    try:
+        float(value)
+    except (TypeError, ValueError):
+        return False
+    return True
+
+
+def _whole(value: Any) -> int:
+    if isinstance(value, (int, np.integer)):
+        return int(value)
+    try:
+        return int(str(value).strip())
+    except ValueError:
+        number = float(value)
+        if number != int(number):
+            raise
+        return int(number)
+
+
+def _bytes(value: Any, where: str) -> bytes:
+    try:
+        return bytes.fromhex(str(value))
+    except ValueError:
+        raise ParameterError(f"{where} = {value!r} is not hexadecimal") from None

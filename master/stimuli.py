@@ -1,0 +1,101 @@
+"""What drives the inputs of the whole system: a CSV file with a column `time` and a column for each input."""
+
+from __future__ import annotations
+
+import csv
+from collections.abc import Sequence
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+
+from ..core.errors import UsageError, did_you_mean
+from .setup import split
+from .slaves.base import REAL, TEXT, Signal
+from .system import System
+
+
+@dataclass(frozen=True)
+class Drive:
+    """An input and its series: times [s] (n,), values (n,), joined by straight lines or held."""
+
+    signal: Signal
+    times: np.ndarray
+    values: np.ndarray
+    straight: bool
+
+    def at(self, t: np.ndarray) -> np.ndarray:
+        """Values at times (m,); beyond the ends the nearest is held."""
+        if self.straight:
+            return np.interp(t, self.times, self.values)
+        # a value holds from its time on; times that are one rounding error early count as that time
+        slack = 1e-9 * np.maximum(1.0, np.abs(t))
+        found = np.searchsorted(self.times, t + slack, side="right") - 1
+        return self.values[np.clip(found, 0, None)]
+
+
+def read(path: Path, system: System) -> list[Drive]:
+    """The series of a file for inputs of the system, or inputs of components that nothing drives."""
+    try:
+        with path.open(newline="", encoding="utf-8-sig") as file:
+            rows = [row for row in csv.reader(file) if row and any(cell.strip() for cell in row)]
+    except (OSError, UnicodeDecodeError, csv.Error) as error:
+        reason = getattr(error, "strerror", None) or error
+        raise UsageError(f"{path}: cannot be read ({reason})") from None
+    if len(rows) < 2:
+        raise UsageError(f"{path}: has no rows")
+    names = [name.strip() for name in rows[0]]
+    if names[0] != "time":
+        raise UsageError(f"{path}: the first column has to be 'time', not '{names[0]}'")
+    table = _numbers(path, names, rows[1:])
+    times = table[:, 0]
+    if np.any(np.diff(times) < 0.0):
+        row = int(np.argmax(np.diff(times) < 0.0)) + 3
+        raise UsageError(f"{path}, line {row}: time goes back")
+    made = []
+    for i, name in enumerate(names[1:], start=1):
+        signal = _target(path, name, system)
+        made.append(Drive(signal, times, table[:, i], _straight(signal, system)))
+    if len({d.signal for d in made}) < len(made):
+        raise UsageError(f"{path}: a column stands twice")
+    return made
+
+
+def _numbers(path: Path, names: Sequence[str], rows: Sequence[Sequence[str]]) -> np.ndarray:
+    truth = {"true": 1.0, "false": 0.0}
+    table = np.empty((len(rows), len(names)))
+    for k, row in enumerate(rows):
+        if len(row) != len(names):
+            raise UsageError(f"{path}, line {k + 2}: {len(row)} values for {len(names)} columns")
+        for i, cell in enumerate(row):
+            text = cell.strip().lower()
+            try:
+                table[k, i] = truth[text] if text in truth else float(text)
+            except ValueError:
+                raise UsageError(f"{path}, line {k + 2}, column '{names[i]}': '{cell}' is not a number") from None
+    if not np.isfinite(table).all():
+        k, i = np.argwhere(~np.isfinite(table))[0]
+        raise UsageError(f"{path}, line {k + 2}, column '{names[i]}': not finite")
+    return table
+
+
+def _target(path: Path, name: str, system: System) -> Signal:
+    signal = system.own_inputs.get(name) or system.inputs.get(split(name, system.slaves))
+    free = {s.address for s in [*system.own_inputs.values(), *system.inputs.values()]}
+    free -= {link.target.address for link in system.links}
+    if signal is None:
+        raise UsageError(f"{path}: column '{name}' is not an input of the system{did_you_mean(name, sorted(free))}")
+    if signal.address not in free:
+        raise UsageError(f"{path}: column '{name}' is connected and cannot be driven")
+    if signal.family == TEXT or signal.size > 1:
+        raise UsageError(f"{path}: column '{name}' is {signal.type} and cannot be driven by a table")
+    return signal
+
+
+def _straight(signal: Signal, system: System) -> bool:
+    """Whether a signal is continuous: joined by straight lines, else held."""
+    if signal.family != REAL:
+        return False
+    ends = [signal] if signal.component else [k.target for k in system.links if k.source == signal]
+    variables = [system.slaves[s.component].variables[s.name] for s in ends]
+    return all(v.variability in (None, "continuous") for v in variables)

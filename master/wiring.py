@@ -1,0 +1,212 @@
+"""What a value meets on its way from one variable to another: units, transformations, enumerations, types.
+
+The package says it hop by hop (`ssp.network`), the FMUs give types and units at the ends. Here both become one factor
+and offset, or one table.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+from ..core.errors import PackageError, ParameterError, UsageError
+from ..core.units import Unit, conversion
+from ..ssp.model import FLOATS, Linear, Scalar, Table, Value
+from ..ssp.network import Hop
+from .engine.program import Cast
+from .slaves.base import INTEGER, REAL, TEXT
+
+FAMILY = {"String": TEXT, "Binary": TEXT, **dict.fromkeys(FLOATS, REAL)}
+"""Family of the types of SSP; all others are integers."""
+
+
+@dataclass(frozen=True)
+class Quantity:
+    """What is known of a value at one end: its FMI or SSP type, unit and items."""
+
+    type: str
+    unit: Unit | None = None
+    items: dict[str, int] | None = None
+    shown: str = ""
+
+    @property
+    def family(self) -> str:
+        """real, integer or text."""
+        return FAMILY.get(self.type, INTEGER)
+
+
+@dataclass(frozen=True)
+class Passage:
+    """The way as steps that can be applied to a number: (factor, offset) or a table."""
+
+    steps: tuple[tuple[float, float] | dict[int, int], ...] = ()
+    remarks: tuple[str, ...] = ()
+
+    def cast(self, source: Quantity, target: Quantity, where: str) -> Cast:
+        """As one operation of the engine."""
+        tables = [s for s in self.steps if isinstance(s, dict)]
+        if not tables:
+            factor, offset = self._line()
+            from_integer = source.family == INTEGER and target.family == REAL
+            if source.family == INTEGER and target.family == INTEGER and (factor, offset) != (1.0, 0.0):
+                raise PackageError(f"{where}: {source.shown} is {source.type}: it cannot be scaled")
+            return Cast(factor, offset, None, from_integer)
+        joined = {key: self.apply(key) for key in tables[0]}
+        return Cast(1.0, 0.0, tuple((int(k), int(v)) for k, v in joined.items() if v is not None))
+
+    def _line(self) -> tuple[float, float]:
+        factor, offset = 1.0, 0.0
+        for step in self.steps:
+            assert not isinstance(step, dict)
+            factor, offset = step[0] * factor, step[0] * offset + step[1]
+        return factor, offset
+
+    def apply(self, value: Scalar) -> Scalar | None:
+        """The value at the end; None where a table does not have it."""
+        for step in self.steps:
+            if isinstance(step, dict):
+                found = step.get(int(value))
+                if found is None:
+                    return None
+                value = found
+            elif step != (1.0, 0.0):
+                value = step[0] * float(value) + step[1]
+        return value
+
+
+def passage(source: Quantity, hops: Sequence[Hop], target: Quantity, where: str, strict: bool = True) -> Passage:
+    """The way of a value. Raises `PackageError` for units or, if strict, types that do not fit."""
+    if strict:
+        _check_types(source, target, where)
+    steps: list[tuple[float, float] | dict[int, int]] = []
+    remarks: list[str] = []
+    unit, items = source.unit, source.items
+    for i, hop in enumerate(hops):
+        last = i == len(hops) - 1
+        reached = hop.unit or (target.unit if last else None)
+        there = hop.enumeration or (target.items if last else None)
+        if last and hop.unit is not None and target.unit is not None and not _same(hop.unit, target.unit):
+            remarks.append(
+                f"{hop.where or where}: the package says {target.shown} is in {hop.unit.name}, its FMU says "
+                f"{target.unit.name}; the package's word counts"
+            )
+        if not hop.suppress_unit_conversion and unit is not None and reached is not None:
+            try:
+                line = conversion(unit, reached)
+            except UsageError as error:
+                raise PackageError(f"{hop.where or where}: {source.shown} -> {target.shown}: {error}") from None
+            if line != (1.0, 0.0):
+                steps.append(line)
+        if reached is not None or hop.suppress_unit_conversion:
+            unit = reached
+        steps += _transformation(hop, items, there, source, target, where)
+        items = there or items
+    if strict and not any(isinstance(s, dict) for s in steps):
+        _check_items(source, target, where)
+    return Passage(tuple(steps), tuple(remarks))
+
+
+def _same(a: Unit, b: Unit) -> bool:
+    try:
+        return conversion(a, b) == (1.0, 0.0)
+    except UsageError:
+        return a.name == b.name
+
+
+def _transformation(
+    hop: Hop, items: dict[str, int] | None, there: dict[str, int] | None, source: Quantity, target: Quantity, where: str
+) -> list[tuple[float, float] | dict[int, int]]:
+    t = hop.transformation
+    place = hop.where or where
+    if t is None:
+        return []
+    if isinstance(t, Linear):
+        if target.family != REAL:
+            raise PackageError(f"{place}: a linear transformation needs real numbers; {target.shown} is {target.type}")
+        return [(t.factor, t.offset)] if (t.factor, t.offset) != (1.0, 0.0) else []
+    assert isinstance(t, Table)
+    if source.family != INTEGER or target.family != INTEGER:
+        raise PackageError(
+            f"{place}: a mapping of {t.kind} values does not fit {source.shown} ({source.type}) -> {target.shown} "
+            f"({target.type})"
+        )
+    if t.kind == "Boolean" and "Boolean" not in (source.type, target.type):
+        raise PackageError(f"{place}: a boolean mapping needs a boolean; {source.shown} is {source.type}")
+    if t.kind != "Enumeration":
+        return [{int(k): int(v) for k, v in t.entries.items()}]
+    made = {}
+    for key, value in t.entries.items():
+        for name, known, which in ((key, items, source), (value, there, target)):
+            if known is None:
+                raise PackageError(f"{place}: the items of {which.shown} are not known, so '{name}' cannot be mapped")
+            if name not in known:
+                raise PackageError(f"{place}: {which.shown} has no item '{name}'; it has {', '.join(known)}")
+        assert items is not None
+        assert there is not None
+        made[items[str(key)]] = there[str(value)]
+    return [made]
+
+
+def _check_types(source: Quantity, target: Quantity, where: str) -> None:
+    a, b = source, target
+    fits = a.family == b.family or (a.family == INTEGER and b.family == REAL and a.type != "Boolean")
+    if a.family == b.family == TEXT:
+        fits = a.type == b.type
+    if a.family == b.family == INTEGER:
+        fits = (a.type == "Boolean") == (b.type == "Boolean")
+    if not fits:
+        raise PackageError(f"{where}: {a.shown} is {a.type}, {b.shown} is {b.type}: these types do not fit together")
+
+
+def _check_items(source: Quantity, target: Quantity, where: str) -> None:
+    if source.items is None or target.items is None or source.items == target.items:
+        return
+    there = {v: k for k, v in target.items.items()}
+    for name, value in source.items.items():
+        if there.get(value) != name:
+            raise PackageError(
+                f"{where}: item '{name}' ({value}) of {source.shown} is "
+                f"{repr(there[value]) if value in there else 'missing'} in {target.shown}; give an "
+                "EnumerationMappingTransformation"
+            )
+
+
+def converted(value: Value, source: Quantity, hops: Sequence[Hop], target: Quantity, where: str) -> Value:
+    """A parameter's value as it reaches a variable."""
+    if source.type == "Enumeration" and isinstance(value, str):
+        return _item(value, source, hops, target, where)
+    if target.family == TEXT or source.family == TEXT:
+        if any(h.transformation is not None for h in hops):
+            raise ParameterError(f"{where}: the value of {target.shown} cannot be transformed: it is {target.type}")
+        return value
+    way = passage(source, hops or (Hop(where=where),), target, where, strict=False)
+    values = value if isinstance(value, tuple) else (value,)
+    made = []
+    for v in values:
+        reached = way.apply(v)
+        if reached is None:
+            raise ParameterError(f"{where}: the mapping has no entry for the value {v} of {target.shown}")
+        made.append(bool(reached) if isinstance(v, bool) else reached)
+    return tuple(made) if isinstance(value, tuple) else made[0]
+
+
+def _item(value: str, source: Quantity, hops: Sequence[Hop], target: Quantity, where: str) -> Scalar:
+    """An enumeration's item by name: mapped by name where a mapping is given, else the target's item of that name."""
+    for hop in hops:
+        if isinstance(hop.transformation, Table) and hop.transformation.kind == "Enumeration":
+            if value not in hop.transformation.entries:
+                raise ParameterError(f"{where}: the mapping has no entry for the item '{value}' of {target.shown}")
+            value = str(hop.transformation.entries[value])
+        elif isinstance(hop.transformation, Table) and source.items and value in source.items:
+            number = hop.transformation.entries.get(source.items[value])
+            if number is None:
+                raise ParameterError(f"{where}: the mapping has no entry for {source.items[value]} of {target.shown}")
+            return int(number)
+    if target.items is not None and value in target.items:
+        return target.items[value]
+    if target.family == TEXT:
+        return value
+    if target.items is None and source.items and value in source.items:
+        return source.items[value]
+    known = f"; it has {', '.join(target.items)}" if target.items else ""
+    raise ParameterError(f"{where}: {target.shown} has no item '{value}'{known}")
