@@ -137,8 +137,8 @@ def truth(text: str) -> bool | None:
 
 
 def version(document: Document, root: etree._Element) -> str:
-    """The version of a root element: 1.0 or 2.0; drafts of a version count as that version."""
-    text = document.attribute(root, "version")
+    """The version of a root element: 1.0 or 2.0; drafts of a version count as that version, none as the first."""
+    text = root.get("version", VERSIONS[0])
     for known in VERSIONS:
         if text == known or text.startswith((f"{known}-", f"{known}.")) or text == known[:1]:
             return known

@@ -13,7 +13,7 @@ from ...core.errors import UsageError, did_you_mean
 from ..engine.program import Program
 from ..system import System
 
-NAMES = ("gauss-seidel", "jacobi")
+NAMES = ("gauss-seidel", "jacobi", "extrapolation", "nepce")
 """The first is the default."""
 
 

@@ -112,10 +112,10 @@ def run(
             elif code == DERIVATIVES:
                 status = native.derivatives(o[1], o[2], o[3], o[4], o[5], o[6])
             elif code == MIX:
-                total = 0.0
+                mixed = 0.0
                 for j in range(o[4]):
-                    total += constants[o[2] + j] * reals[tables[o[3] + j, 0]]
-                reals[o[1]] = total
+                    mixed += constants[o[2] + j] * reals[tables[o[3] + j, 0]]
+                reals[o[1]] = mixed
             elif code == STAGE:
                 _stage(o, integers, reals, i8, u8, i16, u16, i32, u32, f32)
             elif code == UNSTAGE:

@@ -1,0 +1,162 @@
+"""Native FMUs for tests, compiled from one C source: a linear system that is exact for held inputs, in every FMI version.
+
+`linear(folder, version)` gives the FMU; `values(A=..., B=...)` the parameters of its matrices. Tests that need it skip
+where there is no C compiler.
+"""
+
+from __future__ import annotations
+
+import shutil
+import subprocess
+import sys
+import zipfile
+from functools import cache
+from pathlib import Path
+from tempfile import mkdtemp
+
+import numpy as np
+
+HERE = Path(__file__).parent
+N = 6
+
+compiler = shutil.which("cc") or shutil.which("gcc") or shutil.which("clang")
+
+
+@cache
+def library(version: int) -> Path:
+    """The compiled library of an FMI version."""
+    assert compiler
+    target = Path(mkdtemp(prefix="native_")) / f"Linear{version}.so"
+    command = [compiler, "-O2", "-w", "-shared", "-fPIC", f"-DFMI={version}", str(HERE / "linear.c"), "-o", str(target)]
+    subprocess.run([*command, "-lm"], check=True)
+    return target
+
+
+def _variables() -> list[tuple[str, int, str, str]]:
+    """(name, reference, causality, type) of the reals."""
+    made = [(f"u{i + 1}", i, "input", "Real") for i in range(N)]
+    made += [(f"y{i + 1}", 10 + i, "output", "Real") for i in range(N)]
+    made += [(f"x0[{i + 1}]", 20 + i, "parameter", "Real") for i in range(N)]
+    for name, base in (("A", 100), ("B", 200), ("C", 300), ("D", 400)):
+        made += [(f"{name}[{i + 1},{j + 1}]", base + 10 * i + j, "parameter", "Real") for i in range(N) for j in range(N)]
+    made += [("trouble", 600, "parameter", "Real"), ("when", 601, "parameter", "Real")]
+    for name, base, kind in (("integer", 500, "Integer"), ("boolean", 510, "Boolean"), ("string", 520, "String"),
+                             ("item", 530, "Enumeration")):  # fmt: skip
+        made += [(f"{name}_in", base, "input", kind), (f"{name}_out", base + 1, "output", kind)]
+    return made
+
+
+START = {"Real": "0", "Integer": "0", "Boolean": "false", "String": "", "Enumeration": "1"}
+
+
+def description(version: int, units: dict[str, str] | None = None, through: bool = True) -> str:
+    """modelDescription.xml. units: unit by variable name, of m, mm, N, kN, m/s, 1; through: outputs depend on inputs."""
+    units = units or {}
+    known = {"m": 'm="1"', "mm": 'm="1" factor="0.001"', "N": 'kg="1" m="1" s="-2"', "m/s": 'm="1" s="-1"', "1": "",
+             "kN": 'kg="1" m="1" s="-2" factor="1000"'}  # fmt: skip
+    items = "".join(f'<Item name="{name}" value="{k}"/>' for k, name in enumerate(("red", "green", "blue"), start=1))
+    variables = _variables()
+    rows = []
+    if version == 3:
+        for name, reference, causality, kind in variables:
+            tag = {"Real": "Float64", "Integer": "Int32"}.get(kind, kind)
+            variability = "tunable" if causality == "parameter" else "continuous" if kind == "Real" else "discrete"
+            extra = ' declaredType="Colour"' if kind == "Enumeration" else ""
+            unit = f' unit="{units[name]}"' if name in units else ""
+            value = "1e300" if name == "when" else START[kind]
+            start = "" if causality == "output" or kind == "String" else f' start="{value}"'
+            inside = '<Start value=""/>' if kind == "String" and causality != "output" else ""
+            rows.append(f'<{tag} name="{name}" valueReference="{reference}" causality="{causality}" '
+                        f'variability="{variability}"{start}{extra}{unit}>{inside}</{tag}>')  # fmt: skip
+        for name, base, kind, size in (("array", 700, "Float64", 3), ("wide", 710, "Int64", 0), ("single", 720, "Float32", 0)):
+            inside = f'<Dimension start="{size}"/>' if size else ""
+            variability = "discrete" if kind == "Int64" else "continuous"
+            rows.append(f'<{kind} name="{name}_in" valueReference="{base}" causality="input" variability="{variability}" '
+                        f'start="{" ".join(["0"] * max(1, size))}">{inside}</{kind}>')  # fmt: skip
+            rows.append(f'<{kind} name="{name}_out" valueReference="{base + 1}" causality="output" '
+                        f'variability="{variability}">{inside}</{kind}>')  # fmt: skip
+        outputs = [r for n, r, c, _ in variables if c == "output"] + [701, 711, 721]
+        rows.append('<Float64 name="time" valueReference="999" causality="independent" variability="continuous"/>')
+        structure = "".join(
+            f'<{tag} valueReference="{r}"{_depends(r, through, 3)}/>' for tag in ("Output", "InitialUnknown") for r in outputs
+        )
+        used = "".join(f'<Unit name="{u}"><BaseUnit {known[u]}/></Unit>' for u in dict.fromkeys(units.values()))
+        return (
+            '<?xml version="1.0" encoding="UTF-8"?><fmiModelDescription fmiVersion="3.0" modelName="Linear" '
+            'instantiationToken="{linear}"><CoSimulation modelIdentifier="Linear" canHandleVariableCommunicationStepSize='
+            '"true" canGetAndSetFMUState="true"/>'
+            + (f"<UnitDefinitions>{used}</UnitDefinitions>" if used else "")
+            + f'<TypeDefinitions><EnumerationType name="Colour">{items}</EnumerationType></TypeDefinitions>'
+            f'<ModelVariables>{"".join(rows)}</ModelVariables><ModelStructure>{structure}</ModelStructure>'
+            "</fmiModelDescription>"
+        )
+    for name, reference, causality, kind in variables:
+        variability = {"parameter": "parameter" if version == 1 else "fixed"}.get(causality)
+        variability = variability or ("continuous" if kind == "Real" else "discrete")
+        cause = "internal" if version == 1 and causality == "parameter" else causality
+        value = "1e300" if name == "when" else START[kind]
+        start = "" if causality == "output" else f' start="{value}"'
+        unit = f' unit="{units[name]}"' if name in units else ""
+        declared = ' declaredType="Colour"' if kind == "Enumeration" else ""
+        rows.append(f'<ScalarVariable name="{name}" valueReference="{reference}" causality="{cause}" '
+                    f'variability="{variability}"><{kind}{declared}{start}{unit}/></ScalarVariable>')  # fmt: skip
+    if version == 1:
+        used = "".join(f'<BaseUnit unit="{u}"/>' for u in dict.fromkeys(units.values()))
+        types = "".join(f'<Item name="{n}"/>' for n in ("red", "green", "blue"))
+        return (
+            '<?xml version="1.0" encoding="UTF-8"?><fmiModelDescription fmiVersion="1.0" modelName="Linear" '
+            'modelIdentifier="Linear" guid="{linear}" numberOfContinuousStates="0" numberOfEventIndicators="0">'
+            + (f"<UnitDefinitions>{used}</UnitDefinitions>" if used else "")
+            + f'<TypeDefinitions><Type name="Colour"><EnumerationType min="1" max="3">{types}</EnumerationType></Type>'
+            f'</TypeDefinitions><ModelVariables>{"".join(rows)}</ModelVariables><Implementation><CoSimulation_StandAlone>'
+            '<Capabilities canHandleVariableCommunicationStepSize="true"/></CoSimulation_StandAlone></Implementation>'
+            "</fmiModelDescription>"
+        )
+    used = "".join(f'<Unit name="{u}"><BaseUnit {known[u]}/></Unit>' for u in dict.fromkeys(units.values()))
+    unknowns = "".join(
+        f'<Unknown index="{i}"{_depends(r, through, 2)}/>' for i, (_, r, c, _) in enumerate(variables, 1) if c == "output"
+    )
+    return (
+        '<?xml version="1.0" encoding="UTF-8"?><fmiModelDescription fmiVersion="2.0" modelName="Linear" guid="{linear}">'
+        '<CoSimulation modelIdentifier="Linear" canHandleVariableCommunicationStepSize="true" '
+        'canGetAndSetFMUstate="true" canSerializeFMUstate="true"/>'
+        + (f"<UnitDefinitions>{used}</UnitDefinitions>" if used else "")
+        + f'<TypeDefinitions><SimpleType name="Colour"><Enumeration>{items}</Enumeration></SimpleType></TypeDefinitions>'
+        f'<ModelVariables>{"".join(rows)}</ModelVariables><ModelStructure><Outputs>{unknowns}</Outputs><InitialUnknowns>'
+        f"{unknowns}</InitialUnknowns></ModelStructure></fmiModelDescription>"
+    )
+
+
+def _depends(reference: int, through: bool, version: int) -> str:
+    """The dependencies of an output: all real inputs, or none."""
+    if 10 <= reference < 16:
+        inputs = [str(k + 1) if version == 2 else str(k) for k in range(N)]
+        return f' dependencies="{" ".join(inputs)}"' if through else ' dependencies=""'
+    return ""
+
+
+def linear(folder: Path, version: int = 2, name: str = "Linear", **options: object) -> Path:
+    """The FMU of a version in a folder."""
+    folder.mkdir(parents=True, exist_ok=True)
+    target = folder / f"{name}{version}.fmu"
+    platform = {1: "linux64", 2: "linux64", 3: "x86_64-linux"}[version]
+    assert sys.platform.startswith("linux")
+    with zipfile.ZipFile(target, "w", zipfile.ZIP_DEFLATED) as archive:
+        archive.writestr("modelDescription.xml", description(version, **options))  # type: ignore[arg-type]
+        archive.write(library(version), f"binaries/{platform}/Linear.so")
+    return target
+
+
+def values(component: str, **matrices: object) -> dict[str, float]:
+    """Parameters by address: A, B, C, D as nested lists, x0 as a list."""
+    made = {}
+    for key, given in matrices.items():
+        m = np.asarray(given, float)
+        if m.ndim == 1:
+            made |= {f"{component}.{key}[{i + 1}]": float(m[i]) for i in range(len(m))}
+        else:
+            made |= {
+                f"{component}.{key}[{i + 1},{j + 1}]": float(m[i, j]) for i in range(m.shape[0]) for j in range(m.shape[1])
+                if m[i, j]
+            }  # fmt: skip
+    return made
