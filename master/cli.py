@@ -18,10 +18,28 @@ EXAMPLES = """examples:
   cosim-master deepsea_11km.ssp
   cosim-master deepsea_11km.ssp --out runs/heavy --set arm.load_weight=1000
   cosim-master deepsea_11km.ssp --set depth=6000 --stop-time 10 --step 0.002
-  cosim-master deepsea_11km.ssp --method jacobi --quiet
+  cosim-master deepsea_11km.ssp --method nepce --record 'arm.*' --record-every 10 --results arm.parquet
+  cosim-master plant.ssp --variant Winter --stimuli commands.csv
+  cosim-master plant.ssp --check
+  cosim-master plant.ssp --info
 
-exit codes: 0 done, 1 the simulation had to stop (what was recorded is kept), 2 bad input, 130 interrupted
+exit codes: 0 done, 1 the simulation had to stop (what was recorded is kept), 2 bad input (or --check found errors),
+130 interrupted
 """
+
+
+def _positive(text: str) -> int:
+    value = int(text)
+    if value < 1:
+        raise argparse.ArgumentTypeError(f"{text}: it has to be at least 1")
+    return value
+
+
+def _substeps(text: str) -> tuple[str, int]:
+    component, equals, ratio = text.rpartition("=")
+    if not equals or not component or not ratio.isdigit() or int(ratio) < 1:
+        raise argparse.ArgumentTypeError(f"'{text}': expected component=N, e.g. --substeps arm=4")
+    return component, int(ratio)
 
 
 def parser() -> argparse.ArgumentParser:
@@ -32,10 +50,13 @@ def parser() -> argparse.ArgumentParser:
         epilog=EXAMPLES,
     )
     p.add_argument("package", metavar="SCENARIO.ssp", type=Path, help="the SSP package")
-    p.add_argument("--out", metavar="DIR", type=Path, help="result folder (default: results/<name of the package>)")
-    p.add_argument("--step", metavar="S", type=float, help="macro step in seconds (default: the package's)")
-    p.add_argument("--stop-time", metavar="S", type=float, help="end of the run in seconds (default: the package's)")
-    p.add_argument(
+    p.add_argument("--variant", metavar="NAME", help="another system structure description of the package")
+    p.add_argument("--check", action="store_true", help="look for everything that is wrong with the package; do not run")
+    p.add_argument("--info", action="store_true", help="print the system as a tree; do not run")
+    run = p.add_argument_group("the run")
+    run.add_argument("--step", metavar="S", type=float, help="macro step in seconds (default: the package's)")
+    run.add_argument("--stop-time", metavar="S", type=float, help="end in seconds (default: the package's)")
+    run.add_argument(
         "--set",
         metavar="component.parameter=value",
         action="append",
@@ -43,10 +64,30 @@ def parser() -> argparse.ArgumentParser:
         dest="changes",
         help="set a parameter or start value; without a component it is set wherever it exists; may be repeated",
     )
-    p.add_argument(
-        "--method", choices=NAMES, default=NAMES[0], help="coupling: %(choices)s (default: %(default)s)"
+    run.add_argument(
+        "--stimuli", metavar="FILE.csv", type=Path, help="series for the system's inputs: time, and a column an input"
     )
-    p.add_argument("--no-plot", action="store_true", help="do not draw overview.png")
+    run.add_argument("--method", choices=NAMES, default=NAMES[0], help="coupling: %(choices)s (default: %(default)s)")
+    run.add_argument(
+        "--substeps", metavar="component=N", action="append", default=[], type=_substeps,
+        help="let a component take N steps of its own in a macro step; may be repeated",
+    )  # fmt: skip
+    run.add_argument("--realtime", action="store_true", help="do not run faster than the clock")
+    results = p.add_argument_group("results")
+    results.add_argument("--out", metavar="DIR", type=Path, help="result folder (default: results/<name of the package>)")
+    results.add_argument(
+        "--results", metavar="FILE", default="results.csv",
+        help="name of the result file in it: .csv, .parquet or .h5 (default: %(default)s)",
+    )  # fmt: skip
+    results.add_argument(
+        "--record", metavar="PATTERN", action="append", default=[],
+        help="keep only columns that match, e.g. --record 'arm.*'; may be repeated",
+    )  # fmt: skip
+    results.add_argument("--record-every", metavar="N", type=_positive, default=1, help="keep every N-th point only")
+    results.add_argument(
+        "--plot", metavar="PATTERN", action="append", default=[], help="what overview.png shows (default: a choice)"
+    )
+    results.add_argument("--no-plot", action="store_true", help="do not draw overview.png")
     p.add_argument("--quiet", action="store_true", help="print nothing but errors")
     p.add_argument("--version", action="store_true", help="print the versions and exit")
     return p
@@ -119,14 +160,25 @@ def main(arguments: Sequence[str] | None = None) -> int:
         return 130
 
 
+def _look(options: argparse.Namespace) -> int:
+    """--check and --info."""
+    from .check import check, tree
+
+    found = check(options.package, options.variant)
+    if options.info and found.network is not None:
+        print(tree(found.network, found.system))
+    if options.check or found.network is None:
+        for line in found.lines():
+            print(line, file=sys.stderr if line.startswith("error") else sys.stdout)
+        if not options.quiet and options.check:
+            counts = f"{len(found.errors)} errors, {len(found.warnings)} warnings"
+            print(f"{options.package}: {counts}" if found.errors or found.warnings else f"{options.package}: nothing wrong")
+    return 2 if found.errors and (options.check or found.network is None) else 0
+
+
 def _run(options: argparse.Namespace) -> int:
     from contextlib import ExitStack
 
-    from .plot import Plotter
-    from .simulate import Options, parse_change, run
-
-    changes = tuple(parse_change(text) for text in options.changes)
-    folder = options.out or Path("results") / options.package.stem
     from ..core.errors import PackageError
 
     try:
@@ -135,7 +187,26 @@ def _run(options: argparse.Namespace) -> int:
         raise PackageError(f"{options.package}: {error.strerror}") from None
     if not there:
         raise PackageError(f"{options.package}: no such file")
+    if options.check or options.info:
+        return _look(options)
 
+    from .plot import Plotter
+    from .simulate import Options, parse_change, run
+
+    folder = options.out or Path("results") / options.package.stem
+    settings = Options(
+        step=options.step,
+        stop_time=options.stop_time,
+        method=options.method,
+        changes=tuple(parse_change(text) for text in options.changes),
+        variant=options.variant,
+        stimuli=options.stimuli,
+        record=tuple(options.record),
+        record_every=options.record_every,
+        results=options.results,
+        substeps=tuple(options.substeps),
+        realtime=options.realtime,
+    )
     with ExitStack() as stack:
         plotter: list[Plotter] = []
         show = _Progress(options.quiet)
@@ -145,12 +216,11 @@ def _run(options: argparse.Namespace) -> int:
                 plotter.append(stack.enter_context(Plotter()))
             show(done, total)
 
-        settings = Options(options.step, options.stop_time, options.method, changes)
         result = run(options.package, folder, settings, progress=progress)
-        files = ["results.csv", "summary.json"]
+        files = [options.results, "summary.json"]
         if plotter:
             title = f"{options.package.stem} ({options.method}, step {result.summary['step_s']:g} s)"
-            problem = plotter[0].draw(folder / "overview.png", title, result)
+            problem = plotter[0].draw(folder / "overview.png", title, result, options.plot)
             if problem:
                 print(f"cosim-master: overview.png was not drawn: {problem}", file=sys.stderr)
             else:

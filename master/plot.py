@@ -11,6 +11,7 @@ import os
 import subprocess
 import sys
 from collections.abc import Mapping, Sequence
+from fnmatch import fnmatchcase
 from pathlib import Path
 from types import TracebackType
 from typing import TYPE_CHECKING
@@ -100,10 +101,17 @@ class Plotter:
             self._process.kill()
         self._process.wait()
 
-    def draw(self, target: Path, title: str, result: Result) -> str | None:
-        """Draw and wait; None when all went well, else the reason why not."""
+    def draw(self, target: Path, title: str, result: Result, patterns: Sequence[str] = ()) -> str | None:
+        """Draw and wait; None when all went well, else the reason why not.
+
+        patterns: what to show; without, the outputs that change, those that drive something first.
+        """
         data = target.with_suffix(".npy.tmp")
-        chosen = ["time", *result.outputs]
+        names = result.names[1:]
+        shown = [n for n in names if any(fnmatchcase(n, p) or n == p for p in patterns)]
+        if patterns and not shown:
+            return f"no signal matches {', '.join(patterns)}"
+        chosen = ["time", *(shown or [n for n in result.outputs if n in names])]
         try:
             with data.open("wb") as file:
                 np.save(file, result.sample[:, [result.names.index(name) for name in chosen]])

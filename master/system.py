@@ -5,12 +5,13 @@ All inputs and outputs lie on one board (`engine.program`), those of a slave and
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 
-from ..core.errors import PackageError, did_you_mean
+from ..core.errors import CosimError, PackageError, did_you_mean
 from ..core.units import Unit
 from ..ssp.network import End, Network, Wire
 from .engine.loop import U8
@@ -42,14 +43,16 @@ class Link:
 class System:
     """Slaves, signals and connections of a network, loaded and ready to be initialised and stepped."""
 
-    def __init__(self, network: Network, slaves: dict[str, Slave]):
+    def __init__(self, network: Network, slaves: dict[str, Slave], wrong: list[str] | None = None):
+        """Raises `PackageError` for a connection that does not fit; with a list `wrong`, all of these go there."""
         self.network, self.slaves = network, slaves
         self.remarks: list[str] = []
+        self._wrong = wrong
         self._count = {"slots": 0, "texts": 0}
         self._staged: dict[int, int] = {}
         wanted: dict[str, set[str]] = {name: set() for name in slaves}
         for wire in (*network.wires, *network.outputs.values()):
-            if wire.start[0]:
+            if wire.start[0] in wanted:
                 wanted[wire.start[0]].add(wire.start[1])
         for name, slave in slaves.items():
             self._lay_out(slave, wanted[name])
@@ -59,8 +62,8 @@ class System:
         """The inputs of the whole system."""
         self.own_outputs: dict[str, Signal] = {}
         """The outputs of the whole system."""
-        self.links = [self._link(wire, self.inputs[self._input(wire)]) for wire in network.wires]
-        self.shown = [self._shown(name, wire) for name, wire in network.outputs.items()]
+        self.links = self._all(self._link, [(wire,) for wire in network.wires])
+        self.shown = self._all(self._shown, list(network.outputs.items()))
         spare = 4 * (len(self.links) + len(self.shown)) + 64
         self._free = self._count["slots"]
         self.board = Board(self._count["slots"] + spare, self._count["texts"], self._staged)
@@ -138,9 +141,11 @@ class System:
         return Quantity(kind, unit or slave.unit(end[1]), items or slave.items(end[1]), shown)
 
     def _variable(self, wire: Wire, end: End, causality: str) -> Signal:
+        where = wire.where
+        if end[0] not in self.slaves:
+            raise PackageError(f"{where}: component '{end[0]}' cannot be used")
         slave = self.slaves[end[0]]
         variable = slave.variables.get(end[1])
-        where = wire.where
         if variable is None:
             hint = did_you_mean(end[1], list(slave.variables))
             raise PackageError(f"{where}: component '{end[0]}' has no variable '{end[1]}'{hint}")
@@ -154,16 +159,24 @@ class System:
             )
         return (self.inputs if causality == "input" else self.outputs)[end]
 
-    def _input(self, wire: Wire) -> End:
-        self._variable(wire, wire.end, "input")
-        return wire.end
+    def _all(self, make: Callable[..., Link], arguments: Sequence[tuple[Any, ...]]) -> list[Link]:
+        made = []
+        for given in arguments:
+            try:
+                made.append(make(*given))
+            except CosimError as error:
+                if self._wrong is None:
+                    raise
+                self._wrong.append(str(error))
+        return made
 
     def _source(self, wire: Wire) -> tuple[Signal, Quantity]:
         if wire.start[0] == "":
             return self.own_inputs[wire.start[1]], self.input_quantity(wire.start[1])
         return self._variable(wire, wire.start, "output"), self.quantity(wire.start, wire.unit, wire.enumeration)
 
-    def _link(self, wire: Wire, target: Signal) -> Link:
+    def _link(self, wire: Wire) -> Link:
+        target = self._variable(wire, wire.end, "input")
         source, given = self._source(wire)
         taken = self.quantity(wire.end)
         way = passage(given, wire.hops, taken, wire.where)

@@ -8,10 +8,13 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from importlib import import_module
+from typing import TYPE_CHECKING
 
 from ...core.errors import UsageError, did_you_mean
-from ..engine.program import Program
-from ..system import System
+
+if TYPE_CHECKING:  # the command line asks for the names only
+    from ..engine.program import Program
+    from ..system import System
 
 NAMES = ("gauss-seidel", "jacobi", "extrapolation", "nepce")
 """The first is the default."""

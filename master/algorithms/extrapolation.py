@@ -1,7 +1,7 @@
 """Jacobi with inputs that are carried on: a straight line through the last two values, taken in the middle of the step.
 
-For an input that is held, the middle is where a straight line has its mean, so what is handed over in a step is right to
-second order. The first step holds what is there.
+For an input that is held, the middle is where a straight line has its mean, so what is handed over in a step is right
+to second order. The first step holds what is there.
 """
 
 from __future__ import annotations

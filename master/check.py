@@ -1,0 +1,169 @@
+"""Looks for everything that is wrong with a package, without loading an FMU: schema first, then meaning."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from contextlib import ExitStack
+from dataclasses import dataclass, field
+from pathlib import Path
+
+from ..core.errors import CosimError
+from ..ssp.model import Component, SignalDictionaryReference
+from ..ssp.model import System as Tree
+from ..ssp.network import Network
+from .loops import loops
+from .setup import bound_values, configure, describe, given_values, read_package
+from .slaves.base import Slave
+from .system import System
+
+
+@dataclass
+class Findings:
+    """What was found: errors keep a package from running, warnings do not, notes are worth knowing."""
+
+    errors: list[str] = field(default_factory=list)
+    warnings: list[str] = field(default_factory=list)
+    notes: list[str] = field(default_factory=list)
+    network: Network | None = None
+    system: System | None = None
+
+    def lines(self) -> list[str]:
+        """All of it, a finding a line, the errors first."""
+        made = []
+        for kind, texts in (("error", self.errors), ("warning", self.warnings), ("note", self.notes)):
+            made += [f"{kind}: {text}" for text in dict.fromkeys(texts)]
+        return made
+
+
+def check(package: Path, variant: str | None = None) -> Findings:
+    """Read a package and everything in it; nothing is raised for what is wrong with it."""
+    found = Findings()
+    with ExitStack() as stack:
+        network = _try(found, lambda: read_package(package, stack, variant))
+        if network is None:
+            return found
+        found.network = network
+        violations = set(network.structure.remarks)
+        found.errors += network.structure.remarks
+        found.warnings += [r for r in network.remarks if r not in violations]
+        slaves: dict[str, Slave] = {}
+        for path, part in network.parts.items():
+            slave = _try(found, lambda path=path, part=part: describe(path, part.component.source))
+            if slave is not None:
+                slaves[path] = slave
+                _connectors(found, part.component, slave, path)
+        settings = []
+        for setting in network.settings:
+            if setting.component not in slaves:
+                continue
+            one = Network(network.structure, network.parts, (), (), {}, {}, (setting,), ())
+            values = _try(found, lambda one=one: bound_values(one, slaves, found.warnings.append))
+            settings += values or []
+        configure(settings, slaves)
+        if len(slaves) == len(network.parts) and slaves:
+            system = _try(found, lambda: System(network, slaves, found.errors))
+            if system is not None:
+                found.system = system
+                found.warnings += system.remarks
+                _try(found, lambda: given_values(network, system))
+                _inputs(found, system)
+                _loops(found, system)
+        elif not network.parts:
+            found.errors.append("the system has no components")
+    return found
+
+
+def _try(found: Findings, make: Callable[[], object]) -> object:
+    try:
+        return make()
+    except CosimError as error:
+        found.errors.append(str(error))
+        return None
+
+
+def _connectors(found: Findings, component: Component, slave: Slave, path: str) -> None:
+    """Connectors against the FMU's variables: names, kinds and types."""
+    for c in component.connectors:
+        v = slave.variables.get(c.name)
+        if v is None:
+            found.errors.append(f"{c.where}: component '{path}' has a connector '{c.name}' that its FMU does not have")
+            continue
+        cause = v.causality or "local"
+        if c.kind in ("input", "output", "parameter", "calculatedParameter", "structuralParameter") and c.kind != cause:
+            found.warnings.append(f"{c.where}: connector '{path}.{c.name}' is of kind {c.kind}, its FMU says {cause}")
+        if c.type is not None and not _fits(c.type.kind, v.type):
+            found.warnings.append(f"{c.where}: connector '{path}.{c.name}' is {c.type.kind}, its FMU says {v.type}")
+
+
+def _fits(said: str, own: str) -> bool:
+    same = {"Real": "Float64", "Integer": "Int32"}
+    return same.get(said, said) == same.get(own, own)
+
+
+def _inputs(found: Findings, system: System) -> None:
+    driven = {link.end for link in system.links}
+    for component, name in system.inputs:
+        if (component, name) not in driven:
+            found.notes.append(f"input '{component}.{name}' is driven by nothing; it keeps its start value")
+
+
+def _loops(found: Findings, system: System) -> None:
+    certain = loops(system)
+    for loop in certain:
+        found.warnings.append(f"algebraic loop: {' -> '.join(loop)}")
+    if not certain:
+        for loop in loops(system, doubtful=True):
+            found.notes.append(
+                f"possible algebraic loop, for an FMU does not say what its outputs depend on: {' -> '.join(loop)}"
+            )
+
+
+def tree(network: Network, system: System | None = None) -> str:
+    """The system as a tree for people, with its connections."""
+    structure = network.structure
+    times = f", {structure.start_time:g} s to {structure.stop_time:g} s" if structure.stop_time is not None else ""
+    step = f", step {structure.step_size:g} s" if structure.step_size is not None else ""
+    lines = [f"{structure.name} (SSP {structure.version}, {structure.file.name}{times}{step})"]
+    if len(structure.variants) > 1:
+        lines.append(f"variants: {', '.join(structure.variants)}")
+    _branch(lines, structure.system, "", network, system)
+    lines += ["", "connections"]
+    for wire in network.wires:
+        start = ".".join(filter(None, wire.start))
+        lines.append(f"  {start} -> {'.'.join(wire.end)}{_on_the_way(wire)}")
+    for name, wire in network.outputs.items():
+        lines.append(f"  {'.'.join(filter(None, wire.start))} -> {name}{_on_the_way(wire)}")
+    return "\n".join(lines)
+
+
+def _on_the_way(wire: object) -> str:
+    hops = [h.transformation for h in wire.hops if h.transformation is not None]  # type: ignore[attr-defined]
+    return f"  [{', '.join(type(t).__name__.lower() for t in hops)}]" if hops else ""
+
+
+def _branch(lines: list[str], tree: Tree, indent: str, network: Network, system: System | None, path: str = "") -> None:
+    for kind in ("input", "output", "parameter"):
+        names = [c.name for c in tree.connectors if c.kind == kind]
+        if names:
+            lines.append(f"{indent}   {kind}s: {', '.join(names)}")
+    for i, element in enumerate(tree.elements):
+        last = i == len(tree.elements) - 1
+        stem, more = ("└─ ", "   ") if last else ("├─ ", "│  ")
+        if isinstance(element, Component):
+            lines.append(f"{indent}{stem}{element.name}: {_about(element, f'{path}{element.name}', system)}")
+        elif isinstance(element, SignalDictionaryReference):
+            lines.append(f"{indent}{stem}{element.name}: signal dictionary {element.dictionary}")
+        else:
+            lines.append(f"{indent}{stem}{element.name}: system")
+            _branch(lines, element, indent + more, network, system, f"{path}{element.name}.")
+
+
+def _about(element: Component, path: str, system: System | None) -> str:
+    if system is None:
+        return element.source.name
+    slave = system.slaves[path]
+    counts: dict[str, int] = {}
+    for v in slave.variables.values():
+        counts[v.causality or "local"] = counts.get(v.causality or "local", 0) + 1
+    kinds = [f"{counts[k]} {k}s" for k in ("input", "output", "parameter") if k in counts]
+    return f"{element.source.name} (FMI {slave.version}; {', '.join(kinds)})"

@@ -1,0 +1,90 @@
+"""Algebraic loops: outputs that depend at once on inputs which they drive."""
+
+from __future__ import annotations
+
+from .system import System
+
+Node = tuple[str, str]
+
+
+def graph(system: System, doubtful: bool) -> dict[Node, set[Node]]:
+    """Who depends on whom at once: links, and the feed-through that the FMUs declare.
+
+    doubtful: outputs of which an FMU does not say what they depend on count as depending on all its inputs.
+    """
+    made: dict[Node, set[Node]] = {}
+    for link in system.links:
+        made.setdefault(link.end, set()).add(link.start)
+    for component, output in system.outputs:
+        slave = system.slaves[component]
+        known = slave.feed_through(output)
+        if known is None:
+            known = [s.name for s in slave.inputs] if doubtful else []
+        made.setdefault((component, output), set()).update((component, name) for name in known)
+    return made
+
+
+def loops(system: System, doubtful: bool = False) -> list[list[str]]:
+    """One loop, as addresses from signal to signal, for every set of signals that depend on each other at once."""
+    edges = graph(system, doubtful)
+    found = []
+    for members in _together(edges):
+        begin = min(members)
+        found.append([".".join(node) for node in _way_back(edges, begin, members)])
+    return found
+
+
+def _together(edges: dict[Node, set[Node]]) -> list[set[Node]]:
+    """Sets of nodes that all depend on each other (Tarjan), of two or more."""
+    index: dict[Node, int] = {}
+    low: dict[Node, int] = {}
+    stack: list[Node] = []
+    on: set[Node] = set()
+    found: list[set[Node]] = []
+    for root in edges:
+        if root in index:
+            continue
+        work = [(root, iter(sorted(edges.get(root, ()))))]
+        index[root] = low[root] = len(index)
+        stack.append(root)
+        on.add(root)
+        while work:
+            node, children = work[-1]
+            child = next(children, None)
+            if child is None:
+                work.pop()
+                if work:
+                    low[work[-1][0]] = min(low[work[-1][0]], low[node])
+                if low[node] == index[node]:
+                    members = set()
+                    while True:
+                        last = stack.pop()
+                        on.discard(last)
+                        members.add(last)
+                        if last == node:
+                            break
+                    if len(members) > 1 or node in edges.get(node, ()):
+                        found.append(members)
+            elif child not in index:
+                index[child] = low[child] = len(index)
+                stack.append(child)
+                on.add(child)
+                work.append((child, iter(sorted(edges.get(child, ())))))
+            elif child in on:
+                low[node] = min(low[node], index[child])
+    return found
+
+
+def _way_back(edges: dict[Node, set[Node]], begin: Node, members: set[Node]) -> list[Node]:
+    """The shortest way from a node back to itself, in the direction of the data."""
+    ways = [[begin]]
+    seen = set()
+    while ways:
+        way = ways.pop(0)
+        for child in sorted(edges.get(way[-1], ())):
+            if child == begin:
+                return [begin, *reversed(way)]
+            if child in members and child not in seen:
+                seen.add(child)
+                ways.append([*way, child])
+    return [begin]
