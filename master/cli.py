@@ -51,7 +51,7 @@ def parser() -> argparse.ArgumentParser:
     )
     p.add_argument("package", metavar="SCENARIO.ssp", type=Path, help="the SSP package")
     p.add_argument("--variant", metavar="NAME", help="another system structure description of the package")
-    p.add_argument("--check", action="store_true", help="look for everything that is wrong with the package; do not run")
+    p.add_argument("--check", action="store_true", help="look for all that is wrong with the package; do not run")
     p.add_argument("--info", action="store_true", help="print the system as a tree; do not run")
     run = p.add_argument_group("the run")
     run.add_argument("--step", metavar="S", type=float, help="macro step in seconds (default: the package's)")
@@ -74,7 +74,7 @@ def parser() -> argparse.ArgumentParser:
     )  # fmt: skip
     run.add_argument("--realtime", action="store_true", help="do not run faster than the clock")
     results = p.add_argument_group("results")
-    results.add_argument("--out", metavar="DIR", type=Path, help="result folder (default: results/<name of the package>)")
+    results.add_argument("--out", metavar="DIR", type=Path, help="result folder (default: results/<package>)")
     results.add_argument(
         "--results", metavar="FILE", default="results.csv",
         help="name of the result file in it: .csv, .parquet or .h5 (default: %(default)s)",
@@ -114,11 +114,15 @@ class _Progress:
 
 
 def _table(summary: dict[str, Any], result: Any) -> str:
-    coupling = [
-        f"  residual {bond['residual_energy_J']:.3g} J of {bond['exchanged_energy_J']:.4g} J exchanged "
-        f"({100 * bond['relative']:.2g} %)  {bond['bond']}"
-        for bond in summary["coupling"]
-    ]
+    coupling = []
+    for bond in summary["coupling"]:
+        swing = f", omega h {bond['omega_h']:.2g}" if bond["omega_h"] is not None else ""
+        if bond["numerical_damping"] is not None:
+            swing += f", numerical damping {bond['numerical_damping']:+.1e}"
+        coupling.append(
+            f"  residual {bond['residual_energy_J']:.3g} J of {bond['exchanged_energy_J']:.4g} J exchanged "
+            f"({100 * bond['relative']:.2g} %){swing}  {bond['bond']}"
+        )
     fmus = ", ".join(f"{name} {seconds:.2f} s" for name, seconds in summary["fmu_time_s"].items())
     lines = [
         f"{Path(summary['package']).stem}: {summary['stop_time_s'] - summary['start_time_s']:g} s in "
@@ -172,7 +176,7 @@ def _look(options: argparse.Namespace) -> int:
             print(line, file=sys.stderr if line.startswith("error") else sys.stdout)
         if not options.quiet and options.check:
             counts = f"{len(found.errors)} errors, {len(found.warnings)} warnings"
-            print(f"{options.package}: {counts}" if found.errors or found.warnings else f"{options.package}: nothing wrong")
+            print(f"{options.package}: {counts if found.errors or found.warnings else 'nothing wrong'}")
     return 2 if found.errors and (options.check or found.network is None) else 0
 
 

@@ -11,10 +11,10 @@ from typing import Any
 import numpy as np
 
 from ..core.errors import OutputError
-from .bonds import ResidualEnergy
 from .results import Writer, open_writer
 from .results.columns import Layout
 from .system import System
+from .trust import ResidualEnergy
 
 BLOCK = 1000
 """Rows that are held in memory at most."""

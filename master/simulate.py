@@ -17,7 +17,7 @@ from ..core.errors import CosimError, Interrupted, OutputError, SimulationError,
 from ..ssp.model import SystemStructure
 from . import stimuli
 from .algorithms import NAMES, algorithm
-from .bonds import ResidualEnergy, find_bonds
+from .bonds import find_bonds
 from .engine.runner import Runner
 from .initialise import Initialiser
 from .output import forget_earlier, interrupts, prepare_folder, versions, write_summary
@@ -35,6 +35,7 @@ from .setup import (
 )
 from .slaves.base import Slave
 from .system import System
+from .trust import ResidualEnergy
 
 DEFAULT_STEPS = 1000
 

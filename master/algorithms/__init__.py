@@ -16,7 +16,7 @@ if TYPE_CHECKING:  # the command line asks for the names only
     from ..engine.program import Program
     from ..system import System
 
-NAMES = ("gauss-seidel", "jacobi", "extrapolation", "nepce")
+NAMES = ("gauss-seidel", "jacobi", "extrapolation", "nepce", "interface-jacobian", "fixed-point")
 """The first is the default."""
 
 

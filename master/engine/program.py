@@ -8,6 +8,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from ...core.errors import CosimError
 from ..slaves.base import REAL, TEXT, WIDTHS, Group, Slave, address_of
 from . import loop
 
@@ -55,6 +56,8 @@ class Program:
         self.constants: list[float] = []
         self.table: list[tuple[int, int]] = []
         self._keep: list[object] = []
+        self.error: CosimError | None = None
+        """Why a Python function of the program has failed."""
 
     def __len__(self) -> int:
         return len(self.rows)

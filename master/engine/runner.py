@@ -74,6 +74,9 @@ class Runner:
         if why == loop.NOT_FINITE:
             raise self.not_finite(t)
         slave, doing = self.program.labels[operation]
+        if slave is None and self.program.error is not None:
+            error, self.program.error = self.program.error, None
+            raise error
         if status == loop.UNMAPPED:
             raise SimulationError(f"{doing}: the mapping has no entry for the value at t = {t:g} s", t)
         assert slave is not None

@@ -1,0 +1,90 @@
+"""What algorithms with a view of the whole coupling share: its real links as vectors, and single steps of one slave."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+
+from ...core.errors import UsageError
+from ..engine.program import Program
+from ..engine.runner import Runner
+from ..slaves.base import REAL, Slave
+from ..system import Link, System
+
+
+class Coupling:
+    """The real links of a system, element by element: u = factor * y + offset."""
+
+    def __init__(self, system: System):
+        self.system = system
+        self.links: list[Link] = [
+            k for k in system.links
+            if k.source.family == REAL and k.target.family == REAL and k.source.component and k.cast.table is None
+        ]  # fmt: skip
+        spread = [(k, i) for k in self.links for i in range(k.source.size)]
+        self.sources = np.array([k.source.place + i for k, i in spread], np.int64)
+        self.targets = np.array([k.target.place + i for k, i in spread], np.int64)
+        self.factors = np.array([k.cast.factor for k, _ in spread])
+        self.offsets = np.array([k.cast.offset for k, _ in spread])
+        self.givers = [k.source.component for k, _ in spread]
+        self.takers = [k.target.component for k, _ in spread]
+
+    def __len__(self) -> int:
+        return len(self.sources)
+
+    @property
+    def outputs(self) -> np.ndarray:
+        """The outputs as they are on the board."""
+        return self.system.board.reals[self.sources]
+
+    @property
+    def inputs(self) -> np.ndarray:
+        """The inputs as they are on the board."""
+        return self.system.board.reals[self.targets]
+
+    def given(self, y: np.ndarray) -> np.ndarray:
+        """Inputs from outputs."""
+        return self.factors * y + self.offsets
+
+    def pass_others(self, program: Program) -> None:
+        """Write the exchange of all other links."""
+        mine = set(map(id, self.links))
+        for link in self.system.links:
+            if id(link) not in mine:
+                self.system.pass_on(program, link)
+
+
+class Stepper:
+    """One slave's step from its inputs to its outputs, to be taken and taken back by Python code."""
+
+    def __init__(self, system: System, slave: Slave, method: str):
+        if not slave.can_restore:
+            raise UsageError(
+                f"--method {method}: component '{slave.name}' cannot restore its state (canGetAndSetFMUstate); choose "
+                "another method"
+            )
+        self.slave = slave
+        program = system.program()
+        program.set_inputs(slave)
+        program.do_step(slave)
+        program.get_outputs(slave)
+        self._runner = Runner(program)
+        self._rows = np.zeros((1, 0))
+
+    @property
+    def seconds(self) -> float:
+        """Time in doStep [s]."""
+        return float(self._runner.seconds.sum())
+
+    def step(self, t: float, h: float) -> None:
+        """Set the inputs, step, read the outputs."""
+        self._runner.run(self._rows, t, h, 0, 1, 2, t + h)
+
+    def save(self) -> Any:
+        """The slave's state."""
+        return self.slave.save()
+
+    def restore(self, state: Any) -> None:
+        """Back to a state."""
+        self.slave.restore(state)

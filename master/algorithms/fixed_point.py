@@ -1,0 +1,74 @@
+"""Fixed-point iteration: every step is repeated until inputs and outputs agree, which needs FMUs that can go back.
+
+Held inputs are the mean of what drives them over the step. Aitken's relaxation makes the iteration converge where plain
+repetition would not, for one dominant mode. A step that does not settle in `MOST` repetitions ends the run.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+
+from ...core.errors import CosimError, SimulationError
+from ..engine.program import Program
+from ..slaves.base import REAL
+from ..system import System
+from ._coupled import Coupling, Stepper
+
+MOST = 100
+TOLERANCE = 1e-9
+"""Relative change of the inputs between two repetitions at which they count as settled."""
+
+
+def write(system: System, program: Program) -> None:
+    """Write the macro step."""
+    coupling = Coupling(system)
+    steppers = [Stepper(system, system.slaves[name], "fixed-point") for name in system.order]
+    size = np.maximum(np.abs(coupling.given(coupling.outputs)), 1e-300)
+    last = coupling.given(coupling.outputs)
+
+    def settle(t: float, h: float) -> int:
+        nonlocal last
+        reals = system.board.reals
+        y = coupling.outputs
+        u, relaxation, before = last.copy(), 1.0, None
+        states = [s.save() for s in steppers]
+        try:
+            for k in range(MOST):
+                if k:
+                    for s, state in zip(steppers, states, strict=True):
+                        s.restore(state)
+                reals[coupling.targets] = u
+                for s in steppers:
+                    s.step(t, h)
+                left = coupling.given(0.5 * (y + coupling.outputs)) - u
+                np.maximum(size, np.maximum(np.abs(u), np.abs(left)), out=size)
+                if np.all(np.abs(left) <= TOLERANCE * size):
+                    last = u
+                    return 0
+                if before is not None:
+                    change = (left - before) / size
+                    square = float(change @ change)
+                    if square > 0.0:
+                        relaxation *= -float((before / size) @ change) / square
+                        relaxation = float(np.clip(relaxation, -2.0, 2.0)) or 1.0
+                before = left
+                u = u + relaxation * left
+            worst = int(np.argmax(np.abs(left) / size))
+            names = {s.place + i: s.address for s in system.inputs.values() if s.family == REAL for i in range(s.size)}
+            program.error = SimulationError(
+                f"the fixed-point iteration does not settle in {MOST} repetitions at t = {t:g} s; "
+                f"'{names[int(coupling.targets[worst])]}' still changes by {left[worst]:g}", t
+            )  # fmt: skip
+            return 3
+        except CosimError as error:
+            program.error = error
+            return 3
+        finally:
+            for s, state in zip(steppers, states, strict=True):
+                try:
+                    s.slave.drop(state)
+                except CosimError:
+                    continue
+
+    coupling.pass_others(program)
+    program.python(settle)

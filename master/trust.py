@@ -1,0 +1,163 @@
+"""How far a run can be trusted, from its own record: residual energy, frequency and numerical damping of the coupling.
+
+What one side of a power bond believes to hand over in a step, its output times its held input, differs from what the
+other side believes: the difference is energy that the coupling creates or destroys (Sadjina et al. 2017, ECCO).
+
+A component answers to an input u that is held during a step with its output at the end, y_1 = y_0 + D u + what it does
+of its own. Second differences of y against first differences of u give D (least squares), for what a component does of
+its own changes slowly. Two components that answer to each other with D_a and D_b (D_a D_b < 0: inertia against
+stiffness) swing with
+
+    omega h = sqrt(-D_a D_b),
+
+and their energy is E = h / 2 |y_a^2 / D_a| + h / 2 |y_b^2 / D_b|. What they hand over in a step is the input times the
+mean of the output; what does not arrive at the other side, at the mean rate P, is a numerical damping ratio of
+-P / (2 omega E), negative where the coupling drives the swing.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from typing import Any
+
+import numpy as np
+
+from .bonds import Bond
+from .results.columns import Layout
+
+CERTAIN = 0.5
+"""Share of the second differences that D has to explain to be told."""
+
+TRUSTED = 0.1
+"""Share of residual energy above which a run warns."""
+
+NYQUIST = 1.0
+"""omega h from which a step is too long for the swing, whatever the method."""
+
+
+@dataclass
+class Swing:
+    """Sums over a run for one bond; a is the component that gives the first link."""
+
+    bond: Bond
+    sums: np.ndarray = field(default_factory=lambda: np.zeros((2, 3)))
+    """For a and b: sum of u' y'', of u'^2 and of y''^2."""
+    squares: np.ndarray = field(default_factory=lambda: np.zeros(2))
+    count: int = 0
+    seconds: float = 0.0
+    net: float = 0.0
+
+    def add(self, h: np.ndarray, y: tuple[np.ndarray, np.ndarray], u: tuple[np.ndarray, np.ndarray], new: int) -> None:
+        """Take in rows: step lengths (n - 1,), outputs and held inputs (n,) of a and b; the last `new` steps are new."""
+        even = np.abs(h[1:] - h[:-1]) < 1e-9 * h[1:]
+        for i in range(2):
+            second = np.diff(y[i], 2)[even]
+            first = np.diff(u[i])[:-1][even]
+            self.sums[i] += first @ second, first @ first, second @ second
+            self.squares[i] += y[i][-new:] @ y[i][-new:]
+        handed = [0.5 * (y[i][1:] + y[i][:-1]) * u[i][:-1] for i in range(2)]
+        ratio = self.bond.back.cast.factor / self.bond.forth.cast.factor
+        lost = self.bond.watts * (handed[0] - ratio * handed[1]) * h
+        self.net += float(lost[-new:].sum())
+        self.count += new
+        self.seconds += float(h[-new:].sum())
+
+    def answer(self, i: int) -> float | None:
+        """D of side i, or None where the record does not show it."""
+        uy, uu, yy = self.sums[i]
+        if uu <= 0.0 or yy <= 0.0 or uy * uy < CERTAIN * uu * yy:
+            return None
+        return float(uy / uu)
+
+    def summary(self) -> dict[str, float | None]:
+        """omega h and numerical damping ratio; None where the record does not show them."""
+        a, b = self.answer(0), self.answer(1)
+        told: dict[str, float | None] = {"omega_h": None, "numerical_damping": None}
+        if a is None or b is None or self.count < 10:
+            return told
+        # through the links: b's input is factor * a's output, and the other way round
+        loop = a * b * self.bond.forth.cast.factor * self.bond.back.cast.factor
+        if loop >= 0.0:
+            return told
+        omega_h = float(np.sqrt(-loop))
+        h = self.seconds / self.count
+        forth, back = abs(self.bond.forth.cast.factor), abs(self.bond.back.cast.factor)
+        energy = 0.5 * h * self.bond.watts / self.count * (
+            self.squares[0] * back / abs(a) + self.squares[1] * forth / abs(b)
+        )  # fmt: skip
+        told["omega_h"] = omega_h
+        if energy > 0.0 and self.seconds > 0.0:
+            # what a takes up is sign(D_a) y_a u_a: its energy h y^2 / |2 D| grows with that
+            made = np.sign(a) * self.net / self.seconds
+            told["numerical_damping"] = float(-made / (2.0 * omega_h / h * energy))
+        return told
+
+
+class ResidualEnergy:
+    """Sums up the residual energy of each bond from blocks of recorded communication points."""
+
+    def __init__(self, bonds: list[Bond], layout: Layout):
+        self.bonds = bonds
+        outputs = {place: i for i, place in enumerate(layout.outputs)}
+        inputs = {place: len(layout.outputs) + i for i, place in enumerate(layout.inputs)}
+        self._columns = [
+            (outputs[b.forth.source.place], inputs[b.back.target.place], inputs[b.forth.target.place],
+             outputs[b.back.source.place], b.back.cast.factor / b.forth.cast.factor)
+            for b in bonds
+        ]  # fmt: skip
+        self.absolute = np.zeros(len(bonds))
+        self.net = np.zeros(len(bonds))
+        self.exchanged = np.zeros(len(bonds))
+        self._last: list[tuple[float, np.ndarray]] = []
+        self.swings = [Swing(b) for b in bonds]
+
+    def add(self, time: np.ndarray, rows: np.ndarray) -> None:
+        """Take in rows (n, outputs + inputs): outputs at times (n,) and inputs held from then on."""
+        if not self.bonds or len(time) == 0:
+            return
+        known = len(self._last)
+        if known:
+            time = np.concatenate([[t for t, _ in self._last], time])
+            rows = np.concatenate([[row for _, row in self._last], rows])
+        self._last = [(float(t), row.copy()) for t, row in zip(time[-2:], rows[-2:], strict=True)]
+        h = np.diff(time)
+        fresh = slice(max(0, known - 1), None)  # steps that have not been counted yet
+        for i, (bond, (y_a, u_a, u_b, y_b, ratio)) in enumerate(zip(self.bonds, self._columns, strict=True)):
+            # each side: its output at the end of the step times the input that it held during the step
+            left = (bond.watts * rows[1:, y_a] * rows[:-1, u_a] * h)[fresh]
+            right = (bond.watts * ratio * rows[:-1, u_b] * rows[1:, y_b] * h)[fresh]
+            self.absolute[i] += np.sum(np.abs(left - right))
+            self.net[i] += np.sum(left - right)
+            self.exchanged[i] += np.sum(0.5 * np.abs(left + right))
+            if len(left):
+                self.swings[i].add(h, (rows[:, y_a], rows[:, y_b]), (rows[:, u_a], rows[:, u_b]), len(left))
+
+    def summary(self) -> list[dict[str, Any]]:
+        """Per bond: name, residual energy (sum of absolute values, and net), energy exchanged [J], and its swing."""
+        return [
+            {
+                "bond": bond.name,
+                "residual_energy_J": float(self.absolute[i]),
+                "net_residual_energy_J": float(self.net[i]),
+                "exchanged_energy_J": float(self.exchanged[i]),
+                "relative": float(self.absolute[i] / self.exchanged[i]) if self.exchanged[i] > 0 else 0.0,
+                **self.swings[i].summary(),
+            }
+            for i, bond in enumerate(self.bonds)
+        ]
+
+    def warnings(self) -> list[str]:
+        """Bonds over which the coupling is not to be trusted."""
+        told = []
+        for bond in self.summary():
+            if bond["relative"] > TRUSTED:
+                told.append(
+                    f"the coupling created or destroyed {bond['relative']:.0%} of the energy exchanged over "
+                    f"{bond['bond']}: do not trust this run; take a shorter step"
+                )
+            if bond["omega_h"] is not None and bond["omega_h"] > NYQUIST:
+                told.append(
+                    f"the coupling over {bond['bond']} swings with omega h = {bond['omega_h']:.2g}: the step is too "
+                    "long to follow it"
+                )
+        return told
