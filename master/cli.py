@@ -72,6 +72,12 @@ def parser() -> argparse.ArgumentParser:
         "--substeps", metavar="component=N", action="append", default=[], type=_substeps,
         help="let a component take N steps of its own in a macro step; may be repeated",
     )  # fmt: skip
+    run.add_argument(
+        "--isolate", action="store_true", help="run each FMU in a process of its own, so that one may crash or hang"
+    )
+    run.add_argument(
+        "--step-timeout", metavar="S", type=float, help="longest time for a step of an FMU, with --isolate"
+    )
     run.add_argument("--realtime", action="store_true", help="do not run faster than the clock")
     results = p.add_argument_group("results")
     results.add_argument("--out", metavar="DIR", type=Path, help="result folder (default: results/<package>)")
@@ -210,6 +216,8 @@ def _run(options: argparse.Namespace) -> int:
         results=options.results,
         substeps=tuple(options.substeps),
         realtime=options.realtime,
+        isolate=options.isolate,
+        step_timeout=options.step_timeout,
     )
     with ExitStack() as stack:
         plotter: list[Plotter] = []

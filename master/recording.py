@@ -95,6 +95,8 @@ class Recording:
             return
         rows, times = self._rows[:n], self._times[:n]
         self.energy.add(times, rows)
+        if self.layout.has_texts and len(self._texts) < n:  # a step that failed has not come to its texts
+            self._texts.append((list(self._before), list(self.system.board.texts)))
         texts = self._texts[:n]
         self._filled = 0
         self._texts = self._texts[n:]

@@ -208,33 +208,35 @@ def _platform_folder(version: str) -> str:
 
 def describe(name: str, fmu: Path) -> Slave:
     """A slave, not loaded yet, from an FMU."""
+    return describe_folder(name, unpack(fmu), fmu.name)
+
+
+def describe_folder(name: str, folder: Path, shown: str = "FMU") -> Slave:
+    """A slave, not loaded yet, from an FMU that has been unpacked; `shown` is its name in messages."""
     from fmpy import read_model_description, sharedLibraryExtension
 
-    folder = unpack(fmu)
-    version = _fmi_version(folder / "modelDescription.xml", fmu.name)
+    version = _fmi_version(folder / "modelDescription.xml", shown)
     known = next((v for v in VERSIONS if version == v or (v == "3.0" and version.startswith("3."))), None)
     if known is None:
-        raise PackageError(f"{fmu.name}: FMI {version} is not supported; known: {', '.join(VERSIONS)}")
+        raise PackageError(f"{shown}: FMI {version} is not supported; known: {', '.join(VERSIONS)}")
     try:
         description = read_model_description(str(folder), validate=False)
     except Exception as error:
         reason = str(error).splitlines()[0] if str(error) else type(error).__name__
-        raise PackageError(f"{fmu.name}: modelDescription.xml cannot be read ({reason})") from None
+        raise PackageError(f"{shown}: modelDescription.xml cannot be read ({reason})") from None
     if description.coSimulation is None:
-        raise PackageError(f"{fmu.name}: has no co-simulation interface")
+        raise PackageError(f"{shown}: has no co-simulation interface")
     here = _platform_folder(known)
     identifier = description.coSimulation.modelIdentifier
     if not identifier or not re.fullmatch(r"[A-Za-z_][A-Za-z0-9_]*", identifier):
-        raise PackageError(f"{fmu.name}: modelIdentifier '{identifier}' is not a C identifier")
+        raise PackageError(f"{shown}: modelIdentifier '{identifier}' is not a C identifier")
     if not (folder / "binaries" / here / f"{identifier}{sharedLibraryExtension}").is_file():
         there = sorted(p.name for p in (folder / "binaries").glob("*") if p.is_dir())
-        raise PackageError(
-            f"{fmu.name}: has no library for this platform ({here}); it has {', '.join(there) or 'none'}"
-        )
+        raise PackageError(f"{shown}: has no library for this platform ({here}); it has {', '.join(there) or 'none'}")
     names: set[str] = set()
     for v in description.modelVariables:
         if not v.name or v.name in names:
-            raise PackageError(f"{fmu.name}: modelDescription.xml has two variables '{v.name}'")
+            raise PackageError(f"{shown}: modelDescription.xml has two variables '{v.name}'")
         names.add(v.name)
     return VERSIONS[known](name, folder, description)
 

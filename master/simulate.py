@@ -34,6 +34,7 @@ from .setup import (
     resolve,
 )
 from .slaves.base import Slave
+from .slaves.isolated import IsolatedSlave
 from .system import System
 from .trust import ResidualEnergy
 
@@ -61,6 +62,10 @@ class Options:
     substeps: tuple[tuple[str, int], ...] = ()
     """(component, steps of its own in a macro step)."""
     realtime: bool = False
+    isolate: bool = False
+    """Each FMU in a process of its own."""
+    step_timeout: float | None = None
+    """Longest time that an isolated FMU may take for a step [s]."""
 
 
 @dataclass
@@ -150,11 +155,15 @@ def run(
         remarks = list(network.remarks)
         start, stop, step, n = times_of(network.structure, options)
         slaves = load_descriptions(network)
-        _substeps(options, slaves)
         values = [
             *bound_values(network, slaves, remarks.append), *resolve(options.changes, slaves, network=network),
         ]  # fmt: skip
         values = configure(values, slaves)
+        if options.isolate:
+            slaves = {n: IsolatedSlave(s, options.step_timeout, interrupt) for n, s in slaves.items()}
+        elif options.step_timeout is not None:
+            raise UsageError("--step-timeout needs --isolate: only a process of its own can be stopped")
+        _substeps(options, slaves)
         system = System(network, slaves)
         remarks += system.remarks
         values = [*given_values(network, system), *values]

@@ -48,7 +48,7 @@ class Swing:
     net: float = 0.0
 
     def add(self, h: np.ndarray, y: tuple[np.ndarray, np.ndarray], u: tuple[np.ndarray, np.ndarray], new: int) -> None:
-        """Take in rows: step lengths (n - 1,), outputs and held inputs (n,) of a and b; the last `new` steps are new."""
+        """Take in rows: step lengths (n - 1,), outputs and held inputs (n,) of a and b; the last `new` are new."""
         even = np.abs(h[1:] - h[:-1]) < 1e-9 * h[1:]
         for i in range(2):
             second = np.diff(y[i], 2)[even]

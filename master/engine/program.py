@@ -10,6 +10,7 @@ import numpy as np
 
 from ...core.errors import CosimError
 from ..slaves.base import REAL, TEXT, WIDTHS, Group, Slave, address_of
+from ..slaves.isolated import IsolatedSlave
 from . import loop
 
 CALLBACK = ctypes.CFUNCTYPE(ctypes.c_int, ctypes.c_double, ctypes.c_double)
@@ -116,10 +117,16 @@ class Program:
 
     def set_inputs(self, slave: Slave) -> None:
         """Hand the inputs on the board to the FMU."""
+        if isinstance(slave, IsolatedSlave):
+            self._remote(slave, "setting the inputs", lambda _t, _h: slave.send_inputs(self.board))
+            return
         self._exchange(slave, slave.input_groups, "Set", "setting the inputs")
 
     def get_outputs(self, slave: Slave) -> None:
         """Read the outputs of the FMU onto the board."""
+        if isinstance(slave, IsolatedSlave):
+            self._remote(slave, "reading the outputs", lambda _t, _h: slave.receive_outputs(self.board))
+            return
         self._exchange(slave, slave.output_groups, "Get", "reading the outputs")
 
     def _exchange(self, slave: Slave, groups: Sequence[Group], verb: str, doing: str) -> None:
@@ -141,6 +148,19 @@ class Program:
             self._add(slave, doing, code, address, slave.instance, references, len(g.references), buffer, g.count)
             if g.form.width is not None and verb == "Get":
                 self._add(slave, doing, loop.UNSTAGE, g.form.width, g.place, g.stage, g.count)
+
+    def _remote(self, slave: IsolatedSlave, doing: str, function: Callable[[float, float], None]) -> None:
+        """Have an FMU in another process do something."""
+
+        def talk(t: float, h: float) -> int:
+            try:
+                function(t, h)
+            except CosimError as error:
+                self.error = error
+                return 3
+            return 0
+
+        self.python(talk, None, doing)
 
     def _texts(self, slave: Slave, group: Group, verb: str, doing: str) -> None:
         def exchange(_t: float, _h: float) -> int:
@@ -165,6 +185,9 @@ class Program:
 
     def do_step(self, slave: Slave) -> None:
         """Advance the FMU over the macro step, in as many steps of its own as its ratio says."""
+        if isinstance(slave, IsolatedSlave):
+            self._remote(slave, "doStep", slave.send_step)
+            return
         code = {"1.0": loop.STEP_1, "2.0": loop.STEP_2, "3.0": loop.STEP_3}[slave.version]
         index = self.slaves.index(slave)
         self._add(slave, "doStep", code, slave.step_address(), slave.instance, index, slave.ratio, slave.told)

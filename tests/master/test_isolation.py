@@ -1,0 +1,147 @@
+"""FMUs that fail, crash or hang, and masters that are killed: what was simulated is kept, the message says what and when."""
+
+from __future__ import annotations
+
+import json
+import os
+import signal
+import subprocess
+import sys
+import time
+
+import numpy as np
+import pytest
+from deepsea_cosim.core.errors import CosimError, UsageError
+from deepsea_cosim.master.results.frame import frame
+from deepsea_cosim.master.simulate import Options, run
+
+from .. import native
+from ..packages import binding, bindings, component, connector, link, package, system, values
+
+pytestmark = pytest.mark.skipif(native.compiler is None, reason="there is no C compiler here")
+
+FAULTS = {"error": 1, "nan": 2, "crash": 3, "hang": 4, "fatal": 5, "discard": 7}
+
+
+@pytest.fixture(scope="module")
+def fmus(tmp_path_factory):
+    folder = tmp_path_factory.mktemp("fmus")
+    return {version: native.linear(folder, version) for version in (1, 2, 3)}
+
+
+def two(path, fmu, trouble=0.0, when=1e300, stop=1.0, step=0.01):
+    """A ramp, y1 = t, that a second FMU doubles; the second one makes trouble from a time on."""
+    ramp = component("a", "resources/L.fmu", connector("y1", "output"),
+                     bindings=bindings(binding(values({"A[1,2]": 1.0, "x0[2]": 1.0, "C[1,1]": 1.0}))))  # fmt: skip
+    twice = component("b", "resources/L.fmu", connector("u1", "input"), connector("y1", "output"), bindings=bindings(
+        binding(values({"D[1,1]": 2.0, "trouble": trouble, "when": when}))))  # fmt: skip
+    root = system("root", ramp, twice, links=(link("a.y1", "b.u1"),))
+    return package(path, root, {"resources/L.fmu": fmu}, stop=stop, step=step)
+
+
+def left(folder, file="results.csv"):
+    """The record that a run left."""
+    return frame(folder / file)
+
+
+@pytest.mark.parametrize("version", [1, 2, 3])
+def test_isolated_runs_are_the_same(fmus, tmp_path, version):
+    path = two(tmp_path / "p.ssp", fmus[version])
+    for method in ("gauss-seidel", "jacobi"):
+        run(path, tmp_path / "here", Options(method=method))
+        run(path, tmp_path / "apart", Options(method=method, isolate=True))
+        assert (tmp_path / "here" / "results.csv").read_bytes() == (tmp_path / "apart" / "results.csv").read_bytes()
+
+
+@pytest.mark.parametrize("isolate", [False, True])
+@pytest.mark.parametrize("fault", ["error", "nan", "fatal", "discard"])
+def test_a_failing_fmu_is_named_with_its_time(fmus, tmp_path, fault, isolate):
+    path = two(tmp_path / "p.ssp", fmus[2], FAULTS[fault], 0.5)
+    with pytest.raises(CosimError) as error:
+        run(path, tmp_path / "out", Options(isolate=isolate))
+    told = str(error.value)
+    assert "b.y1 = nan" in told if fault == "nan" else "component 'b', doStep at t = 0.5" in told
+    record = left(tmp_path / "out")
+    assert 0.49 <= record["time"].iloc[-1] <= 0.51
+    assert record["a.y1"].to_numpy() == pytest.approx(record["time"].to_numpy())
+    assert json.loads((tmp_path / "out" / "summary.json").read_text())["status"] == "failed"
+
+
+def test_a_crash_is_reported_and_the_rest_kept(fmus, tmp_path):
+    path = two(tmp_path / "p.ssp", fmus[3], FAULTS["crash"], 0.5)
+    with pytest.raises(CosimError, match=r"component 'b' crashed \(SIGSEGV\) in doStep at t = 0.5 s"):
+        run(path, tmp_path / "out", Options(isolate=True))
+    assert left(tmp_path / "out")["time"].iloc[-1] == pytest.approx(0.5)
+
+
+def test_a_hang_is_ended(fmus, tmp_path):
+    path = two(tmp_path / "p.ssp", fmus[1], FAULTS["hang"], 0.5)
+    begin = time.monotonic()
+    with pytest.raises(CosimError, match=r"component 'b' did not come back from doStep within 0.5 s at t = 0.5 s"):
+        run(path, tmp_path / "out", Options(isolate=True, step_timeout=0.5))
+    assert time.monotonic() - begin < 30.0
+    assert left(tmp_path / "out")["time"].iloc[-1] == pytest.approx(0.5)
+
+
+def test_a_timeout_needs_a_process_of_its_own(fmus, tmp_path):
+    with pytest.raises(UsageError, match="--step-timeout needs --isolate"):
+        run(two(tmp_path / "p.ssp", fmus[2]), tmp_path / "out", Options(step_timeout=1.0))
+
+
+def test_workers_end_with_a_killed_master(fmus, tmp_path):
+    path = two(tmp_path / "p.ssp", fmus[2], stop=1e6, step=1e-3)
+    master = _start(path, tmp_path / "out", "--isolate")
+    workers = _wait(lambda: _children(master.pid))
+    master.kill()
+    master.wait()
+    assert _wait(lambda: not any(_alive(pid) for pid in workers))
+
+
+@pytest.mark.parametrize("file", ["results.csv", "results.parquet", "results.h5"])
+def test_what_was_simulated_survives_a_killed_master(fmus, tmp_path, file):
+    for needed in ("pyarrow", "h5py"):
+        pytest.importorskip(needed)
+    path = two(tmp_path / "p.ssp", fmus[2], stop=1e7, step=1e-3)
+    master = _start(path, tmp_path / "out", "--results", file, "--record-every", "50")
+
+    def progress():
+        try:
+            return len(left(tmp_path / "out", file)) > 2000
+        except Exception:  # not there yet
+            return False
+
+    assert _wait(progress)
+    master.send_signal(signal.SIGKILL)
+    master.wait()
+    record = left(tmp_path / "out", file)
+    t = record["time"].to_numpy()
+    assert len(t) > 2000
+    assert np.diff(t) == pytest.approx(0.05, rel=1e-6)
+    assert record["a.y1"].to_numpy() == pytest.approx(t, rel=1e-6, abs=1e-9)
+
+
+def _start(path, out, *options):
+    command = [sys.executable, "-m", "deepsea_cosim.master.cli", str(path), "--out", str(out), "--no-plot", "--quiet"]
+    return subprocess.Popen([*command, *options], env=os.environ)
+
+
+def _wait(condition, longest=60.0):
+    end = time.monotonic() + longest
+    while time.monotonic() < end:
+        if found := condition():
+            return found
+        time.sleep(0.1)
+    return None
+
+
+def _children(pid):
+    found = subprocess.run(["pgrep", "-P", str(pid)], capture_output=True, text=True, check=False).stdout.split()
+    return [int(p) for p in found] if len(found) >= 2 else None
+
+
+def _alive(pid):
+    try:
+        os.kill(pid, 0)
+    except ProcessLookupError:
+        return False
+    return True
