@@ -73,6 +73,9 @@ def parser() -> argparse.ArgumentParser:
         help="let a component take N steps of its own in a macro step; may be repeated",
     )  # fmt: skip
     run.add_argument(
+        "--check-step", action="store_true", help="run again with half the step and estimate the error of every signal"
+    )
+    run.add_argument(
         "--isolate", action="store_true", help="run each FMU in a process of its own, so that one may crash or hang"
     )
     run.add_argument(
@@ -130,6 +133,15 @@ def _table(summary: dict[str, Any], result: Any) -> str:
             f"({100 * bond['relative']:.2g} %){swing}  {bond['bond']}"
         )
     fmus = ", ".join(f"{name} {seconds:.2f} s" for name, seconds in summary["fmu_time_s"].items())
+    if "step_check" in summary:
+        from .check_step import worst
+
+        found = worst(summary["step_check"]["errors"])
+        if found is not None:
+            coupling.append(
+                f"  half the step: greatest estimated error {found[1]['relative']:.1e} of its range, {found[0]} "
+                f"({found[1]['error']:.2g} {result.units.get(found[0], '')})".rstrip()
+            )
     lines = [
         f"{Path(summary['package']).stem}: {summary['stop_time_s'] - summary['start_time_s']:g} s in "
         f"{summary['steps']} steps of {summary['step_s']:g} s, {summary['method']}",
@@ -218,6 +230,7 @@ def _run(options: argparse.Namespace) -> int:
         realtime=options.realtime,
         isolate=options.isolate,
         step_timeout=options.step_timeout,
+        check_step=options.check_step,
     )
     with ExitStack() as stack:
         plotter: list[Plotter] = []
@@ -229,7 +242,7 @@ def _run(options: argparse.Namespace) -> int:
             show(done, total)
 
         result = run(options.package, folder, settings, progress=progress)
-        files = [options.results, "summary.json"]
+        files = [options.results, "summary.json", "manifest.json"]
         if plotter:
             title = f"{options.package.stem} ({options.method}, step {result.summary['step_s']:g} s)"
             problem = plotter[0].draw(folder / "overview.png", title, result, options.plot)

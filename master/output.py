@@ -16,7 +16,7 @@ from typing import Any
 
 from ..core.errors import OutputError
 
-FILES = ("results.csv", "summary.json", "overview.png")
+FILES = ("results.csv", "summary.json", "manifest.json", "overview.png")
 
 
 @contextmanager

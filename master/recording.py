@@ -31,7 +31,7 @@ class Recording:
 
     def __init__(
         self, system: System, layout: Layout, which: Sequence[int], file: Path | None, every: int,
-        energy: ResidualEnergy, steps: int,
+        energy: ResidualEnergy, stride: int,
     ):  # fmt: skip
         self.system, self.layout, self.which, self.every, self.energy = system, layout, which, every, energy
         self.names = [layout.columns[i].name for i in which]
@@ -44,7 +44,7 @@ class Recording:
         self._written = perf_counter()
         self._texts: list[tuple[list[object], list[object]]] = []
         self._sample: list[np.ndarray] = []
-        self._stride = max(1, steps // SAMPLE)
+        self._stride = stride
         self._extremes: np.ndarray | None = None
         self._finished = False
 

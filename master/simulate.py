@@ -4,9 +4,10 @@ from __future__ import annotations
 
 import os
 import platform
+import tempfile
 from collections.abc import Callable
 from contextlib import ExitStack, suppress
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 from time import perf_counter
 from typing import Any
@@ -20,8 +21,9 @@ from .algorithms import NAMES, algorithm
 from .bonds import find_bonds
 from .engine.runner import Runner
 from .initialise import Initialiser
+from .manifest import manifest, write_manifest
 from .output import forget_earlier, interrupts, prepare_folder, versions, write_summary
-from .recording import Recording
+from .recording import SAMPLE, Recording
 from .results import SUFFIXES
 from .results.columns import Layout
 from .setup import (
@@ -66,6 +68,8 @@ class Options:
     """Each FMU in a process of its own."""
     step_timeout: float | None = None
     """Longest time that an isolated FMU may take for a step [s]."""
+    check_step: bool = False
+    """Run again with half the step and estimate the error of every signal."""
 
 
 @dataclass
@@ -135,11 +139,12 @@ def run(
     options: Options | None = None,
     log: Callable[[str, str, str], None] = lambda *_: None,
     progress: Callable[[int, int], None] = lambda *_: None,
+    stride: int | None = None,
 ) -> Result:
-    """Run the SSP file `package`, write the results and summary.json into `folder`.
+    """Run the SSP file `package`, write the results, summary.json and manifest.json into `folder`.
 
     `log` gets (component, status, text) of every message of an FMU, `progress` (steps done, steps in all) at the start
-    and now and then.
+    and now and then. `stride` is the distance of sampled points in steps, else what gives a few thousand.
     Raises `CosimError`; what was recorded until then is kept on disk.
     """
     options = options or Options()
@@ -173,6 +178,7 @@ def run(
         prepare_folder(folder)
         if options.results:
             forget_earlier(folder / options.results)
+        write_manifest(folder, manifest(package, network, options))
         try:
             load_slaves(slaves, stack, log)
             program = system.program()
@@ -189,7 +195,8 @@ def run(
             raise
         energy = ResidualEnergy(find_bonds(system), layout)
         file = folder / options.results if options.results else None
-        recording = Recording(system, layout, which, file, options.record_every, energy, n)
+        stride = stride or max(1, n // SAMPLE)
+        recording = Recording(system, layout, which, file, options.record_every, energy, stride)
         stack.callback(recording.close)
         started = perf_counter()
         failure: CosimError | None = None
@@ -237,7 +244,7 @@ def run(
                 raise
         if failure:
             raise failure
-        return Result(
+        result = Result(
             folder,
             summary,
             [c.name for c in layout.columns],
@@ -248,6 +255,29 @@ def run(
             [s.address for s in (*system.outputs.values(), *system.own_outputs.values())],
             file,
         )
+    if options.check_step:
+        _check_step(result, package, options, step, stride, log, progress)
+    return result
+
+
+def _check_step(
+    result: Result, package: Path, options: Options, step: float, stride: int, log: Callable[[str, str, str], None],
+    progress: Callable[[int, int], None],
+) -> None:  # fmt: skip
+    """Run once more with half the step, and put the estimated errors into the summary."""
+    from .check_step import estimate
+
+    with tempfile.TemporaryDirectory(prefix="cosim_") as scratch:
+        half = replace(options, step=0.5 * step, results="", check_step=False, realtime=False)
+        again = run(package, Path(scratch), half, log, progress, 2 * stride)
+    assert result.sample is not None
+    assert again.sample is not None
+    errors = estimate(options.method, result.names, result.sample, again.sample)
+    inputs = set(result.names) - set(result.outputs)  # an input that is held belongs to no point in time
+    result.summary["step_check"] = {
+        "step_s": 0.5 * step, "errors": {n: e for n, e in errors.items() if n.partition("[")[0] not in inputs},
+    }  # fmt: skip
+    write_summary(result.folder, result.summary)
 
 
 def simulate(path: str | Path, out: str | Path | None = None, **options: Any) -> Result:

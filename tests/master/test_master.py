@@ -18,6 +18,7 @@ from deepsea_cosim.core.errors import CosimError, PackageError, SimulationError,
 from deepsea_cosim.master.cli import main
 from deepsea_cosim.master.simulate import Options, parse_change, run
 
+from .. import packages as xml
 from ..toys import package
 
 OSCILLATOR = ("spring.F -> mass.F", "mass.x -> spring.x", "mass.v -> spring.v")
@@ -177,7 +178,7 @@ def test_a_failed_start_leaves_nothing_of_an_earlier_run(toys, tmp_path):
     bomb = toys / "Bomb.fmu"
     good = package(tmp_path / "good.ssp", {"a": bomb})
     run(good, tmp_path / "out", Options(step=0.1))
-    bad = package(tmp_path / "bad.ssp", {"a": bomb, "b": bomb}, ("a.y -> b.u", "b.y -> a.u"))
+    bad = without_solution(tmp_path / "bad.ssp", bomb)
     with pytest.raises(SimulationError):
         run(bad, tmp_path / "out")
     assert json.loads((tmp_path / "out" / "summary.json").read_text())["status"] == "failed"
@@ -311,7 +312,8 @@ def test_same_package_twice_is_bitwise_the_same(oscillator, tmp_path):
     [
         (("nobody.x -> m.F",), "no component 'nobody'"),
         (("m.y -> m.F",), "no variable 'y'"),
-        (("m.F -> m.F",), "not an output"),
+        (("m.F -> m.F",), "are the same"),
+        (("m.F -> m.v",), "not an"),
         (("m.x -> m.v",), "not an input"),
         (("m.x -> m.F", "m.v -> m.F"), "already driven"),
     ],
@@ -333,7 +335,7 @@ def test_wrong_connections(toys, tmp_path, connections, message):
         (Options(method="euler"), UsageError, "unknown method"),
         (Options(changes=(("m.x00", "1"),)), UnknownNameError, "did you mean 'x0'"),
         (Options(changes=(("nope", "1"),)), UnknownNameError, "no component has"),
-        (Options(changes=(("m.x", "1"),)), UnknownNameError, "no parameter 'x'"),
+        (Options(changes=(("m.x", "1"),)), UnknownNameError, "'m.x' cannot be set: its causality is 'output'"),
     ],
 )
 def test_wrong_options(toys, tmp_path, options, kind, message):
@@ -349,11 +351,26 @@ def test_change_syntax():
             parse_change(text)
 
 
-def test_algebraic_loop_at_the_start_that_does_not_settle(toys, tmp_path):
+def without_solution(path, bomb):
+    """y = 2 u + 1 and u = y / 2: a loop that no number satisfies."""
+    parts = [xml.component(n, "resources/Bomb.fmu", xml.connector("u", "input"), xml.connector("y", "output")) for n in "ab"]
+    half = '<ssc:LinearTransformation factor="0.5"/>'
+    root = xml.system("root", *parts, links=(xml.link("a.y", "b.u", half), xml.link("b.y", "a.u", half)))
+    return xml.package(path, root, {"resources/Bomb.fmu": bomb})
+
+
+def test_algebraic_loop_at_the_start_that_has_no_solution(toys, tmp_path):
+    with pytest.raises(SimulationError, match=r"algebraic loop .* does not settle .* Newton's method finds no solution"):
+        run(without_solution(tmp_path / "p.ssp", toys / "Bomb.fmu"), tmp_path / "out")
+
+
+def test_algebraic_loop_at_the_start_that_sweeps_would_not_find(toys, tmp_path):
+    """a = 2 b + 1 and b = 2 a + 1: sweeping runs away, but a = b = -1 does it."""
     bomb = toys / "Bomb.fmu"
-    pack = package(tmp_path / "p.ssp", {"a": bomb, "b": bomb}, ("a.y -> b.u", "b.y -> a.u"))
-    with pytest.raises(SimulationError, match=r"algebraic loop .* does not settle"):
-        run(pack, tmp_path / "out")
+    pack = package(tmp_path / "p.ssp", {"a": bomb, "b": bomb}, ("a.y -> b.u", "b.y -> a.u"), step=0.5)
+    run(pack, tmp_path / "out", Options(stop_time=0.5))
+    columns = read_csv(tmp_path / "out")
+    assert [columns["a.y"][0], columns["b.y"][0]] == pytest.approx([-1.0, -1.0])
 
 
 # the command line
@@ -405,5 +422,6 @@ def test_help_names_every_option(capsys):
         main(["--help"])
     assert stop.value.code == 0
     text = capsys.readouterr().out
-    for option in ("--out", "--step", "--stop-time", "--set", "--method", "--quiet", "examples"):
+    for option in ("--out", "--step", "--stop-time", "--set", "--method", "--quiet", "--check", "--info", "--variant",
+                   "--stimuli", "--record", "--results", "--isolate", "--check-step", "examples"):  # fmt: skip
         assert option in text

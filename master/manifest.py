@@ -1,0 +1,72 @@
+"""manifest.json: what a run was made of, so that it can be repeated exactly."""
+
+from __future__ import annotations
+
+import hashlib
+import json
+import platform
+import shlex
+from dataclasses import asdict
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from ..core.errors import OutputError
+from ..ssp.network import Network
+from .output import versions
+
+if TYPE_CHECKING:
+    from .simulate import Options
+
+
+def digest(path: Path) -> str:
+    """SHA-256 of a file."""
+    found = hashlib.sha256()
+    with path.open("rb") as file:
+        while block := file.read(1 << 20):
+            found.update(block)
+    return found.hexdigest()
+
+
+def manifest(package: Path, network: Network, options: Options) -> dict[str, Any]:
+    """Inputs with their hashes, options, versions, and the command that repeats the run."""
+    files = {part.component.source for part in network.parts.values()}
+    inputs = {str(package): digest(package), **{path.name: digest(path) for path in sorted(files)}}
+    if options.stimuli is not None:
+        inputs[str(options.stimuli)] = digest(options.stimuli)
+    return {
+        "sha256": inputs,
+        "options": {k: str(v) if isinstance(v, Path) else v for k, v in asdict(options).items()},
+        "command": shlex.join(["cosim-master", str(package), *_arguments(options)]),
+        "versions": versions(),
+        "platform": platform.platform(),
+    }
+
+
+def _arguments(options: Options) -> list[str]:
+    made: list[str] = []
+    for name, value in (
+        ("variant", options.variant), ("step", options.step), ("stop-time", options.stop_time),
+        ("stimuli", options.stimuli), ("step-timeout", options.step_timeout),
+    ):  # fmt: skip
+        if value is not None:
+            made += [f"--{name}", str(value)]
+    made += ["--method", options.method]
+    for address, value in options.changes:
+        made += ["--set", f"{address}={value}"]
+    for component, ratio in options.substeps:
+        made += ["--substeps", f"{component}={ratio}"]
+    for pattern in options.record:
+        made += ["--record", pattern]
+    if options.record_every != 1:
+        made += ["--record-every", str(options.record_every)]
+    made += ["--results", options.results] if options.results != "results.csv" else []
+    made += [f"--{name}" for name, on in (("isolate", options.isolate), ("realtime", options.realtime)) if on]
+    return made
+
+
+def write_manifest(folder: Path, content: dict[str, Any]) -> None:
+    """Write manifest.json."""
+    try:
+        (folder / "manifest.json").write_text(json.dumps(content, indent=2) + "\n")
+    except OSError as error:
+        raise OutputError(f"{folder / 'manifest.json'}: cannot be written ({error.strerror})") from None

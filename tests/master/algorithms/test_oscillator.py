@@ -1,0 +1,121 @@
+"""Every algorithm on a mass against a spring, split at force and speed: order, damping and stability in closed form.
+
+The spring's force is a state, F' = -k v, so a held speed is answered by a straight line. With held inputs that makes the
+discrete map of each method known: Gauss-Seidel is symplectic (no damping, stable to omega h = 2), Jacobi has the damping
+ratio -omega h / 2, the straight line in the middle of the step -(omega h)^3 / 4, and where inputs are the mean of what
+drives them (interface Jacobian, fixed point) it is the implicit midpoint rule: no damping, no limit.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from deepsea_cosim.core.errors import CosimError
+from deepsea_cosim.master.algorithms import NAMES
+from deepsea_cosim.master.simulate import Options, run
+
+from ... import native
+from ...packages import binding, bindings, component, connector, link, package, system, values
+
+pytestmark = pytest.mark.skipif(native.compiler is None, reason="there is no C compiler here")
+
+OMEGA = 10.0
+ORDERS = {"gauss-seidel": 2, "jacobi": 1, "extrapolation": 2, "nepce": 2, "interface-jacobian": 2, "fixed-point": 2}
+CAUSES = {"u1": "N", "y2": "m/s"}
+
+
+@pytest.fixture(scope="module")
+def fmus(tmp_path_factory):
+    folder = tmp_path_factory.mktemp("fmus")
+    return {
+        "resources/mass.fmu": native.linear(folder, 2, "mass", through=False, units={"u1": "N", "y2": "m/s"}),
+        "resources/spring.fmu": native.linear(folder, 3, "spring", through=False, units={"u1": "m/s", "y1": "N"}),
+    }
+
+
+def oscillator(path, fmus, stop=2.0):
+    """x = cos(omega t)."""
+    k = OMEGA**2
+    parts = {"spring": {"A": [[0]], "B": [[-k]], "C": [[1]], "x0": [-k]},
+             "mass": {"A": [[0, 1], [0, 0]], "B": [[0], [1]], "C": [[1, 0], [0, 1]], "x0": [1, 0]}}  # fmt: skip
+    sets = {a: v for name, m in parts.items() for a, v in native.values(name, **m).items()}
+    elements = [component(name, f"resources/{name}.fmu", connector("u1", "input"), connector("y1", "output"),
+                          connector("y2", "output")) for name in parts]  # fmt: skip
+    root = system("root", *elements, links=(link("spring.y1", "mass.u1"), link("mass.y2", "spring.u1")),
+                  bindings=bindings(binding(values(sets))))  # fmt: skip
+    return package(path, root, fmus, stop=stop, step=1e-3)
+
+
+def growth(frame):
+    """Damping ratio of the numerical solution, from its energy."""
+    energy = 0.5 * frame["mass.y2"] ** 2 + 0.5 * (frame["spring.y1"] / OMEGA) ** 2
+    return -np.polyfit(frame["time"][10:], np.log(energy[10:]), 1)[0] / (2.0 * OMEGA)
+
+
+def test_every_algorithm_is_tested_here():
+    assert set(ORDERS) == set(NAMES)
+
+
+@pytest.mark.parametrize("method", NAMES)
+def test_order(fmus, tmp_path, method):
+    path = oscillator(tmp_path / "p.ssp", fmus)
+    errors = []
+    for h in (4e-3, 2e-3, 1e-3):
+        frame = run(path, tmp_path / "out", Options(step=h, method=method)).frame
+        errors.append(np.abs(frame["mass.y1"] - np.cos(OMEGA * frame["time"])).max())
+    assert np.log2(np.array(errors[:-1]) / errors[1:]) == pytest.approx(ORDERS[method], abs=0.15)
+
+
+@pytest.mark.parametrize(
+    ("method", "ratio"),
+    [
+        ("gauss-seidel", lambda z: 0.0),
+        ("jacobi", lambda z: -z / 2.0),
+        ("extrapolation", lambda z: -(z**3) / 4.0),
+        ("interface-jacobian", lambda z: 0.0),
+        ("fixed-point", lambda z: 0.0),
+    ],
+)
+def test_numerical_damping(fmus, tmp_path, method, ratio):
+    path = oscillator(tmp_path / "p.ssp", fmus, stop=20.0)
+    h = 8e-3
+    result = run(path, tmp_path / "out", Options(step=h, method=method))
+    assert growth(result.frame) == pytest.approx(ratio(OMEGA * h), abs=2e-5, rel=0.02)
+    told = result.summary["coupling"][0]
+    assert told["omega_h"] == pytest.approx(OMEGA * h, rel=1e-6)
+    assert told["numerical_damping"] == pytest.approx(ratio(OMEGA * h), abs=1e-3, rel=0.02)
+
+
+def test_nepce_damps_less_than_the_straight_line(fmus, tmp_path):
+    path = oscillator(tmp_path / "p.ssp", fmus, stop=20.0)
+    found = {m: growth(run(path, tmp_path / "out", Options(step=8e-3, method=m)).frame) for m in ("nepce", "extrapolation")}
+    assert abs(found["nepce"]) < 0.6 * abs(found["extrapolation"])
+
+
+@pytest.mark.parametrize("method", ["interface-jacobian", "fixed-point"])
+def test_stable_far_beyond_the_explicit_limit(fmus, tmp_path, method):
+    path = oscillator(tmp_path / "p.ssp", fmus, stop=100.0)
+    h = 0.5 if method == "interface-jacobian" else 0.25
+    frame = run(path, tmp_path / "out", Options(step=h, method=method)).frame
+    energy = 0.5 * frame["mass.y2"] ** 2 + 0.5 * (frame["spring.y1"] / OMEGA) ** 2
+    assert energy.iloc[2:].to_numpy() == pytest.approx(energy.iloc[2], rel=1e-6)
+    # and an explicit one is not, and says so
+    stepped = run(path, tmp_path / "out", Options(step=h, method="gauss-seidel", stop_time=4.0)).summary
+    assert any("do not trust" in text or "too long" in text for text in stepped["warnings"])
+
+
+def test_methods_that_go_back_refuse_fmus_that_cannot(tmp_path, fmus):
+    first = native.linear(tmp_path / "one", 1)
+    files = {name: first for name in fmus}
+    path = oscillator(tmp_path / "p.ssp", files)
+    with pytest.raises(CosimError, match=r"--method fixed-point: component 'spring' cannot restore its state"):
+        run(path, tmp_path / "out", Options(method="fixed-point"))
+
+
+def test_a_damper_is_a_loss_that_halving_the_step_confirms(fmus, tmp_path):
+    """The error that --check-step foretells is that against the closed form."""
+    path = oscillator(tmp_path / "p.ssp", fmus)
+    result = run(path, tmp_path / "out", Options(step=4e-3, method="nepce", check_step=True))
+    frame = result.frame
+    true = np.abs(frame["mass.y1"] - np.cos(OMEGA * frame["time"])).max()
+    assert result.summary["step_check"]["errors"]["mass.y1"]["error"] == pytest.approx(true, rel=0.05)
