@@ -253,7 +253,9 @@ class System:
 
     def program(self) -> Program:
         """An empty program for this system."""
-        return Program(self.board, list(self.slaves.values()))
+        made = Program(self.board, list(self.slaves.values()))
+        made.linked_texts = {link.target.address for link in self.links if link.target.family == TEXT}
+        return made
 
     def exchange(self, program: Program, names: Iterable[str], instead: dict[int, int] | None = None) -> None:
         """Bring the inputs of these slaves up to date. `instead` gives the slots that stand for some sources."""

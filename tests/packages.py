@@ -34,7 +34,8 @@ def connectors(*made: str) -> str:
 
 def component(name: str, source: str, *made: str, bindings: str = "", **other: object) -> str:
     """A component with its connectors."""
-    return f'<ssd:Component name="{name}" source="{source}"{attributes(other)}>{connectors(*made)}{bindings}</ssd:Component>'
+    given = attributes({"name": name, "source": source, **other})
+    return f"<ssd:Component{given}>{connectors(*made)}{bindings}</ssd:Component>"
 
 
 def system(
@@ -64,8 +65,8 @@ def link(start: str, end: str, inside: str = "", **other: object) -> str:
 def parameter_set(*parameters: str, units: str = "", version: str = "1.0") -> str:
     """A parameter set; parameters as made by `parameter`."""
     return (
-        f'<ssv:ParameterSet {SPACES} version="{version}" name="set"><ssv:Parameters>{"".join(parameters)}</ssv:Parameters>'
-        f"{units}</ssv:ParameterSet>"
+        f'<ssv:ParameterSet {SPACES} version="{version}" name="set"><ssv:Parameters>{"".join(parameters)}'
+        f"</ssv:Parameters>{units}</ssv:ParameterSet>"
     )
 
 
@@ -112,7 +113,8 @@ def description(root: str, version: str = "1.0", after: str = "", stop: float | 
             "</ssd:DefaultExperiment>"
         )
     return (
-        f'<?xml version="1.0" encoding="UTF-8"?><ssd:SystemStructureDescription {SPACES} version="{version}" name="test">'
+        f'<?xml version="1.0" encoding="UTF-8"?><ssd:SystemStructureDescription {SPACES} version="{version}" '
+        'name="test">'
         f"{root}{after}{experiment}</ssd:SystemStructureDescription>"
     )
 

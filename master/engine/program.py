@@ -57,6 +57,8 @@ class Program:
         self.constants: list[float] = []
         self.table: list[tuple[int, int]] = []
         self._keep: list[object] = []
+        self.linked_texts: set[str] = set()
+        """Addresses of the strings that something drives; the others are set once, before the run."""
         self.error: CosimError | None = None
         """Why a Python function of the program has failed."""
 
@@ -132,7 +134,8 @@ class Program:
     def _exchange(self, slave: Slave, groups: Sequence[Group], verb: str, doing: str) -> None:
         for g in groups:
             if g.form.family == TEXT:
-                self._texts(slave, g, verb, doing)
+                if verb == "Get" or any(s.address in self.linked_texts for s in g.signals):
+                    self._texts(slave, g, verb, doing)
                 continue
             if g.form.width is None:
                 buffer = self.board.address(g.place)

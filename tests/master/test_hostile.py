@@ -11,7 +11,8 @@ import zipfile
 import pytest
 from deepsea_cosim.master.cli import main
 
-from .. import native
+from benchmarks import native
+
 from ..packages import binding, bindings, component, connector, description, link, package, system, values
 
 pytestmark = pytest.mark.skipif(native.compiler is None, reason="there is no C compiler here")
@@ -34,7 +35,8 @@ def sound(tmp_path_factory):
     fmus = {f"resources/L{v}.fmu": native.linear(folder, v) for v in (1, 2, 3)}
 
     def part(name, version, g):
-        return component(name, f"resources/L{version}.fmu", connector("u1", "input", unit="m"), connector("y1", "output"),
+        return component(name, f"resources/L{version}.fmu", connector("u1", "input", unit="m"),
+                         connector("y1", "output"),
                          bindings=bindings(binding(values({"D[1,1]": g, "C[1,1]": 1.0, "x0[1]": 0.5}))))  # fmt: skip
 
     inner = system("inner", part("b", 2, 3.0), made=(connector("in", "input"), connector("out", "output")),
@@ -83,7 +85,9 @@ def damaged_xml(text, rng):
         return text[: rng.randrange(len(text))]
     if kind == 6:  # entities
         head, mark, rest = text.partition("?>")
-        return f"{head}{mark}{rng.choice((BOMB, OUTSIDE))}{rest.replace('>', '>&c;', 1) if rng.random() < 0.5 else rest}"
+        return (
+            f"{head}{mark}{rng.choice((BOMB, OUTSIDE))}{rest.replace('>', '>&c;', 1) if rng.random() < 0.5 else rest}"
+        )
     place = rng.randrange(len(text))  # noise
     return text[:place] + chr(rng.randrange(1, 300)) + text[place + rng.randrange(3) :]
 

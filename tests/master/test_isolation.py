@@ -1,4 +1,4 @@
-"""FMUs that fail, crash or hang, and masters that are killed: what was simulated is kept, the message says what and when."""
+"""FMUs that fail, crash or hang, and masters that are killed: what was simulated is kept, and the message says why."""
 
 from __future__ import annotations
 
@@ -15,7 +15,8 @@ from deepsea_cosim.core.errors import CosimError, UsageError
 from deepsea_cosim.master.results.frame import frame
 from deepsea_cosim.master.simulate import Options, run
 
-from .. import native
+from benchmarks import native
+
 from ..packages import binding, bindings, component, connector, link, package, system, values
 
 pytestmark = pytest.mark.skipif(native.compiler is None, reason="there is no C compiler here")

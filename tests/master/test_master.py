@@ -353,14 +353,18 @@ def test_change_syntax():
 
 def without_solution(path, bomb):
     """y = 2 u + 1 and u = y / 2: a loop that no number satisfies."""
-    parts = [xml.component(n, "resources/Bomb.fmu", xml.connector("u", "input"), xml.connector("y", "output")) for n in "ab"]
+    parts = [
+        xml.component(n, "resources/Bomb.fmu", xml.connector("u", "input"), xml.connector("y", "output")) for n in "ab"
+    ]
     half = '<ssc:LinearTransformation factor="0.5"/>'
     root = xml.system("root", *parts, links=(xml.link("a.y", "b.u", half), xml.link("b.y", "a.u", half)))
     return xml.package(path, root, {"resources/Bomb.fmu": bomb})
 
 
 def test_algebraic_loop_at_the_start_that_has_no_solution(toys, tmp_path):
-    with pytest.raises(SimulationError, match=r"algebraic loop .* does not settle .* Newton's method finds no solution"):
+    with pytest.raises(
+        SimulationError, match=r"algebraic loop .* does not settle .* Newton's method finds no solution"
+    ):
         run(without_solution(tmp_path / "p.ssp", toys / "Bomb.fmu"), tmp_path / "out")
 
 

@@ -11,7 +11,8 @@ from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 from scipy.linalg import expm
 
-from .. import native
+from benchmarks import native
+
 from ..packages import binding, bindings, component, connector, link, package, system, values
 
 pytestmark = pytest.mark.skipif(native.compiler is None, reason="there is no C compiler here")
@@ -54,7 +55,9 @@ def graphs(draw):
     """(parts, wires): every input has one driver at most."""
 
     def matrix(rows, columns):
-        return np.array(draw(st.lists(numbers, min_size=rows * columns, max_size=rows * columns))).reshape(rows, columns)
+        return np.array(draw(st.lists(numbers, min_size=rows * columns, max_size=rows * columns))).reshape(
+            rows, columns
+        )
 
     parts = [
         Part(matrix(STATES, STATES), matrix(STATES, PORTS), matrix(PORTS, STATES), matrix(1, STATES)[0],
@@ -126,7 +129,9 @@ def exact(parts, wires, order, jacobi):
     return np.array(rows)
 
 
-@settings(max_examples=40, deadline=None, suppress_health_check=[HealthCheck.function_scoped_fixture, HealthCheck.too_slow])
+@settings(
+    max_examples=40, deadline=None, suppress_health_check=[HealthCheck.function_scoped_fixture, HealthCheck.too_slow]
+)
 @given(graph=graphs(), method=st.sampled_from(("gauss-seidel", "jacobi")))
 def test_outputs_are_those_of_the_matrices(fmus, tmp_path_factory, graph, method):
     parts, wires = graph

@@ -11,7 +11,8 @@ import pytest
 from deepsea_cosim.core.errors import CosimError
 from deepsea_cosim.master.simulate import Options, run
 
-from .. import native
+from benchmarks import native
+
 from ..packages import (
     binding,
     bindings,
@@ -42,7 +43,8 @@ def fmus(tmp_path_factory):
 def gain(name, g, *more, source="resources/L.fmu", kind="Real", unit_in=None, unit_out=None, **other):
     """y1 = g u1."""
     return component(
-        name, source, connector("u1", "input", kind, unit=unit_in), connector("y1", "output", kind, unit=unit_out), *more,
+        name, source, connector("u1", "input", kind, unit=unit_in), connector("y1", "output", kind, unit=unit_out),
+        *more,
         bindings=bindings(binding(values({"D[1,1]": g}))), **other,
     )  # fmt: skip
 
@@ -118,13 +120,13 @@ def test_signal_dictionary(fmus, tmp_path):
         '<ssb:SignalDictionary xmlns:ssb="http://ssp-standard.org/SSP1/SystemStructureSignalDictionary" '
         'xmlns:ssc="http://ssp-standard.org/SSP1/SystemStructureCommon" version="1.0">'
         '<ssb:DictionaryEntry name="speed"><ssc:Real unit="mm"/></ssb:DictionaryEntry>'
-        f'<ssb:Units>{unit("mm", m=1, factor=0.001)}</ssb:Units></ssb:SignalDictionary>'
+        f"<ssb:Units>{unit('mm', m=1, factor=0.001)}</ssb:Units></ssb:SignalDictionary>"
     )
 
     def tap(name):
         return (
             f'<ssd:SignalDictionaryReference name="{name}" dictionary="bus">'
-            f'<ssd:Connectors>{connector("speed", "inout")}</ssd:Connectors></ssd:SignalDictionaryReference>'
+            f"<ssd:Connectors>{connector('speed', 'inout')}</ssd:Connectors></ssd:SignalDictionaryReference>"
         )
 
     inner = system("inner", tap("bus"), gain("a", 1.0, unit_in="m"), links=(link("bus.speed", "a.u1"),))
@@ -155,7 +157,9 @@ def test_embedded_system_used_twice(fmus, tmp_path):
                   links=(link("in", "a.u1"), link("a.y1", "out")), id="part")  # fmt: skip
     again = component("again", "#part", connector("in", "input"), connector("out", "output"),
                       type="application/x-ssp-definition")  # fmt: skip
-    root = system("root", constant("c", 2.0), part, again, links=(link("c.y1", "part.in"), link("part.out", "again.in")))
+    root = system(
+        "root", constant("c", 2.0), part, again, links=(link("c.y1", "part.in"), link("part.out", "again.in"))
+    )
     path = package(tmp_path / "p.ssp", root, with_fmu(fmus), version="2.0")
     assert last(tmp_path, path, "again.a.y1") == 18.0
 
@@ -192,7 +196,9 @@ def test_later_bindings_and_higher_levels_win(fmus, tmp_path):
 
 def test_external_set_with_a_prefix(fmus, tmp_path):
     high = bindings(binding(source="resources/v.ssv", prefix="a."))
-    path = package(tmp_path / "p.ssp", gain_with(bindings=high), {**with_fmu(fmus), "resources/v.ssv": values({"D[1,1]": 9.0})})
+    path = package(
+        tmp_path / "p.ssp", gain_with(bindings=high), {**with_fmu(fmus), "resources/v.ssv": values({"D[1,1]": 9.0})}
+    )
     assert last(tmp_path, path, "a.y1") == 9.0
 
 
@@ -208,12 +214,15 @@ def passing(kind, type, value, inside="", mapped=None):
     ssm = mapping_file(entry("p", f"{kind}_in", inside))
     sets = parameter_set(parameter("p", type, value))
     one = binding(sets, f"<ssd:ParameterMapping>{ssm}</ssd:ParameterMapping>")
-    a = component("a", "resources/L.fmu", connector(f"{kind}_in", "input", type, enumeration=mapped), bindings=bindings(one))
+    a = component(
+        "a", "resources/L.fmu", connector(f"{kind}_in", "input", type, enumeration=mapped), bindings=bindings(one)
+    )
     return system("root", a)
 
 
 COLOURS = (
-    '<ssd:Enumerations><ssc:Enumeration name="Colour"><ssc:Item name="red" value="1"/><ssc:Item name="green" value="2"/>'
+    '<ssd:Enumerations><ssc:Enumeration name="Colour"><ssc:Item name="red" value="1"/>'
+    '<ssc:Item name="green" value="2"/>'
     '<ssc:Item name="blue" value="3"/></ssc:Enumeration></ssd:Enumerations>'
 )
 
@@ -224,7 +233,9 @@ def test_mappings_of_booleans_integers_and_enumerations(fmus, tmp_path, version)
         '<ssc:MapEntry source="false" target="true"/></ssc:BooleanMappingTransformation>'  # fmt: skip
     path = package(tmp_path / "b.ssp", passing("boolean", "Boolean", "false", flip), with_fmu(fmus, version))
     assert last(tmp_path, path, "a.boolean_out") == 1
-    table = '<ssc:IntegerMappingTransformation><ssc:MapEntry source="3" target="30"/></ssc:IntegerMappingTransformation>'
+    table = (
+        '<ssc:IntegerMappingTransformation><ssc:MapEntry source="3" target="30"/></ssc:IntegerMappingTransformation>'
+    )
     path = package(tmp_path / "i.ssp", passing("integer", "Integer", "3", table), with_fmu(fmus, version))
     assert last(tmp_path, path, "a.integer_out") == 30
     names = '<ssc:EnumerationMappingTransformation><ssc:MapEntry source="red" target="blue"/>' \
@@ -235,10 +246,12 @@ def test_mappings_of_booleans_integers_and_enumerations(fmus, tmp_path, version)
 
 
 def test_parameters_of_a_system_connector_reach_what_it_drives(fmus, tmp_path):
-    inner = system("inner", component("a", "resources/L.fmu", connector("D[1,1]", "parameter"), connector("u1", "input"),
-                                      connector("y1", "output")),
+    a = component("a", "resources/L.fmu", connector("D[1,1]", "parameter"), connector("u1", "input"),
+                  connector("y1", "output"))  # fmt: skip
+    tenfold = '<ssc:LinearTransformation factor="10"/>'
+    inner = system("inner", a,
                    made=(connector("in", "input"), connector("strength", "parameter")),
-                   links=(link("in", "a.u1"), link("strength", "a.D[1,1]", '<ssc:LinearTransformation factor="10"/>')))  # fmt: skip
+                   links=(link("in", "a.u1"), link("strength", "a.D[1,1]", tenfold)))  # fmt: skip
     root = system("root", constant("c", 1.0), inner, links=(link("c.y1", "inner.in"),),
                   bindings=bindings(binding(values({"inner.strength": 0.5}))))  # fmt: skip
     path = package(tmp_path / "p.ssp", root, with_fmu(fmus))
@@ -255,7 +268,9 @@ def test_units_of_parameters(fmus, tmp_path):
     path_fmu = native.linear(tmp_path / "with units", 2, units={"x0[1]": "m"})
     units = f"<ssv:Units>{unit('km', m=1, factor=1000)}</ssv:Units>"
     sets = parameter_set(parameter("C[1,1]", "Real", 1), parameter("x0[1]", "Real", 2.5, unit="km"), units=units)
-    root = system("root", component("a", "resources/L.fmu", connector("y1", "output"), bindings=bindings(binding(sets))))
+    root = system(
+        "root", component("a", "resources/L.fmu", connector("y1", "output"), bindings=bindings(binding(sets)))
+    )
     assert last(tmp_path, package(tmp_path / "p.ssp", root, {"resources/L.fmu": path_fmu}), "a.y1") == 2500.0
 
 
@@ -268,7 +283,8 @@ def through(inside="", unit_out=None, unit_in=None, after="", **other):
     return root, after
 
 
-UNITS = f"<ssd:Units>{unit('m', m=1)}{unit('mm', m=1, factor=0.001)}{unit('K', K=1)}{unit('degC', K=1, offset=273.15)}</ssd:Units>"
+TEMPERATURES = f"{unit('K', K=1)}{unit('degC', K=1, offset=273.15)}"
+UNITS = f"<ssd:Units>{unit('m', m=1)}{unit('mm', m=1, factor=0.001)}{TEMPERATURES}</ssd:Units>"
 
 
 @pytest.mark.parametrize(
@@ -325,7 +341,8 @@ def test_mappings_on_connections(fmus, tmp_path):
          "</ssc:IntegerMappingTransformation>", 4),
         ("boolean", "Boolean", "true", '<ssc:BooleanMappingTransformation><ssc:MapEntry source="true" target="false"/>'
          "</ssc:BooleanMappingTransformation>", 0),
-        ("item", "Enumeration", "green", '<ssc:EnumerationMappingTransformation><ssc:MapEntry source="green" target="red"/>'
+        ("item", "Enumeration", "green",
+         '<ssc:EnumerationMappingTransformation><ssc:MapEntry source="green" target="red"/>'
          "</ssc:EnumerationMappingTransformation>", 1),
     ):  # fmt: skip
         mapped = "Colour" if type == "Enumeration" else None
@@ -341,21 +358,24 @@ def test_integers_may_drive_reals_but_not_the_other_way(fmus, tmp_path):
     a = component("a", "resources/L.fmu", connector("integer_out", "output", "Integer"), bindings=one)
     root = system("root", a, gain("b", 2.0), links=(link("a.integer_out", "b.u1"),))
     assert last(tmp_path, package(tmp_path / "p.ssp", root, with_fmu(fmus)), "b.y1") == 10.0
-    root = system("root", constant("c", 1.0), component("a", "resources/L.fmu", connector("integer_in", "input", "Integer")),
+    a = component("a", "resources/L.fmu", connector("integer_in", "input", "Integer"))
+    root = system("root", constant("c", 1.0), a,
                   links=(link("c.y1", "a.integer_in"),))  # fmt: skip
     with pytest.raises(CosimError, match=r"'c.y1' is Real, 'a.integer_in' is Integer: these types do not fit"):
         run(package(tmp_path / "q.ssp", root, with_fmu(fmus)), tmp_path / "out")
 
 
 def test_arrays_wide_integers_and_single_precision_of_fmi_3(fmus, tmp_path):
-    given = bindings(binding(parameter_set(parameter("wide_in", "Int64", 2**62 + 1), parameter("single_in", "Float32", 0.5),
+    given = bindings(binding(parameter_set(parameter("wide_in", "Int64", 2**62 + 1),
+                                           parameter("single_in", "Float32", 0.5),
                                            '<ssv:Parameter name="array_in"><ssv:Float64 value="1 2 3"/><ssc:Dimension '
                                            'size="3"/></ssv:Parameter>', version="2.0")))  # fmt: skip
     a = component("a", "resources/L.fmu", *(connector(f"{k}_out", "output", t) for k, t in
                                             (("wide", "Int64"), ("single", "Float32"), ("array", "Float64"))),
                   bindings=given)  # fmt: skip
     b = component("b", "resources/L.fmu", *(connector(f"{k}_in", "input", t) for k, t in
-                                            (("wide", "Int64"), ("single", "Float32"), ("array", "Float64"))))  # fmt: skip
+                                            (("wide", "Int64"), ("single", "Float32"),
+                                             ("array", "Float64"))))  # fmt: skip
     root = system("root", a, b, links=tuple(link(f"a.{k}_out", f"b.{k}_in") for k in ("wide", "single", "array")))
     path = package(tmp_path / "p.ssp", root, with_fmu(fmus, 3), version="2.0")
     frame = run(path, tmp_path / "out").frame
@@ -373,7 +393,8 @@ def test_arrays_wide_integers_and_single_precision_of_fmi_3(fmus, tmp_path):
         (system("root", gain("a", 1.0, implementation="ModelExchange")), "asks for ModelExchange"),
         (system("root", component("a", "resources/L.fmu", type="text/x-python")), "type 'text/x-python'"),
         (system("root", '<ssd:Component name="a"/>'), "component 'a' has no source"),
-        (system("root", gain("a", 1.0), links=(link("a.y1", "a.u1", startIndices="1", endIndices="1"),)), "startIndices"),
+        (system("root", gain("a", 1.0), links=(link("a.y1", "a.u1", startIndices="1", endIndices="1"),)),
+         "startIndices"),
         (system("root", gain("a", 1.0), links=(link("a.y1", "b.u1"),)), "there is no component 'b'"),
         (system("root", gain("a", 1.0), links=(link("a.y1", "a.y1"),)), "both give a value"),
         (system("root", gain("a", 1.0), gain("b", 1.0), links=(link("a.y1", "b.u1"), link("b.y1", "b.u1"))),

@@ -1,4 +1,6 @@
-"""Native FMUs for tests, compiled from one C source: a linear system that is exact for held inputs, in every FMI version.
+"""Native FMUs for tests and benchmarks, compiled from one C source: a linear system, exact for held inputs.
+
+All FMI versions.
 
 `linear(folder, version)` gives the FMU; `values(A=..., B=...)` the parameters of its matrices. Tests that need it skip
 where there is no C compiler.
@@ -32,14 +34,18 @@ def library(version: int) -> Path:
     return target
 
 
-def _variables() -> list[tuple[str, int, str, str]]:
-    """(name, reference, causality, type) of the reals."""
-    made = [(f"u{i + 1}", i, "input", "Real") for i in range(N)]
-    made += [(f"y{i + 1}", 10 + i, "output", "Real") for i in range(N)]
+def _variables(plain: bool) -> list[tuple[str, int, str, str]]:
+    """(name, reference, causality, type); plain: reals only, one input and two outputs."""
+    made = [(f"u{i + 1}", i, "input", "Real") for i in range(1 if plain else N)]
+    made += [(f"y{i + 1}", 10 + i, "output", "Real") for i in range(2 if plain else N)]
     made += [(f"x0[{i + 1}]", 20 + i, "parameter", "Real") for i in range(N)]
     for name, base in (("A", 100), ("B", 200), ("C", 300), ("D", 400)):
-        made += [(f"{name}[{i + 1},{j + 1}]", base + 10 * i + j, "parameter", "Real") for i in range(N) for j in range(N)]
+        made += [
+            (f"{name}[{i + 1},{j + 1}]", base + 10 * i + j, "parameter", "Real") for i in range(N) for j in range(N)
+        ]
     made += [("trouble", 600, "parameter", "Real"), ("when", 601, "parameter", "Real")]
+    if plain:
+        return made
     for name, base, kind in (("integer", 500, "Integer"), ("boolean", 510, "Boolean"), ("string", 520, "String"),
                              ("item", 530, "Enumeration")):  # fmt: skip
         made += [(f"{name}_in", base, "input", kind), (f"{name}_out", base + 1, "output", kind)]
@@ -49,13 +55,16 @@ def _variables() -> list[tuple[str, int, str, str]]:
 START = {"Real": "0", "Integer": "0", "Boolean": "false", "String": "", "Enumeration": "1"}
 
 
-def description(version: int, units: dict[str, str] | None = None, through: bool = True) -> str:
-    """modelDescription.xml. units: unit by variable name, of m, mm, N, kN, m/s, 1; through: outputs depend on inputs."""
+def description(version: int, units: dict[str, str] | None = None, through: bool = True, plain: bool = False) -> str:
+    """modelDescription.xml.
+
+    units: unit by variable name, of m, mm, N, kN, m/s, 1; through: outputs depend on inputs; plain: see `_variables`.
+    """
     units = units or {}
     known = {"m": 'm="1"', "mm": 'm="1" factor="0.001"', "N": 'kg="1" m="1" s="-2"', "m/s": 'm="1" s="-1"', "1": "",
              "kN": 'kg="1" m="1" s="-2" factor="1000"'}  # fmt: skip
     items = "".join(f'<Item name="{name}" value="{k}"/>' for k, name in enumerate(("red", "green", "blue"), start=1))
-    variables = _variables()
+    variables = _variables(plain)
     rows = []
     if version == 3:
         for name, reference, causality, kind in variables:
@@ -68,26 +77,34 @@ def description(version: int, units: dict[str, str] | None = None, through: bool
             inside = '<Start value=""/>' if kind == "String" and causality != "output" else ""
             rows.append(f'<{tag} name="{name}" valueReference="{reference}" causality="{causality}" '
                         f'variability="{variability}"{start}{extra}{unit}>{inside}</{tag}>')  # fmt: skip
-        for name, base, kind, size in (("array", 700, "Float64", 3), ("wide", 710, "Int64", 0), ("single", 720, "Float32", 0)):
+        for name, base, kind, size in (
+            ("array", 700, "Float64", 3),
+            ("wide", 710, "Int64", 0),
+            ("single", 720, "Float32", 0),
+        ):
             inside = f'<Dimension start="{size}"/>' if size else ""
             variability = "discrete" if kind == "Int64" else "continuous"
-            rows.append(f'<{kind} name="{name}_in" valueReference="{base}" causality="input" variability="{variability}" '
+            rows.append(f'<{kind} name="{name}_in" valueReference="{base}" causality="input" '
+                        f'variability="{variability}" '
                         f'start="{" ".join(["0"] * max(1, size))}">{inside}</{kind}>')  # fmt: skip
             rows.append(f'<{kind} name="{name}_out" valueReference="{base + 1}" causality="output" '
                         f'variability="{variability}">{inside}</{kind}>')  # fmt: skip
         outputs = [r for n, r, c, _ in variables if c == "output"] + [701, 711, 721]
         rows.append('<Float64 name="time" valueReference="999" causality="independent" variability="continuous"/>')
         structure = "".join(
-            f'<{tag} valueReference="{r}"{_depends(r, through, 3)}/>' for tag in ("Output", "InitialUnknown") for r in outputs
+            f'<{tag} valueReference="{r}"{_depends(r, through, 3)}/>'
+            for tag in ("Output", "InitialUnknown")
+            for r in outputs
         )
         used = "".join(f'<Unit name="{u}"><BaseUnit {known[u]}/></Unit>' for u in dict.fromkeys(units.values()))
         return (
             '<?xml version="1.0" encoding="UTF-8"?><fmiModelDescription fmiVersion="3.0" modelName="Linear" '
-            'instantiationToken="{linear}"><CoSimulation modelIdentifier="Linear" canHandleVariableCommunicationStepSize='
+            'instantiationToken="{linear}"><CoSimulation modelIdentifier="Linear" '
+            "canHandleVariableCommunicationStepSize="
             '"true" canGetAndSetFMUState="true"/>'
             + (f"<UnitDefinitions>{used}</UnitDefinitions>" if used else "")
             + f'<TypeDefinitions><EnumerationType name="Colour">{items}</EnumerationType></TypeDefinitions>'
-            f'<ModelVariables>{"".join(rows)}</ModelVariables><ModelStructure>{structure}</ModelStructure>'
+            f"<ModelVariables>{''.join(rows)}</ModelVariables><ModelStructure>{structure}</ModelStructure>"
             "</fmiModelDescription>"
         )
     for name, reference, causality, kind in variables:
@@ -108,21 +125,25 @@ def description(version: int, units: dict[str, str] | None = None, through: bool
             'modelIdentifier="Linear" guid="{linear}" numberOfContinuousStates="0" numberOfEventIndicators="0">'
             + (f"<UnitDefinitions>{used}</UnitDefinitions>" if used else "")
             + f'<TypeDefinitions><Type name="Colour"><EnumerationType min="1" max="3">{types}</EnumerationType></Type>'
-            f'</TypeDefinitions><ModelVariables>{"".join(rows)}</ModelVariables><Implementation><CoSimulation_StandAlone>'
+            f"</TypeDefinitions><ModelVariables>{''.join(rows)}</ModelVariables><Implementation><CoSimulation_StandAlone>"
             '<Capabilities canHandleVariableCommunicationStepSize="true"/></CoSimulation_StandAlone></Implementation>'
             "</fmiModelDescription>"
         )
     used = "".join(f'<Unit name="{u}"><BaseUnit {known[u]}/></Unit>' for u in dict.fromkeys(units.values()))
     unknowns = "".join(
-        f'<Unknown index="{i}"{_depends(r, through, 2)}/>' for i, (_, r, c, _) in enumerate(variables, 1) if c == "output"
+        f'<Unknown index="{i}"{_depends(r, through, 2)}/>'
+        for i, (_, r, c, _) in enumerate(variables, 1)
+        if c == "output"
     )
     return (
-        '<?xml version="1.0" encoding="UTF-8"?><fmiModelDescription fmiVersion="2.0" modelName="Linear" guid="{linear}">'
+        '<?xml version="1.0" encoding="UTF-8"?><fmiModelDescription fmiVersion="2.0" modelName="Linear" '
+        'guid="{linear}">'
         '<CoSimulation modelIdentifier="Linear" canHandleVariableCommunicationStepSize="true" '
         'canGetAndSetFMUstate="true" canSerializeFMUstate="true"/>'
         + (f"<UnitDefinitions>{used}</UnitDefinitions>" if used else "")
-        + f'<TypeDefinitions><SimpleType name="Colour"><Enumeration>{items}</Enumeration></SimpleType></TypeDefinitions>'
-        f'<ModelVariables>{"".join(rows)}</ModelVariables><ModelStructure><Outputs>{unknowns}</Outputs><InitialUnknowns>'
+        + f'<TypeDefinitions><SimpleType name="Colour"><Enumeration>{items}</Enumeration></SimpleType>'
+        "</TypeDefinitions>"
+        f"<ModelVariables>{''.join(rows)}</ModelVariables><ModelStructure><Outputs>{unknowns}</Outputs><InitialUnknowns>"
         f"{unknowns}</InitialUnknowns></ModelStructure></fmiModelDescription>"
     )
 
@@ -156,7 +177,7 @@ def values(component: str, **matrices: object) -> dict[str, float]:
             made |= {f"{component}.{key}[{i + 1}]": float(m[i]) for i in range(len(m))}
         else:
             made |= {
-                f"{component}.{key}[{i + 1},{j + 1}]": float(m[i, j]) for i in range(m.shape[0]) for j in range(m.shape[1])
-                if m[i, j]
+                f"{component}.{key}[{i + 1},{j + 1}]": float(m[i, j])
+                for i in range(m.shape[0]) for j in range(m.shape[1]) if m[i, j]
             }  # fmt: skip
     return made
