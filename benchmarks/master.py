@@ -37,7 +37,8 @@ def package(folder: Path, count: int) -> Path:
     }
     sets = {a: v for name, m in parts.items() for a, v in native.values(name, **m).items()}
     elements = [
-        component(name, "resources/Linear2.fmu", connector("u1", "input"), *(connector(y, "output") for y in ("y1", "y2")))
+        component(name, "resources/Linear2.fmu", connector("u1", "input"), connector("y1", "output"),
+                  connector("y2", "output"))
         for name in parts
     ]  # fmt: skip
     root = system("root", *elements, links=(link("spring.y1", "mass.u1"), link("mass.y2", "spring.u1")),
