@@ -2,8 +2,8 @@
 
 The spring's force is a state, F' = -k v, so a held speed is answered by a straight line. With held inputs that makes
 the discrete map of each method known: Gauss-Seidel is symplectic (no damping, stable to omega h = 2), Jacobi has the
-damping ratio -omega h / 2, the straight line in the middle of the step -(omega h)^3 / 4, and where inputs are the mean of what
-drives them (interface Jacobian, fixed point) it is the implicit midpoint rule: no damping, no limit.
+damping ratio -omega h / 2, the straight line in the middle of the step -(omega h)^3 / 4, and where inputs are the mean
+of what drives them (interface Jacobian, fixed point) it is the implicit midpoint rule: no damping, no limit.
 """
 
 from __future__ import annotations
