@@ -115,8 +115,8 @@ def python_fmus(repeats: int) -> None:
             alone.append(1e6 * _own_calls(path) / count)
     whole, own = statistics.median(times), statistics.median(alone)
     print(
-        f"two pythonfmu FMUs: {whole:.2f} us per macro step; their own doStep, get and set called from C take {own:.2f} us: "
-        f"{whole - own:+.2f} us"
+        f"two pythonfmu FMUs: {whole:.2f} us per macro step; their own doStep, get and set called from C take "
+        f"{own:.2f} us: {whole - own:+.2f} us"
     )
 
 

@@ -250,7 +250,7 @@ def pose(campaign: Campaign, catalogue: Catalogue, pool: Pool) -> Problem:
             f"{name}.{v}": own
             for name, slave in session.system.slaves.items()
             for v in slave.variables
-            if (own := slave.unit(v)) is not None
+            if (own := slave.unit_name(v)) is not None
         }
         signals = frozenset(f"{c}.{n}" for c, n in (*session.system.outputs, *session.system.inputs))
         start = session.structure.start_time
