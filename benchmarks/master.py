@@ -2,7 +2,7 @@
 
     python -m benchmarks.master [--steps N] [--repeats N] [--long STEPS]
 
-The FMUs are a mass and a spring compiled from benchmarks/native/linear.c. The masters run the same package turn by
+The FMUs are a mass and a spring compiled from benchmarks/fmus/linear.c. The masters run the same package turn by
 turn, so whatever else the machine does hits all. ecos is run too where `ecospy` is installed. --long runs so many
 steps streamed to a CSV file and prints the memory that is needed, for a tenth of them and for all.
 """

@@ -29,7 +29,7 @@ def library(version: int) -> Path:
     """The compiled library of an FMI version."""
     assert compiler
     target = Path(mkdtemp(prefix="native_")) / f"Linear{version}.so"
-    command = [compiler, "-O2", "-w", "-shared", "-fPIC", f"-DFMI={version}", str(HERE / "linear.c"), "-o", str(target)]
+    command = [compiler, "-O2", "-w", "-shared", "-fPIC", f"-DFMI={version}", str(HERE / "fmus" / "linear.c"), "-o", str(target)]
     subprocess.run([*command, "-lm"], check=True)
     return target
 
