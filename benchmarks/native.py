@@ -29,8 +29,9 @@ def library(version: int) -> Path:
     """The compiled library of an FMI version."""
     assert compiler
     target = Path(mkdtemp(prefix="native_")) / f"Linear{version}.so"
-    command = [compiler, "-O2", "-w", "-shared", "-fPIC", f"-DFMI={version}", str(HERE / "fmus" / "linear.c"), "-o", str(target)]
-    subprocess.run([*command, "-lm"], check=True)
+    source = HERE / "fmus" / "linear.c"
+    command = [compiler, "-O2", "-w", "-shared", "-fPIC", f"-DFMI={version}", str(source), "-o", str(target), "-lm"]
+    subprocess.run(command, check=True)
     return target
 
 
