@@ -1,0 +1,103 @@
+"""The columns of a record: which signals, in which order, and how they are cut out of the rows of the engine."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from fnmatch import fnmatchcase
+
+import numpy as np
+
+from ...core.errors import UsageError, did_you_mean
+from ..slaves.base import REAL, TEXT, Signal
+from ..system import System
+
+
+@dataclass(frozen=True)
+class Column:
+    """A column of a result: name, unit, type (float, integer, boolean or text)."""
+
+    name: str
+    type: str = "float"
+    unit: str | None = None
+
+
+TIME = Column("time", "float", "s")
+
+
+def elements(signal: Signal) -> list[str]:
+    """Names of a signal's values: name, or name[1], name[2], ... of an array."""
+    if signal.size == 1:
+        return [signal.address]
+    return [f"{signal.address}[{k + 1}]" for k in range(signal.size)]
+
+
+def type_of(signal: Signal) -> str:
+    """A column's type."""
+    if signal.family == TEXT:
+        return "text"
+    return "float" if signal.family == REAL else "boolean" if signal.type == "Boolean" else "integer"
+
+
+class Layout:
+    """Which values a run keeps: all outputs and inputs, per component, and then the system's own."""
+
+    def __init__(self, system: System):
+        self.system = system
+        self.outputs: list[int] = []
+        self.inputs: list[int] = []
+        self.columns: list[Column] = [TIME]
+        self._cuts: list[tuple[str, int]] = [("time", 0)]
+        units = system.units()
+        groups = [(slave.outputs, slave.inputs) for slave in system.slaves.values()]
+        groups.append((list(system.own_outputs.values()), list(system.own_inputs.values())))
+        for outputs, inputs in groups:
+            for signals, places, where in ((outputs, self.outputs, "output"), (inputs, self.inputs, "input")):
+                for s in signals:
+                    for k, name in enumerate(elements(s)):
+                        self.columns.append(Column(name, type_of(s), units.get(s.address)))
+                        if s.family == TEXT:
+                            self._cuts.append((f"{where} text", s.place + k))
+                        else:
+                            self._cuts.append((where, len(places)))
+                            places.append(s.place + k)
+        self.kinds = {c.name: c.type for c in self.columns}
+
+    def chosen(self, patterns: Sequence[str]) -> list[int]:
+        """Indices of the columns whose names match one of the patterns; all of them if there is none."""
+        if not patterns:
+            return list(range(len(self.columns)))
+        names = [c.name for c in self.columns]
+        found = {0}
+        for pattern in patterns:
+            mine = [i for i, name in enumerate(names) if fnmatchcase(name, pattern) or name == pattern]
+            if not mine:
+                raise UsageError(f"--record '{pattern}' matches nothing{did_you_mean(pattern, names)}")
+            found.update(mine)
+        return sorted(found)
+
+    @property
+    def has_texts(self) -> bool:
+        """Whether there are strings among the values."""
+        return any(c.type == "text" for c in self.columns)
+
+    def cut(
+        self, which: Sequence[int], time: np.ndarray, rows: np.ndarray, texts: list[tuple[list[object], list[object]]]
+    ) -> list[np.ndarray | list[object]]:
+        """Columns of rows (n, outputs + inputs) and of the texts at the start and at the end of each step."""
+        made: list[np.ndarray | list[object]] = []
+        for i in which:
+            where, place = self._cuts[i]
+            if where == "time":
+                made.append(time)
+            elif where.endswith("text"):
+                made.append([pair[0 if where.startswith("output") else 1][place] for pair in texts])
+            else:
+                raw = rows[:, place if where == "output" else len(self.outputs) + place]
+                kind = self.columns[i].type
+                if kind == "float":
+                    made.append(raw)
+                else:
+                    whole = np.ascontiguousarray(raw).view(np.int64)
+                    made.append(whole != 0 if kind == "boolean" else whole)
+        return made

@@ -1,0 +1,64 @@
+"""CSV: doubles in the shortest form that reads back as the same number, true and false as 1 and 0."""
+
+from __future__ import annotations
+
+import csv
+import io
+from collections.abc import Sequence
+from contextlib import suppress
+from pathlib import Path
+
+import numpy as np
+import orjson
+
+from ...core.errors import OutputError
+from .columns import Column
+
+
+class CsvWriter:
+    """Streams columns to a CSV file."""
+
+    def __init__(self, path: Path, columns: Sequence[Column]):
+        self.path = path
+        self._plain = all(c.type == "float" for c in columns)
+        try:
+            self._file = path.open("wb", buffering=0)
+            head = io.StringIO()
+            csv.writer(head, lineterminator="\n").writerow([c.name for c in columns])
+            self._whole = 0
+            self._append(head.getvalue().encode())
+        except OSError as error:
+            raise OutputError(f"{path}: cannot be written ({error.strerror})") from None
+
+    def _append(self, data: bytes) -> None:
+        """Write all of the data or, when that fails, leave the file as it was."""
+        view = memoryview(data)
+        try:
+            while view:
+                view = view[self._file.write(view) :]
+        except OSError as error:
+            with suppress(OSError):
+                self._file.truncate(self._whole)
+            raise OutputError(f"{self.path}: cannot be written ({error.strerror})") from None
+        self._whole += len(data)
+
+    def write(self, table: Sequence[np.ndarray | list[object]]) -> None:
+        """Append rows."""
+        if not table or len(table[0]) == 0:
+            return
+        if self._plain:
+            rows = np.ascontiguousarray(np.stack([np.asarray(c) for c in table], axis=1))
+            text = orjson.dumps(rows, option=orjson.OPT_SERIALIZE_NUMPY)
+            self._append(text[2:-2].replace(b"],[", b"\n").replace(b"null", b"nan") + b"\n")
+            return
+        made = io.StringIO()
+        writer = csv.writer(made, lineterminator="\n")
+        columns = [c.astype(int).tolist() if isinstance(c, np.ndarray) and c.dtype == bool else list(c) for c in table]
+        columns = [[v.hex() if isinstance(v, bytes) else v for v in c] for c in columns]
+        writer.writerows(zip(*columns, strict=True))
+        self._append(made.getvalue().encode())
+
+    def close(self, finished: bool) -> None:
+        """Close the file."""
+        with suppress(OSError):
+            self._file.close()

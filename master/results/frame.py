@@ -1,0 +1,32 @@
+"""Result files as pandas frames."""
+
+from __future__ import annotations
+
+import warnings
+from pathlib import Path
+from typing import Any
+
+from ...core.errors import UsageError
+from . import SUFFIXES
+
+
+def frame(path: Path) -> Any:
+    """The record in a file, a column a signal; a file of a run that was killed can be read too."""
+    try:
+        import pandas
+    except ImportError:
+        raise UsageError("a frame needs pandas: pip install 'deepsea-cosim[results]'") from None
+    kind = SUFFIXES.get(path.suffix.lower())
+    if kind == "parquet":
+        return pandas.read_parquet(path)
+    if kind == "hdf5":
+        import h5py
+
+        with h5py.File(path, "r", locking=False) as file:
+            columns = {name.replace("\\", "/"): dataset[()] for name, dataset in file.items()}
+        length = min(len(c) for c in columns.values())
+        made = pandas.DataFrame({name: c[:length] for name, c in columns.items()})
+        return made[["time", *(n for n in made.columns if n != "time")]]
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore")  # the exact reading of decimals is the default of some versions only
+        return pandas.read_csv(path, float_precision="round_trip")

@@ -1,0 +1,100 @@
+"""Parquet: a folder of parts while the run goes on, for a part has to be closed to be readable; one file at its end."""
+
+from __future__ import annotations
+
+import shutil
+from collections.abc import Sequence
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from ...core.errors import OutputError, UsageError
+from .columns import Column
+
+ROWS = 100_000
+"""Rows of a row group."""
+
+MOST_PARTS = 256
+"""Parts that are joined into one when there are as many."""
+
+
+class ParquetWriter:
+    """Streams columns to a Parquet file."""
+
+    def __init__(self, path: Path, columns: Sequence[Column]):
+        try:
+            import pyarrow
+        except ImportError:
+            raise UsageError(f"{path}: Parquet needs pyarrow: pip install 'deepsea-cosim[results]'") from None
+        self.path = path
+        kinds = {"float": pyarrow.float64(), "integer": pyarrow.int64(), "boolean": pyarrow.bool_()}
+        self._schema = pyarrow.schema(
+            [
+                pyarrow.field(c.name, kinds.get(c.type, pyarrow.string()), metadata={"unit": c.unit or ""})
+                for c in columns
+            ]
+        )
+        self._parts = 0
+        try:
+            if path.is_dir():
+                shutil.rmtree(path)
+            path.unlink(missing_ok=True)
+            path.mkdir(parents=True)
+        except OSError as error:
+            raise OutputError(f"{path}: cannot be written ({error.strerror})") from None
+
+    def write(self, table: Sequence[np.ndarray | list[object]]) -> None:
+        """Append rows as a part of its own."""
+        import pyarrow
+        from pyarrow import parquet
+
+        if not table or len(table[0]) == 0:
+            return
+        columns = [[v.hex() if isinstance(v, bytes) else v for v in c] if isinstance(c, list) else c for c in table]
+        made = pyarrow.table([pyarrow.array(c) for c in columns], schema=self._schema)
+        self._put(lambda part: parquet.write_table(made, part))
+        if self._parts >= MOST_PARTS:
+            self._join()
+
+    def _put(self, write: Any) -> None:
+        part = self.path / f"part-{self._parts:06d}.tmp"
+        try:
+            write(part)
+            part.replace(part.with_suffix(".parquet"))
+        except OSError as error:
+            part.unlink(missing_ok=True)
+            raise OutputError(f"{self.path}: cannot be written ({error.strerror or error})") from None
+        self._parts += 1
+
+    def _together(self, target: Path) -> None:
+        """All parts as one file."""
+        from pyarrow import parquet
+
+        with parquet.ParquetWriter(target, self._schema) as writer:
+            for part in sorted(self.path.glob("part-*.parquet")):
+                for batch in parquet.ParquetFile(part).iter_batches(ROWS):
+                    writer.write_batch(batch)
+
+    def _join(self) -> None:
+        parts = sorted(self.path.glob("part-*.parquet"))
+        joined = self.path / "joined.tmp"
+        self._together(joined)
+        for part in parts[1:]:
+            part.unlink()
+        joined.replace(parts[0])
+        self._parts = 1
+
+    def close(self, finished: bool) -> None:
+        """Make one file of the parts."""
+        if not self.path.is_dir():
+            return
+        whole = self.path.with_name(f"{self.path.name}.tmp")
+        try:
+            self._together(whole)
+            shutil.rmtree(self.path)
+            whole.replace(self.path)
+        except OSError as error:  # the parts are left, and can be read as they are
+            whole.unlink(missing_ok=True)
+            if finished:
+                raise OutputError(f"{self.path}: cannot be written ({error.strerror or error})") from None
