@@ -58,10 +58,10 @@ class ParquetWriter:
             self._join()
 
     def _put(self, write: Any) -> None:
-        part = self.path / f"part-{self._parts:06d}.tmp"
+        part = self.path / f".part-{self._parts:06d}"  # readers of folders leave what begins with a dot
         try:
             write(part)
-            part.replace(part.with_suffix(".parquet"))
+            part.replace(self.path / f"part-{self._parts:06d}.parquet")
         except OSError as error:
             part.unlink(missing_ok=True)
             raise OutputError(f"{self.path}: cannot be written ({error.strerror or error})") from None
@@ -78,7 +78,7 @@ class ParquetWriter:
 
     def _join(self) -> None:
         parts = sorted(self.path.glob("part-*.parquet"))
-        joined = self.path / "joined.tmp"
+        joined = self.path / ".joined"
         self._together(joined)
         for part in parts[1:]:
             part.unlink()

@@ -225,7 +225,7 @@ def test_units_of_parameter_values(built, tmp_path):
 
 def test_full_disk_is_a_clean_end(toys, tmp_path, capsys, monkeypatch):
     """Whole rows up to the fault, one line, code 1, and the summary says how far it came."""
-    import deepsea_cosim.master.recorder as module
+    import deepsea_cosim.master.results.csv as module
 
     class Full(io.FileIO):
         def write(self, data):
@@ -249,8 +249,8 @@ def test_full_disk_is_a_clean_end(toys, tmp_path, capsys, monkeypatch):
     assert "No space left" in error
     assert json.loads((tmp_path / "out" / "summary.json").read_text())["status"] == "failed"
     c = read_csv(tmp_path / "out")
-    assert len(c["time"]) % 1000 == 0
-    assert len(c["time"]) > 0
+    assert len(c["time"]) > 100
+    assert np.diff(c["time"]) == pytest.approx(0.01)  # whole rows only
 
 
 def test_dotted_component_names(toys, tmp_path):
