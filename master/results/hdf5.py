@@ -45,9 +45,9 @@ class Hdf5Writer:
         n = len(table[0])
         try:
             for dataset, column in zip(self._sets, table, strict=True):
-                values = [v.hex() if isinstance(v, bytes) else v for v in column] if isinstance(column, list) else column
+                texts = isinstance(column, list)
                 dataset.resize((self._rows + n,))
-                dataset[self._rows :] = values
+                dataset[self._rows :] = [v.hex() if isinstance(v, bytes) else v for v in column] if texts else column
             self._file.flush()
         except (OSError, RuntimeError) as error:
             raise OutputError(f"{self.path}: cannot be written ({error})") from None

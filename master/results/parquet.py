@@ -89,11 +89,13 @@ class ParquetWriter:
         """Make one file of the parts."""
         if not self.path.is_dir():
             return
-        whole = self.path.with_name(f"{self.path.name}.tmp")
+        whole, parts = (self.path.with_name(f".{self.path.name}.{name}") for name in ("whole", "parts"))
         try:
             self._together(whole)
-            shutil.rmtree(self.path)
+            shutil.rmtree(parts, ignore_errors=True)
+            self.path.rename(parts)
             whole.replace(self.path)
+            shutil.rmtree(parts, ignore_errors=True)
         except OSError as error:  # the parts are left, and can be read as they are
             whole.unlink(missing_ok=True)
             if finished:
