@@ -54,8 +54,8 @@ class Initialiser:
             if slave.variables[v.variable].causality == "input":
                 system.set_input(v.component, v.variable, v.value)
         for name in self._early:
-            for wire in system.network.early:
-                if wire.end[0] == name and wire.start[0]:
+            for wire in system.early:
+                if wire.end[0] == name:
                     self._compute(wire)
             system.slaves[name].enter_initialisation(start, stop)
         self._propagate()
@@ -68,9 +68,8 @@ class Initialiser:
 
     def _early_order(self) -> list[str]:
         graph: dict[str, set[str]] = {name: set() for name in self.system.slaves}
-        for wire in self.system.network.early:
-            if wire.start[0]:
-                graph[wire.end[0]].add(wire.start[0])
+        for wire in self.system.early:
+            graph[wire.end[0]].add(wire.start[0])
         try:
             return list(TopologicalSorter(graph).static_order())
         except CycleError as error:
@@ -104,7 +103,7 @@ class Initialiser:
         for name in components:
             slave = self.system.slaves[name]
             for link in self._links[name]:
-                if link.source.component in self._seen or link.source.component == "":
+                if link.source.component in self._seen or (link.source.component == "" and self.system.speaks(link)):
                     self._pass(link)
             self._set[name].once()
             if slave.version == "1.0" and slave._state == "initialising":

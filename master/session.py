@@ -87,7 +87,7 @@ class Session:
             for v in slave.description.modelVariables
             if v.start is not None and slave.settable(v.name)
         }
-        for v in [*self._bound, *resolve((changes or {}).items(), slaves, "", self.system.network)]:
+        for v in [*self._bound, *resolve((changes or {}).items(), slaves, "", self.system)]:
             found[f"{v.component}.{v.variable}" if v.component else v.variable] = v.value
         return found
 
@@ -123,7 +123,10 @@ class Session:
             if is_output or signal.place in connected:
                 raise UsageError(f"'{address}' cannot be driven: it is {'an output' if is_output else 'connected'}")
             driven.append((signal, np.interp(times, t, values)))
-        values = [*self._bound, *resolve((changes or {}).items(), system.slaves, "", system.network)]
+        values = [*self._bound, *resolve((changes or {}).items(), system.slaves, "", system)]
+        taken = {(signal.component, signal.name) for signal, _ in driven}
+        values = [v for v in values if (v.component, v.variable) not in taken]
+        system.mute({v.variable for v in values if not v.component} | {n for c, n in taken if not c})
         if not self._fresh:
             for slave in system.slaves.values():
                 slave.reset()
@@ -158,7 +161,7 @@ class Session:
         """The runner of a method that records these signals, and which column of the record each of its columns is."""
         outputs = [j for j, (is_output, _) in enumerate(wanted) if is_output]
         inputs = [j for j, (is_output, _) in enumerate(wanted) if not is_output]
-        key = (method, wanted, driven)
+        key = (method, wanted, driven, frozenset(self.system.muted))
         if key not in self._runners:
             program = self.system.program()
             for column, signal in enumerate(driven):

@@ -52,23 +52,23 @@ def resolve(
     changes: Iterable[tuple[str, Any]],
     slaves: Mapping[str, Slave],
     prefix: str = "--set ",
-    network: Network | None = None,
+    system: System | None = None,
 ) -> list[Value]:
     """Checked values of (address, value) pairs; a bare name applies to every component that has it.
 
-    The name of an input of the whole system is one too, with `network`.
+    With `system`, the name of one of its own inputs means that input.
     """
     made = []
     for address, value in changes:
         where = f"{prefix}{address}={value}"
+        if system is not None and address in system.own_inputs:
+            made.append(Value("", address, system.checked_input(address, value, where), where))
+            continue
         component, name = split(address, slaves)
         if component:
             targets = [(component, name)]
         else:
             targets = [(c, address) for c, slave in slaves.items() if slave.settable(address)]
-            if not targets and network is not None and address in network.inputs:
-                made.append(Value("", address, value, where))
-                continue
             if not targets:
                 known = [f"{c}.{n}" for c, slave in slaves.items() for n in slave.variables if slave.settable(n)]
                 hint = did_you_mean(address, known)
@@ -128,8 +128,8 @@ def given_values(network: Network, system: System) -> list[Value]:
     """Values that the package binds to inputs of the whole system."""
     made = []
     for s in network.given:
-        quantity = system.input_quantity(s.variable)
-        made.append(Value("", s.variable, converted(s.value, _quantity(s), s.hops, quantity, s.where), s.where))
+        value = converted(s.value, _quantity(s), s.hops, system.input_quantity(s.variable), s.where)
+        made.append(Value("", s.variable, system.checked_input(s.variable, value, s.where), s.where))
     return made
 
 
@@ -228,8 +228,8 @@ def describe_folder(name: str, folder: Path, shown: str = "FMU") -> Slave:
         raise PackageError(f"{shown}: has no co-simulation interface")
     here = _platform_folder(known)
     identifier = description.coSimulation.modelIdentifier
-    if not identifier or not re.fullmatch(r"[A-Za-z_][A-Za-z0-9_]*", identifier):
-        raise PackageError(f"{shown}: modelIdentifier '{identifier}' is not a C identifier")
+    if not identifier or re.search(r"[/\\\0]|\.\.", identifier):
+        raise PackageError(f"{shown}: modelIdentifier '{identifier}' is not a name")
     if not (folder / "binaries" / here / f"{identifier}{sharedLibraryExtension}").is_file():
         there = sorted(p.name for p in (folder / "binaries").glob("*") if p.is_dir())
         raise PackageError(f"{shown}: has no library for this platform ({here}); it has {', '.join(there) or 'none'}")

@@ -25,7 +25,7 @@ from .manifest import manifest, write_manifest
 from .output import forget_earlier, interrupts, prepare_folder, versions, write_summary
 from .recording import SAMPLE, Recording
 from .results import SUFFIXES
-from .results.columns import Layout
+from .results.columns import Layout, elements
 from .setup import (
     bound_values,
     configure,
@@ -160,10 +160,9 @@ def run(
         remarks = list(network.remarks)
         start, stop, step, n = times_of(network.structure, options)
         slaves = load_descriptions(network)
-        values = [
-            *bound_values(network, slaves, remarks.append), *resolve(options.changes, slaves, network=network),
-        ]  # fmt: skip
-        values = configure(values, slaves)
+        own = [c for c in options.changes if c[0] in network.inputs]
+        changes = resolve([c for c in options.changes if c not in own], slaves)
+        values = configure([*bound_values(network, slaves, remarks.append), *changes], slaves)
         if options.isolate:
             slaves = {n: IsolatedSlave(s, options.step_timeout, interrupt) for n, s in slaves.items()}
         elif options.step_timeout is not None:
@@ -171,7 +170,8 @@ def run(
         _substeps(options, slaves)
         system = System(network, slaves)
         remarks += system.remarks
-        values = [*given_values(network, system), *values]
+        values = [*given_values(network, system), *values, *resolve(own, slaves, system=system)]
+        remarks += _uneven(slaves, start, stop, step, n)
         layout = Layout(system)
         which = layout.chosen(options.record)
         drives = stimuli.read(options.stimuli, system) if options.stimuli is not None else []
@@ -182,10 +182,13 @@ def run(
         try:
             load_slaves(slaves, stack, log)
             program = system.program()
+            driven = {(drive.signal.component, drive.signal.name) for drive in drives}
+            values = [v for v in values if (v.component, v.variable) not in driven]
+            system.mute({v.variable for v in values if not v.component} | {n for c, n in driven if not c})
             for column, drive in enumerate(drives):
                 program.drive(drive.signal.place, column, drive.signal.family)
                 system.put(drive.signal, drive.at(np.array([start]))[0])
-            Initialiser(system)([v for v in values if v.component or v.variable], start, stop)
+            Initialiser(system)(values, start, stop)
             write(system, program)
             system.show(program)
             if interrupt:
@@ -251,8 +254,8 @@ def run(
             system.units(),
             recording.sampled(),
             recording.extremes(),
-            [link.source.address for link in system.links],
-            [s.address for s in (*system.outputs.values(), *system.own_outputs.values())],
+            [name for link in system.links for name in elements(link.source)],
+            [name for s in (*system.outputs.values(), *system.own_outputs.values()) for name in elements(s)],
             file,
         )
     if options.check_step:
@@ -273,9 +276,9 @@ def _check_step(
     assert result.sample is not None
     assert again.sample is not None
     errors = estimate(options.method, result.names, result.sample, again.sample)
-    inputs = set(result.names) - set(result.outputs)  # an input that is held belongs to no point in time
+    outputs = set(result.outputs)  # an input that is held belongs to no point in time
     result.summary["step_check"] = {
-        "step_s": 0.5 * step, "errors": {n: e for n, e in errors.items() if n.partition("[")[0] not in inputs},
+        "step_s": 0.5 * step, "errors": {n: e for n, e in errors.items() if n in outputs},
     }  # fmt: skip
     write_summary(result.folder, result.summary)
 
@@ -309,6 +312,19 @@ def _substeps(options: Options, slaves: dict[str, Slave]) -> None:
         if ratio < 1:
             raise UsageError(f"--substeps {component}={ratio}: it has to be at least 1")
         slaves[component].ratio = ratio
+
+
+def _uneven(slaves: dict[str, Slave], start: float, stop: float, step: float, n: int) -> list[str]:
+    """FMUs that are not made for the shorter step at the end."""
+    if abs(start + n * step - stop) <= 1e-9 * max(abs(stop), step):
+        return []
+    able = "canHandleVariableCommunicationStepSize"
+    return [
+        f"component '{name}' does not say that it can handle steps of different length ({able}); the last one is "
+        "shorter: choose a step that divides the time"
+        for name, slave in slaves.items()
+        if not getattr(slave.description.coSimulation, able, False)
+    ]
 
 
 def _warnings(slaves: dict[str, Slave]) -> list[str]:

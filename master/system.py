@@ -11,7 +11,7 @@ from typing import Any
 
 import numpy as np
 
-from ..core.errors import CosimError, PackageError, did_you_mean
+from ..core.errors import CosimError, PackageError, ParameterError, did_you_mean
 from ..core.units import Unit
 from ..ssp.network import End, Network, Wire
 from .engine.loop import U8
@@ -62,10 +62,16 @@ class System:
         """The inputs of the whole system."""
         self.own_outputs: dict[str, Signal] = {}
         """The outputs of the whole system."""
-        self.links = self._all(self._link, [(wire,) for wire in network.wires])
+        late = [wire for wire in network.wires if not self._is_parameter(wire.end)]
+        self.links = self._all(self._link, [(wire,) for wire in late])
+        self.early = [wire for wire in (*network.early, *network.wires) if wire not in late and wire.start[0]]
+        """Wires to parameters, which carry what calculated parameters are before the run."""
+        self._check_early()
         self.shown = self._all(self._shown, list(network.outputs.items()))
-        spare = 4 * (len(self.links) + len(self.shown)) + 64
+        spare = 8 * sum(link.target.size for link in (*self.links, *self.shown)) + 64
         self._free = self._count["slots"]
+        self.muted: set[str] = set()
+        """Own inputs that nobody gives a value: what they are connected to keeps its start value."""
         self.board = Board(self._count["slots"] + spare, self._count["texts"], self._staged)
         self._reserved = spare
         self.order = self._component_order()
@@ -132,6 +138,32 @@ class System:
         return Quantity("Real", None, None, f"'{name}'")
 
     # connections
+
+    def _is_parameter(self, end: End) -> bool:
+        slave = self.slaves.get(end[0])
+        variable = slave.variables.get(end[1]) if slave is not None else None
+        fixed = ("parameter", "structuralParameter", "calculatedParameter")
+        return variable is not None and variable.causality in fixed
+
+    def _check_early(self) -> None:
+        """What wires to parameters need: variables that exist, types and units that fit."""
+        for wire in self.early:
+            try:
+                for end in (wire.start, wire.end):
+                    if end[0] not in self.slaves:
+                        raise PackageError(f"{wire.where}: component '{end[0]}' cannot be used")
+                    self.slaves[end[0]].variable(end[1])
+                    if self.slaves[end[0]].form(end[1]) is None:
+                        raise PackageError(f"{wire.where}: '{'.'.join(end)}': its type is not supported")
+                if not self.slaves[wire.end[0]].settable(wire.end[1]):
+                    raise PackageError(f"{wire.where}: '{'.'.join(wire.end)}' cannot be set")
+                given = self.quantity(wire.start, wire.unit, wire.enumeration)
+                passage(given, wire.hops, self.quantity(wire.end), wire.where)
+            except CosimError as error:
+                told = str(error) if str(error).startswith(wire.where) else f"{wire.where}: {error}"
+                if self._wrong is None:
+                    raise PackageError(told) from None
+                self._wrong.append(told)
 
     def quantity(self, end: End, unit: Unit | None = None, items: dict[str, int] | None = None) -> Quantity:
         """What is known of a variable; the package's unit and items count before the FMU's."""
@@ -226,9 +258,40 @@ class System:
         """Set the value that an input has until a connection overwrites it; '' is the whole system."""
         self.put(self.inputs[component, name] if component else self.own_inputs[name], value)
 
+    def mute(self, given: set[str]) -> None:
+        """Only these of the system's own inputs have a value."""
+        self.muted = set(self.own_inputs) - given
+
+    def speaks(self, link: Link) -> bool:
+        """Whether somebody gives the value that a link carries."""
+        return bool(link.source.component) or link.source.name not in self.muted
+
+    def checked_input(self, name: str, value: object, where: str) -> object:
+        """A value for an own input in its type, or a `ParameterError`."""
+        quantity = self.input_quantity(name)
+        text = str(value).strip()
+        try:
+            if isinstance(value, tuple):
+                raise ValueError
+            if quantity.family == TEXT:
+                return value if isinstance(value, (str, bytes)) else text
+            if quantity.type == "Boolean":
+                return {"true": 1, "1": 1, "1.0": 1, "false": 0, "0": 0, "0.0": 0}[text.lower()]
+            if quantity.items and text in quantity.items:
+                return quantity.items[text]
+            number = float(text)
+            if not np.isfinite(number) or (quantity.family != REAL and number != int(number)):
+                raise ValueError
+            return number if quantity.family == REAL else int(number) if "." in text or "e" in text else int(text)
+        except (KeyError, ValueError):
+            kind = f"one {quantity.type}"
+            raise ParameterError(f"{where}: {value!r} is not a value of the system's input '{name}' ({kind})") from None
+
     def put(self, signal: Signal, value: object) -> None:
         """Write a value, or a tuple of an array's, to a signal's place."""
         values = value if isinstance(value, tuple) else (value,)
+        if len(values) != signal.size:
+            raise ParameterError(f"'{signal.address}' has {signal.size} values, not {len(values)}")
         for k, v in enumerate(values):
             if signal.family == TEXT:
                 self.board.texts[signal.place + k] = v  # type: ignore[call-overload]
@@ -261,7 +324,7 @@ class System:
         """Bring the inputs of these slaves up to date. `instead` gives the slots that stand for some sources."""
         for name in names:
             for link in self.links:
-                if link.target.component == name:
+                if link.target.component == name and self.speaks(link):
                     self.pass_on(program, link, instead)
 
     def pass_on(self, program: Program, link: Link, instead: dict[int, int] | None = None) -> None:

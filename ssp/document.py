@@ -24,7 +24,7 @@ VERSIONS = ("1.0", "2.0")
 
 HARMLESS = frozenset(
     f"{space}{name}"
-    for space in (SSD, SSC)
+    for space in (SSD, SSV, SSM, SSB, SSC)
     for name in (
         "Annotations", "MetaData", "Signature", "ElementGeometry", "ConnectorGeometry", "ConnectionGeometry",
         "SystemGeometry", "GraphicalElements",

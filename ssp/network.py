@@ -159,10 +159,11 @@ class _Flattener:
         self.bind(root, "", settings, given)
         wires: list[Wire] = []
         early: list[Wire] = []
+        taken = {c.name: c for c in root.connectors if c.kind in ("input", "inout", "unspecified")}
         for node in list(self.driver):
             if node[0] == "component":
                 wire = self.trace(node)
-                if wire is not None:
+                if wire is not None and (wire.start[0] or wire.start[1] in taken):
                     (early if self.kinds.get(node) in EARLY else wires).append(wire)
         outputs = {}
         for connector in root.connectors:
@@ -171,7 +172,8 @@ class _Flattener:
                 wire = self.trace(node)
                 if wire is not None:
                     outputs[connector.name] = wire
-        inputs = {c.name: c for c in root.connectors if c.kind == "input"}
+        driving = {w.start[1] for w in wires if not w.start[0]}
+        inputs = {name: c for name, c in taken.items() if c.kind == "input" or name in driving}
         return Network(
             self.structure, self.parts, tuple(wires), tuple(early), outputs, inputs, tuple(settings), tuple(given),
             (*self.structure.remarks, *self.remarks),

@@ -11,7 +11,7 @@ from urllib.parse import unquote, urlsplit
 from lxml import etree
 
 from ..core.errors import PackageError
-from .document import SSC, SSD, SSM, SSV, Document, version, violations
+from .document import MAX_XML, SSC, SSD, SSM, SSV, Document, version, violations
 from .model import KINDS, Binding, MappingEntry, Parameter
 from .values import TRANSFORMATIONS, Definitions, transformation_of, typed_as, value_of
 
@@ -24,7 +24,10 @@ Remark = Callable[[str], None]
 
 def inside(document: Document, element: etree._Element, source: str, base: Path, root: Path) -> tuple[Path, str]:
     """(path, fragment) of a relative URI, which has to stay in the package."""
-    parts = urlsplit(source)
+    try:
+        parts = urlsplit(source)
+    except ValueError as error:
+        raise document.error(element, f"source '{source}' is not a URI ({error})") from None
     if parts.scheme or parts.netloc or parts.query:
         raise document.error(
             element, f"source '{source}' is not a file of the package; only relative paths are supported"
@@ -105,10 +108,12 @@ class Bindings:
         """A file inside the component's own archive, or beside it."""
         if of is None:
             raise document.error(element, "sourceBase 'component' on a system, which has no source")
-        name = unquote(urlsplit(source).path)
         try:
+            name = unquote(urlsplit(source).path)
             with zipfile.ZipFile(of) as archive:
                 if name in archive.namelist():
+                    if archive.getinfo(name).file_size > MAX_XML:
+                        raise PackageError(f"{of.name}/{name}: larger than {MAX_XML // 1024**2} MB; refused")
                     return Document(BytesIO(archive.read(name)), f"{of.name}/{name}")
         except (OSError, zipfile.BadZipFile, RuntimeError, NotImplementedError, EOFError, ValueError) as error:
             raise PackageError(f"{of.name}: not a zip archive or damaged ({error})") from None

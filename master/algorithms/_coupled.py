@@ -51,7 +51,7 @@ class Coupling:
         """Write the exchange of all other links."""
         mine = set(map(id, self.links))
         for link in self.system.links:
-            if id(link) not in mine:
+            if id(link) not in mine and self.system.speaks(link):
                 self.system.pass_on(program, link)
 
 

@@ -18,7 +18,7 @@ def write(system: System, program: Program) -> None:
     for name in system.order:
         slave = system.slaves[name]
         for link in system.links:
-            if link.target.component != name:
+            if link.target.component != name or not system.speaks(link):
                 continue
             if link.source.family != REAL or not link.source.component:
                 system.pass_on(program, link)

@@ -70,7 +70,10 @@ class Layout:
         names = [c.name for c in self.columns]
         found = {0}
         for pattern in patterns:
-            mine = [i for i, name in enumerate(names) if fnmatchcase(name, pattern) or name == pattern]
+            mine = [
+                i for i, name in enumerate(names)
+                if fnmatchcase(name, pattern) or name == pattern or name.rpartition("[")[0] == pattern
+            ]  # fmt: skip
             if not mine:
                 raise UsageError(f"--record '{pattern}' matches nothing{did_you_mean(pattern, names)}")
             found.update(mine)

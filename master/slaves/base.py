@@ -17,7 +17,7 @@ from typing import Any, ClassVar
 
 import numpy as np
 
-from ...core.errors import ParameterError, SimulationError, UnknownNameError, did_you_mean
+from ...core.errors import PackageError, ParameterError, SimulationError, UnknownNameError, did_you_mean
 from ...core.units import BASE, UNITS, Unit
 from ..engine.loop import F32, I8, I16, I32, U8, U16, U32
 
@@ -186,8 +186,11 @@ class Slave(ABC):
                 return [v.name for v in unknown.dependencies if v.causality == "input"]
         return None
 
-    def checked(self, name: str, value: Any, where: str = "") -> Any:
-        """`value` in the variable's type, or a `ParameterError` that names variable, value and range."""
+    def checked(self, name: str, value: Any, where: str = "", limited: bool = True) -> Any:
+        """`value` in the variable's type, or a `ParameterError` that names variable, value and range.
+
+        limited: the range that the FMU states counts.
+        """
         self.variable(name)
         size = self.size(name)
         family = self.forms[self.variables[name].type].family
@@ -198,10 +201,24 @@ class Slave(ABC):
             if len(values) != size:
                 shown = f"{where}: " if where else ""
                 raise ParameterError(f"{shown}{self.name}.{name} has {size} values, not {len(values)}")
-            return tuple(self._scalar(name, v, where) for v in values)
-        return self._scalar(name, value, where)
+            return tuple(self._scalar(name, v, where, limited) for v in values)
+        return self._scalar(name, value, where, limited)
 
-    def _scalar(self, name: str, value: Any, where: str) -> Any:
+    def _range(self, name: str) -> tuple[float, float]:
+        """Least and greatest value that a variable's type and its FMU allow."""
+        variable = self.variables[name]
+        low, high = LIMITS.get(variable.type, (-float("inf"), float("inf")))
+        found = []
+        for attribute, text in (("min", variable.min), ("max", variable.max)):
+            try:
+                found.append(None if text in (None, "") else float(text))
+            except ValueError:
+                raise PackageError(
+                    f"component '{self.name}', modelDescription.xml: {attribute}=\"{text}\" of '{name}' is not a number"
+                ) from None
+        return (low if found[0] is None else max(low, found[0])), (high if found[1] is None else min(high, found[1]))
+
+    def _scalar(self, name: str, value: Any, where: str, limited: bool = True) -> Any:
         variable = self.variables[name]
         shown = f"{where}: " if where else ""
         address = f"{self.name}.{name}"
@@ -226,9 +243,7 @@ class Slave(ABC):
             what = "is not a number" if family == REAL or not _is_number(value) else "is not an integer"
             value = f"{value:g}" if isinstance(value, float) else repr(value)
             raise ParameterError(f"{shown}{address} = {value} {what}{known}") from None
-        low, high = LIMITS.get(variable.type, (-float("inf"), float("inf")))
-        low = low if variable.min in (None, "") else max(low, _number(variable.min, family))
-        high = high if variable.max in (None, "") else min(high, _number(variable.max, family))
+        low, high = self._range(name) if limited else LIMITS.get(variable.type, (-float("inf"), float("inf")))
         if not (np.isfinite(float(number)) and low <= number <= high):
             unit = f" {self.unit_name(name)}" if self.unit_name(name) else ""
             raise ParameterError(
@@ -246,7 +261,7 @@ class Slave(ABC):
         text = variable.start
         if isinstance(text, (list, tuple)) and not variable.dimensions:
             text = text[0] if text else ""
-        return self.checked(name, text, "modelDescription.xml")
+        return self.checked(name, text, "modelDescription.xml", limited=False)
 
     # life
 
@@ -363,10 +378,6 @@ def _unit(unit: Any) -> Unit:
     exponents = {key: int(getattr(base, key, 0) or 0) for key in BASE}
     exponents = {key: power for key, power in exponents.items() if power}
     return Unit(unit.name, exponents, float(base.factor or 1.0), float(base.offset or 0.0))
-
-
-def _number(text: Any, family: str) -> float | int:
-    return float(text) if family == REAL else int(float(text))
 
 
 def _is_number(value: Any) -> bool:

@@ -7,8 +7,10 @@ gains, stepped in the order of the data, is up to date.
 from __future__ import annotations
 
 import numpy as np
+import pandas
 import pytest
 from deepsea_cosim.core.errors import CosimError
+from deepsea_cosim.master.cli import main
 from deepsea_cosim.master.simulate import Options, run
 
 from benchmarks import native
@@ -382,6 +384,95 @@ def test_arrays_wide_integers_and_single_precision_of_fmi_3(fmus, tmp_path):
     assert frame["b.wide_out"].iloc[-1] == 2**62 + 1  # more than a double can hold
     assert frame["b.single_out"].iloc[-1] == 0.5
     assert frame[[f"b.array_out[{k}]" for k in (1, 2, 3)]].iloc[-1].tolist() == [1.0, 2.0, 3.0]
+
+
+# what an input is when several say so, or nobody
+
+
+def with_input(*made, name="in", inner="", type="Real", **other):
+    """A gain of 3 behind an input of the system."""
+    own = bindings(binding(values({"D[1,1]": 3.0})), *([inner] if inner else []))
+    a = component("a", "resources/L.fmu", connector("u1", "input"), connector("y1", "output"), bindings=own)
+    return system("root", a, made=(connector(name, "input", type), *made), links=(link(name, "a.u1"),), **other)
+
+
+def test_an_input_that_nobody_gives_a_value_leaves_start_values_alone(fmus, tmp_path):
+    root = with_input(inner=binding(values({"u1": 4.0})))
+    frame = run(package(tmp_path / "p.ssp", root, with_fmu(fmus)), tmp_path / "out").frame
+    assert frame["a.y1"].tolist() == [12.0] * len(frame)
+
+
+def test_a_name_of_the_system_is_meant_before_that_of_a_component(fmus, tmp_path):
+    path = package(tmp_path / "p.ssp", with_input(name="u1"), with_fmu(fmus))
+    assert last(tmp_path, path, "a.y1", changes=(("u1", "4"),)) == 12.0
+
+
+def test_stimuli_win_over_bindings_from_the_start(fmus, tmp_path):
+    root = with_input(bindings=bindings(binding(values({"in": 5.0}))))
+    (tmp_path / "s.csv").write_text("time,in\n0,1\n1,1\n")
+    path = package(tmp_path / "p.ssp", root, with_fmu(fmus))
+    frame = run(path, tmp_path / "out", Options(stimuli=tmp_path / "s.csv")).frame
+    assert frame["a.y1"].tolist() == [3.0] * len(frame)
+
+
+@pytest.mark.parametrize("value", ["abc", "nan", ""])
+def test_wrong_values_of_system_inputs(fmus, tmp_path, value):
+    path = package(tmp_path / "p.ssp", with_input(), with_fmu(fmus))
+    with pytest.raises(CosimError, match="not a value of the system's input 'in'"):
+        run(path, tmp_path / "out", Options(changes=(("in", value),)))
+
+
+def test_an_array_does_not_spill_into_other_inputs(fmus, tmp_path):
+    three = '<ssv:Parameter name="in"><ssv:Real value="7 8 9"/><ssc:Dimension size="3"/></ssv:Parameter>'
+    root = with_input(connector("other", "input"), bindings=bindings(binding(parameter_set(three, version="2.0"))))
+    with pytest.raises(CosimError, match="has 1 values, not 3"):
+        run(package(tmp_path / "p.ssp", root, with_fmu(fmus), version="2.0"), tmp_path / "out")
+
+
+def test_annotations_and_meta_data_are_ignored_everywhere(fmus, tmp_path):
+    note = '<ssv:Annotations><ssc:Annotation type="x.y"><z xmlns="z"/></ssc:Annotation></ssv:Annotations>'
+    sets = parameter_set(parameter("D[1,1]", "Real", 2)).replace("</ssv:ParameterSet>", f"{note}</ssv:ParameterSet>")
+    path = package(tmp_path / "p.ssp", gain_with(binding(sets)), with_fmu(fmus))
+    assert last(tmp_path, path, "a.y1") == 2.0
+
+
+def test_a_system_parameter_reaches_components_without_connectors(fmus, tmp_path):
+    a = component("a", "resources/L.fmu")
+    root = system("root", constant("c", 1.0), a, made=(connector("g", "parameter"),),
+                  links=(link("c.y1", "a.u1"), link("g", "a.D[1,1]")),
+                  bindings=bindings(binding(values({"g": 6.0}))))  # fmt: skip
+    assert last(tmp_path, package(tmp_path / "p.ssp", root, with_fmu(fmus)), "a.y1") == 6.0
+
+
+def test_connected_arrays_on_the_command_line(fmus, tmp_path, capsys):
+    a, b = (component(n, "resources/L.fmu", connector(f"array_{way}", kind, "Float64"))
+            for n, way, kind in (("a", "out", "output"), ("b", "in", "input")))  # fmt: skip
+    root = system("root", a, b, links=(link("a.array_out", "b.array_in"),))
+    path = package(tmp_path / "p.ssp", root, with_fmu(fmus, 3), version="2.0")
+    for method in ("gauss-seidel", "extrapolation"):
+        options = ["--out", str(tmp_path / "out"), "--no-plot", "--record", "b.array_out", "--method", method]
+        assert main([str(path), *options]) == 0
+    assert "a.array_out[1]" in capsys.readouterr().out
+    columns = list(pandas.read_csv(tmp_path / "out" / "results.csv"))
+    assert columns == ["time", *(f"b.array_out[{k}]" for k in (1, 2, 3))]
+
+
+@pytest.mark.parametrize(
+    ("links", "message"),
+    [
+        ((link("a.nosuch", "b.D[1,1]"),), "has no variable 'nosuch'"),
+        ((link("a.string_out", "b.D[1,1]"),), "these types do not fit"),
+    ],
+)
+def test_connections_to_parameters_are_checked_before_anything_is_loaded(fmus, tmp_path, links, message):
+    root = system("root", component("a", "resources/L.fmu"), component("b", "resources/L.fmu"), links=links)
+    with pytest.raises(CosimError, match=message):
+        run(package(tmp_path / "p.ssp", root, with_fmu(fmus)), tmp_path / "out")
+
+
+def test_a_source_that_is_no_uri(fmus, tmp_path):
+    with pytest.raises(CosimError, match="is not a URI"):
+        run(package(tmp_path / "p.ssp", system("root", component("a", "//[x")), with_fmu(fmus)), tmp_path / "out")
 
 
 # what is refused
