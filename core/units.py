@@ -18,25 +18,33 @@ BASE = ("kg", "m", "s", "A", "K", "mol", "cd", "rad")
 class Unit:
     """A named unit; `exponents` maps base units to powers, SI value = factor * value + offset.
 
-    exponents is None for a unit of which only the name is known.
+    exponents is None for a unit of which only the name is known; `defined` is false where the name alone was given, and
+    the rest is what units of that name usually are.
     """
 
     name: str
     exponents: dict[str, int] | None = field(default_factory=dict)
     factor: float = 1.0
     offset: float = 0.0
+    defined: bool = field(default=True, compare=False)
 
     def same_dimension(self, other: Unit) -> bool:
         """True when both are known to measure the same quantity; an angle may count as a number."""
         if self.exponents is None or other.exponents is None:
             return False
         a, b = ({k: v for k, v in x.items() if k != "rad"} for x in (self.exponents, other.exponents))
+        turns = any(x.name in TURNS and UNITS[x.name] == x for x in (self, other))
+        if turns and self.exponents.get("rad") != other.exponents.get("rad"):
+            return False  # a turn is 2 pi, not 1
         return a == b
 
 
 def _unit(name: str, factor: float = 1.0, offset: float = 0.0, **exponents: int) -> Unit:
     return Unit(name, {b: exponents[b] for b in BASE if exponents.get(b)}, factor, offset)
 
+
+TURNS = ("Hz", "rev/s", "rpm", "m3/rev", "mL/rev")
+"""Units of the table that count turns."""
 
 _PRESSURE = {"kg": 1, "m": -1, "s": -2}
 _FLOW = {"m": 3, "s": -1}

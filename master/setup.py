@@ -116,7 +116,7 @@ def _target(network: Network, slave: Slave, name: str) -> Quantity:
     """What a component's variable is; a unit that its connector states counts before the FMU's."""
     connectors = network.parts[slave.name].component.connectors
     type = next((c.type for c in connectors if c.name == name), None)
-    unit = type.unit if type is not None and type.unit is not None else slave.unit(name)
+    unit = slave.meant(type.unit if type is not None else None, name)
     return Quantity(slave.variables[name].type, unit, slave.items(name), f"'{slave.name}.{name}'")
 
 

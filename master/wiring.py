@@ -84,6 +84,8 @@ def passage(source: Quantity, hops: Sequence[Hop], target: Quantity, where: str,
     for i, hop in enumerate(hops):
         last = i == len(hops) - 1
         reached = hop.unit or (target.unit if last else None)
+        if reached is not None and not reached.defined:  # a name only: as the ends define it
+            reached = next((u for u in (target.unit, source.unit) if u is not None and u.name == reached.name), reached)
         there = hop.enumeration or (target.items if last else None)
         if last and hop.unit is not None and target.unit is not None and not _same(hop.unit, target.unit):
             remarks.append(

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import binascii
+from dataclasses import replace
 
 from lxml import etree
 
@@ -76,7 +77,8 @@ class Definitions:
             return self.units[name]
         if self.outer is not None:
             return self.outer.unit(name)
-        return UNITS.get(name) or Unit(name, None)
+        usual = UNITS.get(name) or Unit(name, None)
+        return replace(usual, defined=False)
 
     def enumeration(self, element: etree._Element, name: str | None) -> dict[str, int] | None:
         """The items of an enumeration."""

@@ -148,6 +148,12 @@ class Slave(ABC):
             return None
         return self._units.get(own) or UNITS.get(own) or Unit(own, None)
 
+    def meant(self, unit: Unit | None, name: str) -> Unit | None:
+        """The unit of a variable: what a package says, by the FMU's definition of it where the package has none."""
+        if unit is None:
+            return self.unit(name)
+        return unit if unit.defined else self._units.get(unit.name, unit)
+
     def items(self, name: str) -> dict[str, int] | None:
         """Items of an enumeration's variable."""
         variable = self.variables[name]

@@ -315,6 +315,18 @@ def test_units_that_the_fmus_declare(fmus, tmp_path):
     assert last(tmp_path, path, "a.u1") == pytest.approx(2000.0)
 
 
+def test_a_unit_that_the_package_only_names_is_as_the_fmu_defines_it(fmus, tmp_path):
+    odd = native.linear(tmp_path / "odd", 2, units={"y1": "kN", "u1": "N"})
+    root = system("root", constant("c", 2.0, unit_out="kN"), gain("a", 1.0), links=(link("c.y1", "a.u1"),))
+    assert last(tmp_path, package(tmp_path / "p.ssp", root, {"resources/L.fmu": odd}), "a.u1") == pytest.approx(2000.0)
+
+
+def test_turns_are_not_radians(fmus, tmp_path):
+    root, _ = through("", "rpm", "rad/s")
+    with pytest.raises(CosimError, match="cannot convert 'rpm' to 'rad/s'"):
+        run(package(tmp_path / "p.ssp", root, with_fmu(fmus)), tmp_path / "out")
+
+
 def pair(kind, type, inside="", mapped=None, value=None):
     """Two FMUs that pass a value of a type through."""
     source = bindings(binding(parameter_set(parameter(f"{kind}_in", type, value))))
