@@ -140,9 +140,7 @@ def _own_calls(path: Path) -> float:
         Initialiser(system)(values, 0.0, stop)
         program = system.program()
         for slave in slaves.values():
-            program.set_inputs(slave)
-            program.do_step(slave)
-            program.get_outputs(slave)
+            program.advance([slave])
         runner = Runner(program)
         runner.timed = False
         count = round(stop / STEP)

@@ -31,6 +31,8 @@ class Judged:
     """A hypothesis with its evidence, held-out residual and the energy that this shares, in units of its spread."""
 
     hypothesis: Hypothesis
+    fit: Fit
+    """The hypothesis's fit at the time."""
     held_out: np.ndarray
     shared: float
     score: float = 0.0
@@ -66,20 +68,28 @@ def prior(problem: Problem, h: Hypothesis) -> float:
     return PRIOR_PAIR * weight / (ids * (ids - 1) / 2)
 
 
-def judge(problem: Problem, hypotheses: Sequence[Hypothesis], N: np.ndarray) -> list[Judged]:
-    """All hypotheses with their scores, the best first."""
+def judge(
+    problem: Problem, hypotheses: Sequence[Hypothesis], N: np.ndarray, before: Sequence[Judged] = ()
+) -> list[Judged]:
+    """All hypotheses with their scores, the best first.
+
+    before: what has been judged; a fit found there is not asked about left-out data again.
+    """
+    known = {id(j.fit): j for j in before}
     made = []
     for h in hypotheses:
+        if (j := known.get(id(h.fit))) is not None:
+            made.append(Judged(h, h.fit, j.held_out, j.shared))
+            continue
         residual, spread = left_out(problem, h.fit, N)
-        made.append(Judged(h, residual, max(0.0, problem.obs.shared(residual / spread))))
-    phi = max(1.0, min(made, key=lambda j: j.gap).hypothesis.fit.phi)
+        made.append(Judged(h, h.fit, residual, max(0.0, problem.obs.shared(residual / spread))))
+    phi = max(1.0, min(made, key=lambda j: j.gap).fit.phi)
     calibration = Calibration.load()
     for j in made:
-        fit = j.hypothesis.fit
         j.terms = {
             "fit": calibration.weight(j.shared, len(problem.obs)),
-            "penalty": fit.penalty(),
-            "occam": occam(problem, fit, phi),
+            "penalty": j.fit.penalty(),
+            "occam": occam(problem, j.fit, phi),
             "prior": -2.0 * float(np.log(prior(problem, j.hypothesis))),
         }
         j.score = sum(j.terms.values())

@@ -149,7 +149,7 @@ def study(campaign: Campaign, catalogue: Catalogue, pool: Pool, say: Say = lambd
     for j in judged[:FINALISTS]:
         if j.score < judged[0].score + NEAR:
             search.finish(problem, j.hypothesis, N)
-    judged = judge(problem, _backward(problem, hypotheses, N), N)
+    judged = _backward(problem, judge(problem, hypotheses, N, judged), N)
     stage("looking at what is left")
     rows = problem.rows([judged[0].hypothesis.fit.point], problem.coarse)[0]
     assert rows is not None
@@ -215,16 +215,16 @@ def choose_difference(problem: Problem) -> None:
             return
 
 
-def _backward(problem: Problem, hypotheses: list[Hypothesis], N: np.ndarray) -> list[Hypothesis]:
+def _backward(problem: Problem, judged: list[Judged], N: np.ndarray) -> list[Judged]:
     """The hypotheses, those that lack one of the best one's effects refitted from where it stands if that is better.
 
     An effect must not win because the fit without it has stopped on its way, however far away. A pair may so give way
     to one effect, and that to none.
     """
-    made = {h.candidates: h for h in hypotheses}
+    made = {j.hypothesis.candidates: j.hypothesis for j in judged}
     tried: set[tuple[Candidate, ...]] = set()
     for _ in range(2):
-        best = judge(problem, list(made.values()), N)[0].hypothesis
+        best = judged[0].hypothesis
         for gone in best.candidates:
             left = tuple(c for c in best.candidates if c is not gone)
             if left in tried:
@@ -234,7 +234,8 @@ def _backward(problem: Problem, hypotheses: list[Hypothesis], N: np.ndarray) -> 
             if found is not None and (left not in made or found.merit < made[left].merit):
                 search.finish(problem, found, N)
                 made[left] = found
-    return list(made.values())
+        judged = judge(problem, list(made.values()), N, judged)
+    return judged
 
 
 def _pairs(problem: Problem, singles: list[Hypothesis], found: list[Secant], N: np.ndarray) -> list[Hypothesis]:

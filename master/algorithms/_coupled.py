@@ -66,9 +66,7 @@ class Stepper:
             )
         self.slave = slave
         program = system.program()
-        program.set_inputs(slave)
-        program.do_step(slave)
-        program.get_outputs(slave)
+        program.advance([slave])
         self._runner = Runner(program)
         self._rows = np.zeros((1, 0))
 

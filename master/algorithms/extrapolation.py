@@ -9,38 +9,15 @@ from __future__ import annotations
 from ..engine.program import Program
 from ..slaves.base import REAL
 from ..system import System
+from ._history import blend
 
-
-def sources(system: System) -> dict[int, int]:
-    """First slots and sizes of the real outputs that drive something."""
-    found = {}
-    for link in system.links:
-        if link.source.family == REAL and link.source.component:
-            found[link.source.place] = link.source.size
-    return found
-
-
-def predict(system: System, program: Program) -> dict[int, int]:
-    """Write the prediction of every driving output; the slots where it lies, by the slot of the output."""
-    instead = {}
-    for place, size in sources(system).items():
-        before, ahead = system.scratch(size), system.scratch(size)
-        for k in range(size):
-            system.board.reals[before + k] = system.board.reals[place + k]
-            program.mix(ahead + k, [(1.5, place + k), (-0.5, before + k)])
-            program.mix(before + k, [(1.0, place + k)])
-        instead[place] = ahead
-    return instead
+AHEAD = (1.5, -0.5)
+"""The straight line half a step ahead, from the newest value and the one before."""
 
 
 def write(system: System, program: Program) -> None:
     """Write the macro step."""
-    slaves = [system.slaves[name] for name in system.order]
-    instead = predict(system, program)
+    sources = {k.source.place: k.source for k in system.links if k.source.family == REAL and k.source.component}
+    instead = {place: blend(system, program, place, s.size, *AHEAD) for place, s in sources.items()}
     system.exchange(program, system.order, instead)
-    for slave in slaves:
-        program.set_inputs(slave)
-    for slave in slaves:
-        program.do_step(slave)
-    for slave in slaves:
-        program.get_outputs(slave)
+    program.advance([system.slaves[name] for name in system.order])

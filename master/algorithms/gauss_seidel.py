@@ -9,8 +9,5 @@ from ..system import System
 def write(system: System, program: Program) -> None:
     """Write the macro step."""
     for name in system.order:
-        slave = system.slaves[name]
         system.exchange(program, [name])
-        program.set_inputs(slave)
-        program.do_step(slave)
-        program.get_outputs(slave)
+        program.advance([system.slaves[name]])

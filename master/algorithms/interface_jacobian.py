@@ -53,15 +53,9 @@ def write(system: System, program: Program) -> None:
         system.board.reals[coupling.targets] = u
         return 0
 
-    slaves = [system.slaves[name] for name in system.order]
     coupling.pass_others(program)
     program.python(solve)
-    for slave in slaves:
-        program.set_inputs(slave)
-    for slave in slaves:
-        program.do_step(slave)
-    for slave in slaves:
-        program.get_outputs(slave)
+    program.advance([system.slaves[name] for name in system.order])
 
 
 class _Jacobian:

@@ -195,6 +195,12 @@ class Program:
         index = self.slaves.index(slave)
         self._add(slave, "doStep", code, slave.step_address(), slave.instance, index, slave.ratio, slave.told)
 
+    def advance(self, slaves: Sequence[Slave]) -> None:
+        """Hand all of them their inputs, have all step, read all outputs."""
+        for act in (self.set_inputs, self.do_step, self.get_outputs):
+            for slave in slaves:
+                act(slave)
+
     # the arrays
 
     def compiled(self) -> tuple[np.ndarray, np.ndarray, np.ndarray]:

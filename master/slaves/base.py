@@ -117,6 +117,8 @@ class Slave(ABC):
         self.output_groups: list[Group] = []
         self.told = 0
         """Place of doStep's out parameters among the bytes of the staging area (FMI 3.0)."""
+        self._structural: dict[str, Any] = {}
+        """Values of structural parameters, which sizes of arrays follow; only FMI 3.0 has some."""
         self._units = {u.name: _unit(u) for u in description.unitDefinitions}
         self._state = "new"
         self._keep: list[Any] = []
@@ -169,8 +171,6 @@ class Slave(ABC):
             size = d.start if d.start is not None else self._structural.get(d.variable.name, d.variable.start)
             sizes.append(int(size))
         return tuple(sizes)
-
-    _structural: dict[str, Any] = {}  # noqa: RUF012  values of structural parameters; only FMI 3.0 has some
 
     def size(self, name: str) -> int:
         """Number of values of a variable."""

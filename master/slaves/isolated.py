@@ -35,7 +35,7 @@ class IsolatedSlave(Slave):
     def __init__(self, real: Slave, step_timeout: float | None = None, interrupt: list[int] | None = None):
         super().__init__(real.name, real.folder, real.description)
         self.forms, self.version = real.forms, real.version  # type: ignore[misc]
-        self._structural = getattr(real, "_structural", {})
+        self._structural = real._structural
         self._kind = type(real)
         self._timeout, self._interrupt = step_timeout, interrupt if interrupt is not None else []
         self._process: subprocess.Popen[bytes] | None = None
