@@ -56,10 +56,14 @@ def _variables(plain: bool) -> list[tuple[str, int, str, str]]:
 START = {"Real": "0", "Integer": "0", "Boolean": "false", "String": "", "Enumeration": "1"}
 
 
-def description(version: int, units: dict[str, str] | None = None, through: bool = True, plain: bool = False) -> str:
+def description(
+    version: int, units: dict[str, str] | None = None, through: bool = True, plain: bool = False, slopes: bool = False,
+    negated: str = "",
+) -> str:  # fmt: skip
     """modelDescription.xml.
 
-    units: unit by variable name, of m, mm, N, kN, m/s, 1; through: outputs depend on inputs; plain: see `_variables`.
+    units: unit by variable name, of m, mm, N, kN, m/s, 1; through: outputs depend on inputs; plain: see `_variables`;
+    slopes: takes slopes of its inputs; negated: a variable of FMI 1.0 that is a negated alias.
     """
     units = units or {}
     known = {"m": 'm="1"', "mm": 'm="1" factor="0.001"', "N": 'kg="1" m="1" s="-2"', "m/s": 'm="1" s="-1"', "1": "",
@@ -82,15 +86,21 @@ def description(version: int, units: dict[str, str] | None = None, through: bool
             ("array", 700, "Float64", 3),
             ("wide", 710, "Int64", 0),
             ("single", 720, "Float32", 0),
+            ("huge", 730, "UInt64", 0),
         ):
             inside = f'<Dimension start="{size}"/>' if size else ""
-            variability = "discrete" if kind == "Int64" else "continuous"
+            variability = "continuous" if kind.startswith("Float") else "discrete"
             rows.append(f'<{kind} name="{name}_in" valueReference="{base}" causality="input" '
                         f'variability="{variability}" '
                         f'start="{" ".join(["0"] * max(1, size))}">{inside}</{kind}>')  # fmt: skip
             rows.append(f'<{kind} name="{name}_out" valueReference="{base + 1}" causality="output" '
                         f'variability="{variability}">{inside}</{kind}>')  # fmt: skip
-        outputs = [r for n, r, c, _ in variables if c == "output"] + [701, 711, 721]
+        size = '<Dimension valueReference="740"/>'
+        rows.append('<UInt64 name="size" valueReference="740" causality="structuralParameter" variability="fixed" '
+                    'start="2"/>')  # fmt: skip
+        rows.append(f'<Float64 name="many_in" valueReference="750" causality="input" start="1 2">{size}</Float64>')
+        rows.append(f'<Float64 name="many_out" valueReference="751" causality="output">{size}</Float64>')
+        outputs = [r for n, r, c, _ in variables if c == "output"] + [701, 711, 721, 731, 751]
         rows.append('<Float64 name="time" valueReference="999" causality="independent" variability="continuous"/>')
         structure = "".join(
             f'<{tag} valueReference="{r}"{_depends(r, through, 3)}/>'
@@ -114,10 +124,13 @@ def description(version: int, units: dict[str, str] | None = None, through: bool
         cause = "internal" if version == 1 and causality == "parameter" else causality
         value = "1e300" if name == "when" else START[kind]
         start = "" if causality == "output" else f' start="{value}"'
+        alias = ' alias="negatedAlias"' if name == negated else ""
         unit = f' unit="{units[name]}"' if name in units else ""
         declared = ' declaredType="Colour"' if kind == "Enumeration" else ""
         rows.append(f'<ScalarVariable name="{name}" valueReference="{reference}" causality="{cause}" '
-                    f'variability="{variability}"><{kind}{declared}{start}{unit}/></ScalarVariable>')  # fmt: skip
+                    f'variability="{variability}"{alias}>'
+                    f"<{kind}{declared}{start}{unit}/></ScalarVariable>")  # fmt: skip
+    interpolates = ' canInterpolateInputs="true"' if slopes else ""
     if version == 1:
         used = "".join(f'<BaseUnit unit="{u}"/>' for u in dict.fromkeys(units.values()))
         types = "".join(f'<Item name="{n}"/>' for n in ("red", "green", "blue"))
@@ -127,8 +140,8 @@ def description(version: int, units: dict[str, str] | None = None, through: bool
             + (f"<UnitDefinitions>{used}</UnitDefinitions>" if used else "")
             + f'<TypeDefinitions><Type name="Colour"><EnumerationType min="1" max="3">{types}</EnumerationType></Type>'
             f"</TypeDefinitions><ModelVariables>{''.join(rows)}</ModelVariables><Implementation><CoSimulation_StandAlone>"
-            '<Capabilities canHandleVariableCommunicationStepSize="true"/></CoSimulation_StandAlone></Implementation>'
-            "</fmiModelDescription>"
+            f'<Capabilities canHandleVariableCommunicationStepSize="true"{interpolates}/></CoSimulation_StandAlone>'
+            "</Implementation></fmiModelDescription>"
         )
     used = "".join(f'<Unit name="{u}"><BaseUnit {known[u]}/></Unit>' for u in dict.fromkeys(units.values()))
     unknowns = "".join(
@@ -140,7 +153,7 @@ def description(version: int, units: dict[str, str] | None = None, through: bool
         '<?xml version="1.0" encoding="UTF-8"?><fmiModelDescription fmiVersion="2.0" modelName="Linear" '
         'guid="{linear}">'
         '<CoSimulation modelIdentifier="Linear" canHandleVariableCommunicationStepSize="true" '
-        'canGetAndSetFMUstate="true" canSerializeFMUstate="true"/>'
+        f'canGetAndSetFMUstate="true" canSerializeFMUstate="true"{interpolates}/>'
         + (f"<UnitDefinitions>{used}</UnitDefinitions>" if used else "")
         + f'<TypeDefinitions><SimpleType name="Colour"><Enumeration>{items}</Enumeration></SimpleType>'
         "</TypeDefinitions>"

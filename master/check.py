@@ -12,7 +12,7 @@ from ..ssp.model import Component, SignalDictionaryReference
 from ..ssp.model import System as Tree
 from ..ssp.network import Network
 from .loops import loops
-from .setup import bound_values, configure, describe, given_values, read_package
+from .setup import bound_values, configure, describe, foreign_connectors, given_values, read_package
 from .slaves.base import Slave
 from .system import System
 
@@ -52,14 +52,12 @@ def check(package: Path, variant: str | None = None) -> Findings:
             if slave is not None:
                 slaves[path] = slave
                 _connectors(found, part.component, slave, path)
-        settings = []
+        network = _try(found, lambda: configure(network, slaves)[0]) or network
         for setting in network.settings:
             if setting.component not in slaves:
                 continue
             one = Network(network.structure, network.parts, (), (), {}, {}, (setting,), ())
-            values = _try(found, lambda one=one: bound_values(one, slaves, found.warnings.append))
-            settings += values or []
-        configure(settings, slaves)
+            _try(found, lambda one=one: bound_values(one, slaves, found.warnings.append))
         if len(slaves) == len(network.parts) and slaves:
             system = _try(found, lambda: System(network, slaves, found.errors))
             if system is not None:
@@ -83,10 +81,10 @@ def _try(found: Findings, make: Callable[[], object]) -> object:
 
 def _connectors(found: Findings, component: Component, slave: Slave, path: str) -> None:
     """Connectors against the FMU's variables: names, kinds and types."""
+    found.errors += foreign_connectors(component, slave)
     for c in component.connectors:
         v = slave.variables.get(c.name)
         if v is None:
-            found.errors.append(f"{c.where}: component '{path}' has a connector '{c.name}' that its FMU does not have")
             continue
         cause = v.causality or "local"
         if c.kind in ("input", "output", "parameter", "calculatedParameter", "structuralParameter") and c.kind != cause:

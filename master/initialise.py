@@ -6,7 +6,7 @@ changes; a loop that does not settle so is solved by Newton's method, and refuse
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Sequence
 from graphlib import CycleError, TopologicalSorter
 
 import numpy as np
@@ -15,7 +15,7 @@ from ..core.errors import PackageError, SimulationError
 from ..ssp.network import End, Wire
 from .engine.runner import Runner
 from .setup import Value
-from .slaves.base import REAL, TEXT
+from .slaves.base import REAL
 from .system import Link, System
 from .wiring import converted
 
@@ -34,12 +34,16 @@ class Initialiser:
                 program = system.program()
                 getattr(program, verb)(slave)
                 made[name] = Runner(program)
-        self._links = {name: [k for k in system.links if k.target.component == name] for name in system.slaves}
+        self._links: dict[str, list[tuple[Link, Runner]]] = {name: [] for name in system.slaves}
+        for link in system.links:
+            program = system.program()
+            system.pass_on(program, link)
+            self._links[link.target.component].append((link, Runner(program)))
         self._early = self._early_order()
         self._visits = self._visit_order()
         self._seen: set[str] = set()
 
-    def __call__(self, values: Iterable[Value], start: float, stop: float) -> None:
+    def __call__(self, values: Sequence[Value], start: float, stop: float) -> None:
         """Set start values, initialise all slaves and leave all signals in agreement at the start."""
         system = self.system
         for v in values:
@@ -53,6 +57,11 @@ class Initialiser:
                 raise SimulationError(f"{v.where}: {error}") from None
             if slave.variables[v.variable].causality == "input":
                 system.set_input(v.component, v.variable, v.value)
+        given = {(v.component, v.variable) for v in values}
+        for component, name in system.inputs:
+            slave = system.slaves[component]
+            if (component, name) not in given and slave.start(name) is None:
+                system.set_input(component, name, slave.get(name))
         for name in self._early:
             for wire in system.early:
                 if wire.end[0] == name:
@@ -102,40 +111,25 @@ class Initialiser:
         """Visit the components in turn: take the outputs that others have given as inputs, read the own outputs."""
         for name in components:
             slave = self.system.slaves[name]
-            for link in self._links[name]:
+            for link, carry in self._links[name]:
                 if link.source.component in self._seen or (link.source.component == "" and self.system.speaks(link)):
-                    self._pass(link)
+                    carry.once()
             self._set[name].once()
             if slave.version == "1.0" and slave._state == "initialising":
                 slave.exit_initialisation()
             self._seen.add(name)
             self._get[name].once()
 
-    def _pass(self, link: Link) -> None:
-        board, n = self.system.board, link.target.size
-        a, b = slice(link.source.place, link.source.place + n), slice(link.target.place, link.target.place + n)
-        cast = link.cast
-        if link.target.family == TEXT:
-            board.texts[b] = board.texts[a]
-        elif cast.table is not None:
-            table = dict(cast.table)
-            for k in range(n):
-                value = int(board.integers[link.source.place + k])
-                if value not in table:
-                    raise SimulationError(f"{link.wire.where}: the mapping has no entry for the value {value}")
-                board.integers[link.target.place + k] = table[value]
-        elif cast.plain:
-            board.integers[b] = board.integers[a]
-        else:
-            board.reals[b] = cast.factor * (board.integers if cast.from_integer else board.reals)[a] + cast.offset
-
     def _newton(self, change: np.ndarray) -> None:
         """Solve for the reals that go round in loops."""
         from scipy.optimize import root
 
         system = self.system
-        links = [k for k in system.links if k.target.family == REAL and not k.cast.from_integer]
-        targets = np.concatenate([np.arange(k.target.place, k.target.place + k.target.size) for k in links])
+        links = [
+            (k, carry) for mine in self._links.values() for k, carry in mine
+            if k.target.family == REAL and not k.cast.from_integer
+        ]  # fmt: skip
+        targets = np.concatenate([np.arange(k.target.place, k.target.place + k.target.size) for k, _ in links])
         names = {s.place + i: s.address for s in system.outputs.values() for i in range(s.size)}
         worst = max(names, key=lambda place: np.nan_to_num(change[place], nan=np.inf) if place < len(change) else 0.0)
 
@@ -144,8 +138,8 @@ class Initialiser:
             for name in system.order:
                 self._set[name].once()
                 self._get[name].once()
-            for link in links:
-                self._pass(link)
+            for _, carry in links:
+                carry.once()
             return np.nan_to_num(system.board.reals[targets] - x, nan=1e30, posinf=1e30, neginf=-1e30)
 
         start = np.nan_to_num(system.board.reals[targets], nan=0.0, posinf=0.0, neginf=0.0)

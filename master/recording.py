@@ -46,7 +46,6 @@ class Recording:
         self._sample: list[np.ndarray] = []
         self._stride = stride
         self._extremes: np.ndarray | None = None
-        self._finished = False
 
     def room(self) -> int:
         """Steps that may be taken until the block is full."""
@@ -140,7 +139,6 @@ class Recording:
 
     def finish(self) -> None:
         """The run came to its end."""
-        self._finished = True
         if self._writer is not None:
             writer, self._writer = self._writer, None
             writer.close(True)

@@ -41,7 +41,8 @@ class Session:
                 network = network.only(list(only))
             self.structure = network.structure
             slaves = load_descriptions(network)
-            self._bound = configure(bound_values(network, slaves), slaves)
+            network, _ = configure(network, slaves)
+            self._bound = bound_values(network, slaves)
             self.system = System(network, slaves)
             self._bound += given_values(network, self.system)
             load_slaves(slaves, self._stack, log)
@@ -82,10 +83,10 @@ class Session:
         """Every parameter and start value in force with these changes, by component.variable."""
         slaves = self.system.slaves
         found = {
-            f"{c}.{v.name}": slave.start(v.name)
+            f"{c}.{v.name}": value
             for c, slave in slaves.items()
             for v in slave.description.modelVariables
-            if v.start is not None and slave.settable(v.name)
+            if v.start is not None and slave.settable(v.name) and (value := slave.start(v.name)) is not None
         }
         for v in [*self._bound, *resolve((changes or {}).items(), slaves, "", self.system)]:
             found[f"{v.component}.{v.variable}" if v.component else v.variable] = v.value

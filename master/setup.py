@@ -10,14 +10,15 @@ import hashlib
 import re
 import shutil
 import tempfile
-from collections.abc import Callable, Iterable, Mapping
+from collections.abc import Callable, Iterable, Iterator, Mapping
 from contextlib import ExitStack
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
 from ..core.errors import PackageError, ParameterError, UnknownNameError, did_you_mean
 from ..ssp.archive import extract
+from ..ssp.model import Component
 from ..ssp.network import Network, Setting, flatten
 from ..ssp.reader import read
 from .slaves.base import Log, Slave
@@ -241,19 +242,24 @@ def describe_folder(name: str, folder: Path, shown: str = "FMU") -> Slave:
     return VERSIONS[known](name, folder, description)
 
 
+def foreign_connectors(component: Component, slave: Slave) -> Iterator[str]:
+    """What is wrong with the connectors that a component has and its FMU has not."""
+    for connector in component.connectors:
+        if connector.name not in slave.variables:
+            yield (
+                f"{connector.where}: component '{slave.name}' has a connector '{connector.name}' that its FMU does not "
+                f"have{did_you_mean(connector.name, sorted(slave.variables))}"
+            )
+
+
 def load_descriptions(network: Network) -> dict[str, Slave]:
     """Slaves by component path, not loaded yet, from the package's FMUs."""
     slaves: dict[str, Slave] = {}
     for path, part in network.parts.items():
         component = part.component
         slave = describe(path, component.source)
-        for connector in component.connectors:
-            if connector.name not in slave.variables:
-                hint = did_you_mean(connector.name, sorted(slave.variables))
-                raise PackageError(
-                    f"{connector.where}: component '{path}' has a connector '{connector.name}' that its FMU does not "
-                    f"have{hint}"
-                )
+        for fault in foreign_connectors(component, slave):
+            raise PackageError(fault)
         slaves[path] = slave
     if not slaves:
         raise PackageError("the system has no components")
@@ -269,13 +275,30 @@ def load_descriptions(network: Network) -> dict[str, Slave]:
     return slaves
 
 
-def configure(values: Iterable[Value], slaves: Mapping[str, Slave]) -> list[Value]:
-    """Hand structural parameters to the slaves, before sizes are asked for; the other values are returned."""
-    others = []
-    for v in values:
-        slave = slaves.get(v.component)
-        if isinstance(slave, Slave3) and slave.variables[v.variable].causality == "structuralParameter":
-            slave.configure(v.variable, v.value)
+def configure(
+    network: Network, slaves: Mapping[str, Slave], changes: Iterable[tuple[str, Any]] = ()
+) -> tuple[Network, list[tuple[str, Any]]]:
+    """Hand structural parameters to the slaves, before sizes are asked for; what the network and the changes have left.
+
+    They have to come before all others, for arrays are checked against the sizes they give.
+    """
+
+    def structural(component: str, name: str) -> bool:
+        slave = slaves.get(component)
+        variable = slave.variables.get(name) if isinstance(slave, Slave3) else None
+        return variable is not None and variable.causality == "structuralParameter"
+
+    sizes = [s for s in network.settings if structural(s.component, s.variable)]
+    values = bound_values(replace(network, settings=tuple(sizes)), slaves)
+    left = []
+    for address, value in changes:
+        component, name = split(address, slaves)
+        if any(structural(c, name) for c in ([component] if component else slaves)):
+            values += resolve([(address, value)], slaves)
         else:
-            others.append(v)
-    return others
+            left.append((address, value))
+    for v in values:
+        slave = slaves[v.component]
+        assert isinstance(slave, Slave3)
+        slave.configure(v.variable, v.value)
+    return replace(network, settings=tuple(s for s in network.settings if s not in sizes)), left

@@ -161,8 +161,8 @@ def run(
         start, stop, step, n = times_of(network.structure, options)
         slaves = load_descriptions(network)
         own = [c for c in options.changes if c[0] in network.inputs]
-        changes = resolve([c for c in options.changes if c not in own], slaves)
-        values = configure([*bound_values(network, slaves, remarks.append), *changes], slaves)
+        network, changes = configure(network, slaves, [c for c in options.changes if c not in own])
+        values = [*bound_values(network, slaves, remarks.append), *resolve(changes, slaves)]
         if options.isolate:
             slaves = {n: IsolatedSlave(s, options.step_timeout, interrupt) for n, s in slaves.items()}
         elif options.step_timeout is not None:
@@ -186,8 +186,8 @@ def run(
             values = [v for v in values if (v.component, v.variable) not in driven]
             system.mute({v.variable for v in values if not v.component} | {n for c, n in driven if not c})
             for column, drive in enumerate(drives):
-                program.drive(drive.signal.place, column, drive.signal.family)
-                system.put(drive.signal, drive.at(np.array([start]))[0])
+                program.drive(drive.place, column, drive.signal.family)
+                system.put(drive.signal, drive.at(np.array([start]))[0], drive.element)
             Initialiser(system)(values, start, stop)
             write(system, program)
             system.show(program)
@@ -386,6 +386,8 @@ class _Loop:
                 progress(self.done, n)
             if interrupt:
                 raise Interrupted(f"interrupted at t = {self.time:g} s", self.time)
+        for drive in self.drives:
+            self.system.put(drive.signal, drive.at(np.array([stop]))[0], drive.element)
         self._exchange.once()
         recording.last(self.time)
         progress(n, n)

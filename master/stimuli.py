@@ -10,19 +10,28 @@ from pathlib import Path
 import numpy as np
 
 from ..core.errors import UsageError, did_you_mean
-from .setup import split
+from .results.columns import elements
 from .slaves.base import REAL, TEXT, Signal
 from .system import System
 
 
 @dataclass(frozen=True)
 class Drive:
-    """An input and its series: times [s] (n,), values (n,), joined by straight lines or held."""
+    """An input and its series: times [s] (n,), values (n,), joined by straight lines or held.
+
+    element: which value of an array it is.
+    """
 
     signal: Signal
+    element: int
     times: np.ndarray
     values: np.ndarray
     straight: bool
+
+    @property
+    def place(self) -> int:
+        """Slot of the input."""
+        return self.signal.place + self.element
 
     def at(self, t: np.ndarray) -> np.ndarray:
         """Values at times (m,); beyond the ends the nearest is held."""
@@ -54,10 +63,14 @@ def read(path: Path, system: System) -> list[Drive]:
         raise UsageError(f"{path}, line {row}: time goes back")
     made = []
     for i, name in enumerate(names[1:], start=1):
-        signal = _target(path, name, system)
-        made.append(Drive(signal, times, table[:, i], _straight(signal, system)))
-    if len({d.signal for d in made}) < len(made):
+        signal, element = _target(path, name, system)
+        made.append(Drive(signal, element, times, table[:, i], _straight(signal, system)))
+    if len({(d.signal, d.element) for d in made}) < len(made):
         raise UsageError(f"{path}: a column stands twice")
+    for signal in {d.signal for d in made}:
+        missing = set(range(signal.size)) - {d.element for d in made if d.signal == signal}
+        if missing:
+            raise UsageError(f"{path}: column '{elements(signal)[min(missing)]}' is missing")
     return made
 
 
@@ -79,17 +92,23 @@ def _numbers(path: Path, names: Sequence[str], rows: Sequence[Sequence[str]]) ->
     return table
 
 
-def _target(path: Path, name: str, system: System) -> Signal:
-    signal = system.own_inputs.get(name) or system.inputs.get(split(name, system.slaves))
-    free = {s.address for s in [*system.own_inputs.values(), *system.inputs.values()]}
-    free -= {link.target.address for link in system.links}
-    if signal is None:
-        raise UsageError(f"{path}: column '{name}' is not an input of the system{did_you_mean(name, sorted(free))}")
-    if signal.address not in free:
+def _target(path: Path, name: str, system: System) -> tuple[Signal, int]:
+    """An input and which of its values a column stands for; columns of an array are called name[1], name[2], ..."""
+    driven = {link.target.address for link in system.links}
+    signals = [*system.own_inputs.values(), *system.inputs.values()]
+    known = {element: (s, k) for s in signals for k, element in enumerate(elements(s))}
+    if name not in known:
+        whole = next((s for s in signals if s.address == name), None)
+        if whole is not None:
+            raise UsageError(f"{path}: '{name}' is an array; give columns '{name}[1]' to '{name}[{whole.size}]'")
+        free = [n for n, (s, _) in known.items() if s.address not in driven]
+        raise UsageError(f"{path}: column '{name}' is not an input of the system{did_you_mean(name, free)}")
+    signal, element = known[name]
+    if signal.address in driven:
         raise UsageError(f"{path}: column '{name}' is connected and cannot be driven")
-    if signal.family == TEXT or signal.size > 1:
+    if signal.family == TEXT:
         raise UsageError(f"{path}: column '{name}' is {signal.type} and cannot be driven by a table")
-    return signal
+    return signal, element
 
 
 def _straight(signal: Signal, system: System) -> bool:

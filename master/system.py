@@ -58,7 +58,7 @@ class System:
             self._lay_out(slave, wanted[name])
         self.inputs = {(s.component, s.name): s for slave in slaves.values() for s in slave.inputs}
         self.outputs = {(s.component, s.name): s for slave in slaves.values() for s in slave.outputs}
-        self.own_inputs = {name: self._own(name, self.input_quantity(name)) for name in network.inputs}
+        self.own_inputs = {name: self._own(name) for name in network.inputs}
         """The inputs of the whole system."""
         self.own_outputs: dict[str, Signal] = {}
         """The outputs of the whole system."""
@@ -73,7 +73,6 @@ class System:
         self.muted: set[str] = set()
         """Own inputs that nobody gives a value: what they are connected to keeps its start value."""
         self.board = Board(self._count["slots"] + spare, self._count["texts"], self._staged)
-        self._reserved = spare
         self.order = self._component_order()
         self.reset_inputs()
 
@@ -124,8 +123,17 @@ class System:
         self._free += size
         return self._free - size
 
-    def _own(self, name: str, quantity: Quantity) -> Signal:
-        return Signal("", name, quantity.type, quantity.family, 0, self._place(quantity.family, 1), 1)
+    def _own(self, name: str) -> Signal:
+        """An input of the whole system; the sizes of an array are the package's, else those of what it leads to."""
+        quantity, type = self.input_quantity(name), self.network.inputs[name].type
+        sizes = type.dimensions if type is not None else ()
+        if sizes and all(isinstance(d, int) for d in sizes):
+            size = int(np.prod(sizes))
+        else:
+            ends = (w.end for w in self.network.wires if w.start == ("", name))
+            sizes = [self.slaves[c].size(v) for c, v in ends if c in self.slaves and v in self.slaves[c].variables]
+            size = sizes[0] if sizes else 1
+        return Signal("", name, quantity.type, quantity.family, 0, self._place(quantity.family, size), size)
 
     def input_quantity(self, name: str) -> Quantity:
         """What is known of an input of the whole system."""
@@ -250,9 +258,11 @@ class System:
     def reset_inputs(self) -> None:
         """Give every input its start value from the model description."""
         for component, name in self.inputs:
-            self.set_input(component, name, self.slaves[component].start(name))
+            value = self.slaves[component].start(name)
+            if value is not None:
+                self.set_input(component, name, value)
         for signal in self.own_inputs.values():
-            self.put(signal, "" if signal.family == TEXT else 0)
+            self.put(signal, ("" if signal.family == TEXT else 0,) * signal.size)
 
     def set_input(self, component: str, name: str, value: object) -> None:
         """Set the value that an input has until a connection overwrites it; '' is the whole system."""
@@ -267,12 +277,20 @@ class System:
         return bool(link.source.component) or link.source.name not in self.muted
 
     def checked_input(self, name: str, value: object, where: str) -> object:
-        """A value for an own input in its type, or a `ParameterError`."""
-        quantity = self.input_quantity(name)
+        """A value for an own input in its type, a tuple for an array, or a `ParameterError`."""
+        quantity, size = self.input_quantity(name), self.own_inputs[name].size
+        if size > 1 or isinstance(value, tuple):
+            parts = value.replace(",", " ").split() if isinstance(value, str) else value
+            values = list(parts) if isinstance(parts, (tuple, list)) else [parts] * size
+            if len(values) != size:
+                raise ParameterError(f"{where}: the system's input '{name}' has {size} values, not {len(values)}")
+            return tuple(self._checked_one(name, quantity, v, where) for v in values)
+        return self._checked_one(name, quantity, value, where)
+
+    @staticmethod
+    def _checked_one(name: str, quantity: Quantity, value: object, where: str) -> object:
         text = str(value).strip()
         try:
-            if isinstance(value, tuple):
-                raise ValueError
             if quantity.family == TEXT:
                 return value if isinstance(value, (str, bytes)) else text
             if quantity.type == "Boolean":
@@ -287,30 +305,19 @@ class System:
             kind = f"one {quantity.type}"
             raise ParameterError(f"{where}: {value!r} is not a value of the system's input '{name}' ({kind})") from None
 
-    def put(self, signal: Signal, value: object) -> None:
-        """Write a value, or a tuple of an array's, to a signal's place."""
+    def put(self, signal: Signal, value: object, element: int | None = None) -> None:
+        """Write a value, or a tuple of an array's, to a signal's place; or one element of an array."""
         values = value if isinstance(value, tuple) else (value,)
-        if len(values) != signal.size:
+        if len(values) != (signal.size if element is None else 1):
             raise ParameterError(f"'{signal.address}' has {signal.size} values, not {len(values)}")
-        for k, v in enumerate(values):
+        for place, v in enumerate(values, signal.place + (element or 0)):
             if signal.family == TEXT:
-                self.board.texts[signal.place + k] = v  # type: ignore[call-overload]
+                self.board.texts[place] = v  # type: ignore[call-overload]
             elif signal.family == REAL:
-                self.board.reals[signal.place + k] = float(v)  # type: ignore[arg-type]
+                self.board.reals[place] = float(v)  # type: ignore[arg-type]
             else:
                 number = int(v)  # type: ignore[call-overload]
-                self.board.integers[signal.place + k] = number if number < 2**63 else number - 2**64
-
-    def look(self, signal: Signal) -> object:
-        """A signal's present value; a tuple for an array."""
-        places = range(signal.place, signal.place + signal.size)
-        if signal.family == TEXT:
-            found: list[object] = [self.board.texts[p] for p in places]
-        elif signal.family == REAL:
-            found = [float(self.board.reals[p]) for p in places]
-        else:
-            found = [int(self.board.integers[p]) for p in places]
-        return found[0] if signal.size == 1 else tuple(found)
+                self.board.integers[place] = number if number < 2**63 else number - 2**64
 
     # programs
 

@@ -50,7 +50,7 @@ class Passage:
             from_integer = source.family == INTEGER and target.family == REAL
             if source.family == INTEGER and target.family == INTEGER and (factor, offset) != (1.0, 0.0):
                 raise PackageError(f"{where}: {source.shown} is {source.type}: it cannot be scaled")
-            return Cast(factor, offset, None, from_integer)
+            return Cast(factor, offset, None, from_integer, (source.type == "UInt64") != (target.type == "UInt64"))
         joined = {key: self.apply(key) for key in tables[0]}
         return Cast(1.0, 0.0, tuple((int(k), int(v)) for k, v in joined.items() if v is not None))
 

@@ -7,7 +7,7 @@ import shutil
 import stat
 import zipfile
 import zlib
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from pathlib import Path
 
 from ..core.errors import OutputError, PackageError
@@ -17,6 +17,9 @@ MAX_SIZE = 4 * 1024**3
 
 MAX_ENTRIES = 100_000
 """Most entries, likewise."""
+
+MAX_ELEMENTS = 100_000
+"""Most components and systems of a package."""
 
 MAX_RATIO = 1000.0
 """Most that an entry of more than a megabyte may grow when it is unpacked; deflate itself ends at about 1030."""
@@ -28,6 +31,24 @@ class Budget:
 
     size: int | None = None
     entries: int = MAX_ENTRIES
+    elements: int = MAX_ELEMENTS
+    known: set[Path] = field(default_factory=set)
+
+    def element(self, where: str) -> None:
+        """Count an element of a system: a small package can refer to its own parts over and over."""
+        self.elements -= 1
+        if self.elements < 0:
+            raise PackageError(f"{where}: more than {MAX_ELEMENTS} components and systems; refused")
+
+    def look_into(self, archive: Path) -> None:
+        """Count an archive that is unpacked later, once."""
+        if archive not in self.known:
+            self.known.add(archive)
+            try:
+                with zipfile.ZipFile(archive) as opened:
+                    self.take(archive, opened.infolist())
+            except (zipfile.BadZipFile, OSError):
+                return  # told when it is unpacked
 
     def take(self, archive: Path, entries: list[zipfile.ZipInfo]) -> None:
         """Count an archive, or refuse it."""

@@ -29,9 +29,6 @@ TAKES = ("input", "parameter", "structuralParameter")
 EARLY = ("parameter", "structuralParameter", "calculatedParameter")
 """Kinds of connectors whose values flow before a run begins."""
 
-MOST_COMPONENTS = 100_000
-"""Most components of a flattened system."""
-
 Node = tuple[str, str, str]
 """(what, path, connector): what is 'component', 'system' or 'dictionary'."""
 
@@ -148,7 +145,6 @@ class _Flattener:
     kinds: dict[Node, str] = field(default_factory=dict)
     driver: dict[Node, _Edge] = field(default_factory=dict)
     drives: dict[Node, list[tuple[Node, Connection]]] = field(default_factory=dict)
-    levels: list[tuple[int, list[Setting], list[Setting]]] = field(default_factory=list)
     remarks: list[str] = field(default_factory=list)
 
     def network(self) -> Network:
@@ -192,8 +188,6 @@ class _Flattener:
             if isinstance(element, Component):
                 if inner in self.parts:
                     raise PackageError(f"{element.where}: two components have the path '{inner}'")
-                if len(self.parts) >= MOST_COMPONENTS:
-                    raise PackageError(f"{element.where}: more than {MOST_COMPONENTS} components; refused")
                 self.parts[inner] = Part(inner, element)
                 for connector in element.connectors:
                     self.register(("component", inner, connector.name), connector)

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import zipfile
 from dataclasses import replace
 from pathlib import Path
 
@@ -52,19 +51,19 @@ def read(package: Path, folder: Path, variant: str | None = None) -> SystemStruc
     return _Reader(folder, budget).read(variant)
 
 
-def read_folder(folder: Path, variant: str | None = None) -> SystemStructure:
-    """Read the system of an extracted package."""
-    return _Reader(folder, Budget()).read(variant)
-
-
 class _Reader:
-    """One extracted package; packages inside it get readers of their own."""
+    """A folder of an extracted package; other folders, and packages inside it, get readers of their own."""
 
-    def __init__(self, folder: Path, budget: Budget, depth: int = 0, remarks: list[str] | None = None):
+    def __init__(
+        self, folder: Path, budget: Budget, depth: int = 0, remarks: list[str] | None = None,
+        outer: _Reader | None = None,
+    ):  # fmt: skip
         self.folder, self.budget, self.depth = folder, budget, depth
         self.remarks: list[str] = [] if remarks is None else remarks
-        self.bindings = Bindings(folder, folder, self.remarks.append)
-        self.open: list[str] = []
+        self.root: Path = outer.root if outer is not None else folder
+        """The package's folder."""
+        self.bindings = Bindings(folder, self.root, self.remarks.append)
+        self.open: list[str] = outer.open if outer is not None else []
         """Descriptions and referenced systems that are being read, to notice one that contains itself."""
 
     def variants(self) -> list[str]:
@@ -93,12 +92,13 @@ class _Reader:
         return Document(self.folder / name, name).root.get("name")
 
     def description(self, name: str) -> SystemStructure:
-        """The description in a file of the package."""
-        if name in self.open:
-            raise PackageError(f"{name}: the system contains itself ({' -> '.join([*self.open, name])})")
+        """The description in a file of the folder."""
+        shown = (self.folder / name).resolve().relative_to(self.root.resolve()).as_posix()
+        if shown in self.open:
+            raise PackageError(f"{shown}: the system contains itself ({' -> '.join([*self.open, shown])})")
         if len(self.open) + self.depth > MOST_LEVELS:
-            raise PackageError(f"{name}: nested more than {MOST_LEVELS} levels deep; refused")
-        document = Document(self.folder / name, name)
+            raise PackageError(f"{shown}: nested more than {MOST_LEVELS} levels deep; refused")
+        document = Document(self.folder / name, shown)
         root = document.root
         if root.tag != f"{SSD}SystemStructureDescription":
             raise document.error(root, f"root element {root.tag} is not that of SSP 1.0 or 2.0")
@@ -110,7 +110,7 @@ class _Reader:
         element = document.child(root, f"{SSD}System")
         if element is None:
             raise document.error(root, "no <System>")
-        self.open.append(name)
+        self.open.append(shown)
         system = self.system(document, element, known, root=True)
         self.open.pop()
         experiment = document.child(root, f"{SSD}DefaultExperiment")
@@ -137,6 +137,7 @@ class _Reader:
         if section is not None:
             tags = [f"{SSD}{t}" for t in ("Component", "System", "SignalDictionaryReference")]
             for child in document.children(section, tags):
+                self.budget.element(document.where(child))
                 if child.tag == f"{SSD}System":
                     elements.append(self.system(document, child, known))
                 elif child.tag == f"{SSD}Component":
@@ -195,25 +196,27 @@ class _Reader:
         source = element.get("source", "")
         if source.startswith("#"):
             return self._embedded(document, element, known, name, source[1:])
-        path, fragment = inside(document, element, source, self.folder, self.folder)
+        path, fragment = inside(document, element, source, self.folder, self.root)
         if not path.is_file():
             raise document.error(element, f"component '{name}' needs '{source}', which is missing in the package")
         if kind == FMU and path.suffix == ".ssp":
             kind = PACKAGE
         connectors = self.connectors(document, element, known)
         if kind == FMU:
+            self.budget.look_into(path)
             bindings = self.bindings.read(document, element, known, path)
             return Component(name, path, implementation, connectors, bindings, document.where(element))
         if kind == DEFINITION:
-            inner = self.description(path.name).system if path.parent == self.folder else self._beside(path)
+            inner = self._beside(path.resolve())
         else:
             inner = self._package(document, element, name, path, fragment)
         return self._as_element(document, element, known, name, inner, path)
 
     def _beside(self, path: Path) -> System:
-        """A description in another folder of the package."""
-        reader = _Reader(path.parent, self.budget, self.depth + 1, self.remarks)
-        reader.bindings = Bindings(path.parent, self.folder, self.remarks.append)
+        """A description in this or another folder of the package."""
+        reader = self if path.parent == self.folder.resolve() else _Reader(
+            path.parent, self.budget, self.depth, self.remarks, self
+        )  # fmt: skip
         return reader.description(path.name).system
 
     def _package(self, document: Document, element: etree._Element, name: str, path: Path, fragment: str) -> System:
@@ -237,9 +240,12 @@ class _Reader:
         found = [e for e in document.root.iter(f"{SSD}System") if e.get("id") == id]
         if len(found) != 1:
             raise document.error(element, f"component '{name}': there is no <System> with the id '{id}'")
-        if f"#{id}" in self.open:
+        key = f"{document.shown}#{id}"
+        if key in self.open:
             raise document.error(element, f"component '{name}': the system '{id}' contains itself")
-        self.open.append(f"#{id}")
+        if len(self.open) + self.depth > MOST_LEVELS:
+            raise document.error(element, f"nested more than {MOST_LEVELS} levels deep; refused")
+        self.open.append(key)
         inner = self.system(document, found[0], known, root=True)
         self.open.pop()
         return self._as_element(document, element, known, name, inner, None)
@@ -288,7 +294,7 @@ class _Reader:
                     element, f"signal dictionaries of type '{kind}' are not supported; known: {DICTIONARY}"
                 )
             if element.get("source") is not None:
-                path, _ = inside(document, element, element.get("source"), self.folder, self.bindings.root)
+                path, _ = inside(document, element, element.get("source"), self.folder, self.root)
                 file = Document(path, path.name)
                 root, outer = file.root, None
             else:
@@ -347,12 +353,3 @@ def _indices(document: Document, element: etree._Element, name: str) -> tuple[in
         return tuple(int(part) for part in text.split())
     except ValueError:
         raise document.error(element, f'{name}="{text}" is not a list of integers') from None
-
-
-def is_package(path: Path) -> bool:
-    """Whether a file looks like an SSP package."""
-    try:
-        with zipfile.ZipFile(path) as archive:
-            return any(name.endswith(".ssd") and "/" not in name for name in archive.namelist())
-    except (OSError, zipfile.BadZipFile):
-        return False

@@ -1,7 +1,8 @@
 /* A linear FMU for FMI 1.0, 2.0 or 3.0 (-DFMI=1, 2, 3) without any header: x' = A x + B u, y = C x + D u, exact for
-   inputs that are held during a step. Value references: 0.. u, 10.. y, 20.. x0, 100 + 10 i + j A, 200.. B, 300.. C,
+   inputs that are held during a step or go along a straight line. Value references: 0.. u, 10.. y, 20.. x0, 100 + 10 i + j A, 200.. B, 300.. C,
    400.. D; 500 integer in, 501 integer out, 510/511 boolean, 520/521 string, 530/531 enumeration; 600 what goes wrong and
-   601 when; FMI 3.0 also 700/701 an array of three doubles and 710/711 an Int64, 720/721 a Float32. */
+   601 when; FMI 3.0 also 700/701 an array of three doubles and 710/711 an Int64, 720/721 a Float32, 730/731 a UInt64,
+   740 the size (structural parameter) of the array 750/751, which starts as 1, 2, 3, ... */
 #include <math.h>
 #include <stdint.h>
 #include <stdlib.h>
@@ -21,12 +22,14 @@ typedef uint8_t Bool;
 #endif
 
 typedef struct {
-    double u[N], y[N], x[N], x0[N], A[N][N], B[N][N], C[N][N], D[N][N];
+    double u[N], slope[N], y[N], x[N], x0[N], A[N][N], B[N][N], C[N][N], D[N][N];
     double trouble, when, array_in[3], array_out[3];
     int integer_in, integer_out, item_in, item_out, ready;
     Bool boolean_in, boolean_out;
     int64_t wide_in, wide_out;
     float single_in, single_out;
+    uint64_t huge_in, huge_out, size;
+    double many_in[8], many_out[8];
     char text_in[256], text_out[256];
 } Model;
 
@@ -34,6 +37,8 @@ static void reset(Model *m) {
     memset(m, 0, sizeof *m);
     m->when = 1e300;
     m->item_in = m->item_out = 1;
+    m->size = 2;
+    for (int i = 0; i < 8; i++) m->many_in[i] = i + 1.0;
 }
 
 /* y = C x + D u and the values that are passed through */
@@ -47,6 +52,8 @@ static void output(Model *m) {
     m->item_out = m->item_in;
     m->wide_out = m->wide_in;
     m->single_out = m->single_in;
+    m->huge_out = m->huge_in;
+    memcpy(m->many_out, m->many_in, sizeof m->many_out);
     for (int i = 0; i < 3; i++) m->array_out[i] = m->array_in[i];
     strcpy(m->text_out, m->text_in);
 }
@@ -71,11 +78,14 @@ static void advance(Model *m, double h) {
             for (int i = 0; i < N; i++) {
                 next[i] = 0.0;
                 for (int j = 0; j < N; j++) next[i] += m->A[i][j] * term[j];
+                if (p == 2)
+                    for (int j = 0; j < N; j++) next[i] += m->B[i][j] * m->slope[j] * d;
                 next[i] *= d / p;
             }
             for (int i = 0; i < N; i++) { term[i] = next[i]; sum[i] += next[i]; }
         }
         memcpy(m->x, sum, sizeof sum);
+        for (int j = 0; j < N; j++) m->u[j] += m->slope[j] * d;
     }
 }
 
@@ -121,6 +131,7 @@ int fmi3SetFloat64(Model *m, const unsigned *r, size_t n, const double *v, size_
     (void)count;
     for (size_t k = 0; k < n; k++) {
         if (r[k] == 700) { memcpy(m->array_in, v, sizeof m->array_in); v += 3; }
+        else if (r[k] == 750) { memcpy(m->many_in, v, m->size * sizeof *v); v += m->size; }
         else if (fmi3SetReal(m, r + k, 1, v++)) return 3;
     }
     return 0;
@@ -130,6 +141,10 @@ int fmi3GetFloat64(Model *m, const unsigned *r, size_t n, double *v, size_t coun
     output(m);
     for (size_t k = 0; k < n; k++) {
         if (r[k] == 700 || r[k] == 701) { memcpy(v, r[k] == 700 ? m->array_in : m->array_out, 24); v += 3; }
+        else if (r[k] == 750 || r[k] == 751) {
+            memcpy(v, r[k] == 750 ? m->many_in : m->many_out, m->size * sizeof *v);
+            v += m->size;
+        }
         else if (fmi3GetReal(m, r + k, 1, v++)) return 3;
     }
     return 0;
@@ -150,6 +165,23 @@ int fmi3GetInt64(Model *m, const unsigned *r, size_t n, int64_t *v, size_t count
         v[k] = r[k] == 710 ? m->wide_in : r[k] == 711 ? m->wide_out : r[k] == 530 ? m->item_in : m->item_out;
     return 0;
 }
+int fmi3SetUInt64(Model *m, const unsigned *r, size_t n, const uint64_t *v, size_t count) {
+    (void)count;
+    for (size_t k = 0; k < n; k++) {
+        if (r[k] == 740 && v[k] <= 8) m->size = v[k];
+        else if (r[k] == 730) m->huge_in = v[k];
+        else return 3;
+    }
+    return 0;
+}
+int fmi3GetUInt64(Model *m, const unsigned *r, size_t n, uint64_t *v, size_t count) {
+    (void)count;
+    output(m);
+    for (size_t k = 0; k < n; k++) v[k] = r[k] == 740 ? m->size : r[k] == 730 ? m->huge_in : m->huge_out;
+    return 0;
+}
+int fmi3EnterConfigurationMode(Model *m) { (void)m; return 0; }
+int fmi3ExitConfigurationMode(Model *m) { (void)m; return 0; }
 int fmi3SetFloat32(Model *m, const unsigned *r, size_t n, const float *v, size_t count) {
     (void)count; (void)r;
     for (size_t k = 0; k < n; k++) m->single_in = v[k];
@@ -236,6 +268,14 @@ int EXPORT(DoStep)(Model *m, double t, double h, Bool keep) {
 }
 #endif
 
+static int slopes(Model *m, const unsigned *r, size_t n, const int *order, const double *v) {
+    for (size_t k = 0; k < n; k++) {
+        if (r[k] >= N || order[k] != 1) return 3;
+        m->slope[r[k]] = v[k];
+    }
+    return 0;
+}
+
 static Model *make(void) {
     Model *m = malloc(sizeof *m);
     reset(m);
@@ -260,7 +300,9 @@ int Linear_fmiInitializeSlave(Model *m, double start, char defined, double stop)
 int Linear_fmiTerminateSlave(Model *m) { (void)m; return 0; }
 int Linear_fmiResetSlave(Model *m) { reset(m); return 0; }
 void Linear_fmiFreeSlaveInstance(Model *m) { free(m); }
-int Linear_fmiSetRealInputDerivatives(Model *m, const unsigned *r, size_t n, const int *o, const double *v) { return 3; }
+int Linear_fmiSetRealInputDerivatives(Model *m, const unsigned *r, size_t n, const int *o, const double *v) {
+    return slopes(m, r, n, o, v);
+}
 int Linear_fmiGetRealOutputDerivatives(Model *m, const unsigned *r, size_t n, const int *o, double *v) { return 3; }
 int Linear_fmiCancelStep(Model *m) { (void)m; return 3; }
 int Linear_fmiGetStatus(Model *m, int k, int *v) { return 3; }
@@ -295,7 +337,9 @@ int fmi2DeSerializeFMUstate(Model *m, const char *b, size_t n, Model **s) {
 }
 int fmi2GetDirectionalDerivative(Model *m, const unsigned *z, size_t nz, const unsigned *v, size_t nv, const double *dv,
                                  double *dz) { return 3; }
-int fmi2SetRealInputDerivatives(Model *m, const unsigned *r, size_t n, const int *o, const double *v) { return 3; }
+int fmi2SetRealInputDerivatives(Model *m, const unsigned *r, size_t n, const int *o, const double *v) {
+    return slopes(m, r, n, o, v);
+}
 int fmi2GetRealOutputDerivatives(Model *m, const unsigned *r, size_t n, const int *o, double *v) { return 3; }
 int fmi2CancelStep(Model *m) { return 3; }
 int fmi2GetStatus(Model *m, int k, int *v) { return 3; }
@@ -320,12 +364,12 @@ int fmi3SetFMUState(Model *m, Model *s) { memcpy(m, s, sizeof *m); return 0; }
 int fmi3FreeFMUState(Model *m, Model **s) { free(*s); *s = NULL; return 0; }
 #define MISSING(name) int fmi3##name(void) { return 3; }
 MISSING(InstantiateModelExchange) MISSING(InstantiateScheduledExecution) MISSING(EnterEventMode) MISSING(GetInt8)
-MISSING(GetUInt8) MISSING(GetInt16) MISSING(GetUInt16) MISSING(GetUInt32) MISSING(GetUInt64) MISSING(GetBinary)
+MISSING(GetUInt8) MISSING(GetInt16) MISSING(GetUInt16) MISSING(GetUInt32) MISSING(GetBinary)
 MISSING(GetClock) MISSING(SetInt8) MISSING(SetUInt8) MISSING(SetInt16) MISSING(SetUInt16) MISSING(SetUInt32)
-MISSING(SetUInt64) MISSING(SetBinary) MISSING(SetClock) MISSING(GetNumberOfVariableDependencies)
+MISSING(SetBinary) MISSING(SetClock) MISSING(GetNumberOfVariableDependencies)
 MISSING(GetVariableDependencies) MISSING(SerializedFMUStateSize) MISSING(SerializeFMUState) MISSING(DeserializeFMUState)
-MISSING(GetDirectionalDerivative) MISSING(GetAdjointDerivative) MISSING(EnterConfigurationMode)
-MISSING(ExitConfigurationMode) MISSING(GetIntervalDecimal) MISSING(GetIntervalFraction) MISSING(GetShiftDecimal)
+MISSING(GetDirectionalDerivative) MISSING(GetAdjointDerivative)
+MISSING(GetIntervalDecimal) MISSING(GetIntervalFraction) MISSING(GetShiftDecimal)
 MISSING(GetShiftFraction) MISSING(SetIntervalDecimal) MISSING(SetIntervalFraction) MISSING(SetShiftDecimal)
 MISSING(SetShiftFraction) MISSING(EvaluateDiscreteStates) MISSING(UpdateDiscreteStates) MISSING(EnterStepMode)
 MISSING(GetOutputDerivatives) MISSING(ActivateModelPartition)

@@ -1,14 +1,15 @@
-"""Jacobi with inputs that are carried on: a straight line through the last two values, taken in the middle of the step.
+"""Jacobi with inputs that are carried on along the straight line through the last two values.
 
-For an input that is held, the middle is where a straight line has its mean, so what is handed over in a step is right
-to second order. The first step holds what is there.
+An FMU that takes slopes of its inputs (FMI 1.0 and 2.0, canInterpolateInputs) gets value and slope. Any other gets the
+line's value in the middle of the step: for an input that is held, the middle is where a straight line has its mean, so
+what is handed over in a step is right to second order. The first step holds what is there.
 """
 
 from __future__ import annotations
 
 from ..engine.program import Program
 from ..slaves.base import REAL
-from ..system import System
+from ..system import Link, System
 from ._history import blend
 
 AHEAD = (1.5, -0.5)
@@ -17,7 +18,33 @@ AHEAD = (1.5, -0.5)
 
 def write(system: System, program: Program) -> None:
     """Write the macro step."""
-    sources = {k.source.place: k.source for k in system.links if k.source.family == REAL and k.source.component}
-    instead = {place: blend(system, program, place, s.size, *AHEAD) for place, s in sources.items()}
-    system.exchange(program, system.order, instead)
-    program.advance([system.slaves[name] for name in system.order])
+    slaves = [system.slaves[name] for name in system.order]
+    carried = {s.name: [k for k in system.links if k.target.component == s.name and _is_line(k)] for s in slaves}
+    ahead = {k.source.place: k.source for s in slaves if not s.takes_slopes for k in carried[s.name]}
+    instead = {place: blend(system, program, place, s.size, *AHEAD) for place, s in ahead.items()}
+    for s in slaves:
+        system.exchange(program, [s.name], None if s.takes_slopes else instead)
+    changes = {s.name: _changes(system, program, carried[s.name]) for s in slaves if s.takes_slopes}
+    for s in slaves:
+        program.set_inputs(s)
+        if changes.get(s.name) is not None:
+            program.set_slopes(s, [k.target.reference for k in carried[s.name]], changes[s.name])
+    program.step_all(slaves)
+
+
+def _is_line(link: Link) -> bool:
+    return link.source.family == link.target.family == REAL and bool(link.source.component)
+
+
+def _changes(system: System, program: Program, links: list[Link]) -> int | None:
+    """Write how much the inputs of an FMU (scalars) have changed since the step before; the first slot."""
+    if not links:
+        return None
+    last, change = system.scratch(len(links)), system.scratch(len(links))
+    reals = system.board.reals
+    for i, link in enumerate(links):
+        source, factor = link.source.place, link.cast.factor
+        reals[last + i] = reals[source]
+        program.mix(change + i, [(factor, source), (-factor, last + i)])
+        program.mix(last + i, [(1.0, source)])
+    return change

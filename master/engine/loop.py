@@ -31,7 +31,10 @@ DRIVE, DRIVE_INTEGER = 13, 14
 STAGE, UNSTAGE = 15, 16
 """width, slot, place in the staging area of that width, count: from the board to it, and back."""
 DERIVATIVES = 17
-"""address, component, references, count, orders, values: fmi2SetRealInputDerivatives."""
+"""address, component, references, count, orders, slot: the inputs' changes over a step, which lie from the slot on, go
+to the FMU as slopes (fmi2SetRealInputDerivatives)."""
+POSITIVE = 18
+"""slot, count: integers on their way between UInt64 and other types, which agree where none is negative."""
 
 OPERANDS = 8
 
@@ -41,8 +44,9 @@ I8, U8, I16, U16, I32, U32, F32 = range(7)
 DONE, FAILED, NOT_FINITE, TIME_IS_UP = range(4)
 """Why the loop came back."""
 
-UNMAPPED, TERMINATE, EARLY = 1000, 1001, 1002
-"""Further statuses: a TABLE does not have the value; an FMU of FMI 3.0 asks to end the run, or came back early."""
+UNMAPPED, TERMINATE, EARLY, TOO_LARGE = 1000, 1001, 1002, 1003
+"""Further statuses: a TABLE does not have the value; an FMU of FMI 3.0 asks to end the run, or came back early; a value
+does not fit into its target's type."""
 
 
 @kernel
@@ -110,14 +114,17 @@ def run(
             elif code == DRIVE_INTEGER:
                 integers[o[1]] = int(driven[k, o[2]])
             elif code == DERIVATIVES:
-                status = native.derivatives(o[1], o[2], o[3], o[4], o[5], o[6])
+                for j in range(o[4]):
+                    reals[o[6] + j] /= step
+                status = native.derivatives(o[1], o[2], o[3], o[4], o[5], reals.ctypes.data + 8 * o[6])
             elif code == MIX:
                 mixed = 0.0
                 for j in range(o[4]):
                     mixed += constants[o[2] + j] * reals[tables[o[3] + j, 0]]
                 reals[o[1]] = mixed
             elif code == STAGE:
-                _stage(o, integers, reals, i8, u8, i16, u16, i32, u32, f32)
+                if not _stage(o, integers, reals, i8, u8, i16, u16, i32, u32, f32):
+                    status = TOO_LARGE
             elif code == UNSTAGE:
                 _unstage(o, integers, reals, i8, u8, i16, u16, i32, u32, f32)
             elif code == TABLE:
@@ -129,6 +136,10 @@ def run(
                         break
                 if not found:
                     status = UNMAPPED
+            elif code == POSITIVE:
+                for j in range(o[2]):
+                    if integers[o[1] + j] < 0:
+                        status = TOO_LARGE
             elif code == PYTHON:
                 status = native.python(o[1], t, step)
             if status > 1:
@@ -161,23 +172,35 @@ def _now(clock: int, where: int, spec: np.ndarray) -> Any:
 def _stage(
     o: np.ndarray, integers: np.ndarray, reals: np.ndarray, i8: np.ndarray, u8: np.ndarray, i16: np.ndarray,
     u16: np.ndarray, i32: np.ndarray, u32: np.ndarray, f32: np.ndarray,
-) -> None:  # fmt: skip
+) -> Any:  # fmt: skip
+    """Whether all values fit into the width."""
+    fits = True
     for j in range(o[4]):
         slot, place = o[2] + j, o[3] + j
-        if o[1] == I32:
-            i32[place] = integers[slot]
-        elif o[1] == U8:
-            u8[place] = integers[slot]
-        elif o[1] == F32:
+        if o[1] == F32:
             f32[place] = reals[slot]
+            fits &= np.isfinite(f32[place]) or not np.isfinite(reals[slot])
+            continue
+        value = integers[slot]
+        if o[1] == I32:
+            i32[place] = value
+            fits &= i32[place] == value
+        elif o[1] == U8:
+            u8[place] = value
+            fits &= u8[place] == value
         elif o[1] == I8:
-            i8[place] = integers[slot]
+            i8[place] = value
+            fits &= i8[place] == value
         elif o[1] == I16:
-            i16[place] = integers[slot]
+            i16[place] = value
+            fits &= i16[place] == value
         elif o[1] == U16:
-            u16[place] = integers[slot]
+            u16[place] = value
+            fits &= u16[place] == value
         else:
-            u32[place] = integers[slot]
+            u32[place] = value
+            fits &= u32[place] == value
+    return fits
 
 
 @kernel

@@ -39,6 +39,8 @@ class Cast:
     table: tuple[tuple[int, int], ...] | None = None
     from_integer: bool = False
     """The source is an integer and the target a real."""
+    positive: bool = False
+    """The value must not be negative: one end is UInt64 and the other is not."""
 
     @property
     def plain(self) -> bool:
@@ -73,6 +75,8 @@ class Program:
 
     def cast(self, target: int, source: int, size: int, cast: Cast, doing: str = "") -> None:
         """target = cast(source), `size` slots from each."""
+        if cast.positive:
+            self._add(None, doing, loop.POSITIVE, source, size)
         if cast.table is not None:
             first = self._table(cast.table)
             for k in range(size):
@@ -151,6 +155,9 @@ class Program:
             self._add(slave, doing, code, address, slave.instance, references, len(g.references), buffer, g.count)
             if g.form.width is not None and verb == "Get":
                 self._add(slave, doing, loop.UNSTAGE, g.form.width, g.place, g.stage, g.count)
+            for s in g.signals:
+                if s.name in slave.negated:
+                    self._add(slave, doing, loop.LINEAR, s.place, s.place, 1, self._constants(-1.0, 0.0))
 
     def _remote(self, slave: IsolatedSlave, doing: str, function: Callable[[float, float], None]) -> None:
         """Have an FMU in another process do something."""
@@ -195,9 +202,24 @@ class Program:
         index = self.slaves.index(slave)
         self._add(slave, "doStep", code, slave.step_address(), slave.instance, index, slave.ratio, slave.told)
 
+    def set_slopes(self, slave: Slave, references: Sequence[int], changes: int) -> None:
+        """Hand the slopes of inputs to the FMU; their changes over the last step lie from the slot `changes` on."""
+        kept = np.array(references, np.uint32), np.ones(len(references), np.int32)
+        self._keep += kept
+        first, orders = (int(a.ctypes.data) for a in kept)
+        address = slave.slopes_address()
+        self._add(slave, "setting the inputs' slopes", loop.DERIVATIVES, address, slave.instance, first,
+                  len(references), orders, changes)  # fmt: skip
+
     def advance(self, slaves: Sequence[Slave]) -> None:
         """Hand all of them their inputs, have all step, read all outputs."""
-        for act in (self.set_inputs, self.do_step, self.get_outputs):
+        for slave in slaves:
+            self.set_inputs(slave)
+        self.step_all(slaves)
+
+    def step_all(self, slaves: Sequence[Slave]) -> None:
+        """Have all of them step, read all outputs."""
+        for act in (self.do_step, self.get_outputs):
             for slave in slaves:
                 act(slave)
 

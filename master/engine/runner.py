@@ -79,6 +79,8 @@ class Runner:
             raise error
         if status == loop.UNMAPPED:
             raise SimulationError(f"{doing}: the mapping has no entry for the value at t = {t:g} s", t)
+        if status == loop.TOO_LARGE:
+            raise SimulationError(f"{self._too_large(operation)} at t = {t:g} s", t)
         assert slave is not None
         if status == loop.TERMINATE:
             raise SimulationError(f"component '{slave.name}' asks to end the simulation at t = {t:g} s", t)
@@ -87,6 +89,20 @@ class Runner:
                 f"component '{slave.name}' came back early from its step at t = {t:g} s, which it was not allowed to", t
             )
         raise slave.failure(doing, status, t if doing == "doStep" else None)
+
+    def _too_large(self, operation: int) -> str:
+        """What does not fit into the type it goes to."""
+        slave, doing = self.program.labels[operation]
+        if slave is None:
+            return f"{doing}: the value does not fit into the type of what it is connected to"
+        _, width, place, stage, count = self.program.rows[operation]
+        board = self.program.board
+        values = (board.reals if width == loop.F32 else board.integers)[place : place + count]
+        staged = board.stages[width][stage : stage + count]
+        k = int(np.argmax(~np.isfinite(staged) if width == loop.F32 else staged != values))
+        signals = [s for g in slave.input_groups for s in g.signals if g.form.width == width]
+        signal = next(s for s in signals if s.place <= place + k < s.place + s.size)
+        return f"component '{slave.name}': {values[k]:g} does not fit into '{signal.name}', which is {signal.type}"
 
     def once(self) -> None:
         """Run the operations once, where they take no steps."""

@@ -15,7 +15,7 @@ from ..system import System
 
 @dataclass(frozen=True)
 class Column:
-    """A column of a result: name, unit, type (float, integer, boolean or text)."""
+    """A column of a result: name, unit, type (float, integer, unsigned, boolean or text)."""
 
     name: str
     type: str = "float"
@@ -36,7 +36,9 @@ def type_of(signal: Signal) -> str:
     """A column's type."""
     if signal.family == TEXT:
         return "text"
-    return "float" if signal.family == REAL else "boolean" if signal.type == "Boolean" else "integer"
+    if signal.family == REAL:
+        return "float"
+    return {"Boolean": "boolean", "UInt64": "unsigned"}.get(signal.type, "integer")
 
 
 class Layout:
@@ -101,6 +103,6 @@ class Layout:
                 if kind == "float":
                     made.append(raw)
                 else:
-                    whole = np.ascontiguousarray(raw).view(np.int64)
+                    whole = np.ascontiguousarray(raw).view(np.uint64 if kind == "unsigned" else np.int64)
                     made.append(whole != 0 if kind == "boolean" else whole)
         return made

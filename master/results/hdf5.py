@@ -23,7 +23,10 @@ class Hdf5Writer:
         except ImportError:
             raise UsageError(f"{path}: HDF5 needs h5py: pip install 'deepsea-cosim[results]'") from None
         self.path = path
-        kinds = {"float": np.float64, "integer": np.int64, "boolean": np.bool_, "text": h5py.string_dtype()}
+        kinds = {
+            "float": np.float64, "integer": np.int64, "unsigned": np.uint64, "boolean": np.bool_,
+            "text": h5py.string_dtype(),
+        }  # fmt: skip
         self._sets = []
         self._rows = 0
         try:

@@ -28,7 +28,10 @@ class ParquetWriter:
         except ImportError:
             raise UsageError(f"{path}: Parquet needs pyarrow: pip install 'deepsea-cosim[results]'") from None
         self.path = path
-        kinds = {"float": pyarrow.float64(), "integer": pyarrow.int64(), "boolean": pyarrow.bool_()}
+        kinds = {
+            "float": pyarrow.float64(), "integer": pyarrow.int64(), "unsigned": pyarrow.uint64(),
+            "boolean": pyarrow.bool_(),
+        }  # fmt: skip
         self._schema = pyarrow.schema(
             [
                 pyarrow.field(c.name, kinds.get(c.type, pyarrow.string()), metadata={"unit": c.unit or ""})

@@ -117,6 +117,8 @@ class Slave(ABC):
         self.output_groups: list[Group] = []
         self.told = 0
         """Place of doStep's out parameters among the bytes of the staging area (FMI 3.0)."""
+        self.negated: frozenset[str] = frozenset()
+        """Variables that are the negative of what their value reference stands for; only FMI 1.0 has some."""
         self._structural: dict[str, Any] = {}
         """Values of structural parameters, which sizes of arrays follow; only FMI 3.0 has some."""
         self._units = {u.name: _unit(u) for u in description.unitDefinitions}
@@ -258,7 +260,10 @@ class Slave(ABC):
         return number
 
     def start(self, name: str) -> Any:
-        """The start value of a variable in its type; zero, false or empty where none is given."""
+        """The start value of a variable in its type; zero, false or empty where none is given.
+
+        None for an array that a structural parameter has given another size than its start value has: the FMU knows.
+        """
         variable = self.variables[name]
         if variable.start in (None, ""):
             empty: dict[str, Any] = {REAL: 0.0, INTEGER: 0}
@@ -267,6 +272,10 @@ class Slave(ABC):
         text = variable.start
         if isinstance(text, (list, tuple)) and not variable.dimensions:
             text = text[0] if text else ""
+        if variable.dimensions and self._structural and isinstance(text, (str, list, tuple)):
+            given = len(text.split()) if isinstance(text, str) else len(text)
+            if given not in (1, self.size(name)):
+                return None
         return self.checked(name, text, "modelDescription.xml", limited=False)
 
     # life
@@ -308,6 +317,15 @@ class Slave(ABC):
     @abstractmethod
     def step_address(self) -> int:
         """Address of doStep."""
+
+    @property
+    def takes_slopes(self) -> bool:
+        """Whether the FMU carries its real inputs on through a step when it is told their slopes."""
+        return False
+
+    def slopes_address(self) -> int:
+        """Address of SetRealInputDerivatives."""
+        raise NotImplementedError
 
     @property
     @abstractmethod

@@ -1,8 +1,12 @@
-"""FMI 1.0 for co-simulation: no initialisation mode, no states to restore, booleans of one byte."""
+"""FMI 1.0 for co-simulation: no initialisation mode, no states to restore, booleans of one byte, negated aliases."""
 
 from __future__ import annotations
 
-from .base import FORMS_1, Form, Log, address_of
+from pathlib import Path
+from typing import Any
+
+from ...core.errors import PackageError
+from .base import FORMS_1, REAL, Form, Log, address_of
 from .library import LibrarySlave
 
 
@@ -11,6 +15,35 @@ class Slave1(LibrarySlave):
 
     forms = FORMS_1
     version = "1.0"
+
+    def __init__(self, name: str, folder: Path, description: Any):
+        super().__init__(name, folder, description)
+        self._read_on()
+
+    def _read_on(self) -> None:
+        """What fmpy leaves out: capabilities, and reals that are the negative of their value reference's value."""
+        from lxml import etree
+
+        parser = etree.XMLParser(resolve_entities=False, no_network=True, load_dtd=False)
+        root = etree.parse(str(self.folder / "modelDescription.xml"), parser).getroot()
+        for capabilities in root.iter("Capabilities"):
+            for able in ("canHandleVariableCommunicationStepSize", "canInterpolateInputs"):
+                setattr(self.description.coSimulation, able, capabilities.get(able) in ("true", "1"))
+        found = [v.get("name") for v in root.iter("ScalarVariable") if v.get("alias") == "negatedAlias"]
+        for variable in (self.variables[name] for name in found if name in self.variables):
+            if variable.causality == "input" or self.forms[variable.type].family != REAL:
+                raise PackageError(
+                    f"component '{self.name}': '{variable.name}' is a negated alias; only real outputs and parameters "
+                    "may be one"
+                )
+        self.negated = frozenset(found)
+
+    def set_start(self, name: str, value: Any) -> None:
+        super().set_start(name, -value if name in self.negated else value)
+
+    def get(self, name: str) -> Any:
+        value = super().get(name)
+        return -value if name in self.negated else value
 
     def load(self, log: Log) -> None:
         super().load(log)
@@ -43,3 +76,6 @@ class Slave1(LibrarySlave):
 
     def step_address(self) -> int:
         return self._address("fmiDoStep")
+
+    def slopes_address(self) -> int:
+        return self._address("fmiSetRealInputDerivatives")

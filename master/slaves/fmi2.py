@@ -32,6 +32,9 @@ class Slave2(LibrarySlave):
     def step_address(self) -> int:
         return address_of(self._fmu.dll.fmi2DoStep)
 
+    def slopes_address(self) -> int:
+        return address_of(self._fmu.dll.fmi2SetRealInputDerivatives)
+
     def save(self) -> Any:
         return self.call(self._fmu.getFMUstate, doing="getFMUstate")
 

@@ -122,3 +122,22 @@ def test_a_damper_is_a_loss_that_halving_the_step_confirms(fmus, tmp_path):
     frame = result.frame
     true = np.abs(frame["mass.y1"] - np.cos(OMEGA * frame["time"])).max()
     assert result.summary["step_check"]["errors"]["mass.y1"]["error"] == pytest.approx(true, rel=0.05)
+
+
+@pytest.mark.parametrize("version", [1, 2])
+def test_a_straight_line_reaches_an_fmu_that_takes_slopes(tmp_path, version):
+    """x'' = t: with the line's mean alone x would lag; the first step, which knows no slope yet, is what is missing."""
+    clock = native.linear(tmp_path / "f", 2, "clock", through=False)
+    mass = native.linear(tmp_path / "f", version, "mass", through=False, slopes=True)
+    ramp = component("ramp", "resources/clock.fmu", connector("y1", "output"))
+    body = component("body", "resources/mass.fmu", connector("u1", "input"), connector("y1", "output"))
+    parts = {"ramp": {"A": [[0, 1], [0, 0]], "C": [[1, 0]], "x0": [0, 1]},
+             "body": {"A": [[0, 1], [0, 0]], "B": [[0], [1]], "C": [[1, 0]]}}  # fmt: skip
+    sets = {a: v for name, m in parts.items() for a, v in native.values(name, **m).items()}
+    root = system("root", ramp, body, links=(link("ramp.y1", "body.u1"),), bindings=bindings(binding(values(sets))))
+    path = package(tmp_path / "p.ssp", root, {"resources/clock.fmu": clock, "resources/mass.fmu": mass}, step=0.1)
+    h = 0.1
+    x = run(path, tmp_path / "out", Options(method="extrapolation")).frame["body.y1"].iloc[-1]
+    assert x == pytest.approx(1.0 / 6.0 - h**3 / 6.0 - h**2 / 2.0 * (1.0 - h), rel=1e-12)
+    with_mean = run(path, tmp_path / "out", Options(method="extrapolation", substeps=(("body", 2),)))
+    assert with_mean.frame["body.y1"].iloc[-1] != pytest.approx(x, rel=1e-6)
