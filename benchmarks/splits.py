@@ -77,8 +77,9 @@ def two_masses() -> Split:
 
 def packed(split: Split, folder: Path) -> Path:
     """The package of a split, of native FMUs."""
-    fmus = {"resources/mass.fmu": native.linear(folder, 2, "mass", through=False),
-            "resources/spring.fmu": native.linear(folder, 2, "spring")}  # fmt: skip
+    mass = native.linear(folder, 2, "mass", through=False, units={"u1": "N", "y1": "m", "y2": "m/s"})
+    spring = native.linear(folder, 2, "spring", units={"u1": "m", "u2": "m/s", "y1": "N"})
+    fmus = {"resources/mass.fmu": mass, "resources/spring.fmu": spring}
     given = {}
     for name, part in (("mass", split.mass), ("spring", split.spring)):
         A, B, C, D, x = part
@@ -118,7 +119,7 @@ def damping(split: Split, times: np.ndarray, states: np.ndarray) -> float:
     swinging = [i for i in range(len(roots)) if roots[i].imag > 1e-6 and abs(left[:, i].conj() @ x) > 1e-9]
     fastest = max(swinging, key=lambda i: abs(roots[i]))
     size = np.abs(states @ left[:, fastest].conj())
-    seen = size > 1e-3 * size[0]
+    seen = size > 0.1 * size[0]  # further on what the other modes leave in the projection would count
     last = len(seen) if seen.all() else int(np.argmin(seen))
     slope = np.polyfit(times[2:last], np.log(size[2:last]), 1)[0]
     return float((roots[fastest].real - slope) / abs(roots[fastest]))

@@ -9,18 +9,12 @@ from __future__ import annotations
 from collections.abc import Iterable, Sequence
 from graphlib import CycleError, TopologicalSorter
 
-import numpy as np
-
 from ..core.errors import PackageError, SimulationError
 from ..ssp.network import End, Wire
-from .engine.runner import Runner
+from .agreement import Agreement
 from .setup import Value
-from .slaves.base import REAL
-from .system import Link, System
+from .system import System
 from .wiring import converted
-
-MAX_SWEEPS = 100
-SETTLED = 1e-9
 
 
 class Initialiser:
@@ -28,17 +22,7 @@ class Initialiser:
 
     def __init__(self, system: System):
         self.system = system
-        self._set, self._get = {}, {}
-        for name, slave in system.slaves.items():
-            for verb, made in (("set_inputs", self._set), ("get_outputs", self._get)):
-                program = system.program()
-                getattr(program, verb)(slave)
-                made[name] = Runner(program)
-        self._links: dict[str, list[tuple[Link, Runner]]] = {name: [] for name in system.slaves}
-        for link in system.links:
-            program = system.program()
-            system.pass_on(program, link)
-            self._links[link.target.component].append((link, Runner(program)))
+        self._agreement = Agreement(system, system.order)
         self._early = self._early_order()
         self._visits = self._visit_order()
         self._seen: set[str] = set()
@@ -97,60 +81,22 @@ class Initialiser:
         if self._visits is not None:
             self.sweep([*self._visits, *self.system.order])
             return
-        reals = self.system.board.reals
-        for _ in range(MAX_SWEEPS):
-            before = reals.copy()
-            self.sweep(self.system.order)
-            with np.errstate(invalid="ignore"):
-                change = np.where(reals == before, 0.0, np.abs(reals - before))
-            if np.all(change <= SETTLED * (1.0 + np.abs(before))):
-                return
-        self._newton(change / (1.0 + np.abs(before)))
+        self.sweep(self.system.order)  # after this one all have been seen
+        self._agreement.settle("at the start")
 
     def sweep(self, components: Iterable[str]) -> None:
         """Visit the components in turn: take the outputs that others have given as inputs, read the own outputs."""
         for name in components:
             slave = self.system.slaves[name]
-            for link, carry in self._links[name]:
+            links, inputs, outputs = self._agreement.visits[name]
+            for link, carry in links:
                 if link.source.component in self._seen or (link.source.component == "" and self.system.speaks(link)):
                     carry.once()
-            self._set[name].once()
+            inputs.once()
             if slave.version == "1.0" and slave._state == "initialising":
                 slave.exit_initialisation()
             self._seen.add(name)
-            self._get[name].once()
-
-    def _newton(self, change: np.ndarray) -> None:
-        """Solve for the reals that go round in loops."""
-        from scipy.optimize import root
-
-        system = self.system
-        links = [
-            (k, carry) for mine in self._links.values() for k, carry in mine
-            if k.target.family == REAL and not k.cast.from_integer
-        ]  # fmt: skip
-        targets = np.concatenate([np.arange(k.target.place, k.target.place + k.target.size) for k, _ in links])
-        names = {s.place + i: s.address for s in system.outputs.values() for i in range(s.size)}
-        worst = max(names, key=lambda place: np.nan_to_num(change[place], nan=np.inf) if place < len(change) else 0.0)
-
-        def left(x: np.ndarray) -> np.ndarray:
-            system.board.reals[targets] = x
-            for name in system.order:
-                self._set[name].once()
-                self._get[name].once()
-            for _, carry in links:
-                carry.once()
-            return np.nan_to_num(system.board.reals[targets] - x, nan=1e30, posinf=1e30, neginf=-1e30)
-
-        start = np.nan_to_num(system.board.reals[targets], nan=0.0, posinf=0.0, neginf=0.0)
-        start[np.abs(start) > 1e12] = 0.0
-        found = root(left, start, tol=1e-12)
-        rest = np.abs(left(found.x))
-        if not np.all(rest <= 1e-8 * (1.0 + np.abs(found.x))):
-            raise SimulationError(
-                f"the algebraic loop at the start does not settle in {MAX_SWEEPS} sweeps, and Newton's method finds no "
-                f"solution; '{names[worst]}' still changes by {change[worst]:g}"
-            )
+            outputs.once()
 
     def _visit_order(self) -> list[str] | None:
         """Components to visit in turn so that each output is read after the inputs it depends on; None in a loop."""

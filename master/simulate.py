@@ -19,6 +19,7 @@ from ..ssp.model import SystemStructure
 from . import stimuli
 from .algorithms import NAMES, algorithm
 from .bonds import find_bonds
+from .direct import at_once
 from .engine.runner import Runner
 from .initialise import Initialiser
 from .manifest import manifest, write_manifest
@@ -191,12 +192,14 @@ def run(
             Initialiser(system)(values, start, stop)
             write(system, program)
             system.show(program)
+            bonds = find_bonds(system)
+            answers = [at_once(system, bond) for bond in bonds]
             if interrupt:
                 raise Interrupted("interrupted before the first step", start)
         except CosimError as error:
             write_summary(folder, {"package": str(package), "status": "failed", "error": str(error), "steps": 0})
             raise
-        energy = ResidualEnergy(find_bonds(system), layout)
+        energy = ResidualEnergy(bonds, layout, answers)
         file = folder / options.results if options.results else None
         stride = stride or max(1, n // SAMPLE)
         recording = Recording(system, layout, which, file, options.record_every, energy, stride)

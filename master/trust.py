@@ -1,7 +1,9 @@
 """How far a run can be trusted, from its own record: residual energy, frequency and numerical damping of the coupling.
 
-What one side of a power bond believes to hand over in a step, its output times its held input, differs from what the
-other side believes: the difference is energy that the coupling creates or destroys (Sadjina et al. 2017, ECCO).
+What one side of a power bond believes to hand over in a step differs from what the other side believes: the difference
+is energy that the coupling creates or destroys (Sadjina et al. 2017, ECCO). Each side counts the mean of its output
+times the input that it held; the paper takes the output at the step's end, which finds a residual of first order in
+methods that have none.
 
 A component answers to an input u that is held during a step with its output at the end, y_1 = y_0 + D u + what it does
 of its own. Second differences of y against first differences of u give D (least squares), for what a component does of
@@ -10,13 +12,13 @@ stiffness) swing with
 
     omega h = sqrt(-D_a D_b),
 
-and their energy is E = h / 2 |y_a^2 / D_a| + h / 2 |y_b^2 / D_b|. What they hand over in a step is the input times the
-mean of the output; what does not arrive at the other side, at the mean rate P, is a numerical damping ratio of
--P / (2 omega E), negative where the coupling drives the swing.
+and their energy is E = h / 2 |y_a^2 / D_a| + h / 2 |y_b^2 / D_b|. What does not arrive at the other side, at the mean
+rate P, is a numerical damping ratio of -P / (2 omega E), negative where the coupling drives the swing.
 """
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass, field
 from typing import Any
 
@@ -31,6 +33,10 @@ CERTAIN = 0.5
 TRUSTED = 0.1
 """Share of residual energy above which a run warns."""
 
+AT_ONCE = 0.02
+"""Share of an output's answer that may be to a position rather than a speed, for a damping to be told: what comes with
+a jump of the position is not in the products of the bond."""
+
 NYQUIST = 1.0
 """omega h from which a step is too long for the swing, whatever the method."""
 
@@ -40,6 +46,8 @@ class Swing:
     """Sums over a run for one bond; a is the component that gives the first link."""
 
     bond: Bond
+    at_once: tuple[float, float] = (0.0, 0.0)
+    """How much the outputs of a and b answer at once to what the other side's flow is the rate of (`direct`)."""
     sums: np.ndarray = field(default_factory=lambda: np.zeros((2, 3)))
     """For a and b: sum of u' y'', of u'^2 and of y''^2."""
     squares: np.ndarray = field(default_factory=lambda: np.zeros(2))
@@ -47,18 +55,21 @@ class Swing:
     seconds: float = 0.0
     net: float = 0.0
 
-    def add(self, h: np.ndarray, y: tuple[np.ndarray, np.ndarray], u: tuple[np.ndarray, np.ndarray], new: int) -> None:
-        """Take in rows: step lengths (n - 1,), outputs and held inputs (n,) of a and b; the last `new` are new."""
+    def add(
+        self, h: np.ndarray, y: tuple[np.ndarray, np.ndarray], u: tuple[np.ndarray, np.ndarray], lost: np.ndarray
+    ) -> None:
+        """Take in rows: step lengths (n - 1,), outputs and held inputs (n,) of a and b.
+
+        lost: the energy that does not arrive at b in the last steps, the new ones [J].
+        """
+        new = len(lost)
         even = np.abs(h[1:] - h[:-1]) < 1e-9 * h[1:]
         for i in range(2):
             second = np.diff(y[i], 2)[even]
             first = np.diff(u[i])[:-1][even]
             self.sums[i] += first @ second, first @ first, second @ second
             self.squares[i] += y[i][-new:] @ y[i][-new:]
-        handed = [0.5 * (y[i][1:] + y[i][:-1]) * u[i][:-1] for i in range(2)]
-        ratio = self.bond.back.cast.factor / self.bond.forth.cast.factor
-        lost = self.bond.watts * (handed[0] - ratio * handed[1]) * h
-        self.net += float(lost[-new:].sum())
+        self.net += float(lost.sum())
         self.count += new
         self.seconds += float(h[-new:].sum())
 
@@ -86,7 +97,8 @@ class Swing:
             self.squares[0] * back / abs(a) + self.squares[1] * forth / abs(b)
         )  # fmt: skip
         told["omega_h"] = omega_h
-        if energy > 0.0 and self.seconds > 0.0:
+        jumps = max(self.at_once[0] / abs(a), self.at_once[1] / abs(b)) * h
+        if energy > 0.0 and self.seconds > 0.0 and jumps <= AT_ONCE:
             # what a takes up is sign(D_a) y_a u_a: its energy h y^2 / |2 D| grows with that
             made = np.sign(a) * self.net / self.seconds
             told["numerical_damping"] = float(-made / (2.0 * omega_h / h * energy))
@@ -96,7 +108,7 @@ class Swing:
 class ResidualEnergy:
     """Sums up the residual energy of each bond from blocks of recorded communication points."""
 
-    def __init__(self, bonds: list[Bond], layout: Layout):
+    def __init__(self, bonds: list[Bond], layout: Layout, at_once: Sequence[tuple[float, float]]):
         self.bonds = bonds
         outputs = {place: i for i, place in enumerate(layout.outputs)}
         inputs = {place: len(layout.outputs) + i for i, place in enumerate(layout.inputs)}
@@ -109,7 +121,7 @@ class ResidualEnergy:
         self.net = np.zeros(len(bonds))
         self.exchanged = np.zeros(len(bonds))
         self._last: list[tuple[float, np.ndarray]] = []
-        self.swings = [Swing(b) for b in bonds]
+        self.swings = [Swing(b, found) for b, found in zip(bonds, at_once, strict=True)]
 
     def add(self, time: np.ndarray, rows: np.ndarray) -> None:
         """Take in rows (n, outputs + inputs): outputs at times (n,) and inputs held from then on."""
@@ -121,16 +133,16 @@ class ResidualEnergy:
             rows = np.concatenate([[row for _, row in self._last], rows])
         self._last = [(float(t), row.copy()) for t, row in zip(time[-2:], rows[-2:], strict=True)]
         h = np.diff(time)
+        mean = 0.5 * (rows[1:] + rows[:-1])
         fresh = slice(max(0, known - 1), None)  # steps that have not been counted yet
         for i, (bond, (y_a, u_a, u_b, y_b, ratio)) in enumerate(zip(self.bonds, self._columns, strict=True)):
-            # each side: its output at the end of the step times the input that it held during the step
-            left = (bond.watts * rows[1:, y_a] * rows[:-1, u_a] * h)[fresh]
-            right = (bond.watts * ratio * rows[:-1, u_b] * rows[1:, y_b] * h)[fresh]
+            left = (bond.watts * mean[:, y_a] * rows[:-1, u_a] * h)[fresh]
+            right = (bond.watts * ratio * rows[:-1, u_b] * mean[:, y_b] * h)[fresh]
             self.absolute[i] += np.sum(np.abs(left - right))
             self.net[i] += np.sum(left - right)
             self.exchanged[i] += np.sum(0.5 * np.abs(left + right))
             if len(left):
-                self.swings[i].add(h, (rows[:, y_a], rows[:, y_b]), (rows[:, u_a], rows[:, u_b]), len(left))
+                self.swings[i].add(h, (rows[:, y_a], rows[:, y_b]), (rows[:, u_a], rows[:, u_b]), left - right)
 
     def summary(self) -> list[dict[str, Any]]:
         """Per bond: name, residual energy (sum of absolute values, and net), energy exchanged [J], and its swing."""

@@ -7,6 +7,7 @@ what is handed over in a step is right to second order. The first step holds wha
 
 from __future__ import annotations
 
+from ..agreement import refresh
 from ..engine.program import Program
 from ..slaves.base import REAL
 from ..system import Link, System
@@ -30,6 +31,7 @@ def write(system: System, program: Program) -> None:
         if changes.get(s.name) is not None:
             program.set_slopes(s, [k.target.reference for k in carried[s.name]], changes[s.name])
     program.step_all(slaves)
+    refresh(system, program)
 
 
 def _is_line(link: Link) -> bool:

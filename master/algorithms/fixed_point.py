@@ -9,7 +9,9 @@ from __future__ import annotations
 import numpy as np
 
 from ...core.errors import CosimError, SimulationError
+from ..agreement import refresh
 from ..engine.program import Program
+from ..engine.runner import Runner
 from ..slaves.base import REAL
 from ..system import System
 from ._coupled import Coupling, Stepper
@@ -23,6 +25,9 @@ def write(system: System, program: Program) -> None:
     """Write the macro step."""
     coupling = Coupling(system)
     steppers = [Stepper(system, system.slaves[name], "fixed-point") for name in system.order]
+    again = system.program()
+    refresh(system, again)
+    agree = Runner(again) if len(again) else None
     size = np.maximum(np.abs(coupling.given(coupling.outputs)), 1e-300)
     last = coupling.given(coupling.outputs)
 
@@ -40,6 +45,8 @@ def write(system: System, program: Program) -> None:
                 reals[coupling.targets] = u
                 for s in steppers:
                     s.step(t, h)
+                if agree is not None:
+                    agree.once()
                 left = coupling.given(0.5 * (y + coupling.outputs)) - u
                 np.maximum(size, np.maximum(np.abs(u), np.abs(left)), out=size)
                 if np.all(np.abs(left) <= TOLERANCE * size):

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from ..agreement import refresh
 from ..engine.program import Program
 from ..system import System
 
@@ -11,3 +12,4 @@ def write(system: System, program: Program) -> None:
     for name in system.order:
         system.exchange(program, [name])
         program.advance([system.slaves[name]])
+    refresh(system, program, loops_only=True)

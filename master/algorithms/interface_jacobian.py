@@ -16,6 +16,7 @@ from __future__ import annotations
 import numpy as np
 
 from ...core.errors import CosimError
+from ..agreement import refresh
 from ..engine.program import Program
 from ..system import System
 from ._coupled import Coupling, Stepper
@@ -33,16 +34,18 @@ def write(system: System, program: Program) -> None:
     names = {name for name in coupling.takers if name in coupling.givers}
     jacobian = _Jacobian(coupling, {n: Stepper(system, system.slaves[n], "interface-jacobian") for n in sorted(names)})
     before, held = coupling.outputs, coupling.given(coupling.outputs)
+    answered = coupling.outputs  # the outputs at the end of a step as they answer to the inputs that were held in it
     count = 0
 
     def solve(t: float, h: float) -> int:
         nonlocal before, held, count
-        y = coupling.outputs
+        y = answered
         try:
             if count % EVERY == 0:
+                shown = coupling.outputs
                 system.board.reals[coupling.targets] = held
                 jacobian.measure(t, h)
-                system.board.reals[coupling.sources] = y
+                system.board.reals[coupling.sources] = shown
         except CosimError as error:
             program.error = error
             return 3
@@ -53,9 +56,16 @@ def write(system: System, program: Program) -> None:
         system.board.reals[coupling.targets] = u
         return 0
 
+    def answer(_t: float, _h: float) -> int:
+        nonlocal answered
+        answered = coupling.outputs
+        return 0
+
     coupling.pass_others(program)
     program.python(solve)
     program.advance([system.slaves[name] for name in system.order])
+    program.python(answer)
+    refresh(system, program)
 
 
 class _Jacobian:

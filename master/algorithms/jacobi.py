@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from ..agreement import refresh
 from ..engine.program import Program
 from ..system import System
 
@@ -10,3 +11,4 @@ def write(system: System, program: Program) -> None:
     """Write the macro step."""
     system.exchange(program, system.order)
     program.advance([system.slaves[name] for name in system.order])
+    refresh(system, program)

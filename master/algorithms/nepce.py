@@ -7,6 +7,7 @@ half of the output's last change is added, which is what holding its value lacke
 
 from __future__ import annotations
 
+from ..agreement import refresh
 from ..engine.program import Program
 from ..slaves.base import REAL
 from ..system import System
@@ -29,3 +30,4 @@ def write(system: System, program: Program) -> None:
                 instead = {source.place: blend(system, program, source.place, source.size, *weights)}
             system.pass_on(program, link, instead)
         program.advance([system.slaves[name]])
+    refresh(system, program)

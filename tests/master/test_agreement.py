@@ -1,0 +1,66 @@
+"""Outputs that depend on inputs at once: chains are up to date after every step, loops are solved or refused."""
+
+from __future__ import annotations
+
+import pytest
+from deepsea_cosim.core.errors import CosimError
+from deepsea_cosim.master.algorithms import NAMES
+from deepsea_cosim.master.simulate import Options, run
+
+from benchmarks import native
+
+from ..packages import binding, bindings, component, connector, link, package, system, values
+
+pytestmark = pytest.mark.skipif(native.compiler is None, reason="there is no C compiler here")
+
+
+@pytest.fixture(scope="module")
+def fmu(tmp_path_factory):
+    return {"resources/L.fmu": native.linear(tmp_path_factory.mktemp("fmus"), 2)}
+
+
+def linear(name, **matrices):
+    return component(
+        name, "resources/L.fmu", connector("u1", "input"), connector("u2", "input"), connector("y1", "output"),
+        bindings=bindings(binding(values({k.removeprefix("."): v for k, v in native.values("", **matrices).items()}))),
+    )  # fmt: skip
+
+
+@pytest.mark.parametrize("method", NAMES)
+def test_a_chain_of_gains_is_up_to_date(fmu, tmp_path, method):
+    """The package lists the chain from its end: 2 * 3 * 5 * t, with t the state of a clock."""
+    clock = linear("clock", A=[[0, 1], [0, 0]], C=[[1, 0]], x0=[0, 1])
+    chain = [linear(n, D=[[g]]) for n, g in (("c", 5.0), ("b", 3.0), ("a", 2.0))]
+    root = system("root", *chain, clock, links=(link("clock.y1", "a.u1"), link("a.y1", "b.u1"), link("b.y1", "c.u1")))
+    frame = run(package(tmp_path / "p.ssp", root, fmu), tmp_path / "out", Options(method=method)).frame
+    assert frame["c.y1"].tolist() == pytest.approx((30.0 * frame["time"]).tolist())
+
+
+def loop(gain, offset=1.0):
+    """y_a = gain y_b, y_b = y_a + offset: y_a = gain offset / (1 - gain)."""
+    one = linear("one", C=[[1]], x0=[offset])
+    a, b = linear("a", D=[[gain]]), linear("b", D=[[1.0, 1.0]])
+    links = (link("b.y1", "a.u1"), link("a.y1", "b.u1"), link("one.y1", "b.u2"))
+    return system("root", one, a, b, links=links)
+
+
+@pytest.mark.parametrize("method", NAMES)
+@pytest.mark.parametrize("gain", [0.5, -3.0])
+def test_a_loop_is_solved_in_every_step(fmu, tmp_path, method, gain):
+    frame = run(package(tmp_path / "p.ssp", loop(gain), fmu), tmp_path / "out", Options(method=method)).frame
+    assert frame["a.y1"].tolist() == pytest.approx([gain / (1.0 - gain)] * len(frame), rel=1e-7)
+
+
+def test_a_loop_without_a_solution_is_refused(fmu, tmp_path):
+    with pytest.raises(CosimError, match="the algebraic loop at the start does not settle"):
+        run(package(tmp_path / "p.ssp", loop(1.0), fmu), tmp_path / "out")
+
+
+def test_the_inputs_in_the_record_are_those_that_were_held(fmu, tmp_path):
+    """Jacobi: a step holds what the source was at its start, also where outputs are read again with newer inputs."""
+    clock = linear("clock", A=[[0, 1], [0, 0]], C=[[1, 0]], x0=[0, 1])
+    root = system("root", clock, linear("a", D=[[2.0]]), linear("b", D=[[1.0]]),
+                  links=(link("clock.y1", "a.u1"), link("a.y1", "b.u1")))  # fmt: skip
+    frame = run(package(tmp_path / "p.ssp", root, fmu), tmp_path / "out", Options(method="jacobi")).frame
+    assert frame["a.u1"].tolist() == pytest.approx(frame["time"].tolist())
+    assert frame["a.y1"].tolist() == pytest.approx((2.0 * frame["time"]).tolist())
