@@ -43,7 +43,7 @@ def _unit(name: str, factor: float = 1.0, offset: float = 0.0, **exponents: int)
     return Unit(name, {b: exponents[b] for b in BASE if exponents.get(b)}, factor, offset)
 
 
-TURNS = ("Hz", "rev/s", "rpm", "m3/rev", "mL/rev")
+TURNS = ("Hz", "kHz", "rev/s", "rev/min", "r/min", "rpm", "m3/rev", "mL/rev")
 """Units of the table that count turns."""
 
 _PRESSURE = {"kg": 1, "m": -1, "s": -2}
@@ -62,9 +62,10 @@ UNITS: dict[str, Unit] = {
         _unit("ms", 1e-3, s=1),
         _unit("min", 60.0, s=1),
         _unit("Hz", s=-1),
+        _unit("kHz", 1e3, s=-1),
         _unit("1/s", s=-1),
         _unit("rev/s", s=-1),
-        _unit("rpm", 1 / 60, s=-1),
+        *(_unit(name, 1 / 60, s=-1) for name in ("rpm", "rev/min", "r/min")),
         _unit("1/m", m=-1),
         _unit("kg", kg=1),
         _unit("g", 1e-3, kg=1),

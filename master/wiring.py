@@ -93,10 +93,21 @@ def passage(source: Quantity, hops: Sequence[Hop], target: Quantity, where: str,
                 f"{target.unit.name}; the package's word counts"
             )
         if not hop.suppress_unit_conversion and unit is not None and reached is not None:
+            shown = f"{hop.where or where}: {source.shown} -> {target.shown}"
             try:
                 line = conversion(unit, reached)
+                if line != (1.0, 0.0) and unit.name == reached.name:
+                    remarks.append(
+                        f"{shown}: unit '{unit.name}' is defined in two ways; the value is multiplied by {line[0]:g}"
+                    )
             except UsageError as error:
-                raise PackageError(f"{hop.where or where}: {source.shown} -> {target.shown}: {error}") from None
+                if unit.name != reached.name:
+                    raise PackageError(f"{shown}: {error}") from None
+                remarks.append(
+                    f"{shown}: unit '{unit.name}' is defined as two different quantities; the value is passed on "
+                    "as it is"
+                )
+                line = (1.0, 0.0)
             if line != (1.0, 0.0):
                 steps.append(line)
         if reached is not None or hop.suppress_unit_conversion:

@@ -41,6 +41,10 @@ STEP_ANNOTATION = "org.deepsea-cosim.master"
 names two outputs whose product is a power."""
 
 
+OTHER_STEPS = {"FixedStepMaster": "stepSize", "FixedStepAlgorithm": "baseStepSize"}
+"""Elements in annotations of OMSimulator, Vico and the Open Simulation Platform, and where they tell the step."""
+
+
 def read(package: Path, folder: Path, variant: str | None = None) -> SystemStructure:
     """Extract the SSP file `package` into `folder` and read one of its system structure descriptions.
 
@@ -123,10 +127,22 @@ class _Reader:
                     step = document.number(annotation[0], "stepSize")
                     for bond in annotation[0]:
                         bonds.append((document.name(bond, "a"), document.name(bond, "b")))
+        if step is None:
+            step = self._step_of_others(document, [e for e in (experiment, element) if e is not None])
         title = system.name or root.get("name") or "system"
         return SystemStructure(
             title, of, self.folder / name, system, start or 0.0, stop, step, (name,), tuple(bonds), tuple(self.remarks)
         )
+
+    @staticmethod
+    def _step_of_others(document: Document, owners: list[etree._Element]) -> float | None:
+        """The macro step [s] that the annotations of other masters suggest."""
+        for owner in owners:
+            for element in (e for found in owner.findall(f"{SSD}Annotations") for e in found.iter()):
+                attribute = OTHER_STEPS.get(local(element))
+                if attribute is not None and element.get(attribute) is not None:
+                    return document.number(element, attribute)
+        return None
 
     def system(self, document: Document, element: etree._Element, known: Definitions, root: bool = False) -> System:
         name = element.get("name", "") if root else document.name(element)
@@ -333,8 +349,9 @@ class _Reader:
             list(document.children(element, TRANSFORMATIONS))
             made.append(
                 Connection(
-                    (element.get("startElement"), document.name(element, "startConnector")),
-                    (element.get("endElement"), document.name(element, "endConnector")),
+                    # an empty name is what some tools write for the system itself
+                    (element.get("startElement") or None, document.name(element, "startConnector")),
+                    (element.get("endElement") or None, document.name(element, "endConnector")),
                     _indices(document, element, "startIndices"),
                     _indices(document, element, "endIndices"),
                     transformation_of(document, element),

@@ -7,7 +7,8 @@ from dataclasses import replace
 
 from lxml import etree
 
-from ..core.units import BASE, UNITS, Unit
+from ..core.unit_names import named
+from ..core.units import BASE, Unit
 from .document import SSC, Document, local, truth
 from .model import FLOATS, INTEGERS, KINDS, Linear, Scalar, Table, Transformation, Type, Value
 
@@ -77,7 +78,7 @@ class Definitions:
             return self.units[name]
         if self.outer is not None:
             return self.outer.unit(name)
-        usual = UNITS.get(name) or Unit(name, None)
+        usual = named(name) or Unit(name, None)
         return replace(usual, defined=False)
 
     def enumeration(self, element: etree._Element, name: str | None) -> dict[str, int] | None:

@@ -18,7 +18,8 @@ from typing import Any, ClassVar
 import numpy as np
 
 from ...core.errors import PackageError, ParameterError, SimulationError, UnknownNameError, did_you_mean
-from ...core.units import BASE, UNITS, Unit
+from ...core.unit_names import named
+from ...core.units import BASE, Unit
 from ..engine.loop import F32, I8, I16, I32, U8, U16, U32
 
 STATUS = ("OK", "warning", "discard", "error", "fatal", "pending")
@@ -150,7 +151,7 @@ class Slave(ABC):
         own = self.unit_name(name)
         if own is None:
             return None
-        return self._units.get(own) or UNITS.get(own) or Unit(own, None)
+        return self._units.get(own) or named(own) or Unit(own, None)
 
     def meant(self, unit: Unit | None, name: str) -> Unit | None:
         """The unit of a variable: what a package says, by the FMU's definition of it where the package has none."""
@@ -398,7 +399,7 @@ def address_of(function: Any) -> int:
 def _unit(unit: Any) -> Unit:
     base = unit.baseUnit
     if base is None:
-        return UNITS.get(unit.name) or Unit(unit.name, None)
+        return named(unit.name) or Unit(unit.name, None)
     exponents = {key: int(getattr(base, key, 0) or 0) for key in BASE}
     exponents = {key: power for key, power in exponents.items() if power}
     return Unit(unit.name, exponents, float(base.factor or 1.0), float(base.offset or 0.0))

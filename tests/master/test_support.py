@@ -617,3 +617,52 @@ def test_descriptions_in_folders_find_their_files(fmus, tmp_path):
     path = package(tmp_path / "q.ssp", root, {"parts/inner.ssd": again, "fmus/L.fmu": fmus[2]})
     with pytest.raises(CosimError, match=r"contains itself \(SystemStructure.ssd -> parts/inner.ssd -> System"):
         run(path, tmp_path / "out")
+
+
+# what other tools write
+
+
+def test_an_empty_element_name_is_the_system_itself(fmus, tmp_path):
+    root = with_input().replace('startConnector="in"', 'startElement="" startConnector="in"')
+    assert 'startElement=""' in root
+    path = package(tmp_path / "p.ssp", root, with_fmu(fmus))
+    assert last(tmp_path, path, "a.y1", changes=(("in", "4"),)) == 12.0
+
+
+@pytest.mark.parametrize(
+    ("owner", "annotation"),
+    [
+        ("system", '<oms:Annotations xmlns:oms="o"><oms:SimulationInformation><oms:FixedStepMaster stepSize="0.25"/>'
+                   "</oms:SimulationInformation></oms:Annotations>"),
+        ("experiment", '<osp:Algorithm xmlns:osp="o"><osp:FixedStepAlgorithm baseStepSize="0.25"/></osp:Algorithm>'),
+    ],
+)  # fmt: skip
+def test_the_step_that_other_masters_annotate(fmus, tmp_path, owner, annotation):
+    made = f'<ssd:Annotations><ssc:Annotation type="x">{annotation}</ssc:Annotation></ssd:Annotations>'
+    text = description(system("root", constant("c", 2.0)), stop=None)
+    experiment = '<ssd:DefaultExperiment stopTime="1"/></ssd:SystemStructureDescription>'
+    if owner == "system":
+        text = text.replace("</ssd:Elements></ssd:System>", f"</ssd:Elements>{made}</ssd:System>")
+    else:
+        experiment = experiment.replace('stopTime="1"/>', f'stopTime="1">{made}</ssd:DefaultExperiment>')
+    text = text.replace("</ssd:SystemStructureDescription>", experiment)
+    path = pack(tmp_path / "p.ssp", {"SystemStructure.ssd": text, **with_fmu(fmus)})
+    assert run(path, tmp_path / "out").summary["step_s"] == 0.25
+
+
+def test_a_unit_that_two_define_as_different_quantities_is_passed_on(fmus, tmp_path):
+    """The package's "N" is no force: the FMU's is."""
+    fmu = native.linear(tmp_path / "f", 2, units={"u1": "N"})
+    root = system("root", constant("c", 2.0, unit_out="N"), gain("a", 3.0, source="resources/N.fmu"),
+                  links=(link("c.y1", "a.u1"),))  # fmt: skip
+    units = f"<ssd:Units>{unit('N', m=1)}</ssd:Units>"
+    path = package(tmp_path / "p.ssp", root, {**with_fmu(fmus), "resources/N.fmu": fmu}, after=units)
+    result = run(path, tmp_path / "out")
+    assert result.frame["a.y1"].iloc[-1] == 6.0
+    assert any("'N' is defined as two different quantities" in text for text in result.summary["warnings"])
+
+
+def test_units_that_nothing_defines_are_as_their_names_say(fmus, tmp_path):
+    root = system("root", constant("c", 36.0, unit_out="km/h"), gain("a", 1.0, unit_in="m/s"),
+                  links=(link("c.y1", "a.u1"),))  # fmt: skip
+    assert last(tmp_path, package(tmp_path / "p.ssp", root, with_fmu(fmus)), "a.y1") == pytest.approx(10.0)
