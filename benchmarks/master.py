@@ -3,13 +3,14 @@
     python -m benchmarks.master [--steps N] [--repeats N] [--long STEPS]
 
 The FMUs are a mass and a spring compiled from benchmarks/fmus/linear.c. The masters run the same package turn by
-turn, so whatever else the machine does hits all. ecos is run too where `ecospy` is installed. --long runs so many
+turn, so whatever else the machine does hits all. ecos is run too where ecospy and tbb are installed. --long runs so many
 steps streamed to a CSV file and prints the memory that is needed, for a tenth of them and for all.
 """
 
 from __future__ import annotations
 
 import argparse
+import ctypes
 import resource
 import statistics
 import subprocess
@@ -65,14 +66,14 @@ def fmpy(path: Path, stop: float) -> float:
 
 
 def ecos(path: Path, count: int) -> float | None:
-    """Seconds of ecos, or None where it is not installed."""
+    """Seconds of ecos, which records nothing, or None where it is not installed (pip install ecospy tbb)."""
+    for library in Path(sys.prefix, "lib").glob("libtbb.so.*"):  # where the wheel puts it, not where ecos looks
+        ctypes.CDLL(str(library))
     try:
-        from ecospy import EcosSimulationStructure  # noqa: F401
-        from ecospy.simulation_runner import SspLoader  # type: ignore[import-not-found]
-    except Exception:
+        from ecospy import EcosSimulation
+    except (ImportError, OSError):
         return None
-    loader = SspLoader(str(path))
-    with loader.load(STEP) as simulation:
+    with EcosSimulation(STEP, ssp_path=str(path)) as simulation:
         simulation.init()
         begin = time.perf_counter()
         simulation.step(count)

@@ -6,6 +6,7 @@ import argparse
 import os
 import sys
 from collections.abc import Sequence
+from math import isnan
 from pathlib import Path
 from time import perf_counter
 from typing import Any, NoReturn
@@ -26,6 +27,9 @@ EXAMPLES = """examples:
 exit codes: 0 done, 1 the simulation had to stop (what was recorded is kept), 2 bad input (or --check found errors),
 130 interrupted
 """
+
+SHOWN = 30
+"""Most connected signals in the table at the end."""
 
 
 def _positive(text: str) -> int:
@@ -151,9 +155,13 @@ def _table(summary: dict[str, Any], result: Any) -> str:
         "",
         f"  {'signal':<28}{'unit':>7}{'start':>13}{'least':>13}{'greatest':>13}{'end':>13}",
     ]
-    for name in dict.fromkeys(result.connected):
-        values = "".join(f"{row[result.names.index(name)]:>13.6g}" for row in result.extremes)
+    places = {name: i for i, name in enumerate(result.names)}
+    shown = [name for name in dict.fromkeys(result.connected) if not isnan(result.extremes[0][places[name]])]  # no texts
+    for name in shown[:SHOWN]:
+        values = "".join(f"{row[places[name]]:>13.6g}" for row in result.extremes)
         lines.append(f"  {name:<28}{result.units.get(name, ''):>7}{values}")
+    if len(shown) > SHOWN:
+        lines.append(f"  and {len(shown) - SHOWN} more connected signals")
     return "\n".join(lines)
 
 
