@@ -3,8 +3,8 @@
     python -m benchmarks.master [--steps N] [--repeats N] [--long STEPS]
 
 The FMUs are a mass and a spring compiled from benchmarks/fmus/linear.c. The masters run the same package turn by
-turn, so whatever else the machine does hits all. ecos is run too where ecospy and tbb are installed. --long runs so many
-steps streamed to a CSV file and prints the memory that is needed, for a tenth of them and for all.
+turn, so whatever else the machine does hits all. ecos is run too where ecospy and tbb are installed. --long runs so
+many steps streamed to a CSV file and prints the memory that is needed, for a tenth of them and for all.
 """
 
 from __future__ import annotations

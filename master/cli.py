@@ -156,12 +156,12 @@ def _table(summary: dict[str, Any], result: Any) -> str:
         f"  {'signal':<28}{'unit':>7}{'start':>13}{'least':>13}{'greatest':>13}{'end':>13}",
     ]
     places = {name: i for i, name in enumerate(result.names)}
-    shown = [name for name in dict.fromkeys(result.connected) if not isnan(result.extremes[0][places[name]])]  # no texts
-    for name in shown[:SHOWN]:
+    numbers = [name for name in dict.fromkeys(result.connected) if not isnan(result.extremes[0][places[name]])]
+    for name in numbers[:SHOWN]:
         values = "".join(f"{row[places[name]]:>13.6g}" for row in result.extremes)
         lines.append(f"  {name:<28}{result.units.get(name, ''):>7}{values}")
-    if len(shown) > SHOWN:
-        lines.append(f"  and {len(shown) - SHOWN} more connected signals")
+    if len(numbers) > SHOWN:
+        lines.append(f"  and {len(numbers) - SHOWN} more connected signals")
     return "\n".join(lines)
 
 
