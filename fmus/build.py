@@ -14,11 +14,13 @@ import os
 import shutil
 import subprocess
 import sys
+import sysconfig
 import tempfile
 import uuid
 import zipfile
 from collections.abc import Callable, Iterable
 from dataclasses import dataclass
+from importlib import metadata
 from pathlib import Path
 
 from ..core.errors import OutputError, PackageError
@@ -32,16 +34,17 @@ FIXED_DATE = (2001, 9, 9, 1, 46, 40)
 
 @dataclass(frozen=True)
 class Model:
-    """An FMU of the project: class, module in `fmus`, and the packages of physics it carries."""
+    """An FMU of the project: class, module in `fmus`, the packages of physics it carries, what it needs installed."""
 
     name: str
     module: str
     packages: tuple[str, ...]
+    needs: tuple[str, ...]
 
 
 MODELS = (
-    Model("DeepseaHydraulics", "hydraulics", ("core", "hydraulics_fmu")),
-    Model("DeepseaArm", "arm", ("core", "mechanics")),
+    Model("DeepseaHydraulics", "hydraulics", ("core", "hydraulics_fmu"), ("numpy", "numba", "pythonfmu")),
+    Model("DeepseaArm", "arm", ("core", "mechanics"), ("numpy", "numba", "mujoco", "pythonfmu")),
 )
 
 SYSTEM = "deepsea"
@@ -87,10 +90,12 @@ def compile_front(folder: Path) -> dict[str, bytes]:
     if compiler is None or sys.platform != "linux":
         return {}
     made = {}
-    for source, suffix in (("front", ""), ("quiet", "_quiet")):
-        target = folder / f"{source}.so"
-        flags = ["-O2", "-shared", "-fPIC", "-fvisibility=hidden"]
-        command = [compiler, *flags, str(HERE / "front" / f"{source}.c"), "-o", str(target), "-ldl"]
+    for sources, suffix in ((("front", "python"), ""), (("quiet",), "_quiet")):
+        target = folder / f"{sources[0]}.so"
+        # never unloaded: Python and pythonfmu's library stay in the process, and know this library's functions
+        flags = ["-O2", "-shared", "-fPIC", "-fvisibility=hidden", "-Wl,-z,nodelete"]
+        files = [str(HERE / "front" / f"{source}.c") for source in sources]
+        command = [compiler, *flags, *files, "-o", str(target), "-ldl", "-lpthread"]
         if subprocess.run(command, capture_output=True).returncode:
             return {}
         made[suffix] = target.read_bytes()
@@ -115,8 +120,27 @@ def _compiled_kernels(fmu: Path, package: str, cache: Path) -> dict[str, bytes]:
     }
 
 
-def build_fmu(model: Model, folder: Path, say: Callable[[str], None] = lambda text: None) -> Path:
-    """Build one FMU into `folder` and return its path; `say` gets what the user should know."""
+def interpreter() -> str:
+    """What `front/python.c` reads: this interpreter and its shared library, a line each."""
+    places = [(sysconfig.get_config_var(d), sysconfig.get_config_var(n)) for d in ("LIBDIR", "LIBPL")
+              for n in ("INSTSONAME", "LDLIBRARY")]  # fmt: skip
+    libraries = [Path(folder) / name for folder, name in places if folder and name and ".so" in name]
+    library = next((path for path in libraries if path.exists()), None)
+    if library is None:
+        raise PackageError(
+            f"--portable: {sys.executable} has no shared library (libpython3.x.so), without which no other program can "
+            "run Python: install it (Debian: libpython3-dev) or build with an interpreter that has one"
+        )
+    return f"{sys.executable}\n{library}\n"
+
+
+def build_fmu(
+    model: Model, folder: Path, say: Callable[[str], None] = lambda text: None, portable: bool = False
+) -> Path:
+    """Build one FMU into `folder` and return its path; `say` gets what the user should know.
+
+    portable: the FMU remembers this interpreter, for importers that are not Python.
+    """
     from pythonfmu.builder import FmuBuilder
 
     from .readme import readme
@@ -168,6 +192,12 @@ def build_fmu(model: Model, folder: Path, say: Callable[[str], None] = lambda te
             for suffix, content in front.items():
                 files[f"{binaries}{suffix}.so"] = content
             files["resources/front.txt"] = sys.platform.encode()
+            needs = (f"{name}=={metadata.version(name)}\n" for name in model.needs)
+            files["resources/requirements.txt"] = "".join(needs).encode()
+            if portable:
+                files["resources/python.txt"] = interpreter().encode()
+        elif portable:
+            raise PackageError("--portable: the front library cannot be compiled here: it needs Linux and a C compiler")
         else:
             say("the front library could not be compiled here (no C compiler, or not Linux): faults will be fmi2Fatal")
         draft = scratch / f"{model.name}_draft.fmu"
@@ -180,8 +210,11 @@ def build_fmu(model: Model, folder: Path, say: Callable[[str], None] = lambda te
     return target
 
 
-def build(folder: Path, say: Callable[[str], None] = lambda text: None) -> list[Path]:
-    """Build both FMUs and all scenarios into `folder`; `say` gets a line per file. Returns the files."""
+def build(folder: Path, say: Callable[[str], None] = lambda text: None, portable: bool = False) -> list[Path]:
+    """Build both FMUs and all scenarios into `folder`; `say` gets a line per file. Returns the files.
+
+    portable: the FMUs remember this interpreter, for importers that are not Python.
+    """
     try:
         folder.mkdir(parents=True, exist_ok=True)
         probe = folder / ".writable"
@@ -191,7 +224,7 @@ def build(folder: Path, say: Callable[[str], None] = lambda text: None) -> list[
         raise OutputError(f"{folder}: cannot be written ({error.strerror})") from None
     made = []
     for model in MODELS:
-        made.append(build_fmu(model, folder, say))
+        made.append(build_fmu(model, folder, say, portable))
         say(f"{made[-1]}  {made[-1].stat().st_size / 1024:.0f} kB")
     fmus = {f"resources/{path.name}": path for path in made}
     system = _folder("ssp") / "scenarios" / SYSTEM

@@ -13,7 +13,9 @@ from ..core.errors import CosimError
 
 EXAMPLES = """examples:
   cosim-fmus build --out build
+  cosim-fmus build --out build --portable
   cosim-fmus check build/DeepseaArm.fmu
+  cosim-fmus cross-check build/DeepseaArm.fmu build/DeepseaHydraulics.fmu
 """
 
 
@@ -27,7 +29,14 @@ def parser() -> argparse.ArgumentParser:
     commands = p.add_subparsers(dest="command", required=True, metavar="COMMAND")
     build = commands.add_parser("build", help="build both FMUs and pack every scenario as an .ssp")
     build.add_argument("--out", metavar="DIR", type=Path, default=Path("build"), help="folder (default: build)")
+    build.add_argument(
+        "--portable", action="store_true",
+        help="FMUs for importers that are not Python too: they remember this interpreter",
+    )  # fmt: skip
     build.add_argument("--quiet", action="store_true", help="print nothing but errors")
+    cross = commands.add_parser("cross-check", help="run the FMUs through several importers and compare")
+    cross.add_argument("fmu", metavar="FILE.fmu", type=Path, nargs="+")
+    cross.add_argument("--out", metavar="DIR", type=Path, default=Path("cross-check"), help="default: cross-check")
     check = commands.add_parser("check", help="validate FMUs, load, initialise and step them")
     check.add_argument("fmu", metavar="FILE.fmu", type=Path, nargs="+")
     return p
@@ -37,7 +46,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
     """Entry point; returns the exit code: 0 done, 1 a check found problems, 2 bad input."""
     options = parser().parse_args(arguments)
     try:
-        return _build(options) if options.command == "build" else _check(options)
+        return {"build": _build, "check": _check, "cross-check": _cross_check}[options.command](options)
     except CosimError as error:
         print(f"cosim-fmus: {error}", file=sys.stderr)
         return 2
@@ -49,7 +58,8 @@ def main(arguments: Sequence[str] | None = None) -> int:
 def _build(options: argparse.Namespace) -> int:
     from .build import build
 
-    build(options.out, (lambda text: None) if options.quiet else lambda text: print(f"  {text}", flush=True))
+    say = (lambda text: None) if options.quiet else lambda text: print(f"  {text}", flush=True)
+    build(options.out, say, options.portable)
     return 0
 
 
@@ -73,6 +83,17 @@ def _check(options: argparse.Namespace) -> int:
             print(f"{fmu}: no problems found")
         worst = worst or int(bool(found))
     return worst
+
+
+def _cross_check(options: argparse.Namespace) -> int:
+    from .cross_check import TOLERANCE, cross_check, table
+
+    found = cross_check(options.fmu, options.out)
+    text = table(found)
+    (options.out / "cross-check.md").write_text(text + "\n")
+    print(f"{text}\n\nfiles in {options.out}")
+    ran = [o.deviation for outcomes in found.values() for o in outcomes.values() if o.values is not None]
+    return 0 if ran and max(ran) <= TOLERANCE else 1
 
 
 if __name__ == "__main__":

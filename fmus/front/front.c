@@ -1,6 +1,7 @@
 /* Front library of the project's FMUs: the FMI 2.0 functions an importer sees, handed on to pythonfmu's library.
  *
- * It stands between importer and pythonfmu for two reasons. pythonfmu knows only fmi2OK and fmi2Fatal: the FMU's Python
+ * It stands between importer and pythonfmu for three reasons. pythonfmu takes it for granted that Python runs in the
+ * process, or that its library will be found: `python.c` sees to that. pythonfmu knows only fmi2OK and fmi2Fatal: the FMU's Python
  * code logs a fault with its status and goes on; this library returns the worst status that was logged during a call.
  * It switches the log on for that and passes on what the importer asked for: errors always, the rest with loggingOn.
  * And pythonfmu makes Python lists for every value: the Python code tells this library, by a log message of the category
@@ -10,7 +11,10 @@
  * touched any more, because pythonfmu has freed parts of it by then.
  */
 #define _GNU_SOURCE
+#include "python.h"
+
 #include <dlfcn.h>
+#include <pthread.h>
 #include <stdarg.h>
 #include <stddef.h>
 #include <stdio.h>
@@ -59,6 +63,22 @@ typedef struct {
 } Instance;
 
 static void *library;
+static char trouble[8192]; /* why something could not be loaded */
+
+/* One call at a time: pythonfmu's buffers are shared by all instances, and only one thread can run Python anyway. Who waits
+ * must not hold up Python, which the one inside needs. */
+static pthread_mutex_t inside = PTHREAD_RECURSIVE_MUTEX_INITIALIZER_NP;
+
+static void lock(void)
+{
+    void *state;
+    if (!pthread_mutex_trylock(&inside)) return;
+    state = python_let_go();
+    pthread_mutex_lock(&inside);
+    python_hold(state);
+}
+
+static void unlock(void) { pthread_mutex_unlock(&inside); }
 
 static void on_log(fmi2ComponentEnvironment environment, fmi2String name, fmi2Status status, fmi2String category,
                    fmi2String message, ...)
@@ -89,7 +109,7 @@ static void *beside(const char *suffix, int flags)
     memcpy(path, info.dli_fname, length - 3); /* without .so */
     strcpy(path + length - 3, suffix);
     handle = dlopen(path, flags);
-    if (!handle) fprintf(stderr, "%s\n", dlerror());
+    if (!handle) snprintf(trouble, sizeof trouble, "%s", dlerror());
     return handle;
 }
 
@@ -118,10 +138,13 @@ static fmi2Status settled(Instance *instance, fmi2Status status)
         static fmi2Status(*call) TYPES;                                     \
         Instance *instance = c;                                             \
         if (!instance || instance->lost) return fmi2Fatal;                  \
+        fmi2Status status = fmi2Fatal;                                      \
+        lock();                                                             \
         if (!call) *(void **)&call = function("fmi2" #NAME);                \
-        if (!call) return fmi2Fatal;                                        \
         instance->worst = fmi2OK;                                           \
-        return settled(instance, call ARGUMENTS);                           \
+        if (call) status = settled(instance, call ARGUMENTS);               \
+        unlock();                                                           \
+        return status;                                                      \
     }
 
 EXPORT const char *fmi2GetTypesPlatform(void) { return "default"; }
@@ -145,6 +168,29 @@ static char *decoded(const char *uri)
     return plain;
 }
 
+/* the path of a file URI that has been decoded */
+static const char *path_of(const char *uri)
+{
+    if (strncmp(uri, "file:", 5)) return uri;
+    uri += 5;
+    if (!strncmp(uri, "//", 2)) uri += 2 + strcspn(uri + 2, "/"); /* and the host, if there is one */
+    return uri;
+}
+
+/* tell the importer why there is no instance; what is told is a printf format there */
+static void refuse(const Instance *instance, fmi2String name)
+{
+    char text[2 * sizeof trouble], *to = text;
+    const char *from;
+    for (from = trouble; *from; from++) {
+        if (*from == '%') *to++ = '%';
+        *to++ = *from;
+    }
+    *to = 0;
+    if (instance->importer && instance->importer->logger)
+        instance->importer->logger(instance->importer->componentEnvironment, name, fmi2Fatal, "logStatusFatal", text);
+}
+
 static fmi2Status forward_get_real(fmi2Component, const fmi2ValueReference[], size_t, fmi2Real[]);
 
 EXPORT fmi2Component fmi2Instantiate(fmi2String name, int type, fmi2String guid, fmi2String resources,
@@ -160,9 +206,17 @@ EXPORT fmi2Component fmi2Instantiate(fmi2String name, int type, fmi2String guid,
     instance->mine.logger = on_log;
     instance->mine.componentEnvironment = instance;
     instance->logging = logging;
-    *(void **)&call = function("fmi2Instantiate");
     folder = decoded(resources);
-    if (call) instance->inner = call(name, type, guid, folder ? folder : resources, &instance->mine, visible, 1);
+    lock();
+    if (folder && python_ready(path_of(folder), trouble, sizeof trouble)) {
+        *(void **)&call = function("fmi2Instantiate");
+        if (call) {
+            snprintf(trouble, sizeof trouble, "the Python code of this FMU could not be started");
+            instance->inner = call(name, type, guid, folder, &instance->mine, visible, 1);
+        }
+    }
+    if (!instance->inner) refuse(instance, name);
+    unlock();
     free(folder);
     if (!instance->inner) {
         free(instance);
@@ -178,8 +232,10 @@ EXPORT void fmi2FreeInstance(fmi2Component c)
     void (*call)(fmi2Component);
     Instance *instance = c;
     if (!instance) return;
+    lock();
     *(void **)&call = function("fmi2FreeInstance");
     if (call && !instance->lost) call(instance->inner);
+    unlock();
     free(instance);
 }
 

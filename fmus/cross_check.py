@@ -1,0 +1,252 @@
+"""Each FMU through several importers against the model without FMI, after the rules of the FMI Cross-Check.
+
+Per FMU: inputs, reference (the Python class itself, no FMI in between), options, README, and what each importer makes
+of it. Inputs are set before a step and held; outputs are read after it.
+"""
+
+from __future__ import annotations
+
+import json
+import math
+import subprocess
+import sys
+import tempfile
+import zipfile
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from importlib.util import find_spec
+from pathlib import Path
+from xml.etree import ElementTree
+
+import numpy as np
+
+from ..core.errors import PackageError
+from .build import HERE, MODELS, PLATFORM, Model, c_compiler, interpreter
+
+STEP, STOP = 1e-3, 2.0
+TOLERANCE = 1e-6
+"""Greatest deviation from the reference, relative to an output's largest value."""
+
+
+def _arm(t: float) -> dict[str, float]:
+    return {"F_h": 6632.0 + 400.0 * math.sin(2.0 * math.pi * t)}
+
+
+def _hydraulics(t: float) -> dict[str, float]:
+    w = 2.0 * math.pi
+    return {"x_h": 5e-4 * (1.0 - math.cos(w * t)), "v_h": 5e-4 * w * math.sin(w * t)}
+
+
+INPUTS: dict[str, Callable[[float], dict[str, float]]] = {"DeepseaHydraulics": _hydraulics, "DeepseaArm": _arm}
+
+
+@dataclass(frozen=True)
+class Case:
+    """What is run: times of the steps' starts and ends (n + 1,), inputs held in each step (n, inputs)."""
+
+    model: Model
+    names: tuple[str, ...]
+    outputs: tuple[str, ...]
+    times: np.ndarray
+    inputs: np.ndarray
+
+
+@dataclass
+class Outcome:
+    """What an importer made of an FMU: outputs (n + 1, outputs), or why there are none."""
+
+    values: np.ndarray | None = None
+    remark: str = ""
+    deviation: float = math.nan
+
+
+def _references(fmu: Path, names: Sequence[str]) -> list[int]:
+    with zipfile.ZipFile(fmu) as archive:
+        root = ElementTree.fromstring(archive.read("modelDescription.xml"))
+    known = {v.get("name"): int(v.get("valueReference", "0")) for v in root.iter("ScalarVariable")}
+    return [known[name] for name in names]
+
+
+def case(model: Model) -> Case:
+    """The case of an FMU."""
+    table = _class(model).table
+    n = round(STOP / STEP)
+    start = {v.name: v.start for v in table.of("input")}
+    rows = [{**start, **INPUTS[model.name](k * STEP)} for k in range(n)]
+    names = tuple(start)
+    outputs = tuple(v.name for v in table.of("output"))
+    return Case(model, names, outputs, np.arange(n + 1) * STEP, np.array([[row[x] for x in names] for row in rows]))
+
+
+def _class(model: Model) -> type:
+    from importlib import import_module
+
+    return getattr(import_module(f"{__package__}.{model.module}"), model.name)
+
+
+def reference(c: Case) -> np.ndarray:
+    """Outputs (n + 1, outputs) of the model's Python class."""
+    slave = _class(c.model)(instance_name="reference", resources="", visible=False, logger=0)
+    inputs, outputs = ([slave.table.index(x) for x in names] for names in (c.names, c.outputs))
+    slave.setup_experiment(0.0)
+    slave.enter_initialization_mode()
+    slave.set_real(inputs, c.inputs[0].tolist())
+    slave.exit_initialization_mode()
+    made = [slave.get_real(outputs)]
+    for t, u in zip(c.times[:-1].tolist(), c.inputs, strict=True):
+        slave.set_real(inputs, u.tolist())
+        slave.do_step(t, STEP)
+        made.append(slave.get_real(outputs))
+    return np.array(made)
+
+
+def through_fmpy(fmu: Path, c: Case, _folder: Path) -> Outcome:
+    """FMPy's simulate_fmu."""
+    from fmpy import simulate_fmu
+
+    # FMPy joins inputs by straight lines and takes their value at the start of a step
+    signals = np.array(
+        [(t, *u) for t, u in zip(c.times.tolist(), [*c.inputs.tolist(), c.inputs[-1].tolist()], strict=True)],
+        dtype=[(name, np.float64) for name in ("time", *c.names)],
+    )
+    result = simulate_fmu(
+        str(fmu), stop_time=STOP, step_size=STEP, output_interval=STEP, input=signals, output=list(c.outputs)
+    )
+    return Outcome(np.array([[row[name] for name in c.outputs] for row in result]))
+
+
+def through_c(fmu: Path, c: Case, folder: Path) -> Outcome:
+    """The importer in C (`importer/importer.c`), in an empty environment."""
+    compiler = c_compiler()
+    if compiler is None or sys.platform != "linux":
+        return Outcome(remark="needs Linux and a C compiler")
+    program = folder / "importer"
+    source = HERE / "importer" / "importer.c"
+    subprocess.run([compiler, "-O2", str(source), "-o", str(program), "-ldl"], check=True, capture_output=True)
+    place = folder / f"{fmu.stem} unpacked"  # a blank, to see that it is no matter
+    with zipfile.ZipFile(fmu) as archive:
+        archive.extractall(place)
+    if not (place / "resources" / "python.txt").exists():
+        (place / "resources" / "python.txt").write_text(interpreter())
+    guid = ElementTree.parse(place / "modelDescription.xml").getroot().get("guid", "")
+    rows = [f"{len(c.names)} {' '.join(map(str, _references(fmu, c.names)))}"]
+    rows += [" ".join(f"{x!r}" for x in u) for u in c.inputs.tolist()]
+    (folder / "inputs.txt").write_text("\n".join(rows) + "\n")
+    library = place / "binaries" / PLATFORM / f"{c.model.name}.so"
+    outputs = map(str, _references(fmu, c.outputs))
+    command = [str(program), str(library), (place / "resources").as_uri(), guid, repr(STEP), str(len(c.inputs)),
+               str(folder / "inputs.txt"), *outputs]  # fmt: skip
+    done = subprocess.run(command, env={}, cwd="/", capture_output=True, text=True)
+    told = done.stderr.strip().splitlines() or ["no message"]
+    if done.returncode:
+        return Outcome(remark=f"exit code {done.returncode}: {told[0]}")
+    table = np.array([[float(x) for x in line.split(",")] for line in done.stdout.splitlines()])
+    return Outcome(table[:, 1:], told[-1])
+
+
+_ECOS = """
+import ctypes, json, pathlib, sys
+for library in pathlib.Path(sys.prefix, "lib").glob("libtbb.so.*"):  # where the wheel puts it, not where ecos looks
+    ctypes.CDLL(str(library))
+from ecospy import EcosSimulation, EcosSimulationStructure
+order = json.load(open(sys.argv[1]))
+structure = EcosSimulationStructure()
+structure.add_model("fmu", order["fmu"])
+with EcosSimulation(order["step"], structure=structure) as simulation:
+    for name, value in zip(order["names"], order["inputs"][0]):
+        simulation.set_real(f"fmu::{name}", value)
+    simulation.init()
+    rows = [[simulation.get_real(f"fmu::{name}") for name in order["outputs"]]]
+    for row in order["inputs"]:
+        for name, value in zip(order["names"], row):
+            simulation.set_real(f"fmu::{name}", value)
+        simulation.step(1)
+        rows.append([simulation.get_real(f"fmu::{name}") for name in order["outputs"]])
+    json.dump(rows, open(sys.argv[2], "w"))
+"""
+
+
+def through_ecos(fmu: Path, c: Case, folder: Path) -> Outcome:
+    """ecos (Open Simulation Platform), through ecospy, in a process of its own."""
+    if find_spec("ecospy") is None:
+        return Outcome(remark="not installed: pip install ecospy tbb")
+    order = {"fmu": str(fmu.resolve()), "step": STEP, "names": c.names, "outputs": c.outputs,
+             "inputs": c.inputs.tolist()}  # fmt: skip
+    (folder / "order.json").write_text(json.dumps(order))
+    target = folder / "rows.json"
+    command = [sys.executable, "-c", _ECOS, str(folder / "order.json"), str(target)]
+    done = subprocess.run(command, capture_output=True, text=True, cwd=folder)
+    if not target.exists():
+        told = done.stderr.strip().splitlines() or ["no message"]
+        return Outcome(remark=f"exit code {done.returncode}: {told[-1]}")
+    return Outcome(np.array(json.loads(target.read_text())))
+
+
+IMPORTERS: dict[str, Callable[[Path, Case, Path], Outcome]] = {
+    "FMPy": through_fmpy, "C importer, empty environment": through_c, "ecos": through_ecos,
+}  # fmt: skip
+
+
+def deviation(values: np.ndarray, truth: np.ndarray) -> float:
+    """Largest difference of an output relative to its largest value."""
+    if values.shape != truth.shape or not np.isfinite(values).all():
+        return math.inf
+    size = np.maximum(np.abs(truth).max(axis=0), 1e-12)
+    return float((np.abs(values - truth) / size).max())
+
+
+def cross_check(fmus: Sequence[Path], out: Path) -> dict[str, dict[str, Outcome]]:
+    """Run FMUs of this project through all importers; files go to a folder per FMU below `out`."""
+    known = {model.name: model for model in MODELS}
+    found: dict[str, dict[str, Outcome]] = {}
+    for fmu in fmus:
+        if not fmu.is_file():
+            raise PackageError(f"{fmu}: no such file")
+        if fmu.stem not in known:
+            raise PackageError(f"{fmu}: is none of this project's FMUs ({', '.join(known)})")
+        c = case(known[fmu.stem])
+        truth = reference(c)
+        folder = out / fmu.stem
+        folder.mkdir(parents=True, exist_ok=True)
+        _write(folder / f"{fmu.stem}_in.csv", ("time", *c.names), np.column_stack([c.times[:-1], c.inputs]))
+        _write(folder / f"{fmu.stem}_ref.csv", ("time", *c.outputs), np.column_stack([c.times, truth]))
+        (folder / f"{fmu.stem}_ref.opt").write_text(
+            f"StartTime, 0\nStopTime, {STOP:g}\nStepSize, {STEP:g}\nRelTol, {TOLERANCE:g}\nOutputIntervalLength, "
+            f"{STEP:g}\n"
+        )
+        (folder / "README.md").write_text(_readme(c))
+        found[fmu.stem] = {}
+        for name, run in IMPORTERS.items():
+            with tempfile.TemporaryDirectory() as scratch:
+                outcome = run(fmu, c, Path(scratch))
+            if outcome.values is not None:
+                outcome.deviation = deviation(outcome.values, truth)
+                file = folder / f"{fmu.stem}_{name.split()[0].lower()}.csv"
+                if len(outcome.values) == len(c.times):
+                    _write(file, ("time", *c.outputs), np.column_stack([c.times, outcome.values]))
+            found[fmu.stem][name] = outcome
+    return found
+
+
+def _write(path: Path, names: Sequence[str], rows: np.ndarray) -> None:
+    lines = [",".join(names), *(",".join(f"{x!r}" for x in row) for row in rows.tolist())]
+    path.write_text("\n".join(lines) + "\n")
+
+
+def _readme(c: Case) -> str:
+    return (
+        f"# {c.model.name}\n\n`{c.model.name}_in.csv`: inputs, set at the time of a row and held for {STEP:g} s. "
+        f"`{c.model.name}_ref.csv`: outputs at the start and after every step, from the model's Python class without "
+        "FMI. All parameters have their start values. The other files are what importers made of it.\n"
+    )
+
+
+def table(found: dict[str, dict[str, Outcome]]) -> str:
+    """The outcome as a table in Markdown."""
+    lines = ["| FMU | importer | runs | max relative deviation | |", "| --- | --- | --- | --- | --- |"]
+    for fmu, outcomes in found.items():
+        for name, o in outcomes.items():
+            runs = "no" if o.values is None else "yes" if o.deviation <= TOLERANCE else "differs"
+            shown = "" if o.values is None else f"{o.deviation:.1e}"
+            lines.append(f"| {fmu} | {name} | {runs} | {shown} | {o.remark} |")
+    return "\n".join(lines)

@@ -1,0 +1,154 @@
+"""The FMUs in programs that are not Python: C programs in an empty environment, from another folder."""
+
+from __future__ import annotations
+
+import itertools
+import os
+import subprocess
+import sys
+import zipfile
+from pathlib import Path
+from xml.etree import ElementTree
+
+import pytest
+from deepsea_cosim.core.errors import PackageError
+from deepsea_cosim.fmus import build, cross_check
+
+pytestmark = pytest.mark.skipif(
+    build.c_compiler() is None or sys.platform != "linux", reason="needs Linux and a C compiler"
+)
+
+MODELS = ("DeepseaHydraulics", "DeepseaArm")
+OUTPUT = "4"
+"""Value reference of an output of both."""
+
+
+def compiled(source: Path, target: Path, *flags: str) -> Path:
+    command = [build.c_compiler(), "-O1", *flags, *map(str, [source]), "-o", str(target), "-ldl", "-lpthread"]
+    subprocess.run(command, check=True, capture_output=True)
+    return target
+
+
+@pytest.fixture(scope="module")
+def native(tmp_path_factory):
+    return compiled(Path(__file__).parent / "native.c", tmp_path_factory.mktemp("native") / "native")
+
+
+@pytest.fixture(scope="module")
+def unpacked(built, tmp_path_factory):
+    """FMU by name, unpacked as an importer would, with what --portable adds."""
+    folder = tmp_path_factory.mktemp("unpacked")
+    for name in MODELS:
+        with zipfile.ZipFile(built / f"{name}.fmu") as archive:
+            archive.extractall(folder / name)
+        (folder / name / "resources" / "python.txt").write_text(build.interpreter())
+    return {name: folder / name for name in MODELS}
+
+
+def call(program: Path, mode: str, fmu: Path, last: str, **environment: str) -> subprocess.CompletedProcess[str]:
+    guid = ElementTree.parse(fmu / "modelDescription.xml").getroot().get("guid", "")
+    library = next(path for path in (fmu / "binaries" / "linux64").glob("*.so") if "_" not in path.stem)
+    command = [str(program), mode, str(library), (fmu / "resources").as_uri(), guid, last]
+    return subprocess.run(command, env=environment, cwd="/", capture_output=True, text=True, timeout=300)
+
+
+def test_every_importer_computes_the_same(built, tmp_path):
+    found = cross_check.cross_check([built / f"{name}.fmu" for name in MODELS], tmp_path)
+    for name in MODELS:
+        assert found[name]["FMPy"].deviation <= 1e-9
+        assert found[name]["C importer, empty environment"].deviation <= 1e-12
+        assert found[name]["ecos"].values is None or found[name]["ecos"].deviation <= 1e-9
+        files = {path.name for path in (tmp_path / name).iterdir()}
+        assert {f"{name}_in.csv", f"{name}_ref.csv", f"{name}_ref.opt", "README.md"} <= files
+    assert "| DeepseaArm | FMPy | yes |" in cross_check.table(found)
+
+
+def test_cross_check_of_what_is_not_ours(tmp_path):
+    other = tmp_path / "Other.fmu"
+    other.write_bytes(b"")
+    with pytest.raises(PackageError, match=r"Other\.fmu: is none of this project's FMUs"):
+        cross_check.cross_check([other], tmp_path)
+
+
+@pytest.mark.parametrize("name", MODELS)
+def test_two_threads_compute_what_one_does(native, unpacked, name):
+    alone = call(native, "alone", unpacked[name], OUTPUT)
+    assert alone.returncode == 0, alone.stderr
+    for _ in range(3):
+        assert call(native, "threads", unpacked[name], OUTPUT).stdout == alone.stdout
+
+
+@pytest.mark.parametrize("name", MODELS)
+def test_many_loads_and_unloads_do_not_grow(native, unpacked, name):
+    done = call(native, "cycles", unpacked[name], "300")
+    assert done.returncode == 0, done.stderr
+    memory = [int(line) for line in done.stdout.split()]  # kB after every 50 lives
+    growth = sorted(b - a for a, b in itertools.pairwise(memory))
+    assert growth[len(growth) // 2] < 250  # of some 170 MB; pythonfmu itself leaves about 2 kB each time
+
+
+def test_what_is_missing_is_told(native, unpacked, tmp_path):
+    fmu = unpacked["DeepseaHydraulics"]
+    nothing = call(native, "cycles", fmu, "1", DEEPSEA_COSIM_PYTHON=str(tmp_path / "none"))
+    assert nothing.returncode == 1
+    assert f"DEEPSEA_COSIM_PYTHON={tmp_path}/none is not a Python interpreter" in nothing.stderr
+    resources = fmu / "resources"
+    wanted = (resources / "requirements.txt").read_text()
+    try:
+        (resources / "requirements.txt").write_text(f"{wanted}no_such_package==1.2\n")
+        lacking = call(native, "cycles", fmu, "1")
+    finally:
+        (resources / "requirements.txt").write_text(wanted)
+    assert lacking.returncode == 1
+    assert "lacks what this FMU needs" in lacking.stderr
+    assert '-m pip install "no_such_package==1.2"' in lacking.stderr
+    interpreter = (resources / "python.txt").read_text()
+    try:
+        (resources / "python.txt").unlink()
+        lost = call(native, "cycles", fmu, "1", PATH=str(tmp_path))
+    finally:
+        (resources / "python.txt").write_text(interpreter)
+    assert lost.returncode == 1
+    assert "this FMU needs Python 3, which is not found" in lost.stderr
+
+
+def test_the_environment_variable_wins(native, unpacked):
+    fmu = unpacked["DeepseaArm"]
+    written = fmu / "resources" / "python.txt"
+    before = written.read_text()
+    try:
+        written.write_text("/nowhere/python\n/nowhere/libpython.so\n")
+        done = call(native, "cycles", fmu, "1", DEEPSEA_COSIM_PYTHON=sys.executable)
+    finally:
+        written.write_text(before)
+    assert done.returncode == 0, done.stderr
+
+
+def test_the_front_library_under_the_address_sanitizer(unpacked, tmp_path):
+    source = Path(__file__).parent / "native.c"
+    flags = ("-g", "-fsanitize=address,undefined")
+    try:
+        program = compiled(source, tmp_path / "native", *flags)
+        front = build.HERE / "front"
+        shared = ("-shared", "-fPIC", "-fvisibility=hidden", "-Wl,-z,nodelete")
+        library = compiled(front / "front.c", tmp_path / "front.so", *flags, str(front / "python.c"), *shared)
+    except subprocess.CalledProcessError:
+        pytest.skip("this compiler has no sanitizers")
+    fmu = unpacked["DeepseaArm"]
+    place = fmu / "binaries" / "linux64" / "DeepseaArm.so"
+    before = place.read_bytes()
+    try:
+        place.write_bytes(library.read_bytes())
+        for mode, last in (("cycles", "3"), ("threads", OUTPUT)):
+            done = call(program, mode, fmu, last, ASAN_OPTIONS="detect_leaks=1")  # Python's own leaks are not ours
+            assert "heap" not in done.stderr.partition("LeakSanitizer")[0], done.stderr
+            assert "runtime error" not in done.stderr
+            assert not [line for line in done.stderr.splitlines() if "front.c:" in line or "python.c:" in line]
+    finally:
+        place.write_bytes(before)
+
+
+def test_the_interpreter_that_is_remembered_has_a_library():
+    program, library = build.interpreter().split()
+    assert program == sys.executable
+    assert os.path.exists(library)
