@@ -1,0 +1,56 @@
+"""Several FMUs in one process compute what each computes alone: two versions of ours beside FMUs of others."""
+
+from __future__ import annotations
+
+import io
+import re
+import zipfile
+from pathlib import Path
+
+from deepsea_cosim.master.simulate import Options, run
+
+from ..toys import package
+
+
+def another_version(fmu: Path, target: Path) -> Path:
+    """The arm with half as much force again, as a later version of the project might build it."""
+    with zipfile.ZipFile(fmu) as archive:
+        files = {name: archive.read(name) for name in archive.namelist()}
+    code = re.search(rb"deepsea_cosim_([0-9a-f]{12})", files["resources/slavemodule.txt"] + files["resources/code.zip"])
+    assert code
+    old, new = code[1], b"0123456789ab"
+    with zipfile.ZipFile(io.BytesIO(files["resources/code.zip"])) as archive:
+        inner = {n: archive.read(n) for n in archive.namelist() if n.endswith(".py")}
+    changed = 0
+    made = io.BytesIO()
+    with zipfile.ZipFile(made, "w") as archive:
+        for name, content in inner.items():
+            if name.endswith("fmus/arm.py"):
+                changed = content.count(b"self.values.item(self._force)")
+                content = content.replace(b"self.values.item(self._force)", b"1.5 * self.values.item(self._force)")
+            archive.writestr(name.replace(old.decode(), new.decode()), content)
+    assert changed
+    files["resources/code.zip"] = made.getvalue()
+    with zipfile.ZipFile(target, "w") as archive:
+        for name, content in files.items():
+            if name.startswith("resources/") and name.endswith((".py", ".txt")):
+                content = content.replace(old, new)
+            archive.writestr(name.replace(old.decode(), new.decode()), content)
+    return target
+
+
+def test_versions_and_foreign_fmus_do_not_touch_each_other(built, toys, tmp_path):
+    fmus = {
+        "ours": built / "DeepseaArm.fmu",
+        "later": another_version(built / "DeepseaArm.fmu", tmp_path / "Later.fmu"),
+        "mass": toys / "Mass.fmu",
+        "spring": toys / "Spring.fmu",
+        "hydraulics": built / "DeepseaHydraulics.fmu",
+    }
+    links = ("mass.x -> spring.x", "mass.v -> spring.v", "spring.F -> mass.F")
+    path = package(tmp_path / "all.ssp", fmus, links, stop=0.2, step=1e-3)
+    force = (("ours.F_h", "1000"), ("later.F_h", "1000"))
+    together = run(path, tmp_path / "together", Options(changes=force)).frame
+    apart = run(path, tmp_path / "apart", Options(changes=force, isolate=True)).frame  # a process for each
+    assert together.equals(apart)
+    assert together["ours.x_h"].iloc[-1] != together["later.x_h"].iloc[-1]
