@@ -4,8 +4,6 @@ from __future__ import annotations
 
 from typing import Any
 
-from pythonfmu.enums import Fmi2Status
-
 from ..mechanics.arm import Arm
 from ..mechanics.variables import ARM
 from .slave import Slave
@@ -29,10 +27,9 @@ class DeepseaArm(Slave):
         self.arm.step(t, h, self.values.item(self._force))
         if self.arm.turned_over and not self.warned:
             self.warned = True
-            self.log(
+            self.warn(
                 f"the linkage passed its dead centre before t = {t + h:g} s: the beam now turns the other way, and x_h "
-                "cannot grow beyond that point",
-                Fmi2Status.warning,
+                "cannot grow beyond that point"
             )
 
     def outputs(self) -> None:

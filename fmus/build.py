@@ -23,12 +23,13 @@ from dataclasses import dataclass
 from importlib import metadata
 from pathlib import Path
 
-from ..core.errors import OutputError, PackageError
+from ..core.errors import OutputError, PackageError, UsageError
 from ..ssp import packer
 
 HERE = Path(__file__).parent
 ROOT = __package__.rpartition(".")[0]
 PLATFORM = {"linux": "linux64", "win32": "win64", "darwin": "darwin64"}.get(sys.platform, sys.platform)
+"""Folder of the libraries in an FMU of FMI 2.0."""
 FIXED_DATE = (2001, 9, 9, 1, 46, 40)
 
 
@@ -43,9 +44,39 @@ class Model:
 
 
 MODELS = (
-    Model("DeepseaHydraulics", "hydraulics", ("core", "hydraulics_fmu"), ("numpy", "numba", "pythonfmu")),
-    Model("DeepseaArm", "arm", ("core", "mechanics"), ("numpy", "numba", "mujoco", "pythonfmu")),
+    Model("DeepseaHydraulics", "hydraulics", ("core", "hydraulics_fmu"), ("numpy", "numba")),
+    Model("DeepseaArm", "arm", ("core", "mechanics"), ("numpy", "numba", "mujoco")),
 )
+
+
+@dataclass(frozen=True)
+class Version:
+    """What differs between the FMI versions."""
+
+    fmi: int
+    builder: str
+    """Module of pythonfmu's builder."""
+    entry: str
+    """End of the script in which pythonfmu looks for the class."""
+    token: str
+    """Attribute of the model description that identifies the FMU."""
+    modules: tuple[str, ...]
+    """Modules of `fmus` that only this version needs."""
+
+
+VERSIONS = {
+    2: Version(
+        2, "pythonfmu.builder", "from @PACKAGE@.fmus.@MODULE@ import @CLASS@  # noqa: E402, F401\n", "guid",
+        ("fmi2", "description"),
+    ),
+    3: Version(
+        3, "pythonfmu3.builder",
+        "from pythonfmu3 import Fmi3Slave  # noqa: E402\n"
+        "from @PACKAGE@.fmus.@MODULE@ import @CLASS@ as Model  # noqa: E402\n\n\n"
+        "class @CLASS@(Model, Fmi3Slave):\n    pass\n",
+        "instantiationToken", ("fmi3", "description", "description3"),
+    ),
+}  # fmt: skip
 
 SYSTEM = "deepsea"
 """Folder of the shipped system below ssp/scenarios; every .ssv in it is a scenario."""
@@ -55,14 +86,15 @@ def _folder(package: str) -> Path:
     return Path(importlib.import_module(f"{ROOT}.{package}").__file__).parent
 
 
-def _sources(model: Model) -> dict[str, bytes]:
+def _sources(model: Model, version: Version) -> dict[str, bytes]:
     """The model's code: path below the package -> content."""
     files = {}
     for package in model.packages:
         for path in sorted(_folder(package).rglob("*.py")):
             files[f"{package}/{path.relative_to(_folder(package)).as_posix()}"] = path.read_bytes()
-    for name in ("__init__", "slave", "description", model.module):
+    for name in ("__init__", "instance", "slave", "version", *version.modules, model.module):
         files[f"fmus/{name}.py"] = (HERE / f"{name}.py").read_bytes()
+    files["fmus/version.py"] = files["fmus/version.py"].replace(b"FMI = 2", b"FMI = %d" % version.fmi)
     return files
 
 
@@ -135,71 +167,34 @@ def interpreter() -> str:
 
 
 def build_fmu(
-    model: Model, folder: Path, say: Callable[[str], None] = lambda text: None, portable: bool = False
+    model: Model, folder: Path, say: Callable[[str], None] = lambda text: None, portable: bool = False, fmi: int = 2
 ) -> Path:
     """Build one FMU into `folder` and return its path; `say` gets what the user should know.
 
-    portable: the FMU remembers this interpreter, for importers that are not Python.
+    portable: the FMU remembers this interpreter, for importers that are not Python. fmi: 2, or 3 for FMI 3.0.
     """
-    from pythonfmu.builder import FmuBuilder
-
-    from .readme import readme
-
-    sources = _sources(model)
+    version = VERSIONS[fmi]
+    if portable and fmi != 2:
+        raise UsageError("--portable: only FMUs of FMI 2.0 have the front library that starts Python")
+    sources = _sources(model, version)
     digest = hashlib.sha256()
     for name, content in sources.items():
         digest.update(name.encode() + b"\0" + content + b"\0")
     code = digest.hexdigest()[:12]
     package = f"deepsea_cosim_{code}"
     packed = [(f"{package}/{name}", content) for name, content in sources.items()]
-    entry = (HERE / "entry.py.in").read_text()
-    for place, text in (("@PACKAGE@", package), ("@MODULE@", model.module), ("@CLASS@", model.name)):
-        entry = entry.replace(place, text)
-    script = f"{model.name}_{code}"
     with tempfile.TemporaryDirectory() as scratch_name:
         scratch = Path(scratch_name)
-        (scratch / f"{script}.py").write_text(entry)
-        (scratch / "code.zip").write_bytes(_zipped(packed))
-        documentation = scratch / "documentation"
-        documentation.mkdir()
-        (documentation / "README.md").write_text(readme(model.name))
-        (documentation / "index.html").write_text('<a href="README.md">README.md</a>\n')
-        os.environ["DEEPSEA_COSIM_CACHE"], before = str(scratch / "cache"), os.environ.get("DEEPSEA_COSIM_CACHE")
-        try:
-            raw = FmuBuilder.build_FMU(
-                scratch / f"{script}.py",
-                dest=scratch,
-                project_files=[scratch / "code.zip"],
-                documentation_folder=documentation,
-            )
-        finally:
-            if before is None:
-                del os.environ["DEEPSEA_COSIM_CACHE"]
-            else:
-                os.environ["DEEPSEA_COSIM_CACHE"] = before
-        with zipfile.ZipFile(raw) as archive:
-            files = {name: archive.read(name) for name in archive.namelist()}
+        files = _raw(model, version, package, packed, scratch)
         # one identity for one content
-        guid = str(uuid.uuid5(uuid.NAMESPACE_URL, f"deepsea-cosim/{model.name}/{code}"))
+        token = str(uuid.uuid5(uuid.NAMESPACE_URL, f"deepsea-cosim/{model.name}/{code}"))
         description = files["modelDescription.xml"].decode()
-        start = description.index('guid="') + len('guid="')
+        start = description.index(f'{version.token}="') + len(version.token) + 2
         files["modelDescription.xml"] = (
-            description[:start] + guid + description[description.index('"', start) :]
+            description[:start] + token + description[description.index('"', start) :]
         ).encode()
-        if front := compile_front(scratch):
-            binaries = f"binaries/{PLATFORM}/{model.name}"
-            files[f"{binaries}_pythonfmu.so"] = files[f"{binaries}.so"]
-            for suffix, content in front.items():
-                files[f"{binaries}{suffix}.so"] = content
-            files["resources/front.txt"] = sys.platform.encode()
-            needs = (f"{name}=={metadata.version(name)}\n" for name in model.needs)
-            files["resources/requirements.txt"] = "".join(needs).encode()
-            if portable:
-                files["resources/python.txt"] = interpreter().encode()
-        elif portable:
-            raise PackageError("--portable: the front library cannot be compiled here: it needs Linux and a C compiler")
-        else:
-            say("the front library could not be compiled here (no C compiler, or not Linux): faults will be fmi2Fatal")
+        if fmi == 2:
+            _add_front(model, files, scratch, say, portable)
         draft = scratch / f"{model.name}_draft.fmu"
         _write_zip(draft, files.items())
         kernels = _compiled_kernels(draft, package, scratch / "kernels")
@@ -210,10 +205,68 @@ def build_fmu(
     return target
 
 
-def build(folder: Path, say: Callable[[str], None] = lambda text: None, portable: bool = False) -> list[Path]:
+def _raw(
+    model: Model, version: Version, package: str, packed: list[tuple[str, bytes]], scratch: Path
+) -> dict[str, bytes]:
+    """The files of the FMU as pythonfmu makes it."""
+    from .readme import readme
+
+    try:
+        builder = importlib.import_module(version.builder).FmuBuilder
+    except ImportError:
+        needed = version.builder.partition(".")[0]
+        raise UsageError(f"--fmi {version.fmi} needs {needed}: pip install 'deepsea-cosim[fmi3]'") from None
+    entry = (HERE / "entry.py.in").read_text().replace("@ENTRY@\n", version.entry)
+    for place, text in (("@PACKAGE@", package), ("@MODULE@", model.module), ("@CLASS@", model.name)):
+        entry = entry.replace(place, text)
+    script = scratch / f"{model.name}_{package.rpartition('_')[2]}.py"
+    script.write_text(entry)
+    (scratch / "code.zip").write_bytes(_zipped(packed))
+    documentation = scratch / "documentation"
+    documentation.mkdir()
+    (documentation / "README.md").write_text(readme(model.name))
+    (documentation / "index.html").write_text('<a href="README.md">README.md</a>\n')
+    os.environ["DEEPSEA_COSIM_CACHE"], before = str(scratch / "cache"), os.environ.get("DEEPSEA_COSIM_CACHE")
+    try:
+        raw = builder.build_FMU(
+            script, dest=scratch, project_files=[scratch / "code.zip"], documentation_folder=documentation
+        )
+    finally:
+        if before is None:
+            del os.environ["DEEPSEA_COSIM_CACHE"]
+        else:
+            os.environ["DEEPSEA_COSIM_CACHE"] = before
+    with zipfile.ZipFile(raw) as archive:
+        # the sources that pythonfmu3 adds are those of its own library
+        return {name: archive.read(name) for name in archive.namelist() if not name.startswith("sources/")}
+
+
+def _add_front(
+    model: Model, files: dict[str, bytes], scratch: Path, say: Callable[[str], None], portable: bool
+) -> None:
+    """Put the front library before pythonfmu's, where it can be compiled."""
+    if front := compile_front(scratch):
+        binaries = f"binaries/{PLATFORM}/{model.name}"
+        files[f"{binaries}_pythonfmu.so"] = files[f"{binaries}.so"]
+        for suffix, content in front.items():
+            files[f"{binaries}{suffix}.so"] = content
+        files["resources/front.txt"] = sys.platform.encode()
+        needs = (f"{name}=={metadata.version(name)}\n" for name in model.needs)
+        files["resources/requirements.txt"] = "".join(needs).encode()
+        if portable:
+            files["resources/python.txt"] = interpreter().encode()
+    elif portable:
+        raise PackageError("--portable: the front library cannot be compiled here: it needs Linux and a C compiler")
+    else:
+        say("the front library could not be compiled here (no C compiler, or not Linux): faults will be fmi2Fatal")
+
+
+def build(
+    folder: Path, say: Callable[[str], None] = lambda text: None, portable: bool = False, fmi: int = 2
+) -> list[Path]:
     """Build both FMUs and all scenarios into `folder`; `say` gets a line per file. Returns the files.
 
-    portable: the FMUs remember this interpreter, for importers that are not Python.
+    portable: the FMUs remember this interpreter, for importers that are not Python. fmi: 2, or 3 for FMI 3.0.
     """
     try:
         folder.mkdir(parents=True, exist_ok=True)
@@ -224,7 +277,7 @@ def build(folder: Path, say: Callable[[str], None] = lambda text: None, portable
         raise OutputError(f"{folder}: cannot be written ({error.strerror})") from None
     made = []
     for model in MODELS:
-        made.append(build_fmu(model, folder, say, portable))
+        made.append(build_fmu(model, folder, say, portable, fmi))
         say(f"{made[-1]}  {made[-1].stat().st_size / 1024:.0f} kB")
     fmus = {f"resources/{path.name}": path for path in made}
     system = _folder("ssp") / "scenarios" / SYSTEM

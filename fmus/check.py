@@ -13,27 +13,34 @@ def exercise(fmu: str | Path, steps: int = 3, step: float = 1e-3) -> None:
 
     from fmpy import extract, read_model_description
     from fmpy.fmi2 import FMU2Slave
+    from fmpy.fmi3 import FMU3Slave
 
     description = read_model_description(str(fmu), validate=False)
+    three = description.fmiVersion.startswith("3")
     folder = extract(str(fmu))
     try:
-        slave = FMU2Slave(
+        slave = (FMU3Slave if three else FMU2Slave)(
             guid=description.guid,
             unzipDirectory=folder,
             modelIdentifier=description.coSimulation.modelIdentifier,
             instanceName="check",
         )
         slave.instantiate(loggingOn=True)
-        slave.setupExperiment(startTime=0.0)
+        if not three:
+            slave.setupExperiment(startTime=0.0)
         slave.enterInitializationMode()
         slave.exitInitializationMode()
         references = [v.valueReference for v in description.modelVariables if v.causality == "output"]
+        read = slave.getFloat64 if three else slave.getReal
+        get, put, drop = (
+            getattr(slave, f"{verb}FMU{'State' if three else 'state'}") for verb in ("get", "set", "free")
+        )
         for k in range(steps):
             slave.doStep(k * step, step)
-            slave.getReal(references)
-        state = slave.getFMUstate()
-        slave.setFMUstate(state)
-        slave.freeFMUstate(state)
+            read(references)
+        state = get()
+        put(state)
+        drop(state)
         slave.terminate()
         slave.freeInstance()
     finally:

@@ -33,6 +33,7 @@ def parser() -> argparse.ArgumentParser:
         "--portable", action="store_true",
         help="FMUs for importers that are not Python too: they remember this interpreter",
     )  # fmt: skip
+    build.add_argument("--fmi", type=int, choices=(2, 3), default=2, help="FMI version (default: 2)")
     build.add_argument("--quiet", action="store_true", help="print nothing but errors")
     cross = commands.add_parser("cross-check", help="run the FMUs through several importers and compare")
     cross.add_argument("fmu", metavar="FILE.fmu", type=Path, nargs="+")
@@ -59,7 +60,7 @@ def _build(options: argparse.Namespace) -> int:
     from .build import build
 
     say = (lambda text: None) if options.quiet else lambda text: print(f"  {text}", flush=True)
-    build(options.out, say, options.portable)
+    build(options.out, say, options.portable, options.fmi)
     return 0
 
 

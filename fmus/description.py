@@ -53,18 +53,50 @@ def _variable(variable: Variable, reference: int) -> Element:
     if variable.causality != "input":
         attributes["initial"] = "exact" if variable.causality == "parameter" else "calculated"
     element = Element("ScalarVariable", attributes)
-    details = {}
+    SubElement(element, variable.kind, details(variable))
+    return element
+
+
+def details(variable: Variable) -> dict[str, str]:
+    """Unit, range, nominal and start value of a variable, as attributes."""
+    made = {}
     if variable.unit is not None:
-        details["unit"] = variable.unit
+        made["unit"] = variable.unit
     for key in ("min", "max"):
         if (bound := getattr(variable, key)) is not None:
-            details[key] = _text(variable, bound)
+            made[key] = _text(variable, bound)
     if variable.nominal is not None:
-        details["nominal"] = number(variable.nominal)
+        made["nominal"] = number(variable.nominal)
     if variable.start is not None:
-        details["start"] = _text(variable, variable.start)
-    SubElement(element, variable.kind, details)
-    return element
+        made["start"] = _text(variable, variable.start)
+    return made
+
+
+def unit_definitions(table: VariableTable, *others: str) -> Element:
+    """The units that the variables have, and others."""
+    units = Element("UnitDefinitions")
+    for unit_name in dict.fromkeys([*(v.unit for v in table if v.unit), *others]):
+        u = unit(unit_name)
+        base = {key: str(power) for key, power in u.exponents.items()}
+        if u.factor != 1.0:
+            base["factor"] = number(u.factor)
+        if u.offset != 0.0:
+            base["offset"] = number(u.offset)
+        SubElement(SubElement(units, "Unit", {"name": unit_name}), "BaseUnit", base)
+    return units
+
+
+def default_experiment() -> Element:
+    """The default experiment."""
+    return Element(
+        "DefaultExperiment",
+        {
+            "startTime": "0",
+            "stopTime": number(STOP_TIME),
+            "tolerance": number(TOLERANCE),
+            "stepSize": number(STEP_SIZE),
+        },
+    )
 
 
 def _unknown(table: VariableTable, name: str, knowns: list[str]) -> Element:
@@ -94,28 +126,11 @@ def model_description(
         },
     )
     SubElement(root, "CoSimulation", {"modelIdentifier": name, **OPTIONS, **options})
-    units = SubElement(root, "UnitDefinitions")
-    for unit_name in dict.fromkeys(v.unit for v in table if v.unit):
-        u = unit(unit_name)
-        base = {key: str(power) for key, power in u.exponents.items()}
-        if u.factor != 1.0:
-            base["factor"] = number(u.factor)
-        if u.offset != 0.0:
-            base["offset"] = number(u.offset)
-        SubElement(SubElement(units, "Unit", {"name": unit_name}), "BaseUnit", base)
+    root.append(unit_definitions(table))
     categories = SubElement(root, "LogCategories")
     for category, text in LOG_CATEGORIES.items():
         SubElement(categories, "Category", {"name": category, "description": text})
-    SubElement(
-        root,
-        "DefaultExperiment",
-        {
-            "startTime": "0",
-            "stopTime": number(STOP_TIME),
-            "tolerance": number(TOLERANCE),
-            "stepSize": number(STEP_SIZE),
-        },
-    )
+    root.append(default_experiment())
     variables = SubElement(root, "ModelVariables")
     for reference, variable in enumerate(table):
         variables.append(_variable(variable, reference))

@@ -5,7 +5,6 @@ from __future__ import annotations
 from typing import Any
 
 import numpy as np
-from pythonfmu.enums import Fmi2Status
 
 from ..core.errors import SimulationError
 from ..hydraulics_fmu import circuit, integrator
@@ -41,10 +40,9 @@ class DeepseaHydraulics(Slave):
         self.y, held = steady_state(self.c, force)
         if not held and self.warned_of != force:
             self.warned_of = force
-            self.log(
+            self.warn(
                 f"the supply cannot hold F_hold = {force:g} N against the leakage: the run starts with the valve shut "
-                "and the machine will move",
-                Fmi2Status.warning,
+                "and the machine will move"
             )
         self.w = integrator.new_workspace(int(parameters["line.segments"]))
         self.memory = np.zeros(MEMORY)

@@ -1,0 +1,39 @@
+"""FMI 3.0: the project's base class over pythonfmu3's Fmi3Slave."""
+
+from __future__ import annotations
+
+from typing import Any
+
+from pythonfmu3 import Fmi3Slave
+from pythonfmu3.enums import Fmi3Status
+
+from .description3 import model_description
+from .instance import Instance
+
+
+class Slave(Instance, Fmi3Slave):
+    """An FMU of FMI 3.0. The independent variable, time, comes after those of the table."""
+
+    statuses = Fmi3Status
+
+    def to_xml(self, model_options: dict[str, str] | None = None) -> Any:
+        """The complete model description, from the variable table."""
+        return model_description(
+            self.modelName, self.table, str(self.guid), self.description or "", {**(model_options or {})}
+        )
+
+    def get_float64(self, vrs: list[int]) -> list[float]:
+        time = len(self.table)
+        if time not in vrs:
+            return self.read(vrs)
+        own = iter(self.read([i for i in vrs if i != time]))
+        return [self.time if i == time else next(own) for i in vrs]
+
+    def set_float64(self, vrs: list[int], values: list[float]) -> None:
+        self.write(vrs, values)
+
+    def get_int32(self, vrs: list[int]) -> list[int]:
+        return self.get_integer(vrs)
+
+    def set_int32(self, vrs: list[int], values: list[int]) -> None:
+        self.set_integer(vrs, values)

@@ -1,0 +1,271 @@
+"""One instance of an FMU, whatever the FMI version: values by the variable table, life, state, faults.
+
+What pythonfmu and pythonfmu3 leave to be desired and this adds: range checks with messages that name variable, value
+and range; errors as fmi2Error with a traceback for bugs, instead of fmi2Fatal, which destroys the instance; complete
+state; inputs that act on outputs before the next step.
+
+Both libraries turn every exception into a fatal fault and free the Python object. So no exception may leave a method.
+The fault goes to the log with status error, and the front library (`front/front.c`, FMI 2.0) returns the worst status
+that was logged during a call. Without the front library the exception is let through.
+"""
+
+from __future__ import annotations
+
+import ctypes
+import json
+import sys
+import threading
+import traceback
+from collections.abc import Callable
+from functools import wraps
+from pathlib import Path
+from typing import Any, ClassVar
+
+import numpy as np
+
+from ..core.errors import CosimError, ParameterError, SimulationError
+from ..core.variables import VariableTable
+
+_thread = threading.local()
+
+
+def keep_thread_state() -> None:
+    """Keep this thread's Python state alive between calls: an importer that is not Python pays 2 us a call, not 20."""
+    if not getattr(_thread, "kept", False):
+        ctypes.pythonapi.PyGILState_Ensure()
+        _thread.kept = True
+
+
+def reported(otherwise: Any) -> Callable[..., Any]:
+    """Decorator: an exception is logged as fmi2Error and `otherwise` returned; see the module's text."""
+
+    def decorate(method: Callable[..., Any]) -> Callable[..., Any]:
+        @wraps(method)
+        def guarded(self: Instance, *args: Any) -> Any:
+            try:
+                return method(self, *args)
+            except Exception as error:
+                self.log_error(error)
+                if not self.has_front:
+                    raise
+                return otherwise(*args) if callable(otherwise) else otherwise
+
+        return guarded
+
+    return decorate
+
+
+def _nan(vrs: list[int]) -> list[float]:
+    return [float("nan")] * len(vrs)
+
+
+class Instance:
+    """Base of the project's FMUs. A subclass names its table and implements `build`, `advance` and `outputs`.
+
+    Mixed into the slave class of pythonfmu or pythonfmu3, which gives `log`, `resources`, `instance_name`, `modelName`.
+    """
+
+    table: ClassVar[VariableTable]
+    statuses: ClassVar[Any]
+    """Names of the FMI version's statuses."""
+    author = "deepsea-cosim"
+    license = "MIT"
+
+    def __init__(self, **kwargs: Any):
+        super().__init__(**kwargs)
+        keep_thread_state()
+        marker = Path(self.resources or ".") / "front.txt"
+        self.has_front = marker.is_file() and marker.read_text().strip() == sys.platform
+        self.values = np.array([0.0 if v.start is None else v.start for v in self.table], dtype=np.float64)
+        self._low = np.array([-np.inf if v.min is None else v.min for v in self.table])
+        self._high = np.array([np.inf if v.max is None else v.max for v in self.table])
+        self._is_input = np.array([v.causality == "input" and v.kind == "Real" for v in self.table], dtype=np.uint8)
+        self._stale = np.ones(1, dtype=np.int32)
+        outputs = [i for i, v in enumerate(self.table) if v.causality == "output"]
+        self.out = self.values[outputs[0] : outputs[-1] + 1]
+        """The outputs' part of `values`; the table has them in a row."""
+        self._zeros = np.zeros(len(outputs))
+        self.time = 0.0
+        self.running = False
+        if self.has_front:
+            arrays = (self.values, self._low, self._high, self._is_input, self._stale)
+            places = " ".join(f"{array.ctypes.data:#x}" for array in arrays)
+            self.log(f"{places} {len(self.values)}", self.statuses.ok, "front")
+
+    # what a subclass provides
+
+    def build(self, parameters: dict[str, float]) -> None:
+        """Make the model in its initial state from checked parameters and the present inputs."""
+        raise NotImplementedError
+
+    def advance(self, t: float, h: float) -> None:
+        """Advance the model from t over h [s] and write the outputs at t + h into `out`."""
+        raise NotImplementedError
+
+    def outputs(self) -> None:
+        """Write the outputs for the present state and inputs into `out`."""
+        raise NotImplementedError
+
+    def get_model_state(self) -> dict[str, Any]:
+        """Everything in the model that time changes."""
+        raise NotImplementedError
+
+    def set_model_state(self, state: dict[str, Any]) -> None:
+        """Restore what `get_model_state` gave."""
+        raise NotImplementedError
+
+    # FMI calls
+
+    @reported(None)
+    def setup_experiment(self, start_time: float, *_: Any) -> None:
+        self.time = start_time
+        self._stale[0] = 1
+
+    @reported(None)
+    def enter_initialization_mode(self) -> None:
+        pass
+
+    @reported(None)
+    def exit_initialization_mode(self) -> None:
+        self._refresh()
+        self.running = True
+
+    @reported(None)
+    def terminate(self) -> None:
+        pass
+
+    @reported(False)
+    def do_step(self, current_time: float, step_size: float) -> bool:
+        if not self.running:
+            raise SimulationError("doStep was called before the initialization was finished")
+        if not 0.0 < step_size < float("inf"):
+            raise ParameterError(f"communication step size = {step_size:g} s; it has to be positive")
+        if not abs(current_time - self.time) <= 1e-9 * max(1.0, abs(self.time)):
+            raise SimulationError(f"doStep at t = {current_time:g} s, but the FMU is at t = {self.time:g} s")
+        self.advance(current_time, step_size)
+        self.time = current_time + step_size
+        self._settle()
+        return True
+
+    @reported(_nan)
+    def read(self, vrs: list[int]) -> list[float]:
+        """Values of real variables; outputs are brought up to date first."""
+        if self._stale[0] and any(self.table[i].causality == "output" for i in vrs):
+            self._refresh()
+        return self.values[vrs].tolist()
+
+    @reported(lambda vrs: [0] * len(vrs))
+    def get_integer(self, vrs: list[int]) -> list[int]:
+        return [int(self.values[i]) for i in vrs]
+
+    @reported(lambda vrs: [False] * len(vrs))
+    def get_boolean(self, vrs: list[int]) -> list[bool]:
+        return [bool(self.values[i]) for i in vrs]
+
+    @reported(lambda vrs: [""] * len(vrs))
+    def get_string(self, vrs: list[int]) -> list[str]:
+        raise ParameterError("this FMU has no string variables")
+
+    @reported(None)
+    def write(self, vrs: list[int], values: list[float]) -> None:
+        """Set real variables."""
+        self._set(vrs, values, "Real")
+
+    @reported(None)
+    def set_integer(self, vrs: list[int], values: list[int]) -> None:
+        self._set(vrs, values, "Integer")
+
+    @reported(None)
+    def set_boolean(self, vrs: list[int], values: list[bool]) -> None:
+        self._set(vrs, values, "Boolean")
+
+    @reported(None)
+    def set_string(self, vrs: list[int], values: list[str]) -> None:
+        raise ParameterError("this FMU has no string variables")
+
+    @reported(dict)
+    def _get_fmu_state(self) -> dict[str, Any]:
+        return {
+            "model_name": self.modelName,
+            "values": self.values.copy(),
+            "time": self.time,
+            "running": self.running,
+            "stale": int(self._stale[0]),
+            # before the run the model follows from the values
+            "model": self.get_model_state() if self.running else None,
+        }
+
+    @reported(None)
+    def _set_fmu_state(self, state: dict[str, Any]) -> None:
+        if state.get("model_name") != self.modelName or len(state.get("values", ())) != len(self.values):
+            raise ParameterError(f"this is not a state of {self.modelName}")
+        self.values[:] = state["values"]
+        self.time, self.running = state["time"], state["running"]
+        if state["model"] is not None:
+            self.build(self._parameters())
+            self.set_model_state(state["model"])
+        self.values[:] = state["values"]
+        self._stale[0] = state["stale"]
+
+    @staticmethod
+    def _fmu_state_to_bytes(state: dict[str, Any]) -> bytes:
+        return json.dumps(state, default=np.ndarray.tolist).encode()
+
+    @staticmethod
+    def _fmu_state_from_bytes(state: bytes) -> dict[str, Any]:
+        try:
+            found = json.loads(state)
+        except ValueError:
+            return {}  # an exception would cost the instance; setting this state reports it
+        return found if isinstance(found, dict) else {}
+
+    # helpers
+
+    def warn(self, text: str) -> None:
+        """Log a warning."""
+        self.log(text.replace("%", "%%"), self.statuses.warning)
+
+    def log_error(self, error: Exception) -> None:
+        """Log an error: its text for a user's mistake, the traceback as well for a fault of ours."""
+        text = str(error) if isinstance(error, CosimError) else traceback.format_exc().strip()
+        self.log(text.replace("%", "%%"), self.statuses.error)
+        if not self.has_front:  # pythonfmu alone drops the log of a call that raises
+            print(f"{self.instance_name}: {text}", file=sys.stderr)
+
+    def _parameters(self) -> dict[str, float]:
+        values = self.values.tolist()
+        return {v.name: values[i] for i, v in enumerate(self.table) if v.causality == "parameter"}
+
+    def _set(self, vrs: list[int], values: list[Any], kind: str) -> None:
+        """Set all the values or, when one of them is wrong, none."""
+        for i, value in zip(vrs, values, strict=True):
+            variable = self.table[i]
+            if variable.kind != kind:
+                raise ParameterError(f"'{variable.name}' is of type {variable.kind}, not {kind}")
+            if kind != "Boolean":
+                variable.check(value)
+            self._may_set(i)
+        self.values[vrs] = values
+        self._stale[0] = 1
+
+    def _may_set(self, i: int) -> None:
+        variable = self.table[i]
+        if variable.causality == "output":
+            raise ParameterError(f"output '{variable.name}' cannot be set")
+        if self.running and variable.causality == "parameter":
+            raise ParameterError(f"parameter '{variable.name}' is fixed; it can only be set before the run starts")
+
+    def _refresh(self) -> None:
+        """Bring the outputs up to date with inputs and parameters."""
+        if not self.running:
+            self.build(self._parameters())
+        self.outputs()
+        self._settle()
+
+    def _settle(self) -> None:
+        """Declare the outputs up to date after a look at whether they are finite."""
+        if self.out.dot(self._zeros) != 0.0:  # 0 * inf and 0 * NaN are NaN
+            names = [v.name for v in self.table.of("output")]
+            bad = [f"{name} = {value:g}" for name, value in zip(names, self.out, strict=True) if not np.isfinite(value)]
+            raise SimulationError(f"not finite at t = {self.time:g} s: {', '.join(bad)}", self.time)
+        self._stale[0] = 0

@@ -1,0 +1,3 @@
+"""The FMI version that this copy of the code is for."""
+
+FMI = 2
