@@ -18,7 +18,7 @@ import sysconfig
 import tempfile
 import uuid
 import zipfile
-from collections.abc import Callable, Iterable
+from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass
 from importlib import metadata
 from pathlib import Path
@@ -35,18 +35,25 @@ FIXED_DATE = (2001, 9, 9, 1, 46, 40)
 
 @dataclass(frozen=True)
 class Model:
-    """An FMU of the project: class, module in `fmus`, the packages of physics it carries, what it needs installed."""
+    """An FMU of the project: class, its modules in `fmus` (the class is in the first), the packages of physics it
+    carries, what it needs installed."""
 
     name: str
-    module: str
+    modules: tuple[str, ...]
     packages: tuple[str, ...]
     needs: tuple[str, ...]
 
 
 MODELS = (
-    Model("DeepseaHydraulics", "hydraulics", ("core", "hydraulics_fmu"), ("numpy", "numba")),
-    Model("DeepseaArm", "arm", ("core", "mechanics"), ("numpy", "numba", "mujoco")),
+    Model("DeepseaHydraulics", ("hydraulics",), ("core", "hydraulics_fmu"), ("numpy", "numba")),
+    Model("DeepseaArm", ("arm",), ("core", "mechanics"), ("numpy", "numba", "mujoco")),
 )
+
+CONTAINER = Model(
+    "DeepseaMachine", ("machine", "hydraulics", "arm", "starts"), ("core", "hydraulics_fmu", "mechanics"),
+    ("numpy", "numba", "mujoco"),
+)  # fmt: skip
+"""Both in one; made by `container`."""
 
 
 @dataclass(frozen=True)
@@ -92,7 +99,7 @@ def _sources(model: Model, version: Version) -> dict[str, bytes]:
     for package in model.packages:
         for path in sorted(_folder(package).rglob("*.py")):
             files[f"{package}/{path.relative_to(_folder(package)).as_posix()}"] = path.read_bytes()
-    for name in ("__init__", "instance", "slave", "version", *version.modules, model.module):
+    for name in ("__init__", "instance", "slave", "version", *version.modules, *model.modules):
         files[f"fmus/{name}.py"] = (HERE / f"{name}.py").read_bytes()
     files["fmus/version.py"] = files["fmus/version.py"].replace(b"FMI = 2", b"FMI = %d" % version.fmi)
     return files
@@ -167,16 +174,20 @@ def interpreter() -> str:
 
 
 def build_fmu(
-    model: Model, folder: Path, say: Callable[[str], None] = lambda text: None, portable: bool = False, fmi: int = 2
-) -> Path:
+    model: Model, folder: Path, say: Callable[[str], None] = lambda text: None, portable: bool = False, fmi: int = 2,
+    starts: Mapping[str, float] | None = None,
+) -> Path:  # fmt: skip
     """Build one FMU into `folder` and return its path; `say` gets what the user should know.
 
     portable: the FMU remembers this interpreter, for importers that are not Python. fmi: 2, or 3 for FMI 3.0.
+    starts: start values of the container that differ from the tables'.
     """
     version = VERSIONS[fmi]
     if portable and fmi != 2:
         raise UsageError("--portable: only FMUs of FMI 2.0 have the front library that starts Python")
     sources = _sources(model, version)
+    if starts:
+        sources["fmus/starts.py"] = f"STARTS = {dict(starts)!r}\n".encode()
     digest = hashlib.sha256()
     for name, content in sources.items():
         digest.update(name.encode() + b"\0" + content + b"\0")
@@ -217,7 +228,7 @@ def _raw(
         needed = version.builder.partition(".")[0]
         raise UsageError(f"--fmi {version.fmi} needs {needed}: pip install 'deepsea-cosim[fmi3]'") from None
     entry = (HERE / "entry.py.in").read_text().replace("@ENTRY@\n", version.entry)
-    for place, text in (("@PACKAGE@", package), ("@MODULE@", model.module), ("@CLASS@", model.name)):
+    for place, text in (("@PACKAGE@", package), ("@MODULE@", model.modules[0]), ("@CLASS@", model.name)):
         entry = entry.replace(place, text)
     script = scratch / f"{model.name}_{package.rpartition('_')[2]}.py"
     script.write_text(entry)

@@ -14,6 +14,7 @@ from ..core.errors import CosimError
 EXAMPLES = """examples:
   cosim-fmus build --out build
   cosim-fmus build --out build --portable
+  cosim-fmus container build/deepsea_11km.ssp --out build
   cosim-fmus check build/DeepseaArm.fmu
   cosim-fmus cross-check build/DeepseaArm.fmu build/DeepseaHydraulics.fmu
 """
@@ -35,6 +36,11 @@ def parser() -> argparse.ArgumentParser:
     )  # fmt: skip
     build.add_argument("--fmi", type=int, choices=(2, 3), default=2, help="FMI version (default: 2)")
     build.add_argument("--quiet", action="store_true", help="print nothing but errors")
+    one = commands.add_parser("container", help="build one FMU of a scenario: hydraulics and arm coupled")
+    one.add_argument("package", metavar="SCENARIO.ssp", type=Path)
+    one.add_argument("--out", metavar="DIR", type=Path, default=Path("build"), help="folder (default: build)")
+    one.add_argument("--portable", action="store_true", help="as of build")
+    one.add_argument("--fmi", type=int, choices=(2, 3), default=2, help="FMI version (default: 2)")
     cross = commands.add_parser("cross-check", help="run the FMUs through several importers and compare")
     cross.add_argument("fmu", metavar="FILE.fmu", type=Path, nargs="+")
     cross.add_argument("--out", metavar="DIR", type=Path, default=Path("cross-check"), help="default: cross-check")
@@ -47,7 +53,8 @@ def main(arguments: Sequence[str] | None = None) -> int:
     """Entry point; returns the exit code: 0 done, 1 a check found problems, 2 bad input."""
     options = parser().parse_args(arguments)
     try:
-        return {"build": _build, "check": _check, "cross-check": _cross_check}[options.command](options)
+        commands = {"build": _build, "container": _container, "check": _check, "cross-check": _cross_check}
+        return commands[options.command](options)
     except CosimError as error:
         print(f"cosim-fmus: {error}", file=sys.stderr)
         return 2
@@ -61,6 +68,13 @@ def _build(options: argparse.Namespace) -> int:
 
     say = (lambda text: None) if options.quiet else lambda text: print(f"  {text}", flush=True)
     build(options.out, say, options.portable, options.fmi)
+    return 0
+
+
+def _container(options: argparse.Namespace) -> int:
+    from .container import container
+
+    print(container(options.package, options.out, print, options.portable, options.fmi))
     return 0
 
 

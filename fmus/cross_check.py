@@ -21,7 +21,7 @@ from xml.etree import ElementTree
 import numpy as np
 
 from ..core.errors import PackageError
-from .build import HERE, MODELS, PLATFORM, Model, c_compiler, interpreter
+from .build import CONTAINER, HERE, MODELS, PLATFORM, Model, c_compiler, interpreter
 
 STEP, STOP = 1e-3, 2.0
 TOLERANCE = 1e-6
@@ -37,7 +37,9 @@ def _hydraulics(t: float) -> dict[str, float]:
     return {"x_h": 5e-4 * (1.0 - math.cos(w * t)), "v_h": 5e-4 * w * math.sin(w * t)}
 
 
-INPUTS: dict[str, Callable[[float], dict[str, float]]] = {"DeepseaHydraulics": _hydraulics, "DeepseaArm": _arm}
+INPUTS: dict[str, Callable[[float], dict[str, float]]] = {
+    "DeepseaHydraulics": _hydraulics, "DeepseaArm": _arm, "DeepseaMachine": lambda _t: {},
+}  # fmt: skip
 
 
 @dataclass(frozen=True)
@@ -60,9 +62,16 @@ class Outcome:
     deviation: float = math.nan
 
 
+def _description(fmu: Path) -> ElementTree.Element:
+    try:
+        with zipfile.ZipFile(fmu) as archive:
+            return ElementTree.fromstring(archive.read("modelDescription.xml"))
+    except (OSError, KeyError, zipfile.BadZipFile, ElementTree.ParseError) as error:
+        raise PackageError(f"{fmu}: is no FMU ({error})") from None
+
+
 def _references(fmu: Path, names: Sequence[str]) -> list[int]:
-    with zipfile.ZipFile(fmu) as archive:
-        root = ElementTree.fromstring(archive.read("modelDescription.xml"))
+    root = _description(fmu)
     known = {v.get("name"): int(v.get("valueReference", "0")) for v in root.iter("ScalarVariable")}
     return [known[name] for name in names]
 
@@ -81,12 +90,20 @@ def case(model: Model) -> Case:
 def _class(model: Model) -> type:
     from importlib import import_module
 
-    return getattr(import_module(f"{__package__}.{model.module}"), model.name)
+    return getattr(import_module(f"{__package__}.{model.modules[0]}"), model.name)
 
 
-def reference(c: Case) -> np.ndarray:
-    """Outputs (n + 1, outputs) of the model's Python class."""
+def _number(text: str) -> float:
+    return float({"true": "1", "false": "0"}.get(text, text))
+
+
+def reference(c: Case, fmu: Path) -> np.ndarray:
+    """Outputs (n + 1, outputs) of the model's Python class, with the FMU's parameters."""
     slave = _class(c.model)(instance_name="reference", resources="", visible=False, logger=0)
+    for v in _description(fmu).iter("ScalarVariable"):
+        start = v[0].get("start")
+        if v.get("causality") == "parameter" and start is not None:
+            slave.values[int(v.get("valueReference", "0"))] = _number(start)
     inputs, outputs = ([slave.table.index(x) for x in names] for names in (c.names, c.outputs))
     slave.setup_experiment(0.0)
     slave.enter_initialization_mode()
@@ -197,15 +214,16 @@ def deviation(values: np.ndarray, truth: np.ndarray) -> float:
 
 def cross_check(fmus: Sequence[Path], out: Path) -> dict[str, dict[str, Outcome]]:
     """Run FMUs of this project through all importers; files go to a folder per FMU below `out`."""
-    known = {model.name: model for model in MODELS}
+    known = {model.name: model for model in (*MODELS, CONTAINER)}
     found: dict[str, dict[str, Outcome]] = {}
     for fmu in fmus:
         if not fmu.is_file():
             raise PackageError(f"{fmu}: no such file")
-        if fmu.stem not in known:
-            raise PackageError(f"{fmu}: is none of this project's FMUs ({', '.join(known)})")
-        c = case(known[fmu.stem])
-        truth = reference(c)
+        root = _description(fmu)
+        if root.get("modelName") not in known or root.get("fmiVersion") != "2.0":
+            raise PackageError(f"{fmu}: is none of this project's FMUs of FMI 2.0 ({', '.join(known)})")
+        c = case(known[root.get("modelName", "")])
+        truth = reference(c, fmu)
         folder = out / fmu.stem
         folder.mkdir(parents=True, exist_ok=True)
         _write(folder / f"{fmu.stem}_in.csv", ("time", *c.names), np.column_stack([c.times[:-1], c.inputs]))

@@ -14,6 +14,10 @@ def table_of(model: str) -> VariableTable:
     """The variable table of a model."""
     if model == "DeepseaHydraulics":
         from ..hydraulics_fmu.variables import HYDRAULICS as table
+    elif model == "DeepseaMachine":
+        from .machine import DeepseaMachine
+
+        table = DeepseaMachine.table
     else:
         from ..mechanics.variables import ARM as table
     return table

@@ -1,0 +1,60 @@
+"""The machine in one FMU computes what the master computes with two."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from deepsea_cosim.core.errors import PackageError
+from deepsea_cosim.fmus import check, cross_check
+from deepsea_cosim.fmus.container import container, starts_of
+from deepsea_cosim.fmus.machine import DeepseaMachine
+from deepsea_cosim.master.simulate import Options, run
+from fmpy.validation import validate_fmu
+
+from ..toys import package
+
+
+@pytest.fixture(scope="module")
+def machine(built, tmp_path_factory):
+    return container(built / "deepsea_6km.ssp", tmp_path_factory.mktemp("one"))
+
+
+def test_validation_finds_nothing(machine):
+    assert [str(problem) for problem in validate_fmu(str(machine))] == []
+    check.exercise(machine)
+
+
+def test_it_is_bitwise_the_coupled_run(machine, built, tmp_path):
+    """Also with parameters set, and the arm's beginning of the stroke."""
+    change = (("arm.load_weight", "900"), ("hydraulics.oil.nu0", "3e-5"))
+    coupled = run(built / "deepsea_6km.ssp", tmp_path / "two", Options(stop_time=3.0, changes=change)).frame
+    path = package(tmp_path / "p.ssp", {"m": machine}, stop=3.0, step=1e-3)
+    one = run(path, tmp_path / "one", Options(changes=tuple((f"m.{name}", value) for name, value in change))).frame
+    names = [v.name for v in DeepseaMachine.table.of("output")]
+    assert np.ptp(coupled["arm.x_h"]) > 0.01
+    for name in names:
+        assert np.array_equal(one[f"m.{name}"], coupled[name]), name
+
+
+def test_a_longer_step_is_cut(machine, tmp_path):
+    fine = run(package(tmp_path / "a.ssp", {"m": machine}, stop=2.0, step=1e-3), tmp_path / "a").frame
+    long = run(package(tmp_path / "b.ssp", {"m": machine}, stop=2.0, step=1e-2), tmp_path / "b").frame
+    assert long["m.arm.x_h"].to_numpy() == pytest.approx(fine["m.arm.x_h"].to_numpy()[::10], abs=1e-12)
+
+
+def test_start_values_are_those_of_the_scenario(built):
+    found = starts_of(built / "deepsea_11km.ssp", DeepseaMachine.table)
+    assert found["hydraulics.depth"] == found["arm.depth"] == 11000.0
+
+
+def test_importers_compute_the_same(machine, tmp_path):
+    outcomes = cross_check.cross_check([machine], tmp_path)[machine.stem]
+    ran = [o.deviation for o in outcomes.values() if o.values is not None]
+    assert ran
+    assert max(ran) <= 1e-9
+
+
+def test_another_package_is_refused(toys, tmp_path):
+    other = package(tmp_path / "toy.ssp", {"mass": toys / "Mass.fmu"})
+    with pytest.raises(PackageError, match=r"toy\.ssp: is no scenario of the deep-sea machine"):
+        starts_of(other, DeepseaMachine.table)
