@@ -173,21 +173,43 @@ def interpreter() -> str:
     return f"{sys.executable}\n{library}\n"
 
 
+@dataclass(frozen=True)
+class Way:
+    """How FMUs are built.
+
+    portable: they remember this interpreter, for importers that are not Python; standalone: they carry a Python;
+    fmi: 2, or 3 for FMI 3.0.
+    """
+
+    portable: bool = False
+    standalone: bool = False
+    fmi: int = 2
+
+    def __post_init__(self) -> None:
+        if (self.portable or self.standalone) and self.fmi != 2:
+            option = "--portable" if self.portable else "--standalone"
+            raise UsageError(f"{option}: only FMUs of FMI 2.0 have the front library that starts Python")
+
+
 def build_fmu(
-    model: Model, folder: Path, say: Callable[[str], None] = lambda text: None, portable: bool = False, fmi: int = 2,
+    model: Model, folder: Path, say: Callable[[str], None] = lambda text: None, way: Way | None = None,
     starts: Mapping[str, float] | None = None,
 ) -> Path:  # fmt: skip
     """Build one FMU into `folder` and return its path; `say` gets what the user should know.
 
-    portable: the FMU remembers this interpreter, for importers that are not Python. fmi: 2, or 3 for FMI 3.0.
     starts: start values of the container that differ from the tables'.
     """
-    version = VERSIONS[fmi]
-    if portable and fmi != 2:
-        raise UsageError("--portable: only FMUs of FMI 2.0 have the front library that starts Python")
+    way = way or Way()
+    version = VERSIONS[way.fmi]
     sources = _sources(model, version)
     if starts:
         sources["fmus/starts.py"] = f"STARTS = {dict(starts)!r}\n".encode()
+    if way.standalone:
+        from .ahead import in_a_process
+
+        sources["core/jit.py"] = (HERE / "jit_ahead.py.in").read_bytes()
+        with tempfile.TemporaryDirectory() as place:
+            sources |= {f"core/{name}": content for name, content in in_a_process(model.name, Path(place)).items()}
     digest = hashlib.sha256()
     for name, content in sources.items():
         digest.update(name.encode() + b"\0" + content + b"\0")
@@ -204,12 +226,13 @@ def build_fmu(
         files["modelDescription.xml"] = (
             description[:start] + token + description[description.index('"', start) :]
         ).encode()
-        if fmi == 2:
-            _add_front(model, files, scratch, say, portable)
-        draft = scratch / f"{model.name}_draft.fmu"
-        _write_zip(draft, files.items())
-        kernels = _compiled_kernels(draft, package, scratch / "kernels")
-        files["resources/code.zip"] = _zipped([*packed, *kernels.items()])
+        if way.fmi == 2:
+            _add_front(model, files, scratch, say, way)
+        if not way.standalone:
+            draft = scratch / f"{model.name}_draft.fmu"
+            _write_zip(draft, files.items())
+            kernels = _compiled_kernels(draft, package, scratch / "kernels")
+            files["resources/code.zip"] = _zipped([*packed, *kernels.items()])
         target = folder / f"{model.name}.fmu"
         _write_zip(target.with_suffix(".part"), files.items())
         target.with_suffix(".part").replace(target)
@@ -253,7 +276,7 @@ def _raw(
 
 
 def _add_front(
-    model: Model, files: dict[str, bytes], scratch: Path, say: Callable[[str], None], portable: bool
+    model: Model, files: dict[str, bytes], scratch: Path, say: Callable[[str], None], way: Way
 ) -> None:
     """Put the front library before pythonfmu's, where it can be compiled."""
     if front := compile_front(scratch):
@@ -262,23 +285,23 @@ def _add_front(
         for suffix, content in front.items():
             files[f"{binaries}{suffix}.so"] = content
         files["resources/front.txt"] = sys.platform.encode()
-        needs = (f"{name}=={metadata.version(name)}\n" for name in model.needs)
-        files["resources/requirements.txt"] = "".join(needs).encode()
-        if portable:
+        needs = [name for name in model.needs if not (way.standalone and name == "numba")]
+        lines = (f"{name}=={metadata.version(name)}\n" for name in needs)
+        files["resources/requirements.txt"] = "".join(lines).encode()
+        if way.standalone:
+            from . import standalone
+
+            files |= standalone.files(needs)
+        elif way.portable:
             files["resources/python.txt"] = interpreter().encode()
-    elif portable:
-        raise PackageError("--portable: the front library cannot be compiled here: it needs Linux and a C compiler")
+    elif way.portable or way.standalone:
+        raise PackageError("--portable and --standalone need Linux and a C compiler for the front library")
     else:
         say("the front library could not be compiled here (no C compiler, or not Linux): faults will be fmi2Fatal")
 
 
-def build(
-    folder: Path, say: Callable[[str], None] = lambda text: None, portable: bool = False, fmi: int = 2
-) -> list[Path]:
-    """Build both FMUs and all scenarios into `folder`; `say` gets a line per file. Returns the files.
-
-    portable: the FMUs remember this interpreter, for importers that are not Python. fmi: 2, or 3 for FMI 3.0.
-    """
+def build(folder: Path, say: Callable[[str], None] = lambda text: None, way: Way | None = None) -> list[Path]:
+    """Build both FMUs and all scenarios into `folder`; `say` gets a line per file. Returns the files."""
     try:
         folder.mkdir(parents=True, exist_ok=True)
         probe = folder / ".writable"
@@ -288,7 +311,7 @@ def build(
         raise OutputError(f"{folder}: cannot be written ({error.strerror})") from None
     made = []
     for model in MODELS:
-        made.append(build_fmu(model, folder, say, portable, fmi))
+        made.append(build_fmu(model, folder, say, way))
         say(f"{made[-1]}  {made[-1].stat().st_size / 1024:.0f} kB")
     fmus = {f"resources/{path.name}": path for path in made}
     system = _folder("ssp") / "scenarios" / SYSTEM

@@ -30,23 +30,27 @@ def parser() -> argparse.ArgumentParser:
     commands = p.add_subparsers(dest="command", required=True, metavar="COMMAND")
     build = commands.add_parser("build", help="build both FMUs and pack every scenario as an .ssp")
     build.add_argument("--out", metavar="DIR", type=Path, default=Path("build"), help="folder (default: build)")
-    build.add_argument(
-        "--portable", action="store_true",
-        help="FMUs for importers that are not Python too: they remember this interpreter",
-    )  # fmt: skip
-    build.add_argument("--fmi", type=int, choices=(2, 3), default=2, help="FMI version (default: 2)")
+    _ways(build)
     build.add_argument("--quiet", action="store_true", help="print nothing but errors")
     one = commands.add_parser("container", help="build one FMU of a scenario: hydraulics and arm coupled")
     one.add_argument("package", metavar="SCENARIO.ssp", type=Path)
     one.add_argument("--out", metavar="DIR", type=Path, default=Path("build"), help="folder (default: build)")
-    one.add_argument("--portable", action="store_true", help="as of build")
-    one.add_argument("--fmi", type=int, choices=(2, 3), default=2, help="FMI version (default: 2)")
+    _ways(one)
     cross = commands.add_parser("cross-check", help="run the FMUs through several importers and compare")
     cross.add_argument("fmu", metavar="FILE.fmu", type=Path, nargs="+")
     cross.add_argument("--out", metavar="DIR", type=Path, default=Path("cross-check"), help="default: cross-check")
     check = commands.add_parser("check", help="validate FMUs, load, initialise and step them")
     check.add_argument("fmu", metavar="FILE.fmu", type=Path, nargs="+")
     return p
+
+
+def _ways(p: argparse.ArgumentParser) -> None:
+    p.add_argument(
+        "--portable", action="store_true",
+        help="for importers that are not Python too: the FMU remembers this interpreter",
+    )  # fmt: skip
+    p.add_argument("--standalone", action="store_true", help="for machines without Python: the FMU carries one")
+    p.add_argument("--fmi", type=int, choices=(2, 3), default=2, help="FMI version (default: 2)")
 
 
 def main(arguments: Sequence[str] | None = None) -> int:
@@ -64,17 +68,19 @@ def main(arguments: Sequence[str] | None = None) -> int:
 
 
 def _build(options: argparse.Namespace) -> int:
-    from .build import build
+    from .build import Way, build
 
     say = (lambda text: None) if options.quiet else lambda text: print(f"  {text}", flush=True)
-    build(options.out, say, options.portable, options.fmi)
+    build(options.out, say, Way(options.portable, options.standalone, options.fmi))
     return 0
 
 
 def _container(options: argparse.Namespace) -> int:
+    from .build import Way
     from .container import container
 
-    print(container(options.package, options.out, print, options.portable, options.fmi))
+    way = Way(options.portable, options.standalone, options.fmi)
+    print(container(options.package, options.out, print, way))
     return 0
 
 

@@ -15,7 +15,7 @@ from ..core.units import conversion, unit
 from ..core.variables import VariableTable
 from ..ssp.network import flatten
 from ..ssp.reader import read
-from .build import CONTAINER, build_fmu
+from .build import CONTAINER, Way, build_fmu
 from .machine import PARTS, DeepseaMachine
 
 SOURCES = {"hydraulics": "DeepseaHydraulics.fmu", "arm": "DeepseaArm.fmu"}
@@ -46,11 +46,11 @@ def starts_of(package: Path, table: VariableTable) -> dict[str, float]:
 
 
 def container(
-    package: Path, folder: Path, say: Callable[[str], None] = lambda text: None, portable: bool = False, fmi: int = 2
+    package: Path, folder: Path, say: Callable[[str], None] = lambda text: None, way: Way | None = None
 ) -> Path:
     """Build the FMU of a scenario into `folder`, named like the package; returns its path."""
     starts = starts_of(package, DeepseaMachine.table)
     folder.mkdir(parents=True, exist_ok=True)
     with tempfile.TemporaryDirectory(dir=folder) as scratch:
-        made = build_fmu(CONTAINER, Path(scratch), say, portable, fmi, starts)
+        made = build_fmu(CONTAINER, Path(scratch), say, way, starts)
         return made.replace(folder / f"{package.stem}.fmu")

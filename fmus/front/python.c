@@ -1,7 +1,7 @@
 /* Finds Python for an importer that is not Python itself.
  *
  * In this order: the interpreter that the environment variable DEEPSEA_COSIM_PYTHON names; the one that the build wrote into
- * resources/python.txt (`cosim-fmus build --portable`); python3 on the path. Its library is opened for all to see, because
+ * resources/python.txt (`cosim-fmus build --portable`), or that the FMU carries (`--standalone`); python3 on the path. Its library is opened for all to see, because
  * pythonfmu's library and Python's own extension modules take it for granted, and it is started as that interpreter, so
  * that it finds the packages of its (virtual) environment. Where Python runs already, all this is left alone. In both
  * cases the packages of resources/requirements.txt have to be there.
@@ -10,6 +10,7 @@
 #include "python.h"
 
 #include <dlfcn.h>
+#include <glob.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
@@ -46,25 +47,54 @@ static int ask(const char *interpreter, char *program, char *library)
     return ok;
 }
 
-/* what the build wrote: interpreter and library, if they are still there */
-static int written(const char *resources, char *program, char *library)
+/* a path that may be relative to the FMU's resources; 0 if it does not fit */
+static int inside(const char *resources, char *path)
+{
+    char whole[LENGTH];
+    if (*path == '/') return 1;
+    if (snprintf(whole, sizeof whole, "%s/%s", resources, path) >= LENGTH) return 0;
+    strcpy(path, whole);
+    return 1;
+}
+
+/* what the build wrote: interpreter and library, if they are still there; `carried` is the home of a Python that the FMU
+   carries with it, or empty */
+static int written(const char *resources, char *program, char *library, char *carried)
 {
     char path[LENGTH];
     FILE *file;
     int ok;
-    snprintf(path, sizeof path, "%s/python.txt", resources);
+    *carried = 0;
+    if (snprintf(path, sizeof path, "%s/python.txt", resources) >= LENGTH) return 0;
     file = fopen(path, "r");
     ok = first_line(file, program) && first_line(file, library);
     if (file) fclose(file);
-    if (!ok || !(file = fopen(library, "r"))) return 0;
+    if (!ok) return 0;
+    if (*library != '/' && snprintf(carried, LENGTH, "%s/python", resources) >= LENGTH) return 0;
+    if (!inside(resources, program) || !inside(resources, library) || !(file = fopen(library, "r"))) return 0;
     fclose(file);
     return 1;
 }
 
-static int start(const char *program, const char *library, char *told, size_t size)
+/* open the libraries that a carried Python's modules need, so that they are found; in any order that works */
+static void preload(const char *carried)
+{
+    char pattern[LENGTH];
+    glob_t found;
+    size_t i;
+    int round;
+    if (snprintf(pattern, sizeof pattern, "%s/lib/preload/*.so*", carried) >= LENGTH) return;
+    if (glob(pattern, 0, NULL, &found)) return;
+    for (round = 0; round < 3; round++)
+        for (i = 0; i < found.gl_pathc; i++) dlopen(found.gl_pathv[i], RTLD_NOW | RTLD_GLOBAL);
+    globfree(&found);
+}
+
+static int start(const char *program, const char *library, const char *carried, char *told, size_t size)
 {
     wchar_t *(*decode)(const char *, size_t *);
-    void (*name)(const wchar_t *), (*initialise)(int), *(*release)(void);
+    void (*name)(const wchar_t *), (*home)(const wchar_t *), (*initialise)(int), *(*release)(void);
+    int *flag;
     void *opened = dlopen(library, RTLD_NOW | RTLD_GLOBAL);
     if (!opened) {
         snprintf(told, size, "Python's library cannot be opened: %s", dlerror());
@@ -79,6 +109,15 @@ static int start(const char *program, const char *library, char *told, size_t si
         return 0;
     }
     if (name) name(decode(program, NULL)); /* Python keeps the name */
+    if (*carried) {
+        preload(carried);
+        *(void **)&home = dlsym(opened, "Py_SetPythonHome");
+        if (home) home(decode(carried, NULL));
+        /* the user's own Python is another one */
+        if ((flag = dlsym(opened, "Py_IgnoreEnvironmentFlag"))) *flag = 1;
+        if ((flag = dlsym(opened, "Py_NoUserSiteDirectory"))) *flag = 1;
+        if ((flag = dlsym(opened, "Py_DontWriteBytecodeFlag"))) *flag = 1;
+    }
     initialise(0);                         /* the importer's signal handlers stay */
     release();
     python = opened;
@@ -87,7 +126,7 @@ static int start(const char *program, const char *library, char *told, size_t si
 
 static int found(const char *resources, char *told, size_t size)
 {
-    char program[LENGTH], library[LENGTH];
+    char program[LENGTH], library[LENGTH], carried[LENGTH] = "";
     const char *chosen = getenv("DEEPSEA_COSIM_PYTHON");
     int (*running)(void);
     *(void **)&running = dlsym(RTLD_DEFAULT, "Py_IsInitialized");
@@ -100,7 +139,7 @@ static int found(const char *resources, char *told, size_t size)
             snprintf(told, size, "DEEPSEA_COSIM_PYTHON=%s is not a Python interpreter", chosen);
             return 0;
         }
-    } else if (!written(resources, program, library) && !ask("python3", program, library)) {
+    } else if (!written(resources, program, library, carried) && (*carried = 0, !ask("python3", program, library))) {
         snprintf(told, size,
                  "this FMU needs Python 3, which is not found: install it, and let the environment variable "
                  "DEEPSEA_COSIM_PYTHON name the interpreter");
@@ -113,7 +152,7 @@ static int found(const char *resources, char *told, size_t size)
                  program);
         return 0;
     }
-    return start(program, library, told, size);
+    return start(program, library, carried, told, size);
 }
 
 /* which packages Python does not find; `lacking` is written by Python itself */

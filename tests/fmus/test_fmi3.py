@@ -21,7 +21,7 @@ MODEL = next(m for m in build.MODELS if m.name == "DeepseaArm")
 
 @pytest.fixture(scope="module")
 def arm(tmp_path_factory):
-    return build.build_fmu(MODEL, tmp_path_factory.mktemp("three"), fmi=3)
+    return build.build_fmu(MODEL, tmp_path_factory.mktemp("three"), way=build.Way(fmi=3))
 
 
 def test_validation_finds_nothing(arm):
@@ -76,6 +76,6 @@ def test_state_goes_back_bitwise(arm, tmp_path):
     assert runs[0] == runs[1]
 
 
-def test_portable_is_for_fmi_2(tmp_path):
+def test_portable_is_for_fmi_2():
     with pytest.raises(UsageError, match=r"--portable: only FMUs of FMI 2\.0"):
-        build.build_fmu(MODEL, tmp_path, portable=True, fmi=3)
+        build.Way(portable=True, fmi=3)

@@ -1,0 +1,115 @@
+"""The Python that an FMU carries with it (`cosim-fmus build --standalone`): library, modules and packages, trimmed.
+
+The FMU then runs on a machine of the same kind (Linux, this processor family, a C library that is not older) without
+Python. Its kernels are compiled when it is built (`ahead`), so numba stays behind.
+"""
+
+from __future__ import annotations
+
+import shutil
+import subprocess
+import sys
+import sysconfig
+import tempfile
+from collections.abc import Iterator, Sequence
+from importlib.util import find_spec
+from pathlib import Path
+
+from ..core.errors import PackageError
+
+HOME = "resources/python"
+"""Where it lies in the FMU; Python's home."""
+
+VERSION = f"python{sys.version_info.major}.{sys.version_info.minor}"
+
+UNUSED = {
+    "test", "tests", "idlelib", "tkinter", "turtledemo", "ensurepip", "lib2to3", "pydoc_data", "distutils", "venv",
+    "site-packages", "__pycache__", "curses", "dbm", "sqlite3", "wsgiref", "xmlrpc", "turtle.py",
+}  # fmt: skip
+"""Parts of the standard library that no FMU needs."""
+
+UNUSED_MODULES = ("_test", "_tkinter", "_curses", "_dbm", "_gdbm", "_sqlite3", "xx", "_ctypes_test", "nis",
+                  "ossaudiodev", "_codecs_", "readline")  # fmt: skip
+"""Beginnings of the names of extension modules likewise."""
+
+TRIM = {
+    "numpy": ("tests", "f2py", "distutils", "typing", "testing/tests", "_pyinstaller", "include", "random/lib"),
+    "mujoco": ("studio", "mjx", "plugin", "include", "usd", "doc", "sysid", "testdata", "rollout.py", "introspect",
+               "_render_filament", "_simulate", "_rollout", "libmujoco_filament"),
+}  # fmt: skip
+"""Parts of packages that no FMU needs, by the beginning of their path."""
+
+KEPT = (".py", ".so", ".json")
+
+
+def files(packages: Sequence[str]) -> dict[str, bytes]:
+    """The runtime with these packages, by path in the FMU."""
+    from .build import interpreter
+
+    _, library = interpreter().splitlines()
+    lib = f"{HOME}/lib"
+    made = {f"{lib}/{Path(library).name}": _stripped(Path(library))}
+    stdlib = Path(sysconfig.get_path("stdlib"))
+    for path in _below(stdlib):
+        inside = path.relative_to(stdlib)
+        if UNUSED.isdisjoint(inside.parts) and not inside.parts[0].startswith("config-"):
+            if inside.parts[0] == "lib-dynload" and inside.name.startswith(UNUSED_MODULES):
+                continue
+            made[f"{lib}/{VERSION}/{inside.as_posix()}"] = _stripped(path)
+    for package in packages:
+        made |= {f"{lib}/{VERSION}/site-packages/{name}": content for name, content in _package(package).items()}
+    for path in _foreign_libraries(made):
+        made[f"{lib}/preload/{path.name}"] = path.read_bytes()
+    made["resources/python.txt"] = f"python/bin/python3\npython/lib/{Path(library).name}\n".encode()
+    return made
+
+
+def _below(folder: Path) -> Iterator[Path]:
+    return (p for p in sorted(folder.rglob("*")) if p.is_file() and (p.suffix in KEPT or ".so." in p.name))
+
+
+def _package(name: str) -> dict[str, bytes]:
+    """The files of an installed package that are needed, with the libraries beside it, by path below site-packages."""
+    spec = find_spec(name)
+    if spec is None or not spec.submodule_search_locations:
+        raise PackageError(f"--standalone: the files of {name} are not found")
+    folder = Path(next(iter(spec.submodule_search_locations)))
+    made = {}
+    for place in (folder, folder.with_name(f"{folder.name}.libs")):
+        for path in _below(place) if place.is_dir() else ():
+            inside = path.relative_to(place)
+            if not UNUSED.isdisjoint(inside.parts) or inside.as_posix().startswith(TRIM.get(name, ())):
+                continue
+            made[path.relative_to(folder.parent).as_posix()] = _stripped(path)
+    return made
+
+
+def _stripped(path: Path) -> bytes:
+    """A file; a library without its symbols for debugging, where there is `strip`."""
+    if ".so" not in path.name or ".libs" in str(path) or not shutil.which("strip"):
+        return path.read_bytes()  # what auditwheel has patched does not survive it
+    with tempfile.TemporaryDirectory() as scratch:
+        copy = Path(scratch) / path.name
+        shutil.copy(path, copy)
+        subprocess.run(["strip", "--strip-unneeded", str(copy)], capture_output=True)
+        return copy.read_bytes()
+
+
+SYSTEM = ("libc.so", "libm.so", "libdl.so", "libpthread.so", "librt.so", "libutil.so", "ld-linux", "linux-vdso",
+          "libgcc_s.so", "libstdc++.so")  # fmt: skip
+"""What every Linux has."""
+
+
+def _foreign_libraries(made: dict[str, bytes]) -> list[Path]:
+    """Libraries of this system that the standard library's modules need and other systems may not have."""
+    dynload = [name for name in made if "/lib-dynload/" in name]
+    folder = Path(sysconfig.get_path("stdlib")) / "lib-dynload"
+    found: dict[str, Path] = {}
+    for name in dynload:
+        told = subprocess.run(["ldd", str(folder / Path(name).name)], capture_output=True, text=True).stdout
+        for line in told.splitlines():
+            library, arrow, place = line.partition("=>")
+            path = Path(place.split("(")[0].strip()) if arrow else None
+            if path is not None and path.is_file() and not library.strip().startswith((*SYSTEM, "libpython")):
+                found[path.name] = path
+    return [found[name] for name in sorted(found)]
