@@ -58,12 +58,13 @@ START = {"Real": "0", "Integer": "0", "Boolean": "false", "String": "", "Enumera
 
 def description(
     version: int, units: dict[str, str] | None = None, through: bool = True, plain: bool = False, slopes: bool = False,
-    negated: str = "",
+    negated: str = "", direct: bool = False,
 ) -> str:  # fmt: skip
     """modelDescription.xml.
 
     units: unit by variable name, of m, mm, N, kN, m/s, 1; through: outputs depend on inputs; plain: see `_variables`;
-    slopes: takes slopes of its inputs; negated: a variable of FMI 1.0 that is a negated alias.
+    slopes: takes slopes of its inputs; negated: a variable of FMI 1.0 that is a negated alias; direct: FMI 1.0
+    tells on which inputs the outputs depend.
     """
     units = units or {}
     known = {"m": 'm="1"', "mm": 'm="1" factor="0.001"', "N": 'kg="1" m="1" s="-2"', "m/s": 'm="1" s="-1"', "1": "",
@@ -129,7 +130,7 @@ def description(
         declared = ' declaredType="Colour"' if kind == "Enumeration" else ""
         rows.append(f'<ScalarVariable name="{name}" valueReference="{reference}" causality="{cause}" '
                     f'variability="{variability}"{alias}>'
-                    f"<{kind}{declared}{start}{unit}/></ScalarVariable>")  # fmt: skip
+                    f"<{kind}{declared}{start}{unit}/>{_direct(reference, direct)}</ScalarVariable>")  # fmt: skip
     interpolates = ' canInterpolateInputs="true"' if slopes else ""
     if version == 1:
         used = "".join(f'<BaseUnit unit="{u}"/>' for u in dict.fromkeys(units.values()))
@@ -160,6 +161,13 @@ def description(
         f"<ModelVariables>{''.join(rows)}</ModelVariables><ModelStructure><Outputs>{unknowns}</Outputs><InitialUnknowns>"
         f"{unknowns}</InitialUnknowns></ModelStructure></fmiModelDescription>"
     )
+
+
+def _direct(reference: int, direct: bool) -> str:
+    """What an output of FMI 1.0 depends on: all inputs."""
+    if not (direct and 10 <= reference < 16):
+        return ""
+    return f"<DirectDependency>{''.join(f'<Name>u{k + 1}</Name>' for k in range(N))}</DirectDependency>"
 
 
 def _depends(reference: int, through: bool, version: int) -> str:

@@ -12,16 +12,16 @@ from graphlib import CycleError, TopologicalSorter
 
 import numpy as np
 
-from ..core.errors import CosimError, SimulationError
+from ..core.errors import SimulationError
 from ..ssp.network import End
 from .engine.program import Cast, Program
 from .engine.runner import Runner
 from .loops import graph
-from .slaves.base import REAL, TEXT
+from .slaves.base import REAL, TEXT, Signal
 from .system import Link, System
 
 MAX_SWEEPS = 100
-SETTLED = 1e-9
+SETTLED = 1e-12
 
 
 class Agreement:
@@ -41,6 +41,10 @@ class Agreement:
             inputs.set_inputs(system.slaves[name])
             outputs.get_outputs(system.slaves[name])
             self.visits[name] = links, Runner(inputs), Runner(outputs)
+        everything = [*system.outputs.values(), *system.inputs.values()]
+        self._signals = [s for s in everything if s.family == REAL]
+        self._reals = _slots(self._signals)
+        self._whole = _slots([s for s in everything if s.family not in (REAL, TEXT)])
 
     def sweep(self) -> None:
         """Visit all components in turn."""
@@ -53,53 +57,72 @@ class Agreement:
             outputs.once()
 
     def settle(self, when: str) -> None:
-        """Sweep until nothing changes; a loop that does not settle so is solved, or the error says which it is."""
-        change = np.zeros(0)
+        """Sweep until nothing changes; a loop that does not settle so is solved, or the error says which it is.
+
+        Reals count relative to the largest value that a slot has had; whole numbers and texts have to be the same.
+        """
+        board = self.system.board
+        scale, change, last = np.abs(board.reals[self._reals]), np.zeros(0), np.inf
         for _ in range(MAX_SWEEPS):
-            before = self.system.board.reals.copy()
+            reals, whole, texts = board.reals[self._reals].copy(), board.integers[self._whole].copy(), list(board.texts)
             self.sweep()
-            change = relative_change(before, self.system.board.reals)
-            if np.all(change <= SETTLED):
+            now = board.reals[self._reals]
+            with np.errstate(invalid="ignore", over="ignore"):
+                change = np.where(now == reals, 0.0, np.abs(now - reals))
+                scale = np.fmax(scale, np.abs(now))
+            same = np.array_equal(whole, board.integers[self._whole]) and texts == board.texts
+            if same and np.all(change <= SETTLED * scale):
                 return
+            largest = float(np.max(change / np.fmax(scale, 1e-300), initial=0.0))
+            if not np.isfinite(change).all() or (same and largest > 0.999 * last):
+                break  # it does not come nearer: no use to go on
+            last = largest if same else np.inf
+        if not any(self._solvable(k) for mine, _, _ in self.visits.values() for k, _ in mine):
+            raise SimulationError(
+                f"the algebraic loop {when} through {', '.join(dict.fromkeys(self.names))} does not settle by "
+                "repetition, and its values are no reals that could be solved for"
+            )
         self.solve(change, when)
 
+    @staticmethod
+    def _solvable(link: Link) -> bool:
+        return link.target.family == REAL and not link.cast.from_integer and bool(link.source.component)
+
     def solve(self, change: np.ndarray, when: str) -> None:
-        """Newton's method for the reals that go round; `change` is what the last sweep did to each slot."""
+        """Newton's method for the reals that go round; `change` is what the last sweep did to the reals."""
         from scipy.optimize import root
 
-        system = self.system
-        links = [
-            (k, carry) for mine, _, _ in self.visits.values() for k, carry in mine
-            if k.target.family == REAL and not k.cast.from_integer and k.source.component
-        ]  # fmt: skip
+        board = self.system.board
+        links = [(k, carry) for mine, _, _ in self.visits.values() for k, carry in mine if self._solvable(k)]
         targets = np.concatenate([np.arange(k.target.place, k.target.place + k.target.size) for k, _ in links])
-        names = {s.place + i: s.address for s in system.outputs.values() for i in range(s.size)}
-        worst = max(names, key=lambda place: np.nan_to_num(change[place], nan=np.inf) if place < len(change) else 0.0)
 
         def left(x: np.ndarray) -> np.ndarray:
-            system.board.reals[targets] = x
+            board.reals[targets] = x
             for _, inputs, outputs in self.visits.values():
                 inputs.once()
                 outputs.once()
             for _, carry in links:
                 carry.once()
-            return np.nan_to_num(system.board.reals[targets] - x, nan=1e30, posinf=1e30, neginf=-1e30)
+            return np.nan_to_num(board.reals[targets] - x, nan=1e30, posinf=1e30, neginf=-1e30)
 
-        start = np.nan_to_num(system.board.reals[targets], nan=0.0, posinf=0.0, neginf=0.0)
+        start = np.nan_to_num(board.reals[targets], nan=0.0, posinf=0.0, neginf=0.0)
         start[np.abs(start) > 1e12] = 0.0
-        found = root(left, start, tol=1e-12)
-        rest = np.abs(left(found.x))
-        if not np.all(rest <= 1e-8 * (1.0 + np.abs(found.x))):
+        first = np.abs(left(start))
+        size = max(float(np.max(np.abs(start), initial=0.0)), float(np.max(first[first < 1e29], initial=0.0))) or 1.0
+        # in units of what is in the loop, so that flows of 1e-6 m3/s and pressures of 1e8 Pa are the same to the solver
+        found = root(lambda x: left(x * size) / size, start / size, tol=1e-13)
+        rest = np.abs(left(found.x * size))
+        if not np.all(rest <= 1e-8 * np.maximum(np.abs(found.x) * size, 1e-3 * size)):
+            names = np.array([s.address for s in self._signals for _ in range(s.size)])
+            worst = int(np.argmax(np.nan_to_num(change, nan=np.inf)))
             raise SimulationError(
-                f"the algebraic loop {when} does not settle in {MAX_SWEEPS} sweeps, and Newton's method finds no "
+                f"the algebraic loop {when} does not settle by repetition, and Newton's method finds no "
                 f"solution; '{names[worst]}' still changes by {change[worst]:g}"
             )
 
 
-def relative_change(before: np.ndarray, now: np.ndarray) -> np.ndarray:
-    """How far values have moved, relative to 1 + their size; NaN where they are not finite."""
-    with np.errstate(invalid="ignore"):
-        return np.where(now == before, 0.0, np.abs(now - before)) / (1.0 + np.abs(before))
+def _slots(signals: Iterable[Signal]) -> np.ndarray:
+    return np.array([s.place + k for s in signals for k in range(s.size)], np.int64)
 
 
 def stale(system: System) -> tuple[list[str], bool]:
@@ -138,11 +161,7 @@ def refresh(system: System, program: Program, loops_only: bool = False) -> None:
         agreement = Agreement(system, names)
 
         def settle(t: float, h: float) -> int:
-            try:
-                agreement.settle(f"at t = {t + h:g} s")
-            except CosimError as error:
-                program.error = error
-                return 3
+            agreement.settle(f"at t = {t + h:g} s")
             return 0
 
         program.python(settle)

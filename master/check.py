@@ -12,6 +12,7 @@ from ..ssp.model import Component, SignalDictionaryReference
 from ..ssp.model import System as Tree
 from ..ssp.network import Network
 from .loops import loops
+from .results.columns import Layout
 from .setup import bound_values, configure, describe, foreign_connectors, given_values, read_package
 from .slaves.base import Slave
 from .system import System
@@ -64,6 +65,7 @@ def check(package: Path, variant: str | None = None) -> Findings:
                 found.system = system
                 found.warnings += system.remarks
                 _try(found, lambda: given_values(network, system))
+                _try(found, lambda: Layout(system))
                 _inputs(found, system)
                 _loops(found, system)
         elif not network.parts:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from .system import System
+from .together import together
 
 Node = tuple[str, str]
 
@@ -28,50 +29,9 @@ def loops(system: System, doubtful: bool = False) -> list[list[str]]:
     """One loop, as addresses from signal to signal, for every set of signals that depend on each other at once."""
     edges = graph(system, doubtful)
     found = []
-    for members in _together(edges):
+    for members in together(edges):
         begin = min(members)
         found.append([".".join(node) for node in _way_back(edges, begin, members)])
-    return found
-
-
-def _together(edges: dict[Node, set[Node]]) -> list[set[Node]]:
-    """Sets of nodes that all depend on each other (Tarjan), of two or more."""
-    index: dict[Node, int] = {}
-    low: dict[Node, int] = {}
-    stack: list[Node] = []
-    on: set[Node] = set()
-    found: list[set[Node]] = []
-    for root in edges:
-        if root in index:
-            continue
-        work = [(root, iter(sorted(edges.get(root, ()))))]
-        index[root] = low[root] = len(index)
-        stack.append(root)
-        on.add(root)
-        while work:
-            node, children = work[-1]
-            child = next(children, None)
-            if child is None:
-                work.pop()
-                if work:
-                    low[work[-1][0]] = min(low[work[-1][0]], low[node])
-                if low[node] == index[node]:
-                    members = set()
-                    while True:
-                        last = stack.pop()
-                        on.discard(last)
-                        members.add(last)
-                        if last == node:
-                            break
-                    if len(members) > 1 or node in edges.get(node, ()):
-                        found.append(members)
-            elif child not in index:
-                index[child] = low[child] = len(index)
-                stack.append(child)
-                on.add(child)
-                work.append((child, iter(sorted(edges.get(child, ())))))
-            elif child in on:
-                low[node] = min(low[node], index[child])
     return found
 
 

@@ -15,6 +15,7 @@ import numpy as np
 
 from ..core.errors import SimulationError, UnknownNameError, UsageError, did_you_mean
 from .algorithms import NAMES, algorithm
+from .engine.program import Program
 from .engine.runner import Runner
 from .initialise import Initialiser
 from .setup import bound_values, configure, given_values, load_descriptions, load_slaves, read_package, resolve, split
@@ -51,6 +52,7 @@ class Session:
             self._stack.close()
             raise
         self._fresh = True
+        self._programs: dict[tuple[Any, ...], Program] = {}
         self._runners: dict[tuple[Any, ...], Runner] = {}
 
     def __enter__(self) -> Session:
@@ -109,9 +111,14 @@ class Session:
         """
         system = self.system
         start = self.structure.start_time
+        if not (np.isfinite(step) and step > 0.0):
+            raise UsageError(f"step {step:g} s: it has to be positive")
         n = round((stop - start) / step)
-        if n < 1:
-            raise UsageError(f"a run from {start:g} s to {stop:g} s has no step of {step:g} s")
+        if n < 1 or abs(n * step - (stop - start)) > 1e-6 * step:
+            raise UsageError(f"a run from {start:g} s to {stop:g} s is no number of steps of {step:g} s")
+        for slave in system.slaves.values():
+            if slave.is_lost:
+                raise SimulationError(f"component '{slave.name}' was lost in an earlier run; open a new session")
         wanted = [self.signal(address) for address in record]
         for _, signal in wanted:
             if signal.family == TEXT or signal.size > 1:
@@ -125,6 +132,9 @@ class Session:
                 raise UsageError(f"'{address}' cannot be driven: it is {'an output' if is_output else 'connected'}")
             driven.append((signal, np.interp(times, t, values)))
         values = [*self._bound, *resolve((changes or {}).items(), system.slaves, "", system)]
+        for v in values:
+            if v.component and system.slaves[v.component].variables[v.variable].causality == "structuralParameter":
+                raise UsageError(f"'{v.component}.{v.variable}' gives arrays their size and cannot change in a session")
         taken = {(signal.component, signal.name) for signal, _ in driven}
         values = [v for v in values if (v.component, v.variable) not in taken]
         system.mute({v.variable for v in values if not v.component} | {n for c, n in taken if not c})
@@ -137,6 +147,7 @@ class Session:
             system.put(signal, series[0])
         self._initialise(values, start, stop)
         runner, order = self._runner(method, tuple(wanted), tuple(signal for signal, _ in driven))
+        runner.program.begin()
         rows = np.empty((n + 1, len(record)))
         matrix = np.stack([series for _, series in driven], axis=1) if driven else None
         raw = np.empty((n, len(record)))
@@ -162,16 +173,28 @@ class Session:
         """The runner of a method that records these signals, and which column of the record each of its columns is."""
         outputs = [j for j, (is_output, _) in enumerate(wanted) if is_output]
         inputs = [j for j, (is_output, _) in enumerate(wanted) if not is_output]
-        key = (method, wanted, driven, frozenset(self.system.muted))
-        if key not in self._runners:
-            program = self.system.program()
-            for column, signal in enumerate(driven):
-                program.drive(signal.place, column, signal.family)
-            algorithm(method)(self.system, program)
-            self.system.show(program)
-            self._runners[key] = Runner(
-                program, [wanted[j][1].place for j in outputs], [wanted[j][1].place for j in inputs]
-            )
-            if len(self._runners) > 64:
+        key = (method, driven, frozenset(self.system.muted))
+        if key not in self._programs:
+            try:
+                self._programs[key] = self._program(method, driven)
+            except MemoryError:  # the programs' memory is on the board: start anew
+                self._programs.clear()
+                self._runners.clear()
+                self.system.release()
+                self._programs[key] = self._program(method, driven)
+        records = (*key, wanted)
+        if records not in self._runners:
+            if len(self._runners) >= 64:
                 self._runners.pop(next(iter(self._runners)))
-        return self._runners[key], [*outputs, *inputs]
+            self._runners[records] = Runner(
+                self._programs[key], [wanted[j][1].place for j in outputs], [wanted[j][1].place for j in inputs]
+            )
+        return self._runners[records], [*outputs, *inputs]
+
+    def _program(self, method: str, driven: tuple[Signal, ...]) -> Program:
+        program = self.system.program()
+        for column, signal in enumerate(driven):
+            program.drive(signal.place, column, signal.family)
+        algorithm(method)(self.system, program)
+        self.system.show(program)
+        return program

@@ -294,7 +294,9 @@ def configure(
     for address, value in changes:
         component, name = split(address, slaves)
         if any(structural(c, name) for c in ([component] if component else slaves)):
-            values += resolve([(address, value)], slaves)
+            found = resolve([(address, value)], slaves)
+            values += [v for v in found if structural(v.component, v.variable)]
+            left += [(f"{v.component}.{v.variable}", value) for v in found if not structural(v.component, v.variable)]
         else:
             left.append((address, value))
     for v in values:

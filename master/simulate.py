@@ -123,7 +123,7 @@ def times_of(structure: SystemStructure, options: Options) -> tuple[float, float
         step = (stop - start) / DEFAULT_STEPS
     if not (np.isfinite(step) and step > 0.0):
         raise UsageError(f"step {step:g} s: it has to be positive")
-    if step > stop - start:
+    if step > (stop - start) * (1.0 + 1e-9):
         raise UsageError(f"step {step:g} s is longer than the whole run of {stop - start:g} s")
     count = (stop - start) / step
     if start + step == start or stop - step == stop:
@@ -312,8 +312,8 @@ def _substeps(options: Options, slaves: dict[str, Slave]) -> None:
     for component, ratio in options.substeps:
         if component not in slaves:
             raise UsageError(f"--substeps {component}={ratio}: there is no component '{component}'")
-        if ratio < 1:
-            raise UsageError(f"--substeps {component}={ratio}: it has to be at least 1")
+        if not 1 <= ratio <= 1_000_000:
+            raise UsageError(f"--substeps {component}={ratio}: it has to be from 1 to a million")
         slaves[component].ratio = ratio
 
 
@@ -346,7 +346,8 @@ class _Loop:
         self.realtime = realtime
         if layout.has_texts:
             recording.take_texts(program)
-        finite = [s for s in (*system.outputs.values(), *system.own_outputs.values()) if s.family == "real"]
+        linked = [link.target for link in system.links]
+        finite = [s for s in (*system.outputs.values(), *linked, *system.own_outputs.values()) if s.family == "real"]
         self.runner = Runner(program, layout.outputs, layout.inputs, finite)
         exchange = system.program()
         system.exchange(exchange, system.order)

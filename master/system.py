@@ -7,6 +7,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass
+from heapq import heapify, heappop, heappush
 from typing import Any
 
 import numpy as np
@@ -17,6 +18,7 @@ from ..ssp.network import End, Network, Wire
 from .engine.loop import U8
 from .engine.program import Board, Cast, Program
 from .slaves.base import REAL, TEXT, Group, Signal, Slave
+from .together import together
 from .wiring import Quantity, passage
 
 
@@ -69,7 +71,7 @@ class System:
         self._check_early()
         self.shown = self._all(self._shown, list(network.outputs.items()))
         spare = 8 * sum(link.target.size for link in (*self.links, *self.shown)) + 64
-        self._free = self._count["slots"]
+        self._free = self._own_slots = self._count["slots"]
         self.muted: set[str] = set()
         """Own inputs that nobody gives a value: what they are connected to keeps its start value."""
         self.board = Board(self._count["slots"] + spare, self._count["texts"], self._staged)
@@ -123,6 +125,10 @@ class System:
         self._free += size
         return self._free - size
 
+    def release(self) -> None:
+        """All scratch is free again; programs that use some must not be run any more."""
+        self._free = self._own_slots
+
     def _own(self, name: str) -> Signal:
         """An input of the whole system; the sizes of an array are the package's, else those of what it leads to."""
         quantity, type = self.input_quantity(name), self.network.inputs[name].type
@@ -163,6 +169,12 @@ class System:
                     self.slaves[end[0]].variable(end[1])
                     if self.slaves[end[0]].form(end[1]) is None:
                         raise PackageError(f"{wire.where}: '{'.'.join(end)}': its type is not supported")
+                source = self.slaves[wire.start[0]].variables[wire.start[1]]
+                if not self._is_parameter(wire.start) and source.variability not in ("constant", "fixed"):
+                    raise PackageError(
+                        f"{wire.where}: '{'.'.join(wire.start)}' changes during a run and cannot drive the parameter "
+                        f"'{'.'.join(wire.end)}'"
+                    )
                 if not self.slaves[wire.end[0]].settable(wire.end[1]):
                     raise PackageError(f"{wire.where}: '{'.'.join(wire.end)}' cannot be set")
                 given = self.quantity(wire.start, wire.unit, wire.enumeration)
@@ -327,12 +339,22 @@ class System:
         made.linked_texts = {link.target.address for link in self.links if link.target.family == TEXT}
         return made
 
+    def links_to(self, name: str) -> list[Link]:
+        """The links that carry something to a component."""
+        return [k for k in self.links if k.target.component == name and self.speaks(k)]
+
+    def is_continuous(self, link: Link) -> bool:
+        """Whether what a link carries is a continuous real, which may be carried on and averaged."""
+        if link.source.family != REAL or link.target.family != REAL:
+            return False
+        ends = [s for s in (link.source, link.target) if s.component]
+        return all(self.slaves[s.component].variables[s.name].variability in (None, "continuous") for s in ends)
+
     def exchange(self, program: Program, names: Iterable[str], instead: dict[int, int] | None = None) -> None:
         """Bring the inputs of these slaves up to date. `instead` gives the slots that stand for some sources."""
         for name in names:
-            for link in self.links:
-                if link.target.component == name and self.speaks(link):
-                    self.pass_on(program, link, instead)
+            for link in self.links_to(name):
+                self.pass_on(program, link, instead)
 
     def pass_on(self, program: Program, link: Link, instead: dict[int, int] | None = None) -> None:
         """One link."""
@@ -352,17 +374,34 @@ class System:
 
     def _component_order(self) -> list[str]:
         """Order of the data flow; within a loop, and where nothing decides, that of the package."""
-        names = list(self.slaves)
-        reaches = {n: {k.target.component for k in self.links if k.source.component == n} for n in names}
-        for via in names:
-            for name in names:
-                if via in reaches[name]:
-                    reaches[name] |= reaches[via]
-        order: list[str] = []
-        while len(order) < len(names):
-            waiting = [name for name in names if name not in order]
-            # free: whatever still waits upstream of it is in one loop with it
-            order.append(
-                next(n for n in waiting if all(m in reaches[n] for m in waiting if m != n and n in reaches[m]))
-            )
+        place = {name: i for i, name in enumerate(self.slaves)}
+        drives: dict[str, set[str]] = {name: set() for name in place}
+        for k in self.links:
+            if k.source.component and k.source.component != k.target.component:
+                drives[k.source.component].add(k.target.component)
+        group = {name: {name} for name in place}
+        for members in together(drives):
+            for name in members:
+                group[name] = members
+        waits = {id(g): 0 for g in group.values()}
+        for name, others in drives.items():
+            for other in others:
+                waits[id(group[other])] += group[other] is not group[name]
+        left = {id(g): len(g) for g in group.values()}
+        free = [place[name] for name in place if not waits[id(group[name])]]
+        heapify(free)
+        names, order = list(place), []
+        while free:
+            name = names[heappop(free)]
+            order.append(name)
+            left[id(group[name])] -= 1
+            if left[id(group[name])]:
+                continue  # what comes after a loop comes after all of it
+            for member in group[name]:
+                for other in drives[member]:
+                    if group[other] is not group[name]:
+                        waits[id(group[other])] -= 1
+                        if not waits[id(group[other])]:
+                            for n in group[other]:
+                                heappush(free, place[n])
         return order

@@ -47,7 +47,7 @@ class Budget:
             try:
                 with zipfile.ZipFile(archive) as opened:
                     self.take(archive, opened.infolist())
-            except (zipfile.BadZipFile, OSError):
+            except (zipfile.BadZipFile, OSError, ValueError, RuntimeError, NotImplementedError, EOFError):
                 return  # told when it is unpacked
 
     def take(self, archive: Path, entries: list[zipfile.ZipInfo]) -> None:

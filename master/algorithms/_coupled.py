@@ -9,18 +9,17 @@ import numpy as np
 from ...core.errors import UsageError
 from ..engine.program import Program
 from ..engine.runner import Runner
-from ..slaves.base import REAL, Slave
+from ..slaves.base import Slave
 from ..system import Link, System
 
 
 class Coupling:
-    """The real links of a system, element by element: u = factor * y + offset."""
+    """The continuous links of a system, element by element: u = factor * y + offset."""
 
     def __init__(self, system: System):
         self.system = system
         self.links: list[Link] = [
-            k for k in system.links
-            if k.source.family == REAL and k.target.family == REAL and k.source.component and k.cast.table is None
+            k for k in system.links if system.is_continuous(k) and k.source.component and k.cast.table is None
         ]  # fmt: skip
         spread = [(k, i) for k in self.links for i in range(k.source.size)]
         self.sources = np.array([k.source.place + i for k, i in spread], np.int64)

@@ -12,8 +12,13 @@ def blend(system: System, program: Program, place: int, size: int, newest: float
     place, size: slots of the output, whose present value counts as the first one before.
     """
     last, held = system.scratch(size), system.scratch(size)
+    reals = system.board.reals
+
+    def remember() -> None:
+        reals[last : last + size] = reals[place : place + size]
+
+    program.at_start(remember)
     for k in range(size):
-        system.board.reals[last + k] = system.board.reals[place + k]
         program.mix(held + k, [(newest, place + k), (before, last + k)])
         program.mix(last + k, [(1.0, place + k)])
     return held

@@ -9,7 +9,6 @@ from __future__ import annotations
 
 from ..agreement import refresh
 from ..engine.program import Program
-from ..slaves.base import REAL
 from ..system import Link, System
 from ._history import blend
 
@@ -20,11 +19,13 @@ AHEAD = (1.5, -0.5)
 def write(system: System, program: Program) -> None:
     """Write the macro step."""
     slaves = [system.slaves[name] for name in system.order]
-    carried = {s.name: [k for k in system.links if k.target.component == s.name and _is_line(k)] for s in slaves}
+    carried = {s.name: [k for k in system.links_to(s.name) if _is_line(system, k)] for s in slaves}
     ahead = {k.source.place: k.source for s in slaves if not s.takes_slopes for k in carried[s.name]}
     instead = {place: blend(system, program, place, s.size, *AHEAD) for place, s in ahead.items()}
     for s in slaves:
-        system.exchange(program, [s.name], None if s.takes_slopes else instead)
+        for link in system.links_to(s.name):
+            line = link in carried[s.name] and not s.takes_slopes
+            system.pass_on(program, link, instead if line else None)
     changes = {s.name: _changes(system, program, carried[s.name]) for s in slaves if s.takes_slopes}
     for s in slaves:
         program.set_inputs(s)
@@ -34,8 +35,8 @@ def write(system: System, program: Program) -> None:
     refresh(system, program)
 
 
-def _is_line(link: Link) -> bool:
-    return link.source.family == link.target.family == REAL and bool(link.source.component)
+def _is_line(system: System, link: Link) -> bool:
+    return system.is_continuous(link) and bool(link.source.component)
 
 
 def _changes(system: System, program: Program, links: list[Link]) -> int | None:
@@ -44,9 +45,14 @@ def _changes(system: System, program: Program, links: list[Link]) -> int | None:
         return None
     last, change = system.scratch(len(links)), system.scratch(len(links))
     reals = system.board.reals
+    sources = [link.source.place for link in links]
+
+    def remember() -> None:
+        reals[last : last + len(links)] = reals[sources]
+
+    program.at_start(remember)
     for i, link in enumerate(links):
         source, factor = link.source.place, link.cast.factor
-        reals[last + i] = reals[source]
         program.mix(change + i, [(factor, source), (-factor, last + i)])
         program.mix(last + i, [(1.0, source)])
     return change

@@ -6,6 +6,9 @@ repetition would not, for one dominant mode. A step that does not settle in `MOS
 
 from __future__ import annotations
 
+from contextlib import suppress
+from typing import Any
+
 import numpy as np
 
 from ...core.errors import CosimError, SimulationError
@@ -28,54 +31,58 @@ def write(system: System, program: Program) -> None:
     again = system.program()
     refresh(system, again)
     agree = Runner(again) if len(again) else None
-    size = np.maximum(np.abs(coupling.given(coupling.outputs)), 1e-300)
-    last = coupling.given(coupling.outputs)
+    size = last = np.zeros(0)
+
+    def begin() -> None:
+        nonlocal size, last
+        last = coupling.given(coupling.outputs)
+        size = np.maximum(np.abs(last), 1e-300)
 
     def settle(t: float, h: float) -> int:
+        states = []
+        try:
+            for s in steppers:
+                states.append(s.save())
+            return iterate(t, h, states)
+        finally:
+            for s, state in zip(steppers, states, strict=False):
+                with suppress(CosimError):
+                    s.slave.drop(state)
+
+    def iterate(t: float, h: float, states: list[Any]) -> int:
         nonlocal last
         reals = system.board.reals
         y = coupling.outputs
         u, relaxation, before = last.copy(), 1.0, None
-        states = [s.save() for s in steppers]
-        try:
-            for k in range(MOST):
-                if k:
-                    for s, state in zip(steppers, states, strict=True):
-                        s.restore(state)
-                reals[coupling.targets] = u
-                for s in steppers:
-                    s.step(t, h)
-                if agree is not None:
-                    agree.once()
-                left = coupling.given(0.5 * (y + coupling.outputs)) - u
-                np.maximum(size, np.maximum(np.abs(u), np.abs(left)), out=size)
-                if np.all(np.abs(left) <= TOLERANCE * size):
-                    last = u
-                    return 0
-                if before is not None:
-                    change = (left - before) / size
-                    square = float(change @ change)
-                    if square > 0.0:
-                        relaxation *= -float((before / size) @ change) / square
-                        relaxation = float(np.clip(relaxation, -2.0, 2.0)) or 1.0
-                before = left
-                u = u + relaxation * left
-            worst = int(np.argmax(np.abs(left) / size))
-            names = {s.place + i: s.address for s in system.inputs.values() if s.family == REAL for i in range(s.size)}
-            program.error = SimulationError(
-                f"the fixed-point iteration does not settle in {MOST} repetitions at t = {t:g} s; "
-                f"'{names[int(coupling.targets[worst])]}' still changes by {left[worst]:g}", t
-            )  # fmt: skip
-            return 3
-        except CosimError as error:
-            program.error = error
-            return 3
-        finally:
-            for s, state in zip(steppers, states, strict=True):
-                try:
-                    s.slave.drop(state)
-                except CosimError:
-                    continue
+        for k in range(MOST):
+            if k:
+                for s, state in zip(steppers, states, strict=True):
+                    s.restore(state)
+            reals[coupling.targets] = u
+            for s in steppers:
+                s.step(t, h)
+            if agree is not None:
+                agree.once()
+            left = coupling.given(0.5 * (y + coupling.outputs)) - u
+            np.maximum(size, np.maximum(np.abs(u), np.abs(left)), out=size)
+            if np.all(np.abs(left) <= TOLERANCE * size):
+                last = u
+                return 0
+            if before is not None:
+                change = (left - before) / size
+                square = float(change @ change)
+                if square > 0.0:
+                    relaxation *= -float((before / size) @ change) / square
+                    relaxation = float(np.clip(relaxation, -2.0, 2.0)) or 1.0
+            before = left
+            u = u + relaxation * left
+        worst = int(np.argmax(np.abs(left) / size))
+        names = {s.place + i: s.address for s in system.inputs.values() if s.family == REAL for i in range(s.size)}
+        raise SimulationError(
+            f"the fixed-point iteration does not settle in {MOST} repetitions at t = {t:g} s; "
+            f"'{names[int(coupling.targets[worst])]}' still changes by {left[worst]:g}", t
+        )  # fmt: skip
 
+    program.at_start(begin)
     coupling.pass_others(program)
     program.python(settle)

@@ -15,8 +15,8 @@ from __future__ import annotations
 
 import numpy as np
 
-from ...core.errors import CosimError
-from ..agreement import refresh
+from ...core.errors import SimulationError, UsageError
+from ..agreement import refresh, stale
 from ..engine.program import Program
 from ..system import System
 from ._coupled import Coupling, Stepper
@@ -33,22 +33,31 @@ def write(system: System, program: Program) -> None:
     coupling = Coupling(system)
     names = {name for name in coupling.takers if name in coupling.givers}
     jacobian = _Jacobian(coupling, {n: Stepper(system, system.slaves[n], "interface-jacobian") for n in sorted(names)})
-    before, held = coupling.outputs, coupling.given(coupling.outputs)
-    answered = coupling.outputs  # the outputs at the end of a step as they answer to the inputs that were held in it
+    if stale(system)[1]:
+        raise UsageError(
+            "--method interface-jacobian: the system has an algebraic loop (cosim-master --check names it); choose "
+            "another method, e.g. fixed-point"
+        )
+    before = held = np.zeros(0)
+    answered = np.zeros(0)  # the outputs at the end of a step as they answer to the inputs that were held in it
     count = 0
+
+    def begin() -> None:
+        nonlocal before, held, answered, count
+        before = answered = coupling.outputs
+        held = coupling.given(coupling.outputs)
+        count = 0
+
+    program.at_start(begin)
 
     def solve(t: float, h: float) -> int:
         nonlocal before, held, count
         y = answered
-        try:
-            if count % EVERY == 0:
-                shown = coupling.outputs
-                system.board.reals[coupling.targets] = held
-                jacobian.measure(t, h)
-                system.board.reals[coupling.sources] = shown
-        except CosimError as error:
-            program.error = error
-            return 3
+        if count % EVERY == 0:
+            shown = coupling.outputs
+            system.board.reals[coupling.targets] = held
+            jacobian.measure(t, h)
+            system.board.reals[coupling.sources] = shown
         count += 1
         now = coupling.given(1.5 * y - 0.5 * before)
         u = jacobian.solve(now, held)
@@ -101,7 +110,13 @@ class _Jacobian:
             finally:
                 stepper.slave.drop(state)
         self._half = 0.5 * c.factors[:, None] * D
-        self._inverse = np.linalg.inv(np.eye(len(c)) - self._half)
+        try:
+            self._inverse = np.linalg.inv(np.eye(len(c)) - self._half)
+        except np.linalg.LinAlgError:
+            raise SimulationError(
+                f"--method interface-jacobian: inputs and outputs cannot be made to agree at t = {t:g} s; choose "
+                "another method or step", t
+            ) from None  # fmt: skip
 
     def solve(self, now: np.ndarray, held: np.ndarray) -> np.ndarray:
         """The inputs that agree with the outputs they will cause."""

@@ -9,7 +9,6 @@ from __future__ import annotations
 
 from ..agreement import refresh
 from ..engine.program import Program
-from ..slaves.base import REAL
 from ..system import System
 from ._history import blend
 from .extrapolation import AHEAD
@@ -21,11 +20,9 @@ def write(system: System, program: Program) -> None:
     """Write the macro step."""
     order = {name: i for i, name in enumerate(system.order)}
     for name in system.order:
-        for link in system.links:
-            if link.target.component != name or not system.speaks(link):
-                continue
+        for link in system.links_to(name):
             source, instead = link.source, None
-            if source.family == REAL and source.component:
+            if system.is_continuous(link) and source.component:
                 weights = MEAN if order[source.component] < order[name] else AHEAD
                 instead = {source.place: blend(system, program, source.place, source.size, *weights)}
             system.pass_on(program, link, instead)

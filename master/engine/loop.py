@@ -115,7 +115,7 @@ def run(
                 integers[o[1]] = int(driven[k, o[2]])
             elif code == DERIVATIVES:
                 for j in range(o[4]):
-                    reals[o[6] + j] /= step
+                    reals[o[6] + j] /= h  # the last step had that length, if this one is shorter
                 status = native.derivatives(o[1], o[2], o[3], o[4], o[5], reals.ctypes.data + 8 * o[6])
             elif code == MIX:
                 mixed = 0.0

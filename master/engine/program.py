@@ -8,7 +8,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from ...core.errors import CosimError
+from ...core.errors import CosimError, SimulationError
 from ..slaves.base import REAL, TEXT, WIDTHS, Group, Slave, address_of
 from ..slaves.isolated import IsolatedSlave
 from . import loop
@@ -61,6 +61,10 @@ class Program:
         self._keep: list[object] = []
         self.linked_texts: set[str] = set()
         """Addresses of the strings that something drives; the others are set once, before the run."""
+        self.fresh: list[Callable[[], None]] = []
+        """What gives the program's memory its state for a new run; called after every initialisation."""
+        self.drives: list[tuple[int, int, str]] = []
+        """(slot, column, family) of what is driven."""
         self.error: CosimError | None = None
         """Why a Python function of the program has failed."""
 
@@ -101,13 +105,34 @@ class Program:
         first = self._table([(slot, 0) for _, slot in terms])
         self._add(None, "", loop.MIX, target, constant, first, len(terms))
 
+    def at_start(self, function: Callable[[], None]) -> None:
+        """Have a function give memory its state, now and before every further run."""
+        self.fresh.append(function)
+        function()
+
+    def begin(self) -> None:
+        """A new run has been initialised."""
+        for function in self.fresh:
+            function()
+
     def drive(self, target: int, column: int, family: str) -> None:
         """The slot gets a column of the driven values."""
+        self.drives.append((target, column, family))
         self._add(None, "", loop.DRIVE if family == REAL else loop.DRIVE_INTEGER, target, column)
 
     def python(self, function: Callable[[float, float], int], slave: Slave | None = None, doing: str = "") -> None:
-        """Call a Python function (t, h) that returns a status; it must not raise."""
-        callback = CALLBACK(function)
+        """Call a Python function (t, h) that returns a status; what it raises ends the run."""
+
+        def guarded(t: float, h: float) -> int:
+            try:
+                return function(t, h)
+            except CosimError as error:
+                self.error = error
+            except Exception as error:
+                self.error = SimulationError(f"{doing or 'the coupling'}: {type(error).__name__}: {error}")
+            return 3
+
+        callback = CALLBACK(guarded)
         self._keep.append(callback)
         self._add(slave, doing, loop.PYTHON, address_of(callback))
 
@@ -163,11 +188,7 @@ class Program:
         """Have an FMU in another process do something."""
 
         def talk(t: float, h: float) -> int:
-            try:
-                function(t, h)
-            except CosimError as error:
-                self.error = error
-                return 3
+            function(t, h)
             return 0
 
         self.python(talk, None, doing)

@@ -74,7 +74,7 @@ class Runner:
         if why == loop.NOT_FINITE:
             raise self.not_finite(t)
         slave, doing = self.program.labels[operation]
-        if slave is None and self.program.error is not None:
+        if self.program.error is not None:
             error, self.program.error = self.program.error, None
             raise error
         if status == loop.UNMAPPED:

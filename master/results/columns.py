@@ -8,7 +8,7 @@ from fnmatch import fnmatchcase
 
 import numpy as np
 
-from ...core.errors import UsageError, did_you_mean
+from ...core.errors import PackageError, UsageError, did_you_mean
 from ..slaves.base import REAL, TEXT, Signal
 from ..system import System
 
@@ -64,6 +64,11 @@ class Layout:
                             self._cuts.append((where, len(places)))
                             places.append(s.place + k)
         self.kinds = {c.name: c.type for c in self.columns}
+        seen: set[str] = set()
+        for c in self.columns:
+            if c.name in seen:
+                raise PackageError(f"two columns of the result would be called '{c.name}': rename a connector")
+            seen.add(c.name)
 
     def chosen(self, patterns: Sequence[str]) -> list[int]:
         """Indices of the columns whose names match one of the patterns; all of them if there is none."""

@@ -46,14 +46,15 @@ class CsvWriter:
         """Append rows."""
         if not table or len(table[0]) == 0:
             return
-        if self._plain:
+        if self._plain and all(np.isfinite(c).all() for c in table):
             rows = np.ascontiguousarray(np.stack([np.asarray(c) for c in table], axis=1))
             text = orjson.dumps(rows, option=orjson.OPT_SERIALIZE_NUMPY)
-            self._append(text[2:-2].replace(b"],[", b"\n").replace(b"null", b"nan") + b"\n")
+            self._append(text[2:-2].replace(b"],[", b"\n") + b"\n")
             return
         made = io.StringIO()
         writer = csv.writer(made, lineterminator="\n")
-        columns = [c.astype(int).tolist() if isinstance(c, np.ndarray) and c.dtype == bool else list(c) for c in table]
+        arrays = [(c.astype(int) if c.dtype == bool else c) if isinstance(c, np.ndarray) else c for c in table]
+        columns = [c.tolist() if isinstance(c, np.ndarray) else c for c in arrays]
         columns = [[v.hex() if isinstance(v, bytes) else v for v in c] for c in columns]
         writer.writerows(zip(*columns, strict=True))
         self._append(made.getvalue().encode())

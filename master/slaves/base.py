@@ -63,6 +63,9 @@ LIMITS = {
     **{f"UInt{n}": (0, 2**n - 1) for n in (8, 16, 32, 64)},
 }  # fmt: skip
 
+MOST_VALUES = 10_000_000
+"""Most values of an array."""
+
 WIDTHS = {I8: np.int8, U8: np.uint8, I16: np.int16, U16: np.uint16, I32: np.int32, U32: np.uint32, F32: np.float32}
 
 
@@ -164,7 +167,11 @@ class Slave(ABC):
         variable = self.variables[name]
         if variable.type != "Enumeration" or variable.declaredType is None or not variable.declaredType.items:
             return None
-        return {item.name: int(item.value) for item in variable.declaredType.items}
+        try:
+            return {item.name: int(item.value) for item in variable.declaredType.items}
+        except (TypeError, ValueError):
+            kind = variable.declaredType.name
+            raise PackageError(f"component '{self.name}': an item of the enumeration '{kind}' has no value") from None
 
     def shape(self, name: str) -> tuple[int, ...]:
         """Sizes of a variable; () for a scalar."""
@@ -172,7 +179,16 @@ class Slave(ABC):
         sizes = []
         for d in variable.dimensions or ():
             size = d.start if d.start is not None else self._structural.get(d.variable.name, d.variable.start)
-            sizes.append(int(size))
+            try:
+                sizes.append(int(size))
+            except (TypeError, ValueError):
+                raise PackageError(f"component '{self.name}': '{name}' has a dimension of size {size!r}") from None
+        count = 1
+        for size in sizes:
+            count *= size
+            if not 0 <= size <= MOST_VALUES or count > MOST_VALUES:
+                shown = " x ".join(map(str, sizes))
+                raise PackageError(f"component '{self.name}': '{name}' has {shown} values; most are {MOST_VALUES}")
         return tuple(sizes)
 
     def size(self, name: str) -> int:
@@ -370,6 +386,11 @@ class Slave(ABC):
             raise SimulationError(f"component '{self.name}', {doing}: {' '.join(reason.split())}") from None
         finally:
             self.seconds += perf_counter() - begin
+
+    @property
+    def is_lost(self) -> bool:
+        """Whether the FMU has returned fatal, or its process has died: it must not be touched any more."""
+        return self._state == "lost"
 
     def note(self, status: int | None) -> None:
         """After fmiFatal the FMU is not touched again."""

@@ -37,6 +37,13 @@ class Slave1(LibrarySlave):
                     "may be one"
                 )
         self.negated = frozenset(found)
+        self._direct = {
+            v.get("name"): [n.get("input") or (n.text or "").strip() for n in v.find("DirectDependency")]
+            for v in root.iter("ScalarVariable") if v.find("DirectDependency") is not None
+        }  # fmt: skip
+
+    def feed_through(self, output: str) -> list[str] | None:
+        return self._direct.get(output)
 
     def set_start(self, name: str, value: Any) -> None:
         super().set_start(name, -value if name in self.negated else value)

@@ -1,0 +1,158 @@
+"""What a reviewer found: memory of earlier runs, discrete values, loops of whole numbers, short last steps and more."""
+
+from __future__ import annotations
+
+from time import perf_counter
+
+import pytest
+from deepsea_cosim.core.errors import CosimError
+from deepsea_cosim.master.algorithms import NAMES
+from deepsea_cosim.master.check import check
+from deepsea_cosim.master.session import Session
+from deepsea_cosim.master.simulate import Options, run
+
+from benchmarks import native
+
+from ..packages import binding, bindings, component, connector, link, package, parameter, parameter_set, system, values
+
+pytestmark = pytest.mark.skipif(native.compiler is None, reason="there is no C compiler here")
+
+
+@pytest.fixture(scope="module")
+def fmus(tmp_path_factory):
+    folder = tmp_path_factory.mktemp("fmus")
+    return {version: native.linear(folder, version) for version in (1, 2, 3)}
+
+
+def linear(name, source="resources/L.fmu", **matrices):
+    given = {k.removeprefix("."): v for k, v in native.values("", **matrices).items()}
+    return component(
+        name, source, connector("u1", "input"), connector("u2", "input"), connector("y1", "output"),
+        bindings=bindings(binding(values(given))),
+    )  # fmt: skip
+
+
+CLOCK = {"A": [[0, 1], [0, 0]], "C": [[1, 0]], "x0": [0, 1]}
+INTEGRATOR = {"A": [[0]], "B": [[1]], "C": [[1]]}
+
+
+@pytest.mark.parametrize("method", NAMES)
+def test_a_session_remembers_nothing_of_an_earlier_run(tmp_path, method):
+    fmu = native.linear(tmp_path / "f", 2, through=False)
+    root = system("root", linear("clock", **CLOCK), linear("i", **INTEGRATOR), links=(link("clock.y1", "i.u1"),))
+    path = package(tmp_path / "p.ssp", root, {"resources/L.fmu": fmu})
+    with Session(path) as session:
+        first, second, third = (session.run(["i.y1"], 1.0, 0.1, method=method)[1] for _ in range(3))
+    assert first.tolist() == second.tolist() == third.tolist()
+    assert run(path, tmp_path / "out", Options(method=method)).frame["i.y1"].tolist() == first[:, 0].tolist()
+
+
+def test_a_session_takes_any_number_of_records(fmus, tmp_path):
+    root = system("root", linear("clock", **CLOCK), linear("i", **INTEGRATOR), links=(link("clock.y1", "i.u1"),))
+    with Session(package(tmp_path / "p.ssp", root, {"resources/L.fmu": fmus[2]})) as session:
+        addresses = [f"clock.y{k + 1}" for k in range(6)]
+        for k in range(1, 90):
+            session.run([addresses[i] for i in range(6) if k >> i & 1] or ["i.y1"], 0.2, 0.1, method="nepce")
+        with pytest.raises(CosimError, match="is no number of steps"):
+            session.run(["i.y1"], 1.0, 0.3)
+
+
+@pytest.mark.parametrize("method", ["extrapolation", "nepce"])
+def test_discrete_reals_are_passed_on_as_they_are(tmp_path, method):
+    """A gear of 0, 1, 2, ... is never 1.5."""
+    text = native.description(2, through=False).replace(
+        'name="y1" valueReference="10" causality="output" variability="continuous"',
+        'name="y1" valueReference="10" causality="output" variability="discrete"',
+    )
+    fmu = native.linear(tmp_path / "f", 2, through=False)
+    import zipfile
+
+    gears = tmp_path / "gears.fmu"
+    with zipfile.ZipFile(fmu) as old, zipfile.ZipFile(gears, "w") as new:
+        for name in old.namelist():
+            new.writestr(name, text if name == "modelDescription.xml" else old.read(name))
+    clock = linear("clock", "resources/G.fmu", A=[[0, 10], [0, 0]], C=[[1, 0]], x0=[0, 1])
+    root = system("root", clock, linear("i", **INTEGRATOR), links=(link("clock.y1", "i.u1"),))
+    path = package(tmp_path / "p.ssp", root, {"resources/L.fmu": fmu, "resources/G.fmu": gears})
+    frame = run(path, tmp_path / "out", Options(method=method)).frame
+    assert frame["i.u1"].to_numpy() == pytest.approx(frame["i.u1"].round().to_numpy(), abs=1e-9)
+
+
+def test_loops_of_whole_numbers(fmus, tmp_path):
+    """A negative number that goes round is a fixed point; nothing that could be solved for is an error."""
+    given = bindings(binding(parameter_set(parameter("integer_in", "Integer", -1))))
+    pair = [component(n, "resources/L.fmu", connector("integer_in", "input", "Integer"),
+                      connector("integer_out", "output", "Integer"), bindings=given) for n in "ab"]  # fmt: skip
+    links = (link("a.integer_out", "b.integer_in"), link("b.integer_out", "a.integer_in"))
+    path = package(tmp_path / "p.ssp", system("root", *pair, links=links), {"resources/L.fmu": fmus[2]})
+    assert run(path, tmp_path / "out").frame["a.integer_out"].tolist() == [-1] * 11
+
+
+def test_an_output_does_not_drive_a_parameter(fmus, tmp_path):
+    root = system("root", linear("clock", **CLOCK), linear("a", D=[[1.0]]), links=(link("clock.y1", "a.D[1,1]"),))
+    path = package(tmp_path / "p.ssp", root, {"resources/L.fmu": fmus[2]})
+    with pytest.raises(CosimError, match=r"'clock\.y1' changes during a run and cannot drive the parameter 'a\.D"):
+        run(path, tmp_path / "out")
+
+
+def test_infinity_does_not_travel_in_silence(fmus, tmp_path):
+    factor = '<ssc:LinearTransformation factor="1e200"/>'
+    root = system("root", linear("c", C=[[1]], x0=[1e200]), linear("a", D=[[1e-300]]),
+                  links=(link("c.y1", "a.u1", factor),))  # fmt: skip
+    with pytest.raises(CosimError, match=r"not finite at t = 0 s: .*a\.u1 = inf"):
+        run(package(tmp_path / "p.ssp", root, {"resources/L.fmu": fmus[2]}), tmp_path / "out")
+
+
+def test_a_short_last_step_has_the_slope_of_the_others(tmp_path):
+    """y = t into an integrator that takes slopes: exact but for the first step, which knows none."""
+    fmu = native.linear(tmp_path / "f", 2, through=False, slopes=True)
+    root = system("root", linear("clock", **CLOCK), linear("i", **INTEGRATOR), links=(link("clock.y1", "i.u1"),))
+    path = package(tmp_path / "p.ssp", root, {"resources/L.fmu": fmu})
+    x = run(path, tmp_path / "out", Options(method="extrapolation", step=0.3)).frame["i.y1"].iloc[-1]
+    assert x == pytest.approx(0.5 - 0.3**2 / 2.0, rel=1e-12)
+
+
+def test_fmi_1_tells_what_its_outputs_depend_on(tmp_path):
+    fmu = native.linear(tmp_path / "f", 1, direct=True)
+    root = system("root", linear("clock", **CLOCK), linear("gain", D=[[2.0]]), linear("i", **INTEGRATOR),
+                  links=(link("clock.y1", "gain.u1"), link("gain.y1", "i.u1")))  # fmt: skip
+    frame = run(package(tmp_path / "p.ssp", root, {"resources/L.fmu": fmu}), tmp_path / "out",
+                Options(method="jacobi")).frame  # fmt: skip
+    assert frame["gain.y1"].tolist() == pytest.approx((2.0 * frame["time"]).tolist())
+
+
+def test_two_columns_of_one_name_are_refused(fmus, tmp_path):
+    root = system("root", linear("clock", **CLOCK), made=(connector("time", "output"),),
+                  links=(link("clock.y1", "time"),))  # fmt: skip
+    path = package(tmp_path / "p.ssp", root, {"resources/L.fmu": fmus[2]})
+    with pytest.raises(CosimError, match="two columns of the result would be called 'time'"):
+        run(path, tmp_path / "out")
+    assert any("would be called 'time'" in text for text in check(path).errors)
+
+
+def test_a_fault_in_a_method_ends_the_run(fmus, tmp_path, monkeypatch):
+    """Nothing that Python code of a method raises is lost on its way through the compiled loop."""
+    from deepsea_cosim.master.slaves.fmi2 import Slave2
+
+    def save(self):
+        raise ValueError("no state today")
+
+    monkeypatch.setattr(Slave2, "save", save)
+    root = system("root", linear("clock", **CLOCK), linear("i", **INTEGRATOR), links=(link("clock.y1", "i.u1"),))
+    path = package(tmp_path / "p.ssp", root, {"resources/L.fmu": fmus[2]})
+    with pytest.raises(CosimError, match="ValueError: no state today"):
+        run(path, tmp_path / "out", Options(method="fixed-point"))
+
+
+def test_large_systems_are_ordered_in_time(fmus, tmp_path):
+    """2000 gains in a chain, listed from its end."""
+    n = 2000
+    names = [f"g{k}" for k in range(n)]
+    parts = [component(name, "resources/L.fmu", connector("u1", "input"), connector("y1", "output")) for name in names]
+    links = [link(f"{a}.y1", f"{b}.u1") for a, b in zip(names[1:], names, strict=False)]
+    path = package(tmp_path / "p.ssp", system("root", *parts, links=tuple(links)), {"resources/L.fmu": fmus[2]})
+    begin = perf_counter()
+    found = check(path)
+    assert not found.errors
+    assert found.system.order == names[::-1]
+    assert perf_counter() - begin < 120.0  # it was days
