@@ -7,7 +7,7 @@ depend on a connected input. Loops are swept until nothing changes, or solved by
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Sequence
 from graphlib import CycleError, TopologicalSorter
 
 import numpy as np
@@ -127,7 +127,7 @@ def _slots(signals: Iterable[Signal]) -> np.ndarray:
 
 def stale(system: System) -> tuple[list[str], bool]:
     """(components in the order in which to bring them up to date, whether some depend on each other in a loop)."""
-    driven = {link.end for link in system.links if link.source.component}
+    driven = {link.end for link in system.links if system.speaks(link)}
     late = [
         end for end in system.outputs
         if any((end[0], name) in driven for name in system.slaves[end[0]].feed_through(end[1]) or ())
@@ -148,16 +148,20 @@ def stale(system: System) -> tuple[list[str], bool]:
 def refresh(system: System, program: Program, loops_only: bool = False) -> None:
     """Write: outputs agree with the present inputs; the inputs that were held stay on the board, for the record.
 
-    loops_only: do nothing where there is no algebraic loop.
+    What stimuli drive has the value that it has at the end of the step. loops_only: do nothing where there is no
+    algebraic loop.
     """
     names, loop = stale(system)
     if not names or (loops_only and not loop):
         return
-    links = [k for k in system.links if k.target.component in names and k.target.family != TEXT]
-    kept = [system.scratch(k.target.size) for k in links]
-    for link, place in zip(links, kept, strict=True):
-        program.cast(place, link.target.place, link.target.size, Cast())
+    links = [k for k in system.links if k.target.component in names and k.target.family != TEXT and system.speaks(k)]
+    seen = set(_slots([k.source for k in links] + [s for name in names for s in system.slaves[name].inputs]).tolist())
+    drives = [d for d in program.drives if d[0] in seen]
+    back = _keep(system, program, [(slot, 1) for slot, _, _ in drives])
+    for slot, column, family in drives:
+        program.drive(slot, column, family, ahead=True)
     if loop:
+        back += _keep(system, program, [(k.target.place, k.target.size) for k in links])
         agreement = Agreement(system, names)
 
         def settle(t: float, h: float) -> int:
@@ -165,12 +169,36 @@ def refresh(system: System, program: Program, loops_only: bool = False) -> None:
             return 0
 
         program.python(settle)
-    else:
-        for name in names:
-            for link in links:
-                if link.target.component == name and system.speaks(link):
-                    system.pass_on(program, link)
-            program.set_inputs(system.slaves[name])
-            program.get_outputs(system.slaves[name])
-    for link, place in zip(links, kept, strict=True):
-        program.cast(link.target.place, place, link.target.size, Cast())
+        _put_back(program, back)
+        return
+    renew(system, program, names, links)
+    _put_back(program, back)
+
+
+def renew(system: System, program: Program, names: Sequence[str], links: Sequence[Link]) -> None:
+    """Write: in this order, the components get what these links carry now, and are read again; then all inputs are as
+    they were on the board."""
+    back = _keep(system, program, [(k.target.place, k.target.size) for k in links])
+    for name in names:
+        for link in links:
+            if link.target.component == name:
+                system.pass_on(program, link)
+        program.set_inputs(system.slaves[name])
+        program.get_outputs(system.slaves[name])
+    _put_back(program, back)
+
+
+Kept = list[tuple[int, int, int]]
+"""(slot, where its content is kept, how many)."""
+
+
+def _keep(system: System, program: Program, places: Sequence[tuple[int, int]]) -> Kept:
+    made = [(place, system.scratch(size), size) for place, size in places]
+    for place, kept, size in made:
+        program.cast(kept, place, size, Cast())
+    return made
+
+
+def _put_back(program: Program, kept: Kept) -> None:
+    for place, there, size in kept:
+        program.cast(place, there, size, Cast())

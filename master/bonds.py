@@ -6,6 +6,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 from itertools import combinations
 
+from ..core.errors import PackageError, did_you_mean
 from ..core.units import Unit
 from .slaves.base import REAL
 from .system import Link, System
@@ -40,6 +41,10 @@ def find_bonds(system: System) -> list[Bond]:
         return found if found is not None and found.exponents is not None else None
 
     declared = {frozenset(pair) for pair in system.network.structure.bonds}
+    known = {k.source.address for k in system.links}
+    for address in sorted(a for pair in declared for a in pair if a not in known):
+        hint = did_you_mean(address, sorted(known))
+        raise PackageError(f"the power bond names '{address}', which drives nothing{hint}")
     bonds = []
     for a, b in combinations([k for k in system.links if _scalar(k)], 2):
         if (a.start[0], a.end[0]) != (b.end[0], b.start[0]) or a.start[0] == a.end[0]:

@@ -18,7 +18,17 @@ from .algorithms import NAMES, algorithm
 from .engine.program import Program
 from .engine.runner import Runner
 from .initialise import Initialiser
-from .setup import bound_values, configure, given_values, load_descriptions, load_slaves, read_package, resolve, split
+from .setup import (
+    bound_values,
+    check_single,
+    configure,
+    given_values,
+    load_descriptions,
+    load_slaves,
+    read_package,
+    resolve,
+    split,
+)
 from .slaves.base import REAL, TEXT, Signal
 from .system import System
 
@@ -42,6 +52,7 @@ class Session:
                 network = network.only(list(only))
             self.structure = network.structure
             slaves = load_descriptions(network)
+            check_single(slaves)
             network, _ = configure(network, slaves)
             self._bound = bound_values(network, slaves)
             self.system = System(network, slaves)
@@ -114,7 +125,9 @@ class Session:
         if not (np.isfinite(step) and step > 0.0):
             raise UsageError(f"step {step:g} s: it has to be positive")
         n = round((stop - start) / step)
-        if n < 1 or abs(n * step - (stop - start)) > 1e-6 * step:
+        if n < 1:
+            raise UsageError(f"a run from {start:g} s to {stop:g} s has no step of {step:g} s")
+        if abs(n * step - (stop - start)) > 1e-6 * step:
             raise UsageError(f"a run from {start:g} s to {stop:g} s is no number of steps of {step:g} s")
         for slave in system.slaves.values():
             if slave.is_lost:

@@ -263,16 +263,20 @@ def load_descriptions(network: Network) -> dict[str, Slave]:
         slaves[path] = slave
     if not slaves:
         raise PackageError("the system has no components")
-    single = {}
+    return slaves
+
+
+def check_single(slaves: Mapping[str, Slave]) -> None:
+    """FMUs that can be instantiated only once per process are there only once."""
+    single: dict[Path, str] = {}
     for path, slave in slaves.items():
         once = getattr(slave.description.coSimulation, "canBeInstantiatedOnlyOncePerProcess", False)
         if once and slave.folder in single:
             raise PackageError(
                 f"components '{single[slave.folder]}' and '{path}' are the same FMU, which can be instantiated only "
-                "once per process"
+                "once per process; --isolate gives each a process of its own"
             )
         single[slave.folder] = path
-    return slaves
 
 
 def configure(

@@ -29,6 +29,7 @@ from .results import SUFFIXES
 from .results.columns import Layout, elements
 from .setup import (
     bound_values,
+    check_single,
     configure,
     given_values,
     load_descriptions,
@@ -165,9 +166,13 @@ def run(
         network, changes = configure(network, slaves, [c for c in options.changes if c not in own])
         values = [*bound_values(network, slaves, remarks.append), *resolve(changes, slaves)]
         if options.isolate:
+            if options.method == "extrapolation" and any(s.takes_slopes for s in slaves.values()):
+                remarks.append("--isolate: no slopes of inputs are handed over; without it the results differ a little")
             slaves = {n: IsolatedSlave(s, options.step_timeout, interrupt) for n, s in slaves.items()}
         elif options.step_timeout is not None:
             raise UsageError("--step-timeout needs --isolate: only a process of its own can be stopped")
+        else:
+            check_single(slaves)
         _substeps(options, slaves)
         system = System(network, slaves)
         remarks += system.remarks
@@ -297,7 +302,9 @@ def simulate(path: str | Path, out: str | Path | None = None, **options: Any) ->
     package = Path(path)
     changes = options.pop("changes", ())
     if isinstance(changes, dict):
-        changes = tuple((str(k), str(v)) for k, v in changes.items())
+        changes = tuple(
+            (str(k), " ".join(map(str, v)) if isinstance(v, (list, tuple)) else str(v)) for k, v in changes.items()
+        )
     for name in ("record", "substeps"):
         if name in options:
             given = options[name]
@@ -372,7 +379,7 @@ class _Loop:
                 count = self._wait(begin, start, h, count)
             driven = None
             if self.drives:
-                t = start + (self.done + np.arange(count)) * h
+                t = np.minimum(start + (self.done + np.arange(count + 1)) * h, stop)
                 driven = np.stack([d.at(t) for d in self.drives], axis=1)
             try:
                 self.runner.run(recording.rows(count), start, h, self.done, count, n, stop, driven, SLICE)

@@ -11,7 +11,7 @@ import numpy as np
 
 from ..core.errors import UsageError, did_you_mean
 from .results.columns import elements
-from .slaves.base import REAL, TEXT, Signal
+from .slaves.base import LIMITS, REAL, TEXT, Signal
 from .system import System
 
 
@@ -64,6 +64,8 @@ def read(path: Path, system: System) -> list[Drive]:
     made = []
     for i, name in enumerate(names[1:], start=1):
         signal, element = _target(path, name, system)
+        if signal.family != REAL:
+            _check_whole(path, name, signal, table[:, i])
         made.append(Drive(signal, element, times, table[:, i], _straight(signal, system)))
     if len({(d.signal, d.element) for d in made}) < len(made):
         raise UsageError(f"{path}: a column stands twice")
@@ -72,6 +74,18 @@ def read(path: Path, system: System) -> list[Drive]:
         if missing:
             raise UsageError(f"{path}: column '{elements(signal)[min(missing)]}' is missing")
     return made
+
+
+def _check_whole(path: Path, name: str, signal: Signal, values: np.ndarray) -> None:
+    """A column for an integer or boolean holds whole numbers in range, which a double holds exactly."""
+    low, high = (0, 1) if signal.type == "Boolean" else LIMITS.get(signal.type, (-(2**63), 2**63 - 1))
+    wrong = (values != np.round(values)) | (values < low) | (values > high) | (np.abs(values) > 2.0**53)
+    if wrong.any():
+        k = int(np.argmax(wrong))
+        raise UsageError(
+            f"{path}, line {k + 2}, column '{name}': {values[k]:.15g} is not a value of type {signal.type} that a "
+            "table can give"
+        )
 
 
 def _numbers(path: Path, names: Sequence[str], rows: Sequence[Sequence[str]]) -> np.ndarray:

@@ -17,7 +17,7 @@ from ..core.units import Unit
 from ..ssp.network import End, Network, Wire
 from .engine.loop import U8
 from .engine.program import Board, Cast, Program
-from .slaves.base import REAL, TEXT, Group, Signal, Slave
+from .slaves.base import LIMITS, REAL, TEXT, Group, Signal, Slave
 from .together import together
 from .wiring import Quantity, passage
 
@@ -233,6 +233,14 @@ class System:
         taken = self.quantity(wire.end)
         way = passage(given, wire.hops, taken, wire.where)
         self.remarks += way.remarks
+        shapes = [
+            tuple(d for d in self.slaves[x.component].shape(x.name) if d != 1) if x.component else None
+            for x in (source, target)
+        ]
+        if None not in shapes and shapes[0] != shapes[1] and source.size == target.size:
+            raise PackageError(
+                f"{wire.where}: '{source.address}' is {shapes[0]} in shape and '{target.address}' {shapes[1]}"
+            )
         if source.size != target.size:
             raise PackageError(
                 f"{wire.where}: '{source.address}' has {source.size} values and '{target.address}' {target.size}"
@@ -312,7 +320,13 @@ class System:
             number = float(text)
             if not np.isfinite(number) or (quantity.family != REAL and number != int(number)):
                 raise ValueError
-            return number if quantity.family == REAL else int(number) if "." in text or "e" in text else int(text)
+            if quantity.family == REAL:
+                return number
+            whole = int(text) if text.lstrip("+-").isdigit() else int(number)
+            low, high = LIMITS.get(quantity.type, (-(2**63), 2**63 - 1))
+            if not low <= whole <= high or (quantity.items and whole not in quantity.items.values()):
+                raise ValueError
+            return whole
         except (KeyError, ValueError):
             kind = f"one {quantity.type}"
             raise ParameterError(f"{where}: {value!r} is not a value of the system's input '{name}' ({kind})") from None

@@ -192,6 +192,10 @@ def converted(value: Value, source: Quantity, hops: Sequence[Hop], target: Quant
         if any(h.transformation is not None for h in hops):
             raise ParameterError(f"{where}: the value of {target.shown} cannot be transformed: it is {target.type}")
         return value
+    if isinstance(value, tuple) and any(isinstance(v, str) for v in value) and source.type == "Enumeration":
+        return tuple(_item(v, source, hops, target, where) if isinstance(v, str) else v for v in value)
+    if source.type == "Boolean" and any(isinstance(h.transformation, Linear) for h in hops):
+        raise ParameterError(f"{where}: the value of {target.shown} is a boolean and cannot be scaled")
     way = passage(source, hops or (Hop(where=where),), target, where, strict=False)
     values = value if isinstance(value, tuple) else (value,)
     made = []

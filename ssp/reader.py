@@ -218,6 +218,8 @@ class _Reader:
         if kind == FMU and path.suffix == ".ssp":
             kind = PACKAGE
         connectors = self.connectors(document, element, known)
+        if fragment and kind != PACKAGE:
+            raise document.error(element, f"component '{name}': '#{fragment}' of another file is not supported")
         if kind == FMU:
             self.budget.look_into(path)
             bindings = self.bindings.read(document, element, known, path)
@@ -277,7 +279,7 @@ class _Reader:
     ) -> System:
         """A system in place of the component that refers to it; the component's bindings come after its own."""
         bindings = self.bindings.read(document, element, known, path)
-        there = {c.name for c in inner.connectors}
+        there = {c.name: c for c in inner.connectors}
         for connector in self.connectors(document, element, known):
             if connector.name not in there:
                 hint = did_you_mean(connector.name, sorted(there))
@@ -285,7 +287,11 @@ class _Reader:
                     f"{connector.where}: component '{name}' has a connector '{connector.name}' that its system does "
                     f"not have{hint}"
                 )
-        return replace(inner, name=name, bindings=(*inner.bindings, *bindings), where=document.where(element))
+            there[connector.name] = _joined(connector, there[connector.name], name)
+        return replace(
+            inner, name=name, connectors=tuple(there.values()), bindings=(*inner.bindings, *bindings),
+            where=document.where(element),
+        )  # fmt: skip
 
     def reference(self, document: Document, element: etree._Element, known: Definitions) -> SignalDictionaryReference:
         list(document.children(element, (f"{SSD}Connectors", f"{SSD}ParameterBindings")))
@@ -360,6 +366,29 @@ class _Reader:
                 )
             )
         return tuple(made)
+
+
+def _joined(outer: Connector, inner: Connector, component: str) -> Connector:
+    """A connector of a component that is a system: what its system says, and what only the component says."""
+
+    def refuse(what: str, said: object, there: object) -> PackageError:
+        return PackageError(
+            f"{outer.where}: connector '{outer.name}' of component '{component}' is {what} {said}, that of its system "
+            f"is {there} ({inner.where})"
+        )
+
+    if outer.kind != inner.kind and "unspecified" not in (outer.kind, inner.kind):
+        raise refuse("of kind", outer.kind, inner.kind)
+    if outer.type is None or inner.type is None:
+        return replace(inner, type=inner.type or outer.type)
+    same = {"Real": "Float64", "Integer": "Int32"}
+    if same.get(outer.type.kind, outer.type.kind) != same.get(inner.type.kind, inner.type.kind):
+        raise refuse("a", outer.type.kind, inner.type.kind)
+    units = outer.type.unit, inner.type.unit
+    if None not in units and units[0] != units[1]:
+        raise refuse("in", units[0].name, units[1].name)  # type: ignore[union-attr]
+    unit, items = units[1] or units[0], inner.type.enumeration or outer.type.enumeration
+    return replace(inner, type=replace(inner.type, unit=unit, enumeration=items))
 
 
 def _indices(document: Document, element: etree._Element, name: str) -> tuple[int, ...]:

@@ -10,6 +10,7 @@ from ...core.errors import UsageError
 from ..engine.program import Program
 from ..engine.runner import Runner
 from ..slaves.base import Slave
+from ..slaves.isolated import IsolatedSlave
 from ..system import Link, System
 
 
@@ -58,6 +59,8 @@ class Stepper:
     """One slave's step from its inputs to its outputs, to be taken and taken back by Python code."""
 
     def __init__(self, system: System, slave: Slave, method: str):
+        if isinstance(slave, IsolatedSlave):
+            raise UsageError(f"--method {method}: FMUs in processes of their own (--isolate) cannot be taken back")
         if not slave.can_restore:
             raise UsageError(
                 f"--method {method}: component '{slave.name}' cannot restore its state (canGetAndSetFMUstate); choose "

@@ -7,7 +7,7 @@ half of the output's last change is added, which is what holding its value lacke
 
 from __future__ import annotations
 
-from ..agreement import refresh
+from ..agreement import refresh, renew, stale
 from ..engine.program import Program
 from ..system import System
 from ._history import blend
@@ -19,12 +19,17 @@ MEAN = (0.5, 0.5)
 def write(system: System, program: Program) -> None:
     """Write the macro step."""
     order = {name: i for i, name in enumerate(system.order)}
+    late = stale(system)[0]
     for name in system.order:
-        for link in system.links_to(name):
+        links = system.links_to(name)
+        for link in links:
             source, instead = link.source, None
             if system.is_continuous(link) and source.component:
                 weights = MEAN if order[source.component] < order[name] else AHEAD
                 instead = {source.place: blend(system, program, source.place, source.size, *weights)}
             system.pass_on(program, link, instead)
         program.advance([system.slaves[name]])
+        if name in late:  # its outputs are to answer to inputs at the end of the step, as far as these are known
+            before = [k for k in links if order.get(k.source.component, len(order)) < order[name]]
+            renew(system, program, [name], [k for k in before if system.is_continuous(k)])
     refresh(system, program)

@@ -27,7 +27,7 @@ TABLE = 11
 MIX = 12
 """target, constant, first, terms: the sum of constants[c + k] * the real in slot tables[first + k, 0]."""
 DRIVE, DRIVE_INTEGER = 13, 14
-"""target, column of the driven values."""
+"""target, column of the driven values, 0 for those of the step's start or 1 for those of its end."""
 STAGE, UNSTAGE = 15, 16
 """width, slot, place in the staging area of that width, count: from the board to it, and back."""
 DERIVATIVES = 17
@@ -59,8 +59,8 @@ def run(
 ) -> None:  # fmt: skip
     """Take the steps first, ..., first + count - 1 of h [s] from `start`; step total - 1 ends at `stop`.
 
-    program (operations, OPERANDS); driven (count, columns); rows (count, outputs + inputs) gets the slots `outputs` at
-    the start of each step and `inputs` as they are at its end; `finite` are the slots that have to be; seconds
+    program (operations, OPERANDS); driven (count + 1, columns); rows (count, outputs + inputs) gets the slots `outputs`
+    at the start of each step and `inputs` as they are at its end; `finite` are the slots that have to be; seconds
     (slaves,) adds up time in doStep; clock is the address of clock_gettime or 0. Comes back early when more than
     `budget` seconds have passed. report: why it came back, steps done, operation, status.
     """
@@ -110,9 +110,9 @@ def run(
                 for j in range(o[3]):
                     reals[o[1] + j] = constants[o[4]] * integers[o[2] + j] + constants[o[4] + 1]
             elif code == DRIVE:
-                reals[o[1]] = driven[k, o[2]]
+                reals[o[1]] = driven[k + o[3], o[2]]
             elif code == DRIVE_INTEGER:
-                integers[o[1]] = int(driven[k, o[2]])
+                integers[o[1]] = int(driven[k + o[3], o[2]])
             elif code == DERIVATIVES:
                 for j in range(o[4]):
                     reals[o[6] + j] /= h  # the last step had that length, if this one is shorter

@@ -115,10 +115,11 @@ class Program:
         for function in self.fresh:
             function()
 
-    def drive(self, target: int, column: int, family: str) -> None:
-        """The slot gets a column of the driven values."""
-        self.drives.append((target, column, family))
-        self._add(None, "", loop.DRIVE if family == REAL else loop.DRIVE_INTEGER, target, column)
+    def drive(self, target: int, column: int, family: str, ahead: bool = False) -> None:
+        """The slot gets a column of the driven values: those of the step's start or, `ahead`, of its end."""
+        if not ahead:
+            self.drives.append((target, column, family))
+        self._add(None, "", loop.DRIVE if family == REAL else loop.DRIVE_INTEGER, target, column, int(ahead))
 
     def python(self, function: Callable[[float, float], int], slave: Slave | None = None, doing: str = "") -> None:
         """Call a Python function (t, h) that returns a status; what it raises ends the run."""

@@ -29,4 +29,4 @@ def frame(path: Path) -> Any:
         return made[["time", *(n for n in made.columns if n != "time")]]
     with warnings.catch_warnings():
         warnings.simplefilter("ignore")  # the exact reading of decimals is the default of some versions only
-        return pandas.read_csv(path, float_precision="round_trip")
+        return pandas.read_csv(path, float_precision="round_trip", keep_default_na=False, na_values=["nan"])

@@ -19,7 +19,7 @@ from typing import Any
 
 import numpy as np
 
-from ...core.errors import CosimError, PackageError, SimulationError
+from ...core.errors import CosimError, Interrupted, PackageError, SimulationError
 from .base import Form, Group, Log, Signal, Slave
 
 KEPT = ("PATH", "LANG", "LC_ALL", "LD_LIBRARY_PATH", "HOME", "TMPDIR", "VIRTUAL_ENV")
@@ -93,7 +93,7 @@ class IsolatedSlave(Slave):
                         raise SimulationError(f"component '{self.name}' did not come back from {doing}")
                     if self._interrupt:
                         self._kill()
-                        raise SimulationError(f"component '{self.name}' was interrupted while {self._doing}")
+                        raise Interrupted(f"interrupted while component '{self.name}' was in {self._doing}", self._time)
                 kind, content = pickle.loads(self._pipe.recv_bytes())
             except (EOFError, OSError):
                 raise self._died() from None

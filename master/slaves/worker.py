@@ -19,6 +19,7 @@ from ..setup import describe_folder
 from .isolated import _put, _take
 
 NO_NEW_PRIVILEGES = 38
+DIE_WITH_PARENT = 1
 NEW_USER, NEW_NET = 0x10000000, 0x40000000
 
 
@@ -31,6 +32,7 @@ def drop_rights() -> None:
     if sys.platform.startswith("linux"):
         with suppress(OSError, AttributeError):
             libc = ctypes.CDLL(None)
+            libc.prctl(DIE_WITH_PARENT, 9, 0, 0, 0)
             libc.prctl(NO_NEW_PRIVILEGES, 1, 0, 0, 0)
             libc.unshare(NEW_USER | NEW_NET)
 

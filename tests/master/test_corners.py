@@ -13,7 +13,20 @@ from deepsea_cosim.master.simulate import Options, run
 
 from benchmarks import native
 
-from ..packages import binding, bindings, component, connector, link, package, parameter, parameter_set, system, values
+from ..packages import (
+    binding,
+    bindings,
+    component,
+    connector,
+    description,
+    link,
+    pack,
+    package,
+    parameter,
+    parameter_set,
+    system,
+    values,
+)
 
 pytestmark = pytest.mark.skipif(native.compiler is None, reason="there is no C compiler here")
 
@@ -156,3 +169,102 @@ def test_large_systems_are_ordered_in_time(fmus, tmp_path):
     assert not found.errors
     assert found.system.order == names[::-1]
     assert perf_counter() - begin < 120.0  # it was days
+
+
+def nested(outer, inner):
+    """A gain of 1 in a description of its own; the component's connector `in` is as told, the system's as well."""
+    gain = linear("a", D=[[1.0]])
+    made = (inner, connector("out", "output"))
+    part = description(system("part", gain, made=made, links=(link("in", "a.u1"), link("a.y1", "out"))))
+    sub = component("sub", "part.ssd", outer, connector("out", "output"), type="application/x-ssp-definition")
+    clock = component("c", "resources/L.fmu", connector("y1", "output", unit="m"),
+                      bindings=bindings(binding(values({"C[1,1]": 1.0, "x0[1]": 2.0}))))  # fmt: skip
+    root = system("root", clock, sub, links=(link("c.y1", "sub.in"),))
+    return root, {"part.ssd": part}
+
+
+@pytest.mark.parametrize(
+    ("outer", "inner", "message"),
+    [
+        (connector("in", "input", unit="mm"), connector("in", "input"), None),
+        (connector("in", "input", "String"), connector("in", "input"), "is a String, that of its system is Real"),
+        (connector("in", "output"), connector("in", "input"), "is of kind output, that of its system is input"),
+        (connector("in", "input", unit="mm"), connector("in", "input", unit="km"), "is in mm, that of its system"),
+    ],
+)
+def test_connectors_of_components_that_are_systems(fmus, tmp_path, outer, inner, message):
+    root, files = nested(outer, inner)
+    path = package(tmp_path / "p.ssp", root, {"resources/L.fmu": fmus[2], **files})
+    if message is None:
+        assert run(path, tmp_path / "out").frame["sub.a.u1"].iloc[-1] == pytest.approx(2000.0)
+    else:
+        with pytest.raises(CosimError, match=message):
+            run(path, tmp_path / "out")
+
+
+@pytest.mark.parametrize(
+    ("type", "cells", "message"),
+    [
+        ("Integer", "2.9", r"line 2, column 'n': 2\.9 is not a value of type Integer"),
+        ("Integer", "1e30", "is not a value of type Integer"),
+        ("Boolean", "0.5", "is not a value of type Boolean"),
+    ],
+)
+def test_whole_numbers_in_tables(fmus, tmp_path, type, cells, message):
+    name = "integer_in" if type == "Integer" else "boolean_in"
+    whole = component("a", "resources/L.fmu", connector(name, "input", type))
+    root = system("root", whole, made=(connector("n", "input", type),), links=(link("n", f"a.{name}"),))
+    path = package(tmp_path / "p.ssp", root, {"resources/L.fmu": fmus[2]})
+    (tmp_path / "s.csv").write_text(f"time,n\n0,{cells}\n")
+    with pytest.raises(CosimError, match=message):
+        run(path, tmp_path / "out", Options(stimuli=tmp_path / "s.csv"))
+
+
+@pytest.mark.parametrize("value", ["3000000000", "-99999999999999999999999"])
+def test_whole_numbers_on_the_command_line(fmus, tmp_path, value):
+    whole = component("a", "resources/L.fmu", connector("integer_in", "input", "Integer"))
+    root = system("root", whole, made=(connector("n", "input", "Integer"),), links=(link("n", "a.integer_in"),))
+    path = package(tmp_path / "p.ssp", root, {"resources/L.fmu": fmus[2]})
+    with pytest.raises(CosimError, match="is not a value of the system's input 'n'"):
+        run(path, tmp_path / "out", Options(changes=(("n", value),)))
+
+
+def test_methods_that_go_back_say_why_not_when_isolated(fmus, tmp_path):
+    root = system("root", linear("clock", **CLOCK), linear("i", **INTEGRATOR), links=(link("clock.y1", "i.u1"),))
+    path = package(tmp_path / "p.ssp", root, {"resources/L.fmu": fmus[2]})
+    with pytest.raises(CosimError, match=r"--isolate\) cannot be taken back"):
+        run(path, tmp_path / "out", Options(method="fixed-point", isolate=True))
+
+
+def test_a_power_bond_that_names_nothing(fmus, tmp_path):
+    root = system("root", linear("clock", **CLOCK), linear("i", **INTEGRATOR), links=(link("clock.y1", "i.u1"),))
+    text = description(root).replace('stepSize="0.1"/>', 'stepSize="0.1"><Bond a="nosuch.y" b="clock.y1"/></Master>')
+    path = pack(tmp_path / "p.ssp", {"SystemStructure.ssd": text, "resources/L.fmu": fmus[2]})
+    with pytest.raises(CosimError, match=r"the power bond names 'nosuch\.y', which drives nothing"):
+        run(path, tmp_path / "out")
+
+
+@pytest.mark.parametrize("method", ["extrapolation", "nepce", "fixed-point"])
+def test_second_order_behind_an_fmu_that_answers_at_once(fmus, tmp_path, method):
+    """t^2 through two gains into an integrator."""
+    parabola = linear("clock", A=[[0, 1, 0], [0, 0, 1], [0, 0, 0]], C=[[1, 0, 0]], x0=[0, 0, 2])
+    root = system("root", parabola, linear("a", D=[[2.0]]), linear("b", D=[[0.5]]), linear("i", **INTEGRATOR),
+                  links=(link("clock.y1", "a.u1"), link("a.y1", "b.u1"), link("b.y1", "i.u1")))  # fmt: skip
+    path = package(tmp_path / "p.ssp", root, {"resources/L.fmu": fmus[2]})
+    errors = [
+        abs(run(path, tmp_path / "out", Options(method=method, step=h)).frame["i.y1"].iloc[-1] - 1.0 / 3.0)
+        for h in (0.05, 0.025)
+    ]
+    assert errors[0] / errors[1] > 3.5
+
+
+def test_stimuli_are_those_of_the_row(fmus, tmp_path):
+    """clock + stimulus, t - t: nothing in every row."""
+    add = linear("add", D=[[1.0, 1.0]])
+    root = system("root", linear("clock", **CLOCK), add, made=(connector("in", "input"),),
+                  links=(link("clock.y1", "add.u1"), link("in", "add.u2")))  # fmt: skip
+    path = package(tmp_path / "p.ssp", root, {"resources/L.fmu": fmus[2]})
+    (tmp_path / "s.csv").write_text("time,in\n0,0\n1,-1\n")
+    frame = run(path, tmp_path / "out", Options(stimuli=tmp_path / "s.csv", method="jacobi")).frame
+    assert frame["in"].tolist() == pytest.approx((-frame["time"]).tolist())
+    assert frame["add.y1"].tolist() == pytest.approx([0.0] * len(frame), abs=1e-12)

@@ -473,7 +473,7 @@ def test_connected_arrays_on_the_command_line(fmus, tmp_path, capsys):
     ("links", "message"),
     [
         ((link("a.nosuch", "b.D[1,1]"),), "has no variable 'nosuch'"),
-        ((link("a.string_out", "b.D[1,1]"),), "these types do not fit"),
+        ((link("a.string_out", "b.D[1,1]"),), "changes during a run and cannot drive the parameter"),
     ],
 )
 def test_connections_to_parameters_are_checked_before_anything_is_loaded(fmus, tmp_path, links, message):
