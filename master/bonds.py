@@ -5,9 +5,10 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from itertools import combinations
+from math import pi
 
 from ..core.errors import PackageError, did_you_mean
-from ..core.units import Unit
+from ..core.units import TURNS, UNITS, Unit
 from .slaves.base import REAL
 from .system import Link, System
 
@@ -61,5 +62,6 @@ def find_bonds(system: System) -> list[Bond]:
         keys = (set(ua.exponents) | set(ub.exponents)) - {"rad"}
         product = {k: p for k in keys if (p := ua.exponents.get(k, 0) + ub.exponents.get(k, 0))}
         if product == _POWER:
-            bonds.append(Bond(a, b, factor))
+            turns = any(u.name in TURNS and u == UNITS[u.name] for u in (ua, ub))
+            bonds.append(Bond(a, b, factor * (2.0 * pi if turns else 1.0)))
     return bonds

@@ -29,8 +29,10 @@ def digest(path: Path) -> str:
 
 def manifest(package: Path, network: Network, options: Options) -> dict[str, Any]:
     """Inputs with their hashes, options, versions, and the command that repeats the run."""
-    files = {part.component.source for part in network.parts.values()}
-    inputs = {str(package): digest(package), **{path.name: digest(path) for path in sorted(files)}}
+    files = sorted({part.component.source for part in network.parts.values()})
+    root = network.structure.file.parent
+    names = [path.relative_to(root).as_posix() if path.is_relative_to(root) else path.name for path in files]
+    inputs = {str(package): digest(package), **{n: digest(path) for n, path in zip(names, files, strict=True)}}
     if options.stimuli is not None:
         inputs[str(options.stimuli)] = digest(options.stimuli)
     return {

@@ -191,11 +191,18 @@ def converted(value: Value, source: Quantity, hops: Sequence[Hop], target: Quant
     if target.family == TEXT or source.family == TEXT:
         if any(h.transformation is not None for h in hops):
             raise ParameterError(f"{where}: the value of {target.shown} cannot be transformed: it is {target.type}")
+        if source.family != target.family:
+            if target.items is not None and value in target.items:
+                return target.items[value]
+            raise ParameterError(f"{where}: the value is {source.type}, {target.shown} is {target.type}")
         return value
     if isinstance(value, tuple) and any(isinstance(v, str) for v in value) and source.type == "Enumeration":
         return tuple(_item(v, source, hops, target, where) if isinstance(v, str) else v for v in value)
+    mapped = any(isinstance(h.transformation, Table) for h in hops)
     if source.type == "Boolean" and any(isinstance(h.transformation, Linear) for h in hops):
         raise ParameterError(f"{where}: the value of {target.shown} is a boolean and cannot be scaled")
+    if not mapped and (source.type == "Boolean") != (target.type == "Boolean"):
+        raise ParameterError(f"{where}: the value is {source.type}, {target.shown} is {target.type}")
     way = passage(source, hops or (Hop(where=where),), target, where, strict=False)
     values = value if isinstance(value, tuple) else (value,)
     made = []

@@ -42,6 +42,12 @@ class Slave1(LibrarySlave):
             for v in root.iter("ScalarVariable") if v.find("DirectDependency") is not None
         }  # fmt: skip
 
+    def settable(self, name: str) -> bool:
+        v = self.variables.get(name)
+        if v is None or v.type not in self.forms or v.variability == "constant" or v.causality in ("output", "none"):
+            return False
+        return super().settable(name) or v.start is not None  # an internal variable with a start value
+
     def feed_through(self, output: str) -> list[str] | None:
         return self._direct.get(output)
 
