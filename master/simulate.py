@@ -204,7 +204,8 @@ def run(
         except CosimError as error:
             write_summary(folder, {"package": str(package), "status": "failed", "error": str(error), "steps": 0})
             raise
-        energy = ResidualEnergy(bonds, layout, answers)
+        sloped = [name for name, s in slaves.items() if options.method == "extrapolation" and s.takes_slopes]
+        energy = ResidualEnergy(bonds, layout, answers, sloped)
         file = folder / options.results if options.results else None
         stride = stride or max(1, n // SAMPLE)
         recording = Recording(system, layout, which, file, options.record_every, energy, stride)

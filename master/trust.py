@@ -18,7 +18,7 @@ rate P, is a numerical damping ratio of -P / (2 omega E), negative where the cou
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Collection, Sequence
 from dataclasses import dataclass, field
 from typing import Any
 
@@ -105,11 +105,23 @@ class Swing:
         return told
 
 
+def _held(u: np.ndarray, sloped: bool) -> np.ndarray:
+    """Means of an input over the steps (n - 1,) from its values at their starts (n,)."""
+    if not sloped:
+        return u[:-1]
+    before = np.concatenate([u[:1], u[:-2]])
+    return u[:-1] + 0.5 * (u[:-1] - before)
+
+
 class ResidualEnergy:
     """Sums up the residual energy of each bond from blocks of recorded communication points."""
 
-    def __init__(self, bonds: list[Bond], layout: Layout, at_once: Sequence[tuple[float, float]]):
+    def __init__(
+        self, bonds: list[Bond], layout: Layout, at_once: Sequence[tuple[float, float]], sloped: Collection[str] = ()
+    ):
+        """sloped: components that carry their inputs on through a step, along the slope of the last change."""
         self.bonds = bonds
+        self._sloped = [(b.back.target.component in sloped, b.forth.target.component in sloped) for b in bonds]
         outputs = {place: i for i, place in enumerate(layout.outputs)}
         inputs = {place: len(layout.outputs) + i for i, place in enumerate(layout.inputs)}
         self._columns = [
@@ -136,8 +148,9 @@ class ResidualEnergy:
         mean = 0.5 * (rows[1:] + rows[:-1])
         fresh = slice(max(0, known - 1), None)  # steps that have not been counted yet
         for i, (bond, (y_a, u_a, u_b, y_b, ratio)) in enumerate(zip(self.bonds, self._columns, strict=True)):
-            left = (bond.watts * mean[:, y_a] * rows[:-1, u_a] * h)[fresh]
-            right = (bond.watts * ratio * rows[:-1, u_b] * mean[:, y_b] * h)[fresh]
+            held = [_held(rows[:, u], sloped) for u, sloped in zip((u_a, u_b), self._sloped[i], strict=True)]
+            left = (bond.watts * mean[:, y_a] * held[0] * h)[fresh]
+            right = (bond.watts * ratio * held[1] * mean[:, y_b] * h)[fresh]
             self.absolute[i] += np.sum(np.abs(left - right))
             self.net[i] += np.sum(left - right)
             self.exchanged[i] += np.sum(0.5 * np.abs(left + right))

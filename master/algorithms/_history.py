@@ -6,10 +6,11 @@ from ..engine.program import Program
 from ..system import System
 
 
-def blend(system: System, program: Program, place: int, size: int, newest: float, before: float) -> int:
-    """Write newest * output + before * the output when this was last read; the first slot of the result.
+def blend(system: System, program: Program, place: int, size: int, ahead: float) -> int:
+    """Write the straight line through an output and what it was when last read, `ahead` steps after it; the first slot.
 
-    place, size: slots of the output, whose present value counts as the first one before.
+    place, size: slots of the output, whose value at the start of a run counts as the first one before. Half a step back
+    (-0.5) is the mean of the two; half a step ahead of a shorter step is the middle of that.
     """
     last, held = system.scratch(size), system.scratch(size)
     reals = system.board.reals
@@ -19,6 +20,9 @@ def blend(system: System, program: Program, place: int, size: int, newest: float
 
     program.at_start(remember)
     for k in range(size):
-        program.mix(held + k, [(newest, place + k), (before, last + k)])
+        if ahead > 0.0:
+            program.line(held + k, place + k, last + k, ahead)
+        else:
+            program.mix(held + k, [(1.0 + ahead, place + k), (-ahead, last + k)])
         program.mix(last + k, [(1.0, place + k)])
     return held

@@ -12,8 +12,8 @@ from ..engine.program import Program
 from ..system import Link, System
 from ._history import blend
 
-AHEAD = (1.5, -0.5)
-"""The straight line half a step ahead, from the newest value and the one before."""
+AHEAD = 0.5
+"""How far the straight line is taken, in steps: to the middle of the coming one."""
 
 
 def write(system: System, program: Program) -> None:
@@ -21,7 +21,7 @@ def write(system: System, program: Program) -> None:
     slaves = [system.slaves[name] for name in system.order]
     carried = {s.name: [k for k in system.links_to(s.name) if _is_line(system, k)] for s in slaves}
     ahead = {k.source.place: k.source for s in slaves if not s.takes_slopes for k in carried[s.name]}
-    instead = {place: blend(system, program, place, s.size, *AHEAD) for place, s in ahead.items()}
+    instead = {place: blend(system, program, place, s.size, AHEAD) for place, s in ahead.items()}
     for s in slaves:
         for link in system.links_to(s.name):
             line = link in carried[s.name] and not s.takes_slopes

@@ -40,18 +40,19 @@ def write(system: System, program: Program) -> None:
         )
     before = held = np.zeros(0)
     answered = np.zeros(0)  # the outputs at the end of a step as they answer to the inputs that were held in it
-    count = 0
+    count, whole = 0, 0.0
 
     def begin() -> None:
-        nonlocal before, held, answered, count
+        nonlocal before, held, answered, count, whole
         before = answered = coupling.outputs
+        whole = 0.0
         held = coupling.given(coupling.outputs)
         count = 0
 
     program.at_start(begin)
 
     def solve(t: float, h: float) -> int:
-        nonlocal before, held, count
+        nonlocal before, held, count, whole
         y = answered
         if count % EVERY == 0:
             shown = coupling.outputs
@@ -59,7 +60,8 @@ def write(system: System, program: Program) -> None:
             jacobian.measure(t, h)
             system.board.reals[coupling.sources] = shown
         count += 1
-        now = coupling.given(1.5 * y - 0.5 * before)
+        whole = max(whole, h)  # the last step may be shorter
+        now = coupling.given(y + 0.5 * (h / whole) * (y - before))
         u = jacobian.solve(now, held)
         before, held = y, u
         system.board.reals[coupling.targets] = u

@@ -13,7 +13,8 @@ from ..system import System
 from ._history import blend
 from .extrapolation import AHEAD
 
-MEAN = (0.5, 0.5)
+MEAN = -0.5
+"""Half a step back: the mean of the newest value and the one before."""
 
 
 def write(system: System, program: Program) -> None:
@@ -25,8 +26,8 @@ def write(system: System, program: Program) -> None:
         for link in links:
             source, instead = link.source, None
             if system.is_continuous(link) and source.component:
-                weights = MEAN if order[source.component] < order[name] else AHEAD
-                instead = {source.place: blend(system, program, source.place, source.size, *weights)}
+                ahead = MEAN if order[source.component] < order[name] else AHEAD
+                instead = {source.place: blend(system, program, source.place, source.size, ahead)}
             system.pass_on(program, link, instead)
         program.advance([system.slaves[name]])
         if name in late:  # its outputs are to answer to inputs at the end of the step, as far as these are known

@@ -33,6 +33,9 @@ STAGE, UNSTAGE = 15, 16
 DERIVATIVES = 17
 """address, component, references, count, orders, slot: the inputs' changes over a step, which lie from the slot on, go
 to the FMU as slopes (fmi2SetRealInputDerivatives)."""
+LINE = 19
+"""target, newest, before, constant: the real newest + constants[c] * (newest - before), for a step of full length; a
+shorter one goes as much less far."""
 POSITIVE = 18
 """slot, count: integers on their way between UInt64 and other types, which agree where none is negative."""
 
@@ -136,6 +139,8 @@ def run(
                         break
                 if not found:
                     status = UNMAPPED
+            elif code == LINE:
+                reals[o[1]] = reals[o[2]] + constants[o[4]] * (step / h) * (reals[o[2]] - reals[o[3]])
             elif code == POSITIVE:
                 for j in range(o[2]):
                     if integers[o[1] + j] < 0:

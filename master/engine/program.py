@@ -105,6 +105,10 @@ class Program:
         first = self._table([(slot, 0) for _, slot in terms])
         self._add(None, "", loop.MIX, target, constant, first, len(terms))
 
+    def line(self, target: int, newest: int, before: int, ahead: float) -> None:
+        """The real in slot target = the straight line through two values, so many steps ahead of the newest."""
+        self._add(None, "", loop.LINE, target, newest, before, self._constants(ahead))
+
     def at_start(self, function: Callable[[], None]) -> None:
         """Have a function give memory its state, now and before every further run."""
         self.fresh.append(function)

@@ -268,3 +268,35 @@ def test_stimuli_are_those_of_the_row(fmus, tmp_path):
     frame = run(path, tmp_path / "out", Options(stimuli=tmp_path / "s.csv", method="jacobi")).frame
     assert frame["in"].tolist() == pytest.approx((-frame["time"]).tolist())
     assert frame["add.y1"].tolist() == pytest.approx([0.0] * len(frame), abs=1e-12)
+
+
+@pytest.mark.parametrize("method", ["extrapolation", "nepce"])
+def test_a_short_last_step_is_foretold_as_far_as_it_is_long(tmp_path, method):
+    """y = t is a straight line: exact but for the first step, whatever the last one's length."""
+    fmu = native.linear(tmp_path / "f", 2, through=False)
+    parts = [linear("clock", **CLOCK), linear("i", **INTEGRATOR)]
+    if method == "nepce":  # which foretells what comes later in the order: put both into a loop
+        parts.reverse()
+    links = [link("clock.y1", "i.u1")]
+    if method == "nepce":
+        links.append(link("i.y1", "clock.u2"))
+    path = package(tmp_path / "p.ssp", system("root", *parts, links=tuple(links)), {"resources/L.fmu": fmu})
+    frame = run(path, tmp_path / "out", Options(method=method, step=0.3)).frame
+    assert frame["i.y1"].iloc[-1] == pytest.approx(0.5 - 0.3**2 / 2.0, rel=1e-12)
+
+
+def test_the_trust_report_knows_inputs_that_take_slopes(tmp_path):
+    """A mass on a spring, half a swing of either kind: what is told is small in both."""
+    told = []
+    for slopes in (False, True):
+        fmu = native.linear(tmp_path / str(slopes), 2, through=False, slopes=slopes,
+                            units={"u1": "N", "y1": "m/s"})  # fmt: skip
+        other = native.linear(tmp_path / str(slopes), 2, "S", through=False, slopes=slopes,
+                              units={"u1": "m/s", "y1": "N"})  # fmt: skip
+        root = system("root", linear("mass", A=[[0]], B=[[1]], C=[[1]], x0=[1]),
+                      linear("spring", "resources/S.fmu", A=[[0]], B=[[-100]], C=[[1]]),
+                      links=(link("mass.y1", "spring.u1"), link("spring.y1", "mass.u1")))  # fmt: skip
+        path = package(tmp_path / f"{slopes}.ssp", root, {"resources/L.fmu": fmu, "resources/S.fmu": other}, step=0.01)
+        told.append(run(path, tmp_path / "out", Options(method="extrapolation")).summary["coupling"][0]["relative"])
+    assert told[0] < 0.02
+    assert told[1] < 0.02
