@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
+from .calibration import Calibration
 from .fit import Fit, Linear
 from .problem import Problem
 
@@ -14,8 +15,15 @@ WIDTH = 1.96
 
 
 def parameter_std(problem: Problem, fit: Fit, N: np.ndarray) -> np.ndarray:
-    """Standard deviation of each u (k,): the curvature of the cost with base parameters and nuisances free."""
-    H = Linear(problem, fit.u, fit.model, fit.jacobian, N).curvature(fit.unknowns, fit.phi)
+    """Standard deviation of each u (k,): the curvature of the cost with base parameters and nuisances free.
+
+    A reading counts for less than its noise allows. A machine whose effect is of another mathematical form than the
+    library's leaves a residual of the energy that calibration knows (`discrepancy`, floors squared), which lasts, so
+    that n readings are as few independent pieces as a wrong model's (`independent`): n energies over that number.
+    """
+    calibration = Calibration.load()
+    form = calibration.discrepancy * len(problem.obs) / calibration.independent
+    H = Linear(problem, fit.u, fit.model, fit.jacobian, N).curvature(fit.unknowns, fit.phi + form)
     return np.sqrt(np.maximum(np.diag(np.linalg.inv(H))[: len(fit.u)], 0.0))
 
 
