@@ -10,7 +10,6 @@ many steps streamed to a CSV file and prints the memory that is needed, for a te
 from __future__ import annotations
 
 import argparse
-import ctypes
 import resource
 import statistics
 import subprocess
@@ -66,14 +65,13 @@ def fmpy(path: Path, stop: float) -> float:
 
 
 def ecos(path: Path, count: int) -> float | None:
-    """Seconds of ecos, which records nothing, or None where it is not installed (pip install ecospy tbb)."""
-    for library in Path(sys.prefix, "lib").glob("libtbb.so.*"):  # where the wheel puts it, not where ecos looks
-        ctypes.CDLL(str(library))
-    try:
-        from ecospy import EcosSimulation
-    except (ImportError, OSError):
+    """Seconds of ecos, which records nothing, or None where it is not installed."""
+    from deepsea_cosim.fmus.cross_check import ecos as found
+
+    ecospy = found()
+    if ecospy is None:
         return None
-    with EcosSimulation(STEP, ssp_path=str(path)) as simulation:
+    with ecospy.EcosSimulation(STEP, ssp_path=str(path)) as simulation:
         simulation.init()
         begin = time.perf_counter()
         simulation.step(count)

@@ -7,7 +7,6 @@ linked to kernels.so; kernels.json tells their arguments. In the FMU `jit_ahead.
 from __future__ import annotations
 
 import json
-import os
 import subprocess
 import sys
 from importlib import import_module
@@ -88,14 +87,6 @@ def build(model: str, modules: tuple[str, ...], folder: Path, compiler: str) -> 
                str(folder / "kernels.so"), "-lm"]  # fmt: skip
     subprocess.run(command, check=True, capture_output=True)
     (folder / "kernels.json").write_text(json.dumps(table, indent=1))
-
-
-def in_a_process(model: str, folder: Path) -> dict[str, bytes]:
-    """kernels.so and kernels.json, made for any processor of this kind in a process of its own."""
-    environment = {**os.environ, "NUMBA_CPU_NAME": "generic", "NUMBA_CPU_FEATURES": "", "NUMBA_CACHE_DIR": str(folder)}
-    command = [sys.executable, "-m", __name__, model, str(folder)]
-    subprocess.run(command, env=environment, check=True, capture_output=True, text=True)
-    return {name: (folder / name).read_bytes() for name in ("kernels.so", "kernels.json")}
 
 
 def main(arguments: list[str]) -> None:

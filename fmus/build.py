@@ -141,22 +141,36 @@ def compile_front(folder: Path) -> dict[str, bytes]:
     return made
 
 
+def run_python(arguments: list[str], environment: dict[str, str], failure: str) -> None:
+    """Run this Python in a process of its own; if it fails, `PackageError` with that text and its last line."""
+    run = subprocess.run([sys.executable, *arguments], env=environment, capture_output=True, text=True)
+    if run.returncode:
+        lines = run.stderr.strip().splitlines() or [f"the process ended with code {run.returncode}"]
+        raise PackageError(f"{failure}: {lines[-1]}")
+
+
 def _compiled_kernels(fmu: Path, package: str, cache: Path) -> dict[str, bytes]:
     """Run the FMU once, in a process and a cache folder of its own, and collect what numba compiled."""
     # ended at once, because pythonfmu's library may crash while Python shuts down
     script = f"import os; from {__package__}.check import exercise; exercise({str(fmu)!r}); os._exit(0)"
     environment = {**os.environ, "DEEPSEA_COSIM_CACHE": str(cache)}
     environment.pop("NUMBA_CACHE_DIR", None)
-    run = subprocess.run([sys.executable, "-c", script], env=environment, capture_output=True, text=True)
-    if run.returncode:
-        lines = run.stderr.strip().splitlines() or [f"the process ended with code {run.returncode}"]
-        raise PackageError(f"{fmu.name} does not run: {lines[-1]}")
+    run_python(["-c", script], environment, f"{fmu.name} does not run")
     root = cache / "deepsea-cosim"
     return {
         path.relative_to(root).as_posix(): path.read_bytes()
         for path in sorted((root / package).rglob("__pycache__/*"))
         if path.suffix in (".nbi", ".nbc")
     }
+
+
+def _kernels_ahead(model: Model) -> dict[str, bytes]:
+    """kernels.so and kernels.json of a model, made for any processor of this kind (`ahead`)."""
+    with tempfile.TemporaryDirectory() as place:
+        environment = {**os.environ, "NUMBA_CPU_NAME": "generic", "NUMBA_CPU_FEATURES": "", "NUMBA_CACHE_DIR": place}
+        command = ["-m", f"{__package__}.ahead", model.name, place]
+        run_python(command, environment, f"{model.name}: its kernels cannot be compiled ahead")
+        return {name: (Path(place) / name).read_bytes() for name in ("kernels.so", "kernels.json")}
 
 
 def interpreter() -> str:
@@ -205,11 +219,8 @@ def build_fmu(
     if starts:
         sources["fmus/starts.py"] = f"STARTS = {dict(starts)!r}\n".encode()
     if way.standalone:
-        from .ahead import in_a_process
-
         sources["core/jit.py"] = (HERE / "jit_ahead.py.in").read_bytes()
-        with tempfile.TemporaryDirectory() as place:
-            sources |= {f"core/{name}": content for name, content in in_a_process(model.name, Path(place)).items()}
+        sources |= {f"core/{name}": content for name, content in _kernels_ahead(model).items()}
     digest = hashlib.sha256()
     for name, content in sources.items():
         digest.update(name.encode() + b"\0" + content + b"\0")

@@ -6,6 +6,7 @@ of it. Inputs are set before a step and held; outputs are read after it.
 
 from __future__ import annotations
 
+import ctypes
 import json
 import math
 import subprocess
@@ -16,6 +17,7 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from importlib.util import find_spec
 from pathlib import Path
+from typing import Any
 from xml.etree import ElementTree
 
 import numpy as np
@@ -161,15 +163,27 @@ def through_c(fmu: Path, c: Case, folder: Path) -> Outcome:
     return Outcome(table[:, 1:], told[-1])
 
 
+def ecos() -> Any:
+    """The module ecospy with the library that it needs (pip install ecospy tbb), or None where it is not installed."""
+    for library in Path(sys.prefix, "lib").glob("libtbb.so.*"):  # where the wheel puts it, not where ecos looks
+        ctypes.CDLL(str(library))
+    try:
+        import ecospy
+    except (ImportError, OSError):
+        return None
+    return ecospy
+
+
 _ECOS = """
-import ctypes, json, pathlib, sys
-for library in pathlib.Path(sys.prefix, "lib").glob("libtbb.so.*"):  # where the wheel puts it, not where ecos looks
-    ctypes.CDLL(str(library))
-from ecospy import EcosSimulation, EcosSimulationStructure
+import json, sys
+from %s import ecos
+ecospy = ecos()
+if ecospy is None:
+    sys.exit("ecospy cannot be loaded: pip install ecospy tbb")
 order = json.load(open(sys.argv[1]))
-structure = EcosSimulationStructure()
+structure = ecospy.EcosSimulationStructure()
 structure.add_model("fmu", order["fmu"])
-with EcosSimulation(order["step"], structure=structure) as simulation:
+with ecospy.EcosSimulation(order["step"], structure=structure) as simulation:
     for name, value in zip(order["names"], order["inputs"][0]):
         simulation.set_real(f"fmu::{name}", value)
     simulation.init()
@@ -180,7 +194,7 @@ with EcosSimulation(order["step"], structure=structure) as simulation:
         simulation.step(1)
         rows.append([simulation.get_real(f"fmu::{name}") for name in order["outputs"]])
     json.dump(rows, open(sys.argv[2], "w"))
-"""
+""" % __name__  # noqa: UP031
 
 
 def through_ecos(fmu: Path, c: Case, folder: Path) -> Outcome:

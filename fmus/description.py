@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import datetime
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from xml.etree.ElementTree import Element, SubElement
 
 from ..core.units import unit
@@ -41,18 +41,22 @@ def _text(variable: Variable, value: float) -> str:
     return str(int(value)) if variable.kind == "Integer" else number(value)
 
 
-def _variable(variable: Variable, reference: int) -> Element:
-    variability = {"parameter": "fixed", "input": "continuous", "output": "continuous"}[variable.causality]
-    attributes = {
+def attributes(variable: Variable, reference: int) -> dict[str, str]:
+    """What a variable is, as attributes."""
+    made = {
         "name": variable.name,
         "valueReference": str(reference),
         "description": variable.description,
         "causality": variable.causality,
-        "variability": variability,
+        "variability": "fixed" if variable.causality == "parameter" else "continuous",
     }
     if variable.causality != "input":
-        attributes["initial"] = "exact" if variable.causality == "parameter" else "calculated"
-    element = Element("ScalarVariable", attributes)
+        made["initial"] = "exact" if variable.causality == "parameter" else "calculated"
+    return made
+
+
+def _variable(variable: Variable, reference: int) -> Element:
+    element = Element("ScalarVariable", attributes(variable, reference))
     SubElement(element, variable.kind, details(variable))
     return element
 
@@ -72,10 +76,9 @@ def details(variable: Variable) -> dict[str, str]:
     return made
 
 
-def unit_definitions(table: VariableTable, *others: str) -> Element:
-    """The units that the variables have, and others."""
+def _unit_definitions(names: Iterable[str]) -> Element:
     units = Element("UnitDefinitions")
-    for unit_name in dict.fromkeys([*(v.unit for v in table if v.unit), *others]):
+    for unit_name in dict.fromkeys(names):
         u = unit(unit_name)
         base = {key: str(power) for key, power in u.exponents.items()}
         if u.factor != 1.0:
@@ -86,9 +89,31 @@ def unit_definitions(table: VariableTable, *others: str) -> Element:
     return units
 
 
-def default_experiment() -> Element:
-    """The default experiment."""
-    return Element(
+def opening(
+    identity: Mapping[str, str], description: str, tool: str, capabilities: Mapping[str, str], units: Iterable[str]
+) -> Element:
+    """The root element with everything before the variables.
+
+    identity: FMI version, model name and what identifies the FMU; capabilities: the attributes of CoSimulation.
+    """
+    root = Element(
+        "fmiModelDescription",
+        {
+            **identity,
+            "description": description,
+            "license": "MIT",
+            "generationTool": f"deepsea-cosim with {tool}",
+            "generationDateAndTime": datetime.datetime.now(datetime.UTC).strftime("%Y-%m-%dT%H:%M:%SZ"),
+            "variableNamingConvention": "structured",
+        },
+    )
+    SubElement(root, "CoSimulation", dict(capabilities))
+    root.append(_unit_definitions(units))
+    categories = SubElement(root, "LogCategories")
+    for category, text in LOG_CATEGORIES.items():
+        SubElement(categories, "Category", {"name": category, "description": text})
+    SubElement(
+        root,
         "DefaultExperiment",
         {
             "startTime": "0",
@@ -97,52 +122,42 @@ def default_experiment() -> Element:
             "stepSize": number(STEP_SIZE),
         },
     )
+    return root
 
 
-def _unknown(table: VariableTable, name: str, knowns: list[str]) -> Element:
+def units_of(table: VariableTable) -> list[str]:
+    """The names of the units that the variables have."""
+    return [v.unit for v in table if v.unit]
+
+
+def knowns(table: VariableTable, variable: Variable) -> tuple[list[int], list[int]]:
+    """References of what an output depends on at once, and of what its initial value depends on."""
+    at_once = list(variable.feedthrough)
+    initial = [*at_once, *variable.initial, *(v.name for v in table.of("parameter"))]
+    return tuple(sorted(table.index(name) for name in set(names)) for names in (at_once, initial))  # type: ignore[return-value]
+
+
+def _unknown(reference: int, known: list[int]) -> Element:
     # FMI 2.0 counts variables from 1
-    indices = sorted(table.index(known) + 1 for known in set(knowns))
-    return Element(
-        "Unknown", {"index": str(table.index(name) + 1), "dependencies": " ".join(str(i) for i in indices)}
-    )
+    return Element("Unknown", {"index": str(reference + 1), "dependencies": " ".join(str(i + 1) for i in known)})
 
 
 def model_description(
     name: str, table: VariableTable, guid: str, description: str, options: Mapping[str, str]
 ) -> Element:
     """The root element fmiModelDescription for the model called `name`."""
-    now = datetime.datetime.now(datetime.UTC).strftime("%Y-%m-%dT%H:%M:%SZ")
-    root = Element(
-        "fmiModelDescription",
-        {
-            "fmiVersion": "2.0",
-            "modelName": name,
-            "guid": guid,
-            "description": description,
-            "license": "MIT",
-            "generationTool": "deepsea-cosim with pythonfmu",
-            "generationDateAndTime": now,
-            "variableNamingConvention": "structured",
-        },
-    )
-    SubElement(root, "CoSimulation", {"modelIdentifier": name, **OPTIONS, **options})
-    root.append(unit_definitions(table))
-    categories = SubElement(root, "LogCategories")
-    for category, text in LOG_CATEGORIES.items():
-        SubElement(categories, "Category", {"name": category, "description": text})
-    root.append(default_experiment())
+    identity = {"fmiVersion": "2.0", "modelName": name, "guid": guid}
+    capabilities = {"modelIdentifier": name, **OPTIONS, **options}
+    root = opening(identity, description, "pythonfmu", capabilities, units_of(table))
     variables = SubElement(root, "ModelVariables")
     for reference, variable in enumerate(table):
         variables.append(_variable(variable, reference))
     structure = SubElement(root, "ModelStructure")
     outputs = SubElement(structure, "Outputs")
     initial = SubElement(structure, "InitialUnknowns")
-    parameters = [v.name for v in table.of("parameter")]
     for variable in table.of("output"):
-        outputs.append(_unknown(table, variable.name, list(variable.feedthrough)))
-        initial.append(
-            _unknown(table, variable.name, [*variable.feedthrough, *variable.initial, *parameters])
-        )
+        for section, known in zip((outputs, initial), knowns(table, variable), strict=True):
+            section.append(_unknown(table.index(variable.name), known))
     return root
 
 

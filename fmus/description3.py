@@ -2,12 +2,11 @@
 
 from __future__ import annotations
 
-import datetime
 from collections.abc import Mapping
 from xml.etree.ElementTree import Element, SubElement
 
-from ..core.variables import Variable, VariableTable
-from .description import LOG_CATEGORIES, default_experiment, details, unit_definitions
+from ..core.variables import VariableTable
+from .description import attributes, details, knowns, opening, units_of
 
 OPTIONS = {
     "needsExecutionTool": "true",
@@ -20,56 +19,24 @@ OPTIONS = {
 KINDS = {"Real": "Float64", "Integer": "Int32", "Boolean": "Boolean"}
 
 
-def _variable(variable: Variable, reference: int) -> Element:
-    attributes = {
-        "name": variable.name,
-        "valueReference": str(reference),
-        "description": variable.description,
-        "causality": variable.causality,
-        "variability": "fixed" if variable.causality == "parameter" else "continuous",
-    }
-    if variable.causality != "input":
-        attributes["initial"] = "exact" if variable.causality == "parameter" else "calculated"
-    return Element(KINDS[variable.kind], {**attributes, **details(variable)})
-
-
 def model_description(
     name: str, table: VariableTable, token: str, description: str, options: Mapping[str, str]
 ) -> Element:
     """The root element fmiModelDescription for the model called `name`; time comes after the table's variables."""
-    root = Element(
-        "fmiModelDescription",
-        {
-            "fmiVersion": "3.0",
-            "modelName": name,
-            "instantiationToken": token,
-            "description": description,
-            "license": "MIT",
-            "generationTool": "deepsea-cosim with pythonfmu3",
-            "generationDateAndTime": datetime.datetime.now(datetime.UTC).strftime("%Y-%m-%dT%H:%M:%SZ"),
-            "variableNamingConvention": "structured",
-        },
-    )
-    SubElement(root, "CoSimulation", {"modelIdentifier": name, **OPTIONS, **options})
-    root.append(unit_definitions(table, "s"))
-    categories = SubElement(root, "LogCategories")
-    for category, text in LOG_CATEGORIES.items():
-        SubElement(categories, "Category", {"name": category, "description": text})
-    root.append(default_experiment())
+    identity = {"fmiVersion": "3.0", "modelName": name, "instantiationToken": token}
+    capabilities = {"modelIdentifier": name, **OPTIONS, **options}
+    root = opening(identity, description, "pythonfmu3", capabilities, [*units_of(table), "s"])
     variables = SubElement(root, "ModelVariables")
-    for reference, variable in enumerate(table):
-        variables.append(_variable(variable, reference))
+    for reference, v in enumerate(table):
+        SubElement(variables, KINDS[v.kind], {**attributes(v, reference), **details(v)})
     SubElement(variables, "Float64", {
         "name": "time", "valueReference": str(len(table)), "causality": "independent", "variability": "continuous",
         "unit": "s",
     })  # fmt: skip
     structure = SubElement(root, "ModelStructure")
-    parameters = [v.name for v in table.of("parameter")]
-    for tag in ("Output", "InitialUnknown"):
-        for variable in table.of("output"):
-            knowns = [*variable.feedthrough, *((*variable.initial, *parameters) if tag == "InitialUnknown" else ())]
-            references = sorted(table.index(known) for known in set(knowns))
+    for place, tag in enumerate(("Output", "InitialUnknown")):
+        for v in table.of("output"):
             SubElement(structure, tag, {
-                "valueReference": str(table.index(variable.name)), "dependencies": " ".join(map(str, references)),
+                "valueReference": str(table.index(v.name)), "dependencies": " ".join(map(str, knowns(table, v)[place])),
             })  # fmt: skip
     return root

@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-from typing import Any
-
 from pythonfmu3 import Fmi3Slave
 from pythonfmu3.enums import Fmi3Status
 
@@ -15,12 +13,7 @@ class Slave(Instance, Fmi3Slave):
     """An FMU of FMI 3.0. The independent variable, time, comes after those of the table."""
 
     statuses = Fmi3Status
-
-    def to_xml(self, model_options: dict[str, str] | None = None) -> Any:
-        """The complete model description, from the variable table."""
-        return model_description(
-            self.modelName, self.table, str(self.guid), self.description or "", {**(model_options or {})}
-        )
+    describe = staticmethod(model_description)
 
     def get_float64(self, vrs: list[int]) -> list[float]:
         time = len(self.table)

@@ -68,6 +68,8 @@ class Instance:
     table: ClassVar[VariableTable]
     statuses: ClassVar[Any]
     """Names of the FMI version's statuses."""
+    describe: ClassVar[Callable[..., Any]]
+    """Makes the FMI version's model description; a static method."""
     author = "deepsea-cosim"
     license = "MIT"
 
@@ -115,6 +117,12 @@ class Instance:
         raise NotImplementedError
 
     # FMI calls
+
+    def to_xml(self, model_options: dict[str, str] | None = None) -> Any:
+        """The complete model description, from the variable table."""
+        return self.describe(
+            self.modelName, self.table, str(self.guid), self.description or "", {**(model_options or {})}
+        )
 
     @reported(None)
     def setup_experiment(self, start_time: float, *_: Any) -> None:

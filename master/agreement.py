@@ -7,7 +7,8 @@ depend on a connected input. Loops are swept until nothing changes, or solved by
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Iterator, Sequence
+from contextlib import contextmanager
 from graphlib import CycleError, TopologicalSorter
 
 import numpy as np
@@ -24,6 +25,23 @@ MAX_SWEEPS = 100
 SETTLED = 1e-12
 
 
+def handles(system: System, name: str) -> tuple[Runner, Runner]:
+    """What hands a component the inputs on the board, and what reads its outputs."""
+    inputs, outputs = system.program(), system.program()
+    inputs.set_inputs(system.slaves[name])
+    outputs.get_outputs(system.slaves[name])
+    return Runner(inputs), Runner(outputs)
+
+
+def in_turn(nodes: Iterable[End]) -> list[str]:
+    """Components to visit so that these outputs are read one after the other."""
+    names: list[str] = []
+    for component, _ in nodes:
+        if not names or names[-1] != component:
+            names.append(component)
+    return names
+
+
 class Agreement:
     """Visits of components: take what others give, read what follows from it."""
 
@@ -32,15 +50,11 @@ class Agreement:
         self.visits: dict[str, tuple[list[tuple[Link, Runner]], Runner, Runner]] = {}
         for name in dict.fromkeys(self.names):
             links = []
-            for link in system.links:
-                if link.target.component == name:
-                    program = system.program()
-                    system.pass_on(program, link)
-                    links.append((link, Runner(program)))
-            inputs, outputs = system.program(), system.program()
-            inputs.set_inputs(system.slaves[name])
-            outputs.get_outputs(system.slaves[name])
-            self.visits[name] = links, Runner(inputs), Runner(outputs)
+            for link in system.links_into(name):
+                program = system.program()
+                system.pass_on(program, link)
+                links.append((link, Runner(program)))
+            self.visits[name] = links, *handles(system, name)
         everything = [*system.outputs.values(), *system.inputs.values()]
         self._signals = [s for s in everything if s.family == REAL]
         self._reals = _slots(self._signals)
@@ -128,21 +142,16 @@ def _slots(signals: Iterable[Signal]) -> np.ndarray:
 def stale(system: System) -> tuple[list[str], bool]:
     """(components in the order in which to bring them up to date, whether some depend on each other in a loop)."""
     driven = {link.end for link in system.links if system.speaks(link)}
-    late = [
+    late = {
         end for end in system.outputs
         if any((end[0], name) in driven for name in system.slaves[end[0]].feed_through(end[1]) or ())
-    ]  # fmt: skip
-    edges: dict[End, set[End]] = graph(system, doubtful=False)
+    }  # fmt: skip
     try:
-        order = [node for node in TopologicalSorter(edges).static_order() if node in late]
+        order = list(TopologicalSorter(graph(system, doubtful=False)).static_order())
     except CycleError:
         members = {component for component, _ in late}
         return [name for name in system.order if name in members], True
-    names: list[str] = []
-    for component, _ in order:
-        if not names or names[-1] != component:
-            names.append(component)
-    return names, False
+    return in_turn(node for node in order if node in late), False
 
 
 def refresh(system: System, program: Program, loops_only: bool = False) -> None:
@@ -154,51 +163,43 @@ def refresh(system: System, program: Program, loops_only: bool = False) -> None:
     names, loop = stale(system)
     if not names or (loops_only and not loop):
         return
-    links = [k for k in system.links if k.target.component in names and k.target.family != TEXT and system.speaks(k)]
+    links = [k for name in dict.fromkeys(names) for k in system.links_to(name) if k.target.family != TEXT]
     seen = set(_slots([k.source for k in links] + [s for name in names for s in system.slaves[name].inputs]).tolist())
     drives = [d for d in program.drives if d[0] in seen]
-    back = _keep(system, program, [(slot, 1) for slot, _, _ in drives])
-    for slot, column, family in drives:
-        program.drive(slot, column, family, ahead=True)
-    if loop:
-        back += _keep(system, program, [(k.target.place, k.target.size) for k in links])
-        agreement = Agreement(system, names)
+    with _kept(system, program, [(slot, 1) for slot, _, _ in drives]):
+        for slot, column, family in drives:
+            program.drive(slot, column, family, ahead=True)
+        if not loop:
+            renew(system, program, names, links)
+            return
+        with _kept(system, program, [(k.target.place, k.target.size) for k in links]):
+            agreement = Agreement(system, names)
 
-        def settle(t: float, h: float) -> int:
-            agreement.settle(f"at t = {t + h:g} s")
-            return 0
+            def settle(t: float, h: float) -> int:
+                agreement.settle(f"at t = {t + h:g} s")
+                return 0
 
-        program.python(settle)
-        _put_back(program, back)
-        return
-    renew(system, program, names, links)
-    _put_back(program, back)
+            program.python(settle)
 
 
 def renew(system: System, program: Program, names: Sequence[str], links: Sequence[Link]) -> None:
     """Write: in this order, the components get what these links carry now, and are read again; then all inputs are as
     they were on the board."""
-    back = _keep(system, program, [(k.target.place, k.target.size) for k in links])
-    for name in names:
-        for link in links:
-            if link.target.component == name:
-                system.pass_on(program, link)
-        program.set_inputs(system.slaves[name])
-        program.get_outputs(system.slaves[name])
-    _put_back(program, back)
+    with _kept(system, program, [(k.target.place, k.target.size) for k in links]):
+        for name in names:
+            for link in links:
+                if link.target.component == name:
+                    system.pass_on(program, link)
+            program.set_inputs(system.slaves[name])
+            program.get_outputs(system.slaves[name])
 
 
-Kept = list[tuple[int, int, int]]
-"""(slot, where its content is kept, how many)."""
-
-
-def _keep(system: System, program: Program, places: Sequence[tuple[int, int]]) -> Kept:
-    made = [(place, system.scratch(size), size) for place, size in places]
-    for place, kept, size in made:
-        program.cast(kept, place, size, Cast())
-    return made
-
-
-def _put_back(program: Program, kept: Kept) -> None:
-    for place, there, size in kept:
-        program.cast(place, there, size, Cast())
+@contextmanager
+def _kept(system: System, program: Program, places: Sequence[tuple[int, int]]) -> Iterator[None]:
+    """What is written inside leaves these (slot, count) as they were."""
+    copies = [(place, system.scratch(size), size) for place, size in places]
+    for place, copy, size in copies:
+        program.cast(copy, place, size, Cast())
+    yield
+    for place, copy, size in copies:
+        program.cast(place, copy, size, Cast())

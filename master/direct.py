@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 from ..core.errors import CosimError
+from .agreement import handles
 from .bonds import Bond
-from .engine.runner import Runner
 from .slaves.base import REAL
 from .system import Link, System
 
@@ -40,11 +40,8 @@ def _integral(system: System, link: Link, flow: Link) -> bool:
 
 def _slope(system: System, output: Link, link: Link) -> float:
     """dy/du of one output of the component that a link ends at; NaN if that cannot be had."""
-    slave, reals = system.slaves[link.target.component], system.board.reals
-    inputs, outputs = system.program(), system.program()
-    inputs.set_inputs(slave)
-    outputs.get_outputs(slave)
-    give, take = Runner(inputs), Runner(outputs)
+    reals = system.board.reals
+    give, take = handles(system, link.target.component)
     place, u, y = link.target.place, reals[link.target.place], output.source.place
     nudge = NUDGE * (1.0 + abs(u))
     found = []

@@ -11,7 +11,7 @@ from graphlib import CycleError, TopologicalSorter
 
 from ..core.errors import PackageError, SimulationError
 from ..ssp.network import End, Wire
-from .agreement import Agreement
+from .agreement import Agreement, in_turn
 from .setup import Value
 from .system import System
 from .wiring import converted
@@ -111,15 +111,11 @@ class Initialiser:
             order = list(TopologicalSorter(graph).static_order())
         except CycleError:
             return None
-        visits: list[str] = []
-        for component, name in order:
-            if (component, name) in system.outputs and (not visits or visits[-1] != component):
-                visits.append(component)
-        return visits
+        return in_turn(node for node in order if node in system.outputs)
 
     def _depends(self, component: str, output: str) -> set[End]:
         slave = self.system.slaves[component]
-        connected = {link.end for link in self.system.links if link.end[0] == component}
+        connected = {link.end for link in self.system.links_into(component)}
         for unknown in slave.description.initialUnknowns:
             if unknown.variable is not None and unknown.variable.name == output:
                 if unknown.dependencies is None:

@@ -21,7 +21,7 @@ from ..ssp.archive import extract
 from ..ssp.model import Component
 from ..ssp.network import Network, Setting, flatten
 from ..ssp.reader import read
-from .slaves.base import Log, Slave
+from .slaves.base import Log, Slave, description_tree
 from .slaves.fmi1 import Slave1
 from .slaves.fmi2 import Slave2
 from .slaves.fmi3 import Slave3
@@ -186,12 +186,11 @@ def load_slaves(slaves: Mapping[str, Slave], stack: ExitStack, log: Log) -> None
         slave.load(on_log)
 
 
-def _fmi_version(path: Path, shown: str) -> str:
+def _fmi_version(folder: Path, shown: str) -> str:
     from lxml import etree
 
-    parser = etree.XMLParser(resolve_entities=False, no_network=True, load_dtd=False)
     try:
-        tree = etree.parse(str(path), parser)
+        tree = description_tree(folder)
     except OSError:
         raise PackageError(f"{shown}: holds no modelDescription.xml") from None
     except etree.XMLSyntaxError as error:
@@ -216,7 +215,7 @@ def describe_folder(name: str, folder: Path, shown: str = "FMU") -> Slave:
     """A slave, not loaded yet, from an FMU that has been unpacked; `shown` is its name in messages."""
     from fmpy import read_model_description, sharedLibraryExtension
 
-    version = _fmi_version(folder / "modelDescription.xml", shown)
+    version = _fmi_version(folder, shown)
     known = next((v for v in VERSIONS if version == v or (v == "3.0" and version.startswith("3."))), None)
     if known is None:
         raise PackageError(f"{shown}: FMI {version} is not supported; known: {', '.join(VERSIONS)}")
@@ -307,4 +306,5 @@ def configure(
         slave = slaves[v.component]
         assert isinstance(slave, Slave3)
         slave.configure(v.variable, v.value)
-    return replace(network, settings=tuple(s for s in network.settings if s not in sizes)), left
+    others = tuple(s for s in network.settings if not structural(s.component, s.variable))
+    return replace(network, settings=others), left

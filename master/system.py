@@ -66,6 +66,9 @@ class System:
         """The outputs of the whole system."""
         late = [wire for wire in network.wires if not self._is_parameter(wire.end)]
         self.links = self._all(self._link, [(wire,) for wire in late])
+        self._into: dict[str, list[Link]] = {name: [] for name in slaves}
+        for link in self.links:
+            self._into[link.target.component].append(link)
         self.early = [wire for wire in (*network.early, *network.wires) if wire not in late and wire.start[0]]
         """Wires to parameters, which carry what calculated parameters are before the run."""
         self._check_early()
@@ -353,9 +356,13 @@ class System:
         made.linked_texts = {link.target.address for link in self.links if link.target.family == TEXT}
         return made
 
+    def links_into(self, name: str) -> list[Link]:
+        """The links to a component."""
+        return self._into[name]
+
     def links_to(self, name: str) -> list[Link]:
         """The links that carry something to a component."""
-        return [k for k in self.links if k.target.component == name and self.speaks(k)]
+        return [k for k in self._into[name] if self.speaks(k)]
 
     def is_continuous(self, link: Link) -> bool:
         """Whether what a link carries is a continuous real, which may be carried on and averaged."""

@@ -7,20 +7,13 @@
  * start first. The time of a doStep goes to stderr. Exit code 1 when the FMU refuses anything.
  */
 #define _GNU_SOURCE
+#include "../front/fmi2.h"
+
 #include <dlfcn.h>
 #include <stdarg.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <time.h>
-
-typedef void *Component;
-typedef struct {
-    void (*logger)(void *, const char *, int, const char *, const char *, ...);
-    void *(*allocate)(size_t, size_t);
-    void (*release)(void *);
-    void (*finished)(void *, int);
-    void *environment;
-} Callbacks;
 
 static void tell(void *environment, const char *instance, int status, const char *category, const char *message, ...)
 {
@@ -51,21 +44,21 @@ static void *symbol(void *library, const char *name)
 
 int main(int argc, char **argv)
 {
-    static Callbacks callbacks = {tell, calloc, free, NULL, NULL};
-    Component (*Instantiate)(const char *, int, const char *, const char *, const Callbacks *, int, int);
-    int (*SetupExperiment)(Component, int, double, double, int, double);
-    int (*EnterInitializationMode)(Component), (*ExitInitializationMode)(Component), (*Terminate)(Component);
-    int (*SetReal)(Component, const unsigned *, size_t, const double *);
-    int (*GetReal)(Component, const unsigned *, size_t, double *);
-    int (*DoStep)(Component, double, double, int);
-    void (*FreeInstance)(Component);
+    static fmi2CallbackFunctions callbacks = {tell, calloc, free, NULL, NULL};
+    fmi2Component (*Instantiate)(const char *, int, const char *, const char *, const fmi2CallbackFunctions *, int, int);
+    int (*SetupExperiment)(fmi2Component, int, double, double, int, double);
+    int (*EnterInitializationMode)(fmi2Component), (*ExitInitializationMode)(fmi2Component), (*Terminate)(fmi2Component);
+    int (*SetReal)(fmi2Component, const unsigned *, size_t, const double *);
+    int (*GetReal)(fmi2Component, const unsigned *, size_t, double *);
+    int (*DoStep)(fmi2Component, double, double, int);
+    void (*FreeInstance)(fmi2Component);
     struct timespec begin, end;
     double step, seconds = 0.0, values[64], outputs[64];
     unsigned in[64], out[64];
     int count, inputs, wanted = argc - 7, i, k;
     void *library;
     FILE *file;
-    Component c;
+    fmi2Component c;
     if (wanted < 1 || wanted > 64) return fprintf(stderr, "usage: see importer.c\n"), 2;
     step = atof(argv[4]), count = atoi(argv[5]), file = fopen(argv[6], "r");
     if (!file || fscanf(file, "%d", &inputs) != 1 || inputs > 64) return fprintf(stderr, "%s: no inputs\n", argv[6]), 2;

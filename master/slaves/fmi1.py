@@ -6,7 +6,7 @@ from pathlib import Path
 from typing import Any
 
 from ...core.errors import PackageError
-from .base import FORMS_1, REAL, Form, Log, address_of
+from .base import FORMS_1, REAL, Form, Log, address_of, description_tree
 from .library import LibrarySlave
 
 
@@ -22,10 +22,7 @@ class Slave1(LibrarySlave):
 
     def _read_on(self) -> None:
         """What fmpy leaves out: capabilities, and reals that are the negative of their value reference's value."""
-        from lxml import etree
-
-        parser = etree.XMLParser(resolve_entities=False, no_network=True, load_dtd=False)
-        root = etree.parse(str(self.folder / "modelDescription.xml"), parser).getroot()
+        root = description_tree(self.folder).getroot()
         for capabilities in root.iter("Capabilities"):
             for able in ("canHandleVariableCommunicationStepSize", "canInterpolateInputs"):
                 setattr(self.description.coSimulation, able, capabilities.get(able) in ("true", "1"))

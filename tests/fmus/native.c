@@ -3,29 +3,23 @@
  *     native threads LIBRARY RESOURCES_URI GUID REF     two instances in two threads; what each has come to
  *     native alone LIBRARY RESOURCES_URI GUID REF       the same, one after the other
  */
+#include "../../fmus/front/fmi2.h"
+
 #include <dlfcn.h>
 #include <pthread.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
 
-typedef struct {
-    void (*logger)(void *, const char *, int, const char *, const char *, ...);
-    void *(*allocate)(size_t, size_t);
-    void (*release)(void *);
-    void (*finished)(void *, int);
-    void *environment;
-} Callbacks;
-
 static void tell(void *e, const char *i, int status, const char *c, const char *message, ...)
 {
     (void)e, (void)i, (void)c;
     fprintf(stderr, "[%d] %s\n", status, message);
 }
-static const Callbacks callbacks = {tell, calloc, free, NULL, NULL};
+static const fmi2CallbackFunctions callbacks = {tell, calloc, free, NULL, NULL};
 static char **arguments;
 
-static void *(*instantiate)(const char *, int, const char *, const char *, const Callbacks *, int, int);
+static void *(*instantiate)(const char *, int, const char *, const char *, const fmi2CallbackFunctions *, int, int);
 static void (*release)(void *);
 static int (*setup)(void *, int, double, double, int, double), (*enter)(void *), (*leave)(void *);
 static int (*step)(void *, double, double, int), (*get)(void *, const unsigned *, size_t, double *);

@@ -9,7 +9,8 @@ from deepsea_cosim.master.simulate import Options, run
 
 from benchmarks import native
 
-from ..packages import binding, bindings, component, connector, link, package, system, values
+from ..packages import link, package, system
+from .parts import linear
 
 pytestmark = pytest.mark.skipif(native.compiler is None, reason="there is no C compiler here")
 
@@ -17,13 +18,6 @@ pytestmark = pytest.mark.skipif(native.compiler is None, reason="there is no C c
 @pytest.fixture(scope="module")
 def fmu(tmp_path_factory):
     return {"resources/L.fmu": native.linear(tmp_path_factory.mktemp("fmus"), 2)}
-
-
-def linear(name, **matrices):
-    return component(
-        name, "resources/L.fmu", connector("u1", "input"), connector("u2", "input"), connector("y1", "output"),
-        bindings=bindings(binding(values({k.removeprefix("."): v for k, v in native.values("", **matrices).items()}))),
-    )  # fmt: skip
 
 
 @pytest.mark.parametrize("method", NAMES)

@@ -27,22 +27,9 @@ from ..packages import (
     system,
     values,
 )
+from .parts import linear
 
 pytestmark = pytest.mark.skipif(native.compiler is None, reason="there is no C compiler here")
-
-
-@pytest.fixture(scope="module")
-def fmus(tmp_path_factory):
-    folder = tmp_path_factory.mktemp("fmus")
-    return {version: native.linear(folder, version) for version in (1, 2, 3)}
-
-
-def linear(name, source="resources/L.fmu", **matrices):
-    given = {k.removeprefix("."): v for k, v in native.values("", **matrices).items()}
-    return component(
-        name, source, connector("u1", "input"), connector("u2", "input"), connector("y1", "output"),
-        bindings=bindings(binding(values(given))),
-    )  # fmt: skip
 
 
 CLOCK = {"A": [[0, 1], [0, 0]], "C": [[1, 0]], "x0": [0, 1]}

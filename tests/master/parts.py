@@ -1,0 +1,51 @@
+"""Components and runs that tests of the master are put together from; all are the native linear FMU."""
+
+from __future__ import annotations
+
+from deepsea_cosim.master.simulate import Options, run
+
+from benchmarks import native
+
+from ..packages import binding, bindings, component, connector, link, system, values
+
+
+def gain(name, g, *more, source="resources/L.fmu", kind="Real", unit_in=None, unit_out=None, **other):
+    """y1 = g u1."""
+    return component(
+        name, source, connector("u1", "input", kind, unit=unit_in), connector("y1", "output", kind, unit=unit_out),
+        *more,
+        bindings=bindings(binding(values({"D[1,1]": g}))), **other,
+    )  # fmt: skip
+
+
+def constant(name, value, *more, source="resources/L.fmu", unit_out=None):
+    """y1 = value, from a state that stands still."""
+    return component(
+        name, source, connector("y1", "output", unit=unit_out), *more,
+        bindings=bindings(binding(values({"C[1,1]": 1.0, "x0[1]": value}))),
+    )  # fmt: skip
+
+
+def linear(name, source="resources/L.fmu", **matrices):
+    """A linear component with two inputs and an output in use; matrices A, B, C, D and x0."""
+    given = {k.removeprefix("."): v for k, v in native.values("", **matrices).items()}
+    return component(
+        name, source, connector("u1", "input"), connector("u2", "input"), connector("y1", "output"),
+        bindings=bindings(binding(values(given))),
+    )  # fmt: skip
+
+
+def last(tmp_path, path, column, **options):
+    frame = run(path, tmp_path / "out", Options(**options)).frame
+    return frame[column].iloc[-1]
+
+
+def with_fmu(fmus, version=2):
+    return {"resources/L.fmu": fmus[version]}
+
+
+def with_input(*made, name="in", inner="", type="Real", **other):
+    """A gain of 3 behind an input of the system."""
+    own = bindings(binding(values({"D[1,1]": 3.0})), *([inner] if inner else []))
+    a = component("a", "resources/L.fmu", connector("u1", "input"), connector("y1", "output"), bindings=own)
+    return system("root", a, made=(connector(name, "input", type), *made), links=(link(name, "a.u1"),), **other)
