@@ -41,7 +41,10 @@ class Calibration:
     """Weights of the features of "unknown", the constant first."""
 
     misjudged: float = 0.0
-    """Least probability of "unknown", and of its opposite: a search may have failed."""
+    """Least probability of "unknown"."""
+
+    stuck: float = 0.0
+    """Least probability of its opposite: a search may not have found what the catalogue has."""
 
     def level(self, shared: float, readings: int) -> float:
         """ln of a residual's shared energy, with what models and chance share of so many readings added."""
@@ -56,4 +59,4 @@ class Calibration:
         """The calibration that is shipped."""
         data = json.loads(files(__package__).joinpath("calibration.json").read_text(encoding="utf-8"))
         numbers = (float(data[key]) for key in ("independent", "discrepancy", "temperature", "lapse"))
-        return cls(*numbers, tuple(map(float, data["unknown"])), float(data["misjudged"]))
+        return cls(*numbers, tuple(map(float, data["unknown"])), float(data["misjudged"]), float(data["stuck"]))

@@ -77,6 +77,11 @@ class Secant:
     base: np.ndarray = field(default_factory=lambda: np.zeros(0))
     """Where the base parameters would go."""
 
+    @property
+    def point(self) -> dict[str, float]:
+        """Where the candidate was run."""
+        return {**self.at.point, **_point(self.candidate, self.size, self.shape)}
+
 
 @dataclass
 class Hypothesis:
@@ -116,7 +121,8 @@ def _point(candidate: Candidate, size: float, shape: Sequence[float]) -> dict[st
     return {**{u.name: size for u in free}, **{u.name: s for u, s in zip(bent, shape, strict=True)}}
 
 
-def _sizes(candidate: Candidate, size: float) -> list[float]:
+def sizes(candidate: Candidate, size: float) -> list[float]:
+    """The size and its negative, as far as the bounds allow."""
     main = candidate.unknowns[0]
     made = []
     for sign in (1.0, -1.0):
@@ -132,12 +138,11 @@ def secants(problem: Problem, at: Fit, wanted: Sequence[tuple[Candidate, float]]
     for candidate, size in wanted:
         shapes = [u.starts or (0.0,) for u in candidate.unknowns if u.shape]
         items += [(candidate, size, shape) for shape in product(*shapes)]
-    points = [{**at.point, **_point(c, size, shape)} for c, size, shape in items]
-    made = []
-    for (c, size, shape), y in zip(items, problem.evaluate(points), strict=True):
+    made = [Secant(c, at, size, shape, np.zeros(0)) for c, size, shape in items]
+    for s, y in zip(made, problem.evaluate([s.point for s in made]), strict=True):
         if y is not None:
-            made.append(Secant(c, at, size, shape, (y + at.correction - at.model) / size))
-    return made
+            s.slope = (y + at.correction - at.model) / s.size
+    return [s for s in made if len(s.slope)]
 
 
 def weigh(problem: Problem, reference: Fit, N: np.ndarray, found: Sequence[Secant]) -> None:
@@ -181,8 +186,8 @@ def screen(problem: Problem, at: Fit, N: np.ndarray) -> list[Secant]:
     """The best secant of each candidate from the null's fit, those that save most first."""
     machine = [c for c in problem.candidates if c.unknowns[0].kind == "effect"]
     sensors = [c for c in problem.candidates if c.unknowns[0].kind == "sensor"]
-    wanted = [(c, s) for c in machine for s in _sizes(c, 1.0)[:1]]
-    wanted += [(c, s) for c in sensors for s in _sizes(c, 1.0)]
+    wanted = [(c, s) for c in machine for s in sizes(c, 1.0)[:1]]
+    wanted += [(c, s) for c in sensors for s in sizes(c, 1.0)]
     found = secants(problem, at, wanted)
     weigh(problem, at, N, found)
     best = _best_of_each(found)
@@ -208,16 +213,15 @@ def screen(problem: Problem, at: Fit, N: np.ndarray) -> list[Secant]:
 def other_starts(problem: Problem, at: Fit, N: np.ndarray) -> list[Secant]:
     """Secants from the model as delivered, those that explain most of its gap first.
 
-    Where the null's fit has strained the base parameters, or leaves much, it may have gone far from the truth, and a
-    large effect is found more surely from where the base parameters are what is stated, and at a size of its own.
+    Where the null's fit has strained the base parameters it may have gone far from the truth, and an effect is found
+    more surely from where the base parameters are what is stated. (`large` is for fits that leave much.)
     """
-    much = at.rms > MUCH
-    if at.strain() < STRAINED * len(at.u) and not much:
+    if at.strain() < STRAINED * len(at.u) or at.rms > MUCH:
         return []
     unmoved = fit(problem, problem.base, np.zeros(len(problem.base)), N, 0)
     delivered = went(problem, wide(problem, went(problem, unmoved), N))
     plain = [c for c in problem.candidates if not any(u.shape or u.kind == "sensor" for u in c.unknowns)]
-    found = secants(problem, delivered, [(c, s) for c in plain for s in _sizes(c, 3.0 if much else 1.0)])
+    found = secants(problem, delivered, [(c, s) for c in plain for s in sizes(c, 1.0)])
     weigh(problem, at, N, found)
     best: dict[str, Secant] = {}
     for s in sorted(found, key=lambda s: -s.own):
@@ -245,7 +249,7 @@ def _ask(problem: Problem, s: Secant, N: np.ndarray, iterations: int) -> Ask:
 
 def finish(problem: Problem, h: Hypothesis, N: np.ndarray) -> None:
     """Fit to the end, in place, and find the derivatives that judging rests on."""
-    _carry_all_on(problem, [h], N, MOST)
+    carry_on(problem, [h], N, MOST)
     if not h.finished:
         found = drive(problem, [wide(problem, h.fit, N)])[0]
         h.fit, h.finished = found or h.fit, True
@@ -276,18 +280,18 @@ def extend(
     going = made[:kept] + [h for h in made[kept : 2 * kept] if h.merit < made[0].merit + CLOSE]
     going += [h for h in elsewhere if not any(h is g for g in going)]
     going = [h for h in going if h.fit.rms < BEHIND * max(made[0].fit.rms, 1.0)]
-    _carry_all_on(problem, going, N, TASTE)
+    carry_on(problem, going, N, TASTE)
     best = min((h.fit.rms for h in going), default=0.0)
     far = RIVAL if any(settled(problem, h.fit) for h in going) else BEHIND * best
     going = sorted((h for h in going if h.fit.rms < far), key=lambda h: h.merit)
-    _carry_all_on(problem, going[:kept], N, MOST)
+    carry_on(problem, going[:kept], N, MOST)
     unique: dict[str, Hypothesis] = {}
     for h in sorted(made, key=lambda h: h.merit):
         unique.setdefault(h.label, h)
     return list(unique.values())
 
 
-def _carry_all_on(problem: Problem, hypotheses: Sequence[Hypothesis], N: np.ndarray, iterations: int) -> None:
+def carry_on(problem: Problem, hypotheses: Sequence[Hypothesis], N: np.ndarray, iterations: int) -> None:
     """Go on with fits that have not arrived, in place, where that does not make them worse."""
     going = [h for h in hypotheses if h.quick or not h.fit.converged]
     asks = [fit(problem, h.fit.unknowns, h.fit.u, N, iterations, at=None if h.quick else h.fit) for h in going]

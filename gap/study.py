@@ -8,7 +8,7 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 
 from ..core.errors import SimulationError
-from . import search
+from . import large, search
 from .campaign import Campaign, CampaignError
 from .catalogue import Catalogue
 from .fit import BLUNT, Fit, fit, nuisances, settle, went
@@ -24,6 +24,9 @@ REFIT = 12
 
 FINALISTS = 3
 """Hypotheses whose fits are carried to the end."""
+
+PROMISING = 0.6
+"""RMS of the best pair, as a share of the best single effect's, below which one of its two effects may be right."""
 
 NEAR = 20.0
 """How far behind the best a hypothesis may be to be finished, in score."""
@@ -132,17 +135,20 @@ def study(campaign: Campaign, catalogue: Catalogue, pool: Pool, say: Say = lambd
     null = _refit(problem, N)
     stage("screening the effects")
     found = search.screen(problem, null.fit, N)
-    hypotheses = [null]
     stage("fitting single effects")
     if settled(problem, null.fit):  # only to show that no effect does better
         singles = search.extend(problem, null, found, N, search.SINGLES // 2, 1)
     else:
         others = search.other_starts(problem, null.fit, N)
         singles = search.extend(problem, null, found, N, search.SINGLES, search.KEPT, others)
-    hypotheses += singles
+    if singles and not settled(problem, singles[0].fit) and null.fit.rms > search.MUCH:
+        stage("looking for large effects")
+        null, found, singles = _large(problem, null, found, singles, N)
+    hypotheses = [null, *singles]
     if singles and not settled(problem, singles[0].fit):
         stage("fitting pairs of effects")
-        hypotheses += _pairs(problem, singles, found, N)
+        pairs = _pairs(problem, singles, found, N)
+        hypotheses += [*pairs, *_swapped(problem, singles, pairs, N)]
     stage("finishing the best")
     search.finish(problem, null, N)
     judged = judge(problem, hypotheses, N)
@@ -196,6 +202,30 @@ def _choose_step(problem: Problem, delivered: np.ndarray) -> None:
             return
 
 
+def _large(
+    problem: Problem, null: Hypothesis, found: list[Secant], singles: list[Hypothesis], N: np.ndarray
+) -> tuple[Hypothesis, list[Secant], list[Hypothesis]]:
+    """Null, screening and single effects, with fits from the model as delivered where these promise more.
+
+    They may need shorter macro steps; null and screening are then made anew, and the former fits stay as they are.
+    """
+    before, best = problem.factor, min(h.merit for h in singles)
+    starts = [s for s in large.scan(problem, N) if s.merit < best][: large.BEGUN]
+    if not starts:
+        problem.factor = before
+        return null, found, singles
+    problem.factor = before
+    large.shorten_step(problem, starts, null.fit.rms)
+    if problem.factor != before:
+        null = Hypothesis((), went(problem, fit(problem, problem.base, null.fit.u, N, REFIT)))
+        found = search.screen(problem, null.fit, N)
+        singles = [large.laid_aside(h) for h in singles]
+    merged: dict[str, Hypothesis] = {}
+    for h in sorted([*large.fits(problem, starts, N), *singles], key=lambda h: h.merit):
+        merged.setdefault(h.label, h)
+    return null, found, list(merged.values())
+
+
 def choose_difference(problem: Problem) -> None:
     """The smallest finite difference at which the simulations are smooth.
 
@@ -236,6 +266,30 @@ def _backward(problem: Problem, judged: list[Judged], N: np.ndarray) -> list[Jud
                 made[left] = found
         judged = judge(problem, list(made.values()), N, judged)
     return judged
+
+
+def _swapped(problem: Problem, singles: list[Hypothesis], pairs: list[Hypothesis], N: np.ndarray) -> list[Hypothesis]:
+    """Pairs with one effect of the best pair and another than its second, where that explains much but not enough.
+
+    What the refit of the base parameters had hidden shows beside the effect that is right.
+    """
+    best = min(pairs, key=lambda h: h.merit, default=None)
+    if best is None or settled(problem, best.fit):
+        return []
+    if best.fit.rms > PROMISING * min(h.fit.rms for h in singles):
+        return []
+    tried = {frozenset(c.label for c in h.candidates) for h in pairs}
+    made: list[Hypothesis] = []
+    for gone in best.candidates:
+        left = search.without(problem, best, gone, N, search.QUICK)
+        if left is None:
+            continue
+        kept = {c.label for c in left.candidates}
+        found = [s for s in search.screen(problem, left.fit, N) if kept | {s.candidate.label} not in tried]
+        made += search.extend(problem, left, found, N, search.PAIRS, 1)
+        if any(settled(problem, h.fit) for h in made):
+            break
+    return made
 
 
 def _pairs(problem: Problem, singles: list[Hypothesis], found: list[Secant], N: np.ndarray) -> list[Hypothesis]:

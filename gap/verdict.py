@@ -45,7 +45,7 @@ def features(calibration: Calibration, null: float, best: float, readings: int) 
 def unknown_probability(calibration: Calibration, x: np.ndarray) -> float:
     """Probability that the cause is not in the catalogue."""
     known = 1.0 / (1.0 + np.exp(np.clip(x @ np.array(calibration.unknown), -30, 30)))
-    return float(1.0 - calibration.misjudged - (1.0 - 2.0 * calibration.misjudged) * known)
+    return float(1.0 - calibration.stuck - (1.0 - calibration.stuck - calibration.misjudged) * known)
 
 
 def causes(judged: Sequence[Judged], calibration: Calibration, x: np.ndarray) -> list[Cause]:

@@ -25,8 +25,8 @@ DISCREPANCY = (0.01, 0.02, 0.03, 0.05, 0.07, 0.1)
 TEMPERATURE = (1.0, 1.5, 2.0, 3.0, 4.0, 6.0)
 LAPSE = (0.02, 0.05, 0.1, 0.15, 0.2, 0.3)
 
-RIDGE, MISJUDGED = 0.1, 0.03
-"""Keeps the weights of "unknown" finite; and a share of cases whose search may have failed."""
+RIDGE, MISJUDGED, STUCK = 0.1, 0.03, 0.12
+"""Keeps the weights of "unknown" finite; least probability of "unknown", and of its opposite: a search may be stuck."""
 
 
 def load(folder: Path, diagnoses: Path) -> list[tuple[dict[str, Any], dict[str, Any]]]:
@@ -105,7 +105,7 @@ def main() -> None:
     cases = load(options.folder, options.diagnoses or options.folder / "diagnoses")
     made = Calibration.load()
     for _ in range(3):  # which cases are called unknown depends on the scores, and these on which cases are known
-        made = replace(made, unknown=tuple(unknown(cases, made)), misjudged=MISJUDGED)
+        made = replace(made, unknown=tuple(unknown(cases, made)), misjudged=MISJUDGED, stuck=STUCK)
         known = [
             (a, d) for a, d in cases
             if a["kind"] != "unknown" and unknown_probability(made, features_of(d, made)) < 0.5

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from deepsea_cosim.gap.fit import correlation_time, dispersion, drive, fit, nuisances, went, wide
 from deepsea_cosim.gap.heldout import folds, left_out
-from deepsea_cosim.gap.intervals import parameter_std
+from deepsea_cosim.gap.intervals import FORM, FORM_OF_BASE, data_std, parameter_std
 from deepsea_cosim.gap.noise import rms
 from deepsea_cosim.gap.observations import gather
 from deepsea_cosim.gap.problem import Unknown
@@ -47,7 +47,7 @@ def test_recovers_the_truth_of_a_nonlinear_model():
     truth = {"a": 0.7, "b": 1.3, "c": -0.4}
     p = problem(wave, truth)
     found, N = solve(p, X)
-    std = parameter_std(p, found, N)
+    std = data_std(p, found, N)
     for x, u, s in zip(X, found.u, std, strict=True):
         assert abs(u - truth[x.name]) < 4 * s
         assert s < 0.05
@@ -61,7 +61,7 @@ def test_intervals_cover_the_truth_as_often_as_they_say():
     for seed in range(40):
         p = problem(wave, truth, seed=seed)
         found, N = solve(p, X)
-        std = parameter_std(p, found, N)
+        std = data_std(p, found, N)
         hits += sum(abs(u - truth[x.name]) < 1.96 * s for x, u, s in zip(X, found.u, std, strict=True))
     assert 0.85 <= hits / 120 <= 1.0
 
@@ -157,6 +157,16 @@ def test_prior_holds_what_the_data_do_not_show():
     found, N = solve(p, (unknown("a"), unknown("z", "base", sd=0.6)))
     assert found.u[1] == pytest.approx(0.0, abs=1e-6)
     assert parameter_std(p, found, N)[1] == pytest.approx(0.6)
+
+
+def test_intervals_leave_room_for_another_form_of_the_effect():
+    p = problem(wave, {"a": 0.7, "b": 1.3, "c": -0.4})
+    found, N = solve(p, (unknown("a"), unknown("b", "base", sd=0.6), unknown("c")))
+    a, b, c = parameter_std(p, found, N)
+    assert a > FORM * abs(found.u[0])
+    assert c > FORM * abs(found.u[2])
+    assert FORM_OF_BASE < b <= 0.6
+    assert np.all(parameter_std(p, found, N) > data_std(p, found, N))
 
 
 def test_correlation_time():

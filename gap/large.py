@@ -1,0 +1,107 @@
+"""Large effects, looked for from the model as delivered where a refit of the base parameters leaves much.
+
+Such a refit bends the base parameters to what they cannot explain, and the way from there to a large effect may be
+closed; an effect that makes the machine swing shows nothing at half its size. So every effect is run at some sizes of
+its own, the base parameters follow as far as the delivered model's derivatives tell, and fits start at the best.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from .fit import Fit, Linear, drive, fit, point_of, scale, went, wide
+from .noise import rms
+from .problem import COARSE_ERROR, FACTORS, Candidate, Problem, Unknown
+from .search import MOST, READINGS, SCREENED, TASTE, Hypothesis, carry_on, secants, sizes
+
+SIZES = (1.0, 2.0, 4.0, 8.0)
+"""Sizes, in usual ones, at which an effect is run."""
+
+SCAN, SHORTEST = 4, 2
+"""Most steps of the package in a macro step of these runs, for a machine that swings needs it; and the fewest, which
+cost half of a run at the package's step."""
+
+BEGUN, KEPT = 6, 3
+"""Starts that are fitted, and those that are carried to the end."""
+
+LONG_STEPS = 0.1
+"""Error that a long macro step may make, as a share of what is left."""
+
+
+@dataclass
+class Start:
+    """Where a fit of one effect begins: its size and the base parameters that go with it."""
+
+    candidate: Candidate
+    unknowns: tuple[Unknown, ...]
+    u: np.ndarray
+    merit: float
+    """What `Hypothesis.merit` would be there if the base parameters acted linearly."""
+
+    @property
+    def point(self) -> dict[str, float]:
+        """In the problem's terms."""
+        return point_of(self.unknowns, self.u)
+
+
+def scan(problem: Problem, N: np.ndarray) -> list[Start]:
+    """The best start of each effect, the most promising first; a long macro step is shortened to `SCAN`."""
+    problem.factor = min(problem.factor, SCAN)
+    delivered = went(problem, fit(problem, problem.base, np.zeros(len(problem.base)), N, 0))
+    delivered = went(problem, wide(problem, delivered, N))
+    plain = [c for c in problem.candidates if len(c.unknowns) == 1 and c.unknowns[0].kind == "effect"]
+    wanted = dict.fromkeys((c, s) for c in plain for size in SIZES for s in sizes(c, size))
+    best: dict[str, Start] = {}
+    for s in secants(problem, delivered, list(wanted)):
+        start = _start(problem, delivered, s.candidate, s.size, delivered.model + s.slope * s.size, N)
+        label = s.candidate.label
+        if label not in best or start.merit < best[label].merit:
+            best[label] = start
+    return sorted(best.values(), key=lambda s: s.merit)
+
+
+def _start(
+    problem: Problem, delivered: Fit, candidate: Candidate, size: float, model: np.ndarray, N: np.ndarray
+) -> Start:
+    rows = slice(None, None, max(1, len(problem.obs) // SCREENED))
+    line = Linear(problem, delivered.u, model, delivered.jacobian, N, rows)
+    d, q = line.step(delivered.unknowns, scale(line.r), np.ones(len(delivered.u)))
+    sd = np.array([x.sd for x in delivered.unknowns])
+    bias = q[: delivered.channels]
+    penalty = float(np.sum((d / sd) ** 2) + bias @ bias) + (size / candidate.unknowns[0].sd) ** 2
+    merit = READINGS * 2.0 * float(np.log(max(rms(line.left(d, q)), 1e-9))) + penalty
+    return Start(candidate, (*delivered.unknowns, *candidate.unknowns), np.append(d, size), merit)
+
+
+def shorten_step(problem: Problem, starts: Sequence[Start], left: float) -> None:
+    """The longest macro step, not longer than now, whose error at the starts is small beside the RMS that is left; or
+    `SHORTEST`."""
+    points = [s.point for s in starts]
+    exact = problem.exact(points)
+    most = max(COARSE_ERROR, LONG_STEPS * left)
+    for factor in (f for f in FACTORS if f == problem.factor or SHORTEST <= f < problem.factor):
+        problem.factor = factor
+        errors = [
+            rms((y - z) / problem.obs.floor)
+            for y, z in zip(exact, problem.evaluate(points), strict=True) if y is not None and z is not None
+        ]  # fmt: skip
+        if max(errors, default=0.0) < most:
+            return
+
+
+def fits(problem: Problem, starts: Sequence[Start], N: np.ndarray) -> list[Hypothesis]:
+    """Fits from the starts, the best first; the better ones are carried to the end."""
+    begun = drive(problem, [fit(problem, s.unknowns, s.u, N, 1) for s in starts])
+    made = [Hypothesis((s.candidate,), f) for s, f in zip(starts, begun, strict=True) if f is not None]
+    for kept, steps in ((KEPT, TASTE), (KEPT - 1, MOST)):
+        made.sort(key=lambda h: h.merit)
+        carry_on(problem, made[:kept], N, steps)
+    return sorted(made, key=lambda h: h.merit)
+
+
+def laid_aside(h: Hypothesis) -> Hypothesis:
+    """A hypothesis whose fit rests on other macro steps than now, and cannot go on."""
+    return replace(h, fit=replace(h.fit, converged=True), quick=False, finished=True)
