@@ -6,6 +6,7 @@ import time
 from collections.abc import Callable
 from concurrent.futures import Executor
 
+from ..master.pool import Pool
 from . import catalogue as catalogues
 from .calibration import Calibration
 from .campaign import Campaign
@@ -14,7 +15,6 @@ from .experiment import Next, ranked
 from .fit import bias, clock
 from .intervals import reduction_interval
 from .noise import rms
-from .pool import Pool, Say
 from .problem import Problem
 from .replay import replays
 from .result import Diagnosis
@@ -26,7 +26,7 @@ from .where import places, regions
 def diagnose(
     campaign: Campaign,
     executor: Executor | None = None,
-    say: Say = lambda text: None,
+    say: Callable[[str], None] = lambda text: None,
     progress: Callable[[int], None] = lambda runs: None,
     processes: int | None = None,
 ) -> Diagnosis:

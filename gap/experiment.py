@@ -8,8 +8,8 @@ from typing import Any
 
 import numpy as np
 
+from ..master.pool import Failure, Job
 from .catalogue import Experiment, Measurable
-from .pool import Failure, Job
 from .problem import Problem, matching
 from .search import Hypothesis
 

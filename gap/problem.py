@@ -16,13 +16,13 @@ import numpy as np
 
 from ..core.errors import UnknownNameError, UsageError, did_you_mean
 from ..core.units import convert, unit
+from ..master.pool import Failure, Job, Pool
 from ..master.session import Session
 from .campaign import Campaign, CampaignError, Event, si
 from .catalogue import Catalogue, Effect
 from .catalogue import Sensor as SensorEffect
 from .noise import quantum, spread
 from .observations import Moment, Observations, gather, thin
-from .pool import Failure, Job, Pool
 from .sensor import Sensor
 
 FACTORS = (8, 4, 2, 1)

@@ -12,9 +12,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from ..master.pool import Failure, Job
 from ..master.session import Session
 from .noise import rms
-from .pool import Failure, Job
 from .problem import Point, Problem
 
 KERNEL = 0.05

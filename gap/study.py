@@ -3,18 +3,19 @@
 from __future__ import annotations
 
 import time
+from collections.abc import Callable
 from dataclasses import dataclass, field, replace
 
 import numpy as np
 
 from ..core.errors import SimulationError
+from ..master.pool import Pool
 from . import large, search
 from .campaign import Campaign, CampaignError
 from .catalogue import Catalogue
 from .fit import BLUNT, Fit, fit, nuisances, settle, went
 from .judge import Judged, judge
 from .noise import rms
-from .pool import Pool, Say
 from .problem import COARSE_ERROR, DIFFERENCES, FACTORS, ROUGH, Candidate, Problem, check_units, pose
 from .search import Hypothesis, Secant, settled
 from .unexplained import Structure, structure
@@ -108,7 +109,9 @@ class Study:
         return rms(self.after(judged))
 
 
-def study(campaign: Campaign, catalogue: Catalogue, pool: Pool, say: Say = lambda text: None) -> Study:
+def study(
+    campaign: Campaign, catalogue: Catalogue, pool: Pool, say: Callable[[str], None] = lambda text: None
+) -> Study:
     """Run the whole diagnosis."""
     begin = time.perf_counter()
     stages: dict[str, float] = {}

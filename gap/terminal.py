@@ -5,9 +5,6 @@ from __future__ import annotations
 import argparse
 import sys
 import time
-from collections.abc import Iterator
-from concurrent.futures import Executor
-from contextlib import contextmanager
 from typing import Any
 
 from ..core.errors import OutputError, UsageError
@@ -18,6 +15,7 @@ def diagnose_command(options: argparse.Namespace) -> int:
     if options.processes is not None and options.processes < 1:
         raise UsageError(f"--processes {options.processes}: at least one is needed")
     _need("scipy", "sklearn", "arch", "ruptures", *(() if options.no_report else ("jinja2", "PIL")))
+    from ..master.pool import cluster
     from .campaign import read
     from .diagnose import diagnose
     from .result import write
@@ -28,7 +26,7 @@ def diagnose_command(options: argparse.Namespace) -> int:
     except OSError as error:
         raise OutputError(f"{options.out}: cannot be written ({error.strerror})") from None
     show = _Progress(options.quiet)
-    with _executor(options) as executor:
+    with cluster(options.dask) as executor:
         d = diagnose(campaign, executor, show.stage, show.run, options.processes)
     show.clear()
     data = write(d, options.out)
@@ -80,23 +78,6 @@ class _Progress:
     def clear(self) -> None:
         if self.on:
             print(f"\r{'':<78}\r", end="", file=sys.stderr, flush=True)
-
-
-@contextmanager
-def _executor(options: argparse.Namespace) -> Iterator[Executor | None]:
-    if not options.dask:
-        yield None
-        return
-    try:
-        from distributed import Client
-    except ImportError:
-        raise UsageError("--dask needs the extra 'distributed': pip install deepsea-cosim[distributed]") from None
-    try:
-        client = Client(options.dask, timeout="10s")
-    except (OSError, ValueError) as error:
-        raise UsageError(f"--dask {options.dask}: no scheduler answers there ({error})") from None
-    with client:
-        yield client.get_executor()
 
 
 def lines(data: dict[str, Any]) -> list[str]:

@@ -8,9 +8,9 @@ import pytest
 from deepsea_cosim.core.errors import UnknownNameError
 from deepsea_cosim.gap.campaign import read
 from deepsea_cosim.gap.catalogue import load
-from deepsea_cosim.gap.pool import Pool
 from deepsea_cosim.gap.problem import Unknown, matching, pose
 from deepsea_cosim.gap.study import choose_difference
+from deepsea_cosim.master.pool import Pool
 
 from .oscillator import campaign, measure
 

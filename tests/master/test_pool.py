@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 from deepsea_cosim.core.errors import SimulationError
-from deepsea_cosim.gap.pool import Failure, Job, Pool
+from deepsea_cosim.master.pool import Failure, Job, Pool
 from deepsea_cosim.master.session import Session
 
 from tests.toys import package

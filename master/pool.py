@@ -8,9 +8,10 @@ from __future__ import annotations
 
 import multiprocessing
 import os
-from collections.abc import Callable, Mapping, Sequence
-from concurrent.futures import Executor, ProcessPoolExecutor
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from concurrent.futures import Executor, ProcessPoolExecutor, as_completed
 from concurrent.futures.process import BrokenProcessPool
+from contextlib import contextmanager
 from dataclasses import dataclass, field
 from pathlib import Path
 from types import TracebackType
@@ -18,11 +19,8 @@ from typing import Any
 
 import numpy as np
 
-from ..core.errors import SimulationError
-from ..master.session import Series, Session
-
-Say = Callable[[str], None]
-"""Is told what is being done."""
+from ..core.errors import SimulationError, UsageError
+from .session import Series, Session
 
 
 @dataclass(frozen=True)
@@ -76,6 +74,24 @@ def _quiet_worker() -> None:
     threading.Thread(target=follow, daemon=True).start()
 
 
+@contextmanager
+def cluster(address: str | None) -> Iterator[Executor | None]:
+    """The executor of the Dask cluster whose scheduler has that address; None without one."""
+    if not address:
+        yield None
+        return
+    try:
+        from distributed import Client
+    except ImportError:
+        raise UsageError("--dask needs the extra 'distributed': pip install deepsea-cosim[distributed]") from None
+    try:
+        client = Client(address, timeout="10s")
+    except (OSError, ValueError) as error:
+        raise UsageError(f"--dask {address}: no scheduler answers there ({error})") from None
+    with client:
+        yield client.get_executor()
+
+
 class Pool:
     """Runs jobs of one package; a context manager. Counts the runs and tells `progress` of each."""
 
@@ -108,17 +124,20 @@ class Pool:
 
     def run(self, jobs: Sequence[Job]) -> list[np.ndarray | Failure]:
         """The results in the order of the jobs."""
-        futures = [self._executor.submit(simulate, str(self.package), job) for job in jobs]
-        results = []
+        made: dict[int, np.ndarray | Failure] = dict(self.each(simulate, jobs))
+        return [made[k] for k in range(len(jobs))]
+
+    def each(self, function: Callable[[str, Any], Any], tasks: Sequence[Any]) -> Iterator[tuple[int, Any]]:
+        """(index, function(package, task)) of every task, in the order in which they are done."""
+        futures = {self._executor.submit(function, str(self.package), task): k for k, task in enumerate(tasks)}
         try:
-            for future in futures:
-                results.append(future.result())
+            for future in as_completed(futures):
+                result = future.result()
                 self.count += 1
                 self.progress(self.count)
+                yield futures[future], result
         except BrokenProcessPool:
             raise SimulationError(f"{self.package.name}: a simulation process died; an FMU may have crashed") from None
-        except BaseException:
+        finally:
             for future in futures:
                 future.cancel()
-            raise
-        return results
