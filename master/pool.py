@@ -43,17 +43,26 @@ class Failure:
     reason: str
 
 
+class WorkerDied(SimulationError):
+    """A process that simulates ended unasked."""
+
+
 _sessions: dict[tuple[str, tuple[str, ...]], Session] = {}
 """What this worker process has loaded."""
 
 
+def session(package: str, only: tuple[str, ...] = ()) -> Session:
+    """The session of a package in this process, loaded when it is asked for first."""
+    key = (package, only)
+    if key not in _sessions:
+        _sessions[key] = Session(Path(package), only=only)
+    return _sessions[key]
+
+
 def simulate(package: str, job: Job) -> np.ndarray | Failure:
     """Runs the job in this process; the signals (n, len(record)) at start, start + step, ..."""
-    key = (package, job.only)
-    if key not in _sessions:
-        _sessions[key] = Session(Path(package), only=job.only)
     try:
-        return _sessions[key].run(job.record, job.stop, job.step, job.changes, job.inputs)[1]
+        return session(package, job.only).run(job.record, job.stop, job.step, job.changes, job.inputs)[1]
     except SimulationError as error:
         return Failure(str(error))
 
@@ -137,7 +146,7 @@ class Pool:
                 self.progress(self.count)
                 yield futures[future], result
         except BrokenProcessPool:
-            raise SimulationError(f"{self.package.name}: a simulation process died; an FMU may have crashed") from None
+            raise WorkerDied(f"{self.package.name}: a simulation process died; an FMU may have crashed") from None
         finally:
             for future in futures:
                 future.cancel()

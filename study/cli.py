@@ -1,0 +1,78 @@
+"""The command cosim-study. Everything heavy is imported only when it is needed."""
+
+from __future__ import annotations
+
+import argparse
+import sys
+from collections.abc import Sequence
+from pathlib import Path
+
+from ..core.cli import OneLineParser
+from ..core.errors import CosimError, SimulationError
+
+EXAMPLES = """examples:
+  cosim-study sweep build/deepsea_11km.ssp --vary depth=0:11000:500 --vary line.diameter=0.0035,0.004,0.005 \\
+      --metric 'extension=reaches(arm.x_h, 0.2, 0.001, 2)' --metric 'max(hydraulics.P1)' --out results/depth
+  cosim-study sweep plant.ssp --vary body.m=1:5 --vary spring.k=100:400 --sample sobol:256
+
+exit codes: 0 done (failed cases are listed), 1 the simulation had to stop, 2 bad input, 130 interrupted (what is done
+is kept)
+"""
+
+METRICS = """metrics, each label=function(connector, numbers) or without the label:
+  initial  final  min  max  mean  rms  range  integral     of the signal
+  at(x, t)                                                 value at t [s]
+  reaches(x, target, within, after)                        time from `after` until x is within `within` of `target`
+  settles(x, target, within, after, until)                 time from `after` until x has come to stay there
+  above(x, level)                                          time above the level [s]
+"""
+
+
+def parser() -> argparse.ArgumentParser:
+    """The command line."""
+    p = OneLineParser(
+        prog="cosim-study", description="Many runs of a package: sweeps, samples, and what they say.", epilog=EXAMPLES
+    )
+    commands = p.add_subparsers(dest="command", required=True, metavar="COMMAND")
+    s = commands.add_parser(
+        "sweep", help="run a package over a grid or a sample of its parameters", epilog=METRICS,
+        formatter_class=argparse.RawDescriptionHelpFormatter,
+    )  # fmt: skip
+    s.add_argument("package", metavar="SCENARIO.ssp", type=Path)
+    s.add_argument("--vary", metavar="NAME=SPEC", action="append", default=[],
+                   help="1,2,3 or start:stop:step, or low:high with --sample; may be repeated")  # fmt: skip
+    s.add_argument("--sample", metavar="KIND:N",
+                   help="sobol:N, lhs:N or saltelli:N (for Sobol indices) instead of a grid")  # fmt: skip
+    s.add_argument("--metric", metavar="EXPR", action="append", default=[],
+                   help="what is measured of a run; default: final, min and max of every connected output")  # fmt: skip
+    s.add_argument("--set", metavar="NAME=VALUE", action="append", default=[], help="a parameter for all cases")
+    s.add_argument("--step", type=float, metavar="S", help="macro step [s] (default: the package's)")
+    s.add_argument("--stop-time", type=float, metavar="S", help="end of the runs [s] (default: the package's)")
+    s.add_argument("--method", default="gauss-seidel", help="coupling algorithm, as of cosim-master")
+    s.add_argument("--out", type=Path, metavar="DIR", help="folder for the results (default: results/sweep_NAME)")
+    s.add_argument("--processes", type=int, metavar="N", help="simulation processes (default: one per core)")
+    s.add_argument("--dask", metavar="ADDRESS", help="simulate on the Dask cluster with this scheduler")
+    s.add_argument("--seed", type=int, default=0, help="of the sample (default 0)")
+    s.add_argument("--retry-failed", action="store_true", help="run cases that failed earlier once more")
+    s.add_argument("--no-plots", action="store_true", help="no pictures")
+    s.add_argument("--quiet", action="store_true", help="print nothing but errors")
+    return p
+
+
+def main(arguments: Sequence[str] | None = None) -> int:
+    """Entry point; returns the exit code."""
+    options = parser().parse_args(arguments)
+    try:
+        from .sweep.terminal import sweep_command
+
+        return sweep_command(options)
+    except CosimError as error:
+        print(f"cosim-study: {error}", file=sys.stderr)
+        return 1 if isinstance(error, SimulationError) else 2
+    except KeyboardInterrupt:
+        print("cosim-study: interrupted; what is done is kept, the same command goes on", file=sys.stderr)
+        return 130
+
+
+if __name__ == "__main__":
+    sys.exit(main())

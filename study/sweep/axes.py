@@ -1,0 +1,91 @@
+"""What a sweep varies: `NAME=1,2,3`, `NAME=start:stop:step`, or `NAME=low:high` for a sample."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from math import floor, isfinite
+from typing import Any
+
+from ...core.errors import UsageError
+
+MOST = 100_000
+"""Cases that a sweep has at most."""
+
+
+@dataclass(frozen=True)
+class Axis:
+    """A parameter and its values; or, for a sample, its range."""
+
+    name: str
+    values: tuple[Any, ...] = ()
+    low: float = 0.0
+    high: float = 0.0
+
+    @property
+    def is_range(self) -> bool:
+        """Whether values are to be drawn from low to high."""
+        return not self.values
+
+
+def parse_axis(text: str) -> Axis:
+    """The axis of `--vary text`; raises `UsageError`."""
+    name, equals, what = (part.strip() for part in text.partition("="))
+    if not equals or not name or not what:
+        raise UsageError(f"--vary {text}: expected NAME=1,2,3 or NAME=start:stop:step or, with --sample, NAME=low:high")
+    if ":" in what:
+        return _range(text, name, what.split(":"))
+    values = tuple(_value(v.strip()) for v in what.split(","))
+    if any(v == "" for v in values):
+        raise UsageError(f"--vary {text}: an empty value between commas")
+    if len(set(map(repr, values))) < len(values):
+        raise UsageError(f"--vary {text}: a value is there twice")
+    return Axis(name, values)
+
+
+def _range(text: str, name: str, parts: list[str]) -> Axis:
+    try:
+        numbers = [float(p) for p in parts]
+    except ValueError:
+        raise UsageError(f"--vary {text}: '{':'.join(parts)}' has to be made of numbers") from None
+    if len(numbers) not in (2, 3) or not all(map(isfinite, numbers)):
+        raise UsageError(f"--vary {text}: expected start:stop:step or low:high")
+    low, high = numbers[:2]
+    if high <= low:
+        raise UsageError(f"--vary {text}: {high:g} is not above {low:g}")
+    if len(numbers) == 2:
+        return Axis(name, (), low, high)
+    step = numbers[2]
+    if step <= 0.0 or (high - low) / step > MOST:
+        raise UsageError(f"--vary {text}: a step of {step:g} makes no sense here")
+    count = floor((high - low) / step + 1e-9) + 1
+    return Axis(name, tuple(_plain(low + k * step) for k in range(count)))
+
+
+def _plain(value: float) -> float:
+    """The value without the last digits of a sum."""
+    return float(f"{value:.12g}")
+
+
+def _value(text: str) -> Any:
+    if text.lower() in ("true", "false"):
+        return text.lower() == "true"
+    for kind in (int, float):
+        try:
+            value = kind(text)
+        except ValueError:
+            continue
+        if not isfinite(value):
+            raise UsageError(f"a value cannot be {text}")
+        return value
+    return text
+
+
+def check_names(axes: Sequence[Axis]) -> None:
+    """Raise `UsageError` when a name is there twice, or there is none."""
+    if not axes:
+        raise UsageError("nothing to vary: give --vary NAME=...")
+    names = [a.name for a in axes]
+    twice = next((n for n in names if names.count(n) > 1), None)
+    if twice:
+        raise UsageError(f"--vary {twice}: it is there twice")

@@ -1,0 +1,91 @@
+"""A picture of each metric: a line over one parameter, lines or a map over two, points over each of more."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.backends.backend_agg import FigureCanvasAgg
+from matplotlib.figure import Figure
+
+from .axes import Axis
+
+FEW = 8
+"""Values of a second parameter that are drawn as lines of their own; more make a map."""
+
+
+def picture(
+    path: Path, axes: Sequence[Axis], sampled: bool, table: Sequence[Mapping[str, Any]], label: str,
+    indices: Mapping[str, Any] | None = None,
+) -> None:
+    """Write the picture of one metric."""
+    names = [a.name for a in axes]
+    if sampled or len(axes) > 2:
+        figure = _scatter(names, table, label, indices)
+    else:
+        figure = Figure(figsize=(7.0, 4.2), layout="constrained")
+        _over(figure, figure.add_subplot(), axes, table, label)
+    FigureCanvasAgg(figure)
+    figure.savefig(path, dpi=130)
+
+
+def _over(figure: Figure, ax: Axes, axes: Sequence[Axis], table: Sequence[Mapping[str, Any]], label: str) -> None:
+    first, rest = axes[0], axes[1:]
+    ax.set_xlabel(first.name)
+    if rest and len(rest[0].values) > FEW and _numbers(first.values) and _numbers(rest[0].values):
+        second = rest[0]
+        z = np.array([_number(row[label]) for row in table]).reshape(len(first.values), len(second.values))
+        shown = ax.pcolormesh(first.values, second.values, z.T, shading="nearest")
+        figure.colorbar(shown, ax=ax, label=label)
+        ax.set_ylabel(second.name)
+        return
+    ax.set_ylabel(label)
+    ax.grid(alpha=0.3)
+    x = list(first.values) if _numbers(first.values) else [str(v) for v in first.values]
+    for value in rest[0].values if rest else (None,):
+        mine = [row for row in table if not rest or row[rest[0].name] == value]
+        y = [_number(row[label]) for row in mine]
+        ax.plot(x, y, marker="o", ms=3.5, label=None if value is None else f"{value}")
+    if rest:
+        ax.legend(title=rest[0].name)
+
+
+def _scatter(
+    names: Sequence[str], table: Sequence[Mapping[str, Any]], label: str, indices: Mapping[str, Any] | None
+) -> Figure:
+    panels = len(names) + (indices is not None)
+    columns = min(3, panels)
+    lines = -(-panels // columns)
+    figure = Figure(figsize=(3.6 * columns, 2.9 * lines), layout="constrained")
+    y = np.array([_number(row[label]) for row in table])
+    for k, name in enumerate(names):
+        ax = figure.add_subplot(lines, columns, k + 1)
+        values = [row[name] for row in table]
+        x = values if _numbers(values) else [str(v) for v in values]
+        ax.plot(x, y, ".", ms=3, alpha=0.5)
+        ax.set_xlabel(name)
+        ax.set_ylabel(label if k % columns == 0 else "")
+        ax.grid(alpha=0.3)
+    if indices is not None:
+        ax = figure.add_subplot(lines, columns, panels)
+        width = 0.8 / len(indices)
+        for k, (kind, by_name) in enumerate(indices.items()):
+            place = np.arange(len(names)) + k * width
+            values = [by_name[n]["value"] for n in names]
+            ax.barh(place, values, width, xerr=[by_name[n]["half_width"] for n in names], label=kind)
+        ax.set_yticks(np.arange(len(names)) + 0.4 - width / 2, names)
+        ax.invert_yaxis()
+        ax.set_xlabel("share of the variation")
+        ax.legend()
+    return figure
+
+
+def _numbers(values: Sequence[Any]) -> bool:
+    return all(isinstance(v, (int, float)) and not isinstance(v, bool) for v in values)
+
+
+def _number(value: Any) -> float:
+    return float("nan") if value is None else float(value)

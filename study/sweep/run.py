@@ -1,0 +1,149 @@
+"""Runs the cases of a sweep that are not yet done, in parallel, and keeps each as soon as it is done."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Callable, Mapping, Sequence
+from concurrent.futures import Executor
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from ...core.errors import CosimError
+from ...master.manifest import digest as digest_of_file
+from ...master.output import versions
+from ...master.pool import Pool, WorkerDied, session
+from ...master.session import Session
+from .cases import Case
+from .metrics import Metric
+from .store import Store, digest
+
+
+@dataclass(frozen=True)
+class Settings:
+    """What all runs of a sweep share; times in s, None: as the package says."""
+
+    metrics: tuple[Metric, ...]
+    step: float | None = None
+    stop: float | None = None
+    method: str = "gauss-seidel"
+    fixed: Mapping[str, Any] = field(default_factory=dict)
+    """Parameters that are the same in every case."""
+
+
+@dataclass(frozen=True)
+class Task:
+    """A run and what is measured of it."""
+
+    settings: Settings
+    case: Case
+
+
+def measure(package: str, task: Task) -> dict[str, Any]:
+    """{'values': {label: number or None}} of a run in this process, or {'failed': why}."""
+    s = task.settings
+    record = tuple(dict.fromkeys(m.connector for m in s.metrics))
+    try:
+        running = session(package)
+        step, stop = _times(running, s)
+        t, rows = running.run(record, stop, step, {**s.fixed, **task.case}, method=s.method)
+    except CosimError as error:
+        return {"failed": str(error)}
+    columns = {name: np.ascontiguousarray(rows[:, k]) for k, name in enumerate(record)}
+    return {"values": {m.label: m.of(t, columns[m.connector]) for m in s.metrics}}
+
+
+def _times(running: Session, s: Settings) -> tuple[float, float]:
+    structure = running.structure
+    start = structure.start_time
+    stop = s.stop if s.stop is not None else structure.stop_time
+    step = s.step or structure.step_size
+    if stop is None:
+        raise CosimError("the package does not say until when to run: give --stop-time")
+    if step is None:
+        raise CosimError("the package does not say its step: give --step")
+    return step, start + max(1, round((stop - start) / step)) * step
+
+
+def check(package: Path, cases: Sequence[Case], settings: Settings) -> None:
+    """Raise one-line errors for what is wrong with names and values before anything runs."""
+    with Session(package) as loaded:
+        _times(loaded, settings)
+        for m in settings.metrics:
+            loaded.signal(m.connector)
+        loaded.values({**settings.fixed, **cases[0]})
+
+
+def default_metrics(package: Path) -> tuple[Metric, ...]:
+    """Last, least and greatest value of every connected output that is a number."""
+    with Session(package) as loaded:
+        sources = dict.fromkeys(link.source.address for link in loaded.system.links if link.source.size == 1)
+    made = []
+    for connector in sources:
+        made += [Metric(f"{f}({connector})", f, connector) for f in ("final", "min", "max")]
+    return tuple(made)
+
+
+def sweep(
+    package: Path,
+    cases: Sequence[Case],
+    settings: Settings,
+    folder: Path,
+    executor: Executor | None = None,
+    processes: int | None = None,
+    progress: Callable[[int, int], None] = lambda done, failed: None,
+    again: bool = False,
+) -> list[dict[str, Any]]:
+    """What `measure` gives for every case, in their order; finished cases of the folder are not run again.
+
+    again: run those that failed once more. A run that takes its process with it is a failed case.
+    """
+    common = {
+        "package": digest_of_file(package), "step": settings.step, "stop": settings.stop, "method": settings.method,
+        "fixed": dict(settings.fixed), "metrics": [[m.label, str(m)] for m in settings.metrics],
+        "versions": versions(),
+    }  # fmt: skip
+    names = [digest({**common, "values": case}) for case in cases]
+    with Store(folder) as store:
+        kept = [store.get(name) for name in names]
+        if again:
+            kept = [None if entry and "failed" in entry else entry for entry in kept]
+        todo = [k for k, entry in enumerate(kept) if entry is None]
+        count = [len(cases) - len(todo), sum("failed" in entry for entry in kept if entry)]
+        progress(*count)
+
+        def done(k: int, entry: dict[str, Any]) -> None:
+            store.put(names[k], entry)
+            kept[k] = entry
+            count[0] += 1
+            count[1] += "failed" in entry
+            progress(*count)
+
+        while todo:
+            try:
+                with Pool(package, executor, processes) as pool:
+                    for i, entry in pool.each(measure, [Task(settings, cases[k]) for k in todo]):
+                        done(todo[i], entry)
+            except WorkerDied:
+                if executor is not None:
+                    raise
+            suspects = [k for k in todo if kept[k] is None][: 2 * (processes or os.cpu_count() or 1)]
+            _one_by_one(package, cases, settings, suspects, done)
+            todo = [k for k in todo if kept[k] is None]
+    return [entry for entry in kept if entry is not None]
+
+
+def _one_by_one(
+    package: Path, cases: Sequence[Case], settings: Settings, todo: Sequence[int],
+    done: Callable[[int, dict[str, Any]], None],
+) -> None:
+    """The cases that may have been at work when a process died, each in a process that may die."""
+    for k in todo:
+        try:
+            with Pool(package, processes=1) as pool:
+                for _, entry in pool.each(measure, [Task(settings, cases[k])]):
+                    done(k, entry)
+        except WorkerDied:
+            done(k, {"failed": "the simulation's process died; an FMU may have crashed"})

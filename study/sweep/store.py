@@ -1,0 +1,99 @@
+"""Finished cases on disk: a line of JSON each, named by what the case is, so that a killed sweep goes on.
+
+The name is a digest of everything that the result depends on: the package's bytes, the case, the run's settings and the
+metrics. A line that was cut by a kill is not a line.
+"""
+
+from __future__ import annotations
+
+import hashlib
+import json
+import os
+from collections.abc import Mapping
+from pathlib import Path
+from types import TracebackType
+from typing import Any
+
+from ...core.errors import OutputError
+
+FILE, LOCK = "cases.jsonl", "cases.lock"
+
+
+def digest(content: Mapping[str, Any]) -> str:
+    """The name of what is described by the mapping."""
+    text = json.dumps(content, sort_keys=True, allow_nan=False)
+    return hashlib.sha256(text.encode()).hexdigest()[:32]
+
+
+class Store:
+    """The finished cases of a folder; a context manager that no other process may hold at the same time."""
+
+    def __init__(self, folder: Path):
+        self.folder = folder
+        self._known: dict[str, dict[str, Any]] = {}
+
+    def __enter__(self) -> Store:
+        try:
+            self.folder.mkdir(parents=True, exist_ok=True)
+            self._lock = (self.folder / LOCK).open("w")
+        except OSError as error:
+            raise OutputError(f"{self.folder}: cannot be written ({error.strerror})") from None
+        if not _hold(self._lock.fileno()):
+            self._lock.close()
+            raise OutputError(f"{self.folder}: another sweep is writing there")
+        path = self.folder / FILE
+        whole = 0
+        if path.exists():
+            for line in path.read_bytes().splitlines(keepends=True):
+                entry = _entry(line)
+                if entry is None:
+                    break
+                self._known[entry.pop("case")] = entry
+                whole += len(line)
+        self._file = path.open("ab")
+        self._file.truncate(whole)
+        return self
+
+    def __exit__(
+        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
+    ) -> None:
+        self._file.close()
+        self._lock.close()
+
+    def get(self, name: str) -> dict[str, Any] | None:
+        """What was kept under that name."""
+        return self._known.get(name)
+
+    def put(self, name: str, entry: Mapping[str, Any]) -> None:
+        """Keep the entry; on disk when this returns."""
+        self._known[name] = dict(entry)
+        line = json.dumps({"case": name, **entry}, allow_nan=False)
+        try:
+            self._file.write(line.encode() + b"\n")
+            self._file.flush()
+            os.fsync(self._file.fileno())
+        except OSError as error:
+            raise OutputError(f"{self.folder / FILE}: cannot be written ({error.strerror})") from None
+
+
+def _entry(line: bytes) -> dict[str, Any] | None:
+    if not line.endswith(b"\n"):
+        return None
+    try:
+        entry = json.loads(line)
+    except ValueError:
+        return None
+    return entry if isinstance(entry, dict) and isinstance(entry.get("case"), str) else None
+
+
+def _hold(file: int) -> bool:
+    """Take the lock of an open file; true where locks do not exist."""
+    try:
+        import fcntl
+    except ImportError:
+        return True
+    try:
+        fcntl.flock(file, fcntl.LOCK_EX | fcntl.LOCK_NB)
+    except OSError:
+        return False
+    return True

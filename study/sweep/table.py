@@ -1,0 +1,56 @@
+"""The table of a sweep: a row a case, on disk as Parquet where pyarrow is installed, else as CSV."""
+
+from __future__ import annotations
+
+import csv
+from collections.abc import Mapping, Sequence
+from importlib.util import find_spec
+from pathlib import Path
+from typing import Any
+
+from ...core.errors import OutputError
+from .cases import Case
+
+
+def rows(cases: Sequence[Case], entries: Sequence[Mapping[str, Any]], labels: Sequence[str]) -> list[dict[str, Any]]:
+    """Number, values, metrics (None where one does not exist or the case failed) and why it failed."""
+    made = []
+    for k, (case, entry) in enumerate(zip(cases, entries, strict=True)):
+        found = entry.get("values", {})
+        made.append({"case": k, **case, **{label: found.get(label) for label in labels}, "failed": entry.get("failed")})
+    return made
+
+
+def write(table: Sequence[Mapping[str, Any]], folder: Path) -> Path:
+    """Write sweep.parquet or sweep.csv; returns its path. The same rows give the same bytes."""
+    try:
+        if find_spec("pyarrow"):
+            import pyarrow
+            from pyarrow import parquet
+
+            path = folder / "sweep.parquet"
+            columns = {name: _column([row[name] for row in table]) for name in table[0]}
+            parquet.write_table(pyarrow.table(columns), path)
+            return path
+        path = folder / "sweep.csv"
+        with path.open("w", newline="", encoding="utf-8") as file:
+            writer = csv.DictWriter(file, list(table[0]))
+            writer.writeheader()
+            writer.writerows(table)
+        return path
+    except OSError as error:
+        raise OutputError(f"{folder}: cannot be written ({error.strerror or error})") from None
+
+
+def _column(values: list[Any]) -> Any:
+    """Of one type: a column with numbers of both kinds is one of floats, one of mixed things one of texts."""
+    import pyarrow
+
+    kinds = {type(v) for v in values if v is not None}
+    if kinds <= {int, float} and float in kinds:
+        return pyarrow.array([None if v is None else float(v) for v in values], pyarrow.float64())
+    if len(kinds) > 1:
+        return pyarrow.array([None if v is None else str(v) for v in values])
+    if not kinds:
+        return pyarrow.array(values, pyarrow.string())
+    return pyarrow.array(values)

@@ -1,0 +1,163 @@
+"""The command `cosim-study sweep`: reads what is asked, runs it, writes table, pictures and summary."""
+
+from __future__ import annotations
+
+import argparse
+import json
+import re
+import sys
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from contextlib import contextmanager
+from importlib.util import find_spec
+from pathlib import Path
+from typing import Any
+
+from ...core.errors import OutputError, UsageError
+from .axes import Axis, parse_axis
+from .cases import Case, grid, parse_sample, sample
+from .metrics import parse_metric
+
+SHOWN = 5
+"""Failed cases that are listed on the terminal."""
+
+
+def sweep_command(options: argparse.Namespace) -> int:
+    """Run the sweep and print what came of it; returns the exit code."""
+    if options.processes is not None and options.processes < 1:
+        raise UsageError(f"--processes {options.processes}: at least one is needed")
+    from ...master.algorithms import NAMES
+
+    if options.method not in NAMES:
+        raise UsageError(f"--method {options.method}: known are {', '.join(NAMES)}")
+    axes = [parse_axis(text) for text in options.vary]
+    kind, cases = _cases(axes, options)
+    from ...master.pool import cluster
+    from .run import Settings, check, default_metrics, sweep
+    from .table import rows, write
+
+    metrics = tuple(parse_metric(text) for text in options.metric) or default_metrics(options.package)
+    labels = [m.label for m in metrics]
+    for name in (*(a.name for a in axes), "case", "failed"):
+        if name in labels:
+            raise UsageError(f"--metric {name}=...: the table has a column of that name already")
+    if len(set(labels)) < len(labels):
+        raise UsageError("two metrics have the same name; give them labels: --metric 'late=at(x, 9)'")
+    settings = Settings(metrics, options.step, options.stop_time, options.method, _fixed(options.set, axes))
+    check(options.package, cases, settings)
+    folder = options.out or Path("results") / f"sweep_{options.package.stem}"
+    with cluster(options.dask) as executor, _bar(len(cases), options.quiet) as progress:
+        entries = sweep(
+            options.package, cases, settings, folder, executor, options.processes, progress, options.retry_failed
+        )
+    table = rows(cases, entries, labels)
+    path = write(table, folder)
+    indices = _indices(axes, kind, cases, table, labels) if kind else {}
+    _summary(folder, options, table, indices)
+    made = [path.name, "summary.json"]
+    if not options.no_plots:
+        made += _pictures(folder, axes, bool(kind), table, labels, indices)
+    if not options.quiet:
+        _print(table, labels, indices)
+        print(f"\n{folder}: {', '.join(made[:6])}{' ...' if len(made) > 6 else ''}")
+    return 0
+
+
+def _cases(axes: Sequence[Axis], options: argparse.Namespace) -> tuple[str, list[Case]]:
+    if not options.sample:
+        return "", grid(axes)
+    kind, number = parse_sample(options.sample)
+    if kind == "saltelli" and not find_spec("SALib"):
+        raise UsageError("--sample saltelli needs SALib: pip install deepsea-cosim[study]")
+    return kind, sample(axes, kind, number, options.seed)
+
+
+def _fixed(changes: Sequence[str], axes: Sequence[Axis]) -> dict[str, Any]:
+    made = {}
+    for text in changes:
+        axis = parse_axis(text) if "=" in text else None
+        if axis is None or axis.is_range or len(axis.values) != 1:
+            raise UsageError(f"--set {text}: expected NAME=VALUE")
+        if axis.name in {a.name for a in axes}:
+            raise UsageError(f"--set {text}: it is varied")
+        made[axis.name] = axis.values[0]
+    return made
+
+
+@contextmanager
+def _bar(total: int, quiet: bool) -> Iterator[Callable[[int, int], None]]:
+    from tqdm import tqdm
+
+    bar = tqdm(total=total, unit="case", disable=quiet, file=sys.stderr, smoothing=0.05)
+
+    def progress(done: int, failed: int) -> None:
+        if bar.n == 0 and done > 1:
+            bar.initial = done  # what earlier runs did says nothing about the time that is left
+        bar.n = done
+        bar.set_postfix_str(f"{failed} failed" if failed else "", refresh=False)
+        bar.refresh()
+
+    with bar:
+        yield progress
+
+
+def _indices(
+    axes: Sequence[Axis], kind: str, cases: Sequence[Case], table: Sequence[Mapping[str, Any]], labels: Sequence[str]
+) -> dict[str, Any]:
+    if not find_spec("SALib"):
+        return {}
+    from .sensitivity import sensitivities
+
+    found = {label: sensitivities(axes, kind, cases, [row[label] for row in table]) for label in labels}
+    return {label: entry for label, entry in found.items() if entry}
+
+
+def _summary(
+    folder: Path, options: argparse.Namespace, table: Sequence[Mapping[str, Any]], indices: Mapping[str, Any]
+) -> None:
+    from ...master.manifest import digest
+    from ...master.output import versions
+
+    content = {
+        "package": str(options.package), "sha256": digest(options.package), "vary": options.vary,
+        "sample": options.sample, "seed": options.seed, "set": options.set, "cases": len(table),
+        "failed": [{"case": row["case"], "why": row["failed"]} for row in table if row["failed"]],
+        "sensitivities": indices, "versions": versions(),
+    }  # fmt: skip
+    try:
+        (folder / "summary.json").write_text(json.dumps(content, indent=1) + "\n", encoding="utf-8")
+    except OSError as error:
+        raise OutputError(f"{folder / 'summary.json'}: cannot be written ({error.strerror})") from None
+
+
+def _pictures(
+    folder: Path, axes: Sequence[Axis], sampled: bool, table: Sequence[Mapping[str, Any]], labels: Sequence[str],
+    indices: Mapping[str, Any],
+) -> list[str]:  # fmt: skip
+    from .plots import picture
+
+    made = []
+    for label in labels:
+        if all(row[label] is None for row in table):
+            continue
+        name = re.sub(r"[^\w.-]+", "_", label).strip("_") + ".png"
+        picture(folder / name, axes, sampled, table, label, indices.get(label))
+        made.append(name)
+    return made
+
+
+def _print(table: Sequence[Mapping[str, Any]], labels: Sequence[str], indices: Mapping[str, Any]) -> None:
+    failed = [row for row in table if row["failed"]]
+    print(f"{len(table)} cases, {len(failed)} failed")
+    for row in failed[:SHOWN]:
+        print(f"  case {row['case']}: {row['failed']}")
+    if len(failed) > SHOWN:
+        print(f"  and {len(failed) - SHOWN} more, see summary.json")
+    width = max(map(len, labels)) + 2
+    print(f"{'':<{width}}{'least':>14}{'greatest':>14}{'missing':>9}")
+    for label in labels:
+        values = [row[label] for row in table if row[label] is not None]
+        ends = f"{min(values):>14.6g}{max(values):>14.6g}" if values else f"{'-':>14}{'-':>14}"
+        print(f"{label:<{width}}{ends}{len(table) - len(values):>9}")
+        for kind, by_name in indices.get(label, {}).items():
+            shares = sorted(by_name.items(), key=lambda item: -item[1]["value"])
+            print(f"{'':<{width}}{kind}: " + ", ".join(f"{n} {v['value']:.2f}" for n, v in shares))

@@ -1,0 +1,66 @@
+"""What may be varied, and what is refused in one line."""
+
+import pytest
+from deepsea_cosim.core.errors import UsageError
+from deepsea_cosim.study.sweep.axes import parse_axis
+from deepsea_cosim.study.sweep.cases import grid, parse_sample, sample
+
+
+def test_lists_steps_and_ranges():
+    assert parse_axis("a.b=1,2.5,true,thin").values == (1, 2.5, True, "thin")
+    assert parse_axis("depth=0:11000:500").values[-1] == 11000.0
+    assert len(parse_axis("depth=0:11000:500").values) == 23
+    assert parse_axis("d=0:0.3:0.1").values == (0.0, 0.1, 0.2, 0.3)  # no 0.30000000000000004
+    axis = parse_axis("d=-1:2")
+    assert (axis.low, axis.high) == (-1.0, 2.0)
+    assert axis.is_range
+
+
+@pytest.mark.parametrize("text", ["a", "a=", "=1", "a=1,,2", "a=2:1", "a=1:2:0", "a=1:2:3:4", "a=x:1", "a=nan", "a=1,1",
+                                  "a=0:1:1e-9", "a=0:inf", "a=inf"])  # fmt: skip
+def test_nonsense_is_refused(text):
+    with pytest.raises(UsageError):
+        parse_axis(text)
+
+
+def test_a_grid_has_every_combination_the_last_fastest():
+    cases = grid([parse_axis("a=1,2"), parse_axis("b=x,y,z")])
+    assert len(cases) == 6
+    assert cases[1] == {"a": 1, "b": "y"}
+
+
+def test_a_grid_needs_steps_and_different_names():
+    with pytest.raises(UsageError, match="step"):
+        grid([parse_axis("a=1:2")])
+    with pytest.raises(UsageError, match="twice"):
+        grid([parse_axis("a=1"), parse_axis("a=2")])
+    with pytest.raises(UsageError, match="nothing"):
+        grid([])
+    with pytest.raises(UsageError, match="more than"):
+        grid([parse_axis("a=0:1:0.001"), parse_axis("b=0:1:0.001")])
+
+
+@pytest.mark.parametrize("kind", ["sobol", "lhs"])
+def test_a_sample_fills_its_ranges_evenly_and_repeats(kind):
+    axes = [parse_axis("a=2:4"), parse_axis("b=x,y")]
+    cases = sample(axes, kind, 64, seed=3)
+    assert cases == sample(axes, kind, 64, seed=3)
+    assert cases != sample(axes, kind, 64, seed=4)
+    a = sorted(c["a"] for c in cases)
+    assert all(2 + k / 32 <= v < 2 + (k + 1) / 32 for k, v in enumerate(a))  # one in each of 64 strata
+    assert sum(c["b"] == "x" for c in cases) == 32
+
+
+def test_a_sobol_sample_need_not_be_a_power_of_two():
+    assert len(sample([parse_axis("a=0:1")], "sobol", 37)) == 37
+
+
+@pytest.mark.parametrize("text", ["sobol", "sobol:0", "sobol:-3", "dice:9", "sobol:1.5", ":9"])
+def test_samples_that_do_not_exist(text):
+    with pytest.raises(UsageError):
+        parse_sample(text)
+
+
+def test_saltelli_needs_a_power_of_two():
+    with pytest.raises(UsageError, match="power of two"):
+        sample([parse_axis("a=0:1")], "saltelli", 100)

@@ -1,0 +1,190 @@
+"""Sweeps of native FMUs with known answers: numbers, failures, crashes, kills, and tables that come out the same."""
+
+from __future__ import annotations
+
+import json
+import os
+import signal
+import subprocess
+import sys
+import time
+
+import numpy as np
+import pytest
+from deepsea_cosim.core.errors import OutputError, UnknownNameError
+from deepsea_cosim.study.cli import main
+from deepsea_cosim.study.sweep.axes import parse_axis
+from deepsea_cosim.study.sweep.cases import grid
+from deepsea_cosim.study.sweep.metrics import parse_metric
+from deepsea_cosim.study.sweep.run import Settings, check, default_metrics, sweep
+from deepsea_cosim.study.sweep.sensitivity import sensitivities
+from deepsea_cosim.study.sweep.store import FILE, Store
+
+GAIN = "b.D[1,1]"
+END = Settings((parse_metric("end=final(b.y1)"), parse_metric("at(b.y1, 0.25)")))
+
+
+def run(package, folder, *axes, settings=END, **options):
+    cases = grid([parse_axis(a) for a in axes])
+    return sweep(package, cases, settings, folder, processes=options.pop("processes", 2), **options)
+
+
+def test_numbers_of_every_case(doubled, tmp_path):
+    told = []
+    found = run(doubled, tmp_path, f"{GAIN}=1,2,5", progress=lambda *n: told.append(n))
+    assert [e["values"]["end"] for e in found] == pytest.approx([1.0, 2.0, 5.0])
+    assert [e["values"]["at(b.y1, 0.25)"] for e in found] == pytest.approx([0.25, 0.5, 1.25])
+    assert told == [(0, 0), (1, 0), (2, 0), (3, 0)]
+
+
+def test_finished_cases_are_not_run_again_and_others_are_added(doubled, tmp_path):
+    first = run(doubled, tmp_path, f"{GAIN}=1,2")
+    told = []
+    more = run(doubled, tmp_path, f"{GAIN}=2,1,3", progress=lambda *n: told.append(n))
+    assert told == [(2, 0), (3, 0)]
+    assert [more[1], more[0]] == first
+
+
+def test_other_settings_are_other_cases(doubled, tmp_path):
+    run(doubled, tmp_path, f"{GAIN}=1")
+    told = []
+    run(doubled, tmp_path, f"{GAIN}=1", settings=Settings(END.metrics, step=0.02), progress=lambda *n: told.append(n))
+    assert told == [(0, 0), (1, 0)]
+
+
+def test_a_failing_case_is_listed_and_the_others_are_there(doubled, tmp_path):
+    found = run(doubled, tmp_path, "b.trouble=0,1,2")
+    assert found[0]["values"]["end"] == pytest.approx(2.0)
+    assert "doStep at t = 0.5" in found[1]["failed"]
+    assert "failed" in found[2]
+    told = []
+    run(doubled, tmp_path, "b.trouble=0,1,2", progress=lambda *n: told.append(n))
+    assert told == [(3, 2)]
+    run(doubled, tmp_path, "b.trouble=0,1,2", progress=lambda *n: told.append(n), again=True)
+    assert told[1:] == [(1, 0), (2, 1), (3, 2)]
+
+
+def test_a_crash_takes_its_own_case_only(doubled, tmp_path):
+    found = run(doubled, tmp_path, "b.trouble=0,3", f"{GAIN}=1,2,3,4")
+    assert [e["values"]["end"] for e in found[:4]] == pytest.approx([1.0, 2.0, 3.0, 4.0])
+    assert all("crashed" in e["failed"] for e in found[4:])
+
+
+def test_bad_names_are_refused_before_anything_runs(doubled, tmp_path):
+    with pytest.raises(UnknownNameError, match="did you mean"):
+        check(doubled, [{"b.trouple": 1}], END)
+    with pytest.raises(UnknownNameError, match="no connector"):
+        check(doubled, [{GAIN: 1.0}], Settings((parse_metric("final(b.y9)"),)))
+
+
+def test_without_metrics_the_connected_outputs_are_measured(doubled):
+    assert [m.label for m in default_metrics(doubled)] == ["final(a.y1)", "min(a.y1)", "max(a.y1)"]
+
+
+def test_one_sweep_at_a_time_writes_to_a_folder(tmp_path):
+    with Store(tmp_path), pytest.raises(OutputError, match="another sweep"), Store(tmp_path):
+        pass
+
+
+@pytest.mark.parametrize("rest", [b'{"case": "x", "val', b"\x00\xff", b'["no mapping"]\n'])
+def test_a_line_that_was_cut_is_dropped_and_written_over(tmp_path, rest):
+    with Store(tmp_path) as store:
+        store.put("a", {"values": {"m": 0.1}})
+    whole = (tmp_path / FILE).read_bytes()
+    (tmp_path / FILE).write_bytes(whole + rest)
+    with Store(tmp_path) as store:
+        assert store.get("a") == {"values": {"m": 0.1}}
+        store.put("b", {"failed": "x"})
+    assert (tmp_path / FILE).read_bytes() == whole + b'{"case": "b", "failed": "x"}\n'
+
+
+def command(package, folder, *more):
+    return ["sweep", str(package), "--vary", f"{GAIN}=1:30:1", "--vary", "b.trouble=0,1", "--metric", "final(b.y1)",
+            "--step", "2e-4", "--out", str(folder), "--processes", "2", "--no-plots", *more]  # fmt: skip
+
+
+def test_a_killed_sweep_goes_on_and_its_table_is_the_same_bitwise(doubled, tmp_path):
+    pytest.importorskip("pyarrow")
+    killed, whole = tmp_path / "killed", tmp_path / "whole"
+    line = [sys.executable, "-m", "deepsea_cosim.study.cli", *command(doubled, killed)]
+    process = subprocess.Popen(line, stderr=subprocess.DEVNULL, stdout=subprocess.DEVNULL, start_new_session=True)
+    deadline = time.monotonic() + 60
+    while time.monotonic() < deadline and process.poll() is None:
+        if (killed / FILE).exists() and (killed / FILE).read_bytes().count(b"\n") >= 5:
+            break
+        time.sleep(0.01)
+    os.killpg(process.pid, signal.SIGKILL)
+    process.wait()
+    done = (killed / FILE).read_bytes().count(b"\n")
+    assert 5 <= done < 60
+    assert not (killed / "sweep.parquet").exists()
+    assert main([*command(doubled, killed), "--quiet"]) == 0
+    assert main([*command(doubled, whole), "--quiet"]) == 0
+    assert (killed / "sweep.parquet").read_bytes() == (whole / "sweep.parquet").read_bytes()
+
+
+def test_the_command_tells_what_came_out(doubled, tmp_path, capsys):
+    varied = ["--vary", f"{GAIN}=1,2,3", "--vary", "b.trouble=0,1"]
+    assert main(["sweep", str(doubled), *varied, "--out", str(tmp_path)]) == 0
+    told = capsys.readouterr().out
+    assert "6 cases, 3 failed" in told
+    assert "final(a.y1)" in told
+    summary = json.loads((tmp_path / "summary.json").read_text())
+    assert len(summary["failed"]) == 3
+    assert (tmp_path / "final_a.y1.png").stat().st_size > 5000
+
+
+@pytest.mark.parametrize(
+    "arguments",
+    [["--vary", "b.D[1,1]=1:2"], [], ["--vary", "q=1"], ["--vary", "b.u1=1", "--metric", "final(z)"],
+     ["--vary", "b.D[1,1]=1", "--set", "b.D[1,1]=2"], ["--vary", "b.D[1,1]=1", "--metric", "case=final(b.y1)"],
+     ["--vary", "b.D[1,1]=1", "--processes", "0"], ["--vary", "b.D[1,1]=1", "--method", "magic"],
+     ["--vary", "b.D[1,1]=x"], ["--vary", "b.D[1,1]=1", "--set", "b.trouble"],
+     ["--vary", "b.D[1,1]=1", "--dask", "tcp://127.0.0.1:1"]],
+)  # fmt: skip
+def test_bad_arguments_are_one_line(doubled, tmp_path, capsys, arguments):
+    assert main(["sweep", str(doubled), *arguments, "--out", str(tmp_path / "out")]) == 2
+    told = capsys.readouterr().err.strip().splitlines()
+    assert len(told) == 1
+    assert told[0].startswith("cosim-study: ")
+
+
+def test_help_is_quick_and_heavy_things_stay_out():
+    code = "import sys; from deepsea_cosim.study.cli import parser; parser().format_help(); " \
+           "print(sorted({'numpy', 'scipy', 'matplotlib', 'pandas', 'fmpy'} & set(sys.modules)))"  # fmt: skip
+    assert subprocess.run([sys.executable, "-c", code], capture_output=True, text=True).stdout.strip() == "[]"
+
+
+@pytest.mark.parametrize("kind", ["saltelli", "sobol"])
+def test_shares_of_a_sum_of_squares_known_in_closed_form(kind):
+    """y = 3 a + b with a, b uniform on [0, 1]: the variances are as 9 to 1."""
+    pytest.importorskip("SALib")
+    from deepsea_cosim.study.sweep.cases import sample
+
+    axes = [parse_axis("a=0:1"), parse_axis("b=0:1"), parse_axis("c=5:6")]
+    cases = sample(axes, kind, 512)
+    found = sensitivities(axes, kind, cases, [3 * c["a"] + c["b"] for c in cases])
+    shares = {n: v["value"] for n, v in found["first order"].items()}
+    assert shares == pytest.approx({"a": 0.9, "b": 0.1, "c": 0.0}, abs=0.05)
+    assert sensitivities(axes, kind, cases, [1.0] * len(cases)) is None
+
+
+def test_a_dask_cluster_whose_worker_is_killed_gives_the_same(doubled, tmp_path):
+    distributed = pytest.importorskip("distributed")
+    expected = run(doubled, tmp_path / "here", f"{GAIN}=1:40:1", settings=Settings(END.metrics, step=1e-4))
+    cluster = distributed.LocalCluster(
+        n_workers=2, threads_per_worker=1, processes=True, dashboard_address=None, silence_logs=50
+    )
+    killed = []
+
+    def progress(done, failed):
+        if done == 5 and not killed:
+            killed.append(next(iter(cluster.workers.values())).pid)
+            os.kill(killed[0], signal.SIGKILL)
+
+    with cluster, distributed.Client(cluster) as client:
+        found = run(doubled, tmp_path / "there", f"{GAIN}=1:40:1", settings=Settings(END.metrics, step=1e-4),
+                    executor=client.get_executor(), progress=progress)  # fmt: skip
+    assert killed
+    assert found == expected
+    assert np.all([e["values"]["end"] == pytest.approx(k + 1.0) for k, e in enumerate(found)])
