@@ -11,6 +11,7 @@ from ..core.cli import OneLineParser
 from ..core.errors import CosimError, SimulationError
 
 EXAMPLES = """examples:
+  cosim-study paper --out results/paper
   cosim-study sweep build/deepsea_11km.ssp --vary depth=0:11000:500 --vary line.diameter=0.0035,0.004,0.005 \\
       --metric 'extension=reaches(arm.x_h, 0.2, 0.001, 2)' --metric 'max(hydraulics.P1)' --out results/depth
   cosim-study sweep plant.ssp --vary body.m=1:5 --vary spring.k=100:400 --sample sobol:256
@@ -31,9 +32,16 @@ METRICS = """metrics, each label=function(connector, numbers) or without the lab
 def parser() -> argparse.ArgumentParser:
     """The command line."""
     p = OneLineParser(
-        prog="cosim-study", description="Many runs of a package: sweeps, samples, and what they say.", epilog=EXAMPLES
+        prog="cosim-study",
+        description="The paper's study as code; many runs of a package: sweeps, samples, and what they say.",
+        epilog=EXAMPLES,
     )
     commands = p.add_subparsers(dest="command", required=True, metavar="COMMAND")
+    w = commands.add_parser("paper", help="recompute everything that the source paper shows")
+    w.add_argument("--out", type=Path, metavar="DIR", default=Path("results/paper"), help="default: results/paper")
+    w.add_argument("--package", type=Path, metavar="deepsea_11km.ssp", help="a built scenario (default: build one)")
+    w.add_argument("--processes", type=int, metavar="N", help="simulation processes (default: one per core)")
+    w.add_argument("--quiet", action="store_true", help="print nothing but errors")
     s = commands.add_parser(
         "sweep", help="run a package over a grid or a sample of its parameters", epilog=METRICS,
         formatter_class=argparse.RawDescriptionHelpFormatter,
@@ -63,6 +71,10 @@ def main(arguments: Sequence[str] | None = None) -> int:
     """Entry point; returns the exit code."""
     options = parser().parse_args(arguments)
     try:
+        if options.command == "paper":
+            from .paper.terminal import paper_command
+
+            return paper_command(options)
         from .sweep.terminal import sweep_command
 
         return sweep_command(options)

@@ -19,7 +19,7 @@ ALLOWED = {
     "ssp": {"core"},
     "master": {"core", "ssp"},
     "gap": {"core", "ssp", "master"},
-    "study": {"core", "hydraulics_fmu", "mechanics", "ssp", "master"},
+    "study": {"core", "hydraulics_fmu", "mechanics", "fmus", "ssp", "master"},
 }
 """What each package may import of ours. `master`, `ssp` and `gap` never import physics."""
 

@@ -1,0 +1,134 @@
+"""The paper's figures 8, 9 and 11 to 21 as pictures, with the published numbers marked."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from pathlib import Path
+
+import numpy as np
+from matplotlib import rc_context
+from matplotlib.axes import Axes
+from matplotlib.backends.backend_agg import FigureCanvasAgg
+from matplotlib.figure import Figure
+
+from .cases import CONSTANT, DEEPEST, DEPTHS, FIGURES, T_DOWN, T_START, TARGET
+from .lines import Lines
+from .runs import Run, Runs
+
+COLOURS = ("#0072b2", "#009e73", "#e69f00", "#d55e00", "#cc79a7", "#56b4e9", "#111111")
+"""Okabe and Ito's, which the colour-blind tell apart."""
+
+PUBLISHED = "#111111"
+STYLE = {"font.size": 9.0, "axes.grid": True, "grid.alpha": 0.3, "axes.spines.top": False, "axes.spines.right": False}
+EVERY = 20
+"""Samples between the drawn ones: 20 ms."""
+
+
+def all_figures(lines: Lines, runs: Runs) -> dict[str, Figure]:
+    """Every figure by its number."""
+    with rc_context(STYLE):
+        made = {"8": _line_losses(lines), "9": _depths(runs), "11": _losses(runs), "12": _cause(runs)}
+        for number in range(13, 22):
+            made[str(number)] = _displacements(runs.of(FIGURES[number][1]), FIGURES[number][0])
+    return made
+
+
+def save(figure: Figure, path: Path) -> None:
+    """Write the picture."""
+    if not isinstance(figure.canvas, FigureCanvasAgg):
+        FigureCanvasAgg(figure)
+    with rc_context(STYLE):
+        figure.savefig(path, dpi=120)
+
+
+def _new(columns: int = 1) -> tuple[Figure, list[Axes]]:
+    figure = Figure(figsize=(7.2 if columns == 1 else 9.0, 4.0), layout="constrained")
+    return figure, [figure.add_subplot(1, columns, k + 1) for k in range(columns)]
+
+
+def _line_losses(lines: Lines) -> Figure:
+    figure, (ax,) = _new()
+    for km, colour in zip(lines.depths, COLOURS, strict=False):
+        for variable, style in ((True, "-"), (False, "--")):
+            t, loss = lines.made[km, variable]
+            ax.plot(1e3 * t, loss / 1e6, style, color=colour, label=f"{km:g} km" if variable else None)
+    end = 1e3 * lines.made[lines.depths[0], True][0][-1]
+    for value, name in ((7.2067, "variable"), (6.6593, "constant")):
+        ax.plot(end, value, "<", color=PUBLISHED, ms=6)
+        place, up = (-8, 6 if name == "variable" else -11), "offset points"
+        ax.annotate(f"{value} MPa, {name} (paper)", (end, value), place, textcoords=up, ha="right", fontsize=8)
+    ax.plot([], [], "k--", label="constant viscosity")
+    ax.set(xlabel="time [ms]", ylabel="loss of one line [MPa]", title="3 L/min switched on at the inlet")
+    ax.legend(ncols=2)
+    return figure
+
+
+def _draw(ax: Axes, run: Run, **style: object) -> None:
+    ax.plot(run.t[::EVERY], 1e3 * run["x_h"][::EVERY], **style)  # type: ignore[arg-type]
+
+
+def _command(ax: Axes, run: Run, label: str | None = "command") -> None:
+    ax.plot(run.t[::EVERY], 1e3 * run["x_cmd"][::EVERY], ":", color="#777777", lw=1.2, label=label)
+
+
+def _labels(ax: Axes, title: str) -> None:
+    ax.set(xlabel="time [s]", ylabel="displacement $x_h$ [mm]", title=title)
+    ax.legend(fontsize=8)
+
+
+def _depths(runs: Runs) -> Figure:
+    figure, (ax,) = _new()
+    _command(ax, runs[DEEPEST])
+    for run, colour in zip(runs.of(FIGURES[9][1]), COLOURS, strict=False):
+        constant = run.case is CONSTANT
+        _draw(ax, run, color=COLOURS[4] if constant else colour, ls="--" if constant else "-", label=run.case.label)
+    for begin, x, times in ((T_START, 1e3 * TARGET - 1, (7.625, 7.178)), (T_DOWN, 1.0, (7.156, 6.779))):
+        for time, shape in zip(times, ("v", "^"), strict=True):
+            ax.plot(begin + time, x, shape, color=PUBLISHED, ms=6)
+    ax.plot([], [], "v", color=PUBLISHED, label="paper, 11 km, variable viscosity")
+    ax.plot([], [], "^", color=PUBLISHED, label="paper, 11 km, constant viscosity")
+    _labels(ax, FIGURES[9][0])
+    return figure
+
+
+def _displacements(runs: Sequence[Run], title: str) -> Figure:
+    figure, (ax,) = _new()
+    commands = {run.target for run in runs}
+    for run, colour in zip(runs, COLOURS, strict=False):
+        _draw(ax, run, color=colour, label=run.case.label)
+        if len(commands) > 1:
+            _command(ax, run, None)
+    if len(commands) == 1:
+        _command(ax, runs[0])
+    _labels(ax, f"{title}, 11 km")
+    return figure
+
+
+def _losses(runs: Runs) -> Figure:
+    figure, (ax,) = _new()
+    km = np.arange(len(DEPTHS))
+    for k, (line, colour) in enumerate((("a-1 (supply side)", COLOURS[0]), ("2-b (return side)", COLOURS[3]))):
+        ax.plot(km, [r.losses[k] / 1e6 for r in runs.of(DEPTHS)], "o-", color=colour, label=f"line {line}")
+    ax.set(xlabel="depth [km]", ylabel="loss in mid-extension [MPa]", title=FIGURES[11][0])
+    ax.axvspan(9.5, 11.3, color="#eeeeee", zorder=0)
+    ax.annotate("delayed: less flow", (9.6, 0.3), fontsize=8)
+    ax.legend()
+    return figure
+
+
+def _cause(runs: Runs) -> Figure:
+    figure, axes = _new(3)
+    km = np.arange(len(DEPTHS))
+    found = runs.of(DEPTHS)
+    for ax, values, label, colour in (
+        (axes[0], [(r.at("Pp") - r.at("Pa")) / 1e6 for r in found], "$P_p - P_a$ [MPa]", COLOURS[6]),
+        (axes[1], [100 * r.at("x_v") for r in found], "spool position [%]", COLOURS[3]),
+        (axes[2], [1e3 * r.at("v_h") for r in found], "speed [mm/s]", COLOURS[0]),
+    ):
+        ax.plot(km, values, "o-", color=colour)
+        ax.set(xlabel="depth [km]", ylabel=label)
+        ax.set_ylim(bottom=0)
+    axes[1].axhline(100, color="#777777", ls=":")
+    axes[2].axhline(40, color="#777777", ls=":")
+    figure.suptitle(FIGURES[12][0])
+    return figure

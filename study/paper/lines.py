@@ -1,0 +1,39 @@
+"""Figure 8: the loss of one line from rest to a steady flow of 3 L/min, with variable and constant viscosity."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+
+import numpy as np
+
+from ..table1 import BASE, line_response
+
+DEPTHS = (0.0, 3.0, 6.0, 9.0, 11.0)
+"""Depths of the figure [km]."""
+
+
+@dataclass(frozen=True)
+class Lines:
+    """Times [s] and losses [Pa] by depth [km] and whether the viscosity is variable."""
+
+    made: Mapping[tuple[float, bool], tuple[np.ndarray, np.ndarray]]
+
+    @property
+    def depths(self) -> tuple[float, ...]:
+        """The depths [km]."""
+        return tuple(dict.fromkeys(km for km, _ in self.made))
+
+    def steady(self, km: float, variable: bool) -> float:
+        """Loss [Pa] in the end."""
+        return float(self.made[float(km), variable][1][-1])
+
+
+def responses(stop: float = 0.5, points: int = 400) -> Lines:
+    """All responses of the figure."""
+    made = {}
+    for km in DEPTHS:
+        case = {**BASE, "depth": 1e3 * km}
+        for variable in (True, False):
+            made[km, variable] = line_response(**case, variable=variable, stop=stop, points=points)
+    return Lines(made)

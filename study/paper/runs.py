@@ -1,0 +1,122 @@
+"""Runs the paper's cases with the package's FMUs and answers what the figures and claims ask of them."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+
+from ...core.errors import SimulationError
+from ...master.pool import Failure, Job, Pool
+from .cases import MID, RAMP, RECORD, STOP, T_DOWN, T_START, Case, all_cases
+
+STEP = 1e-3
+WITHIN = 1e-3
+"""The motion is done within 1 mm, 0.5 % of the stroke commanded in most runs [m]."""
+
+ON_TIME = 0.1
+"""Seconds beyond the command's that are no delay yet: the loop itself lags by some hundredths."""
+
+
+@dataclass(frozen=True)
+class Run:
+    """The signals of a run (n, len(RECORD)) at the times t [s]."""
+
+    case: Case
+    t: np.ndarray
+    rows: np.ndarray
+
+    def __getitem__(self, name: str) -> np.ndarray:
+        """The signal of that name, without its component where that is clear."""
+        return self.rows[:, next(k for k, r in enumerate(RECORD) if name in (r, r.partition(".")[2]))]
+
+    @property
+    def target(self) -> float:
+        """Target of the command [m]."""
+        return float(self.case.parameters["hydraulics.command.target"])
+
+    def _first(self, goal: float, start: float) -> float:
+        """Seconds from `start` until x_h is within 1 mm of the goal for the first time; infinite if never."""
+        x = self["x_h"]
+        begin = int(np.searchsorted(self.t, start))
+        inside = np.flatnonzero(np.abs(x[begin:] - goal) <= WITHIN)
+        if not len(inside):
+            return float("inf")
+        k = begin + int(inside[0])
+        if k == begin:
+            return 0.0
+        y = np.abs(x[k - 1 : k + 1] - goal) - WITHIN
+        return float(self.t[k - 1] + STEP * y[0] / (y[0] - y[1]) - start)
+
+    @property
+    def extension(self) -> float:
+        """Time of the extension [s]."""
+        return self._first(self.target, T_START)
+
+    @property
+    def retraction(self) -> float:
+        """Time of the retraction [s], from wherever the extension has come to."""
+        return self._first(0.0, T_DOWN)
+
+    @property
+    def arrives(self) -> bool:
+        """It reaches the target before it is sent back."""
+        return self.extension < T_DOWN - T_START
+
+    @property
+    def behind(self) -> float:
+        """How late the extension is: its time [s]; for one that never arrives longer, the more is missing."""
+        if self.arrives:
+            return self.extension
+        return T_DOWN - T_START + 1e3 * (self.target - float(self["x_h"].max()))
+
+    @property
+    def on_time(self) -> bool:
+        """Both motions take what the command takes."""
+        return max(self.extension, self.retraction) <= RAMP + ON_TIME
+
+    def at(self, name: str, t: float = MID) -> float:
+        """A signal at a time [s]."""
+        return float(np.interp(t, self.t, self[name]))
+
+    @property
+    def losses(self) -> tuple[float, float]:
+        """Pressure losses [Pa] of the lines a-1 and 2-b in mid-extension."""
+        return self.at("Pa") - self.at("P1"), self.at("P2") - self.at("Pb")
+
+
+class Runs:
+    """The runs of the study by their case."""
+
+    def __init__(self, made: Mapping[tuple[tuple[str, float], ...], Run]):
+        self._made = made
+
+    def __getitem__(self, case: Case) -> Run:
+        return self._made[case.key]
+
+    def of(self, cases: Sequence[Case]) -> list[Run]:
+        """The runs of the cases."""
+        return [self[c] for c in cases]
+
+    def __len__(self) -> int:
+        return len(self._made)
+
+
+def simulate(
+    package: Path, fixed: Mapping[str, float] | None = None, processes: int | None = None,
+    progress: Callable[[int], None] = lambda runs: None,
+) -> Runs:  # fmt: skip
+    """All runs, with further parameters that are the same in all; raises `SimulationError` when one has to stop."""
+    cases = all_cases()
+    jobs = [Job(RECORD, STOP, STEP, {**c.parameters, **(fixed or {})}) for c in cases]
+    with Pool(package, processes=processes, progress=progress) as pool:
+        found = pool.run(jobs)
+    made = {}
+    t = np.arange(round(STOP / STEP) + 1) * STEP
+    for case, rows in zip(cases, found, strict=True):
+        if isinstance(rows, Failure):
+            raise SimulationError(f"{case.label} ({dict(case.parameters)}): {rows.reason}")
+        made[case.key] = Run(case, t, rows)
+    return Runs(made)

@@ -1,0 +1,135 @@
+"""The study's measures and claims on made-up machines whose answers are known; the report in a browser."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from deepsea_cosim.study import table1
+from deepsea_cosim.study.paper import claims as c
+from deepsea_cosim.study.paper.cases import CONSTANT, DEEPEST, DEPTHS, FIGURES, RECORD, T_DOWN, T_START, Case, all_cases
+from deepsea_cosim.study.paper.figures import all_figures
+from deepsea_cosim.study.paper.lines import Lines
+from deepsea_cosim.study.paper.report import page
+from deepsea_cosim.study.paper.runs import Run, Runs
+
+T = np.arange(22001) * 1e-3
+
+
+def machine(case, out=5.0, back=5.0, **others):
+    """Extends linearly in `out` seconds and comes back in `back`; other signals are constant."""
+    goal = float(case.parameters.get("hydraulics.command.target", 0.2))
+    x = goal * np.clip((T - T_START) / out, 0.0, 1.0)
+    x = np.where(T > T_DOWN, x[T_DOWN == T] * np.clip(1.0 - (T - T_DOWN) / back, 0.0, 1.0), x)
+    signals = {"arm.x_h": x, "arm.v_h": np.gradient(x, T), **{f"hydraulics.{k}": v for k, v in others.items()}}
+    return Run(case, T, np.stack([np.broadcast_to(signals.get(name, 0.0), T.shape) for name in RECORD], axis=1))
+
+
+def test_times_of_a_straight_motion():
+    run = machine(DEEPEST, 7.0, 6.0)
+    assert run.extension == pytest.approx(7.0 * 199 / 200)
+    assert run.retraction == pytest.approx(6.0 * 199 / 200)
+    assert not run.on_time
+    assert machine(DEEPEST).on_time
+
+
+def test_a_motion_that_never_arrives_is_the_later_the_more_is_missing():
+    slow, slower = machine(DEEPEST, 12.0), machine(DEEPEST, 20.0)
+    assert not slow.arrives
+    assert machine(DEEPEST, 9.9).behind < slow.behind < slower.behind
+
+
+def test_losses_are_over_the_lines_from_the_supply_to_the_return():
+    run = machine(DEEPEST, Pa=9e6, P1=5e6, P2=4e6, Pb=3e6)
+    assert run.losses == (4e6, 1e6)
+
+
+def test_every_run_is_made_once_and_the_base_case_serves_many_figures():
+    cases = all_cases()
+    assert len({case.key for case in cases}) == len(cases)
+    assert Case("11 km", {"depth": 11000.0}).key == DEEPEST.key
+    assert DEPTHS[11].key == DEEPEST.key
+
+
+@pytest.fixture(scope="module")
+def made():
+    """Lines and runs in which everything is as the paper says, in round numbers."""
+    depths = (0.0, 3.0, 6.0, 9.0, 11.0)
+    gap = dict(zip(depths, (1.0, 1.01, 1.03, 1.05, 1.08), strict=True))
+    t = np.array([0.0, 1.0])
+    ends = {(km, v): 6.67e6 * (gap[km] if v else 1.0) for km in depths for v in (True, False)}
+    lines = Lines({key: (t, np.array([0.0, end])) for key, end in ends.items()})
+    times = {DEEPEST.key: (7.662, 7.19), CONSTANT.key: (7.214, 6.813), DEPTHS[10].key: (6.1, 6.0)}
+    late = {13: (5, 5, 6, None, 9), 14: (5, 6, None, 9), 15: (5, 6, None, 9), 16: (20, 12, None, 6, 5),
+            17: (12, None, 6, 5.9, 5.8), 18: (9, None, 6, 5.5), 19: (5, 5.7, None, 8.43), 20: (6, 7, None, 9),
+            21: (7, 7.2, 7.4, None, 8)}  # fmt: skip
+    for figure, outs in late.items():
+        for case, out in zip(FIGURES[figure][1], outs, strict=True):
+            if out is not None:
+                back = 13.0 - out if figure in (20, 21) else min(out, 9.0)
+                times.setdefault(case.key, (out, 7.19 + 0.5 * (7.662 - out) if figure in (20, 21) else back))
+    runs = {}
+    for case in all_cases():
+        km = case.parameters["depth"] / 1e3
+        loss = min(km, 9) + 0.1 * max(km - 9, 0)
+        spool = 1.0 if km >= 10 else 0.1 * km
+        run = machine(case, *times.get(case.key, (5.0, 5.0)), Pa=loss * 1e6, P2=loss * 1e6, Pp=2e7, x_v=spool)
+        runs[case.key] = run
+    return lines, Runs(runs)
+
+
+def by_text(found, text):
+    return next(x for x in found if text in x.text)
+
+
+def test_what_is_as_published_holds(made):
+    lines, runs = made
+    found = [*c._lines(lines), *c._depths(runs), *c._cause(runs), *c._parameters(runs)]
+    wrong = [x for x in found if not x.holds]
+    assert [x.text for x in wrong] == []
+
+
+def test_what_is_not_does_not(made):
+    lines, _ = made
+    flat = Lines({key: (t, np.array([0.0, 7e6])) for key, (t, _) in lines.made.items()})
+    assert not by_text(c._lines(flat), "differ from 6 km").holds
+    early = Runs({case.key: machine(case) for case in all_cases()})
+    for text in ("delay from 10 km", "extension at 11 km", "40 mm/s"):
+        found = [*c._depths(early), *c._cause(early)]
+        assert not by_text(found, text).holds
+    for text in ("greater alpha", "longer the lines", "smaller the valve", "little gain"):
+        assert not by_text(c._parameters(early), text).holds
+    assert not by_text(c._inputs(early), "no delay for 100 mm").holds
+
+
+def test_misprints_are_told_and_explained():
+    rows = [table1.Result(row, row.eq22) for row in table1.ROWS]
+    found = [x for x in c._table(rows) if not x.holds]
+    assert {x.where for x in found} == {"Table 1, alpha 3e-8", "Table 1, D 5 mm"}
+    assert all("misprint" in x.remark for x in found)
+
+
+def test_the_page_contains_its_pictures_and_escapes_what_it_is_told(made, tmp_path):
+    figures = all_figures(*made)
+    assert set(figures) == {"8", "9", *map(str, range(11, 22))}
+    from deepsea_cosim.study.paper.figures import save
+
+    save(figures["9"], tmp_path / "9.png")
+    claim = c.Claim("Figure 9", "<b>bold</b>", "1", "2", False, "why")
+    page(tmp_path / "p.html", "title", "lead", ["text"], [claim, replace(claim, holds=True)], {"9": tmp_path / "9.png"})
+    text = (tmp_path / "p.html").read_text()
+    assert "&lt;b&gt;bold" in text
+    assert "data:image/png;base64," in text
+    assert "http" not in text.replace("http-equiv", "")
+
+
+def test_the_base_case_is_the_machine_that_is_shipped(built):
+    from deepsea_cosim.master.session import Session
+    from deepsea_cosim.study.paper.cases import BASE, RAMP
+
+    with Session(built / "deepsea_11km.ssp") as session:
+        values = session.values()
+    assert {name: values[name] for name in BASE} == pytest.approx(dict(BASE))
+    assert (values["hydraulics.command.t_start"], values["hydraulics.command.ramp_time"]) == (T_START, RAMP)
+    assert T_START + RAMP + values["hydraulics.command.hold_time"] == T_DOWN
