@@ -49,16 +49,18 @@ def _number(where: str, text: str, published: float, ours: float, unit: str, wit
 
 
 def _table(table: Sequence[Result]) -> Iterator[Claim]:
+    where = "Table 1"
+    right = [r for r in table if abs(r.row.eq22 / 1e6 / r.row.theoretical - 1.0) <= PRINTED]
+    yield Claim(where, "the theoretical losses are those of Eq. 22", f"{len(table)} rows", f"{len(right)} rows",
+                all(r in right or r.row.misprint for r in table))  # fmt: skip
     for r in table:
-        row, eq22 = r.row, r.row.eq22 / 1e6
-        remark = "a misprint: no value of the formula, see docs/errata.md" if row.misprint else ""
-        where = f"Table 1, {row.label}"
-        yield _number(where, "theoretical loss by Eq. 22", row.theoretical, eq22, "MPa", PRINTED, remark)
-        yield Claim(
-            where, "simulated and theoretical loss differ by at most 5 %", f"{row.simulated:g} MPa",
-            f"{r.dynamic / 1e6:.4f} MPa ({100 * (r.dynamic / row.eq22 - 1):+.2f} % of Eq. 22)",
-            abs(r.dynamic / row.eq22 - 1.0) <= LOSS,
-        )  # fmt: skip
+        if r.row.misprint:
+            remark = "a misprint: no value of the formula, see docs/errata.md"
+            yield _number(f"{where}, {r.row.label}", "theoretical loss", r.row.theoretical, r.row.eq22 / 1e6, "MPa",
+                          PRINTED, remark)  # fmt: skip
+    worst = max(abs(r.dynamic / r.row.eq22 - 1.0) for r in table)
+    yield Claim(where, "the dynamic line ends within 5 % of the theoretical loss", "5 %",
+                f"{100 * worst:.3f} % at most", worst <= LOSS)  # fmt: skip
 
 
 def _lines(lines: Lines) -> Iterator[Claim]:

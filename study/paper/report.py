@@ -11,6 +11,7 @@ from typing import Any
 
 from ...core.errors import OutputError
 from ...master.output import versions
+from ..table1 import Result
 from .claims import Claim
 
 CAPTIONS = {
@@ -34,8 +35,9 @@ CAPTIONS = {
 
 
 def page(
-    path: Path, title: str, lead: str, text: Sequence[str], claims: Sequence[Claim], pictures: Mapping[str, Path]
-) -> None:
+    path: Path, title: str, lead: str, text: Sequence[str], claims: Sequence[Claim], pictures: Mapping[str, Path],
+    table: Sequence[Result],
+) -> None:  # fmt: skip
     """Write a page; pictures: files by the figure's number."""
     from jinja2 import Environment
 
@@ -43,7 +45,7 @@ def page(
     figures = [{"number": n, "source": _inside(p), "caption": CAPTIONS[n]} for n, p in pictures.items()]
     told = ", ".join(f"{name} {version}" for name, version in versions().items())
     context: dict[str, Any] = {
-        "title": title, "lead": lead, "text": text, "claims": claims, "figures": figures,
+        "title": title, "lead": lead, "text": text, "claims": claims, "figures": figures, "table": table,
         "made": f"cosim-study paper, {datetime.now():%Y-%m-%d %H:%M}, {told}",
     }  # fmt: skip
     try:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 
 import numpy as np
@@ -94,7 +94,7 @@ class Runs:
         self._made = made
 
     def __getitem__(self, case: Case) -> Run:
-        return self._made[case.key]
+        return replace(self._made[case.key], case=case)
 
     def of(self, cases: Sequence[Case]) -> list[Run]:
         """The runs of the cases."""

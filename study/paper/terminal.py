@@ -65,13 +65,13 @@ def paper_command(options: argparse.Namespace) -> int:
         f"{hold} of {len(found)} claims hold. At 11 km the cylinder takes {runs[DEEPEST].extension:.3f} s to extend "
         f"and {runs[DEEPEST].retraction:.3f} s to retract; the paper says 7.625 s and 7.156 s."
     )
-    page(folder / "report.html", "Wu et al. 2022, recomputed", lead, [*WHY, *remark], found, pictures)
+    page(folder / "report.html", "Wu et al. 2022, recomputed", lead, [*WHY, *remark], found, pictures, rows)
     lead = (
         f"With the equations exactly as printed (no flow-number transition in the servo valve) and the same linkage, "
         f"the cylinder takes {printed[DEEPEST].extension:.3f} s and {printed[DEEPEST].retraction:.3f} s at 11 km: "
         f"{sum(c.holds for c in bare)} of {len(bare)} claims hold."
     )
-    page(folder / "as_printed.html", "The same with the equations as printed", lead, WHY[:2], bare, plain)
+    page(folder / "as_printed.html", "The same with the equations as printed", lead, WHY[:2], bare, plain, rows)
     content = {"claims": [asdict(c) for c in found], "as_printed": [asdict(c) for c in bare]}
     (folder / "claims.json").write_text(json.dumps(content, indent=1) + "\n", encoding="utf-8")
     if not options.quiet:

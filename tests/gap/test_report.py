@@ -1,8 +1,6 @@
 """report.html of a toy: self-contained, readable for each verdict, and as a browser shows it."""
 
 import re
-import shutil
-import subprocess
 from concurrent.futures import Executor, Future
 from copy import copy
 from dataclasses import replace
@@ -21,6 +19,7 @@ from deepsea_cosim.gap.result import make
 from deepsea_cosim.gap.verdict import NONE, UNKNOWN
 from threadpoolctl import threadpool_limits
 
+from tests import browser
 from tests.toys import package
 
 from .oscillator import campaign, measure
@@ -172,18 +171,10 @@ def test_bare_diagnosis(rubbing, tmp_path):
     assert "could explain as much as 1%" in write_report(d, make(d), tmp_path).read_text(encoding="utf-8")
 
 
-@pytest.mark.skipif(not shutil.which("chromium"), reason="no chromium")
+@pytest.mark.skipif(not browser.available, reason="no chromium")
 def test_browser_shows_it(page, tmp_path):
     kind, _, path, _, _ = page
-    flags = [
-        "--headless", "--no-sandbox", "--disable-gpu", "--disable-quic", "--no-first-run", "--disable-sync",
-        "--disable-background-networking", "--disable-component-update", f"--user-data-dir={tmp_path / 'profile'}",
-        "--hide-scrollbars", "--window-size=1200,3000", f"--screenshot={tmp_path / 'page.png'}",
-    ]  # fmt: skip
-    subprocess.run(["chromium", *flags, path.as_uri()], check=True, capture_output=True, timeout=60)
-    from PIL import Image
-
-    pixels = np.asarray(Image.open(tmp_path / "page.png").convert("RGB")).reshape(-1, 3)
+    pixels = browser.pixels(path, tmp_path).reshape(-1, 3)
     tone = {"explained": (0, 114, 178), "none": (0, 121, 90), "unknown": (179, 71, 0)}[kind]
     assert (np.abs(pixels.astype(int) - tone).max(1) < 3).sum() > 1000  # badge and rule in the colour of the verdict
 

@@ -14,6 +14,8 @@ from deepsea_cosim.study.paper.lines import Lines
 from deepsea_cosim.study.paper.report import page
 from deepsea_cosim.study.paper.runs import Run, Runs
 
+from tests import browser
+
 T = np.arange(22001) * 1e-3
 
 
@@ -50,6 +52,8 @@ def test_every_run_is_made_once_and_the_base_case_serves_many_figures():
     assert len({case.key for case in cases}) == len(cases)
     assert Case("11 km", {"depth": 11000.0}).key == DEEPEST.key
     assert DEPTHS[11].key == DEEPEST.key
+    runs = Runs({case.key: machine(case) for case in cases})
+    assert [r.case.label for r in runs.of(FIGURES[14][1])] == ["10 cSt", "15 cSt", "22 cSt", "32 cSt"]
 
 
 @pytest.fixture(scope="module")
@@ -106,6 +110,7 @@ def test_what_is_not_does_not(made):
 def test_misprints_are_told_and_explained():
     rows = [table1.Result(row, row.eq22) for row in table1.ROWS]
     found = [x for x in c._table(rows) if not x.holds]
+    assert not next(c._table([replace(rows[0], row=replace(rows[0].row, theoretical=2.3))])).holds
     assert {x.where for x in found} == {"Table 1, alpha 3e-8", "Table 1, D 5 mm"}
     assert all("misprint" in x.remark for x in found)
 
@@ -117,11 +122,16 @@ def test_the_page_contains_its_pictures_and_escapes_what_it_is_told(made, tmp_pa
 
     save(figures["9"], tmp_path / "9.png")
     claim = c.Claim("Figure 9", "<b>bold</b>", "1", "2", False, "why")
-    page(tmp_path / "p.html", "title", "lead", ["text"], [claim, replace(claim, holds=True)], {"9": tmp_path / "9.png"})
+    page(tmp_path / "p.html", "title", "lead", ["text"], [claim, replace(claim, holds=True)], {"9": tmp_path / "9.png"},
+         [table1.Result(table1.ROWS[0], 2.2e6)])  # fmt: skip
     text = (tmp_path / "p.html").read_text()
     assert "&lt;b&gt;bold" in text
     assert "data:image/png;base64," in text
-    assert "http" not in text.replace("http-equiv", "")
+    assert "http" not in text
+    if browser.available:
+        shown = browser.pixels(tmp_path / "p.html", tmp_path, 1600).reshape(-1, 3).astype(int)
+        assert (np.abs(shown - (0, 112, 78)).max(1) < 30).any()  # the "yes" of the table
+        assert (np.abs(shown - (213, 94, 0)).max(1) < 40).sum() > 50  # a curve
 
 
 def test_the_base_case_is_the_machine_that_is_shipped(built):
