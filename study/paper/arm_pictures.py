@@ -2,9 +2,12 @@
 
 from __future__ import annotations
 
+import json
 import os
+import subprocess
 import sys
-from collections.abc import Mapping
+import tempfile
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
@@ -12,7 +15,6 @@ import numpy as np
 
 from ...core.errors import CosimError
 from ...mechanics.linkage import linkage
-from ...mechanics.mjcf import mjcf
 from ...mechanics.variables import ARM
 
 FRAMES, SHOWN = 110, 200
@@ -25,40 +27,24 @@ class NoPictures(CosimError):
     """Nothing here can draw."""
 
 
-class Camera:
-    """Draws the arm at an angle theta [rad]; a context manager."""
+def shots(parameters: Mapping[str, float], angles: Sequence[float], width: int, height: int) -> np.ndarray:
+    """Pictures (n, height, width, 3) of the arm at the beam's angles [rad].
 
-    def __init__(self, parameters: Mapping[str, float], width: int = 640, height: int = 480):
-        if sys.platform.startswith("linux"):
-            os.environ.setdefault("MUJOCO_GL", BACKENDS[0])
-        try:
-            import mujoco
-
-            self._mujoco = mujoco
-            self.p = ARM.parameters(parameters)
-            self.model = mujoco.MjModel.from_xml_string(mjcf(self.p))
-            self.data = mujoco.MjData(self.model)
-            self._renderer = mujoco.Renderer(self.model, height, width)
-            self._eye = mujoco.MjvCamera()
-        except Exception as error:  # what a missing driver raises differs from driver to driver
-            raise NoPictures(f"the arm cannot be drawn here ({error}); set MUJOCO_GL to egl or osmesa") from None
-
-    def __enter__(self) -> Camera:
-        return self
-
-    def __exit__(self, *_: object) -> None:
-        self._renderer.close()
-
-    def shoot(self, theta: float) -> np.ndarray:
-        """The picture (height, width, 3)."""
-        p = self.p
-        length, *_, phi = linkage.py_func(theta, p["rod_eye_radius"], p["base_x"], p["base_y"])[:4]
-        self.data.qpos[:] = theta, phi, length
-        self._mujoco.mj_forward(self.model, self.data)
-        self._eye.lookat[:] = 0.45 * p["beam_length"], 0.0, 0.42 * p["beam_length"]
-        self._eye.distance, self._eye.azimuth, self._eye.elevation = 1.9 * p["beam_length"], 90.0, -4.0
-        self._renderer.update_scene(self.data, camera=self._eye)
-        return self._renderer.render().copy()
+    They are drawn in a process of its own: which driver MuJoCo draws with is settled when it is imported.
+    """
+    chosen = os.environ.get("MUJOCO_GL")
+    told = ""
+    with tempfile.TemporaryDirectory() as place:
+        order, answer = Path(place) / "order.json", Path(place) / "shots.npy"
+        order.write_text(json.dumps({"parameters": dict(parameters), "angles": list(angles), "size": [width, height]}))
+        for backend in [chosen] if chosen else BACKENDS:
+            command = [sys.executable, "-m", f"{__package__}.camera", str(order), str(answer)]
+            environment = {**os.environ, "MUJOCO_GL": backend}
+            done = subprocess.run(command, env=environment, capture_output=True, text=True)
+            if done.returncode == 0 and answer.exists():
+                return np.load(answer)
+            told = (done.stderr.strip().splitlines() or [f"code {done.returncode}"])[-1]
+    raise NoPictures(f"the arm cannot be drawn here ({told}); set MUJOCO_GL to egl or osmesa")
 
 
 def angle(parameters: Mapping[str, float], x_h: float) -> float:
@@ -79,12 +65,12 @@ def states(parameters: Mapping[str, float], path: Path) -> None:
     """Figure 10: the arm at 0, 100 and 200 mm beside each other."""
     from PIL import Image, ImageDraw
 
-    with Camera(parameters) as camera:
-        shots = [camera.shoot(angle(parameters, x)) for x in (0.0, 0.1, 0.2)]
-    image = Image.fromarray(np.concatenate(shots, axis=1))
+    width = 640
+    angles = [angle(parameters, x) for x in (0.0, 0.1, 0.2)]
+    image = Image.fromarray(np.concatenate(shots(parameters, angles, width, 480), axis=1))
     draw = ImageDraw.Draw(image)
     for k, label in enumerate(("(a) x_h = 0 mm", "(b) x_h = 100 mm", "(c) x_h = 200 mm")):
-        draw.text((k * shots[0].shape[1] + 12, 10), label, fill="white", font_size=22)
+        draw.text((k * width + 12, 10), label, fill="white", font_size=22)
     image.save(path)
 
 
@@ -113,13 +99,12 @@ def animation(parameters: Mapping[str, float], run: Any, path: Path) -> None:
         marks.append(ax.axvline(0.0, color="black", lw=0.8))
     ax.set_xlabel("time [s]", fontsize=8)
     frames = []
-    with Camera(parameters, 480, 360) as camera:
-        for t in np.linspace(run.t[0], run.t[-1], FRAMES):
-            for mark in marks:
-                mark.set_xdata([t, t])
-            canvas.draw()
-            plot = np.asarray(canvas.buffer_rgba())[:, :, :3]
-            shot = camera.shoot(run.at("theta", float(t)))
-            whole = Image.fromarray(np.concatenate([shot, plot[: shot.shape[0]]], axis=1))
-            frames.append(whole.quantize(255, dither=Image.Dither.NONE))
+    times = np.linspace(run.t[0], run.t[-1], FRAMES)
+    for t, shot in zip(times, shots(parameters, [run.at("theta", float(t)) for t in times], 480, 360), strict=True):
+        for mark in marks:
+            mark.set_xdata([t, t])
+        canvas.draw()
+        plot = np.asarray(canvas.buffer_rgba())[:, :, :3]
+        whole = Image.fromarray(np.concatenate([shot, plot[: shot.shape[0]]], axis=1))
+        frames.append(whole.quantize(255, dither=Image.Dither.NONE))
     frames[0].save(path, save_all=True, append_images=frames[1:], duration=SHOWN, loop=0, optimize=True)
