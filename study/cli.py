@@ -14,6 +14,7 @@ EXAMPLES = """examples:
   cosim-study paper --out results/paper
   cosim-study sweep build/deepsea_11km.ssp --vary depth=0:11000:500 --vary line.diameter=0.0035,0.004,0.005 \\
       --metric 'extension=reaches(arm.x_h, 0.2, 0.001, 2)' --metric 'max(hydraulics.P1)' --out results/depth
+  cosim-study envelope build/deepsea_11km.ssp --at 11000
   cosim-study sweep plant.ssp --vary body.m=1:5 --vary spring.k=100:400 --sample sobol:256
 
 exit codes: 0 done (failed cases are listed), 1 the simulation had to stop, 2 bad input, 130 interrupted (what is done
@@ -64,6 +65,17 @@ def parser() -> argparse.ArgumentParser:
     s.add_argument("--retry-failed", action="store_true", help="run cases that failed earlier once more")
     s.add_argument("--no-plots", action="store_true", help="no pictures")
     s.add_argument("--quiet", action="store_true", help="print nothing but errors")
+    e = commands.add_parser("envelope", help="how far each design goes, and the cheapest change that goes further")
+    e.add_argument("package", metavar="SCENARIO.ssp", type=Path)
+    e.add_argument("--options", type=Path, metavar="FILE.toml", help="requirements, choices and their costs (default: "
+                   "the deep-sea machine's: depth without delay over lines, oil and valve)")  # fmt: skip
+    e.add_argument("--at", type=float, metavar="X", help="where the cheapest change has to hold (default: the far end)")
+    e.add_argument("--set", metavar="NAME=VALUE", action="append", default=[], help="a parameter for all runs")
+    e.add_argument("--out", type=Path, metavar="DIR", help="folder for the results (default: results/envelope_NAME)")
+    e.add_argument("--processes", type=int, metavar="N", help="simulation processes (default: one per core)")
+    e.add_argument("--dask", metavar="ADDRESS", help="simulate on the Dask cluster with this scheduler")
+    e.add_argument("--no-plots", action="store_true", help="no picture")
+    e.add_argument("--quiet", action="store_true", help="print nothing but errors")
     return p
 
 
@@ -75,6 +87,10 @@ def main(arguments: Sequence[str] | None = None) -> int:
             from .paper.terminal import paper_command
 
             return paper_command(options)
+        if options.command == "envelope":
+            from .envelope.terminal import envelope_command
+
+            return envelope_command(options)
         from .sweep.terminal import sweep_command
 
         return sweep_command(options)

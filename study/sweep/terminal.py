@@ -42,7 +42,7 @@ def sweep_command(options: argparse.Namespace) -> int:
             raise UsageError(f"--metric {name}=...: the table has a column of that name already")
     if len(set(labels)) < len(labels):
         raise UsageError("two metrics have the same name; give them labels: --metric 'late=at(x, 9)'")
-    settings = Settings(metrics, options.step, options.stop_time, options.method, _fixed(options.set, axes))
+    settings = Settings(metrics, options.step, options.stop_time, options.method, fixed_values(options.set, axes))
     check(options.package, cases, settings)
     folder = options.out or Path("results") / f"sweep_{options.package.stem}"
     with cluster(options.dask) as executor, _bar(len(cases), options.quiet) as progress:
@@ -71,7 +71,8 @@ def _cases(axes: Sequence[Axis], options: argparse.Namespace) -> tuple[str, list
     return kind, sample(axes, kind, number, options.seed)
 
 
-def _fixed(changes: Sequence[str], axes: Sequence[Axis]) -> dict[str, Any]:
+def fixed_values(changes: Sequence[str], axes: Sequence[Axis]) -> dict[str, Any]:
+    """Values of `--set NAME=VALUE`; none of them may be varied too."""
     made = {}
     for text in changes:
         axis = parse_axis(text) if "=" in text else None

@@ -1,0 +1,1 @@
+"""How far a design goes, and what is the cheapest change that makes it go further."""

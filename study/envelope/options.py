@@ -1,0 +1,143 @@
+"""What is asked of a design and what may be changed about it, from a TOML file."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from importlib.resources import files
+from itertools import product
+from pathlib import Path
+from typing import Any
+
+from ...core.errors import UsageError
+from ...core.toml_tables import Tables
+from ..sweep.metrics import Metric, parse_metric
+
+
+@dataclass(frozen=True)
+class Choice:
+    """One way to build a part of the machine."""
+
+    name: str
+    parameters: Mapping[str, Any]
+    cost: float = 0.0
+
+
+@dataclass(frozen=True)
+class Group:
+    """The ways to build a part; the first is what the machine has."""
+
+    name: str
+    choices: tuple[Choice, ...]
+    mapped: bool = False
+
+
+@dataclass(frozen=True)
+class Requirement:
+    """A metric and the range that it has to be in; one that does not exist is not in it."""
+
+    metric: Metric
+    at_least: float
+    at_most: float
+
+    def holds(self, value: float | None) -> bool:
+        """Whether the value is in the range."""
+        return value is not None and self.at_least <= value <= self.at_most
+
+
+@dataclass(frozen=True)
+class Options:
+    """All of it; the axis says how far a design goes."""
+
+    parameter: str
+    unit: str
+    low: float
+    high: float
+    within: float
+    requirements: tuple[Requirement, ...]
+    groups: tuple[Group, ...]
+    stop_time: float | None = None
+
+
+@dataclass(frozen=True)
+class Design:
+    """A choice of each group."""
+
+    groups: tuple[Group, ...]
+    choices: tuple[Choice, ...]
+
+    @property
+    def cost(self) -> float:
+        """Sum of the choices' costs."""
+        return sum(c.cost for c in self.choices)
+
+    @property
+    def changes(self) -> tuple[str, ...]:
+        """What differs from the machine as it is, e.g. 'line: 5 mm'."""
+        pairs = zip(self.groups, self.choices, strict=True)
+        return tuple(f"{g.name}: {c.name}" for g, c in pairs if c is not g.choices[0])
+
+    @property
+    def parameters(self) -> dict[str, Any]:
+        """All that the choices set."""
+        return {name: value for c in self.choices for name, value in c.parameters.items()}
+
+
+def designs(groups: Sequence[Group]) -> list[Design]:
+    """Every combination, the last group fastest."""
+    return [Design(tuple(groups), choices) for choices in product(*(g.choices for g in groups))]
+
+
+def read(path: Path | None = None) -> Options:
+    """The options of a file, or those of the deep-sea machine; raises `UsageError` in one line."""
+    take = Tables(UsageError)
+    if path is None:
+        where = "options.toml"
+        data = take.parse(files(__package__).joinpath(where).read_text(encoding="utf-8"), where)
+    else:
+        where, data = str(path), take.load(path)
+    take.no_strangers(data, ("stop_time", "axis", "require", "group"), where)
+    axis = take.get(data, where, "axis", dict)
+    at = f"{where}: [axis]"
+    take.no_strangers(axis, ("parameter", "unit", "low", "high", "within"), at)
+    low, high, within = (take.number(axis, at, key) for key in ("low", "high", "within"))
+    if not (low < high and 0.0 < within < high - low):
+        raise UsageError(f"{at}: low {low:g}, high {high:g} and within {within:g} do not fit together")
+    made = Options(
+        take.get(axis, at, "parameter", str), take.get(axis, at, "unit", str, ""), low, high, within,
+        tuple(_requirement(take, t, f"{where}: [[require]]") for t in take.tables(data, where, "require")),
+        tuple(_group(take, t, f"{where}: [[group]]") for t in take.tables(data, where, "group")),
+        take.number(data, where, "stop_time") if "stop_time" in data else None,
+    )  # fmt: skip
+    if not made.requirements or not made.groups:
+        raise UsageError(f"{where}: at least one [[require]] and one [[group]] are needed")
+    names = [g.name for g in made.groups]
+    if len(set(names)) < len(names):
+        raise UsageError(f"{where}: two groups have the same name")
+    return made
+
+
+def _requirement(take: Tables, table: dict[str, Any], where: str) -> Requirement:
+    take.no_strangers(table, ("metric", "at_least", "at_most"), where)
+    metric = parse_metric(take.get(table, where, "metric", str))
+    ends = [take.number(table, where, k, d) for k, d in (("at_least", -1e300), ("at_most", 1e300))]
+    if ends == [-1e300, 1e300]:
+        raise UsageError(f"{where}: {metric}: at_least or at_most is missing")
+    return Requirement(metric, *ends)
+
+
+def _group(take: Tables, table: dict[str, Any], where: str) -> Group:
+    take.no_strangers(table, ("name", "map", "choice"), where)
+    name = take.get(table, where, "name", str)
+    at = f"{where} {name}"
+    choices = []
+    for t in take.tables(table, at, "choice"):
+        take.no_strangers(t, ("name", "parameters", "cost"), at)
+        choices.append(
+            Choice(take.get(t, at, "name", str), take.get(t, at, "parameters", dict), take.number(t, at, "cost", 0.0))
+        )
+    if not choices:
+        raise UsageError(f"{at}: it has no [[group.choice]]")
+    if choices[0].cost:
+        raise UsageError(f"{at}: the first choice is what the machine has; it costs nothing")
+    return Group(name, tuple(choices), take.get(table, at, "map", bool, False))

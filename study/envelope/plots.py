@@ -1,0 +1,48 @@
+"""An envelope as a picture: over the first mapped group, a line for each of the second, a panel for the third."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+
+from matplotlib.backends.backend_agg import FigureCanvasAgg
+from matplotlib.figure import Figure
+
+from .options import Group, Options
+from .search import Reach
+
+
+def picture(path: Path, options: Options, groups: Sequence[Group], found: Mapping[tuple[str, ...], Reach]) -> None:
+    """Write it; found: by the names of the mapped groups' choices."""
+    first, second, third = (*groups, *[None] * (3 - len(groups)))[:3]
+    assert first is not None
+    panels = third.choices if third else (None,)
+    figure = Figure(figsize=(4.2 * len(panels) if third else 6.5, 3.8), layout="constrained")
+    shared = None
+    for k, panel in enumerate(panels):
+        ax = figure.add_subplot(1, len(panels), k + 1, sharey=shared)
+        shared = shared or ax
+        for line in second.choices if second else (None,):
+            rest = tuple(c.name for c in (line, panel) if c is not None)
+            reach = [found[(c.name, *rest)] for c in _by_size(first)]
+            values = [options.low if r.value is None else r.value for r in reach]
+            ax.plot([c.name for c in _by_size(first)], values, "o-", label=line.name if line else None)
+        ax.set_xlabel(first.name)
+        ax.grid(alpha=0.3)
+        ax.set_ylim(options.low, options.high * 1.03)
+        if panel is not None:
+            ax.set_title(f"{third.name}: {panel.name}" if third else "")
+        if k == 0:
+            ax.set_ylabel(f"{options.parameter} up to which all holds [{options.unit}]")
+            if second:
+                ax.legend(title=second.name, fontsize=8)
+    FigureCanvasAgg(figure)
+    figure.savefig(path, dpi=130)
+
+
+def _by_size(group: Group) -> list:  # type: ignore[type-arg]
+    """The choices in the order of the one number in which they differ, else as given."""
+    keys = [tuple(c.parameters.values()) for c in group.choices]
+    if all(len(k) == 1 and isinstance(k[0], (int, float)) for k in keys):
+        return [c for _, c in sorted(zip(keys, group.choices, strict=True), key=lambda pair: pair[0])]
+    return list(group.choices)

@@ -1,0 +1,96 @@
+"""How far each design goes, by bisection; and the cheapest designs that go far enough."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from typing import Any
+
+from ...core.errors import SimulationError
+from ...master.pool import Pool
+from ..sweep.run import Settings, Task, measure
+from .options import Design, Options
+
+
+@dataclass(frozen=True)
+class Question:
+    """How far does a design go?"""
+
+    options: Options
+    parameters: dict[str, Any]
+    fixed: dict[str, Any]
+
+
+@dataclass(frozen=True)
+class Reach:
+    """The greatest value of the axis at which everything holds, to within the options' `within`.
+
+    None where it does not hold even at the low end; `whole` where it holds up to the high end.
+    """
+
+    value: float | None
+    whole: bool = False
+
+
+def settings(options: Options, fixed: dict[str, Any] | None = None) -> Settings:
+    """Those of every run."""
+    return Settings(tuple(r.metric for r in options.requirements), stop=options.stop_time, fixed=fixed or {})
+
+
+def holds(options: Options, entry: dict[str, Any]) -> bool:
+    """Whether a run's metrics are as required; a run that failed has none."""
+    values = entry.get("values", {})
+    return all(r.holds(values.get(r.metric.label)) for r in options.requirements)
+
+
+def reach(package: str, question: Question) -> Reach | str:
+    """The answer, in this process; a text where even the low end cannot be run."""
+    o = question.options
+
+    def good(x: float) -> bool:
+        return holds(o, measure(package, Task(settings(o, question.fixed), {**question.parameters, o.parameter: x})))
+
+    first = measure(package, Task(settings(o, question.fixed), {**question.parameters, o.parameter: o.low}))
+    if "failed" in first:
+        return str(first["failed"])
+    if not holds(o, first):
+        return Reach(None)
+    if good(o.high):
+        return Reach(o.high, whole=True)
+    low, high = o.low, o.high
+    while high - low > o.within:
+        middle = 0.5 * (low + high)
+        low, high = (middle, high) if good(middle) else (low, middle)
+    return Reach(low)
+
+
+def reaches(
+    pool: Pool, options: Options, designs: Sequence[Design], fixed: dict[str, Any],
+    progress: Callable[[], None] = lambda: None,
+) -> list[Reach]:  # fmt: skip
+    """How far each design goes."""
+    found: dict[int, Reach] = {}
+    for k, answer in pool.each(reach, [Question(options, d.parameters, fixed) for d in designs]):
+        if isinstance(answer, str):
+            raise SimulationError(f"{', '.join(designs[k].changes) or 'the machine as it is'}: {answer}")
+        found[k] = answer
+        progress()
+    return [found[k] for k in range(len(designs))]
+
+
+def cheapest(
+    pool: Pool, options: Options, designs: Sequence[Design], at: float, fixed: dict[str, Any],
+    progress: Callable[[], None] = lambda: None,
+) -> list[Design]:  # fmt: skip
+    """All designs of the least cost that hold at that value of the axis; those with fewer changes first."""
+    for cost in sorted({d.cost for d in designs}):
+        mine = sorted((d for d in designs if d.cost == cost), key=lambda d: len(d.changes))
+        tasks = [Task(settings(options, fixed), {**d.parameters, options.parameter: at}) for d in mine]
+        good = []
+        for k, entry in pool.each(measure, tasks):
+            progress()
+            if holds(options, entry):
+                good.append(k)
+        if good:
+            return [mine[k] for k in sorted(good)]
+    return []

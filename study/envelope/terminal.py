@@ -1,0 +1,108 @@
+"""The command `cosim-study envelope`."""
+
+from __future__ import annotations
+
+import argparse
+import csv
+import json
+import sys
+from pathlib import Path
+from typing import Any
+
+from ...core.errors import OutputError, UsageError
+
+SHOWN = 6
+"""Cheapest designs that are listed."""
+
+
+def envelope_command(options: argparse.Namespace) -> int:
+    """Find the envelope and the cheapest change, write and print them; returns the exit code."""
+    if options.processes is not None and options.processes < 1:
+        raise UsageError(f"--processes {options.processes}: at least one is needed")
+    from ...master.pool import Pool, cluster
+    from ..sweep.run import check
+    from ..sweep.terminal import fixed_values
+    from .options import designs, read
+    from .search import cheapest, reaches, settings
+
+    wanted = read(options.options)
+    fixed = fixed_values(options.set, ())
+    mapped = [g for g in wanted.groups if g.mapped]
+    if not 1 <= len(mapped) <= 3:
+        raise UsageError(f"{options.options or 'options.toml'}: one to three groups need map = true")
+    over, every = designs(mapped), designs(wanted.groups)
+    check(options.package, [{**every[0].parameters, wanted.parameter: wanted.low}], settings(wanted, fixed))
+    at = wanted.high if options.at is None else options.at
+    if not wanted.low <= at <= wanted.high:
+        raise UsageError(f"--at {at:g}: it has to be between {wanted.low:g} and {wanted.high:g} {wanted.unit}")
+    folder: Path = options.out or Path("results") / f"envelope_{options.package.stem}"
+    try:
+        folder.mkdir(parents=True, exist_ok=True)
+    except OSError as error:
+        raise OutputError(f"{folder}: cannot be written ({error.strerror})") from None
+
+    from tqdm import tqdm
+
+    with (
+        cluster(options.dask) as executor,
+        Pool(options.package, executor, options.processes) as pool,
+        tqdm(total=len(over), unit="design", disable=options.quiet, file=sys.stderr) as bar,
+    ):
+        found = reaches(pool, wanted, over, fixed, bar.update)
+        bar.set_description("the cheapest change")
+        best = cheapest(pool, wanted, every, at, fixed)
+    names = [tuple(c.name for c in d.choices) for d in over]
+    reach = dict(zip(names, found, strict=True))
+    _write(folder, wanted, mapped, reach, best, at)
+    if not options.no_plots:
+        from .plots import picture
+
+        picture(folder / "envelope.png", wanted, mapped, reach)
+    if not options.quiet:
+        _print(wanted, mapped, reach, best, at)
+        print(f"\n{folder}: envelope.csv, envelope.json{'' if options.no_plots else ', envelope.png'}")
+    return 0
+
+
+def _told(r: Any, low: float, high: float) -> str:
+    if r.value is None:
+        return f"not even {low:g}"
+    return f"{high:g} and more" if r.whole else f"{r.value:.0f}"
+
+
+def _write(folder: Path, wanted: Any, mapped: Any, reach: Any, best: Any, at: float) -> None:
+    rows = [[*names, r.value, r.whole] for names, r in reach.items()]
+    content = {
+        "axis": wanted.parameter, "unit": wanted.unit,
+        "reach": [{**dict(zip((g.name for g in mapped), names, strict=True)), "value": r.value, "whole": r.whole}
+                  for names, r in reach.items()],
+        "at": at, "cheapest": [{"cost": d.cost, "changes": list(d.changes)} for d in best],
+    }  # fmt: skip
+    try:
+        with (folder / "envelope.csv").open("w", newline="", encoding="utf-8") as file:
+            writer = csv.writer(file)
+            writer.writerow([*(g.name for g in mapped), f"{wanted.parameter} [{wanted.unit}]", "up to the high end"])
+            writer.writerows(rows)
+        (folder / "envelope.json").write_text(json.dumps(content, indent=1) + "\n", encoding="utf-8")
+    except OSError as error:
+        raise OutputError(f"{folder}: cannot be written ({error.strerror})") from None
+
+
+def _print(wanted: Any, mapped: Any, reach: Any, best: Any, at: float) -> None:
+    widths = [max(len(g.name), *(len(c.name) for c in g.choices)) + 2 for g in mapped]
+    head = "".join(f"{g.name:<{w}}" for g, w in zip(mapped, widths, strict=True))
+    print(f"{head}{wanted.parameter} up to which all holds [{wanted.unit}], within {wanted.within:g}")
+    for names, r in reach.items():
+        line = "".join(f"{n:<{w}}" for n, w in zip(names, widths, strict=True))
+        print(f"{line}{_told(r, wanted.low, wanted.high)}")
+    print()
+    if not best:
+        print(f"no combination of the changes makes it hold at {wanted.parameter} = {at:g} {wanted.unit}")
+    elif not best[0].changes:
+        print(f"at {wanted.parameter} = {at:g} {wanted.unit} all holds without a change")
+    else:
+        print(f"cheapest at {wanted.parameter} = {at:g} {wanted.unit}, cost {best[0].cost:g}:")
+        for d in best[:SHOWN]:
+            print(f"  {'; '.join(d.changes)}")
+        if len(best) > SHOWN:
+            print(f"  and {len(best) - SHOWN} more of the same cost, see envelope.json")

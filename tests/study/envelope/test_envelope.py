@@ -1,0 +1,128 @@
+"""Envelopes of a machine whose answer is a formula: y = D t, wanted to be at most 1 at t = 1, so D t_end <= 1."""
+
+from __future__ import annotations
+
+import json
+
+import pytest
+from deepsea_cosim.core.errors import UsageError
+from deepsea_cosim.study.cli import main
+from deepsea_cosim.study.envelope.options import designs, read
+
+TEXT = """
+stop_time = 1.0
+[axis]
+parameter = "b.D[1,1]"
+unit = "1"
+low = 0
+high = 10
+within = 0.01
+[[require]]
+metric = "end=final(b.y1)"
+at_most = {limit}
+[[group]]
+name = "ramp"
+map = true
+[[group.choice]]
+name = "slope 1"
+parameters = {{ "a.x0[2]" = 1.0 }}
+[[group.choice]]
+name = "slope 0.5"
+parameters = {{ "a.x0[2]" = 0.5 }}
+cost = 3
+[[group.choice]]
+name = "slope 0.25"
+parameters = {{ "a.x0[2]" = 0.25 }}
+cost = 5
+[[group]]
+name = "gain"
+[[group.choice]]
+name = "as it is"
+parameters = {{ "a.C[1,1]" = 1.0 }}
+[[group.choice]]
+name = "half"
+parameters = {{ "a.C[1,1]" = 0.5 }}
+cost = 3
+[[group.choice]]
+name = "quarter"
+parameters = {{ "a.C[1,1]" = 0.25 }}
+cost = 4
+"""
+
+
+@pytest.fixture
+def options(tmp_path):
+    path = tmp_path / "options.toml"
+    path.write_text(TEXT.format(limit=2.0))
+    return path
+
+
+def run(doubled, options, folder, *more):
+    assert main(["envelope", str(doubled), "--options", str(options), "--out", str(folder), "--quiet", *more]) == 0
+    return json.loads((folder / "envelope.json").read_text())
+
+
+def test_the_edge_is_where_the_formula_says(doubled, options, tmp_path):
+    found = run(doubled, options, tmp_path / "out", "--at", "1.5")
+    reach = {r["ramp"]: (r["value"], r["whole"]) for r in found["reach"]}
+    assert reach["slope 1"][0] == pytest.approx(2.0, abs=0.011)
+    assert reach["slope 0.5"][0] == pytest.approx(4.0, abs=0.011)
+    assert reach["slope 0.25"][0] == pytest.approx(8.0, abs=0.011)
+    assert reach["slope 1"][0] <= 2.0
+    assert found["cheapest"] == [{"cost": 0, "changes": []}]
+    assert (tmp_path / "out" / "envelope.png").stat().st_size > 5000
+
+
+def test_the_cheapest_change_is_found_and_its_equals_too(doubled, options, tmp_path):
+    assert run(doubled, options, tmp_path / "a", "--at", "3.5", "--no-plots")["cheapest"] == [
+        {"cost": 3, "changes": ["gain: half"]}, {"cost": 3, "changes": ["ramp: slope 0.5"]}
+    ]  # fmt: skip
+    far = run(doubled, options, tmp_path / "b", "--at", "7.5", "--no-plots")["cheapest"]
+    assert far == [{"cost": 4, "changes": ["gain: quarter"]}]
+
+
+def test_what_never_or_always_holds(doubled, options, tmp_path, capsys):
+    options.write_text(TEXT.format(limit=-1.0))
+    found = run(doubled, options, tmp_path / "never", "--no-plots")
+    assert all(r["value"] is None for r in found["reach"])
+    assert found["cheapest"] == []
+    options.write_text(TEXT.format(limit=1e6))
+    assert all(r["whole"] for r in run(doubled, options, tmp_path / "always", "--no-plots")["reach"])
+    arguments = ["envelope", str(doubled), "--options", str(options), "--out", str(tmp_path / "c"), "--no-plots"]
+    assert main(arguments) == 0
+    told = capsys.readouterr().out
+    assert "10 and more" in told
+    assert "without a change" in told
+
+
+def test_what_is_shipped_reads_and_its_first_design_is_the_machine(built):
+    from deepsea_cosim.master.session import Session
+
+    shipped = read()
+    first = designs(shipped.groups)[0]
+    assert first.cost == 0
+    assert first.changes == ()
+    with Session(built / "deepsea_11km.ssp") as session:
+        values = session.values()
+    assert {name: values[name] for name in first.parameters} == pytest.approx(first.parameters)
+
+
+@pytest.mark.parametrize(
+    ("change", "word"),
+    [(("low = 0", "low = 20"), "fit together"), (("within = 0.01", "wthin = 0.01"), "did you mean"),
+     (("at_most = 2.0", ""), "at_least or at_most"), (("end=final(b.y1)", "end of b"), "expected"),
+     (('name = "gain"', 'name = "ramp"'), "same name"), (("cost = 3", 'cost = "much"'), "number"),
+     (('name = "slope 1"', 'name = "slope 1"\ncost = 1'), "costs nothing")],
+)  # fmt: skip
+def test_wrong_options_are_one_line(options, change, word):
+    options.write_text(options.read_text().replace(*change, 1))
+    with pytest.raises(UsageError, match=word) as error:
+        read(options)
+    assert "\n" not in str(error.value)
+
+
+@pytest.mark.parametrize("arguments", [["--at", "99"], ["--options", "missing.toml"], ["--set", "nonsense"],
+                                       ["--processes", "0"], ["--set", "b.q=1"]])  # fmt: skip
+def test_bad_arguments_are_one_line(doubled, options, tmp_path, capsys, arguments):
+    assert main(["envelope", str(doubled), "--options", str(options), "--out", str(tmp_path / "o"), *arguments]) == 2
+    assert len(capsys.readouterr().err.strip().splitlines()) == 1
