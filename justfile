@@ -25,3 +25,4 @@ lint:
 bench: build
     .venv/bin/python benchmarks/deepsea.py build
     .venv/bin/python benchmarks/coupling_error.py build
+    .venv/bin/python benchmarks/sweep.py build
