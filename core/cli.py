@@ -3,7 +3,12 @@
 from __future__ import annotations
 
 import argparse
+import sys
+from collections.abc import Callable
+from importlib.util import find_spec
 from typing import NoReturn
+
+from .errors import CosimError, Interrupted, SimulationError, UsageError
 
 
 class OneLineParser(argparse.ArgumentParser):
@@ -15,3 +20,42 @@ class OneLineParser(argparse.ArgumentParser):
     def error(self, message: str) -> NoReturn:
         """End the process with code 2 and one line."""
         self.exit(2, f"{self.prog}: {message} (see {self.prog} --help)\n")
+
+
+def positive(text: str) -> int:
+    """An option's number of things, at least 1."""
+    try:
+        value = int(text)
+    except ValueError:
+        raise argparse.ArgumentTypeError(f"'{text}' is not a whole number") from None
+    if value < 1:
+        raise argparse.ArgumentTypeError(f"{text}: it has to be at least 1")
+    return value
+
+
+def add_processes(p: argparse.ArgumentParser, dask: bool = True) -> None:
+    """The options that say where many runs are simulated."""
+    p.add_argument("--processes", metavar="N", type=positive, help="simulation processes (default: one per core)")
+    if dask:
+        p.add_argument("--dask", metavar="ADDRESS", help="simulate on the Dask cluster with this scheduler")
+
+
+def need(extra: str, *modules: str) -> None:
+    """Raise `UsageError` when a library of that extra is not installed."""
+    missing = [name for name in modules if find_spec(name) is None]
+    if missing:
+        raise UsageError(f"this needs {', '.join(missing)}: pip install deepsea-cosim[{extra}]")
+
+
+def exit_code(command: str, work: Callable[[], int], interrupted: str = "interrupted") -> int:
+    """The exit code of the work; a user's mistake is one line and 2, a run that had to stop 1, Ctrl-C 130."""
+    try:
+        return work()
+    except CosimError as error:
+        print(f"{command}: {error}", file=sys.stderr)
+        if isinstance(error, Interrupted):
+            return 130
+        return 1 if isinstance(error, SimulationError) else 2
+    except KeyboardInterrupt:
+        print(f"{command}: {interrupted}", file=sys.stderr)
+        return 130

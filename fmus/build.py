@@ -23,7 +23,8 @@ from dataclasses import dataclass
 from importlib import metadata
 from pathlib import Path
 
-from ..core.errors import OutputError, PackageError, UsageError
+from ..core.errors import PackageError, UsageError
+from ..core.files import writing
 from ..ssp import packer
 
 HERE = Path(__file__).parent
@@ -313,13 +314,11 @@ def _add_front(
 
 def build(folder: Path, say: Callable[[str], None] = lambda text: None, way: Way | None = None) -> list[Path]:
     """Build both FMUs and all scenarios into `folder`; `say` gets a line per file. Returns the files."""
-    try:
+    with writing(folder):
         folder.mkdir(parents=True, exist_ok=True)
         probe = folder / ".writable"
         probe.touch()
         probe.unlink()
-    except OSError as error:
-        raise OutputError(f"{folder}: cannot be written ({error.strerror})") from None
     made = []
     for model in MODELS:
         made.append(build_fmu(model, folder, say, way))

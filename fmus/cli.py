@@ -8,8 +8,7 @@ import zipfile
 from collections.abc import Sequence
 from pathlib import Path
 
-from ..core.cli import OneLineParser
-from ..core.errors import CosimError
+from ..core.cli import OneLineParser, exit_code
 
 EXAMPLES = """examples:
   cosim-fmus build --out build
@@ -56,15 +55,8 @@ def _ways(p: argparse.ArgumentParser) -> None:
 def main(arguments: Sequence[str] | None = None) -> int:
     """Entry point; returns the exit code: 0 done, 1 a check found problems, 2 bad input."""
     options = parser().parse_args(arguments)
-    try:
-        commands = {"build": _build, "container": _container, "check": _check, "cross-check": _cross_check}
-        return commands[options.command](options)
-    except CosimError as error:
-        print(f"cosim-fmus: {error}", file=sys.stderr)
-        return 2
-    except KeyboardInterrupt:
-        print("cosim-fmus: interrupted", file=sys.stderr)
-        return 130
+    commands = {"build": _build, "container": _container, "check": _check, "cross-check": _cross_check}
+    return exit_code("cosim-fmus", lambda: commands[options.command](options))
 
 
 def _build(options: argparse.Namespace) -> int:

@@ -7,8 +7,7 @@ import sys
 from collections.abc import Sequence
 from pathlib import Path
 
-from ..core.cli import OneLineParser
-from ..core.errors import CosimError
+from ..core.cli import OneLineParser, add_processes, exit_code
 
 EXAMPLES = """examples:
   cosim-gap effects build/deepsea_11km.ssp
@@ -39,8 +38,7 @@ def parser() -> argparse.ArgumentParser:
         "--out", metavar="DIR", type=Path, required=True,
         help="folder for diagnosis.json, report.html and calibrated.ssv",
     )  # fmt: skip
-    diagnose.add_argument("--processes", metavar="N", type=int, help="simulation processes (default: one per core)")
-    diagnose.add_argument("--dask", metavar="ADDRESS", help="simulate on the Dask cluster with this scheduler")
+    add_processes(diagnose)
     diagnose.add_argument("--no-report", action="store_true", help="no report.html")
     diagnose.add_argument("--quiet", action="store_true", help="print nothing but errors")
     return p
@@ -49,16 +47,8 @@ def parser() -> argparse.ArgumentParser:
 def main(arguments: Sequence[str] | None = None) -> int:
     """Entry point; returns the exit code."""
     options = parser().parse_args(arguments)
-    try:
-        return {"effects": _effects, "simulate": _simulate, "diagnose": _diagnose}[options.command](options)
-    except CosimError as error:
-        print(f"cosim-gap: {error}", file=sys.stderr)
-        from ..core.errors import SimulationError
-
-        return 1 if isinstance(error, SimulationError) else 2
-    except KeyboardInterrupt:
-        print("cosim-gap: interrupted", file=sys.stderr)
-        return 130
+    commands = {"effects": _effects, "simulate": _simulate, "diagnose": _diagnose}
+    return exit_code("cosim-gap", lambda: commands[options.command](options))
 
 
 def _effects(options: argparse.Namespace) -> int:

@@ -12,10 +12,10 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from .fit import Fit, Linear, drive, fit, point_of, scale, went, wide
+from .fit import Fit, Linear, drive, fit, point_of, scale
 from .noise import rms
 from .problem import COARSE_ERROR, FACTORS, Candidate, Problem, Unknown
-from .search import MOST, READINGS, SCREENED, TASTE, Hypothesis, carry_on, secants, sizes
+from .search import MOST, TASTE, Hypothesis, as_delivered, carry_on, merit, screened, secants, sizes
 
 SIZES = (1.0, 2.0, 4.0, 8.0)
 """Sizes, in usual ones, at which an effect is run."""
@@ -50,8 +50,7 @@ class Start:
 def scan(problem: Problem, N: np.ndarray) -> list[Start]:
     """The best start of each effect, the most promising first; a long macro step is shortened to `SCAN`."""
     problem.factor = min(problem.factor, SCAN)
-    delivered = went(problem, fit(problem, problem.base, np.zeros(len(problem.base)), N, 0))
-    delivered = went(problem, wide(problem, delivered, N))
+    delivered = as_delivered(problem, N)
     plain = [c for c in problem.candidates if len(c.unknowns) == 1 and c.unknowns[0].kind == "effect"]
     wanted = dict.fromkeys((c, s) for c in plain for size in SIZES for s in sizes(c, size))
     best: dict[str, Start] = {}
@@ -66,14 +65,13 @@ def scan(problem: Problem, N: np.ndarray) -> list[Start]:
 def _start(
     problem: Problem, delivered: Fit, candidate: Candidate, size: float, model: np.ndarray, N: np.ndarray
 ) -> Start:
-    rows = slice(None, None, max(1, len(problem.obs) // SCREENED))
-    line = Linear(problem, delivered.u, model, delivered.jacobian, N, rows)
+    line = Linear(problem, delivered.u, model, delivered.jacobian, N, screened(problem))
     d, q = line.step(delivered.unknowns, scale(line.r), np.ones(len(delivered.u)))
     sd = np.array([x.sd for x in delivered.unknowns])
     bias = q[: delivered.channels]
     penalty = float(np.sum((d / sd) ** 2) + bias @ bias) + (size / candidate.unknowns[0].sd) ** 2
-    merit = READINGS * 2.0 * float(np.log(max(rms(line.left(d, q)), 1e-9))) + penalty
-    return Start(candidate, (*delivered.unknowns, *candidate.unknowns), np.append(d, size), merit)
+    unknowns = (*delivered.unknowns, *candidate.unknowns)
+    return Start(candidate, unknowns, np.append(d, size), merit(rms(line.left(d, q)), penalty))
 
 
 def shorten_step(problem: Problem, starts: Sequence[Start], left: float) -> None:

@@ -9,7 +9,7 @@ from typing import Any
 
 import numpy as np
 
-from ..core.errors import OutputError
+from ..core.files import make_folder, writing
 from .experiment import Next
 from .intervals import WIDTH, parameter_std
 from .judge import Judged
@@ -280,12 +280,10 @@ def sentence(d: Diagnosis) -> str:
 def write(d: Diagnosis, folder: Path) -> dict[str, Any]:
     """Write diagnosis.json and calibrated.ssv; returns the contents of the former."""
     data = make(d)
-    try:
-        folder.mkdir(parents=True, exist_ok=True)
+    make_folder(folder)
+    with writing(folder):
         (folder / "diagnosis.json").write_text(json.dumps(data, indent=1, allow_nan=False) + "\n", encoding="utf-8")
         (folder / "calibrated.ssv").write_text(parameter_set(d), encoding="utf-8")
-    except OSError as error:
-        raise OutputError(f"{folder}: cannot be written ({error.strerror})") from None
     return data
 
 

@@ -83,6 +83,11 @@ class Secant:
         return {**self.at.point, **_point(self.candidate, self.size, self.shape)}
 
 
+def merit(left: float, penalty: float) -> float:
+    """What fits are ranked by until they are judged, the less the better: the RMS that is left and what it costs."""
+    return READINGS * 2.0 * float(np.log(max(left, 1e-9))) + penalty
+
+
 @dataclass
 class Hypothesis:
     """A set of candidates with its fit; no candidates: the null."""
@@ -101,13 +106,32 @@ class Hypothesis:
 
     @property
     def merit(self) -> float:
-        """What fits are ranked by until they are judged, the less the better: residual and what its parameters cost."""
-        return READINGS * 2.0 * float(np.log(max(self.fit.rms, 1e-9))) + self.fit.penalty()
+        """That of its fit."""
+        return merit(self.fit.rms, self.fit.penalty())
 
     @property
     def ids(self) -> tuple[str, ...]:
         """Sorted effect ids."""
         return tuple(sorted(c.id for c in self.candidates))
+
+
+def screened(problem: Problem) -> slice:
+    """Every few readings, so that screening looks at `SCREENED` at most."""
+    return slice(None, None, max(1, len(problem.obs) // SCREENED))
+
+
+def first_of_each(hypotheses: Sequence[Hypothesis]) -> list[Hypothesis]:
+    """The best of each label, the best first."""
+    unique: dict[str, Hypothesis] = {}
+    for h in sorted(hypotheses, key=lambda h: h.merit):
+        unique.setdefault(h.label, h)
+    return list(unique.values())
+
+
+def as_delivered(problem: Problem, N: np.ndarray) -> Fit:
+    """The model as delivered, with derivatives that serve for larger moves."""
+    unmoved = fit(problem, problem.base, np.zeros(len(problem.base)), N, 0)
+    return went(problem, wide(problem, went(problem, unmoved), N))
 
 
 def settled(problem: Problem, at: Fit) -> bool:
@@ -148,9 +172,9 @@ def secants(problem: Problem, at: Fit, wanted: Sequence[tuple[Candidate, float]]
 def weigh(problem: Problem, reference: Fit, N: np.ndarray, found: Sequence[Secant]) -> None:
     """Fill in what each secant could save of a reference fit's cost, in the linear approximation around its own fit.
 
-    Every few readings count, so that at most `SCREENED` do; their weight follows the mean square of what is left.
+    The readings' weight follows the mean square of what is left.
     """
-    rows = slice(None, None, max(1, len(problem.obs) // SCREENED))
+    rows = screened(problem)
     floor = problem.obs.floor[rows]
     reference_left = float(reference.residual[rows] @ reference.residual[rows])
     lines: dict[int, Linear] = {}
@@ -218,8 +242,7 @@ def other_starts(problem: Problem, at: Fit, N: np.ndarray) -> list[Secant]:
     """
     if at.strain() < STRAINED * len(at.u) or at.rms > MUCH:
         return []
-    unmoved = fit(problem, problem.base, np.zeros(len(problem.base)), N, 0)
-    delivered = went(problem, wide(problem, went(problem, unmoved), N))
+    delivered = as_delivered(problem, N)
     plain = [c for c in problem.candidates if not any(u.shape or u.kind == "sensor" for u in c.unknowns)]
     found = secants(problem, delivered, [(c, s) for c in plain for s in sizes(c, 1.0)])
     weigh(problem, at, N, found)
@@ -285,10 +308,7 @@ def extend(
     far = RIVAL if any(settled(problem, h.fit) for h in going) else BEHIND * best
     going = sorted((h for h in going if h.fit.rms < far), key=lambda h: h.merit)
     carry_on(problem, going[:kept], N, MOST)
-    unique: dict[str, Hypothesis] = {}
-    for h in sorted(made, key=lambda h: h.merit):
-        unique.setdefault(h.label, h)
-    return list(unique.values())
+    return first_of_each(made)
 
 
 def carry_on(problem: Problem, hypotheses: Sequence[Hypothesis], N: np.ndarray, iterations: int) -> None:

@@ -214,19 +214,15 @@ def _large(
     """
     before, best = problem.factor, min(h.merit for h in singles)
     starts = [s for s in large.scan(problem, N) if s.merit < best][: large.BEGUN]
-    if not starts:
-        problem.factor = before
-        return null, found, singles
     problem.factor = before
+    if not starts:
+        return null, found, singles
     large.shorten_step(problem, starts, null.fit.rms)
     if problem.factor != before:
         null = Hypothesis((), went(problem, fit(problem, problem.base, null.fit.u, N, REFIT)))
         found = search.screen(problem, null.fit, N)
         singles = [large.laid_aside(h) for h in singles]
-    merged: dict[str, Hypothesis] = {}
-    for h in sorted([*large.fits(problem, starts, N), *singles], key=lambda h: h.merit):
-        merged.setdefault(h.label, h)
-    return null, found, list(merged.values())
+    return null, found, search.first_of_each([*large.fits(problem, starts, N), *singles])
 
 
 def choose_difference(problem: Problem) -> None:

@@ -20,7 +20,7 @@ from typing import Any
 
 import numpy as np
 
-from ..core.errors import OutputError
+from ..core.files import make_folder, writing
 from ..core.units import unit
 from ..master.session import Session
 from .campaign import CampaignError, Channel, channels_of, take
@@ -71,11 +71,9 @@ def make(template: Path, folder: Path, say: Callable[[str], None] = lambda text:
     runs = take.tables(data, str(template), "run")
     if not runs:
         raise CampaignError(f"{template}: there are no runs")
-    try:
-        folder.mkdir(parents=True, exist_ok=True)
+    make_folder(folder)
+    with writing(folder):
         (folder / "answer.toml").write_text("[truth]\n" + "".join(f'"{k}" = {_toml(v)}\n' for k, v in truth.items()))
-    except OSError as error:
-        raise OutputError(f"{folder}: cannot be written ({error.strerror})") from None
     outputs = [c for c in channels if c.role == "output"]
     lines = [f"name = {_toml(str(data.get('name', template.stem)))}", f"system = {_toml(str(package.resolve()))}"]
     if "effects" in data:
@@ -102,7 +100,7 @@ def make(template: Path, folder: Path, say: Callable[[str], None] = lambda text:
                 y = sensors.get(channel.connector, Sensor()).read(t, rows[:, k], at)
                 y = y + rng.normal(0.0, channel.noise_std or 0.0, len(at))
                 columns.append((y - unit(channel.unit).offset) / unit(channel.unit).factor)
-            with (folder / name).open("w", newline="", encoding="utf-8") as file:
+            with writing(folder / name), (folder / name).open("w", newline="", encoding="utf-8") as file:
                 writer = csv.writer(file)
                 writer.writerow(["time", *(c.column for c in outputs)])
                 writer.writerows([f"{v:.9g}" for v in row] for row in np.column_stack(columns))
@@ -115,6 +113,7 @@ def make(template: Path, folder: Path, say: Callable[[str], None] = lambda text:
     for base in take.tables(data, str(template), "base"):
         lines += ["", "[[base]]", *(f"{key} = {_toml(value)}" for key, value in base.items())]
     target = folder / "campaign.toml"
-    target.write_text("\n".join(lines) + "\n", encoding="utf-8")
+    with writing(target):
+        target.write_text("\n".join(lines) + "\n", encoding="utf-8")
     say(str(target))
     return target

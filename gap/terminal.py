@@ -7,24 +7,20 @@ import sys
 import time
 from typing import Any
 
-from ..core.errors import OutputError, UsageError
+from ..core.cli import need
+from ..core.files import make_folder
 
 
 def diagnose_command(options: argparse.Namespace) -> int:
     """Run the diagnosis and print it; returns the exit code."""
-    if options.processes is not None and options.processes < 1:
-        raise UsageError(f"--processes {options.processes}: at least one is needed")
-    _need("scipy", "sklearn", "arch", "ruptures", *(() if options.no_report else ("jinja2", "PIL")))
+    need("gap", "scipy", "sklearn", "arch", "ruptures", *(() if options.no_report else ("jinja2", "PIL")))
     from ..master.pool import cluster
     from .campaign import read
     from .diagnose import diagnose
     from .result import write
 
     campaign = read(options.campaign)
-    try:
-        options.out.mkdir(parents=True, exist_ok=True)
-    except OSError as error:
-        raise OutputError(f"{options.out}: cannot be written ({error.strerror})") from None
+    make_folder(options.out)
     show = _Progress(options.quiet)
     with cluster(options.dask) as executor:
         d = diagnose(campaign, executor, show.stage, show.run, options.processes)
@@ -39,15 +35,6 @@ def diagnose_command(options: argparse.Namespace) -> int:
         names = ["diagnosis.json", "calibrated.ssv"] + ([] if options.no_report else ["report.html"])
         print(f"\n{options.out}: {', '.join(names)}")
     return 0
-
-
-def _need(*modules: str) -> None:
-    """Raise `UsageError` when a library of the extra 'gap' is not installed."""
-    from importlib.util import find_spec
-
-    missing = [name for name in modules if find_spec(name) is None]
-    if missing:
-        raise UsageError(f"diagnose needs {', '.join(missing)}: pip install deepsea-cosim[gap]")
 
 
 class _Progress:

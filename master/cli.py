@@ -11,8 +11,7 @@ from pathlib import Path
 from time import perf_counter
 from typing import Any, NoReturn
 
-from ..core.cli import OneLineParser
-from ..core.errors import CosimError, Interrupted, SimulationError
+from ..core.cli import OneLineParser, exit_code, positive
 from .algorithms import NAMES
 
 EXAMPLES = """examples:
@@ -30,13 +29,6 @@ exit codes: 0 done, 1 the simulation had to stop (what was recorded is kept), 2 
 
 SHOWN = 30
 """Most connected signals in the table at the end."""
-
-
-def _positive(text: str) -> int:
-    value = int(text)
-    if value < 1:
-        raise argparse.ArgumentTypeError(f"{text}: it has to be at least 1")
-    return value
 
 
 def _substeps(text: str) -> tuple[str, int]:
@@ -96,7 +88,7 @@ def parser() -> argparse.ArgumentParser:
         "--record", metavar="PATTERN", action="append", default=[],
         help="keep only columns that match, e.g. --record 'arm.*'; may be repeated",
     )  # fmt: skip
-    results.add_argument("--record-every", metavar="N", type=_positive, default=1, help="keep every N-th point only")
+    results.add_argument("--record-every", metavar="N", type=positive, default=1, help="keep every N-th point only")
     results.add_argument(
         "--plot", metavar="PATTERN", action="append", default=[], help="what overview.png shows (default: a choice)"
     )
@@ -174,20 +166,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
         print("  ".join(f"{name} {version}" for name, version in versions().items()))
         return 0
     options = parser().parse_args(given)
-    try:
-        return _run(options)
-    except Interrupted as error:
-        print(f"cosim-master: {error}", file=sys.stderr)
-        return 130
-    except SimulationError as error:
-        print(f"cosim-master: {error}", file=sys.stderr)
-        return 1
-    except CosimError as error:
-        print(f"cosim-master: {error}", file=sys.stderr)
-        return 2
-    except KeyboardInterrupt:  # before the run took over
-        print("cosim-master: interrupted", file=sys.stderr)
-        return 130
+    return exit_code("cosim-master", lambda: _run(options))
 
 
 def _look(options: argparse.Namespace) -> int:

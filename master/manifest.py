@@ -10,7 +10,7 @@ from dataclasses import asdict
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from ..core.errors import OutputError
+from ..core.files import writing
 from ..ssp.network import Network
 from .output import versions
 
@@ -68,7 +68,6 @@ def _arguments(options: Options) -> list[str]:
 
 def write_manifest(folder: Path, content: dict[str, Any]) -> None:
     """Write manifest.json."""
-    try:
-        (folder / "manifest.json").write_text(json.dumps(content, indent=2) + "\n")
-    except OSError as error:
-        raise OutputError(f"{folder / 'manifest.json'}: cannot be written ({error.strerror})") from None
+    path = folder / "manifest.json"
+    with writing(path):
+        path.write_text(json.dumps(content, indent=2) + "\n")

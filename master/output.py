@@ -15,6 +15,7 @@ from pathlib import Path
 from typing import Any
 
 from ..core.errors import OutputError
+from ..core.files import writing
 
 FILES = ("results.csv", "summary.json", "manifest.json", "overview.png")
 
@@ -46,22 +47,19 @@ def versions() -> dict[str, str]:
 
 def write_summary(folder: Path, summary: Mapping[str, Any]) -> None:
     """Write summary.json."""
-    try:
-        (folder / "summary.json").write_text(json.dumps(summary, indent=2) + "\n")
-    except OSError as error:
-        raise OutputError(f"{folder / 'summary.json'}: cannot be written ({error.strerror})") from None
+    path = folder / "summary.json"
+    with writing(path):
+        path.write_text(json.dumps(summary, indent=2) + "\n")
 
 
 def prepare_folder(folder: Path) -> None:
     """Make the result folder, or say why that is not possible."""
-    try:
+    with writing(folder):
         folder.mkdir(parents=True, exist_ok=True)
         for name in FILES:  # what an earlier run left would pass for this one's
             (folder / name).unlink(missing_ok=True)
         with tempfile.TemporaryFile(dir=folder):
             pass
-    except OSError as error:
-        raise OutputError(f"result folder {folder}: cannot be written ({error.strerror})") from None
 
 
 def forget_earlier(file: Path) -> None:

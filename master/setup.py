@@ -21,7 +21,7 @@ from ..ssp.archive import extract
 from ..ssp.model import Component
 from ..ssp.network import Network, Setting, flatten
 from ..ssp.reader import read
-from .slaves.base import Log, Slave, description_tree
+from .slaves.base import Log, Slave, complete, description_tree
 from .slaves.fmi1 import Slave1
 from .slaves.fmi2 import Slave2
 from .slaves.fmi3 import Slave3
@@ -118,7 +118,8 @@ def _target(network: Network, slave: Slave, name: str) -> Quantity:
     connectors = network.parts[slave.name].component.connectors
     type = next((c.type for c in connectors if c.name == name), None)
     unit = slave.meant(type.unit if type is not None else None, name)
-    return Quantity(slave.variables[name].type, unit, slave.items(name), f"'{slave.name}.{name}'")
+    shown = f"'{slave.name}.{name}'"
+    return Quantity(slave.variables[name].type, unit, slave.items(name), shown, slave.relative(name))
 
 
 def _quantity(s: Setting) -> Quantity:
@@ -186,7 +187,7 @@ def load_slaves(slaves: Mapping[str, Slave], stack: ExitStack, log: Log) -> None
         slave.load(on_log)
 
 
-def _fmi_version(folder: Path, shown: str) -> str:
+def _tree(folder: Path, shown: str) -> Any:
     from lxml import etree
 
     try:
@@ -197,7 +198,7 @@ def _fmi_version(folder: Path, shown: str) -> str:
         raise PackageError(f"{shown}: modelDescription.xml is not well-formed ({error.msg})") from None
     if tree.docinfo.doctype:
         raise PackageError(f"{shown}: modelDescription.xml has a document type declaration (DOCTYPE); refused")
-    return tree.getroot().get("fmiVersion", "?")
+    return tree
 
 
 def _platform_folder(version: str) -> str:
@@ -215,7 +216,8 @@ def describe_folder(name: str, folder: Path, shown: str = "FMU") -> Slave:
     """A slave, not loaded yet, from an FMU that has been unpacked; `shown` is its name in messages."""
     from fmpy import read_model_description, sharedLibraryExtension
 
-    version = _fmi_version(folder, shown)
+    tree = _tree(folder, shown)
+    version = tree.getroot().get("fmiVersion", "?")
     known = next((v for v in VERSIONS if version == v or (v == "3.0" and version.startswith("3."))), None)
     if known is None:
         raise PackageError(f"{shown}: FMI {version} is not supported; known: {', '.join(VERSIONS)}")
@@ -238,6 +240,7 @@ def describe_folder(name: str, folder: Path, shown: str = "FMU") -> Slave:
         if not v.name or v.name in names:
             raise PackageError(f"{shown}: modelDescription.xml has two variables '{v.name}'")
         names.add(v.name)
+    complete(description, tree)
     return VERSIONS[known](name, folder, description)
 
 

@@ -193,7 +193,7 @@ class System:
         slave = self.slaves[end[0]]
         kind = slave.variables[end[1]].type
         shown = f"'{end[0]}.{end[1]}'"
-        return Quantity(kind, slave.meant(unit, end[1]), items or slave.items(end[1]), shown)
+        return Quantity(kind, slave.meant(unit, end[1]), items or slave.items(end[1]), shown, slave.relative(end[1]))
 
     def _variable(self, wire: Wire, end: End, causality: str) -> Signal:
         where = wire.where

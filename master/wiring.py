@@ -28,6 +28,8 @@ class Quantity:
     unit: Unit | None = None
     items: dict[str, int] | None = None
     shown: str = ""
+    relative: bool = False
+    """A difference: its unit's offset does not count (FMI `relativeQuantity`)."""
 
     @property
     def family(self) -> str:
@@ -96,6 +98,8 @@ def passage(source: Quantity, hops: Sequence[Hop], target: Quantity, where: str,
             shown = f"{hop.where or where}: {source.shown} -> {target.shown}"
             try:
                 line = conversion(unit, reached)
+                if source.relative or target.relative:
+                    line = line[0], 0.0
                 if line != (1.0, 0.0) and unit.name == reached.name:
                     remarks.append(
                         f"{shown}: unit '{unit.name}' is defined in two ways; the value is multiplied by {line[0]:g}"

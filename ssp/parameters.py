@@ -108,18 +108,21 @@ class Bindings:
         """A file inside the component's own archive, or beside it."""
         if of is None:
             raise document.error(element, "sourceBase 'component' on a system, which has no source")
-        try:
-            name = unquote(urlsplit(source).path)
-            with zipfile.ZipFile(of) as archive:
-                if name in archive.namelist():
-                    if archive.getinfo(name).file_size > MAX_XML:
-                        raise PackageError(f"{of.name}/{name}: larger than {MAX_XML // 1024**2} MB; refused")
-                    return Document(BytesIO(archive.read(name)), f"{of.name}/{name}")
-        except (OSError, zipfile.BadZipFile, RuntimeError, NotImplementedError, EOFError, ValueError) as error:
-            raise PackageError(f"{of.name}: not a zip archive or damaged ({error})") from None
+        is_archive = of.suffix.lower() != ".ssd"
+        if is_archive:
+            try:
+                name = unquote(urlsplit(source).path)
+                with zipfile.ZipFile(of) as archive:
+                    if name in archive.namelist():
+                        if archive.getinfo(name).file_size > MAX_XML:
+                            raise PackageError(f"{of.name}/{name}: larger than {MAX_XML // 1024**2} MB; refused")
+                        return Document(BytesIO(archive.read(name)), f"{of.name}/{name}")
+            except (OSError, zipfile.BadZipFile, RuntimeError, NotImplementedError, EOFError, ValueError) as error:
+                raise PackageError(f"{of.name}: not a zip archive or damaged ({error})") from None
         path, _ = inside(document, element, source, of.parent, self.root)
         if not path.is_file():
-            raise document.error(element, f"'{source}' is neither in {of.name} nor beside it")
+            where = f"neither in {of.name} nor beside it" if is_archive else f"not beside {of.name}"
+            raise document.error(element, f"'{source}' is {where}")
         return Document(path, _shown(path, self.root))
 
     def _check(self, document: Document, root: etree._Element, tag: str) -> None:

@@ -7,8 +7,8 @@ import sys
 from collections.abc import Sequence
 from pathlib import Path
 
-from ..core.cli import OneLineParser
-from ..core.errors import CosimError, SimulationError
+from ..core.cli import OneLineParser, add_processes, exit_code
+from ..master.algorithms import NAMES
 
 EXAMPLES = """examples:
   cosim-study paper --out results/paper
@@ -17,8 +17,8 @@ EXAMPLES = """examples:
   cosim-study envelope build/deepsea_11km.ssp --at 11000
   cosim-study sweep plant.ssp --vary body.m=1:5 --vary spring.k=100:400 --sample sobol:256
 
-exit codes: 0 done (failed cases are listed), 1 the simulation had to stop, 2 bad input, 130 interrupted (what is done
-is kept)
+exit codes: 0 done (failed cases are listed), 1 the simulation had to stop, 2 bad input, 130 interrupted (what a
+sweep has done is kept)
 """
 
 METRICS = """metrics, each label=function(connector, numbers) or without the label:
@@ -41,7 +41,7 @@ def parser() -> argparse.ArgumentParser:
     w = commands.add_parser("paper", help="recompute everything that the source paper shows")
     w.add_argument("--out", type=Path, metavar="DIR", default=Path("results/paper"), help="default: results/paper")
     w.add_argument("--package", type=Path, metavar="deepsea_11km.ssp", help="a built scenario (default: build one)")
-    w.add_argument("--processes", type=int, metavar="N", help="simulation processes (default: one per core)")
+    add_processes(w, dask=False)
     w.add_argument("--quiet", action="store_true", help="print nothing but errors")
     s = commands.add_parser(
         "sweep", help="run a package over a grid or a sample of its parameters", epilog=METRICS,
@@ -57,10 +57,9 @@ def parser() -> argparse.ArgumentParser:
     s.add_argument("--set", metavar="NAME=VALUE", action="append", default=[], help="a parameter for all cases")
     s.add_argument("--step", type=float, metavar="S", help="macro step [s] (default: the package's)")
     s.add_argument("--stop-time", type=float, metavar="S", help="end of the runs [s] (default: the package's)")
-    s.add_argument("--method", default="gauss-seidel", help="coupling algorithm, as of cosim-master")
+    s.add_argument("--method", choices=NAMES, default=NAMES[0], help="coupling: %(choices)s (default: %(default)s)")
     s.add_argument("--out", type=Path, metavar="DIR", help="folder for the results (default: results/sweep_NAME)")
-    s.add_argument("--processes", type=int, metavar="N", help="simulation processes (default: one per core)")
-    s.add_argument("--dask", metavar="ADDRESS", help="simulate on the Dask cluster with this scheduler")
+    add_processes(s)
     s.add_argument("--seed", type=int, default=0, help="of the sample (default 0)")
     s.add_argument("--retry-failed", action="store_true", help="run cases that failed earlier once more")
     s.add_argument("--no-plots", action="store_true", help="no pictures")
@@ -72,8 +71,7 @@ def parser() -> argparse.ArgumentParser:
     e.add_argument("--at", type=float, metavar="X", help="where the cheapest change has to hold (default: the far end)")
     e.add_argument("--set", metavar="NAME=VALUE", action="append", default=[], help="a parameter for all runs")
     e.add_argument("--out", type=Path, metavar="DIR", help="folder for the results (default: results/envelope_NAME)")
-    e.add_argument("--processes", type=int, metavar="N", help="simulation processes (default: one per core)")
-    e.add_argument("--dask", metavar="ADDRESS", help="simulate on the Dask cluster with this scheduler")
+    add_processes(e)
     e.add_argument("--no-plots", action="store_true", help="no picture")
     e.add_argument("--quiet", action="store_true", help="print nothing but errors")
     return p
@@ -82,24 +80,18 @@ def parser() -> argparse.ArgumentParser:
 def main(arguments: Sequence[str] | None = None) -> int:
     """Entry point; returns the exit code."""
     options = parser().parse_args(arguments)
-    try:
-        if options.command == "paper":
-            from .paper.terminal import paper_command
+    kept = "; what is done is kept, the same command goes on" if options.command == "sweep" else ""
+    return exit_code("cosim-study", lambda: _work(options), f"interrupted{kept}")
 
-            return paper_command(options)
-        if options.command == "envelope":
-            from .envelope.terminal import envelope_command
 
-            return envelope_command(options)
-        from .sweep.terminal import sweep_command
-
-        return sweep_command(options)
-    except CosimError as error:
-        print(f"cosim-study: {error}", file=sys.stderr)
-        return 1 if isinstance(error, SimulationError) else 2
-    except KeyboardInterrupt:
-        print("cosim-study: interrupted; what is done is kept, the same command goes on", file=sys.stderr)
-        return 130
+def _work(options: argparse.Namespace) -> int:
+    if options.command == "paper":
+        from .paper.terminal import paper_command as command
+    elif options.command == "envelope":
+        from .envelope.terminal import envelope_command as command
+    else:
+        from .sweep.terminal import sweep_command as command
+    return command(options)
 
 
 if __name__ == "__main__":

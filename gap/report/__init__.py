@@ -9,7 +9,7 @@ from importlib.resources import files
 from pathlib import Path
 from typing import Any
 
-from ...core.errors import OutputError
+from ...core.files import make_folder, writing
 from ..result import Diagnosis
 
 NAME = "report.html"
@@ -19,11 +19,9 @@ def write_report(d: Diagnosis, data: dict[str, Any], folder: Path) -> Path:
     """Write the report of a diagnosis into `folder`; `data` are the contents of diagnosis.json."""
     text = render(d, data)
     target = folder / NAME
-    try:
-        folder.mkdir(parents=True, exist_ok=True)
+    make_folder(folder)
+    with writing(target):
         target.write_text(text, encoding="utf-8")
-    except OSError as error:
-        raise OutputError(f"{target}: cannot be written ({error.strerror})") from None
     return target
 
 

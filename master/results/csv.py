@@ -12,6 +12,7 @@ import numpy as np
 import orjson
 
 from ...core.errors import OutputError
+from ...core.files import writing
 from .columns import Column
 
 
@@ -21,25 +22,24 @@ class CsvWriter:
     def __init__(self, path: Path, columns: Sequence[Column]):
         self.path = path
         self._plain = all(c.type == "float" for c in columns)
-        try:
+        with writing(path):
             self._file = path.open("wb", buffering=0)
-            head = io.StringIO()
-            csv.writer(head, lineterminator="\n").writerow([c.name for c in columns])
-            self._whole = 0
-            self._append(head.getvalue().encode())
-        except OSError as error:
-            raise OutputError(f"{path}: cannot be written ({error.strerror})") from None
+        head = io.StringIO()
+        csv.writer(head, lineterminator="\n").writerow([c.name for c in columns])
+        self._whole = 0
+        self._append(head.getvalue().encode())
 
     def _append(self, data: bytes) -> None:
         """Write all of the data or, when that fails, leave the file as it was."""
         view = memoryview(data)
         try:
-            while view:
-                view = view[self._file.write(view) :]
-        except OSError as error:
+            with writing(self.path):
+                while view:
+                    view = view[self._file.write(view) :]
+        except OutputError:
             with suppress(OSError):
                 self._file.truncate(self._whole)
-            raise OutputError(f"{self.path}: cannot be written ({error.strerror})") from None
+            raise
         self._whole += len(data)
 
     def write(self, table: Sequence[np.ndarray | list[object]]) -> None:

@@ -10,6 +10,7 @@ from typing import Any
 import numpy as np
 
 from ...core.errors import OutputError, UsageError
+from ...core.files import writing
 from .columns import Column
 
 ROWS = 100_000
@@ -39,13 +40,11 @@ class ParquetWriter:
             ]
         )
         self._parts = 0
-        try:
+        with writing(path):
             if path.is_dir():
                 shutil.rmtree(path)
             path.unlink(missing_ok=True)
             path.mkdir(parents=True)
-        except OSError as error:
-            raise OutputError(f"{path}: cannot be written ({error.strerror})") from None
 
     def write(self, table: Sequence[np.ndarray | list[object]]) -> None:
         """Append rows as a part of its own."""

@@ -156,6 +156,13 @@ class Slave(ABC):
             return None
         return self._units.get(own) or named(own) or Unit(own, None)
 
+    def relative(self, name: str) -> bool:
+        """Whether a variable is a difference, whose unit's offset does not count."""
+        variable = self.variables[name]
+        if variable.relativeQuantity is not None:
+            return bool(variable.relativeQuantity)
+        return variable.declaredType is not None and bool(variable.declaredType.relativeQuantity)
+
     def meant(self, unit: Unit | None, name: str) -> Unit | None:
         """The unit of a variable: what a package says, by the FMU's definition of it where the package has none."""
         if unit is None:
@@ -234,7 +241,10 @@ class Slave(ABC):
         variable = self.variables[name]
         low, high = LIMITS.get(variable.type, (-float("inf"), float("inf")))
         found = []
-        for attribute, text in (("min", variable.min), ("max", variable.max)):
+        for attribute in ("min", "max"):
+            text = getattr(variable, attribute)
+            if text in (None, "") and variable.declaredType is not None:
+                text = getattr(variable.declaredType, attribute)
             try:
                 found.append(None if text in (None, "") else float(text))
             except ValueError:
@@ -421,6 +431,20 @@ def description_tree(folder: Path) -> Any:
 
     parser = etree.XMLParser(resolve_entities=False, no_network=True, load_dtd=False)
     return etree.parse(str(folder / "modelDescription.xml"), parser)
+
+
+def complete(description: Any, tree: Any) -> None:
+    """Fill in what fmpy leaves out of a model description: differences, and ranges of unsigned numbers."""
+    variables = {v.name: v for v in description.modelVariables}
+    for element in tree.getroot().iterfind("ModelVariables/*"):
+        variable = variables.get(element.get("name"))
+        typed = element if element.tag != "ScalarVariable" else next(element.iterchildren("Real"), None)
+        if variable is None or typed is None:
+            continue
+        if typed.get("relativeQuantity") is not None:
+            variable.relativeQuantity = typed.get("relativeQuantity") in ("true", "1")
+        if str(typed.tag).startswith("UInt"):
+            variable.min, variable.max = typed.get("min"), typed.get("max")
 
 
 def address_of(function: Any) -> int:

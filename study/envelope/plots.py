@@ -18,15 +18,15 @@ def picture(path: Path, options: Options, groups: Sequence[Group], found: Mappin
     assert first is not None
     panels = third.choices if third else (None,)
     figure = Figure(figsize=(4.2 * len(panels) if third else 6.5, 3.8), layout="constrained")
-    shared = None
+    shared, along = None, _by_size(first)
     for k, panel in enumerate(panels):
         ax = figure.add_subplot(1, len(panels), k + 1, sharey=shared)
         shared = shared or ax
         for line in second.choices if second else (None,):
             rest = tuple(c.name for c in (line, panel) if c is not None)
-            reach = [found[(c.name, *rest)] for c in _by_size(first)]
+            reach = [found[(c.name, *rest)] for c in along]
             values = [options.low if r.value is None else r.value for r in reach]
-            ax.plot([c.name for c in _by_size(first)], values, "o-", label=line.name if line else None)
+            ax.plot([c.name for c in along], values, "o-", label=line.name if line else None)
         ax.set_xlabel(first.name)
         ax.grid(alpha=0.3)
         ax.set_ylim(options.low, options.high * 1.03)

@@ -18,7 +18,6 @@ class Question:
 
     options: Options
     parameters: dict[str, Any]
-    fixed: dict[str, Any]
 
 
 @dataclass(frozen=True)
@@ -32,9 +31,9 @@ class Reach:
     whole: bool = False
 
 
-def settings(options: Options, fixed: dict[str, Any] | None = None) -> Settings:
+def settings(options: Options) -> Settings:
     """Those of every run."""
-    return Settings(tuple(r.metric for r in options.requirements), stop=options.stop_time, fixed=fixed or {})
+    return Settings(tuple(r.metric for r in options.requirements), stop=options.stop_time)
 
 
 def holds(options: Options, entry: dict[str, Any]) -> bool:
@@ -47,20 +46,20 @@ def reach(package: str, question: Question) -> Reach | str:
     """The answer, in this process; a text where even the low end cannot be run."""
     o = question.options
 
-    def good(x: float) -> bool:
-        return holds(o, measure(package, Task(settings(o, question.fixed), {**question.parameters, o.parameter: x})))
+    def at(x: float) -> dict[str, Any]:
+        return measure(package, Task(settings(o), {**question.parameters, o.parameter: x}))
 
-    first = measure(package, Task(settings(o, question.fixed), {**question.parameters, o.parameter: o.low}))
+    first = at(o.low)
     if "failed" in first:
         return str(first["failed"])
     if not holds(o, first):
         return Reach(None)
-    if good(o.high):
+    if holds(o, at(o.high)):
         return Reach(o.high, whole=True)
     low, high = o.low, o.high
     while high - low > o.within:
         middle = 0.5 * (low + high)
-        low, high = (middle, high) if good(middle) else (low, middle)
+        low, high = (middle, high) if holds(o, at(middle)) else (low, middle)
     return Reach(low)
 
 
@@ -70,7 +69,7 @@ def reaches(
 ) -> list[Reach]:  # fmt: skip
     """How far each design goes."""
     found: dict[int, Reach] = {}
-    for k, answer in pool.each(reach, [Question(options, d.parameters, fixed) for d in designs]):
+    for k, answer in pool.each(reach, [Question(options, {**fixed, **d.parameters}) for d in designs]):
         if isinstance(answer, str):
             raise SimulationError(f"{', '.join(designs[k].changes) or 'the machine as it is'}: {answer}")
         found[k] = answer
@@ -79,18 +78,13 @@ def reaches(
 
 
 def cheapest(
-    pool: Pool, options: Options, designs: Sequence[Design], at: float, fixed: dict[str, Any],
-    progress: Callable[[], None] = lambda: None,
-) -> list[Design]:  # fmt: skip
+    pool: Pool, options: Options, designs: Sequence[Design], at: float, fixed: dict[str, Any]
+) -> list[Design]:
     """All designs of the least cost that hold at that value of the axis; those with fewer changes first."""
     for cost in sorted({d.cost for d in designs}):
         mine = sorted((d for d in designs if d.cost == cost), key=lambda d: len(d.changes))
-        tasks = [Task(settings(options, fixed), {**d.parameters, options.parameter: at}) for d in mine]
-        good = []
-        for k, entry in pool.each(measure, tasks):
-            progress()
-            if holds(options, entry):
-                good.append(k)
+        tasks = [Task(settings(options), {**fixed, **d.parameters, options.parameter: at}) for d in mine]
+        good = sorted(k for k, entry in pool.each(measure, tasks) if holds(options, entry))
         if good:
-            return [mine[k] for k in sorted(good)]
+            return [mine[k] for k in good]
     return []

@@ -9,7 +9,8 @@ import sys
 from pathlib import Path
 from typing import Any
 
-from ...core.errors import OutputError, UsageError
+from ...core.errors import UsageError
+from ...core.files import make_folder, writing
 
 SHOWN = 6
 """Cheapest designs that are listed."""
@@ -17,9 +18,8 @@ SHOWN = 6
 
 def envelope_command(options: argparse.Namespace) -> int:
     """Find the envelope and the cheapest change, write and print them; returns the exit code."""
-    if options.processes is not None and options.processes < 1:
-        raise UsageError(f"--processes {options.processes}: at least one is needed")
     from ...master.pool import Pool, cluster
+    from ...master.session import Session
     from ..sweep.run import check
     from ..sweep.terminal import fixed_values
     from .options import designs, read
@@ -31,15 +31,13 @@ def envelope_command(options: argparse.Namespace) -> int:
     if not 1 <= len(mapped) <= 3:
         raise UsageError(f"{options.options or 'options.toml'}: one to three groups need map = true")
     over, every = designs(mapped), designs(wanted.groups)
-    check(options.package, [{**every[0].parameters, wanted.parameter: wanted.low}], settings(wanted, fixed))
+    with Session(options.package) as session:
+        check(session, {**fixed, **every[0].parameters, wanted.parameter: wanted.low}, settings(wanted))
     at = wanted.high if options.at is None else options.at
     if not wanted.low <= at <= wanted.high:
         raise UsageError(f"--at {at:g}: it has to be between {wanted.low:g} and {wanted.high:g} {wanted.unit}")
     folder: Path = options.out or Path("results") / f"envelope_{options.package.stem}"
-    try:
-        folder.mkdir(parents=True, exist_ok=True)
-    except OSError as error:
-        raise OutputError(f"{folder}: cannot be written ({error.strerror})") from None
+    make_folder(folder)
 
     from tqdm import tqdm
 
@@ -57,7 +55,8 @@ def envelope_command(options: argparse.Namespace) -> int:
     if not options.no_plots:
         from .plots import picture
 
-        picture(folder / "envelope.png", wanted, mapped, reach)
+        with writing(folder / "envelope.png"):
+            picture(folder / "envelope.png", wanted, mapped, reach)
     if not options.quiet:
         _print(wanted, mapped, reach, best, at)
         print(f"\n{folder}: envelope.csv, envelope.json{'' if options.no_plots else ', envelope.png'}")
@@ -78,14 +77,12 @@ def _write(folder: Path, wanted: Any, mapped: Any, reach: Any, best: Any, at: fl
                   for names, r in reach.items()],
         "at": at, "cheapest": [{"cost": d.cost, "changes": list(d.changes)} for d in best],
     }  # fmt: skip
-    try:
+    with writing(folder):
         with (folder / "envelope.csv").open("w", newline="", encoding="utf-8") as file:
             writer = csv.writer(file)
             writer.writerow([*(g.name for g in mapped), f"{wanted.parameter} [{wanted.unit}]", "up to the high end"])
             writer.writerows(rows)
         (folder / "envelope.json").write_text(json.dumps(content, indent=1) + "\n", encoding="utf-8")
-    except OSError as error:
-        raise OutputError(f"{folder}: cannot be written ({error.strerror})") from None
 
 
 def _print(wanted: Any, mapped: Any, reach: Any, best: Any, at: float) -> None:

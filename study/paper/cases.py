@@ -23,6 +23,12 @@ BASE: Mapping[str, float | bool] = {
 }  # fmt: skip
 """What the machine has where a case says nothing."""
 
+WITHIN = 1e-3
+"""The motion is done within 1 mm, 0.5 % of the stroke commanded in most runs [m]."""
+
+TIMES: Mapping[bool, tuple[float, float]] = {True: (7.625, 7.156), False: (7.178, 6.779)}
+"""Published times of extension and retraction at 11 km [s], by whether the viscosity is variable."""
+
 STOP = 22.0
 MID = T_START + 3.0
 """The paper looks at 8 s of a clock whose ramp starts at 5 s: three seconds after the start [s]."""

@@ -11,8 +11,8 @@ from matplotlib.axes import Axes
 from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
 
-from .cases import CONSTANT, DEEPEST, DEPTHS, FIGURES, T_DOWN, T_START, TARGET
-from .lines import Lines
+from .cases import CONSTANT, DEEPEST, DEPTHS, FIGURES, T_DOWN, T_START, TARGET, TIMES, WITHIN
+from .lines import STEADY, Lines
 from .runs import Run, Runs
 
 COLOURS = ("#0072b2", "#009e73", "#e69f00", "#d55e00", "#cc79a7", "#56b4e9", "#111111")
@@ -53,9 +53,10 @@ def _line_losses(lines: Lines) -> Figure:
             t, loss = lines.made[km, variable]
             ax.plot(1e3 * t, loss / 1e6, style, color=colour, label=f"{km:g} km" if variable else None)
     end = 1e3 * lines.made[lines.depths[0], True][0][-1]
-    for value, name in ((7.2067, "variable"), (6.6593, "constant")):
+    for variable, value in STEADY.items():
+        name = "variable" if variable else "constant"
         ax.plot(end, value, "<", color=PUBLISHED, ms=6)
-        place, up = (-8, 6 if name == "variable" else -11), "offset points"
+        place, up = (-8, 6 if variable else -11), "offset points"
         ax.annotate(f"{value} MPa, {name} (paper)", (end, value), place, textcoords=up, ha="right", fontsize=8)
     ax.plot([], [], "k--", label="constant viscosity")
     ax.set(xlabel="time [ms]", ylabel="loss of one line [MPa]", title="3 L/min switched on at the inlet")
@@ -82,11 +83,10 @@ def _depths(runs: Runs) -> Figure:
     for run, colour in zip(runs.of(FIGURES[9][1]), COLOURS, strict=False):
         constant = run.case is CONSTANT
         _draw(ax, run, color=COLOURS[4] if constant else colour, ls="--" if constant else "-", label=run.case.label)
-    for begin, x, times in ((T_START, 1e3 * TARGET - 1, (7.625, 7.178)), (T_DOWN, 1.0, (7.156, 6.779))):
-        for time, shape in zip(times, ("v", "^"), strict=True):
-            ax.plot(begin + time, x, shape, color=PUBLISHED, ms=6)
-    ax.plot([], [], "v", color=PUBLISHED, label="paper, 11 km, variable viscosity")
-    ax.plot([], [], "^", color=PUBLISHED, label="paper, 11 km, constant viscosity")
+    done = 1e3 * (TARGET - WITHIN), 1e3 * WITHIN
+    for (variable, (out, back)), shape in zip(TIMES.items(), ("v", "^"), strict=True):
+        name = f"paper, 11 km, {'variable' if variable else 'constant'} viscosity"
+        ax.plot([T_START + out, T_DOWN + back], done, shape, color=PUBLISHED, ms=6, label=name)
     _labels(ax, FIGURES[9][0])
     return figure
 

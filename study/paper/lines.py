@@ -7,10 +7,15 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from ..table1 import BASE, line_response
+from ..table1 import BASE, ROWS, line_response
 
 DEPTHS = (0.0, 3.0, 6.0, 9.0, 11.0)
 """Depths of the figure [km]."""
+
+STEADY: Mapping[bool, float] = {
+    True: next(row.simulated for row in ROWS if row.case["depth"] == 1e3 * DEPTHS[-1]), False: 6.6593,
+}  # fmt: skip
+"""Published steady losses at 11 km [MPa], by whether the viscosity is variable: Table 1 and the text beside it."""
 
 
 @dataclass(frozen=True)

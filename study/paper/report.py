@@ -9,7 +9,7 @@ from importlib.resources import files
 from pathlib import Path
 from typing import Any
 
-from ...core.errors import OutputError
+from ...core.files import writing
 from ...master.output import versions
 from ..table1 import Result
 from .claims import Claim
@@ -35,7 +35,7 @@ CAPTIONS = {
 
 
 def page(
-    path: Path, title: str, lead: str, text: Sequence[str], claims: Sequence[Claim], pictures: Mapping[str, Path],
+    path: Path, title: str, lead: str, notes: Sequence[str], claims: Sequence[Claim], pictures: Mapping[str, Path],
     table: Sequence[Result],
 ) -> None:  # fmt: skip
     """Write a page; pictures: files by the figure's number."""
@@ -45,13 +45,12 @@ def page(
     figures = [{"number": n, "source": _inside(p), "caption": CAPTIONS[n]} for n, p in pictures.items()]
     told = ", ".join(f"{name} {version}" for name, version in versions().items())
     context: dict[str, Any] = {
-        "title": title, "lead": lead, "text": text, "claims": claims, "figures": figures, "table": table,
+        "title": title, "lead": lead, "notes": notes, "claims": claims, "figures": figures, "table": table,
         "made": f"cosim-study paper, {datetime.now():%Y-%m-%d %H:%M}, {told}",
     }  # fmt: skip
-    try:
-        path.write_text(Environment(autoescape=True).from_string(template).render(context), encoding="utf-8")
-    except OSError as error:
-        raise OutputError(f"{path}: cannot be written ({error.strerror})") from None
+    text = Environment(autoescape=True).from_string(template).render(context)
+    with writing(path):
+        path.write_text(text, encoding="utf-8")
 
 
 def _inside(path: Path) -> str:

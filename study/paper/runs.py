@@ -2,20 +2,17 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
-from pathlib import Path
 
 import numpy as np
 
 from ...core.errors import SimulationError
 from ...master.pool import Failure, Job, Pool
-from .cases import MID, RAMP, RECORD, STOP, T_DOWN, T_START, Case, all_cases
+from ..sweep.metrics import reaches
+from .cases import MID, RAMP, RECORD, STOP, T_DOWN, T_START, WITHIN, Case, all_cases
 
 STEP = 1e-3
-WITHIN = 1e-3
-"""The motion is done within 1 mm, 0.5 % of the stroke commanded in most runs [m]."""
-
 ON_TIME = 0.1
 """Seconds beyond the command's that are no delay yet: the loop itself lags by some hundredths."""
 
@@ -39,16 +36,8 @@ class Run:
 
     def _first(self, goal: float, start: float) -> float:
         """Seconds from `start` until x_h is within 1 mm of the goal for the first time; infinite if never."""
-        x = self["x_h"]
-        begin = int(np.searchsorted(self.t, start))
-        inside = np.flatnonzero(np.abs(x[begin:] - goal) <= WITHIN)
-        if not len(inside):
-            return float("inf")
-        k = begin + int(inside[0])
-        if k == begin:
-            return 0.0
-        y = np.abs(x[k - 1 : k + 1] - goal) - WITHIN
-        return float(self.t[k - 1] + STEP * y[0] / (y[0] - y[1]) - start)
+        found = reaches(self.t, self["x_h"], goal, WITHIN, start)
+        return float("inf") if found is None else found
 
     @property
     def extension(self) -> float:
@@ -100,19 +89,11 @@ class Runs:
         """The runs of the cases."""
         return [self[c] for c in cases]
 
-    def __len__(self) -> int:
-        return len(self._made)
 
-
-def simulate(
-    package: Path, fixed: Mapping[str, float] | None = None, processes: int | None = None,
-    progress: Callable[[int], None] = lambda runs: None,
-) -> Runs:  # fmt: skip
+def simulate(pool: Pool, fixed: Mapping[str, float] | None = None) -> Runs:
     """All runs, with further parameters that are the same in all; raises `SimulationError` when one has to stop."""
     cases = all_cases()
-    jobs = [Job(RECORD, STOP, STEP, {**c.parameters, **(fixed or {})}) for c in cases]
-    with Pool(package, processes=processes, progress=progress) as pool:
-        found = pool.run(jobs)
+    found = pool.run([Job(RECORD, STOP, STEP, {**c.parameters, **(fixed or {})}) for c in cases])
     made = {}
     t = np.arange(round(STOP / STEP) + 1) * STEP
     for case, rows in zip(cases, found, strict=True):

@@ -9,7 +9,8 @@ from dataclasses import asdict
 from pathlib import Path
 from typing import Any
 
-from ...core.errors import OutputError, UsageError
+from ...core.cli import need
+from ...core.files import make_folder, writing
 
 AS_PRINTED = {"hydraulics.valve.lam_crit": 0.0}
 """The servo valve's orifice without the laminar transition, which the paper does not write."""
@@ -26,23 +27,15 @@ WHY = (
 
 def paper_command(options: argparse.Namespace) -> int:
     """Run the study and write its report; returns the exit code."""
-    from importlib.util import find_spec
-
-    for module in ("jinja2", "PIL"):
-        if not find_spec(module):
-            raise UsageError(f"the report needs {module}: pip install deepsea-cosim[study]")
-    if options.processes is not None and options.processes < 1:
-        raise UsageError(f"--processes {options.processes}: at least one is needed")
+    need("study", "jinja2", "PIL")
     folder: Path = options.out
-    try:
-        (folder / "figures").mkdir(parents=True, exist_ok=True)
-        (folder / "as_printed").mkdir(exist_ok=True)
-    except OSError as error:
-        raise OutputError(f"{folder}: cannot be written ({error.strerror})") from None
+    make_folder(folder / "figures")
+    make_folder(folder / "as_printed")
     package = options.package or _built(folder, options.quiet)
 
+    from ...master.pool import Pool
     from ..table1 import table
-    from .cases import DEEPEST, all_cases
+    from .cases import DEEPEST, TIMES, all_cases
     from .claims import claims
     from .lines import responses
     from .report import page
@@ -53,17 +46,18 @@ def paper_command(options: argparse.Namespace) -> int:
         bar.set_description("lines")
         rows, lines = table(), responses()
         bar.update(2)
-        bar.set_description("the machine")
-        runs = simulate(package, None, options.processes, lambda _: bar.update())
-        bar.set_description("the machine, equations as printed")
-        printed = simulate(package, AS_PRINTED, options.processes, lambda _: bar.update())
+        with Pool(package, processes=options.processes, progress=lambda _: bar.update()) as pool:
+            bar.set_description("the machine")
+            runs = simulate(pool)
+            bar.set_description("the machine, equations as printed")
+            printed = simulate(pool, AS_PRINTED)
     found, bare = claims(rows, lines, runs), claims(rows, lines, printed)
     pictures, remark = _draw(folder / "figures", lines, runs, moving=True)
     plain, _ = _draw(folder / "as_printed", lines, printed, moving=False)
     hold = sum(c.holds for c in found)
     lead = (
         f"{hold} of {len(found)} claims hold. At 11 km the cylinder takes {runs[DEEPEST].extension:.3f} s to extend "
-        f"and {runs[DEEPEST].retraction:.3f} s to retract; the paper says 7.625 s and 7.156 s."
+        f"and {runs[DEEPEST].retraction:.3f} s to retract; the paper says {TIMES[True][0]} s and {TIMES[True][1]} s."
     )
     page(folder / "report.html", "Wu et al. 2022, recomputed", lead, [*WHY, *remark], found, pictures, rows)
     lead = (
@@ -73,7 +67,8 @@ def paper_command(options: argparse.Namespace) -> int:
     )
     page(folder / "as_printed.html", "The same with the equations as printed", lead, WHY[:2], bare, plain, rows)
     content = {"claims": [asdict(c) for c in found], "as_printed": [asdict(c) for c in bare]}
-    (folder / "claims.json").write_text(json.dumps(content, indent=1) + "\n", encoding="utf-8")
+    with writing(folder / "claims.json"):
+        (folder / "claims.json").write_text(json.dumps(content, indent=1) + "\n", encoding="utf-8")
     if not options.quiet:
         print(f"{hold} of {len(found)} claims hold; with the equations as printed {sum(c.holds for c in bare)}")
         for c in found:
@@ -109,17 +104,16 @@ def _draw(folder: Path, lines: Any, runs: Any, moving: bool) -> tuple[dict[str, 
     made: dict[str, Path] = {}
     for number, figure in all_figures(lines, runs).items():
         made[number] = folder / f"figure_{number.zfill(2)}.png"
-        save(figure, made[number])
+        with writing(made[number]):
+            save(figure, made[number])
     remark = []
     if moving:
+        states, animated = folder / "figure_10.png", folder / "run_11km.gif"
         try:
-            for number, name in (("10", "figure_10.png"), ("run", "run_11km.gif")):
-                made[number] = folder / name
-                if number == "10":
-                    arm_pictures.states({}, made[number])
-                else:
-                    arm_pictures.animation({}, runs[DEEPEST], made[number])
+            with writing(folder):
+                arm_pictures.states({}, states)
+                arm_pictures.animation({}, runs[DEEPEST], animated)
+            made |= {"10": states, "run": animated}
         except arm_pictures.NoPictures as error:
-            made = {n: p for n, p in made.items() if n not in ("10", "run")}
             remark.append(f"Figure 10 and the animation are missing: {error}")
     return {n: made[n] for n in sorted(made, key=lambda n: 99 if n == "run" else int(n))}, remark

@@ -45,7 +45,7 @@ def sample(axes: Sequence[Axis], kind: str, number: int, seed: int = 0) -> list[
     """
     check_names(axes)
     if kind == "saltelli":
-        points = _saltelli(len(axes), number, seed)
+        points = _saltelli(axes, number, seed)
     else:
         from scipy.stats import qmc
 
@@ -71,12 +71,11 @@ def problem(axes: Sequence[Axis]) -> dict[str, Any]:
     return {"num_vars": len(axes), "names": [a.name for a in axes], "bounds": [[0.0, 1.0]] * len(axes)}
 
 
-def _saltelli(k: int, number: int, seed: int) -> np.ndarray:
+def _saltelli(axes: Sequence[Axis], number: int, seed: int) -> np.ndarray:
     if number & (number - 1):
         raise UsageError(f"--sample saltelli:{number}: it has to be a power of two, e.g. {1 << number.bit_length()}")
     try:
         from SALib.sample import sobol
     except ImportError:
         raise UsageError("--sample saltelli needs SALib: pip install deepsea-cosim[study]") from None
-    names = {"num_vars": k, "names": [str(i) for i in range(k)], "bounds": [[0.0, 1.0]] * k}
-    return sobol.sample(names, number, calc_second_order=True, seed=seed)
+    return sobol.sample(problem(axes), number, calc_second_order=True, seed=seed)

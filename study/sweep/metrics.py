@@ -36,7 +36,8 @@ def _at(t: np.ndarray, x: np.ndarray, when: float) -> float | None:
     return float(np.interp(when, t, x)) if t[0] <= when <= t[-1] else None
 
 
-def _reaches(t: np.ndarray, x: np.ndarray, target: float, within: float, after: float = 0.0) -> float | None:
+def reaches(t: np.ndarray, x: np.ndarray, target: float, within: float, after: float = 0.0) -> float | None:
+    """Time [s] from `after` until x (n,) at t (n,) is within `within` of `target` for the first time; None if never."""
     start = int(np.searchsorted(t, after))
     inside = np.flatnonzero(np.abs(x[start:] - target) <= within)
     if not len(inside):
@@ -82,7 +83,7 @@ FUNCTIONS: Mapping[str, tuple[Callable[..., float | None], int, int]] = {
     "range": (lambda t, x: float(np.ptp(x)), 0, 0),
     "integral": (_integral, 0, 0),
     "at": (_at, 1, 1),
-    "reaches": (_reaches, 2, 3),
+    "reaches": (reaches, 2, 3),
     "settles": (_settles, 2, 4),
     "above": (_above, 1, 1),
 }

@@ -11,10 +11,11 @@ from typing import Any
 
 import numpy as np
 
-from ...core.errors import CosimError
+from ...core.errors import CosimError, UsageError
 from ...master.manifest import digest as digest_of_file
 from ...master.output import versions
-from ...master.pool import Pool, WorkerDied, session
+from ...master.pool import Pool, WorkerDied
+from ...master.pool import session as opened
 from ...master.session import Session
 from .cases import Case
 from .metrics import Metric
@@ -46,7 +47,7 @@ def measure(package: str, task: Task) -> dict[str, Any]:
     s = task.settings
     record = tuple(dict.fromkeys(m.connector for m in s.metrics))
     try:
-        running = session(package)
+        running = opened(package)
         step, stop = _times(running, s)
         t, rows = running.run(record, stop, step, {**s.fixed, **task.case}, method=s.method)
     except CosimError as error:
@@ -61,25 +62,23 @@ def _times(running: Session, s: Settings) -> tuple[float, float]:
     stop = s.stop if s.stop is not None else structure.stop_time
     step = s.step or structure.step_size
     if stop is None:
-        raise CosimError("the package does not say until when to run: give --stop-time")
+        raise UsageError("the package does not say until when to run: give --stop-time")
     if step is None:
-        raise CosimError("the package does not say its step: give --step")
+        raise UsageError("the package does not say its step: give --step")
     return step, start + max(1, round((stop - start) / step)) * step
 
 
-def check(package: Path, cases: Sequence[Case], settings: Settings) -> None:
+def check(session: Session, case: Case, settings: Settings) -> None:
     """Raise one-line errors for what is wrong with names and values before anything runs."""
-    with Session(package) as loaded:
-        _times(loaded, settings)
-        for m in settings.metrics:
-            loaded.signal(m.connector)
-        loaded.values({**settings.fixed, **cases[0]})
+    _times(session, settings)
+    for m in settings.metrics:
+        session.signal(m.connector)
+    session.values({**settings.fixed, **case})
 
 
-def default_metrics(package: Path) -> tuple[Metric, ...]:
+def default_metrics(session: Session) -> tuple[Metric, ...]:
     """Last, least and greatest value of every connected output that is a number."""
-    with Session(package) as loaded:
-        sources = dict.fromkeys(link.source.address for link in loaded.system.links if link.source.size == 1)
+    sources = dict.fromkeys(link.source.address for link in session.system.links if link.source.size == 1)
     made = []
     for connector in sources:
         made += [Metric(f"{f}({connector})", f, connector) for f in ("final", "min", "max")]

@@ -15,6 +15,7 @@ from types import TracebackType
 from typing import Any
 
 from ...core.errors import OutputError
+from ...core.files import make_folder, writing
 
 FILE, LOCK = "cases.jsonl", "cases.lock"
 
@@ -33,11 +34,9 @@ class Store:
         self._known: dict[str, dict[str, Any]] = {}
 
     def __enter__(self) -> Store:
-        try:
-            self.folder.mkdir(parents=True, exist_ok=True)
+        make_folder(self.folder)
+        with writing(self.folder):
             self._lock = (self.folder / LOCK).open("w")
-        except OSError as error:
-            raise OutputError(f"{self.folder}: cannot be written ({error.strerror})") from None
         if not _hold(self._lock.fileno()):
             self._lock.close()
             raise OutputError(f"{self.folder}: another sweep is writing there")
@@ -68,12 +67,10 @@ class Store:
         """Keep the entry; on disk when this returns."""
         self._known[name] = dict(entry)
         line = json.dumps({"case": name, **entry}, allow_nan=False)
-        try:
+        with writing(self.folder / FILE):
             self._file.write(line.encode() + b"\n")
             self._file.flush()
             os.fsync(self._file.fileno())
-        except OSError as error:
-            raise OutputError(f"{self.folder / FILE}: cannot be written ({error.strerror})") from None
 
 
 def _entry(line: bytes) -> dict[str, Any] | None:

@@ -8,7 +8,7 @@ from importlib.util import find_spec
 from pathlib import Path
 from typing import Any
 
-from ...core.errors import OutputError
+from ...core.files import writing
 from .cases import Case
 
 
@@ -23,23 +23,21 @@ def rows(cases: Sequence[Case], entries: Sequence[Mapping[str, Any]], labels: Se
 
 def write(table: Sequence[Mapping[str, Any]], folder: Path) -> Path:
     """Write sweep.parquet or sweep.csv; returns its path. The same rows give the same bytes."""
-    try:
-        if find_spec("pyarrow"):
-            import pyarrow
-            from pyarrow import parquet
+    if find_spec("pyarrow"):
+        import pyarrow
+        from pyarrow import parquet
 
-            path = folder / "sweep.parquet"
-            columns = {name: _column([row[name] for row in table]) for name in table[0]}
+        path = folder / "sweep.parquet"
+        columns = {name: _column([row[name] for row in table]) for name in table[0]}
+        with writing(path):
             parquet.write_table(pyarrow.table(columns), path)
-            return path
-        path = folder / "sweep.csv"
-        with path.open("w", newline="", encoding="utf-8") as file:
-            writer = csv.DictWriter(file, list(table[0]))
-            writer.writeheader()
-            writer.writerows(table)
         return path
-    except OSError as error:
-        raise OutputError(f"{folder}: cannot be written ({error.strerror or error})") from None
+    path = folder / "sweep.csv"
+    with writing(path), path.open("w", newline="", encoding="utf-8") as file:
+        writer = csv.DictWriter(file, list(table[0]))
+        writer.writeheader()
+        writer.writerows(table)
+    return path
 
 
 def _column(values: list[Any]) -> Any:

@@ -12,7 +12,8 @@ from importlib.util import find_spec
 from pathlib import Path
 from typing import Any
 
-from ...core.errors import OutputError, UsageError
+from ...core.errors import UsageError
+from ...core.files import writing
 from .axes import Axis, parse_axis
 from .cases import Case, grid, parse_sample, sample
 from .metrics import parse_metric
@@ -23,27 +24,25 @@ SHOWN = 5
 
 def sweep_command(options: argparse.Namespace) -> int:
     """Run the sweep and print what came of it; returns the exit code."""
-    if options.processes is not None and options.processes < 1:
-        raise UsageError(f"--processes {options.processes}: at least one is needed")
-    from ...master.algorithms import NAMES
-
-    if options.method not in NAMES:
-        raise UsageError(f"--method {options.method}: known are {', '.join(NAMES)}")
     axes = [parse_axis(text) for text in options.vary]
     kind, cases = _cases(axes, options)
     from ...master.pool import cluster
+    from ...master.session import Session
     from .run import Settings, check, default_metrics, sweep
     from .table import rows, write
 
-    metrics = tuple(parse_metric(text) for text in options.metric) or default_metrics(options.package)
+    metrics = tuple(parse_metric(text) for text in options.metric)
+    fixed = fixed_values(options.set, axes)
+    with Session(options.package) as session:
+        metrics = metrics or default_metrics(session)
+        settings = Settings(metrics, options.step, options.stop_time, options.method, fixed)
+        check(session, cases[0], settings)
     labels = [m.label for m in metrics]
     for name in (*(a.name for a in axes), "case", "failed"):
         if name in labels:
             raise UsageError(f"--metric {name}=...: the table has a column of that name already")
     if len(set(labels)) < len(labels):
         raise UsageError("two metrics have the same name; give them labels: --metric 'late=at(x, 9)'")
-    settings = Settings(metrics, options.step, options.stop_time, options.method, fixed_values(options.set, axes))
-    check(options.package, cases, settings)
     folder = options.out or Path("results") / f"sweep_{options.package.stem}"
     with cluster(options.dask) as executor, _bar(len(cases), options.quiet) as progress:
         entries = sweep(
@@ -66,8 +65,6 @@ def _cases(axes: Sequence[Axis], options: argparse.Namespace) -> tuple[str, list
     if not options.sample:
         return "", grid(axes)
     kind, number = parse_sample(options.sample)
-    if kind == "saltelli" and not find_spec("SALib"):
-        raise UsageError("--sample saltelli needs SALib: pip install deepsea-cosim[study]")
     return kind, sample(axes, kind, number, options.seed)
 
 
@@ -124,10 +121,9 @@ def _summary(
         "failed": [{"case": row["case"], "why": row["failed"]} for row in table if row["failed"]],
         "sensitivities": indices, "versions": versions(),
     }  # fmt: skip
-    try:
-        (folder / "summary.json").write_text(json.dumps(content, indent=1) + "\n", encoding="utf-8")
-    except OSError as error:
-        raise OutputError(f"{folder / 'summary.json'}: cannot be written ({error.strerror})") from None
+    path = folder / "summary.json"
+    with writing(path):
+        path.write_text(json.dumps(content, indent=1) + "\n", encoding="utf-8")
 
 
 def _pictures(
@@ -141,7 +137,8 @@ def _pictures(
         if all(row[label] is None for row in table):
             continue
         name = re.sub(r"[^\w.-]+", "_", label).strip("_") + ".png"
-        picture(folder / name, axes, sampled, table, label, indices.get(label))
+        with writing(folder / name):
+            picture(folder / name, axes, sampled, table, label, indices.get(label))
         made.append(name)
     return made
 

@@ -2,11 +2,13 @@
 
 from __future__ import annotations
 
+import zipfile
+
 from deepsea_cosim.master.simulate import Options, run
 
 from benchmarks import native
 
-from ..packages import binding, bindings, component, connector, link, system, values
+from ..packages import binding, bindings, component, connector, link, package, system, values
 
 
 def gain(name, g, *more, source="resources/L.fmu", kind="Real", unit_in=None, unit_out=None, **other):
@@ -33,6 +35,31 @@ def linear(name, source="resources/L.fmu", **matrices):
         name, source, connector("u1", "input"), connector("u2", "input"), connector("y1", "output"),
         bindings=bindings(binding(values(given))),
     )  # fmt: skip
+
+
+def redescribed(fmu, target, *changes):
+    """The FMU at `target` with replacements (old, new) in its modelDescription.xml, each of which must apply."""
+    with zipfile.ZipFile(fmu) as old, zipfile.ZipFile(target, "w") as new:
+        for name in old.namelist():
+            content = old.read(name)
+            if name == "modelDescription.xml":
+                text = content.decode()
+                for before, after in changes:
+                    assert before in text, before
+                    text = text.replace(before, after)
+                content = text.encode()
+            new.writestr(name, content)
+    return target
+
+
+def two(path, fmu, trouble=0.0, when=1e300, stop=1.0, step=0.01):
+    """A ramp, y1 = t, that a second FMU doubles; the second one makes trouble from a time on."""
+    ramp = component("a", "resources/L.fmu", connector("y1", "output"),
+                     bindings=bindings(binding(values({"A[1,2]": 1.0, "x0[2]": 1.0, "C[1,1]": 1.0}))))  # fmt: skip
+    twice = component("b", "resources/L.fmu", connector("u1", "input"), connector("y1", "output"), bindings=bindings(
+        binding(values({"D[1,1]": 2.0, "trouble": trouble, "when": when}))))  # fmt: skip
+    root = system("root", ramp, twice, links=(link("a.y1", "b.u1"),))
+    return package(path, root, {"resources/L.fmu": fmu}, stop=stop, step=step)
 
 
 def last(tmp_path, path, column, **options):

@@ -27,7 +27,7 @@ from ..packages import (
     system,
     values,
 )
-from .parts import linear
+from .parts import linear, redescribed
 
 pytestmark = pytest.mark.skipif(native.compiler is None, reason="there is no C compiler here")
 
@@ -60,17 +60,9 @@ def test_a_session_takes_any_number_of_records(fmus, tmp_path):
 @pytest.mark.parametrize("method", ["extrapolation", "nepce"])
 def test_discrete_reals_are_passed_on_as_they_are(tmp_path, method):
     """A gear of 0, 1, 2, ... is never 1.5."""
-    text = native.description(2, through=False).replace(
-        'name="y1" valueReference="10" causality="output" variability="continuous"',
-        'name="y1" valueReference="10" causality="output" variability="discrete"',
-    )
     fmu = native.linear(tmp_path / "f", 2, through=False)
-    import zipfile
-
-    gears = tmp_path / "gears.fmu"
-    with zipfile.ZipFile(fmu) as old, zipfile.ZipFile(gears, "w") as new:
-        for name in old.namelist():
-            new.writestr(name, text if name == "modelDescription.xml" else old.read(name))
+    y1 = 'name="y1" valueReference="10" causality="output" variability='
+    gears = redescribed(fmu, tmp_path / "gears.fmu", (f'{y1}"continuous"', f'{y1}"discrete"'))
     clock = linear("clock", "resources/G.fmu", A=[[0, 10], [0, 0]], C=[[1, 0]], x0=[0, 1])
     root = system("root", clock, linear("i", **INTEGRATOR), links=(link("clock.y1", "i.u1"),))
     path = package(tmp_path / "p.ssp", root, {"resources/L.fmu": fmu, "resources/G.fmu": gears})

@@ -17,27 +17,11 @@ from deepsea_cosim.master.simulate import Options, run
 
 from benchmarks import native
 
-from ..packages import binding, bindings, component, connector, link, package, system, values
+from .parts import two
 
 pytestmark = pytest.mark.skipif(native.compiler is None, reason="there is no C compiler here")
 
 FAULTS = {"error": 1, "nan": 2, "crash": 3, "hang": 4, "fatal": 5, "discard": 7}
-
-
-@pytest.fixture(scope="module")
-def fmus(tmp_path_factory):
-    folder = tmp_path_factory.mktemp("fmus")
-    return {version: native.linear(folder, version) for version in (1, 2, 3)}
-
-
-def two(path, fmu, trouble=0.0, when=1e300, stop=1.0, step=0.01):
-    """A ramp, y1 = t, that a second FMU doubles; the second one makes trouble from a time on."""
-    ramp = component("a", "resources/L.fmu", connector("y1", "output"),
-                     bindings=bindings(binding(values({"A[1,2]": 1.0, "x0[2]": 1.0, "C[1,1]": 1.0}))))  # fmt: skip
-    twice = component("b", "resources/L.fmu", connector("u1", "input"), connector("y1", "output"), bindings=bindings(
-        binding(values({"D[1,1]": 2.0, "trouble": trouble, "when": when}))))  # fmt: skip
-    root = system("root", ramp, twice, links=(link("a.y1", "b.u1"),))
-    return package(path, root, {"resources/L.fmu": fmu}, stop=stop, step=step)
 
 
 def left(folder, file="results.csv"):

@@ -21,8 +21,9 @@ from ..packages import (
     parameter_set,
     system,
     unit,
+    values,
 )
-from .parts import constant, gain, last, with_fmu, with_input
+from .parts import constant, gain, last, redescribed, with_fmu, with_input
 
 pytestmark = pytest.mark.skipif(native.compiler is None, reason="there is no C compiler here")
 
@@ -130,6 +131,22 @@ def test_descriptions_in_folders_find_their_files(fmus, tmp_path):
         run(path, tmp_path / "out")
 
 
+def test_parameters_beside_a_description_that_is_a_component(fmus, tmp_path):
+    """sourceBase 'component' is the description's own folder; a file that is not there is named."""
+    inner = description(system("inner", gain("a", 3.0, source="../fmus/L.fmu"),
+                               made=(connector("in", "input"), connector("out", "output")),
+                               links=(link("in", "a.u1"), link("a.y1", "out"))))  # fmt: skip
+    root = system("root", *(component(
+        "sub", "parts/inner.ssd", connector("in", "input"), connector("out", "output"),
+        bindings=bindings(binding(source="given.ssv", sourceBase="component")), type="application/x-ssp-definition",
+    ), constant("c", 2.0, source="fmus/L.fmu")), links=(link("c.y1", "sub.in"),))  # fmt: skip
+    files = {"parts/inner.ssd": inner, "fmus/L.fmu": fmus[2]}
+    path = package(tmp_path / "p.ssp", root, {**files, "parts/given.ssv": values({"a.D[1,1]": 5.0})})
+    assert last(tmp_path, path, "sub.a.y1") == 10.0
+    with pytest.raises(CosimError, match=r"'given\.ssv' is not beside inner\.ssd"):
+        run(package(tmp_path / "q.ssp", root, files), tmp_path / "out")
+
+
 # what other tools write
 
 
@@ -177,3 +194,46 @@ def test_units_that_nothing_defines_are_as_their_names_say(fmus, tmp_path):
     root = system("root", constant("c", 36.0, unit_out="km/h"), gain("a", 1.0, unit_in="m/s"),
                   links=(link("c.y1", "a.u1"),))  # fmt: skip
     assert last(tmp_path, package(tmp_path / "p.ssp", root, with_fmu(fmus)), "a.y1") == pytest.approx(10.0)
+
+
+@pytest.mark.parametrize("version", [2, 3])
+@pytest.mark.parametrize("declared", [False, True])
+def test_a_difference_has_no_offset(tmp_path, version, declared):
+    """10 degC of difference are 10 K; said by the variable itself or by its declared type."""
+    fmu = native.linear(tmp_path / "f", version, units={"u1": "N"})
+    kind = "Float64" if version == 3 else "Real"
+    unit_name = ('unit="N"', 'unit="degC"')
+    units = ('<Unit name="N"><BaseUnit kg="1" m="1" s="-2"/>', '<Unit name="degC"><BaseUnit K="1" offset="273.15"/>')
+    here = 'name="u1" valueReference="0" causality="input" variability="continuous" start="0"'
+    if version == 2:
+        here = f'<{kind} start="0"'
+    more = ' declaredType="T"' if declared else ' relativeQuantity="true"'
+    types = '<Float64Type name="T" relativeQuantity="true"/>' if version == 3 else \
+        '<SimpleType name="T"><Real relativeQuantity="true"/></SimpleType>'  # fmt: skip
+    changes = [units, (f'{here} {unit_name[0]}', f"{here} {unit_name[1]}{more}")]
+    if declared:
+        changes.append(("<TypeDefinitions>", f"<TypeDefinitions>{types}"))
+    warm = redescribed(fmu, tmp_path / "warm.fmu", *changes)
+    root = system("root", constant("c", 10.0, unit_out="K"), gain("a", 3.0, source="resources/W.fmu"),
+                  links=(link("c.y1", "a.u1"),))  # fmt: skip
+    path = package(tmp_path / "p.ssp", root, {"resources/L.fmu": fmu, "resources/W.fmu": warm})
+    assert last(tmp_path, path, "a.y1") == 30.0
+
+
+@pytest.mark.parametrize(("version", "kind"), [(2, "Real"), (3, "UInt64")])
+def test_ranges_of_declared_types_and_of_unsigned_numbers_count(tmp_path, version, kind):
+    fmu = native.linear(tmp_path / "f", version)
+    if version == 2:
+        name, value, changes = "u1", "11", [
+            ("<TypeDefinitions>", '<TypeDefinitions><SimpleType name="T"><Real max="10"/></SimpleType>'),
+            ('<Real start="0"/>', '<Real declaredType="T" start="0"/>'),
+        ]  # fmt: skip
+    else:
+        name, value = "huge_in", "11"
+        changes = [('name="huge_in" valueReference="730"', 'name="huge_in" valueReference="730" max="10"')]
+    limited = redescribed(fmu, tmp_path / "limited.fmu", *changes)
+    given = bindings(binding(parameter_set(parameter(name, kind, value))))
+    part = component("a", "resources/L.fmu", connector(name, "input", kind), bindings=given)
+    path = package(tmp_path / "p.ssp", system("root", part), {"resources/L.fmu": limited})
+    with pytest.raises(CosimError, match=rf"a\.{name} = 11 is out of range; allowed: \S+ to 10"):
+        run(path, tmp_path / "out")

@@ -9,6 +9,8 @@ from deepsea_cosim.core.errors import UsageError
 from deepsea_cosim.study.cli import main
 from deepsea_cosim.study.envelope.options import designs, read
 
+from ...commands import code
+
 TEXT = """
 stop_time = 1.0
 [axis]
@@ -124,5 +126,6 @@ def test_wrong_options_are_one_line(options, change, word):
 @pytest.mark.parametrize("arguments", [["--at", "99"], ["--options", "missing.toml"], ["--set", "nonsense"],
                                        ["--processes", "0"], ["--set", "b.q=1"]])  # fmt: skip
 def test_bad_arguments_are_one_line(doubled, options, tmp_path, capsys, arguments):
-    assert main(["envelope", str(doubled), "--options", str(options), "--out", str(tmp_path / "o"), *arguments]) == 2
+    call = ["envelope", str(doubled), "--options", str(options), "--out", str(tmp_path / "o"), *arguments]
+    assert code(main, call) == 2
     assert len(capsys.readouterr().err.strip().splitlines()) == 1

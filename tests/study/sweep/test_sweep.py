@@ -12,6 +12,7 @@ import time
 import numpy as np
 import pytest
 from deepsea_cosim.core.errors import OutputError, UnknownNameError
+from deepsea_cosim.master.session import Session
 from deepsea_cosim.study.cli import main
 from deepsea_cosim.study.sweep.axes import parse_axis
 from deepsea_cosim.study.sweep.cases import grid
@@ -19,6 +20,8 @@ from deepsea_cosim.study.sweep.metrics import parse_metric
 from deepsea_cosim.study.sweep.run import Settings, check, default_metrics, sweep
 from deepsea_cosim.study.sweep.sensitivity import sensitivities
 from deepsea_cosim.study.sweep.store import FILE, Store
+
+from ...commands import code
 
 GAIN = "b.D[1,1]"
 END = Settings((parse_metric("end=final(b.y1)"), parse_metric("at(b.y1, 0.25)")))
@@ -70,15 +73,21 @@ def test_a_crash_takes_its_own_case_only(doubled, tmp_path):
     assert all("crashed" in e["failed"] for e in found[4:])
 
 
-def test_bad_names_are_refused_before_anything_runs(doubled, tmp_path):
+@pytest.fixture
+def opened(doubled):
+    with Session(doubled) as session:
+        yield session
+
+
+def test_bad_names_are_refused_before_anything_runs(opened):
     with pytest.raises(UnknownNameError, match="did you mean"):
-        check(doubled, [{"b.trouple": 1}], END)
+        check(opened, {"b.trouple": 1}, END)
     with pytest.raises(UnknownNameError, match="no connector"):
-        check(doubled, [{GAIN: 1.0}], Settings((parse_metric("final(b.y9)"),)))
+        check(opened, {GAIN: 1.0}, Settings((parse_metric("final(b.y9)"),)))
 
 
-def test_without_metrics_the_connected_outputs_are_measured(doubled):
-    assert [m.label for m in default_metrics(doubled)] == ["final(a.y1)", "min(a.y1)", "max(a.y1)"]
+def test_without_metrics_the_connected_outputs_are_measured(opened):
+    assert [m.label for m in default_metrics(opened)] == ["final(a.y1)", "min(a.y1)", "max(a.y1)"]
 
 
 def test_one_sweep_at_a_time_writes_to_a_folder(tmp_path):
@@ -143,10 +152,10 @@ def test_the_command_tells_what_came_out(doubled, tmp_path, capsys):
      ["--vary", "b.D[1,1]=1", "--dask", "tcp://127.0.0.1:1"]],
 )  # fmt: skip
 def test_bad_arguments_are_one_line(doubled, tmp_path, capsys, arguments):
-    assert main(["sweep", str(doubled), *arguments, "--out", str(tmp_path / "out")]) == 2
+    assert code(main, ["sweep", str(doubled), *arguments, "--out", str(tmp_path / "out")]) == 2
     told = capsys.readouterr().err.strip().splitlines()
     assert len(told) == 1
-    assert told[0].startswith("cosim-study: ")
+    assert told[0].startswith(("cosim-study: ", "cosim-study sweep: "))
 
 
 def test_help_is_quick_and_heavy_things_stay_out():
