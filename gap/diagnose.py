@@ -97,8 +97,8 @@ def _remarks(d: Diagnosis) -> list[str]:
     told = []
     fit = d.chosen.hypothesis.fit
     for x, u in zip(fit.unknowns, fit.u, strict=True):
-        if x.kind == "base" and abs(u) > 1.15:
-            told.append(f"{x.name} would have to be {abs(u) * x.scale:.1%} off, beyond its tolerance of {x.scale:.0%}")
+        if x.kind == "base" and abs(u) > 0.999:
+            told.append(f"{x.name} is at the end of its tolerance of {x.scale:.0%}; it may lie beyond")
     problem = d.study.problem
     for k, (label, q) in enumerate(zip(problem.labels, fit.q[: fit.channels], strict=False)):
         if abs(q) > 3.0:

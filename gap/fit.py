@@ -48,9 +48,9 @@ nothing."""
 FAR = 10.0
 """Floors from which on the error of long steps does not matter."""
 
-SLACK, BLUNT, SLOW = 0.001, 0.01, 0.02
-"""Step of a difference for each floor that is left beyond one, for far away the way is seen better by larger steps; the
-same for a model that misses much; and the share of the cost that a step has to gain for them to be kept."""
+SLACK, SLOW = 0.001, 0.02
+"""Step of a difference for each floor that is left beyond one, for far away the way is seen better by larger steps; and
+the share of the cost that a step has to gain for them to be kept."""
 
 TRIALS, GAIN, GAINED, HOLDS = 4, 0.3, 2.0, 0.1
 """Steps that are tried from a point; the gain in cost below which a step is not worth a run; that below which the next
@@ -274,14 +274,12 @@ def fit(
     iterations: int,
     like: Fit | None = None,
     at: Fit | None = None,
-    slack: float = SLACK,
 ) -> Ask:
     """Lower the cost from u (k,) in at most that many iterations.
 
     like: a fit of the first of the unknowns nearby; its derivatives and its correction are kept, and only the other
     unknowns' are found. That is cheap, and enough to see whether an effect is worth more.
     at: a fit at u that is to go on.
-    slack: step of a difference for each floor that is left beyond one, while that is more than the problem's own.
     """
     u = u.astype(float).copy()
     sd = np.array([x.sd for x in unknowns])
@@ -323,7 +321,7 @@ def fit(
         s = scale(residual)
         h = problem.difference
         if not fine:
-            h = float(np.clip(slack * (np.sqrt(s) - 1.0), h, WIDE))
+            h = float(np.clip(SLACK * (np.sqrt(s) - 1.0), h, WIDE))
             fine = h == problem.difference
         if not holds:
             J[:, old:] = yield from differences(unknowns, u, range(old, len(u)), h, coarse)

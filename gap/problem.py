@@ -1,7 +1,8 @@
 """What is asked of the simulations: unknowns, runs, observations of a campaign, and the model's answer to a point.
 
 A point gives each unknown in its own scale u; u = 0 is the model as delivered. The runs of an estimation take long
-macro steps; a fit corrects them with a run at the step of the package where it stands.
+macro steps; a fit corrects them where it stands with the model's own answer, in which the macro step's error is
+extrapolated away (Richardson 1911): what is numerical must not be taken up by parameters.
 """
 
 from __future__ import annotations
@@ -43,8 +44,11 @@ BIAS, BIAS_OF_LEVEL = 1.5e-3, 5e-4
 CLOCK = 0.1
 """Usual misalignment of a run's clock in sample intervals, at most 1 ms: a nuisance in every fit."""
 
-REACH = 2.0
-"""How far a base parameter may go, in its tolerances; beyond one it is paid for by its prior."""
+REACH = 1.0
+"""How far a base parameter may go, in its tolerances."""
+
+NUMERICAL = 0.03
+"""RMS change, in floors, that halving the macro step makes and that is worth an extrapolation."""
 
 Point = Mapping[str, float]
 """Unknowns by name, in their scale u; those left out are 0."""
@@ -124,6 +128,8 @@ class Problem:
     parameter_units: dict[str, str] = field(default_factory=dict)
     signals: frozenset[str] = frozenset()
     """All connectors of the package."""
+    order: int = 0
+    """Order of the error of the package's macro step; 0 where that is too small to matter."""
     difference: float = DIFFERENCES[0]
     """Step of a finite difference, in u."""
     _kept: OrderedDict[tuple[Any, ...], np.ndarray | Failure] = field(default_factory=OrderedDict)
@@ -171,17 +177,23 @@ class Problem:
         return int(np.ceil(self.runs[run].stop / step - 1e-6))
 
     def rows(
-        self, points: Sequence[Point], step: float | Sequence[float], record: Sequence[str] = (), keep: bool = True
-    ) -> list[list[np.ndarray] | None]:
-        """Signals of every run at every point, or None where a run had to stop; step: one for all, or one for each."""
+        self, points: Sequence[Point], step: float | Sequence[float], record: Sequence[str] = (), keep: bool = True,
+        tight: bool | Sequence[bool] = False,
+    ) -> list[list[np.ndarray] | None]:  # fmt: skip
+        """Signals of every run at every point, or None where a run had to stop.
+
+        step, tight: one for all or one for each; runs that are not tight and have a longer step than the package's use
+        the catalogue's parameters for estimations.
+        """
         record = tuple(record) or tuple(self.connectors)
         steps = [step] * len(points) if isinstance(step, (int, float)) else step
+        tights = [tight] * len(points) if isinstance(tight, bool) else tight
         keys, jobs = [], OrderedDict()
-        for point, step in zip(points, steps, strict=True):
+        for point, step, tight in zip(points, steps, tights, strict=True):
             mine = []
             for r, info in enumerate(self.runs):
                 changes = self.changes(r, point)
-                if step > self.fine:
+                if step > self.fine and not tight:
                     changes = {**self.catalogue.estimation, **changes}
                 key = (r, step, record, tuple(sorted((k, repr(v)) for k, v in changes.items())))
                 mine.append(key)
@@ -213,18 +225,32 @@ class Problem:
     def answer(
         self, coarse: Sequence[Point], exact: Sequence[Point]
     ) -> tuple[list[np.ndarray | None], list[np.ndarray | None]]:
-        """The long vectors of some points at long steps and of others at the package's, run side by side."""
-        points = [*coarse, *exact]
-        steps = [self.coarse] * len(coarse) + [self.fine] * len(exact)
-        found = self.rows(points, steps)
+        """The long vectors of some points at long steps, and of others as `exact` gives them, run side by side."""
+        k, n = len(coarse), len(exact)
+        double = n if self.order else 0
+        points = [*coarse, *exact, *exact[:double]]
+        steps = [self.coarse] * k + [self.fine] * n + [2.0 * self.fine] * double
+        found = self.rows(points, steps, tight=[False] * k + [True] * (n + double))
         made = [None if r is None else self.read(p, r, h) for p, r, h in zip(points, found, steps, strict=True)]
-        return made[: len(coarse)], made[len(coarse) :]
+        one, two = made[k : k + n], made[k + n :]
+        if self.order:
+            one = [None if y is None or z is None else self.limit(z, y) for y, z in zip(one, two, strict=True)]
+        return made[:k], one
 
-    def exact(self, points: Sequence[Point], step: float | None = None) -> list[np.ndarray | None]:
-        """The long vectors from runs at the package's step (or another)."""
-        step = step or self.fine
-        results = self.rows(points, step, keep=False)
-        return [None if rows is None else self.read(p, rows, step) for p, rows in zip(points, results, strict=True)]
+    def limit(self, double: np.ndarray, single: np.ndarray) -> np.ndarray:
+        """What runs tend to as the macro step goes to 0, from those at some step and at twice that."""
+        return single + (single - double) / (2.0**self.order - 1.0) if self.order else single
+
+    def exact(self, points: Sequence[Point]) -> list[np.ndarray | None]:
+        """The long vectors with the macro step's error extrapolated away, from runs at the package's step and at twice
+        that; None where a run failed."""
+        return self.answer([], points)[1]
+
+    def at_step(self, point: Point, step: float) -> np.ndarray | None:
+        """The long vector of a run at a macro step [s], as it is."""
+        rows = self.rows([point], step, keep=False, tight=True)[0]
+        return None if rows is None else self.read(point, rows, step)
+
 
 def pose(campaign: Campaign, catalogue: Catalogue, pool: Pool) -> Problem:
     """The problem of a campaign; raises one-line errors for what does not fit the package."""

@@ -13,15 +13,21 @@ from ..master.pool import Pool
 from . import large, search
 from .campaign import Campaign, CampaignError
 from .catalogue import Catalogue
-from .fit import BLUNT, Fit, fit, nuisances, settle, went
+from .fit import Fit, fit, nuisances, point_of, settle, went
 from .judge import Judged, judge
 from .noise import rms
-from .problem import COARSE_ERROR, DIFFERENCES, FACTORS, ROUGH, Candidate, Problem, check_units, pose
+from .problem import COARSE_ERROR, DIFFERENCES, FACTORS, NUMERICAL, ROUGH, Candidate, Problem, check_units, pose
 from .search import Hypothesis, Secant, settled
 from .unexplained import Structure, structure
 
 REFIT = 12
 """Steps of the refit of the base parameters."""
+
+ROOM = 2.0
+"""How far, in its range, a base parameter may go on the way of that refit."""
+
+ALONE, STARTS = (-1.0, -0.75, -0.5, -0.25, 0.25, 0.5, 0.75, 1.0), 2
+"""Shares of its range at which a base parameter is tried alone, and fits that start there."""
 
 FINALISTS = 3
 """Hypotheses whose fits are carried to the end."""
@@ -129,7 +135,6 @@ def study(
     stage("numerical gap: the model at its step and at half of it")
     delivered, numerical = _numerical_gap(problem)
     check_units(problem, delivered)
-    problem.obs.widen(delivered, numerical)
     held = _hold(replace(campaign, runs=kept, warnings=[]), catalogue, pool) if kept else None
     _choose_step(problem, delivered)
     stage("refitting the base parameters")
@@ -167,31 +172,71 @@ def study(
 
 
 def _refit(problem: Problem, N: np.ndarray) -> Hypothesis:
-    """The null: the base parameters fitted from what is stated; if that stops far away, once more with blunt steps."""
+    """The null: the base parameters fitted from what is stated, on a way that may leave their tolerance in between.
+
+    Where that stops away from the data, each parameter alone is tried over its range, and fits start at what is nearer:
+    a machine that begins to swing stands like a wall between two points.
+    """
     start = np.zeros(len(problem.base))
-    null = Hypothesis((), went(problem, fit(problem, problem.base, start, N, REFIT)))
-    if null.fit.rms > search.MUCH and not null.fit.converged:
-        blunt = Hypothesis((), went(problem, fit(problem, problem.base, start, N, REFIT, slack=BLUNT)))
-        null = min(null, blunt, key=lambda h: h.merit)
+    roomy = tuple(replace(x, low=ROOM * x.low, high=ROOM * x.high) for x in problem.base)
+    far = went(problem, fit(problem, roomy, start, N, REFIT)).u
+    within = np.clip(far, [x.low for x in problem.base], [x.high for x in problem.base])
+    null = Hypothesis((), went(problem, fit(problem, problem.base, within, N, REFIT)))
+    if settled(problem, null.fit):
+        return null
+    for u in _nearer(problem, null, N):
+        other = Hypothesis((), went(problem, fit(problem, problem.base, u, N, REFIT)))
+        null = min(null, other, key=lambda h: h.merit)
+        if settled(problem, null.fit):
+            break
     return null
+
+
+def _nearer(problem: Problem, null: Hypothesis, N: np.ndarray) -> list[np.ndarray]:
+    """Points that differ from what is stated in one parameter only, nearer to the data than a fit; the best first."""
+    points = [
+        np.where(np.arange(len(problem.base)) == k, size, 0.0)
+        for k, x in enumerate(problem.base)
+        for share in ALONE
+        if (size := share * (x.high if share > 0 else -x.low))
+    ]
+    models = problem.evaluate([point_of(problem.base, u) for u in points])
+    sd = np.array([x.sd for x in problem.base])
+    made = []
+    for u, model in zip(points, models, strict=True):
+        if model is not None:
+            q, residual = settle(problem, model, N, 1.0)
+            merit = search.merit(rms(residual), float(np.sum((u / sd) ** 2) + np.sum(q[: null.fit.channels] ** 2)))
+            made.append((merit, u))
+    made.sort(key=lambda entry: entry[0])
+    return [u for merit, u in made if merit < null.merit][:STARTS]
 
 
 def _hold(campaign: Campaign, catalogue: Catalogue, pool: Pool) -> Held:
     problem = pose(campaign, catalogue, pool)
-    delivered, numerical = _numerical_gap(problem)
-    problem.obs.widen(delivered, numerical)
-    return Held(problem, delivered)
+    return Held(problem, _numerical_gap(problem)[0])
 
 
 def _numerical_gap(problem: Problem) -> tuple[np.ndarray, np.ndarray]:
-    """The model as delivered, and how far halving its step moves each entry."""
-    at_step = problem.exact([{}])[0]
+    """The model as delivered, and how far halving its step moves each entry.
+
+    Settles by which order the problem's runs are extrapolated, and widens its floors by what that leaves.
+    """
+    name, h = problem.campaign.system.name, problem.fine
+    at_step = problem.at_step({}, h)
     if at_step is None:
-        raise SimulationError(f"{problem.campaign.system.name}: the model as delivered does not run the campaign")
-    half = problem.exact([{}], problem.fine / 2.0)[0]
+        raise SimulationError(f"{name}: the model as delivered does not run the campaign")
+    half = problem.at_step({}, h / 2.0)
     if half is None:
-        raise SimulationError(f"{problem.campaign.system.name}: the model does not run at half its step")
-    return at_step, at_step - half
+        raise SimulationError(f"{name}: the model does not run at half its step")
+    numerical, left = at_step - half, at_step - half
+    change = rms(numerical / problem.obs.floor)
+    double = problem.at_step({}, 2.0 * h) if change > NUMERICAL else None
+    if double is not None:
+        problem.order = 2 if rms((double - at_step) / problem.obs.floor) > 2.0**1.5 * change else 1
+        left = problem.limit(double, at_step) - problem.limit(at_step, half)
+    problem.obs.widen(at_step, left)
+    return at_step, numerical
 
 
 def _choose_step(problem: Problem, delivered: np.ndarray) -> None:

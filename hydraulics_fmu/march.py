@@ -4,6 +4,9 @@ Without these effects it is one call of `integrator.advance`. With them the step
 the controller's sampling times, and at most the delay long; at the start of a slice the controller's output is computed
 and remembered, and within it the output in force is known: what was remembered the delay ago, joined by straight lines.
 `memory` holds this history; it is part of the state.
+
+No slice is shorter than `SHORTEST`, so that a run's cost stays bounded: for a shorter delay the last straight line goes
+on, and sampling in a shorter period is the delay of half a period that it amounts to.
 """
 
 from __future__ import annotations
@@ -26,27 +29,40 @@ from .circuit import (
 from .controller import pid_output
 from .integrator import OK, advance
 
-LENGTH = 512
+LENGTH = 1024
 COUNT, HELD, SAMPLED_AT = 0, 1, 2
 FIRST = 3
 MEMORY = FIRST + 2 * LENGTH
 """Size of the memory: number of entries made, output in force [mA], time of the last sample [s], times, outputs."""
-SLICE = 1e-3
+SLICE, SHORTEST = 1e-3, 2.5e-4
+"""Longest and shortest slice [s]."""
 
 
 @kernel
-def remembered(t: float, memory: object) -> float:
-    """Controller output [mA] at time t [s] from the history, held beyond its ends."""
+def remembered(t: float, memory: object, limit: float) -> float:
+    """Controller output [mA] at time t [s] from the history, held before it and continued after it up to +-limit."""
     count = int(memory[COUNT])
     oldest = max(0, count - LENGTH)
     k = count - 1
     while k > oldest and memory[FIRST + k % LENGTH] > t:
         k -= 1
     u = memory[FIRST + LENGTH + k % LENGTH]
-    if k == count - 1 or memory[FIRST + k % LENGTH] > t:
+    if memory[FIRST + k % LENGTH] > t or count == 1:
         return u
-    t_0, t_1 = memory[FIRST + k % LENGTH], memory[FIRST + (k + 1) % LENGTH]
-    return u + (memory[FIRST + LENGTH + (k + 1) % LENGTH] - u) * (t - t_0) / (t_1 - t_0)
+    a, b = (k, k + 1) if k < count - 1 else (k - 1, k)
+    t_a, t_b = memory[FIRST + a % LENGTH], memory[FIRST + b % LENGTH]
+    if t_b <= t_a:
+        return u
+    u_a, u_b = memory[FIRST + LENGTH + a % LENGTH], memory[FIRST + LENGTH + b % LENGTH]
+    return min(max(u + (u_b - u_a) * (t - memory[FIRST + k % LENGTH]) / (t_b - t_a), -limit), limit)
+
+
+@kernel
+def delay_and_period(c: object) -> tuple[float, float]:
+    """Delay and sampling period [s] as they are marched."""
+    if c[SAMPLING] < SHORTEST:
+        return c[DELAY] + 0.5 * c[SAMPLING], 0.0
+    return c[DELAY], c[SAMPLING]
 
 
 @kernel
@@ -55,7 +71,8 @@ def march(
     t_0: float, h: float, x_0: float, v_h: float, x_ref: float, ref_rate: float,
 ) -> int:  # fmt: skip
     """Advance y over the step as `advance` does, with delay and sampling of the controller where switched on."""
-    plain = c[DELAY] == 0.0 and c[SAMPLING] == 0.0
+    delay, period = delay_and_period(c)
+    plain = delay == 0.0 and period == 0.0
     integral = 2 * (2 * int(c[SEGMENTS]) - 1) + INTEGRAL
     tiny = 1e-9 * max(h, 1e-6)
     s = 0.0  # time since t_0, as in `advance`
@@ -67,13 +84,13 @@ def march(
         x = x_0 + v_h * s
         if not plain:
             stop = min(stop, s + SLICE)
-            if c[DELAY] > 0.0:
-                stop = min(stop, s + c[DELAY])
+            if delay > 0.0:
+                stop = min(stop, s + max(delay, SHORTEST))
             sample = True
-            if c[SAMPLING] > 0.0:
-                tick = floor(t / c[SAMPLING] + 1e-9) * c[SAMPLING]
+            if period > 0.0:
+                tick = floor(t / period + 1e-9) * period
                 sample = memory[COUNT] == 0.0 or tick > memory[SAMPLED_AT] + tiny
-                stop = min(stop, tick + c[SAMPLING] - t_0)
+                stop = min(stop, tick + period - t_0)
                 if sample:
                     memory[SAMPLED_AT] = tick
             if h - stop < tiny:
@@ -85,13 +102,13 @@ def march(
                     c[GAIN] * (r - x), c[GAIN] * (r_rate - v_h), y[integral], c[KP], c[KD], c[I_MAX]
                 )
             u = memory[HELD]
-            if c[DELAY] > 0.0:
+            if delay > 0.0:
                 k = int(memory[COUNT]) % LENGTH
                 memory[FIRST + k] = t
                 memory[FIRST + LENGTH + k] = u
                 memory[COUNT] += 1.0
-                u = remembered(t - c[DELAY], memory)
-                u_rate = (remembered(t_0 + stop - c[DELAY], memory) - u) / (stop - s)
+                u = remembered(t - delay, memory, c[I_MAX])
+                u_rate = (remembered(t_0 + stop - delay, memory, c[I_MAX]) - u) / (stop - s)
             else:
                 memory[COUNT] += 1.0
         status = advance(y, w, c, scale, t, stop - s, x, v_h, x_ref + ref_rate * s, ref_rate, u, u_rate)
@@ -102,8 +119,9 @@ def march(
 @kernel
 def output_in_force(t: float, memory: object, c: object) -> float:
     """Controller output [mA] that acts on the valve at time t [s], or NaN when it is continuous."""
-    if c[DELAY] > 0.0:
-        return remembered(t - c[DELAY], memory) if memory[COUNT] > 0.0 else float("nan")
-    if c[SAMPLING] > 0.0:
+    delay, period = delay_and_period(c)
+    if delay > 0.0:
+        return remembered(t - delay, memory, c[I_MAX]) if memory[COUNT] > 0.0 else float("nan")
+    if period > 0.0:
         return memory[HELD] if memory[COUNT] > 0.0 else float("nan")
     return float("nan")

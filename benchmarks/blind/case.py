@@ -14,6 +14,7 @@ from .effects import CATALOGUE, SENSORS, UNKNOWN, Effect
 from .machine import Machine
 from .measure import BIAS_SHARE, DELAY_MOST, Channel, draw_channels, ideal
 from .plant import PlantError, simulate
+from .refit import left_by_refit
 from .system import KEYS
 
 Array = NDArray[np.float64]
@@ -105,9 +106,11 @@ class Wrong:
     column: str | None = None
     """Column of the sensor that errs; None: an effect of the machine."""
     size: float = np.nan
-    """Whitened RMS of what it changes beyond a refit of the base parameters."""
+    """Whitened RMS of what it changes beyond the best refit of the base parameters within their tolerance."""
+    size_linear: float = np.nan
+    """The same beyond a linear refit, which overstates what is large and alike to a base parameter."""
     size_net: float = np.nan
-    """The same beyond a refit of base parameters, sensors' own biases and the recording's delay."""
+    """The latter beyond sensors' own biases and the recording's delay, too."""
     wanted: float = np.nan
 
     @property
@@ -167,9 +170,10 @@ def erring(channels: tuple[Channel, ...], wrong: tuple[Wrong, ...], spans: dict[
 class Ruler:
     """Measures how much an effect changes the readings beyond what a refit of the base parameters takes up.
 
-    The change of all readings, divided by each channel's noise, is projected off the sensitivities of the base
-    parameters (finite differences of the plant) by ridge regression with their tolerances (uniform: standard deviation
-    tolerance/sqrt 3), and its root mean square is the size.
+    The size is the root mean square, in noise floors, of what the best refit within the tolerances leaves (`refit`). To
+    find an amplitude a linear one serves: the change of all readings, divided by each channel's noise, is projected off
+    the sensitivities of the base parameters (finite differences of the plant) by ridge regression with their tolerances
+    (uniform: standard deviation tolerance/sqrt 3).
     """
 
     def __init__(self, case: Case):
@@ -228,8 +232,19 @@ class Ruler:
         change = self.change(wrong)
         return max(self.beyond(change, self.base), 1e-9), self.beyond(change, self.net)
 
+    def size(self, wrong: tuple[Wrong, ...], enough: float = 0.0) -> float:
+        """What the best refit of the base parameters leaves; not looked for below `enough`."""
+        return left_by_refit(
+            lambda b: self._readings(self._signals(dict(zip(BASE, b.tolist(), strict=True)), ()), self.case.channels),
+            self.reading + self.change(wrong),
+            np.array([self.case.factors[address] for address in BASE]),
+            self.case.tolerance,
+            [(run.at.size, run.rate) for run in self.case.runs for _ in self.case.channels],
+            enough,
+        )
+
     def scaled(self, w: Wrong, wanted: float, tries: int = 4) -> Wrong | None:
-        """The effect with its amplitude such that its size is about the wanted one, by a secant in logarithms.
+        """The effect with its amplitude such that its linear size is about the wanted one, by a secant in logarithms.
 
         At the greatest amplitude allowed when more would be needed; None when even that cannot be seen.
         """
@@ -243,9 +258,9 @@ class Ruler:
                 most = min(most, 0.5 * amplitude)
                 amplitude = 0.3 * amplitude
                 continue
-            now = replace(w, amplitude=amplitude, size=size, size_net=net, wanted=wanted)
+            now = replace(w, amplitude=amplitude, size_linear=size, size_net=net, wanted=wanted)
             history.append((np.log(amplitude), np.log(size)))
-            if best is None or abs(np.log(size / wanted)) < abs(np.log(best.size / wanted)):
+            if best is None or abs(np.log(size / wanted)) < abs(np.log(best.size_linear / wanted)):
                 best = now
             if abs(np.log(size / wanted)) < 0.1 or (size < wanted and amplitude >= 0.999 * most):
                 break
@@ -254,7 +269,7 @@ class Ruler:
                 slope = (history[-1][1] - history[-2][1]) / (history[-1][0] - history[-2][0])
             slope = min(max(slope, 0.4), 3.0)
             amplitude = min(amplitude * np.exp((np.log(wanted) - np.log(size)) / slope), most)
-        return best if best is not None and best.size >= SMALLEST * 0.9 else None
+        return best if best is not None and best.size_linear >= SMALLEST * 0.9 else None
 
 
 def _pick(rng: np.random.Generator, pool: tuple[Effect, ...], channels: tuple[Channel, ...]) -> Wrong:
@@ -305,7 +320,11 @@ def draw(seed: int, index: int) -> Case:
         if scaled is None:
             case.notes.append(f"{trial.effect.id} cannot be seen in this case")
             continue
-        size = scaled.size
+        scaled = replace(scaled, size=ruler.size((scaled,), 0.9 * SMALLEST))
+        if scaled.size <= 0.9 * SMALLEST:
+            case.notes.append(f"{trial.effect.id} is within the tolerance of the base parameters in this case")
+            continue
+        size = scaled.size_linear
         if wrong:
             try:
                 size, _ = ruler.sizes((*wrong, scaled))

@@ -48,7 +48,8 @@ def campaign_text(case: Case, package: str) -> str:
 
 def _effect_answer(w: Wrong, case: Case, spans: dict[str, float]) -> dict[str, Any]:
     entry: dict[str, Any] = {"id": w.effect.id, "group": w.effect.group, "alike": alike(w.effect.id)}
-    entry |= {"size": w.size, "size_net": w.size_net, "size_wanted": w.wanted, "plant": w.plant}
+    entry |= {"size": w.size, "size_linear": w.size_linear, "size_net": w.size_net, "size_wanted": w.wanted}
+    entry["plant"] = w.plant
     if w.column is None:
         entry["library"] = w.effect.library(w.plant)
         return entry

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from deepsea_cosim.hydraulics_fmu import circuit
 from deepsea_cosim.hydraulics_fmu.friction import piston_friction
-from deepsea_cosim.hydraulics_fmu.march import MEMORY, march, output_in_force, remembered
+from deepsea_cosim.hydraulics_fmu.march import LENGTH, MEMORY, SHORTEST, march, output_in_force, remembered
 from deepsea_cosim.hydraulics_fmu.oil import air_softening, temperature_factor
 from deepsea_cosim.hydraulics_fmu.supply import override_pressure
 from deepsea_cosim.hydraulics_fmu.valve import land_flow, land_opening
@@ -172,12 +172,38 @@ def test_delay_does_not_depend_on_the_communication_step():
     assert a == pytest.approx(b, abs=5e3)
 
 
-def test_history_interpolates_and_holds_its_ends():
+def test_history_interpolates_holds_its_beginning_and_goes_on_to_the_limit():
     memory = np.zeros(MEMORY)
     memory[0] = 3
     memory[3:6] = [0.0, 1.0, 2.0]
-    memory[3 + 512 : 6 + 512] = [5.0, 7.0, 6.0]
-    assert [remembered(t, memory) for t in (-1.0, 0.5, 1.75, 9.0)] == [5.0, 6.0, 6.25, 6.0]
+    memory[3 + LENGTH : 6 + LENGTH] = [5.0, 7.0, 6.0]
+    assert [remembered(t, memory, 10.0) for t in (-1.0, 0.5, 1.75, 2.0, 2.5)] == [5.0, 6.0, 6.25, 6.0, 5.5]
+    assert remembered(99.0, memory, 10.0) == -10.0
+    memory[4] = memory[5]  # two entries at one time
+    assert remembered(2.5, memory, 10.0) == 6.0
+
+
+@pytest.mark.parametrize("name", ["command_delay__tau", "controller_sampling__period"])
+def test_short_delays_and_periods_cost_no_more_and_tend_to_none(name):
+    """32 ns of delay once made a run of 32 ns long slices."""
+    def run(**changes):
+        rig = Effected(command__t_start=0.0, **changes)
+        return rig, rig.run(0.05)["P1"]
+
+    _, plain = run()
+    gaps = []
+    for size in (2e-4, 5e-5, 3e-8):
+        rig, P1 = run(**{name: size})
+        assert rig.memory[0] <= 0.05 / SHORTEST + 2
+        gaps.append(np.abs(P1 - plain).max())
+    assert gaps[0] > gaps[1] > gaps[2]
+    assert gaps[2] < 1e-3 * np.ptp(plain)
+
+
+def test_a_short_period_is_the_delay_of_its_half():
+    a, b = (Effected(command__t_start=0.0, **c).run(0.05)["P1"]
+            for c in ({"controller_sampling__period": 2e-4}, {"command_delay__tau": 1e-4}))  # fmt: skip
+    np.testing.assert_array_equal(a, b)
 
 
 @pytest.mark.parametrize("changes", [{}, {"command_delay__tau": 5e-3}], ids=["plain", "delayed"])
