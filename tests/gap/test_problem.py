@@ -8,8 +8,9 @@ import pytest
 from deepsea_cosim.core.errors import UnknownNameError
 from deepsea_cosim.gap.campaign import read
 from deepsea_cosim.gap.catalogue import load
+from deepsea_cosim.gap.noise import rms
 from deepsea_cosim.gap.problem import Unknown, matching, pose
-from deepsea_cosim.gap.study import choose_difference
+from deepsea_cosim.gap.study import _numerical_gap, choose_difference
 from deepsea_cosim.master.pool import Pool
 
 from .oscillator import campaign, measure
@@ -58,3 +59,27 @@ def test_an_estimation_setting_that_nobody_has(posed):
     told, catalogue = posed
     with pytest.raises(UnknownNameError, match="estimation: no component has a parameter"):
         pose(told, replace(catalogue, estimation={"o.rtol": 1.0}), None)
+
+
+def test_the_macro_steps_error_is_extrapolated_away(posed):
+    """The input is held over a step, an error of first order; its floor is made small enough for that to matter."""
+    told, catalogue = posed
+    with Pool(told.system, processes=1) as pool:
+        problem = pose(told, catalogue, pool)
+        problem.obs.floor[:] = 1e-7
+        delivered, halving = _numerical_gap(problem)
+        assert problem.order == 1
+        truth = problem.at_step({}, problem.fine / 32.0)
+        error, left = delivered - truth, problem.exact([{}])[0] - truth
+        assert rms(left) < 0.05 * rms(error)
+        assert rms(halving) == pytest.approx(0.5 * rms(error), rel=0.05)
+
+
+def test_a_step_that_does_not_matter_is_not_extrapolated(posed):
+    told, catalogue = posed
+    with Pool(told.system, processes=1) as pool:
+        problem = pose(told, catalogue, pool)
+        problem.obs.floor[:] = 1.0
+        delivered, _ = _numerical_gap(problem)
+        assert problem.order == 0
+        np.testing.assert_array_equal(problem.exact([{}])[0], delivered)
