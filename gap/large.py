@@ -27,6 +27,9 @@ cost half of a run at the package's step."""
 BEGUN, KEPT = 6, 3
 """Starts that are fitted, and those that are carried to the end."""
 
+NEARLY = 0.25
+"""How far behind the best fit a start may be, as a share of what that has gained over the null."""
+
 LONG_STEPS = 0.1
 """Error that a long macro step may make, as a share of what is left."""
 

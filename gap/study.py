@@ -257,8 +257,11 @@ def _large(
 
     They may need shorter macro steps; null and screening are then made anew, and the former fits stay as they are.
     """
-    before, best = problem.factor, min(h.merit for h in singles)
-    starts = [s for s in large.scan(problem, N) if s.merit < best][: large.BEGUN]
+    before, found_yet = problem.factor, {h.label: h.merit for h in singles}
+    best = min(found_yet.values())
+    most = best + large.NEARLY * max(null.merit - best, 0.0)  # a start is not yet fitted
+    starts = [s for s in large.scan(problem, N) if s.merit < min(most, found_yet.get(s.candidate.label, most))]
+    starts = starts[: large.BEGUN]
     problem.factor = before
     if not starts:
         return null, found, singles

@@ -13,6 +13,8 @@ from deepsea_cosim.mechanics.variables import ARM, BEAM_STRIPS
 NAMES = [v.name for v in ARM.of("output")]
 DRY = {"rho_s": 0.0}
 BARE = {**DRY, "barrel_mass": 1e-3, "rod_mass": 1e-3, "piston_mass": 0.0}
+BEAM = ARM["beam_length"].start
+GEOMETRY = tuple(ARM[name].start for name in ("rod_eye_radius", "base_x", "base_y"))
 
 
 def outputs(arm):
@@ -29,10 +31,9 @@ def swing(parameters, force, seconds, h=1e-3):
 
 
 def test_linkage_derivatives():
-    geometry = (0.218, 0.316, -0.357)
     for theta in (-0.5, 0.3, 1.2):
         h = 1e-5
-        low, mid, high = (np.array(linkage(theta + s * h, *geometry)) for s in (-1, 0, 1))
+        low, mid, high = (np.array(linkage(theta + s * h, *GEOMETRY)) for s in (-1, 0, 1))
         assert (high[0] - low[0]) / (2 * h) == pytest.approx(mid[1], rel=1e-8)
         assert (high[1] - low[1]) / (2 * h) == pytest.approx(mid[2], rel=1e-6)
         assert (high[3] - low[3]) / (2 * h) == pytest.approx(mid[4], rel=1e-8)
@@ -42,8 +43,8 @@ def test_linkage_derivatives():
 def test_holding_force_is_the_static_moment():
     arm = Arm(ARM.parameters({**BARE, "barrel_mass": 1e-3}))
     theta = ARM["theta0"].start
-    _, lever, *_ = linkage(theta, 0.218, 0.316, -0.357)
-    moment = (50.0 * GRAVITY / 2 + 800.0) * 1.557 * np.cos(theta)
+    _, lever, *_ = linkage(theta, *GEOMETRY)
+    moment = (50.0 * GRAVITY / 2 + 800.0) * BEAM * np.cos(theta)
     assert arm.F_hold == pytest.approx(moment / lever, rel=1e-4)
 
 
@@ -91,7 +92,7 @@ def test_dry_bare_arm_is_a_physical_pendulum():
     angle = run["theta"] + np.pi / 2
     crossings = np.flatnonzero(np.diff(np.sign(angle)) < 0) * 1e-3
     period = np.diff(crossings).mean()
-    load, beam, L = 100.0 / GRAVITY, 50.0, 1.557
+    load, beam, L = 100.0 / GRAVITY, 50.0, BEAM
     inertia = beam * (L**2 / 3 + 0.05**2 / 4) + load * L**2
     stiffness = (beam * L / 2 + load * L) * GRAVITY
     assert period == pytest.approx(2 * np.pi * np.sqrt(inertia / stiffness), rel=2e-3)
@@ -111,7 +112,7 @@ def test_torques_are_consistent():
     wet = {**BARE, "rho_s": 1025.0, "barrel_diameter": 1e-3, "rod_diameter": 1e-4}
     _, run = swing(wet, lambda t, a: 9000.0, 0.5)
     alpha = np.gradient(run["omega"], 1e-3)[100:-100]
-    load, L = 800.0 / GRAVITY, 1.557
+    load, L = 800.0 / GRAVITY, BEAM
     inertia = 50.0 * (L**2 / 3 + 0.05**2 / 4) + load * L**2
     total = (run["M_hd"] + run["M_g"] + run["M_F"])[100:-100]
     assert inertia * alpha == pytest.approx(total, rel=2e-3)

@@ -109,14 +109,14 @@ class Machine:
 
     # Linkage
     gravity: float = 9.81  # m/s2
-    beam_length: float = 1.557  # m
+    beam_length: float = 1.605  # m
     beam_diameter: float = 0.10  # m
     beam_mass: float = 50.0  # kg
     load_weight: float = 800.0  # N
-    eye_radius: float = 0.218  # m, rod eye on the beam axis
-    base_x: float = 0.316  # m, cylinder base hinge
-    base_y: float = -0.357  # m
-    theta0: float = np.deg2rad(22.5)  # rad, beam angle at x_h = 0
+    eye_radius: float = 0.212  # m, rod eye on the beam axis
+    base_x: float = 0.36  # m, cylinder base hinge
+    base_y: float = -0.322  # m
+    theta0: float = np.deg2rad(23.8)  # rad, beam angle at x_h = 0
     barrel_mass: float = 6.0  # kg
     barrel_length: float = 0.38  # m, from the base hinge
     barrel_diameter: float = 0.060  # m
