@@ -257,11 +257,9 @@ def _large(
 
     They may need shorter macro steps; null and screening are then made anew, and the former fits stay as they are.
     """
-    before, found_yet = problem.factor, {h.label: h.merit for h in singles}
-    best = min(found_yet.values())
+    before, best = problem.factor, min(h.merit for h in singles)
     most = best + large.NEARLY * max(null.merit - best, 0.0)  # a start is not yet fitted
-    starts = [s for s in large.scan(problem, N) if s.merit < min(most, found_yet.get(s.candidate.label, most))]
-    starts = starts[: large.BEGUN]
+    starts = [s for s in large.scan(problem, N) if s.merit < most][: large.BEGUN]
     problem.factor = before
     if not starts:
         return null, found, singles
