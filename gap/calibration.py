@@ -46,17 +46,24 @@ class Calibration:
     stuck: float = 0.0
     """Least probability of its opposite: a search may not have found what the catalogue has."""
 
-    def level(self, shared: float, readings: int) -> float:
-        """ln of a residual's shared energy, with what models and chance share of so many readings added."""
-        return float(np.log(shared + self.discrepancy + chance(readings)))
+    form: float = 0.0
+    """Share of the energy that a refit of the base parameters leaves by which the right effect may miss: a machine's
+    effect has another mathematical form than the library's."""
 
-    def weight(self, shared: float, readings: int) -> float:
+    def level(self, shared: float, readings: int, null: float = 0.0) -> float:
+        """ln of a residual's shared energy, with what right models miss and chance shares of so many readings added.
+
+        null: the energy that the refit of the base parameters leaves.
+        """
+        return float(np.log(shared + self.discrepancy + chance(readings) + self.form * null))
+
+    def weight(self, shared: float, readings: int, null: float = 0.0) -> float:
         """What a residual's shared energy counts for as evidence, the less the better."""
-        return min(self.independent, readings) * self.level(shared, readings)
+        return min(self.independent, readings) * self.level(shared, readings, null)
 
     @classmethod
     def load(cls) -> Calibration:
         """The calibration that is shipped."""
         data = json.loads(files(__package__).joinpath("calibration.json").read_text(encoding="utf-8"))
-        numbers = (float(data[key]) for key in ("independent", "discrepancy", "temperature", "lapse"))
-        return cls(*numbers, tuple(map(float, data["unknown"])), float(data["misjudged"]), float(data["stuck"]))
+        unknown = tuple(map(float, data.pop("unknown")))
+        return cls(unknown=unknown, **{key: float(value) for key, value in data.items()})

@@ -26,6 +26,9 @@ REFIT = 12
 ROOM = 2.0
 """How far, in its range, a base parameter may go on the way of that refit."""
 
+LEAST = -0.9
+"""Change of a base parameter, as a share of it, beyond which it goes only within its own range: none changes sign."""
+
 ALONE, STARTS = (-1.0, -0.75, -0.5, -0.25, 0.25, 0.5, 0.75, 1.0), 2
 """Shares of its range at which a base parameter is tried alone, and fits that start there."""
 
@@ -178,7 +181,9 @@ def _refit(problem: Problem, N: np.ndarray) -> Hypothesis:
     a machine that begins to swing stands like a wall between two points.
     """
     start = np.zeros(len(problem.base))
-    roomy = tuple(replace(x, low=ROOM * x.low, high=ROOM * x.high) for x in problem.base)
+    roomy = tuple(
+        replace(x, low=max(ROOM * x.low, min(x.low, LEAST / x.scale)), high=ROOM * x.high) for x in problem.base
+    )
     far = went(problem, fit(problem, roomy, start, N, REFIT)).u
     within = np.clip(far, [x.low for x in problem.base], [x.high for x in problem.base])
     null = Hypothesis((), went(problem, fit(problem, problem.base, within, N, REFIT)))

@@ -2,9 +2,9 @@
 
     python -m benchmarks.blind.calibrate DIR [--diagnoses FOLDER] [--out gap/calibration.json]
 
-Most likely values of the number of independent pieces, the discrepancy, the temperature and the lapse, on the cases
-with nothing wrong or effects of the catalogue that are not called unknown; and the weights of "unknown" on all cases.
-Never use the cases of a reported score here.
+Most likely values of the number of independent pieces, the discrepancy, the form, the temperature and the lapse, on the
+cases with nothing wrong or effects of the catalogue that are not called unknown; and the weights of "unknown" on all of
+them. Never use the cases of a reported score here.
 """
 
 from __future__ import annotations
@@ -23,6 +23,7 @@ from deepsea_cosim.gap.verdict import features, unknown_probability
 INDEPENDENT = (5.0, 7.0, 10.0, 15.0, 20.0, 30.0, 50.0, 75.0, 100.0)
 DISCREPANCY = (0.01, 0.02, 0.03, 0.05, 0.07, 0.1)
 TEMPERATURE = (1.0, 1.5, 2.0, 3.0, 4.0, 6.0)
+FORM = (0.0, 0.0005, 0.001, 0.002, 0.004, 0.008)
 LAPSE = (0.02, 0.05, 0.1, 0.15, 0.2, 0.3)
 
 RIDGE, MISJUDGED, STUCK = 0.1, 0.03, 0.12
@@ -43,10 +44,15 @@ def scores(diagnosis: dict[str, Any], calibration: Calibration) -> list[float]:
     """The scores of a diagnosis' hypotheses with that calibration."""
     evidence = diagnosis["evidence"]
     return [
-        calibration.weight(h["held_out_shared"], evidence["readings"])
+        calibration.weight(h["held_out_shared"], evidence["readings"], _null(diagnosis))
         + sum(h["terms"][key] for key in ("penalty", "occam", "prior"))
         for h in evidence["hypotheses"]
     ]
+
+
+def _null(diagnosis: dict[str, Any]) -> float:
+    """The energy that the refit of the base parameters leaves."""
+    return float(next(h["held_out_shared"] for h in diagnosis["evidence"]["hypotheses"] if not h["effects"]))
 
 
 def likelihood(cases: list[tuple[dict[str, Any], dict[str, Any]]], calibration: Calibration) -> float:
@@ -68,9 +74,8 @@ def likelihood(cases: list[tuple[dict[str, Any], dict[str, Any]]], calibration: 
 def features_of(diagnosis: dict[str, Any], calibration: Calibration) -> np.ndarray:
     """What "unknown" is judged by, from the figures of a diagnosis."""
     tried, readings = diagnosis["evidence"]["hypotheses"], diagnosis["evidence"]["readings"]
-    null = next(h for h in tried if not h["effects"])
     best = tried[int(np.argmin(scores(diagnosis, calibration)))]
-    return features(calibration, null["held_out_shared"], best["held_out_shared"], readings)
+    return features(calibration, _null(diagnosis), best["held_out_shared"], readings)
 
 
 def unknown(cases: list[tuple[dict[str, Any], dict[str, Any]]], calibration: Calibration) -> list[float]:
@@ -110,8 +115,8 @@ def main() -> None:
             (a, d) for a, d in cases
             if a["kind"] != "unknown" and unknown_probability(made, features_of(d, made)) < 0.5
         ]  # fmt: skip
-        options_of = (replace(made, independent=n, discrepancy=e, temperature=t, lapse=p)
-                      for n, e, t, p in product(INDEPENDENT, DISCREPANCY, TEMPERATURE, LAPSE))  # fmt: skip
+        options_of = (replace(made, independent=n, discrepancy=e, temperature=t, lapse=p, form=f)
+                      for n, e, t, p, f in product(INDEPENDENT, DISCREPANCY, TEMPERATURE, LAPSE, FORM))  # fmt: skip
         value, made = max(((likelihood(known, c), c) for c in options_of), key=lambda entry: entry[0])
     print(f"{len(cases)} cases, {len(known)} of them judged known; their mean log probability of the truth {value:.3f}")
     print(json.dumps(asdict(made)))

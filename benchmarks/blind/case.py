@@ -303,8 +303,9 @@ def plan(seed: int, index: int) -> tuple[Case, np.random.Generator]:
     return Case(seed, index, kind, runs, channels, delay, tolerance, factors, stated), rng
 
 
-def draw(seed: int, index: int) -> Case:
-    """The case of that index."""
+def draw(seed: int, index: int, refit: bool = True) -> Case:
+    """The case of that index; refit: sizes are what the best refit leaves, else, which takes no time, what a linear one
+    does."""
     case, rng = plan(seed, index)
     needed = {"none": 0, "single": 1, "pair": 2, "unknown": 1}[case.kind]
     if needed == 0:
@@ -320,7 +321,8 @@ def draw(seed: int, index: int) -> Case:
         if scaled is None:
             case.notes.append(f"{trial.effect.id} cannot be seen in this case")
             continue
-        scaled = replace(scaled, size=ruler.size((scaled,), 0.9 * SMALLEST))
+        left = ruler.size((scaled,), 0.9 * SMALLEST) if refit else scaled.size_linear
+        scaled = replace(scaled, size=left)
         if scaled.size <= 0.9 * SMALLEST:
             case.notes.append(f"{trial.effect.id} is within the tolerance of the base parameters in this case")
             continue

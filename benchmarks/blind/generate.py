@@ -97,9 +97,9 @@ def _run(run: Conditions, machine: Machine) -> Array:
     return simulate(machine, np.arange(round(run.stop / GRID) + 1) * GRID)
 
 
-def write_case(seed: int, index: int, out: Path, package: Path) -> dict[str, Any]:
+def write_case(seed: int, index: int, out: Path, package: Path, refit: bool = True) -> dict[str, Any]:
     """Draw, simulate and write one case; returns its answer."""
-    case = draw(seed, index)
+    case = draw(seed, index, refit)
     signals = [_run(run, machine_of(run, case.factors, case.wrong)) for run in case.runs]
     delivered = [_run(run, run.machine()) for run in case.runs]
     # the bias is a share of the channel's span in the machine without the effect

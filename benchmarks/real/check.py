@@ -22,7 +22,7 @@ from deepsea_cosim.gap.sensor import Sensor as Reading
 from deepsea_cosim.master.session import Session
 from scipy.optimize import least_squares
 
-REACH, SD = 2.0, 0.6
+REACH, SD = 1.0, 0.6
 """How far a base parameter may go, and the standard deviation of its prior, in tolerances."""
 
 
