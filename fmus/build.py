@@ -24,7 +24,7 @@ from importlib import metadata
 from pathlib import Path
 
 from ..core.errors import PackageError, UsageError
-from ..core.files import writing
+from ..core.files import make_folder
 from ..ssp import packer
 
 HERE = Path(__file__).parent
@@ -314,11 +314,7 @@ def _add_front(
 
 def build(folder: Path, say: Callable[[str], None] = lambda text: None, way: Way | None = None) -> list[Path]:
     """Build both FMUs and all scenarios into `folder`; `say` gets a line per file. Returns the files."""
-    with writing(folder):
-        folder.mkdir(parents=True, exist_ok=True)
-        probe = folder / ".writable"
-        probe.touch()
-        probe.unlink()
+    make_folder(folder)
     made = []
     for model in MODELS:
         made.append(build_fmu(model, folder, say, way))

@@ -94,17 +94,22 @@ class Fit:
 
     def strain(self) -> float:
         """Sum of (u / sd)^2: how far the unknowns are from what is stated."""
-        return float(sum((u / x.sd) ** 2 for x, u in zip(self.unknowns, self.u, strict=True)))
+        return penalty(self.unknowns, self.u)
 
     def penalty(self) -> float:
         """What unknowns and the sensors' biases cost: sum of (u / sd)^2 and q^2; clocks may differ as they like."""
-        biases = self.q[: self.channels]
-        return self.strain() + float(biases @ biases)
+        return penalty(self.unknowns, self.u, self.q[: self.channels])
 
 
 def point_of(unknowns: Sequence[Unknown], u: np.ndarray) -> dict[str, float]:
     """The point at u (k,) in the problem's terms."""
     return {x.name: v for x, v in zip(unknowns, u.tolist(), strict=True)}
+
+
+def penalty(unknowns: Sequence[Unknown], u: np.ndarray, biases: np.ndarray | None = None) -> float:
+    """What unknowns at u (k,) and sensors' biases cost: their squares in prior standard deviations."""
+    strain = float(sum((v / x.sd) ** 2 for x, v in zip(unknowns, u, strict=True)))
+    return strain if biases is None else strain + float(biases @ biases)
 
 
 def scale(residual: np.ndarray) -> float:

@@ -12,10 +12,10 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from .fit import Fit, Linear, drive, fit, point_of, scale
+from .fit import Fit, Linear, drive, fit, penalty, point_of, scale
 from .noise import rms
 from .problem import COARSE_ERROR, FACTORS, Candidate, Problem, Unknown
-from .search import MOST, TASTE, Hypothesis, as_delivered, carry_on, merit, screened, secants, sizes
+from .search import MOST, TASTE, Hypothesis, as_delivered, best_of_each, carry_on, merit, screened, secants, sizes
 
 SIZES = (1.0, 2.0, 4.0, 8.0)
 """Sizes, in usual ones, at which an effect is run."""
@@ -45,6 +45,11 @@ class Start:
     """What `Hypothesis.merit` would be there if the base parameters acted linearly."""
 
     @property
+    def label(self) -> str:
+        """That of its candidate."""
+        return self.candidate.label
+
+    @property
     def point(self) -> dict[str, float]:
         """In the problem's terms."""
         return point_of(self.unknowns, self.u)
@@ -56,13 +61,11 @@ def scan(problem: Problem, N: np.ndarray) -> list[Start]:
     delivered = as_delivered(problem, N)
     plain = [c for c in problem.candidates if len(c.unknowns) == 1 and c.unknowns[0].kind == "effect"]
     wanted = dict.fromkeys((c, s) for c in plain for size in SIZES for s in sizes(c, size))
-    best: dict[str, Start] = {}
-    for s in secants(problem, delivered, list(wanted)):
-        start = _start(problem, delivered, s.candidate, s.size, delivered.model + s.slope * s.size, N)
-        label = s.candidate.label
-        if label not in best or start.merit < best[label].merit:
-            best[label] = start
-    return sorted(best.values(), key=lambda s: s.merit)
+    made = [
+        _start(problem, delivered, s.candidate, s.size, delivered.model + s.slope * s.size, N)
+        for s in secants(problem, delivered, list(wanted))
+    ]
+    return best_of_each(made, lambda s: s.merit)
 
 
 def _start(
@@ -70,11 +73,9 @@ def _start(
 ) -> Start:
     line = Linear(problem, delivered.u, model, delivered.jacobian, N, screened(problem))
     d, q = line.step(delivered.unknowns, scale(line.r), np.ones(len(delivered.u)))
-    sd = np.array([x.sd for x in delivered.unknowns])
-    bias = q[: delivered.channels]
-    penalty = float(np.sum((d / sd) ** 2) + bias @ bias) + (size / candidate.unknowns[0].sd) ** 2
-    unknowns = (*delivered.unknowns, *candidate.unknowns)
-    return Start(candidate, unknowns, np.append(d, size), merit(rms(line.left(d, q)), penalty))
+    unknowns, u = (*delivered.unknowns, *candidate.unknowns), np.append(d, size)
+    cost = penalty(unknowns, u, q[: delivered.channels])
+    return Start(candidate, unknowns, u, merit(rms(line.left(d, q)), cost))
 
 
 def shorten_step(problem: Problem, starts: Sequence[Start], left: float) -> None:

@@ -239,7 +239,7 @@ class Problem:
 
     def limit(self, double: np.ndarray, single: np.ndarray) -> np.ndarray:
         """What runs tend to as the macro step goes to 0, from those at some step and at twice that."""
-        return single + (single - double) / (2.0**self.order - 1.0) if self.order else single
+        return single + (single - double) / (2.0**self.order - 1.0)
 
     def exact(self, points: Sequence[Point]) -> list[np.ndarray | None]:
         """The long vectors with the macro step's error extrapolated away, from runs at the package's step and at twice
@@ -248,7 +248,7 @@ class Problem:
 
     def at_step(self, point: Point, step: float) -> np.ndarray | None:
         """The long vector of a run at a macro step [s], as it is."""
-        rows = self.rows([point], step, keep=False, tight=True)[0]
+        rows = self.rows([point], step, tight=True)[0]
         return None if rows is None else self.read(point, rows, step)
 
 

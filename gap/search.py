@@ -6,14 +6,15 @@ residual it explains once base parameters and nuisances may follow. Only what sc
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass, field, replace
 from itertools import product
+from typing import Protocol, TypeVar
 
 import numpy as np
 
 from .calibration import chance
-from .fit import Ask, Fit, Linear, drive, fit, went, wide
+from .fit import Ask, Fit, Linear, drive, fit, penalty, went, wide
 from .problem import Candidate, Problem
 
 SINGLES = 10
@@ -78,6 +79,11 @@ class Secant:
     """Where the base parameters would go."""
 
     @property
+    def label(self) -> str:
+        """That of its candidate."""
+        return self.candidate.label
+
+    @property
     def point(self) -> dict[str, float]:
         """Where the candidate was run."""
         return {**self.at.point, **_point(self.candidate, self.size, self.shape)}
@@ -120,11 +126,22 @@ def screened(problem: Problem) -> slice:
     return slice(None, None, max(1, len(problem.obs) // SCREENED))
 
 
-def first_of_each(hypotheses: Sequence[Hypothesis]) -> list[Hypothesis]:
-    """The best of each label, the best first."""
-    unique: dict[str, Hypothesis] = {}
-    for h in sorted(hypotheses, key=lambda h: h.merit):
-        unique.setdefault(h.label, h)
+class Labelled(Protocol):
+    """A hypothesis, or a start of one."""
+
+    @property
+    def label(self) -> str:
+        """For people."""
+
+
+L = TypeVar("L", bound=Labelled)
+
+
+def best_of_each(found: Iterable[L], cost: Callable[[L], float]) -> list[L]:
+    """The one of each label that costs least, the cheapest first."""
+    unique: dict[str, L] = {}
+    for item in sorted(found, key=cost):
+        unique.setdefault(item.label, item)
     return list(unique.values())
 
 
@@ -183,7 +200,6 @@ def weigh(problem: Problem, reference: Fit, N: np.ndarray, found: Sequence[Secan
         if id(at) not in lines:
             lines[id(at)] = Linear(problem, at.u, at.model, at.jacobian, N, rows)
         k = len(at.unknowns)
-        sd = np.array([x.sd for x in at.unknowns])
         radius = np.array([1.5 if x.kind == "base" else 3.0 for x in at.unknowns] + [np.inf])
         main = s.candidate.unknowns[0]
         low, high = max(main.low, -2.0 * abs(s.size)), min(main.high, 2.0 * abs(s.size))
@@ -202,8 +218,7 @@ def weigh(problem: Problem, reference: Fit, N: np.ndarray, found: Sequence[Secan
         s.amount, s.base = float(d[k]), at.u + d[:k]
         s.gain, s.own = 1.0 - energy / reference_left, 1.0 - energy / before
         s.saving = READINGS * float(np.log(reference_left / max(energy, 1e-300)))
-        bias = q[: at.channels]
-        s.saving += reference.penalty() - float(np.sum((s.base / sd) ** 2) + bias @ bias)
+        s.saving += reference.penalty() - penalty(at.unknowns, s.base, q[: at.channels])
 
 
 def screen(problem: Problem, at: Fit, N: np.ndarray) -> list[Secant]:
@@ -214,7 +229,7 @@ def screen(problem: Problem, at: Fit, N: np.ndarray) -> list[Secant]:
     wanted += [(c, s) for c in sensors for s in sizes(c, 1.0)]
     found = secants(problem, at, wanted)
     weigh(problem, at, N, found)
-    best = _best_of_each(found)
+    best = best_of_each(found, lambda s: -s.saving)
     # a large effect is not its derivative: look where the line says it should be, and beyond
     again = []
     for s in best[: SINGLES + 4]:
@@ -231,7 +246,7 @@ def screen(problem: Problem, at: Fit, N: np.ndarray) -> list[Secant]:
                     again.append((s.candidate, -1.0))
     more = secants(problem, at, again)
     weigh(problem, at, N, more)
-    return _best_of_each([*found, *more])
+    return best_of_each([*found, *more], lambda s: -s.saving)
 
 
 def other_starts(problem: Problem, at: Fit, N: np.ndarray) -> list[Secant]:
@@ -246,19 +261,7 @@ def other_starts(problem: Problem, at: Fit, N: np.ndarray) -> list[Secant]:
     plain = [c for c in problem.candidates if not any(u.shape or u.kind == "sensor" for u in c.unknowns)]
     found = secants(problem, delivered, [(c, s) for c in plain for s in sizes(c, 1.0)])
     weigh(problem, at, N, found)
-    best: dict[str, Secant] = {}
-    for s in sorted(found, key=lambda s: -s.own):
-        best.setdefault(s.candidate.label, s)
-    return list(best.values())[:STARTS]
-
-
-def _best_of_each(found: Sequence[Secant]) -> list[Secant]:
-    best: dict[str, Secant] = {}
-    for s in found:
-        label = s.candidate.label
-        if label not in best or s.saving > best[label].saving:
-            best[label] = s
-    return sorted(best.values(), key=lambda s: -s.saving)
+    return best_of_each(found, lambda s: -s.own)[:STARTS]
 
 
 def _ask(problem: Problem, s: Secant, N: np.ndarray, iterations: int) -> Ask:
@@ -308,7 +311,7 @@ def extend(
     far = RIVAL if any(settled(problem, h.fit) for h in going) else BEHIND * best
     going = sorted((h for h in going if h.fit.rms < far), key=lambda h: h.merit)
     carry_on(problem, going[:kept], N, MOST)
-    return first_of_each(made)
+    return best_of_each(made, lambda h: h.merit)
 
 
 def carry_on(problem: Problem, hypotheses: Sequence[Hypothesis], N: np.ndarray, iterations: int) -> None:

@@ -13,7 +13,7 @@ from ..master.pool import Pool
 from . import large, search
 from .campaign import Campaign, CampaignError
 from .catalogue import Catalogue
-from .fit import Fit, fit, nuisances, point_of, settle, went
+from .fit import Fit, fit, nuisances, penalty, point_of, settle, went
 from .judge import Judged, judge
 from .noise import rms
 from .problem import COARSE_ERROR, DIFFERENCES, FACTORS, NUMERICAL, ROUGH, Candidate, Problem, check_units, pose
@@ -206,13 +206,11 @@ def _nearer(problem: Problem, null: Hypothesis, N: np.ndarray) -> list[np.ndarra
         if (size := share * (x.high if share > 0 else -x.low))
     ]
     models = problem.evaluate([point_of(problem.base, u) for u in points])
-    sd = np.array([x.sd for x in problem.base])
     made = []
     for u, model in zip(points, models, strict=True):
         if model is not None:
             q, residual = settle(problem, model, N, 1.0)
-            merit = search.merit(rms(residual), float(np.sum((u / sd) ** 2) + np.sum(q[: null.fit.channels] ** 2)))
-            made.append((merit, u))
+            made.append((search.merit(rms(residual), penalty(problem.base, u, q[: null.fit.channels])), u))
     made.sort(key=lambda entry: entry[0])
     return [u for merit, u in made if merit < null.merit][:STARTS]
 
@@ -234,7 +232,7 @@ def _numerical_gap(problem: Problem) -> tuple[np.ndarray, np.ndarray]:
     half = problem.at_step({}, h / 2.0)
     if half is None:
         raise SimulationError(f"{name}: the model does not run at half its step")
-    numerical, left = at_step - half, at_step - half
+    numerical = left = at_step - half
     change = rms(numerical / problem.obs.floor)
     double = problem.at_step({}, 2.0 * h) if change > NUMERICAL else None
     if double is not None:
@@ -273,7 +271,7 @@ def _large(
         null = Hypothesis((), went(problem, fit(problem, problem.base, null.fit.u, N, REFIT)))
         found = search.screen(problem, null.fit, N)
         singles = [large.laid_aside(h) for h in singles]
-    return null, found, search.first_of_each([*large.fits(problem, starts, N), *singles])
+    return null, found, search.best_of_each([*large.fits(problem, starts, N), *singles], lambda h: h.merit)
 
 
 def choose_difference(problem: Problem) -> None:

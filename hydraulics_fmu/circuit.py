@@ -45,6 +45,9 @@ PA, P1, P2, PB, PT, XC, VC, INTEGRAL, SPOOL, SPOOL_RATE = range(BORDER)
 ) = range(64)  # fmt: skip
 """Places of the constants in the array made by `constants`."""
 
+SHORTEST = 2.5e-4
+"""Shortest delay or sampling period of the controller that is followed slice by slice [s], see `march`."""
+
 OUTPUTS = ("F_h", "P1", "P2", "Pa", "Pb", "Pp", "Pt", "Q1", "Q2", "Qa", "Qb", "Qrv", "x_v", "u", "x_cmd")
 
 
@@ -70,6 +73,9 @@ def constants(p: Mapping[str, float]) -> np.ndarray:
     area_1, area_2 = cylinder.areas(p["cylinder.D_h"], p["cylinder.d_h"])
     p_am = ambient_pressure(p["depth"]) * p["effect.ambient_pressure_error.scale"]
     law = p["effect.viscosity_law.share"]
+    delay, period = p["effect.command_delay.tau"], p["effect.controller_sampling.period"]
+    if period < SHORTEST:  # sampling so fast is the delay of half a period that it amounts to
+        delay, period = delay + 0.5 * period, 0.0
     c = np.zeros(64)
     values = {
         SEGMENTS: n, P_AM: p_am,
@@ -103,11 +109,11 @@ def constants(p: Mapping[str, float]) -> np.ndarray:
         AIR: p["effect.entrained_air.fraction"], POLYTROPIC: p["effect.entrained_air.polytropic"],
         HALF_AT_CHAMBER: 0.5 * bore * dx * softer, BETA_LINE: beta_line,
         SPOOL_T: p["effect.valve_dynamics.T"], SPOOL_DAMPING: p["effect.valve_dynamics.damping"],
-        DELAY: p["effect.command_delay.tau"], OVERLAP: p["effect.valve_dead_zone.overlap"],
+        DELAY: delay, OVERLAP: p["effect.valve_dead_zone.overlap"],
         NULL_SHIFT: p["effect.valve_null_shift.shift"], VALVE_LEAK: p["effect.valve_leakage.c"],
         OVERRIDE: p["effect.relief_override.R"],
         MINOR: p["effect.line_minor_losses.K"] * p["oil.rho"] / (2.0 * bore**2 * n),
-        SAMPLING: p["effect.controller_sampling.period"], LAW: law,
+        SAMPLING: period, LAW: law,
     }  # fmt: skip
     for place, value in values.items():
         c[place] = value

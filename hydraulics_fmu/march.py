@@ -6,7 +6,7 @@ and remembered, and within it the output in force is known: what was remembered 
 `memory` holds this history; it is part of the state.
 
 No slice is shorter than `SHORTEST`, so that a run's cost stays bounded: for a shorter delay the last straight line goes
-on, and sampling in a shorter period is the delay of half a period that it amounts to.
+on, and sampling in a shorter period is, in the constants already, the delay of half a period that it amounts to.
 """
 
 from __future__ import annotations
@@ -23,6 +23,7 @@ from .circuit import (
     KP,
     SAMPLING,
     SEGMENTS,
+    SHORTEST,
     command,
     command_rate,
 )
@@ -34,8 +35,8 @@ COUNT, HELD, SAMPLED_AT = 0, 1, 2
 FIRST = 3
 MEMORY = FIRST + 2 * LENGTH
 """Size of the memory: number of entries made, output in force [mA], time of the last sample [s], times, outputs."""
-SLICE, SHORTEST = 1e-3, 2.5e-4
-"""Longest and shortest slice [s]."""
+SLICE = 1e-3
+"""Longest slice [s]."""
 
 
 @kernel
@@ -58,20 +59,12 @@ def remembered(t: float, memory: object, limit: float) -> float:
 
 
 @kernel
-def delay_and_period(c: object) -> tuple[float, float]:
-    """Delay and sampling period [s] as they are marched."""
-    if c[SAMPLING] < SHORTEST:
-        return c[DELAY] + 0.5 * c[SAMPLING], 0.0
-    return c[DELAY], c[SAMPLING]
-
-
-@kernel
 def march(
     y: object, w: object, memory: object, c: object, scale: object,
     t_0: float, h: float, x_0: float, v_h: float, x_ref: float, ref_rate: float,
 ) -> int:  # fmt: skip
     """Advance y over the step as `advance` does, with delay and sampling of the controller where switched on."""
-    delay, period = delay_and_period(c)
+    delay, period = c[DELAY], c[SAMPLING]
     plain = delay == 0.0 and period == 0.0
     integral = 2 * (2 * int(c[SEGMENTS]) - 1) + INTEGRAL
     tiny = 1e-9 * max(h, 1e-6)
@@ -119,9 +112,8 @@ def march(
 @kernel
 def output_in_force(t: float, memory: object, c: object) -> float:
     """Controller output [mA] that acts on the valve at time t [s], or NaN when it is continuous."""
-    delay, period = delay_and_period(c)
-    if delay > 0.0:
-        return remembered(t - delay, memory, c[I_MAX]) if memory[COUNT] > 0.0 else float("nan")
-    if period > 0.0:
+    if c[DELAY] > 0.0:
+        return remembered(t - c[DELAY], memory, c[I_MAX]) if memory[COUNT] > 0.0 else float("nan")
+    if c[SAMPLING] > 0.0:
         return memory[HELD] if memory[COUNT] > 0.0 else float("nan")
     return float("nan")

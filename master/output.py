@@ -6,7 +6,6 @@ import json
 import platform
 import shutil
 import signal
-import tempfile
 import threading
 from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
@@ -15,7 +14,7 @@ from pathlib import Path
 from typing import Any
 
 from ..core.errors import OutputError
-from ..core.files import writing
+from ..core.files import make_folder, writing
 
 FILES = ("results.csv", "summary.json", "manifest.json", "overview.png")
 
@@ -54,12 +53,10 @@ def write_summary(folder: Path, summary: Mapping[str, Any]) -> None:
 
 def prepare_folder(folder: Path) -> None:
     """Make the result folder, or say why that is not possible."""
+    make_folder(folder)
     with writing(folder):
-        folder.mkdir(parents=True, exist_ok=True)
         for name in FILES:  # what an earlier run left would pass for this one's
             (folder / name).unlink(missing_ok=True)
-        with tempfile.TemporaryFile(dir=folder):
-            pass
 
 
 def forget_earlier(file: Path) -> None:

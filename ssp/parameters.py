@@ -109,16 +109,8 @@ class Bindings:
         if of is None:
             raise document.error(element, "sourceBase 'component' on a system, which has no source")
         is_archive = of.suffix.lower() != ".ssd"
-        if is_archive:
-            try:
-                name = unquote(urlsplit(source).path)
-                with zipfile.ZipFile(of) as archive:
-                    if name in archive.namelist():
-                        if archive.getinfo(name).file_size > MAX_XML:
-                            raise PackageError(f"{of.name}/{name}: larger than {MAX_XML // 1024**2} MB; refused")
-                        return Document(BytesIO(archive.read(name)), f"{of.name}/{name}")
-            except (OSError, zipfile.BadZipFile, RuntimeError, NotImplementedError, EOFError, ValueError) as error:
-                raise PackageError(f"{of.name}: not a zip archive or damaged ({error})") from None
+        if is_archive and (found := _in_archive(of, source)) is not None:
+            return found
         path, _ = inside(document, element, source, of.parent, self.root)
         if not path.is_file():
             where = f"neither in {of.name} nor beside it" if is_archive else f"not beside {of.name}"
@@ -168,6 +160,20 @@ class Bindings:
                 )
             )  # fmt: skip
         return tuple(entries)
+
+
+def _in_archive(path: Path, source: str) -> Document | None:
+    """A file of an FMU's or a package's archive; None where it has none of that name."""
+    try:
+        name = unquote(urlsplit(source).path)
+        with zipfile.ZipFile(path) as archive:
+            if name not in archive.namelist():
+                return None
+            if archive.getinfo(name).file_size > MAX_XML:
+                raise PackageError(f"{path.name}/{name}: larger than {MAX_XML // 1024**2} MB; refused")
+            return Document(BytesIO(archive.read(name)), f"{path.name}/{name}")
+    except (OSError, zipfile.BadZipFile, RuntimeError, NotImplementedError, EOFError, ValueError) as error:
+        raise PackageError(f"{path.name}: not a zip archive or damaged ({error})") from None
 
 
 def _shown(path: Path, root: Path) -> str:

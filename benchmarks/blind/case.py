@@ -321,8 +321,7 @@ def draw(seed: int, index: int, refit: bool = True) -> Case:
         if scaled is None:
             case.notes.append(f"{trial.effect.id} cannot be seen in this case")
             continue
-        left = ruler.size((scaled,), 0.9 * SMALLEST) if refit else scaled.size_linear
-        scaled = replace(scaled, size=left)
+        scaled = replace(scaled, size=ruler.size((scaled,), 0.9 * SMALLEST) if refit else scaled.size_linear)
         if scaled.size <= 0.9 * SMALLEST:
             case.notes.append(f"{trial.effect.id} is within the tolerance of the base parameters in this case")
             continue

@@ -26,6 +26,9 @@ BASE: Mapping[str, float | bool] = {
 WITHIN = 1e-3
 """The motion is done within 1 mm, 0.5 % of the stroke commanded in most runs [m]."""
 
+VISCOSITY: Mapping[bool, str] = {True: "variable", False: "constant"}
+"""What a viscosity is called, by whether it grows with pressure."""
+
 TIMES: Mapping[bool, tuple[float, float]] = {True: (7.625, 7.156), False: (7.178, 6.779)}
 """Published times of extension and retraction at 11 km [s], by whether the viscosity is variable."""
 

@@ -10,7 +10,7 @@ from dataclasses import dataclass
 from itertools import pairwise
 
 from ..table1 import Result
-from .cases import CONSTANT, DEEPEST, DEPTHS, FIGURES, RAMP, T_DOWN, TIMES
+from .cases import CONSTANT, DEEPEST, DEPTHS, FIGURES, RAMP, T_DOWN, TIMES, VISCOSITY
 from .lines import STEADY, Lines
 from .runs import Run, Runs
 
@@ -73,9 +73,8 @@ def _lines(lines: Lines) -> Iterator[Claim]:
     yield Claim(where, "they differ from 6 km on, the more the deeper", "differ", told,
                 all(apart[km] >= APART for km in deep) and _rising([apart[km] for km in deep]))  # fmt: skip
     for variable, loss in STEADY.items():
-        kind = "variable" if variable else "constant"
         ours = lines.steady(11, variable) / 1e6
-        yield _number(where, f"steady loss at 11 km, {kind} viscosity", loss, ours, "MPa", LOSS)
+        yield _number(where, f"steady loss at 11 km, {VISCOSITY[variable]} viscosity", loss, ours, "MPa", LOSS)
 
 
 def _depths(runs: Runs) -> Iterator[Claim]:

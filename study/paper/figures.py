@@ -11,7 +11,7 @@ from matplotlib.axes import Axes
 from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
 
-from .cases import CONSTANT, DEEPEST, DEPTHS, FIGURES, T_DOWN, T_START, TARGET, TIMES, WITHIN
+from .cases import CONSTANT, DEEPEST, DEPTHS, FIGURES, T_DOWN, T_START, TARGET, TIMES, VISCOSITY, WITHIN
 from .lines import STEADY, Lines
 from .runs import Run, Runs
 
@@ -54,10 +54,10 @@ def _line_losses(lines: Lines) -> Figure:
             ax.plot(1e3 * t, loss / 1e6, style, color=colour, label=f"{km:g} km" if variable else None)
     end = 1e3 * lines.made[lines.depths[0], True][0][-1]
     for variable, value in STEADY.items():
-        name = "variable" if variable else "constant"
         ax.plot(end, value, "<", color=PUBLISHED, ms=6)
         place, up = (-8, 6 if variable else -11), "offset points"
-        ax.annotate(f"{value} MPa, {name} (paper)", (end, value), place, textcoords=up, ha="right", fontsize=8)
+        told = f"{value} MPa, {VISCOSITY[variable]} (paper)"
+        ax.annotate(told, (end, value), place, textcoords=up, ha="right", fontsize=8)
     ax.plot([], [], "k--", label="constant viscosity")
     ax.set(xlabel="time [ms]", ylabel="loss of one line [MPa]", title="3 L/min switched on at the inlet")
     ax.legend(ncols=2)
@@ -85,7 +85,7 @@ def _depths(runs: Runs) -> Figure:
         _draw(ax, run, color=COLOURS[4] if constant else colour, ls="--" if constant else "-", label=run.case.label)
     done = 1e3 * (TARGET - WITHIN), 1e3 * WITHIN
     for (variable, (out, back)), shape in zip(TIMES.items(), ("v", "^"), strict=True):
-        name = f"paper, 11 km, {'variable' if variable else 'constant'} viscosity"
+        name = f"paper, 11 km, {VISCOSITY[variable]} viscosity"
         ax.plot([T_START + out, T_DOWN + back], done, shape, color=PUBLISHED, ms=6, label=name)
     _labels(ax, FIGURES[9][0])
     return figure

@@ -8,6 +8,7 @@ from typing import Any
 
 import numpy as np
 
+from ...core.cli import need
 from ...core.errors import UsageError
 from .axes import MOST, Axis, check_names
 
@@ -74,8 +75,7 @@ def problem(axes: Sequence[Axis]) -> dict[str, Any]:
 def _saltelli(axes: Sequence[Axis], number: int, seed: int) -> np.ndarray:
     if number & (number - 1):
         raise UsageError(f"--sample saltelli:{number}: it has to be a power of two, e.g. {1 << number.bit_length()}")
-    try:
-        from SALib.sample import sobol
-    except ImportError:
-        raise UsageError("--sample saltelli needs SALib: pip install deepsea-cosim[study]") from None
+    need("study", "SALib")
+    from SALib.sample import sobol
+
     return sobol.sample(problem(axes), number, calc_second_order=True, seed=seed)

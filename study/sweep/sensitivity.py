@@ -8,7 +8,7 @@ from typing import Any
 
 import numpy as np
 
-from ...core.errors import UsageError
+from ...core.cli import need
 from .axes import Axis
 from .cases import Case, problem
 
@@ -28,10 +28,9 @@ def sensitivities(
     seen = np.isfinite(y)
     if seen.sum() < FEWEST or np.ptp(y[seen]) <= 1e-12 * np.max(np.abs(y[seen])):
         return None
-    try:
-        from SALib.analyze import rbd_fast, sobol
-    except ImportError:
-        raise UsageError("sensitivities need SALib: pip install deepsea-cosim[study]") from None
+    need("study", "SALib")
+    from SALib.analyze import rbd_fast, sobol
+
     names = [a.name for a in axes]
     with warnings.catch_warnings():
         warnings.simplefilter("ignore")
