@@ -8,6 +8,7 @@ where there is no C compiler.
 
 from __future__ import annotations
 
+import atexit
 import shutil
 import subprocess
 import sys
@@ -28,7 +29,9 @@ compiler = shutil.which("cc") or shutil.which("gcc") or shutil.which("clang")
 def library(version: int) -> Path:
     """The compiled library of an FMI version."""
     assert compiler
-    target = Path(mkdtemp(prefix="native_")) / f"Linear{version}.so"
+    folder = mkdtemp(prefix="native_")
+    atexit.register(shutil.rmtree, folder, ignore_errors=True)
+    target = Path(folder) / f"Linear{version}.so"
     source = HERE / "fmus" / "linear.c"
     command = [compiler, "-O2", "-w", "-shared", "-fPIC", f"-DFMI={version}", str(source), "-o", str(target), "-lm"]
     subprocess.run(command, check=True)

@@ -8,30 +8,26 @@ its own, the base parameters follow as far as the delivered model's derivatives 
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 import numpy as np
 
 from .fit import Fit, Linear, drive, fit, penalty, point_of, scale
 from .noise import rms
-from .problem import COARSE_ERROR, FACTORS, Candidate, Problem, Unknown
+from .problem import Candidate, Problem, Unknown
 from .search import MOST, TASTE, Hypothesis, as_delivered, best_of_each, carry_on, merit, screened, secants, sizes
 
 SIZES = (1.0, 2.0, 4.0, 8.0)
 """Sizes, in usual ones, at which an effect is run."""
 
-SCAN, SHORTEST = 4, 2
-"""Most steps of the package in a macro step of these runs, for a machine that swings needs it; and the fewest, which
-cost half of a run at the package's step."""
+SCAN = 4
+"""Most steps of the package in a macro step of these runs, for a machine that swings needs it."""
 
 BEGUN, KEPT = 6, 3
 """Starts that are fitted, and those that are carried to the end."""
 
 NEARLY = 0.25
 """How far behind the best fit a start may be, as a share of what that has gained over the null."""
-
-LONG_STEPS = 0.1
-"""Error that a long macro step may make, as a share of what is left."""
 
 
 @dataclass
@@ -78,22 +74,6 @@ def _start(
     return Start(candidate, unknowns, u, merit(rms(line.left(d, q)), cost))
 
 
-def shorten_step(problem: Problem, starts: Sequence[Start], left: float) -> None:
-    """The longest macro step, not longer than now, whose error at the starts is small beside the RMS that is left; or
-    `SHORTEST`."""
-    points = [s.point for s in starts]
-    exact = problem.exact(points)
-    most = max(COARSE_ERROR, LONG_STEPS * left)
-    for factor in (f for f in FACTORS if f == problem.factor or SHORTEST <= f < problem.factor):
-        problem.factor = factor
-        errors = [
-            rms((y - z) / problem.obs.floor)
-            for y, z in zip(exact, problem.evaluate(points), strict=True) if y is not None and z is not None
-        ]  # fmt: skip
-        if max(errors, default=0.0) < most:
-            return
-
-
 def fits(problem: Problem, starts: Sequence[Start], N: np.ndarray) -> list[Hypothesis]:
     """Fits from the starts, the best first; the better ones are carried to the end."""
     begun = drive(problem, [fit(problem, s.unknowns, s.u, N, 1) for s in starts])
@@ -102,8 +82,3 @@ def fits(problem: Problem, starts: Sequence[Start], N: np.ndarray) -> list[Hypot
         made.sort(key=lambda h: h.merit)
         carry_on(problem, made[:kept], N, steps)
     return sorted(made, key=lambda h: h.merit)
-
-
-def laid_aside(h: Hypothesis) -> Hypothesis:
-    """A hypothesis whose fit rests on other macro steps than now, and cannot go on."""
-    return replace(h, fit=replace(h.fit, converged=True), quick=False, finished=True)

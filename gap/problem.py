@@ -26,17 +26,8 @@ from .noise import quantum, spread
 from .observations import Moment, Observations, gather, thin
 from .sensor import Sensor
 
-FACTORS = (8, 4, 2, 1)
-"""Macro steps of an estimation, in steps of the package."""
-
 DIFFERENCES = (1e-4, 1e-3, 1e-2, 5e-2)
 """Steps of a finite difference, in u: the smallest at which the simulations are smooth is taken."""
-
-ROUGH = 0.1
-"""How far, in its own size, a change may be from half of that of twice the step to be smooth."""
-
-COARSE_ERROR = 5.0
-"""Largest RMS difference of a coarse run to one at the package's step, in floors, before correction."""
 
 BIAS, BIAS_OF_LEVEL = 1.5e-3, 5e-4
 """Usual bias of a sensor as a share of its span, and of its largest reading: a nuisance in every fit."""
@@ -46,9 +37,6 @@ CLOCK = 0.1
 
 REACH = 1.0
 """How far a base parameter may go, in its tolerances."""
-
-NUMERICAL = 0.03
-"""RMS change, in floors, that halving the macro step makes and that is worth an extrapolation."""
 
 Point = Mapping[str, float]
 """Unknowns by name, in their scale u; those left out are 0."""

@@ -10,13 +10,13 @@ import numpy as np
 
 from ..core.errors import SimulationError
 from ..master.pool import Pool
-from . import large, search
+from . import large, search, steps
 from .campaign import Campaign, CampaignError
 from .catalogue import Catalogue
 from .fit import Fit, fit, nuisances, penalty, point_of, settle, went
 from .judge import Judged, judge
 from .noise import rms
-from .problem import COARSE_ERROR, DIFFERENCES, FACTORS, NUMERICAL, ROUGH, Candidate, Problem, check_units, pose
+from .problem import Candidate, Problem, check_units, pose
 from .search import Hypothesis, Secant, settled
 from .unexplained import Structure, structure
 
@@ -136,13 +136,13 @@ def study(
     stage("reading the model")
     problem = pose(learn, catalogue, pool)
     stage("numerical gap: the model at its step and at half of it")
-    delivered, numerical = _numerical_gap(problem)
+    delivered, numerical = steps.numerical_gap(problem)
     check_units(problem, delivered)
     held = _hold(replace(campaign, runs=kept, warnings=[]), catalogue, pool) if kept else None
-    _choose_step(problem, delivered)
+    steps.lengthen(problem, delivered)
     stage("refitting the base parameters")
     N = nuisances(problem, delivered)
-    choose_difference(problem)
+    steps.choose_difference(problem)
     null = _refit(problem, N)
     stage("screening the effects")
     found = search.screen(problem, null.fit, N)
@@ -156,10 +156,19 @@ def study(
         stage("looking for large effects")
         null, found, singles = _large(problem, null, found, singles, N)
     hypotheses = [null, *singles]
+    package_step = problem.fine
+    steps.resolve(problem, hypotheses, N)
+    singles.sort(key=lambda h: h.merit)
     if singles and not settled(problem, singles[0].fit):
         stage("fitting pairs of effects")
         pairs = _pairs(problem, singles, found, N)
         hypotheses += [*pairs, *_swapped(problem, singles, pairs, N)]
+        steps.resolve(problem, hypotheses, N)
+    if problem.fine < package_step:
+        told = "the gap's model depends on its macro step more than the delivered one: fits rest on steps of"
+        problem.warnings.append(f"{told} {1e3 * problem.fine:g} ms, the package's is {1e3 * package_step:g} ms")
+    if held:
+        held.problem.fine, held.problem.order = problem.fine, problem.order
     stage("finishing the best")
     search.finish(problem, null, N)
     judged = judge(problem, hypotheses, N)
@@ -217,40 +226,7 @@ def _nearer(problem: Problem, null: Hypothesis, N: np.ndarray) -> list[np.ndarra
 
 def _hold(campaign: Campaign, catalogue: Catalogue, pool: Pool) -> Held:
     problem = pose(campaign, catalogue, pool)
-    return Held(problem, _numerical_gap(problem)[0])
-
-
-def _numerical_gap(problem: Problem) -> tuple[np.ndarray, np.ndarray]:
-    """The model as delivered, and how far halving its step moves each entry.
-
-    Settles by which order the problem's runs are extrapolated, and widens its floors by what that leaves.
-    """
-    name, h = problem.campaign.system.name, problem.fine
-    at_step = problem.at_step({}, h)
-    if at_step is None:
-        raise SimulationError(f"{name}: the model as delivered does not run the campaign")
-    half = problem.at_step({}, h / 2.0)
-    if half is None:
-        raise SimulationError(f"{name}: the model does not run at half its step")
-    numerical = left = at_step - half
-    change = rms(numerical / problem.obs.floor)
-    double = problem.at_step({}, 2.0 * h) if change > NUMERICAL else None
-    if double is not None:
-        problem.order = 2 if rms((double - at_step) / problem.obs.floor) > 2.0**1.5 * change else 1
-        left = problem.limit(double, at_step) - problem.limit(at_step, half)
-    problem.obs.widen(at_step, left)
-    return at_step, numerical
-
-
-def _choose_step(problem: Problem, delivered: np.ndarray) -> None:
-    """The longest macro step whose runs are near enough to be corrected."""
-    for factor in FACTORS:
-        problem.factor = factor
-        if factor == 1:
-            return
-        y = problem.evaluate([{}])[0]
-        if y is not None and rms((y - delivered) / problem.obs.floor) < COARSE_ERROR:
-            return
+    return Held(problem, steps.numerical_gap(problem)[0])
 
 
 def _large(
@@ -266,31 +242,13 @@ def _large(
     problem.factor = before
     if not starts:
         return null, found, singles
-    large.shorten_step(problem, starts, null.fit.rms)
+    steps.shorten(problem, [s.point for s in starts], null.fit.rms)
     if problem.factor != before:
         null = Hypothesis((), went(problem, fit(problem, problem.base, null.fit.u, N, REFIT)))
         found = search.screen(problem, null.fit, N)
-        singles = [large.laid_aside(h) for h in singles]
+        for h in singles:
+            steps.lay_aside(h)
     return null, found, search.best_of_each([*large.fits(problem, starts, N), *singles], lambda h: h.merit)
-
-
-def choose_difference(problem: Problem) -> None:
-    """The smallest finite difference at which the simulations are smooth.
-
-    A change of all base parameters at once is compared with half of that of twice the step: runs of a solver that
-    chooses its steps differ by its tolerance, however small the change is.
-    """
-    signs = np.random.default_rng(0).choice([-1.0, 1.0], len(problem.base))
-    for h in DIFFERENCES:
-        problem.difference = h
-        points = [{x.name: k * h * s for x, s in zip(problem.base, signs, strict=True)} for k in (0.0, 1.0, 2.0)]
-        here, one, two = problem.evaluate(points)
-        if here is None or one is None or two is None:
-            continue
-        first, second = one - here, two - one
-        seen = np.abs(first) >= max(float(np.median(np.abs(first))), 1e-300)
-        if seen.any() and np.median(np.abs((second - first)[seen] / first[seen])) < ROUGH:
-            return
 
 
 def _backward(problem: Problem, judged: list[Judged], N: np.ndarray) -> list[Judged]:
@@ -342,7 +300,7 @@ def _swapped(problem: Problem, singles: list[Hypothesis], pairs: list[Hypothesis
 
 def _pairs(problem: Problem, singles: list[Hypothesis], found: list[Secant], N: np.ndarray) -> list[Hypothesis]:
     made: dict[tuple[str, ...], Hypothesis] = {}
-    for h in singles[: search.PAIRS_FROM]:
+    for h in [h for h in singles if not h.finished][: search.PAIRS_FROM]:
         if any(settled(problem, pair.fit) for pair in made.values()):
             break
         again = [replace(s, at=h.fit) for s in found]

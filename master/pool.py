@@ -21,6 +21,7 @@ import numpy as np
 
 from ..core.errors import SimulationError, UsageError
 from .session import Series, Session
+from .setup import forget_unpacked
 
 
 @dataclass(frozen=True)
@@ -78,6 +79,7 @@ def _quiet_worker() -> None:
     def follow() -> None:
         if parent is not None:
             parent.join()
+            forget_unpacked()
             os._exit(0)
 
     threading.Thread(target=follow, daemon=True).start()

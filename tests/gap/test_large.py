@@ -4,7 +4,7 @@ from types import SimpleNamespace
 
 import numpy as np
 import pytest
-from deepsea_cosim.gap import large
+from deepsea_cosim.gap import large, steps
 from deepsea_cosim.gap.fit import nuisances, rms
 from deepsea_cosim.gap.observations import gather
 from deepsea_cosim.gap.problem import Candidate, Unknown
@@ -51,10 +51,11 @@ def test_macro_steps_are_shortened_until_their_error_is_small_at_the_starts():
     starts = large.scan(p, nuisances(p, machine({})))
     assert p.factor == large.SCAN
     p.factor = 8
-    large.shorten_step(p, starts, left=20.0)
-    assert p.factor == large.SHORTEST
+    points = [s.point for s in starts]
+    steps.shorten(p, points, left=20.0)
+    assert p.factor == steps.SHORTEST
     calm = problem({"m.e": 4.6})
-    large.shorten_step(calm, starts, left=20.0)
+    steps.shorten(calm, points, left=20.0)
     assert calm.factor == 8
 
 

@@ -10,7 +10,7 @@ from deepsea_cosim.gap.campaign import read
 from deepsea_cosim.gap.catalogue import load
 from deepsea_cosim.gap.noise import rms
 from deepsea_cosim.gap.problem import Unknown, matching, pose
-from deepsea_cosim.gap.study import _numerical_gap, choose_difference
+from deepsea_cosim.gap.steps import choose_difference, numerical_gap
 from deepsea_cosim.master.pool import Pool
 
 from .oscillator import campaign, measure
@@ -67,7 +67,7 @@ def test_the_macro_steps_error_is_extrapolated_away(posed):
     with Pool(told.system, processes=1) as pool:
         problem = pose(told, catalogue, pool)
         problem.obs.floor[:] = 1e-7
-        delivered, halving = _numerical_gap(problem)
+        delivered, halving = numerical_gap(problem)
         assert problem.order == 1
         truth = problem.at_step({}, problem.fine / 32.0)
         error, left = delivered - truth, problem.exact([{}])[0] - truth
@@ -80,6 +80,6 @@ def test_a_step_that_does_not_matter_is_not_extrapolated(posed):
     with Pool(told.system, processes=1) as pool:
         problem = pose(told, catalogue, pool)
         problem.obs.floor[:] = 1.0
-        delivered, _ = _numerical_gap(problem)
+        delivered, _ = numerical_gap(problem)
         assert problem.order == 0
         np.testing.assert_array_equal(problem.exact([{}])[0], delivered)

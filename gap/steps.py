@@ -1,0 +1,138 @@
+"""Which steps the simulations of a diagnosis take: macro steps, and those of finite differences.
+
+What a macro step changes is never called physics. Its error is extrapolated away (`Problem.exact`), first for the model
+as delivered; but an effect may bring the machine near to swinging, where its motion depends on the step as it never did
+before, so the best fits are asked again (`resolve`).
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import replace
+
+import numpy as np
+
+from ..core.errors import SimulationError
+from .fit import drive, fit
+from .noise import rms
+from .problem import DIFFERENCES, Point, Problem
+from .search import MOST, Hypothesis
+
+NUMERICAL = 0.03
+"""RMS change, in floors, that halving the macro step makes and that is worth an extrapolation."""
+
+FACTORS = (8, 4, 2, 1)
+"""Macro steps of an estimation, in steps of the package."""
+
+COARSE_ERROR = 5.0
+"""Largest RMS difference of a coarse run to one at the package's step, in floors, before correction."""
+
+SHORTEST = 2
+"""Fewest steps of the package in a macro step that is shortened for a machine that swings; a run then costs half of one
+at the package's step."""
+
+LONG_STEPS = 0.1
+"""Error that a long macro step may make, as a share of what is left."""
+
+UNRESOLVED, SHARE = 0.2, 0.1
+"""RMS change, in floors and as a share of what is left, by which the extrapolated run at a best fit may still depend on
+the step."""
+
+HALVINGS, REFITTED = 2, 4
+"""How often the step of exact runs is halved at most, and the fits that are made anew then."""
+
+ROUGH = 0.1
+"""How far, in its own size, a change may be from half of that of twice the step to be smooth."""
+
+
+def numerical_gap(problem: Problem) -> tuple[np.ndarray, np.ndarray]:
+    """The model as delivered, and how far halving its step moves each entry.
+
+    Settles by which order the problem's runs are extrapolated, and widens its floors by what that leaves.
+    """
+    name, h = problem.campaign.system.name, problem.fine
+    at_step = problem.at_step({}, h)
+    if at_step is None:
+        raise SimulationError(f"{name}: the model as delivered does not run the campaign")
+    half = problem.at_step({}, h / 2.0)
+    if half is None:
+        raise SimulationError(f"{name}: the model does not run at half its step")
+    numerical = left = at_step - half
+    change = rms(numerical / problem.obs.floor)
+    double = problem.at_step({}, 2.0 * h) if change > NUMERICAL else None
+    if double is not None:
+        problem.order = 2 if rms((double - at_step) / problem.obs.floor) > 2.0**1.5 * change else 1
+        left = problem.limit(double, at_step) - problem.limit(at_step, half)
+    problem.obs.widen(at_step, left)
+    return at_step, numerical
+
+
+def lengthen(problem: Problem, delivered: np.ndarray) -> None:
+    """The longest macro step whose runs are near enough to be corrected."""
+    for factor in FACTORS:
+        problem.factor = factor
+        if factor == 1:
+            return
+        y = problem.evaluate([{}])[0]
+        if y is not None and rms((y - delivered) / problem.obs.floor) < COARSE_ERROR:
+            return
+
+
+def shorten(problem: Problem, points: Sequence[Point], left: float) -> None:
+    """The longest macro step, not longer than now, whose error at the points is small beside the RMS that is left; or
+    `SHORTEST`."""
+    exact = problem.exact(points)
+    most = max(COARSE_ERROR, LONG_STEPS * left)
+    for factor in (f for f in FACTORS if f == problem.factor or SHORTEST <= f < problem.factor):
+        problem.factor = factor
+        errors = [
+            rms((y - z) / problem.obs.floor)
+            for y, z in zip(exact, problem.evaluate(points), strict=True) if y is not None and z is not None
+        ]  # fmt: skip
+        if max(errors, default=0.0) < most:
+            return
+
+
+def resolve(problem: Problem, hypotheses: Sequence[Hypothesis], N: np.ndarray) -> None:
+    """Halve all macro steps while the best fit's extrapolated run depends on them, and fit the best anew, in place."""
+    for _ in range(HALVINGS):
+        ranked = sorted(hypotheses, key=lambda h: h.merit)
+        best = ranked[0]
+        before = problem.exact([best.fit.point])[0]
+        problem.fine /= 2.0
+        after = problem.exact([best.fit.point])[0]
+        change = 0.0 if before is None or after is None else rms((after - before) / problem.obs.floor)
+        if change < max(UNRESOLVED, SHARE * best.fit.rms):
+            problem.fine *= 2.0
+            return
+        problem.order = problem.order or 1
+        asks = [fit(problem, h.fit.unknowns, h.fit.u, N, MOST) for h in ranked[:REFITTED]]
+        for h, found in zip(ranked, [*drive(problem, asks), *[None] * len(ranked[REFITTED:])], strict=True):
+            if found is None:
+                lay_aside(h)
+            else:
+                h.fit, h.quick, h.finished = found, False, False
+
+
+def lay_aside(h: Hypothesis) -> None:
+    """A hypothesis whose fit rests on other macro steps than now cannot go on."""
+    h.fit, h.quick, h.finished = replace(h.fit, converged=True), False, True
+
+
+def choose_difference(problem: Problem) -> None:
+    """The smallest finite difference at which the simulations are smooth.
+
+    A change of all base parameters at once is compared with half of that of twice the step: runs of a solver that
+    chooses its steps differ by its tolerance, however small the change is.
+    """
+    signs = np.random.default_rng(0).choice([-1.0, 1.0], len(problem.base))
+    for h in DIFFERENCES:
+        problem.difference = h
+        points = [{x.name: k * h * s for x, s in zip(problem.base, signs, strict=True)} for k in (0.0, 1.0, 2.0)]
+        here, one, two = problem.evaluate(points)
+        if here is None or one is None or two is None:
+            continue
+        first, second = one - here, two - one
+        seen = np.abs(first) >= max(float(np.median(np.abs(first))), 1e-300)
+        if seen.any() and np.median(np.abs((second - first)[seen] / first[seen])) < ROUGH:
+            return
