@@ -282,9 +282,19 @@ def _raw(
             del os.environ["DEEPSEA_COSIM_CACHE"]
         else:
             os.environ["DEEPSEA_COSIM_CACHE"] = before
+        _forget_modules(scratch)
     with zipfile.ZipFile(raw) as archive:
         # the sources that pythonfmu3 adds are those of its own library
         return {name: archive.read(name) for name in archive.namelist() if not name.startswith("sources/")}
+
+
+def _forget_modules(folder: Path) -> None:
+    """Forget what this process has imported from a folder that is about to go; an FMU that it runs has its own copy."""
+    for name, module in list(sys.modules.items()):
+        places = [getattr(module, "__file__", None), *getattr(module, "__path__", ())]
+        if any(place and Path(place).is_relative_to(folder) for place in places):
+            del sys.modules[name]
+    sys.path[:] = [entry for entry in sys.path if not Path(entry).is_relative_to(folder)]
 
 
 def _add_front(

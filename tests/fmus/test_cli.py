@@ -1,3 +1,6 @@
+import sys
+from pathlib import Path
+
 from deepsea_cosim.fmus.cli import main
 
 
@@ -23,3 +26,11 @@ def test_scenarios_are_packed(built):
     names = {path.stem for path in built.glob("*.ssp")}
     depths = {f"deepsea_{km}km" for km in (0, 3, 6, 9, 10, 11)}
     assert names == depths | {"deepsea_11km_constant_viscosity"}
+
+
+def test_the_build_leaves_no_module_whose_file_is_gone(built):
+    """An FMU that this process runs next would take the helpers from there, and put what it compiles there."""
+    ours = [m for name, m in sys.modules.items() if name.startswith("deepsea_cosim_")]
+    files = {m.__file__ for m in ours if hasattr(m, "__file__")}
+    assert [f for f in files if f and not Path(f).exists()] == []
+    assert [p for p in sys.path if "deepsea-cosim" in p and not Path(p).exists()] == []
