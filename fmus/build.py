@@ -8,7 +8,7 @@ has a C compiler, the front library that turns faults into fmi2Error.
 from __future__ import annotations
 
 import hashlib
-import importlib
+import importlib.util
 import io
 import os
 import shutil
@@ -257,11 +257,9 @@ def _raw(
     """The files of the FMU as pythonfmu makes it."""
     from .readme import readme
 
-    try:
-        builder = importlib.import_module(version.builder).FmuBuilder
-    except ImportError:
-        needed = version.builder.partition(".")[0]
-        raise UsageError(f"--fmi {version.fmi} needs {needed}: pip install 'deepsea-cosim[fmi3]'") from None
+    needed = version.builder.partition(".")[0]
+    if importlib.util.find_spec(needed) is None:
+        raise UsageError(f"--fmi {version.fmi} needs {needed}: pip install 'deepsea-cosim[fmi3]'")
     entry = (HERE / "entry.py.in").read_text().replace("@ENTRY@\n", version.entry)
     for place, text in (("@PACKAGE@", package), ("@MODULE@", model.modules[0]), ("@CLASS@", model.name)):
         entry = entry.replace(place, text)
@@ -272,29 +270,16 @@ def _raw(
     documentation.mkdir()
     (documentation / "README.md").write_text(readme(model.name))
     (documentation / "index.html").write_text('<a href="README.md">README.md</a>\n')
-    os.environ["DEEPSEA_COSIM_CACHE"], before = str(scratch / "cache"), os.environ.get("DEEPSEA_COSIM_CACHE")
-    try:
-        raw = builder.build_FMU(
-            script, dest=scratch, project_files=[scratch / "code.zip"], documentation_folder=documentation
-        )
-    finally:
-        if before is None:
-            del os.environ["DEEPSEA_COSIM_CACHE"]
-        else:
-            os.environ["DEEPSEA_COSIM_CACHE"] = before
-        _forget_modules(scratch)
+    # in a process of its own: the builder imports the script, and what it imports stays
+    script_name, place, code, told = (str(p) for p in (script, scratch, scratch / "code.zip", documentation))
+    call = f"build_FMU({script_name!r}, {place!r}, [{code!r}], {told!r})"
+    environment = {**os.environ, "DEEPSEA_COSIM_CACHE": str(scratch / "cache")}
+    command = f"from {version.builder} import FmuBuilder; FmuBuilder.{call}"
+    run_python(["-c", command], environment, f"{model.name} cannot be built")
+    [raw] = scratch.glob("*.fmu")
     with zipfile.ZipFile(raw) as archive:
         # the sources that pythonfmu3 adds are those of its own library
         return {name: archive.read(name) for name in archive.namelist() if not name.startswith("sources/")}
-
-
-def _forget_modules(folder: Path) -> None:
-    """Forget what this process has imported from a folder that is about to go; an FMU that it runs has its own copy."""
-    for name, module in list(sys.modules.items()):
-        places = [getattr(module, "__file__", None), *getattr(module, "__path__", ())]
-        if any(place and Path(place).is_relative_to(folder) for place in places):
-            del sys.modules[name]
-    sys.path[:] = [entry for entry in sys.path if not Path(entry).is_relative_to(folder)]
 
 
 def _add_front(
