@@ -34,10 +34,11 @@ def features(calibration: Calibration, null: float, best: float, readings: int) 
     """What "unknown" is judged by, from the energy that the refit's and the best hypothesis' residuals share.
 
     A constant; how clearly the best leaves more than right models and chance do, from 0 to 1; the logarithm of what it
-    leaves of the refit's; and how far it stays from the floor. How much of it a flexible model can predict is reported,
-    but says less: a vibration is not predictable and yet no noise.
+    leaves of the refit's; and how far it stays from the floor. Another mathematical form (`Calibration.form`) excuses
+    none of it: what a large gap leaves may be many floors. How much of it a flexible model can predict is reported, but
+    says less: a vibration is not predictable and yet no noise.
     """
-    nothing, refit, left = (calibration.level(x, readings, null) for x in (0.0, null, best))
+    nothing, refit, left = (calibration.level(x, readings) for x in (0.0, null, best))
     excess = np.exp(left - nothing) - 1.0
     return np.array([1.0, excess / (excess + CLEAR), min(0.0, left - refit), np.log1p(best)])
 

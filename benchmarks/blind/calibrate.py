@@ -24,7 +24,7 @@ INDEPENDENT = (5.0, 7.0, 10.0, 15.0, 20.0, 30.0, 50.0, 75.0, 100.0)
 DISCREPANCY = (0.01, 0.02, 0.03, 0.05, 0.07, 0.1)
 TEMPERATURE = (1.0, 1.5, 2.0, 3.0, 4.0, 6.0)
 FORM = (0.0, 0.0005, 0.001, 0.002, 0.004, 0.008)
-LAPSE = (0.02, 0.05, 0.1, 0.15, 0.2, 0.3)
+LAPSE = (0.02, 0.03, 0.05, 0.07, 0.1, 0.15, 0.2)
 
 RIDGE, MISJUDGED, STUCK = 0.1, 0.03, 0.12
 """Keeps the weights of "unknown" finite; least probability of "unknown", and of its opposite: a search may be stuck."""
