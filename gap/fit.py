@@ -52,6 +52,9 @@ SLACK, SLOW = 0.001, 0.02
 """Step of a difference for each floor that is left beyond one, for far away the way is seen better by larger steps; and
 the share of the cost that a step has to gain for them to be kept."""
 
+WINDOW, OUTLYING = 0.5, 2.0
+"""Time [s] over which a residual's RMS is taken, and times the channel's usual one that it may be to count in full."""
+
 TRIALS, GAIN, GAINED, HOLDS = 4, 0.3, 2.0, 0.1
 """Steps that are tried from a point; the gain in cost below which a step is not worth a run; that below which the next
 one will not be; and how nearly a step has to have done what was foretold for its derivatives to serve again."""
@@ -165,16 +168,39 @@ def dispersion(problem: Problem, residual: np.ndarray, least: float = LEAST) -> 
     return max(1.0, min(total / len(residual), most))
 
 
+def shares(problem: Problem, residual: np.ndarray) -> np.ndarray:
+    """By how much each reading of a residual (n,) counts in the next step, from 0 to 1.
+
+    Where a machine swings or rests a second longer than the model, the residual is large whatever the parameters are,
+    and says nothing about the way to go: there, where its RMS over `WINDOW` is more than `OUTLYING` times the channel's
+    usual one, and more than as many floors, it counts no more than that. (An M-estimator with weights of windows.)
+    """
+    obs = problem.obs
+    local = np.abs(residual)
+    for b in obs.blocks:
+        m = min(len(b.t), 1 + round(WINDOW / b.interval)) if b.interval > 0.0 else 1
+        if m > 1:
+            ones = np.ones(m)
+            power = np.convolve(residual[b.place] ** 2, ones, "same") / np.convolve(np.ones(len(b.t)), ones, "same")
+            local[b.place] = np.sqrt(power)
+    made = np.ones(len(residual))
+    for k in range(len(obs.span)):
+        mine = obs.channel == k
+        usual = OUTLYING * max(1.0, float(np.median(local[mine])))
+        made[mine] = np.minimum(1.0, usual / np.maximum(local[mine], usual))
+    return made
+
+
 class Linear:
     """The linearised problem around a fit: whitened columns of unknowns and nuisances, the residual without them."""
 
     def __init__(
         self, problem: Problem, u: np.ndarray, model: np.ndarray, jacobian: np.ndarray, N: np.ndarray,
-        rows: slice | np.ndarray = slice(None),
+        rows: slice | np.ndarray = slice(None), share: np.ndarray | float = 1.0,
     ):  # fmt: skip
-        w = 1.0 / problem.obs.floor[rows]
+        w = np.broadcast_to(share / problem.obs.floor, problem.obs.floor.shape)[rows]
         self.A = np.concatenate([jacobian[rows], N[rows]], axis=1) * w[:, None]
-        self.r = problem.obs.whiten(model)[rows]
+        self.r = (problem.obs.y - model)[rows] * w
         self.u = u
         self.gram, self.moment = self.A.T @ self.A, self.A.T @ self.r
 
@@ -228,9 +254,11 @@ class Linear:
         return self.r - self.A @ np.concatenate([d, q])
 
 
-def settle(problem: Problem, model: np.ndarray, N: np.ndarray, phi: float) -> tuple[np.ndarray, np.ndarray]:
-    """Nuisances and whitened residual at a point."""
-    lin = Linear(problem, np.zeros(0), model, np.zeros((len(model), 0)), N)
+def settle(
+    problem: Problem, model: np.ndarray, N: np.ndarray, phi: float, share: np.ndarray | float = 1.0
+) -> tuple[np.ndarray, np.ndarray]:
+    """Nuisances and whitened residual at a point, of which each reading counts with its share."""
+    lin = Linear(problem, np.zeros(0), model, np.zeros((len(model), 0)), N, share=share)
     _, q = lin.step((), phi, np.zeros(0))
     return q, lin.r - lin.A @ q
 
@@ -323,6 +351,8 @@ def fit(
                 raise FitFailed
             correction, exact = model - coarse, True
             q, residual = settle(problem, model, N, 1.0)
+        share = shares(problem, residual)
+        residual = share * residual
         s = scale(residual)
         h = problem.difference
         if not fine:
@@ -330,8 +360,8 @@ def fit(
             fine = h == problem.difference
         if not holds:
             J[:, old:] = yield from differences(unknowns, u, range(old, len(u)), h, coarse)
-        q, residual = settle(problem, model, N, s)
-        lin, now = Linear(problem, u, model, J, N), cost(residual, u, q, s)
+        q, residual = settle(problem, model, N, s, share)
+        lin, now = Linear(problem, u, model, J, N, share=share), cost(residual, u, q, s)
         arrived = better = False
         for _ in range(1 if holds else TRIALS):
             d, dq = lin.step(unknowns, s, radius)
@@ -346,7 +376,7 @@ def fit(
                 radius = 0.3 * np.minimum(radius, np.maximum(np.abs(d), 1e-3))
                 continue
             trial = exactly[0] if both else there[0] + correction
-            q_new, res_new = settle(problem, trial, N, s)
+            q_new, res_new = settle(problem, trial, N, s, share)
             real = now - cost(res_new, u + d, q_new, s)
             better = real > 0.0
             if better:
@@ -357,6 +387,7 @@ def fit(
                 break
             if not holds:
                 radius = 0.3 * np.maximum(np.abs(d), 1e-3)
+        residual = residual / share
         slow = arrived or not (better or holds) or (better and 0.5 * gain < real < max(GAINED, SLOW * now * (not fine)))
         if slow and fine:
             break

@@ -4,7 +4,7 @@ from types import SimpleNamespace
 
 import numpy as np
 import pytest
-from deepsea_cosim.gap.fit import correlation_time, dispersion, drive, fit, nuisances, went, wide
+from deepsea_cosim.gap.fit import correlation_time, dispersion, drive, fit, nuisances, shares, went, wide
 from deepsea_cosim.gap.heldout import folds, left_out
 from deepsea_cosim.gap.intervals import FORM, FORM_OF_BASE, data_std, parameter_std
 from deepsea_cosim.gap.noise import rms
@@ -193,3 +193,29 @@ def test_left_out_folds_are_predicted_from_the_rest():
     assert np.all((spread >= 1.0) & (spread < 1.5))
     assert rms(held) >= found.rms
     assert rms(held) == pytest.approx(1.0, abs=0.1)
+
+
+def swinging(phase):
+    """The wave, and a second in which it swings with a phase that no parameter has."""
+    return lambda p: wave(p) + np.where((T > 7.0) & (T < 8.0), 2.0 * np.sin(40.0 * T + phase), 0.0)
+
+
+def test_a_second_of_swinging_out_of_phase_does_not_lead_the_fit_astray():
+    truth = {"a": 0.7, "b": 1.3, "c": -0.4}
+    y = swinging(2.0)(truth) + np.random.default_rng(0).normal(0.0, 0.01, len(T))
+    obs = gather([(0, 0, "m.x", T, y, 0.01, None, True)])
+    model = swinging(0.0)
+    p = SimpleNamespace(obs=obs, runs=[0], difference=1e-4, answer=both(model, model))
+    found, _ = solve(p, X)
+    assert [found.point[name] for name in "abc"] == pytest.approx([0.7, 1.3, -0.4], abs=0.02)
+    assert found.rms > 30.0
+
+
+def test_near_the_floor_every_reading_counts_in_full():
+    p = problem(wave, {"a": 0.7, "b": 1.3, "c": -0.4})
+    noise = np.random.default_rng(1).normal(0.0, 1.0, len(T))
+    assert np.all(shares(p, noise) == 1.0)
+    burst = np.where(np.arange(len(T)) // 100 == 3, 20.0, 1.0) * noise
+    found = shares(p, burst)
+    assert np.all(found[:200] == 1.0)
+    assert np.all(found[340:360] == pytest.approx(2.0 / 20.0, rel=0.3))
