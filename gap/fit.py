@@ -352,16 +352,15 @@ def fit(
             correction, exact = model - coarse, True
             q, residual = settle(problem, model, N, 1.0)
         share = shares(problem, residual)
-        residual = share * residual
-        s = scale(residual)
+        s = scale(share * residual)
         h = problem.difference
         if not fine:
             h = float(np.clip(SLACK * (np.sqrt(s) - 1.0), h, WIDE))
             fine = h == problem.difference
         if not holds:
             J[:, old:] = yield from differences(unknowns, u, range(old, len(u)), h, coarse)
-        q, residual = settle(problem, model, N, s, share)
-        lin, now = Linear(problem, u, model, J, N, share=share), cost(residual, u, q, s)
+        q, shared = settle(problem, model, N, s, share)
+        lin, now = Linear(problem, u, model, J, N, share=share), cost(shared, u, q, s)
         arrived = better = False
         for _ in range(1 if holds else TRIALS):
             d, dq = lin.step(unknowns, s, radius)
@@ -380,14 +379,14 @@ def fit(
             real = now - cost(res_new, u + d, q_new, s)
             better = real > 0.0
             if better:
-                u, q, residual, coarse, model = u + d, q_new, res_new, there[0], trial
+                u, q, shared, coarse, model = u + d, q_new, res_new, there[0], trial
                 correction = model - coarse
                 if real > 0.5 * gain:
                     radius = np.maximum(radius, 2.0 * np.abs(d))
                 break
             if not holds:
                 radius = 0.3 * np.maximum(np.abs(d), 1e-3)
-        residual = residual / share
+        residual = shared / share
         slow = arrived or not (better or holds) or (better and 0.5 * gain < real < max(GAINED, SLOW * now * (not fine)))
         if slow and fine:
             break

@@ -107,11 +107,11 @@ def resolve(problem: Problem, hypotheses: Sequence[Hypothesis], N: np.ndarray) -
             return
         problem.order = problem.order or 1
         asks = [fit(problem, h.fit.unknowns, h.fit.u, N, MOST) for h in ranked[:REFITTED]]
-        for h, found in zip(ranked, [*drive(problem, asks), *[None] * len(ranked[REFITTED:])], strict=True):
-            if found is None:
-                lay_aside(h)
-            else:
-                h.fit, h.quick, h.finished = found, False, False
+        for h in ranked:
+            lay_aside(h)
+        for h, found in zip(ranked, drive(problem, asks), strict=False):
+            if found is not None:
+                h.fit, h.finished = found, False
 
 
 def lay_aside(h: Hypothesis) -> None:
