@@ -1,6 +1,6 @@
 """Three simple ways to name a cause, for comparison, from what a diagnosis has computed anyway.
 
-    python -m benchmarks.blind.baselines DIR [--diagnoses FOLDER] [--markdown FILE]
+    python -m benchmarks.blind.baselines DIR|RECORDS [--diagnoses FOLDER] [--markdown FILE]
 
 * refit: base parameters are to blame for everything; no effect is ever named.
 * residual: whichever effect explains most of the refitted model's residual in the linear screening, if that residual is
@@ -11,11 +11,12 @@
 from __future__ import annotations
 
 import argparse
-import json
+from collections.abc import Sequence
 from math import log
 from pathlib import Path
 from typing import Any
 
+from .records import Record, load
 from .score import NONE, Names, Outcome, Said, Truth, score
 
 ABOVE = 1.1
@@ -46,27 +47,25 @@ def bic(diagnosis: dict[str, Any]) -> Names:
 BASELINES = {"refit of base parameters": refit, "largest residual": residual, "BIC, single effects": bic}
 
 
-def outcomes(folder: Path, diagnoses: Path, name: str) -> list[Outcome]:
+def outcomes(cases: Sequence[Record], name: str) -> list[Outcome]:
     """What a baseline says of every diagnosed case; its probability is 1."""
-    made = []
-    for path in sorted((folder / "answers").glob("case_*.json")):
-        file = diagnoses / path.stem / "diagnosis.json"
-        if file.exists():
-            said = BASELINES[name](json.loads(file.read_text(encoding="utf-8")))
-            nan = float("nan")
+    made, nan = [], float("nan")
+    for case in cases:
+        if case.diagnosis is not None:
+            said = BASELINES[name](case.diagnosis)
             statement = Said(said, (), ((said, 1.0),), {}, nan, nan, nan)
-            made.append(Outcome(path.stem, Truth.of(json.loads(path.read_text(encoding="utf-8"))), statement))
+            made.append(Outcome(case.name, Truth.of(case.answer), statement))
     return made
 
 
 KEYS = ("all_exact", "exact_top1_clear", "group_top1_clear", "false_alarms", "unknown_recall")
 
 
-def table(folder: Path, diagnoses: Path) -> list[list[str]]:
+def table(cases: Sequence[Record]) -> list[list[str]]:
     """Head and a row per baseline."""
     rows = [["baseline", "right, all cases", "exact, clear", "group, clear", "false alarms", "unknown found", "Brier"]]
     for name in BASELINES:
-        result = score(outcomes(folder, diagnoses, name))
+        result = score(outcomes(cases, name))
         shares = [result[key]["share"] for key in KEYS]
         rows.append([name, *("-" if s is None else f"{s:.0%}" for s in shares), f"{result['brier']:.2f}"])
     return rows
@@ -75,11 +74,11 @@ def table(folder: Path, diagnoses: Path) -> list[list[str]]:
 def main() -> None:
     """Command line."""
     p = argparse.ArgumentParser(prog="benchmarks.blind.baselines", description="Scores three simple baselines.")
-    p.add_argument("folder", type=Path)
+    p.add_argument("place", type=Path, help="folder of the cases, or a file of records")
     p.add_argument("--diagnoses", type=Path)
     p.add_argument("--markdown", type=Path)
     options = p.parse_args()
-    rows = table(options.folder, options.diagnoses or options.folder / "diagnoses")
+    rows = table(load(options.place, options.diagnoses))
     for row in rows:
         print(f"{row[0]:<26}" + "".join(f"{cell:>18}" for cell in row[1:]))
     if options.markdown:

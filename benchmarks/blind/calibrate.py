@@ -1,6 +1,6 @@
 """Fits the calibration of the diagnosis on cases whose truth is known, and writes it as JSON.
 
-    python -m benchmarks.blind.calibrate DIR [--diagnoses FOLDER] [--out gap/calibration.json]
+    python -m benchmarks.blind.calibrate DIR|RECORDS [--diagnoses FOLDER] [--out gap/calibration.json]
 
 Most likely values of the number of independent pieces, the discrepancy, the form, the temperature and the lapse, on the
 cases with nothing wrong or effects of the catalogue that are not called unknown; and the weights of "unknown" on all of
@@ -20,6 +20,8 @@ import numpy as np
 from deepsea_cosim.gap.calibration import Calibration
 from deepsea_cosim.gap.verdict import features, unknown_probability
 
+from .records import load
+
 INDEPENDENT = (5.0, 7.0, 10.0, 15.0, 20.0, 30.0, 50.0, 75.0, 100.0)
 DISCREPANCY = (0.01, 0.02, 0.03, 0.05, 0.07, 0.1)
 TEMPERATURE = (1.0, 1.5, 2.0, 3.0, 4.0, 6.0)
@@ -28,16 +30,6 @@ LAPSE = (0.02, 0.03, 0.05, 0.07, 0.1, 0.15, 0.2)
 
 RIDGE, MISJUDGED, STUCK = 0.1, 0.03, 0.12
 """Keeps the weights of "unknown" finite; least probability of "unknown", and of its opposite: a search may be stuck."""
-
-
-def load(folder: Path, diagnoses: Path) -> list[tuple[dict[str, Any], dict[str, Any]]]:
-    """(answer, diagnosis) of every diagnosed case."""
-    made = []
-    for path in sorted((folder / "answers").glob("case_*.json")):
-        file = diagnoses / path.stem / "diagnosis.json"
-        if file.exists():
-            made.append((json.loads(path.read_text("utf-8")), json.loads(file.read_text("utf-8"))))
-    return made
 
 
 def scores(diagnosis: dict[str, Any], calibration: Calibration) -> list[float]:
@@ -103,11 +95,11 @@ def unknown(cases: list[tuple[dict[str, Any], dict[str, Any]]], calibration: Cal
 def main() -> None:
     """Command line."""
     p = argparse.ArgumentParser(prog="benchmarks.blind.calibrate", description="Fits the diagnosis' calibration.")
-    p.add_argument("folder", type=Path)
+    p.add_argument("place", type=Path, help="folder of the cases, or a file of records")
     p.add_argument("--diagnoses", type=Path)
     p.add_argument("--out", type=Path)
     options = p.parse_args()
-    cases = load(options.folder, options.diagnoses or options.folder / "diagnoses")
+    cases = [(c.answer, c.diagnosis) for c in load(options.place, options.diagnoses) if c.diagnosis is not None]
     made = Calibration.load()
     for _ in range(3):  # which cases are called unknown depends on the scores, and these on which cases are known
         made = replace(made, unknown=tuple(unknown(cases, made)), misjudged=MISJUDGED, stuck=STUCK)

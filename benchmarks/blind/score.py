@@ -1,6 +1,6 @@
 """Compares diagnoses with the sealed answers.
 
-    python -m benchmarks.blind.score DIR [--json FILE] [--markdown FILE]
+    python -m benchmarks.blind.score DIR|RECORDS [--json FILE] [--markdown FILE] [--records FILE]
 
 A diagnosis says one thing: "none" or "unknown" by its verdict, else the effects of its first cause. Probabilities are
 those of the causes, among them ("none",) and ("unknown",), or those two from a table `probabilities`.
@@ -12,11 +12,13 @@ import argparse
 import json
 import re
 from collections import Counter, defaultdict
+from collections.abc import Sequence
 from dataclasses import dataclass, field
 from itertools import permutations
 from pathlib import Path
 from typing import Any
 
+from .records import Record, load, merge
 from .report import as_markdown, as_text
 
 Names = tuple[str, ...]
@@ -262,19 +264,11 @@ def score(outcomes: list[Outcome], ids: dict[str, Names] | None = None) -> dict[
     }  # fmt: skip
 
 
-def load(folder: Path, diagnoses: Path, skip_missing: bool) -> tuple[list[Outcome], dict[str, Names]]:
-    """Outcomes of a folder's cases, and the true names of all effects by case."""
-    outcomes, ids = [], {}
-    for path in sorted((folder / "answers").glob("case_*.json")):
-        answer = json.loads(path.read_text(encoding="utf-8"))
-        file = diagnoses / path.stem / "diagnosis.json"
-        diagnosis = json.loads(file.read_text(encoding="utf-8")) if file.exists() else None
-        if diagnosis is None and skip_missing and not (diagnoses / path.stem / "failed.txt").exists():
-            continue
-        outcomes.append(Outcome(path.stem, Truth.of(answer), Said.of(diagnosis)))
-        if answer["kind"] == "unknown":
-            ids[path.stem] = tuple(f"[{e['id']}]" for e in answer["effects"])
-    return outcomes, ids
+def outcomes_of(cases: Sequence[Record]) -> tuple[list[Outcome], dict[str, Names]]:
+    """Outcomes of cases, and the true names of the effects by case where the catalogue does not have them."""
+    outcomes = [Outcome(case.name, Truth.of(case.answer), Said.of(case.diagnosis)) for case in cases]
+    strange = (case for case in cases if case.answer["kind"] == "unknown")
+    return outcomes, {case.name: tuple(f"[{e['id']}]" for e in case.answer["effects"]) for case in strange}
 
 
 def as_csv(outcomes: list[Outcome], ids: dict[str, Names]) -> str:
@@ -293,17 +287,20 @@ def as_csv(outcomes: list[Outcome], ids: dict[str, Names]) -> str:
 def main() -> None:
     """Command line."""
     p = argparse.ArgumentParser(prog="benchmarks.blind.score", description="Scores diagnoses against the answers.")
-    p.add_argument("folder", type=Path)
+    p.add_argument("place", type=Path, help="folder of the cases, or a file of records")
     p.add_argument("--diagnoses", type=Path, help="folder of the diagnoses (default: FOLDER/diagnoses)")
     p.add_argument("--json", type=Path, help="write the scores there")
     p.add_argument("--markdown", type=Path, help="write them as Markdown")
     p.add_argument("--csv", type=Path, help="write a row per case there")
+    p.add_argument("--records", type=Path, help="put the cases into this file of records, which may exist")
     p.add_argument("--count-missing", action="store_true", help="a case not yet diagnosed counts as failed")
     options = p.parse_args()
-    diagnoses = options.diagnoses or options.folder / "diagnoses"
-    outcomes, ids = load(options.folder, diagnoses, not options.count_missing)
-    if not outcomes:
-        p.error(f"{diagnoses}: holds no diagnoses")
+    cases = load(options.place, options.diagnoses, options.count_missing)
+    if not cases:
+        p.error(f"{options.diagnoses or options.place}: holds no diagnoses")
+    if options.records:
+        merge(options.records, cases)
+    outcomes, ids = outcomes_of(cases)
     result = score(outcomes, ids)
     print(as_text(result))
     if options.json:

@@ -17,8 +17,8 @@ from benchmarks.blind.measure import KINDS, Channel, ideal, lagged, measured
 from benchmarks.blind.system import KEYS
 
 SHIPPED = tomllib.loads((Path(ssp.__file__).parent / "scenarios" / "deepsea" / "effects.toml").read_text())
-SINGLE, NONE, PAIR, UNKNOWN_CASE = 2, 3, 10, 13
-"""Small cases of seed 1, by kind."""
+SINGLE, NONE, PAIR, UNKNOWN_CASE, CLEAR = 2, 3, 10, 13, 112
+"""Small cases of seed 1, by kind, and one of a single effect that is as large as was wanted."""
 
 
 @pytest.fixture(scope="module")
@@ -71,7 +71,7 @@ def test_plans_have_the_mix_that_was_asked_for():
 
 
 def test_size_is_the_one_wanted():
-    case = draw(1, 0)
+    case = draw(1, CLEAR)
     (w,) = case.wrong
     assert 0.27 <= w.size_linear <= 33.0
     assert w.size_linear == pytest.approx(w.wanted, rel=0.15)

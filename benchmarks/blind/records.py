@@ -1,0 +1,95 @@
+"""Cases with their answers and diagnoses, from a folder or from a file of records.
+
+A file of records (JSON lines) holds of every case what scoring, baselines and calibration read, so that a published
+score can be recomputed without the hours of the diagnoses, and a benchmark may be run in parts on several machines.
+"""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Iterable
+from pathlib import Path
+from typing import Any, NamedTuple
+
+ANSWER = ("case", "seed", "kind", "size")
+EFFECT = ("id", "group", "alike", "channel", "library")
+CAUSE = ("effects", "probability", "ambiguous_with")
+HYPOTHESIS = ("effects", "held_out_shared", "fit_rms", "unknowns", "terms")
+DIGITS = 6
+"""Significant digits that are kept."""
+
+
+class Record(NamedTuple):
+    """A case: its name, the answer, and the diagnosis, None where that failed or is missing."""
+
+    name: str
+    answer: dict[str, Any]
+    diagnosis: dict[str, Any] | None
+
+
+def load(place: Path, diagnoses: Path | None = None, missing: bool = False) -> list[Record]:
+    """The cases of a folder, or of a file of records, that were diagnosed or failed; with `missing` all others, too.
+
+    diagnoses: folder of the diagnoses (default: `diagnoses` in the folder).
+    """
+    if place.is_file():
+        rows = [json.loads(line) for line in place.read_text("utf-8").splitlines()]
+        return [Record(row["case"], row["answer"], row["diagnosis"]) for row in rows]
+    made = []
+    for path in sorted((place / "answers").glob("case_*.json")):
+        told = (diagnoses or place / "diagnoses") / path.stem
+        file = told / "diagnosis.json"
+        if file.exists():
+            made.append(Record(path.stem, json.loads(path.read_text("utf-8")), json.loads(file.read_text("utf-8"))))
+        elif missing or (told / "failed.txt").exists():
+            made.append(Record(path.stem, json.loads(path.read_text("utf-8")), None))
+    return made
+
+
+def merge(file: Path, fresh: Iterable[Record]) -> None:
+    """Put cases into a file of records, which may exist; a fresh one takes the place of an old one of its name."""
+    rows = {record.name: record for record in [*(load(file) if file.exists() else []), *fresh]}
+    lines = []
+    for _, record in sorted(rows.items()):
+        row = {"case": record.name, "answer": _answer(record.answer), "diagnosis": _diagnosis(record.diagnosis)}
+        lines.append(json.dumps(_rounded(row), separators=(",", ":")))
+    file.write_text("".join(f"{line}\n" for line in lines), encoding="utf-8")
+
+
+def _some(entry: dict[str, Any], keys: Iterable[str]) -> dict[str, Any]:
+    return {key: entry[key] for key in keys if key in entry}
+
+
+def _answer(answer: dict[str, Any]) -> dict[str, Any]:
+    return {**_some(answer, ANSWER), "effects": [_some(e, EFFECT) for e in answer["effects"]]}
+
+
+def _diagnosis(diagnosis: dict[str, Any] | None) -> dict[str, Any] | None:
+    if diagnosis is None:
+        return None
+    causes = []
+    for c in diagnosis["causes"]:
+        intervals = {a: _some(p, ("value", "ci95")) for a, p in c.get("parameters", {}).items()}
+        causes.append({**_some(c, CAUSE), "parameters": intervals})
+    made = {**_some(diagnosis, ("verdict", "probabilities", "gap")), "causes": causes}
+    if "gap" in made:
+        keys = ("before", "after_calibration", "after", "reduction", "explainable_reduction")
+        made["gap"] = _some(made["gap"], keys)
+    made["timing"] = _some(diagnosis.get("timing", {}), ("wall_s",))
+    if evidence := diagnosis.get("evidence"):
+        made["evidence"] = {
+            "readings": evidence["readings"],
+            "hypotheses": [_some(h, HYPOTHESIS) for h in evidence["hypotheses"]],
+            "screening": [_some(s, ("effect",)) for s in evidence["screening"][:1]],
+        }
+    return made
+
+
+def _rounded(value: Any) -> Any:
+    if isinstance(value, float):
+        return float(f"{value:.{DIGITS}g}")
+    if isinstance(value, dict):
+        return {key: _rounded(v) for key, v in value.items()}
+    if isinstance(value, list):
+        return [_rounded(v) for v in value]
+    return value
