@@ -11,6 +11,9 @@ A valve that saturates a millisecond later moves a pressure by hundreds of floor
 is followed only with the derivative at the point itself: differences are taken as small as the simulations are smooth
 (`Problem.difference`), and anew where the last ones did not foretell a step. Within `FAR` of the floor each accepted
 point is also run at the package's step, beside the long steps of the differences.
+
+Stretches in which machine and model are out of step do not lead a fit (`shares`); once it has arrived without them, it
+ends with all readings counting in full, from the point on its way that leaves least.
 """
 
 from __future__ import annotations
@@ -79,6 +82,8 @@ class Fit:
     converged: bool = False
     holds: bool = False
     """The derivatives have foretold the last step and serve for the next."""
+    plain: bool = False
+    """All readings count in full from here on."""
 
     @property
     def point(self) -> dict[str, float]:
@@ -308,12 +313,25 @@ def fit(
     like: Fit | None = None,
     at: Fit | None = None,
 ) -> Ask:
-    """Lower the cost from u (k,) in at most that many iterations.
+    """Lower the cost from u (k,), in at most that many iterations without outlying stretches and as many with them.
 
     like: a fit of the first of the unknowns nearby; its derivatives and its correction are kept, and only the other
     unknowns' are found. That is cheap, and enough to see whether an effect is worth more.
     at: a fit at u that is to go on.
     """
+    if at is None or not at.plain:
+        led, passed = yield from _descend(problem, unknowns, u, N, iterations, like, at)
+        if like is not None or not led.converged or np.all(shares(problem, led.residual) == 1.0):
+            return led
+        u, at = passed.u, passed
+    return (yield from _descend(problem, unknowns, u, N, iterations, None, replace(at, plain=True)))[0]
+
+
+def _descend(
+    problem: Problem, unknowns: tuple[Unknown, ...], u: np.ndarray, N: np.ndarray, iterations: int,
+    like: Fit | None, at: Fit | None,
+) -> Generator[Wanted, Answer, tuple[Fit, Fit]]:
+    """Where the iterations of `fit` end, and the point on their way that leaves least."""
     u = u.astype(float).copy()
     sd = np.array([x.sd for x in unknowns])
     old = 0 if like is None else len(like.unknowns)
@@ -341,6 +359,14 @@ def fit(
     if holds:
         J[:] = at.jacobian
     exact = like is not None or holds  # whether the correction is that of u, or need not be
+    plain = at is not None and at.plain
+
+    def standing() -> Fit:
+        phi = dispersion(problem, residual)
+        channels = len(problem.obs.span)
+        return Fit(unknowns, u, model, J, q, channels, residual, correction, phi, plain=plain)
+
+    passed = standing()
     radius = np.array([1.0 if x.kind == "base" else max(1.0, abs(v)) for x, v in zip(unknowns, u, strict=True)])
     fine = arrived = better = False
     real = 0.0
@@ -351,7 +377,7 @@ def fit(
                 raise FitFailed
             correction, exact = model - coarse, True
             q, residual = settle(problem, model, N, 1.0)
-        share = shares(problem, residual)
+        share = np.ones(len(residual)) if plain else shares(problem, residual)
         s = scale(share * residual)
         h = problem.difference
         if not fine:
@@ -387,14 +413,15 @@ def fit(
             if not holds:
                 radius = 0.3 * np.maximum(np.abs(d), 1e-3)
         residual = shared / share
+        if rms(residual) < passed.rms:
+            passed = standing()
         slow = arrived or not (better or holds) or (better and 0.5 * gain < real < max(GAINED, SLOW * now * (not fine)))
         if slow and fine:
             break
         fine = fine or slow
         holds = better and not slow and abs(real / gain - 1.0) < HOLDS
     converged = fine and (arrived or (better and real < GAINED))
-    phi = dispersion(problem, residual)
-    return Fit(unknowns, u, model, J, q, len(problem.obs.span), residual, correction, phi, converged, holds)
+    return replace(standing(), converged=converged, holds=holds), passed
 
 
 def wide(problem: Problem, at: Fit, N: np.ndarray) -> Ask:

@@ -48,3 +48,9 @@ def left_out(problem: Problem, fit: Fit, N: np.ndarray) -> tuple[np.ndarray, np.
         covariance = np.linalg.inv(rest.curvature(fit.unknowns, 1.0))
         spread[mask] = np.sqrt(1.0 + np.einsum("ij,jk,ik->i", part, covariance, part))
     return residual, spread
+
+
+def held_out(problem: Problem, fit: Fit, N: np.ndarray) -> tuple[np.ndarray, float]:
+    """The left-out residual (n,) in floors, and the energy that it shares in units of its spread."""
+    residual, spread = left_out(problem, fit, N)
+    return residual, max(0.0, problem.obs.shared(residual / spread))

@@ -19,7 +19,7 @@ import numpy as np
 
 from .calibration import Calibration
 from .fit import Fit
-from .heldout import left_out
+from .heldout import held_out
 from .noise import rms
 from .problem import Problem
 from .search import Hypothesis
@@ -82,8 +82,7 @@ def judge(
         if (j := known.get(id(h.fit))) is not None:
             made.append(Judged(h, h.fit, j.held_out, j.shared))
             continue
-        residual, spread = left_out(problem, h.fit, N)
-        made.append(Judged(h, h.fit, residual, max(0.0, problem.obs.shared(residual / spread))))
+        made.append(Judged(h, h.fit, *held_out(problem, h.fit, N)))
     phi = max(1.0, min(made, key=lambda j: j.gap).fit.phi)
     calibration = Calibration.load()
     null = next((j.shared for j in made if not j.hypothesis.candidates), 0.0)

@@ -15,6 +15,7 @@ import numpy as np
 
 from .calibration import chance
 from .fit import Ask, Fit, Linear, drive, fit, penalty, went, wide
+from .heldout import held_out
 from .problem import Candidate, Problem
 
 SINGLES = 10
@@ -34,6 +35,10 @@ PAIRS = 4
 
 STARTS, STARTS_KEPT = 6, 2
 """Candidates that are also fitted from the model as delivered, and those of them that are finished in any case."""
+
+LOOKED = (1.0, 0.1)
+"""Sizes of an effect at which screening looks first: the usual one and a smaller one, for a machine that swings at the
+usual size is far from the data whatever the right size is."""
 
 STRAINED = 0.8
 """Mean square of the base parameters, in prior standard deviations, beyond which a null's fit is not to be trusted."""
@@ -225,7 +230,7 @@ def screen(problem: Problem, at: Fit, N: np.ndarray) -> list[Secant]:
     """The best secant of each candidate from the null's fit, those that save most first."""
     machine = [c for c in problem.candidates if c.unknowns[0].kind == "effect"]
     sensors = [c for c in problem.candidates if c.unknowns[0].kind == "sensor"]
-    wanted = [(c, s) for c in machine for s in sizes(c, 1.0)[:1]]
+    wanted = [(c, s) for c in machine for size in LOOKED for s in sizes(c, size)[:1]]
     wanted += [(c, s) for c in sensors for s in sizes(c, 1.0)]
     found = secants(problem, at, wanted)
     weigh(problem, at, N, found)
@@ -274,11 +279,17 @@ def _ask(problem: Problem, s: Secant, N: np.ndarray, iterations: int) -> Ask:
 
 
 def finish(problem: Problem, h: Hypothesis, N: np.ndarray) -> None:
-    """Fit to the end, in place, and find the derivatives that judging rests on."""
+    """Fit to the end, in place, with the derivatives that judging rests on.
+
+    Those for larger moves serve, unless the fit's own foretell better what is left out: where a machine sticks and
+    slips, larger moves are another motion.
+    """
     carry_on(problem, [h], N, MOST)
     if not h.finished:
-        found = drive(problem, [wide(problem, h.fit, N)])[0]
-        h.fit, h.finished = found or h.fit, True
+        if (found := drive(problem, [wide(problem, h.fit, N)])[0]) is not None:
+            own = replace(found, jacobian=h.fit.jacobian)
+            h.fit = min(found, own, key=lambda f: held_out(problem, f, N)[1])
+        h.finished = True
 
 
 def without(problem: Problem, h: Hypothesis, gone: Candidate, N: np.ndarray, iterations: int) -> Hypothesis | None:
