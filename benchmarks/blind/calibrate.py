@@ -1,6 +1,6 @@
 """Fits the calibration of the diagnosis on cases whose truth is known, and writes it as JSON.
 
-    python -m benchmarks.blind.calibrate DIR|RECORDS [--diagnoses FOLDER] [--out gap/calibration.json]
+    python -m benchmarks.blind.calibrate DIR|RECORDS... [--out gap/calibration.json]
 
 Most likely values of the number of independent pieces, the discrepancy, the form, the temperature and the lapse, on the
 cases with nothing wrong or effects of the catalogue that are not called unknown; and the weights of "unknown" on all of
@@ -95,11 +95,11 @@ def unknown(cases: list[tuple[dict[str, Any], dict[str, Any]]], calibration: Cal
 def main() -> None:
     """Command line."""
     p = argparse.ArgumentParser(prog="benchmarks.blind.calibrate", description="Fits the diagnosis' calibration.")
-    p.add_argument("place", type=Path, help="folder of the cases, or a file of records")
-    p.add_argument("--diagnoses", type=Path)
+    p.add_argument("places", type=Path, nargs="+", help="folders of cases with their diagnoses, or files of records")
     p.add_argument("--out", type=Path)
     options = p.parse_args()
-    cases = [(c.answer, c.diagnosis) for c in load(options.place, options.diagnoses) if c.diagnosis is not None]
+    every = (case for place in options.places for case in load(place))
+    cases = [(case.answer, case.diagnosis) for case in every if case.diagnosis is not None]
     made = Calibration.load()
     for _ in range(3):  # which cases are called unknown depends on the scores, and these on which cases are known
         made = replace(made, unknown=tuple(unknown(cases, made)), misjudged=MISJUDGED, stuck=STUCK)

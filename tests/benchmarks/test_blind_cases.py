@@ -13,7 +13,7 @@ RIGHT = {
     132: "sensor_scale, 0.4 floors",
     176: "valve_dead_zone, 0.4 floors",
     67: "nothing wrong",
-    97: "a hunting relief valve, not in the catalogue",
+    158: "a valve with play, not in the catalogue",
 }
 
 
