@@ -13,9 +13,9 @@ from typing import Any, NamedTuple
 
 ANSWER = ("case", "seed", "kind", "size")
 EFFECT = ("id", "group", "alike", "channel", "library")
-CAUSE = ("effects", "probability", "ambiguous_with")
-HYPOTHESIS = ("effects", "held_out_shared", "fit_rms", "unknowns", "terms")
-DIGITS = 6
+HYPOTHESIS = ("effects", "held_out_shared", "fit_rms", "unknowns")
+TERMS = ("penalty", "occam", "prior")
+DIGITS = 5
 """Significant digits that are kept."""
 
 
@@ -67,10 +67,12 @@ def _answer(answer: dict[str, Any]) -> dict[str, Any]:
 def _diagnosis(diagnosis: dict[str, Any] | None) -> dict[str, Any] | None:
     if diagnosis is None:
         return None
-    causes = []
-    for c in diagnosis["causes"]:
-        intervals = {a: _some(p, ("value", "ci95")) for a, p in c.get("parameters", {}).items()}
-        causes.append({**_some(c, CAUSE), "parameters": intervals})
+    causes = [_some(c, ("effects", "probability")) for c in diagnosis["causes"]]
+    named = [k for k, c in enumerate(causes) if c["effects"] not in (["none"], ["unknown"])]
+    for k in named[:1]:  # of the others nobody asks more than the probability
+        told = diagnosis["causes"][k]
+        causes[k] |= _some(told, ("ambiguous_with",))
+        causes[k]["parameters"] = {a: _some(p, ("value", "ci95")) for a, p in told.get("parameters", {}).items()}
     made = {**_some(diagnosis, ("verdict", "probabilities", "gap")), "causes": causes}
     if "gap" in made:
         keys = ("before", "after_calibration", "after", "reduction", "explainable_reduction")
@@ -79,7 +81,9 @@ def _diagnosis(diagnosis: dict[str, Any] | None) -> dict[str, Any] | None:
     if evidence := diagnosis.get("evidence"):
         made["evidence"] = {
             "readings": evidence["readings"],
-            "hypotheses": [_some(h, HYPOTHESIS) for h in evidence["hypotheses"]],
+            "hypotheses": [
+                {**_some(h, HYPOTHESIS), "terms": _some(h["terms"], TERMS)} for h in evidence["hypotheses"]
+            ],
             "screening": [_some(s, ("effect",)) for s in evidence["screening"][:1]],
         }
     return made
