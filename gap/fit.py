@@ -320,18 +320,18 @@ def fit(
     at: a fit at u that is to go on.
     """
     if at is None or not at.plain:
-        led, passed = yield from _descend(problem, unknowns, u, N, iterations, like, at)
+        led, (u, model, correction) = yield from _descend(problem, unknowns, u, N, iterations, like, at)
         if like is not None or not led.converged or np.all(shares(problem, led.residual) == 1.0):
             return led
-        u, at = passed.u, passed
-    return (yield from _descend(problem, unknowns, u, N, iterations, None, replace(at, plain=True)))[0]
+        at = replace(led, u=u, model=model, correction=correction, holds=False, plain=True)
+    return (yield from _descend(problem, unknowns, u, N, iterations, None, at))[0]
 
 
 def _descend(
     problem: Problem, unknowns: tuple[Unknown, ...], u: np.ndarray, N: np.ndarray, iterations: int,
     like: Fit | None, at: Fit | None,
-) -> Generator[Wanted, Answer, tuple[Fit, Fit]]:
-    """Where the iterations of `fit` end, and the point on their way that leaves least."""
+) -> Generator[Wanted, Answer, tuple[Fit, tuple[np.ndarray, np.ndarray, np.ndarray]]]:
+    """Where the iterations of `fit` end; and (u, model, correction) where they left least on their way."""
     u = u.astype(float).copy()
     sd = np.array([x.sd for x in unknowns])
     old = 0 if like is None else len(like.unknowns)
@@ -360,13 +360,7 @@ def _descend(
         J[:] = at.jacobian
     exact = like is not None or holds  # whether the correction is that of u, or need not be
     plain = at is not None and at.plain
-
-    def standing() -> Fit:
-        phi = dispersion(problem, residual)
-        channels = len(problem.obs.span)
-        return Fit(unknowns, u, model, J, q, channels, residual, correction, phi, plain=plain)
-
-    passed = standing()
+    least, passed = rms(residual), (u, model, correction)
     radius = np.array([1.0 if x.kind == "base" else max(1.0, abs(v)) for x, v in zip(unknowns, u, strict=True)])
     fine = arrived = better = False
     real = 0.0
@@ -413,15 +407,16 @@ def _descend(
             if not holds:
                 radius = 0.3 * np.maximum(np.abs(d), 1e-3)
         residual = shared / share
-        if rms(residual) < passed.rms:
-            passed = standing()
+        if rms(residual) < least:
+            least, passed = rms(residual), (u, model, correction)
         slow = arrived or not (better or holds) or (better and 0.5 * gain < real < max(GAINED, SLOW * now * (not fine)))
         if slow and fine:
             break
         fine = fine or slow
         holds = better and not slow and abs(real / gain - 1.0) < HOLDS
     converged = fine and (arrived or (better and real < GAINED))
-    return replace(standing(), converged=converged, holds=holds), passed
+    phi, channels = dispersion(problem, residual), len(problem.obs.span)
+    return Fit(unknowns, u, model, J, q, channels, residual, correction, phi, converged, holds, plain), passed
 
 
 def wide(problem: Problem, at: Fit, N: np.ndarray) -> Ask:
