@@ -327,6 +327,11 @@ def fit(
     return (yield from _descend(problem, unknowns, u, N, iterations, None, at))[0]
 
 
+def lead(problem: Problem, unknowns: tuple[Unknown, ...], u: np.ndarray, N: np.ndarray, iterations: int) -> Ask:
+    """The first half of `fit`, for a start of another: without outlying stretches only."""
+    return (yield from _descend(problem, unknowns, u, N, iterations, None, None))[0]
+
+
 def _descend(
     problem: Problem, unknowns: tuple[Unknown, ...], u: np.ndarray, N: np.ndarray, iterations: int,
     like: Fit | None, at: Fit | None,

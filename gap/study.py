@@ -13,7 +13,7 @@ from ..master.pool import Pool
 from . import large, search, steps
 from .campaign import Campaign, CampaignError
 from .catalogue import Catalogue
-from .fit import Fit, fit, nuisances, penalty, point_of, settle, went
+from .fit import Fit, fit, lead, nuisances, penalty, point_of, settle, went
 from .judge import Judged, judge
 from .noise import rms
 from .problem import Candidate, Problem, check_units, pose
@@ -193,7 +193,7 @@ def _refit(problem: Problem, N: np.ndarray) -> Hypothesis:
     roomy = tuple(
         replace(x, low=max(ROOM * x.low, min(x.low, LEAST / x.scale)), high=ROOM * x.high) for x in problem.base
     )
-    far = went(problem, fit(problem, roomy, start, N, REFIT)).u
+    far = went(problem, lead(problem, roomy, start, N, REFIT)).u
     within = np.clip(far, [x.low for x in problem.base], [x.high for x in problem.base])
     null = Hypothesis((), went(problem, fit(problem, problem.base, within, N, REFIT)))
     if settled(problem, null.fit):
