@@ -15,6 +15,7 @@ import numpy as np
 
 from ..core.errors import SimulationError
 from ..ssp.network import End
+from .engine.loop import END
 from .engine.program import Cast, Program
 from .engine.runner import Runner
 from .loops import graph
@@ -168,7 +169,7 @@ def refresh(system: System, program: Program, loops_only: bool = False) -> None:
     drives = [d for d in program.drives if d[0] in seen]
     with _kept(system, program, [(slot, 1) for slot, _, _ in drives]):
         for slot, column, family in drives:
-            program.drive(slot, column, family, ahead=True)
+            program.drive(slot, column, family, END)
         if not loop:
             renew(system, program, names, links)
             return

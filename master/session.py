@@ -14,7 +14,8 @@ from typing import Any
 import numpy as np
 
 from ..core.errors import SimulationError, UnknownNameError, UsageError, did_you_mean
-from .algorithms import NAMES, algorithm
+from .algorithms import AT_START, NAMES, algorithm
+from .engine.loop import MEAN, START
 from .engine.program import Program
 from .engine.runner import Runner
 from .initialise import Initialiser
@@ -207,7 +208,8 @@ class Session:
     def _program(self, method: str, driven: tuple[Signal, ...]) -> Program:
         program = self.system.program()
         for column, signal in enumerate(driven):
-            program.drive(signal.place, column, signal.family)
+            mean = signal.family == REAL and method not in AT_START
+            program.drive(signal.place, column, signal.family, MEAN if mean else START)
         algorithm(method)(self.system, program)
         self.system.show(program)
         return program

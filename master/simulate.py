@@ -17,9 +17,10 @@ import numpy as np
 from ..core.errors import CosimError, Interrupted, OutputError, SimulationError, UsageError
 from ..ssp.model import SystemStructure
 from . import stimuli
-from .algorithms import NAMES, algorithm
+from .algorithms import AT_START, NAMES, algorithm
 from .bonds import find_bonds
 from .direct import at_once
+from .engine.loop import MEAN, START
 from .engine.runner import Runner
 from .initialise import Initialiser
 from .manifest import manifest, write_manifest
@@ -192,7 +193,8 @@ def run(
             values = [v for v in values if (v.component, v.variable) not in driven]
             system.mute({v.variable for v in values if not v.component} | {n for c, n in driven if not c})
             for column, drive in enumerate(drives):
-                program.drive(drive.place, column, drive.signal.family)
+                mean = drive.straight and options.method not in AT_START
+                program.drive(drive.place, column, drive.signal.family, MEAN if mean else START)
                 system.put(drive.signal, drive.at(np.array([start]))[0], drive.element)
             Initialiser(system)(values, start, stop)
             write(system, program)

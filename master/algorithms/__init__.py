@@ -19,6 +19,10 @@ if TYPE_CHECKING:  # the command line asks for the names only
 NAMES = ("gauss-seidel", "jacobi", "extrapolation", "nepce", "interface-jacobian", "fixed-point")
 """The first is the default."""
 
+AT_START = ("gauss-seidel", "jacobi")
+"""Methods of first order: a step's inputs are those at its start. All others hold the mean over the step, also of what
+drives the whole system from a table."""
+
 
 def algorithm(name: str) -> Callable[[System, Program], None]:
     """The `write` function of the algorithm called `name`."""

@@ -119,11 +119,11 @@ class Program:
         for function in self.fresh:
             function()
 
-    def drive(self, target: int, column: int, family: str, ahead: bool = False) -> None:
-        """The slot gets a column of the driven values: those of the step's start or, `ahead`, of its end."""
-        if not ahead:
+    def drive(self, target: int, column: int, family: str, when: int = loop.START) -> None:
+        """The slot gets a column of the driven values: those of the step's `loop.START` or END, or reals' MEAN."""
+        if when != loop.END:
             self.drives.append((target, column, family))
-        self._add(None, "", loop.DRIVE if family == REAL else loop.DRIVE_INTEGER, target, column, int(ahead))
+        self._add(None, "", loop.DRIVE if family == REAL else loop.DRIVE_INTEGER, target, column, when)
 
     def python(self, function: Callable[[float, float], int], slave: Slave | None = None, doing: str = "") -> None:
         """Call a Python function (t, h) that returns a status; what it raises ends the run."""

@@ -11,7 +11,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 from deepsea_cosim.core.errors import CosimError
-from deepsea_cosim.master.algorithms import NAMES
+from deepsea_cosim.master.algorithms import AT_START, NAMES
 from deepsea_cosim.master.simulate import Options, run
 
 from benchmarks import native
@@ -51,6 +51,28 @@ def growth(frame):
     """Damping ratio of the numerical solution, from its energy."""
     energy = 0.5 * frame["mass.y2"] ** 2 + 0.5 * (frame["spring.y1"] / OMEGA) ** 2
     return -np.polyfit(frame["time"][10:], np.log(energy[10:]), 1)[0] / (2.0 * OMEGA)
+
+
+@pytest.mark.parametrize("method", NAMES)
+def test_order_where_a_table_drives_the_system(fmus, tmp_path, method):
+    """x'' = -omega^2 x + sin(nu t) from rest; what a table gives counts with the mean over a step, as all inputs do."""
+    k, nu = OMEGA**2, 3.0
+    spring = native.values("spring", A=[[0]], B=[[-k]], C=[[1]], x0=[0])
+    mass = native.values("mass", A=[[0, 1], [0, 0]], B=[[0, 0], [1, 1]], C=[[1, 0], [0, 1]], x0=[0, 0])
+    both = connector("u1", "input"), connector("y1", "output")
+    root = system("root", component("spring", "resources/spring.fmu", *both),
+                  component("mass", "resources/mass.fmu", *both, connector("u2", "input"), connector("y2", "output")),
+                  links=(link("spring.y1", "mass.u1"), link("mass.y2", "spring.u1")),
+                  bindings=bindings(binding(values({**spring, **mass}))))  # fmt: skip
+    path = package(tmp_path / "p.ssp", root, fmus, stop=2.0, step=1e-3)
+    rows = [f"{t},{np.sin(nu * t)}" for t in np.linspace(0.0, 2.0, 2001)]
+    (tmp_path / "s.csv").write_text("\n".join(["time,mass.u2", *rows]))
+    errors = []
+    for h in (8e-3, 4e-3, 2e-3):
+        frame = run(path, tmp_path / "out", Options(step=h, method=method, stimuli=tmp_path / "s.csv")).frame
+        exact = (np.sin(nu * frame["time"]) - nu / OMEGA * np.sin(OMEGA * frame["time"])) / (k - nu**2)
+        errors.append(np.abs(frame["mass.y1"] - exact).max())
+    assert np.log2(errors[1] / errors[2]) == pytest.approx(1 if method in AT_START else 2, abs=0.2)
 
 
 def test_every_algorithm_is_tested_here():
