@@ -29,14 +29,16 @@ def diagnose(
     say: Callable[[str], None] = lambda text: None,
     progress: Callable[[int], None] = lambda runs: None,
     processes: int | None = None,
+    hurry: Callable[[], bool] = lambda: False,
 ) -> Diagnosis:
-    """The diagnosis of a campaign. `say` gets each stage's name, `progress` the number of simulations so far."""
+    """The diagnosis of a campaign. `say` gets each stage's name, `progress` the number of simulations so far; as soon
+    as `hurry` is true, what has been found by then is judged."""
     begin = time.perf_counter()
     catalogue = (
         catalogues.load(campaign.effects) if campaign.effects else catalogues.load_from_package(campaign.system)
     )
     with Pool(campaign.system, executor, processes, progress) as pool:
-        s = study(campaign, catalogue, pool, say)
+        s = study(campaign, catalogue, pool, say, hurry)
         calibration = Calibration.load()
         x = features(calibration, s.null_judged.shared, s.judged[0].shared, len(s.problem.obs))
         found = _worth_telling(causes(s.judged, calibration, x))

@@ -369,7 +369,9 @@ def _descend(
     radius = np.array([1.0 if x.kind == "base" else max(1.0, abs(v)) for x, v in zip(unknowns, u, strict=True)])
     fine = arrived = better = False
     real = 0.0
-    for _ in range(iterations):
+    for i in range(iterations):
+        if i and problem.hurry():
+            break
         if not exact and rms(residual) < FAR:
             model = (yield Wanted([], [point_of(unknowns, u)]))[1][0]
             if model is None:

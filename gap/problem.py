@@ -8,7 +8,7 @@ extrapolated away (Richardson 1911): what is numerical must not be taken up by p
 from __future__ import annotations
 
 from collections import OrderedDict
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
 from functools import cached_property
 from typing import Any
@@ -120,6 +120,8 @@ class Problem:
     """Order of the error of the package's macro step; 0 where that is too small to matter."""
     difference: float = DIFFERENCES[0]
     """Step of a finite difference, in u."""
+    hurry: Callable[[], bool] = lambda: False
+    """Whether nothing more is to be begun: a fit then ends after the iteration that it is in."""
     _kept: OrderedDict[tuple[Any, ...], np.ndarray | Failure] = field(default_factory=OrderedDict)
 
     @property

@@ -96,6 +96,8 @@ def shorten(problem: Problem, points: Sequence[Point], left: float) -> None:
 def resolve(problem: Problem, hypotheses: Sequence[Hypothesis], N: np.ndarray) -> None:
     """Halve all macro steps while the best fit's extrapolated run depends on them, and fit the best anew, in place."""
     for _ in range(HALVINGS):
+        if problem.hurry():
+            return
         ranked = sorted(hypotheses, key=lambda h: h.merit)
         best = ranked[0]
         before = problem.exact([best.fit.point])[0]

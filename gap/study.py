@@ -119,9 +119,10 @@ class Study:
 
 
 def study(
-    campaign: Campaign, catalogue: Catalogue, pool: Pool, say: Callable[[str], None] = lambda text: None
-) -> Study:
-    """Run the whole diagnosis."""
+    campaign: Campaign, catalogue: Catalogue, pool: Pool, say: Callable[[str], None] = lambda text: None,
+    hurry: Callable[[], bool] = lambda: False,
+) -> Study:  # fmt: skip
+    """Run the whole diagnosis; as soon as `hurry` says so, judge what has been found."""
     begin = time.perf_counter()
     stages: dict[str, float] = {}
     kept = tuple(r for r in campaign.runs if r.use == "holdout")
@@ -135,6 +136,7 @@ def study(
 
     stage("reading the model")
     problem = pose(learn, catalogue, pool)
+    problem.hurry = hurry
     stage("numerical gap: the model at its step and at half of it")
     delivered, numerical = steps.numerical_gap(problem)
     check_units(problem, delivered)
@@ -152,14 +154,14 @@ def study(
     else:
         others = search.other_starts(problem, null.fit, N)
         singles = search.extend(problem, null, found, N, search.SINGLES, search.KEPT, others)
-    if singles and not settled(problem, singles[0].fit) and null.fit.rms > search.MUCH:
+    if not hurry() and singles and not settled(problem, singles[0].fit) and null.fit.rms > search.MUCH:
         stage("looking for large effects")
         null, found, singles = _large(problem, null, found, singles, N)
     hypotheses = [null, *singles]
     package_step = problem.fine
     steps.resolve(problem, hypotheses, N)
     singles.sort(key=lambda h: h.merit)
-    if singles and not settled(problem, singles[0].fit):
+    if not hurry() and singles and not settled(problem, singles[0].fit):
         stage("fitting pairs of effects")
         pairs = _pairs(problem, singles, found, N)
         hypotheses += [*pairs, *_swapped(problem, singles, pairs, N)]
@@ -169,13 +171,18 @@ def study(
         problem.warnings.append(f"{told} {1e3 * problem.fine:g} ms, the package's is {1e3 * package_step:g} ms")
     if held:
         held.problem.fine, held.problem.order = problem.fine, problem.order
+    end = list(stages)[-1] if hurry() else "finishing the best"
     stage("finishing the best")
     search.finish(problem, null, N)
     judged = judge(problem, hypotheses, N)
-    for j in judged[:FINALISTS]:
+    for j in judged[: 1 if hurry() else FINALISTS]:
         if j.score < judged[0].score + NEAR:
             search.finish(problem, j.hypothesis, N)
-    judged = _backward(problem, judge(problem, hypotheses, N, judged), N)
+    judged = judge(problem, hypotheses, N, judged)
+    if hurry():
+        problem.warnings.append(f"ended before everything was tried, while {end}: probabilities are too sure")
+    else:
+        judged = _backward(problem, judged, N)
     stage("looking at what is left")
     rows = problem.rows([judged[0].hypothesis.fit.point], problem.coarse)[0]
     assert rows is not None
@@ -196,12 +203,12 @@ def _refit(problem: Problem, N: np.ndarray) -> Hypothesis:
     far = went(problem, lead(problem, roomy, start, N, REFIT)).u
     within = np.clip(far, [x.low for x in problem.base], [x.high for x in problem.base])
     null = Hypothesis((), went(problem, fit(problem, problem.base, within, N, REFIT)))
-    if settled(problem, null.fit):
+    if settled(problem, null.fit) or problem.hurry():
         return null
     for u in _nearer(problem, null, N):
         other = Hypothesis((), went(problem, fit(problem, problem.base, u, N, REFIT)))
         null = min(null, other, key=lambda h: h.merit)
-        if settled(problem, null.fit):
+        if settled(problem, null.fit) or problem.hurry():
             break
     return null
 
@@ -280,7 +287,7 @@ def _swapped(problem: Problem, singles: list[Hypothesis], pairs: list[Hypothesis
     What the refit of the base parameters had hidden shows beside the effect that is right.
     """
     best = min(pairs, key=lambda h: h.merit, default=None)
-    if best is None or settled(problem, best.fit):
+    if best is None or settled(problem, best.fit) or problem.hurry():
         return []
     if best.fit.rms > PROMISING * min(h.fit.rms for h in singles):
         return []
@@ -293,7 +300,7 @@ def _swapped(problem: Problem, singles: list[Hypothesis], pairs: list[Hypothesis
         kept = {c.label for c in left.candidates}
         found = [s for s in search.screen(problem, left.fit, N) if kept | {s.candidate.label} not in tried]
         made += search.extend(problem, left, found, N, search.PAIRS, 1)
-        if any(settled(problem, h.fit) for h in made):
+        if any(settled(problem, h.fit) for h in made) or problem.hurry():
             break
     return made
 
@@ -301,7 +308,7 @@ def _swapped(problem: Problem, singles: list[Hypothesis], pairs: list[Hypothesis
 def _pairs(problem: Problem, singles: list[Hypothesis], found: list[Secant], N: np.ndarray) -> list[Hypothesis]:
     made: dict[tuple[str, ...], Hypothesis] = {}
     for h in [h for h in singles if not h.finished][: search.PAIRS_FROM]:
-        if any(settled(problem, pair.fit) for pair in made.values()):
+        if any(settled(problem, pair.fit) for pair in made.values()) or problem.hurry():
             break
         again = [replace(s, at=h.fit) for s in found]
         search.weigh(problem, h.fit, N, again)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import argparse
+import signal
 import sys
 import time
 from typing import Any
@@ -22,8 +23,8 @@ def diagnose_command(options: argparse.Namespace) -> int:
     campaign = read(options.campaign)
     make_folder(options.out)
     show = _Progress(options.quiet)
-    with cluster(options.dask) as executor:
-        d = diagnose(campaign, executor, show.stage, show.run, options.processes)
+    with _Patience(options.time_limit) as patience, cluster(options.dask) as executor:
+        d = diagnose(campaign, executor, show.stage, show.run, options.processes, patience.ended)
     show.clear()
     data = write(d, options.out)
     if not options.no_report:
@@ -34,7 +35,31 @@ def diagnose_command(options: argparse.Namespace) -> int:
         print("\n".join(lines(data)))
         names = ["diagnosis.json", "calibrated.ssv"] + ([] if options.no_report else ["report.html"])
         print(f"\n{options.out}: {', '.join(names)}")
-    return 0
+    return 130 if patience.interrupted else 0
+
+
+class _Patience:
+    """How long to look for causes: until a time limit [s] or the first Ctrl-C; the second one ends everything."""
+
+    def __init__(self, limit: float | None):
+        self.until = float("inf") if limit is None else time.monotonic() + limit
+        self.interrupted = False
+
+    def ended(self) -> bool:
+        """Whether what has been found is to be judged now."""
+        return self.interrupted or time.monotonic() > self.until
+
+    def __enter__(self) -> _Patience:
+        self._before = signal.signal(signal.SIGINT, self._first)
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        signal.signal(signal.SIGINT, self._before)
+
+    def _first(self, *_: object) -> None:
+        self.interrupted = True
+        signal.signal(signal.SIGINT, signal.default_int_handler)
+        print("\ncosim-gap: judging what has been found (Ctrl-C again: end without a result)", file=sys.stderr)
 
 
 class _Progress:

@@ -1,6 +1,7 @@
 """The whole diagnosis on a toy: measurements from scipy, the model an FMU of plain pythonfmu with its own catalogue."""
 
 import json
+import signal
 
 import numpy as np
 import pytest
@@ -8,6 +9,7 @@ from deepsea_cosim.gap.campaign import read
 from deepsea_cosim.gap.cli import main
 from deepsea_cosim.gap.diagnose import diagnose
 from deepsea_cosim.gap.result import make
+from deepsea_cosim.gap.terminal import _Patience
 from deepsea_cosim.master.session import Session
 
 from .oscillator import campaign, measure
@@ -83,6 +85,29 @@ def test_an_effect_that_the_catalogue_lacks(toys, tmp_path):
     data = make(diagnose(read(campaign(tmp_path, toys, runs)), processes=1))
     assert data["verdict"] == "unknown_effect"
     assert data["unexplained"]["varies_with"]["o.x"] in data["sentence"] + "o.x rate of o.x"
+
+
+@pytest.mark.parametrize("stage", ["refitting the base parameters", "fitting single effects"])
+def test_what_has_been_found_is_judged_when_time_is_up(toys, tmp_path, stage):
+    path = campaign(tmp_path, toys, [measure(1, lambda t, x, v: -0.4 * np.tanh(v / 0.01))])
+    said = []
+    d = diagnose(read(path), say=said.append, processes=1, hurry=lambda: stage in said)
+    data = make(d)
+    assert data["causes"][0]["effects"] == ["friction"]
+    assert data["gap"]["reduction"] > 0.5
+    assert any("ended before everything was tried" in text for text in data["warnings"])
+
+
+def test_the_first_interrupt_asks_for_a_result_and_the_second_ends(capsys):
+    with _Patience(None) as patience:
+        assert not patience.ended()
+        signal.raise_signal(signal.SIGINT)
+        assert patience.ended()
+        assert "judging what has been found" in capsys.readouterr().err
+        with pytest.raises(KeyboardInterrupt):
+            signal.raise_signal(signal.SIGINT)
+    with _Patience(1e-9) as patience:
+        assert patience.ended()
 
 
 def test_held_out_runs_are_not_fitted(toys, tmp_path):

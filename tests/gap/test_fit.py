@@ -18,7 +18,7 @@ def problem(model, truth, noise=0.01, seed=0, bias=0.0):
     """A problem whose model is model(point) -> (n,) or None."""
     y = model(truth) + bias + np.random.default_rng(seed).normal(0.0, noise, len(T))
     obs = gather([(0, 0, "m.x", T, y, noise, None, True)])
-    return SimpleNamespace(obs=obs, runs=[0], difference=1e-4, answer=both(model, model))
+    return SimpleNamespace(obs=obs, runs=[0], difference=1e-4, hurry=lambda: False, answer=both(model, model))
 
 
 def both(coarse, exact):
@@ -118,7 +118,7 @@ def test_a_spike_that_moves_does_not_hold_the_fit_up():
     truth = {"a": 0.5, "b": -0.8, "c": 0.4}
     y = pulse(truth) + np.random.default_rng(0).normal(0.0, 0.01, len(t))
     obs = gather([(0, 0, "m.x", t, y, 0.01, None, True)])
-    p = SimpleNamespace(obs=obs, runs=[0], difference=1e-4, answer=both(pulse, pulse))
+    p = SimpleNamespace(obs=obs, runs=[0], difference=1e-4, hurry=lambda: False, answer=both(pulse, pulse))
     near = np.array([0.45, -0.7, 0.0])
     N = nuisances(p, pulse(dict(zip("abc", near, strict=True))))
     found = went(p, fit(p, X, near, N, 40))
@@ -205,7 +205,7 @@ def test_a_second_of_swinging_out_of_phase_does_not_lead_the_fit_astray():
     y = swinging(2.0)(truth) + np.random.default_rng(0).normal(0.0, 0.01, len(T))
     obs = gather([(0, 0, "m.x", T, y, 0.01, None, True)])
     model = swinging(0.0)
-    p = SimpleNamespace(obs=obs, runs=[0], difference=1e-4, answer=both(model, model))
+    p = SimpleNamespace(obs=obs, runs=[0], difference=1e-4, hurry=lambda: False, answer=both(model, model))
     found, _ = solve(p, X)
     assert [found.point[name] for name in "abc"] == pytest.approx([0.7, 1.3, -0.4], abs=0.02)
     assert found.rms > 30.0
