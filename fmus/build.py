@@ -106,6 +106,13 @@ def _sources(model: Model, version: Version) -> dict[str, bytes]:
     return files
 
 
+def sources_of(model: Model) -> dict[str, bytes]:
+    """The code that makes the model what it is, without what all FMUs share: path -> content."""
+    own = [f"fmus/{name}.py" for name in model.modules]
+    found = _sources(model, VERSIONS[2])
+    return {name: content for name, content in found.items() if not name.startswith(("core/", "fmus/")) or name in own}
+
+
 def _write_zip(target: Path | io.BytesIO, files: Iterable[tuple[str, bytes]]) -> None:
     with zipfile.ZipFile(target, "w", zipfile.ZIP_DEFLATED) as archive:
         for name, content in files:

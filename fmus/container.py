@@ -6,17 +6,20 @@ oil column (docs/accuracy.md), and its interface is an experimental one of FMI 3
 
 from __future__ import annotations
 
+import io
 import tempfile
+import zipfile
 from collections.abc import Callable
 from pathlib import Path
 
 from ..core.errors import PackageError
+from ..core.files import make_folder
 from ..core.units import conversion, unit
 from ..core.variables import VariableTable
-from ..ssp.network import flatten
+from ..ssp.network import Network, flatten
 from ..ssp.reader import read
-from .build import CONTAINER, Way, build_fmu
-from .machine import PARTS, DeepseaMachine
+from .build import CONTAINER, MODELS, Model, Way, build_fmu, sources_of
+from .machine import CONNECTED, PARTS, DeepseaMachine
 
 SOURCES = {"hydraulics": "DeepseaHydraulics.fmu", "arm": "DeepseaArm.fmu"}
 
@@ -25,10 +28,17 @@ def starts_of(package: Path, table: VariableTable) -> dict[str, float]:
     """Start values by name that a scenario's package sets. Raises `PackageError` for what is no such scenario."""
     with tempfile.TemporaryDirectory() as scratch:
         network = flatten(read(package, Path(scratch) / "ssp"))
-    found = {path: part.component.source.name for path, part in network.parts.items()}
-    if found != SOURCES:
-        parts = " and ".join(PARTS)
-        raise PackageError(f"{package}: is no scenario of the deep-sea machine, which consists of {parts}")
+        found = {path: part.component.source for path, part in network.parts.items()}
+        if {path: source.name for path, source in found.items()} != SOURCES:
+            parts = " and ".join(PARTS)
+            raise PackageError(f"{package}: is no scenario of the deep-sea machine, which consists of {parts}")
+        for model in MODELS:
+            if not _is_ours(found[model.modules[0]], model):
+                raise PackageError(
+                    f"{package}: {model.name}.fmu has not the code that is installed here, which a container gets; "
+                    "make the package anew with cosim-fmus build"
+                )
+    _check_wires(package, network)
     known = {v.name: v for v in table}
     made = {}
     for s in network.settings:
@@ -45,12 +55,38 @@ def starts_of(package: Path, table: VariableTable) -> dict[str, float]:
     return made
 
 
+def _is_ours(fmu: Path, model: Model) -> bool:
+    """Whether an FMU computes with the model's code as it is installed."""
+    try:
+        with zipfile.ZipFile(fmu) as archive, zipfile.ZipFile(io.BytesIO(archive.read("resources/code.zip"))) as code:
+            packed = {name.partition("/")[2]: name for name in code.namelist()}
+            return all(
+                name in packed and code.read(packed[name]) == content for name, content in sources_of(model).items()
+            )
+    except (OSError, KeyError, zipfile.BadZipFile):
+        return False
+
+
+def _check_wires(package: Path, network: Network) -> None:
+    """The parts have to be connected as those in the container are, and nothing else."""
+    wanted = {(part, x): start for part, wires in CONNECTED.items() for x, start in wires.items()}
+    found = {wire.end: wire for wire in network.wires}
+    for end, start in wanted.items():
+        if end not in found or found[end].start != start:
+            raise PackageError(f"{package}: '{'.'.join(end)}' is not driven by '{'.'.join(start)}' as in a container")
+    for end, wire in found.items():
+        if end not in wanted:
+            raise PackageError(f"{wire.where}: '{'.'.join(end)}' is driven, which a container does not support")
+        if any(hop.transformation is not None or hop.suppress_unit_conversion for hop in wire.hops):
+            raise PackageError(f"{wire.where}: '{'.'.join(end)}' is transformed, which a container does not support")
+
+
 def container(
     package: Path, folder: Path, say: Callable[[str], None] = lambda text: None, way: Way | None = None
 ) -> Path:
     """Build the FMU of a scenario into `folder`, named like the package; returns its path."""
     starts = starts_of(package, DeepseaMachine.table)
-    folder.mkdir(parents=True, exist_ok=True)
+    make_folder(folder)
     with tempfile.TemporaryDirectory(dir=folder) as scratch:
         made = build_fmu(CONTAINER, Path(scratch), say, way, starts)
         return made.replace(folder / f"{package.stem}.fmu")

@@ -23,6 +23,7 @@ from xml.etree import ElementTree
 import numpy as np
 
 from ..core.errors import PackageError
+from ..core.files import make_folder
 from .build import CONTAINER, HERE, MODELS, PLATFORM, Model, c_compiler, interpreter
 
 STEP, STOP = 1e-3, 2.0
@@ -62,6 +63,13 @@ class Outcome:
     values: np.ndarray | None = None
     remark: str = ""
     deviation: float = math.nan
+    absent: bool = False
+    """The importer is not on this machine."""
+
+    @property
+    def agrees(self) -> bool:
+        """Whether the FMU ran, and as the reference does."""
+        return self.values is not None and self.deviation <= TOLERANCE
 
 
 def _description(fmu: Path) -> ElementTree.Element:
@@ -138,7 +146,7 @@ def through_c(fmu: Path, c: Case, folder: Path) -> Outcome:
     """The importer in C (`importer/importer.c`), in an empty environment."""
     compiler = c_compiler()
     if compiler is None or sys.platform != "linux":
-        return Outcome(remark="needs Linux and a C compiler")
+        return Outcome(remark="needs Linux and a C compiler", absent=True)
     program = folder / "importer"
     source = HERE / "importer" / "importer.c"
     subprocess.run([compiler, "-O2", str(source), "-o", str(program), "-ldl"], check=True, capture_output=True)
@@ -200,7 +208,7 @@ with ecospy.EcosSimulation(order["step"], structure=structure) as simulation:
 def through_ecos(fmu: Path, c: Case, folder: Path) -> Outcome:
     """ecos (Open Simulation Platform), through ecospy, in a process of its own."""
     if find_spec("ecospy") is None:
-        return Outcome(remark="not installed: pip install ecospy tbb")
+        return Outcome(remark="not installed: pip install ecospy tbb", absent=True)
     order = {"fmu": str(fmu.resolve()), "step": STEP, "names": c.names, "outputs": c.outputs,
              "inputs": c.inputs.tolist()}  # fmt: skip
     (folder / "order.json").write_text(json.dumps(order))
@@ -239,7 +247,7 @@ def cross_check(fmus: Sequence[Path], out: Path) -> dict[str, dict[str, Outcome]
         c = case(known[root.get("modelName", "")])
         truth = reference(c, fmu)
         folder = out / fmu.stem
-        folder.mkdir(parents=True, exist_ok=True)
+        make_folder(folder)
         _write(folder / f"{fmu.stem}_in.csv", ("time", *c.names), np.column_stack([c.times[:-1], c.inputs]))
         _write(folder / f"{fmu.stem}_ref.csv", ("time", *c.outputs), np.column_stack([c.times, truth]))
         (folder / f"{fmu.stem}_ref.opt").write_text(
@@ -250,7 +258,10 @@ def cross_check(fmus: Sequence[Path], out: Path) -> dict[str, dict[str, Outcome]
         found[fmu.stem] = {}
         for name, run in IMPORTERS.items():
             with tempfile.TemporaryDirectory() as scratch:
-                outcome = run(fmu, c, Path(scratch))
+                try:
+                    outcome = run(fmu, c, Path(scratch))
+                except Exception as error:  # whatever an importer says of an FMU that it cannot run
+                    outcome = Outcome(remark=f"{type(error).__name__}: {' '.join(str(error).split())}")
             if outcome.values is not None:
                 outcome.deviation = deviation(outcome.values, truth)
                 file = folder / f"{fmu.stem}_{name.split()[0].lower()}.csv"
@@ -278,7 +289,7 @@ def table(found: dict[str, dict[str, Outcome]]) -> str:
     lines = ["| FMU | importer | runs | max relative deviation | |", "| --- | --- | --- | --- | --- |"]
     for fmu, outcomes in found.items():
         for name, o in outcomes.items():
-            runs = "no" if o.values is None else "yes" if o.deviation <= TOLERANCE else "differs"
+            runs = "not tried" if o.absent else "no" if o.values is None else "yes" if o.agrees else "differs"
             shown = "" if o.values is None else f"{o.deviation:.1e}"
             lines.append(f"| {fmu} | {name} | {runs} | {shown} | {o.remark} |")
     return "\n".join(lines)

@@ -32,6 +32,7 @@ from .setup import (
 )
 from .slaves.base import REAL, TEXT, Signal
 from .system import System
+from .times import times_of
 
 Series = tuple[np.ndarray, np.ndarray]
 """Times [s] (n,) and values (n,)."""
@@ -93,6 +94,14 @@ class Session:
         is_output, signal = self.signal(address)
         return is_output, signal.place
 
+    def targets(self, address: str) -> list[str]:
+        """What a change of that address sets: component.variable, several for a bare name, or a name of the system."""
+        system = self.system
+        component, name = split(address, system.slaves)
+        if component or address in system.own_inputs:
+            return [address]
+        return [f"{c}.{name}" for c, slave in system.slaves.items() if slave.settable(name)]
+
     def values(self, changes: Mapping[str, Any] | None = None) -> dict[str, Any]:
         """Every parameter and start value in force with these changes, by component.variable."""
         slaves = self.system.slaves
@@ -117,19 +126,14 @@ class Session:
     ) -> tuple[np.ndarray, np.ndarray]:
         """Times (n,) and recorded signals (n, len(record)) of a run from the package's start time to `stop` [s].
 
+        The last step is shorter where `step` does not divide the time.
+
         changes: parameters by address, on top of the package's; inputs: series by address of unconnected inputs, joined
         by straight lines and held beyond their ends. Raises `SimulationError` when an FMU fails or a recorded value is
         not finite; the session can be used again afterwards.
         """
         system = self.system
-        start = self.structure.start_time
-        if not (np.isfinite(step) and step > 0.0):
-            raise UsageError(f"step {step:g} s: it has to be positive")
-        n = round((stop - start) / step)
-        if n < 1:
-            raise UsageError(f"a run from {start:g} s to {stop:g} s has no step of {step:g} s")
-        if abs(n * step - (stop - start)) > 1e-6 * step:
-            raise UsageError(f"a run from {start:g} s to {stop:g} s is no number of steps of {step:g} s")
+        start, stop, step, n = times_of(self.structure, stop, step)
         for slave in system.slaves.values():
             if slave.is_lost:
                 raise SimulationError(f"component '{slave.name}' was lost in an earlier run; open a new session")
@@ -138,6 +142,7 @@ class Session:
             if signal.family == TEXT or signal.size > 1:
                 raise UsageError(f"'{signal.address}' is not a single number and cannot be recorded here")
         times = start + np.arange(n + 1) * step
+        times[n] = stop
         connected = {link.target.place for link in system.links}
         driven: list[tuple[Signal, np.ndarray]] = []
         for address, (t, values) in (inputs or {}).items():
@@ -165,7 +170,7 @@ class Session:
         rows = np.empty((n + 1, len(record)))
         matrix = np.stack([series for _, series in driven], axis=1) if driven else None
         raw = np.empty((n, len(record)))
-        runner.run(raw, start, step, 0, n, n, start + n * step, matrix)
+        runner.run(raw, start, step, 0, n, n, stop, matrix)
         rows[:n, order] = raw
         if matrix is not None:
             for k, (signal, _) in enumerate(driven):

@@ -15,7 +15,6 @@ from typing import Any
 import numpy as np
 
 from ..core.errors import CosimError, Interrupted, OutputError, SimulationError, UsageError
-from ..ssp.model import SystemStructure
 from . import stimuli
 from .algorithms import AT_START, NAMES, algorithm
 from .bonds import find_bonds
@@ -41,9 +40,8 @@ from .setup import (
 from .slaves.base import Slave
 from .slaves.isolated import IsolatedSlave
 from .system import System
-from .trust import ResidualEnergy
-
-DEFAULT_STEPS = 1000
+from .times import times_of
+from .trust import ResidualEnergy, said
 
 SLICE = 0.05
 """Wall time after which the engine comes back to look for Ctrl-C and to write [s]."""
@@ -112,30 +110,6 @@ def parse_change(text: str) -> tuple[str, str]:
     return address.strip(), value.strip()
 
 
-def times_of(structure: SystemStructure, options: Options) -> tuple[float, float, float, int]:
-    """Start, stop, step [s] and number of steps; the last one is shorter when the step does not divide the time."""
-    start = structure.start_time
-    stop = options.stop_time if options.stop_time is not None else structure.stop_time
-    if stop is None:
-        raise UsageError("the package has no DefaultExperiment with a stopTime; give one with --stop-time")
-    if not (np.isfinite(stop) and stop > start):
-        raise UsageError(f"stop time {stop:g} s: it has to be later than the start time {start:g} s")
-    step = options.step if options.step is not None else structure.step_size
-    if step is None:
-        step = (stop - start) / DEFAULT_STEPS
-    if not (np.isfinite(step) and step > 0.0):
-        raise UsageError(f"step {step:g} s: it has to be positive")
-    if step > (stop - start) * (1.0 + 1e-9):
-        raise UsageError(f"step {step:g} s is longer than the whole run of {stop - start:g} s")
-    count = (stop - start) / step
-    if start + step == start or stop - step == stop:
-        raise UsageError(f"step {step:g} s is less than what times around {stop:g} s resolve")
-    if count > 1e10:
-        raise UsageError(f"step {step:g} s would take {count:.1e} steps; choose a longer one")
-    n = round(count) if abs(count - round(count)) < 1e-6 else int(count) + 1
-    return start, stop, step, n
-
-
 def run(
     package: Path,
     folder: Path,
@@ -161,7 +135,7 @@ def run(
         interrupt = stack.enter_context(interrupts())
         network = read_package(package, stack, options.variant)
         remarks = list(network.remarks)
-        start, stop, step, n = times_of(network.structure, options)
+        start, stop, step, n = times_of(network.structure, options.stop_time, options.step)
         slaves = load_descriptions(network)
         own = [c for c in options.changes if c[0] in network.inputs]
         network, changes = configure(network, slaves, [c for c in options.changes if c not in own])
@@ -207,7 +181,7 @@ def run(
             write_summary(folder, {"package": str(package), "status": "failed", "error": str(error), "steps": 0})
             raise
         sloped = [name for name, s in slaves.items() if options.method == "extrapolation" and s.takes_slopes]
-        energy = ResidualEnergy(bonds, layout, answers, sloped)
+        energy = ResidualEnergy(bonds, layout.outputs, layout.inputs, answers, sloped)
         file = folder / options.results if options.results else None
         stride = stride or max(1, n // SAMPLE)
         recording = Recording(system, layout, which, file, options.record_every, energy, stride)
@@ -245,7 +219,7 @@ def run(
                 name: slave.seconds + float(loop.runner.seconds[i]) for i, (name, slave) in enumerate(slaves.items())
             },
             "coupling": energy.summary(),
-            "warnings": list(dict.fromkeys([*_warnings(slaves), *energy.warnings(), *remarks])),
+            "warnings": list(dict.fromkeys([*said(slaves.values()), *energy.warnings(), *remarks])),
             "changes": dict(options.changes),
             "columns": recording.names,
             "versions": versions(),
@@ -338,11 +312,6 @@ def _uneven(slaves: dict[str, Slave], start: float, stop: float, step: float, n:
         for name, slave in slaves.items()
         if not getattr(slave.description.coSimulation, able, False)
     ]
-
-
-def _warnings(slaves: dict[str, Slave]) -> list[str]:
-    """What the FMUs said although the run came to its end."""
-    return [f"{name}: {text}" for name, slave in slaves.items() for kind, text in slave.messages if kind == "warning"]
 
 
 class _Loop:

@@ -18,14 +18,15 @@ rate P, is a numerical damping ratio of -P / (2 omega E), negative where the cou
 
 from __future__ import annotations
 
-from collections.abc import Collection, Sequence
+from collections.abc import Collection, Iterable, Sequence
 from dataclasses import dataclass, field
 from typing import Any
 
 import numpy as np
 
-from .bonds import Bond
-from .results.columns import Layout
+from .bonds import Bond, find_bonds
+from .session import Session
+from .slaves.base import Slave
 
 CERTAIN = 0.5
 """Share of the second differences that D has to explain to be told."""
@@ -36,6 +37,9 @@ TRUSTED = 0.1
 AT_ONCE = 0.02
 """Share of an output's answer that may be to a position rather than a speed, for a damping to be told: what comes with
 a jump of the position is not in the products of the bond."""
+
+STILL = 1e-10
+"""Range of an output, as a share of its largest value, within which it rests: what changes then is rounding."""
 
 NYQUIST = 1.0
 """omega h from which a step is too long for the swing, whatever the method."""
@@ -117,21 +121,26 @@ class ResidualEnergy:
     """Sums up the residual energy of each bond from blocks of recorded communication points."""
 
     def __init__(
-        self, bonds: list[Bond], layout: Layout, at_once: Sequence[tuple[float, float]], sloped: Collection[str] = ()
-    ):
-        """sloped: components that carry their inputs on through a step, along the slope of the last change."""
+        self, bonds: list[Bond], outputs: Sequence[int], inputs: Sequence[int],
+        at_once: Sequence[tuple[float, float]], sloped: Collection[str] = (),
+    ):  # fmt: skip
+        """outputs, inputs: slots of a row's columns, the outputs first.
+
+        sloped: components that carry their inputs on through a step, along the slope of the last change.
+        """
         self.bonds = bonds
         self._sloped = [(b.back.target.component in sloped, b.forth.target.component in sloped) for b in bonds]
-        outputs = {place: i for i, place in enumerate(layout.outputs)}
-        inputs = {place: len(layout.outputs) + i for i, place in enumerate(layout.inputs)}
+        out = {place: i for i, place in enumerate(outputs)}
+        into = {place: len(outputs) + i for i, place in enumerate(inputs)}
         self._columns = [
-            (outputs[b.forth.source.place], inputs[b.back.target.place], inputs[b.forth.target.place],
-             outputs[b.back.source.place], b.back.cast.factor / b.forth.cast.factor)
+            (out[b.forth.source.place], into[b.back.target.place], into[b.forth.target.place],
+             out[b.back.source.place], b.back.cast.factor / b.forth.cast.factor)
             for b in bonds
         ]  # fmt: skip
         self.absolute = np.zeros(len(bonds))
         self.net = np.zeros(len(bonds))
         self.exchanged = np.zeros(len(bonds))
+        self._low, self._high = np.full((len(bonds), 2), np.inf), np.full((len(bonds), 2), -np.inf)
         self._last: list[tuple[float, np.ndarray]] = []
         self.swings = [Swing(b, found) for b, found in zip(bonds, at_once, strict=True)]
 
@@ -148,6 +157,8 @@ class ResidualEnergy:
         mean = 0.5 * (rows[1:] + rows[:-1])
         fresh = slice(max(0, known - 1), None)  # steps that have not been counted yet
         for i, (bond, (y_a, u_a, u_b, y_b, ratio)) in enumerate(zip(self.bonds, self._columns, strict=True)):
+            self._low[i] = np.minimum(self._low[i], rows[:, [y_a, y_b]].min(axis=0))
+            self._high[i] = np.maximum(self._high[i], rows[:, [y_a, y_b]].max(axis=0))
             held = [_held(rows[:, u], sloped) for u, sloped in zip((u_a, u_b), self._sloped[i], strict=True)]
             left = (bond.watts * mean[:, y_a] * held[0] * h)[fresh]
             right = (bond.watts * ratio * held[1] * mean[:, y_b] * h)[fresh]
@@ -157,19 +168,29 @@ class ResidualEnergy:
             if len(left):
                 self.swings[i].add(h, (rows[:, y_a], rows[:, y_b]), (rows[:, u_a], rows[:, u_b]), left - right)
 
+    def moves(self, i: int) -> bool:
+        """Whether both sides of a bond have changed by more than rounding."""
+        largest = np.maximum(np.abs(self._low[i]), np.abs(self._high[i]))
+        return bool(np.all(self._high[i] - self._low[i] > STILL * largest))
+
     def summary(self) -> list[dict[str, Any]]:
-        """Per bond: name, residual energy (sum of absolute values, and net), energy exchanged [J], and its swing."""
-        return [
-            {
+        """Per bond: name, residual energy (sum of absolute values, and net), energy exchanged [J], and its swing.
+
+        Where one side rests there is nothing to follow: no share of energy and no swing are told.
+        """
+        told = []
+        for i, bond in enumerate(self.bonds):
+            moves = self.moves(i)
+            swing = self.swings[i].summary()
+            told.append({
                 "bond": bond.name,
                 "residual_energy_J": float(self.absolute[i]),
                 "net_residual_energy_J": float(self.net[i]),
                 "exchanged_energy_J": float(self.exchanged[i]),
-                "relative": float(self.absolute[i] / self.exchanged[i]) if self.exchanged[i] > 0 else 0.0,
-                **self.swings[i].summary(),
-            }
-            for i, bond in enumerate(self.bonds)
-        ]
+                "relative": float(self.absolute[i] / self.exchanged[i]) if moves and self.exchanged[i] > 0.0 else 0.0,
+                **(swing if moves else dict.fromkeys(swing)),
+            })  # fmt: skip
+        return told
 
     def warnings(self) -> list[str]:
         """Bonds over which the coupling is not to be trusted."""
@@ -186,3 +207,28 @@ class ResidualEnergy:
                     "long to follow it"
                 )
         return told
+
+
+def said(slaves: Iterable[Slave]) -> list[str]:
+    """What FMUs warned of although their run came to its end."""
+    return [f"{slave.name}: {text}" for slave in slaves for kind, text in slave.messages if kind == "warning"]
+
+
+class Watch:
+    """What there is to say against the runs of a session."""
+
+    def __init__(self, session: Session):
+        self.session, self.bonds = session, find_bonds(session.system)
+        outputs = [s for b in self.bonds for s in (b.forth.source, b.back.source)]
+        inputs = [s for b in self.bonds for s in (b.forth.target, b.back.target)]
+        self.record = [s.address for s in (*outputs, *inputs)]
+        """Signals that a run has to record, in this order."""
+        self._slots = [s.place for s in outputs], [s.place for s in inputs]
+
+    def warnings(self, t: np.ndarray, rows: np.ndarray, method: str) -> list[str]:
+        """Of the session's last run, which recorded rows (n, len(record)) at times t (n,)."""
+        slaves = self.session.system.slaves
+        sloped = [name for name, s in slaves.items() if method == "extrapolation" and s.takes_slopes]
+        energy = ResidualEnergy(self.bonds, *self._slots, [(0.0, 0.0)] * len(self.bonds), sloped)
+        energy.add(t, rows)
+        return list(dict.fromkeys([*said(slaves.values()), *energy.warnings()]))

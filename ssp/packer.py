@@ -11,7 +11,12 @@ from lxml import etree
 from ..core.errors import PackageError
 from .reader import SSC, SSD
 
-_TYPES = ("Real", "Integer", "Boolean", "String", "Enumeration")
+_TYPES = {
+    **{name: name for name in ("Real", "Integer", "Boolean", "String", "Enumeration")},
+    **{f"Float{bits}": "Real" for bits in (32, 64)},
+    **{f"{sign}Int{bits}": "Integer" for sign in ("", "U") for bits in (8, 16, 32, 64)},
+}
+"""Types of FMI 2.0 and 3.0 in SSP 1.0."""
 _KINDS = ("input", "output", "parameter")
 
 
@@ -25,13 +30,13 @@ def _description(fmu: Path) -> etree._Element:
 
 def _add_connectors(component: etree._Element, description: etree._Element) -> None:
     connectors = etree.SubElement(component, f"{SSD}Connectors")
-    for variable in description.iterfind("ModelVariables/ScalarVariable"):
+    for variable in description.iterfind("ModelVariables/*"):
         kind = variable.get("causality")
-        if kind not in _KINDS:
+        typed = next((e for e in (variable, *variable) if e.tag in _TYPES), None)  # FMI 3.0 has the type outside
+        if kind not in _KINDS or typed is None:
             continue
         connector = etree.SubElement(connectors, f"{SSD}Connector", name=variable.get("name"), kind=kind)
-        typed = next(e for e in variable if e.tag in _TYPES)
-        element = etree.SubElement(connector, f"{SSC}{typed.tag}")
+        element = etree.SubElement(connector, f"{SSC}{_TYPES[typed.tag]}")
         if typed.get("unit"):
             element.set("unit", typed.get("unit"))
 

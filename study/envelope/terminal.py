@@ -6,6 +6,7 @@ import argparse
 import csv
 import json
 import sys
+from dataclasses import asdict
 from pathlib import Path
 from typing import Any
 
@@ -20,7 +21,7 @@ def envelope_command(options: argparse.Namespace) -> int:
     """Find the envelope and the cheapest change, write and print them; returns the exit code."""
     from ...master.pool import Pool, cluster
     from ...master.session import Session
-    from ..sweep.run import check
+    from ..sweep.run import check, check_distinct
     from ..sweep.terminal import fixed_values
     from .options import designs, read
     from .search import cheapest, reaches, settings
@@ -32,6 +33,8 @@ def envelope_command(options: argparse.Namespace) -> int:
         raise UsageError(f"{options.options or 'options.toml'}: one to three groups need map = true")
     over, every = designs(mapped), designs(wanted.groups)
     with Session(options.package) as session:
+        used = dict.fromkeys(name for d in every for name in d.parameters)
+        check_distinct(session, [*fixed, *used, wanted.parameter])
         check(session, {**fixed, **every[0].parameters, wanted.parameter: wanted.low}, settings(wanted))
     at = wanted.high if options.at is None else options.at
     if not wanted.low <= at <= wanted.high:
@@ -51,7 +54,7 @@ def envelope_command(options: argparse.Namespace) -> int:
         best = cheapest(pool, wanted, every, at, fixed)
     names = [tuple(c.name for c in d.choices) for d in over]
     reach = dict(zip(names, found, strict=True))
-    _write(folder, wanted, mapped, reach, best, at)
+    _write(folder, options, wanted, mapped, reach, best, at)
     if not options.no_plots:
         from .plots import picture
 
@@ -69,9 +72,17 @@ def _told(r: Any, low: float, high: float) -> str:
     return f"{high:g} and more" if r.whole else f"{r.value:.0f}"
 
 
-def _write(folder: Path, wanted: Any, mapped: Any, reach: Any, best: Any, at: float) -> None:
+def _write(
+    folder: Path, options: argparse.Namespace, wanted: Any, mapped: Any, reach: Any, best: Any, at: float
+) -> None:
+    from ...master.manifest import digest
+    from ...master.output import versions
+
+    given = json.loads(json.dumps(asdict(wanted)), parse_constant=lambda _: None)  # no bound: null
     rows = [[*names, r.value, r.whole] for names, r in reach.items()]
     content = {
+        "package": str(options.package), "sha256": digest(options.package), "set": options.set,
+        "options": given, "versions": versions(),
         "axis": wanted.parameter, "unit": wanted.unit,
         "reach": [{**dict(zip((g.name for g in mapped), names, strict=True)), "value": r.value, "whole": r.whole}
                   for names, r in reach.items()],

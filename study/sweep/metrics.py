@@ -103,6 +103,14 @@ class Metric:
         inside = ", ".join([self.connector, *(f"{n:.12g}" for n in self.numbers)])
         return f"{self.function}({inside})"
 
+    def unit(self, of_signal: str | None) -> str | None:
+        """Unit of the number, from that of the signal; None where that is not known."""
+        if self.function in ("reaches", "settles", "above"):
+            return "s"
+        if self.function == "integral" and of_signal is not None:
+            return "s" if of_signal == "1" else f"{of_signal}.s"
+        return of_signal
+
     def of(self, t: np.ndarray, x: np.ndarray) -> float | None:
         """The number for the signal x (n,) at the times t (n,)."""
         return FUNCTIONS[self.function][0](t, x, *self.numbers)

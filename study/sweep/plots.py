@@ -19,30 +19,34 @@ FEW = 8
 
 def picture(
     path: Path, axes: Sequence[Axis], sampled: bool, table: Sequence[Mapping[str, Any]], label: str,
-    indices: Mapping[str, Any] | None = None,
+    indices: Mapping[str, Any] | None = None, units: Mapping[str, str] | None = None,
 ) -> None:
-    """Write the picture of one metric."""
+    """Write the picture of one metric; units: of the axes, by name, and of the metric, by label."""
     names = [a.name for a in axes]
+    shown = {name: f"{name} [{unit}]" for name, unit in (units or {}).items() if unit != "1"}
     if sampled or len(axes) > 2:
-        figure = _scatter(names, table, label, indices)
+        figure = _scatter(names, table, label, indices, shown)
     else:
         figure = Figure(figsize=(7.0, 4.2), layout="constrained")
-        _over(figure, figure.add_subplot(), axes, table, label)
+        _over(figure, figure.add_subplot(), axes, table, label, shown)
     FigureCanvasAgg(figure)
     figure.savefig(path, dpi=130)
 
 
-def _over(figure: Figure, ax: Axes, axes: Sequence[Axis], table: Sequence[Mapping[str, Any]], label: str) -> None:
+def _over(
+    figure: Figure, ax: Axes, axes: Sequence[Axis], table: Sequence[Mapping[str, Any]], label: str,
+    shown: Mapping[str, str],
+) -> None:  # fmt: skip
     first, rest = axes[0], axes[1:]
-    ax.set_xlabel(first.name)
+    ax.set_xlabel(shown.get(first.name, first.name))
     if rest and len(rest[0].values) > FEW and _numbers(first.values) and _numbers(rest[0].values):
         second = rest[0]
         z = np.array([_number(row[label]) for row in table]).reshape(len(first.values), len(second.values))
-        shown = ax.pcolormesh(first.values, second.values, z.T, shading="nearest")
-        figure.colorbar(shown, ax=ax, label=label)
-        ax.set_ylabel(second.name)
+        drawn = ax.pcolormesh(first.values, second.values, z.T, shading="nearest")
+        figure.colorbar(drawn, ax=ax, label=shown.get(label, label))
+        ax.set_ylabel(shown.get(second.name, second.name))
         return
-    ax.set_ylabel(label)
+    ax.set_ylabel(shown.get(label, label))
     ax.grid(alpha=0.3)
     x = list(first.values) if _numbers(first.values) else [str(v) for v in first.values]
     for value in rest[0].values if rest else (None,):
@@ -50,12 +54,13 @@ def _over(figure: Figure, ax: Axes, axes: Sequence[Axis], table: Sequence[Mappin
         y = [_number(row[label]) for row in mine]
         ax.plot(x, y, marker="o", ms=3.5, label=None if value is None else f"{value}")
     if rest:
-        ax.legend(title=rest[0].name)
+        ax.legend(title=shown.get(rest[0].name, rest[0].name))
 
 
 def _scatter(
-    names: Sequence[str], table: Sequence[Mapping[str, Any]], label: str, indices: Mapping[str, Any] | None
-) -> Figure:
+    names: Sequence[str], table: Sequence[Mapping[str, Any]], label: str, indices: Mapping[str, Any] | None,
+    shown: Mapping[str, str],
+) -> Figure:  # fmt: skip
     panels = len(names) + (indices is not None)
     columns = min(3, panels)
     lines = -(-panels // columns)
@@ -66,8 +71,8 @@ def _scatter(
         values = [row[name] for row in table]
         x = values if _numbers(values) else [str(v) for v in values]
         ax.plot(x, y, ".", ms=3, alpha=0.5)
-        ax.set_xlabel(name)
-        ax.set_ylabel(label if k % columns == 0 else "")
+        ax.set_xlabel(shown.get(name, name))
+        ax.set_ylabel(shown.get(label, label) if k % columns == 0 else "")
         ax.grid(alpha=0.3)
     if indices is not None:
         ax = figure.add_subplot(lines, columns, panels)

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import os
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from concurrent.futures import Executor
 from dataclasses import dataclass, field
 from pathlib import Path
@@ -17,6 +17,8 @@ from ...master.output import versions
 from ...master.pool import Pool, WorkerDied
 from ...master.pool import session as opened
 from ...master.session import Session
+from ...master.times import times_of
+from ...master.trust import Watch
 from .cases import Case
 from .metrics import Metric
 from .store import Store, digest
@@ -43,37 +45,50 @@ class Task:
 
 
 def measure(package: str, task: Task) -> dict[str, Any]:
-    """{'values': {label: number or None}} of a run in this process, or {'failed': why}."""
+    """{'values': {label: number or None}, 'warnings': what there is to say against it} of a run in this process, or
+    {'failed': why}."""
     s = task.settings
-    record = tuple(dict.fromkeys(m.connector for m in s.metrics))
     try:
         running = opened(package)
-        step, stop = _times(running, s)
+        watch = Watch(running)
+        record = [*watch.record, *dict.fromkeys(m.connector for m in s.metrics)]
+        _, stop, step, _ = times_of(running.structure, s.stop, s.step)
         t, rows = running.run(record, stop, step, {**s.fixed, **task.case}, method=s.method)
+        warnings = watch.warnings(t, rows[:, : len(watch.record)], s.method)
     except CosimError as error:
         return {"failed": str(error)}
     columns = {name: np.ascontiguousarray(rows[:, k]) for k, name in enumerate(record)}
-    return {"values": {m.label: m.of(t, columns[m.connector]) for m in s.metrics}}
-
-
-def _times(running: Session, s: Settings) -> tuple[float, float]:
-    structure = running.structure
-    start = structure.start_time
-    stop = s.stop if s.stop is not None else structure.stop_time
-    step = s.step or structure.step_size
-    if stop is None:
-        raise UsageError("the package does not say until when to run: give --stop-time")
-    if step is None:
-        raise UsageError("the package does not say its step: give --step")
-    return step, start + max(1, round((stop - start) / step)) * step
+    return {"values": {m.label: m.of(t, columns[m.connector]) for m in s.metrics}, "warnings": warnings}
 
 
 def check(session: Session, case: Case, settings: Settings) -> None:
-    """Raise one-line errors for what is wrong with names and values before anything runs."""
-    _times(session, settings)
+    """Raise one-line errors for what is wrong with times, names and values before anything runs."""
+    times_of(session.structure, settings.stop, settings.step)
     for m in settings.metrics:
         session.signal(m.connector)
     session.values({**settings.fixed, **case})
+    check_distinct(session, [*settings.fixed, *case])
+
+
+def check_distinct(session: Session, names: Iterable[str]) -> None:
+    """Raise `UsageError` where two names, or one that is there twice, set the same parameter."""
+    set_by: dict[str, str] = {}
+    for name in names:
+        for target in session.targets(name):
+            if target in set_by:
+                raise UsageError(f"'{set_by[target]}' and '{name}' both set '{target}'; which one is meant?")
+            set_by[target] = name
+
+
+def units(session: Session, names: Iterable[str], metrics: Sequence[Metric]) -> dict[str, str]:
+    """Units of parameters, by name, and of metrics, by label, as far as they are known."""
+    signals, slaves = session.system.units(), session.system.slaves
+    found: dict[str, str | None] = {}
+    for name in names:
+        component, _, variable = session.targets(name)[0].partition(".")
+        found[name] = slaves[component].unit_name(variable) if component in slaves else signals.get(name)
+    found |= {m.label: m.unit(signals.get(session.signal(m.connector)[1].address)) for m in metrics}
+    return {name: unit for name, unit in found.items() if unit}
 
 
 def default_metrics(session: Session) -> tuple[Metric, ...]:
@@ -102,7 +117,7 @@ def sweep(
     common = {
         "package": digest_of_file(package), "step": settings.step, "stop": settings.stop, "method": settings.method,
         "fixed": dict(settings.fixed), "metrics": [[m.label, str(m)] for m in settings.metrics],
-        "versions": versions(),
+        "versions": versions(), "entries": "with warnings",
     }  # fmt: skip
     names = [digest({**common, "values": case}) for case in cases]
     with Store(folder) as store:

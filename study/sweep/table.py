@@ -13,11 +13,12 @@ from .cases import Case
 
 
 def rows(cases: Sequence[Case], entries: Sequence[Mapping[str, Any]], labels: Sequence[str]) -> list[dict[str, Any]]:
-    """Number, values, metrics (None where one does not exist or the case failed) and why it failed."""
+    """Number, values, metrics (None where one does not exist or the case failed), why it failed, what warns of it."""
     made = []
     for k, (case, entry) in enumerate(zip(cases, entries, strict=True)):
         found = entry.get("values", {})
-        made.append({"case": k, **case, **{label: found.get(label) for label in labels}, "failed": entry.get("failed")})
+        said = {"failed": entry.get("failed"), "warnings": "; ".join(entry.get("warnings", ())) or None}
+        made.append({"case": k, **case, **{label: found.get(label) for label in labels}, **said})
     return made
 
 

@@ -10,13 +10,18 @@ from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from importlib.util import find_spec
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from ...core.errors import UsageError
 from ...core.files import writing
 from .axes import Axis, parse_axis
 from .cases import Case, grid, parse_sample, sample
 from .metrics import parse_metric
+
+if TYPE_CHECKING:  # the simulator is imported when it is needed
+    from .run import Settings
+
+SUMMARY = "summary.json"
 
 SHOWN = 5
 """Failed cases that are listed on the terminal."""
@@ -28,7 +33,7 @@ def sweep_command(options: argparse.Namespace) -> int:
     kind, cases = _cases(axes, options)
     from ...master.pool import cluster
     from ...master.session import Session
-    from .run import Settings, check, default_metrics, sweep
+    from .run import Settings, check, default_metrics, sweep, units
     from .table import rows, write
 
     metrics = tuple(parse_metric(text) for text in options.metric)
@@ -37,8 +42,9 @@ def sweep_command(options: argparse.Namespace) -> int:
         metrics = metrics or default_metrics(session)
         settings = Settings(metrics, options.step, options.stop_time, options.method, fixed)
         check(session, cases[0], settings)
+        known = units(session, [a.name for a in axes], metrics)
     labels = [m.label for m in metrics]
-    for name in (*(a.name for a in axes), "case", "failed"):
+    for name in (*(a.name for a in axes), "case", "failed", "warnings"):
         if name in labels:
             raise UsageError(f"--metric {name}=...: the table has a column of that name already")
     if len(set(labels)) < len(labels):
@@ -51,12 +57,12 @@ def sweep_command(options: argparse.Namespace) -> int:
     table = rows(cases, entries, labels)
     path = write(table, folder)
     indices = _indices(axes, kind, cases, table, labels) if kind else {}
-    _summary(folder, options, table, indices)
-    made = [path.name, "summary.json"]
-    if not options.no_plots:
-        made += _pictures(folder, axes, bool(kind), table, labels, indices)
+    _forget_pictures(folder)
+    pictures = [] if options.no_plots else _pictures(folder, axes, bool(kind), table, labels, indices, known)
+    _summary(folder, options, settings, table, indices, known, pictures)
+    made = [path.name, SUMMARY, *pictures]
     if not options.quiet:
-        _print(table, labels, indices)
+        _print(table, labels, indices, known)
         print(f"\n{folder}: {', '.join(made[:6])}{' ...' if len(made) > 6 else ''}")
     return 0
 
@@ -109,26 +115,41 @@ def _indices(
     return {label: entry for label, entry in found.items() if entry}
 
 
+def _forget_pictures(folder: Path) -> None:
+    """Remove the pictures of an earlier sweep in the folder, which may have had other metrics."""
+    try:
+        earlier = json.loads((folder / SUMMARY).read_text(encoding="utf-8")).get("pictures", [])
+    except (OSError, ValueError, AttributeError):
+        return
+    for name in earlier:
+        if isinstance(name, str) and name.endswith(".png") and name == Path(name).name:
+            (folder / name).unlink(missing_ok=True)
+
+
 def _summary(
-    folder: Path, options: argparse.Namespace, table: Sequence[Mapping[str, Any]], indices: Mapping[str, Any]
-) -> None:
+    folder: Path, options: argparse.Namespace, settings: Settings, table: Sequence[Mapping[str, Any]],
+    indices: Mapping[str, Any], known: Mapping[str, str], pictures: Sequence[str],
+) -> None:  # fmt: skip
     from ...master.manifest import digest
     from ...master.output import versions
 
     content = {
         "package": str(options.package), "sha256": digest(options.package), "vary": options.vary,
-        "sample": options.sample, "seed": options.seed, "set": options.set, "cases": len(table),
+        "sample": options.sample, "seed": options.seed, "set": options.set, "step_s": settings.step,
+        "stop_time_s": settings.stop, "method": settings.method, "cases": len(table),
+        "metrics": {m.label: str(m) for m in settings.metrics}, "units": dict(known), "pictures": list(pictures),
         "failed": [{"case": row["case"], "why": row["failed"]} for row in table if row["failed"]],
+        "warnings": [{"case": row["case"], "what": row["warnings"]} for row in table if row["warnings"]],
         "sensitivities": indices, "versions": versions(),
     }  # fmt: skip
-    path = folder / "summary.json"
+    path = folder / SUMMARY
     with writing(path):
         path.write_text(json.dumps(content, indent=1) + "\n", encoding="utf-8")
 
 
 def _pictures(
     folder: Path, axes: Sequence[Axis], sampled: bool, table: Sequence[Mapping[str, Any]], labels: Sequence[str],
-    indices: Mapping[str, Any],
+    indices: Mapping[str, Any], known: Mapping[str, str],
 ) -> list[str]:  # fmt: skip
     from .plots import picture
 
@@ -138,24 +159,27 @@ def _pictures(
             continue
         name = re.sub(r"[^\w.-]+", "_", label).strip("_") + ".png"
         with writing(folder / name):
-            picture(folder / name, axes, sampled, table, label, indices.get(label))
+            picture(folder / name, axes, sampled, table, label, indices.get(label), known)
         made.append(name)
     return made
 
 
-def _print(table: Sequence[Mapping[str, Any]], labels: Sequence[str], indices: Mapping[str, Any]) -> None:
-    failed = [row for row in table if row["failed"]]
-    print(f"{len(table)} cases, {len(failed)} failed")
-    for row in failed[:SHOWN]:
-        print(f"  case {row['case']}: {row['failed']}")
-    if len(failed) > SHOWN:
-        print(f"  and {len(failed) - SHOWN} more, see summary.json")
+def _print(
+    table: Sequence[Mapping[str, Any]], labels: Sequence[str], indices: Mapping[str, Any], known: Mapping[str, str]
+) -> None:
+    counts = {kind: [row for row in table if row[kind]] for kind in ("failed", "warnings")}
+    print(f"{len(table)} cases, {len(counts['failed'])} failed, {len(counts['warnings'])} with warnings")
+    for kind, rows in counts.items():
+        for row in rows[:SHOWN]:
+            print(f"  case {row['case']} {'failed' if kind == 'failed' else 'warns'}: {row[kind]}")
+        if len(rows) > SHOWN:
+            print(f"  and {len(rows) - SHOWN} more, see {SUMMARY}")
     width = max(map(len, labels)) + 2
-    print(f"{'':<{width}}{'least':>14}{'greatest':>14}{'missing':>9}")
+    print(f"{'':<{width}}{'least':>14}{'greatest':>14}  {'unit':<8}{'missing':>9}")
     for label in labels:
         values = [row[label] for row in table if row[label] is not None]
         ends = f"{min(values):>14.6g}{max(values):>14.6g}" if values else f"{'-':>14}{'-':>14}"
-        print(f"{label:<{width}}{ends}{len(table) - len(values):>9}")
+        print(f"{label:<{width}}{ends}  {known.get(label, ''):<8}{len(table) - len(values):>9}")
         for kind, by_name in indices.get(label, {}).items():
             shares = sorted(by_name.items(), key=lambda item: -item[1]["value"])
             print(f"{'':<{width}}{kind}: " + ", ".join(f"{n} {v['value']:.2f}" for n, v in shares))

@@ -1,6 +1,7 @@
 import sys
 from pathlib import Path
 
+from deepsea_cosim.fmus import cross_check
 from deepsea_cosim.fmus.cli import main
 
 
@@ -14,6 +15,22 @@ def test_check_of_what_is_no_fmu(tmp_path, capsys):
     assert main(["check", str(tmp_path / "x.fmu")]) == 1
     assert main(["check", str(tmp_path / "missing.fmu")]) == 2
     assert "no such file" in capsys.readouterr().err
+
+
+def test_cross_check_fails_where_an_importer_does(built, tmp_path, capsys, monkeypatch):
+    def breaks(fmu, c, folder):
+        raise OSError("no binary\nfor this platform")
+
+    absent = cross_check.Outcome(remark="not installed", absent=True)
+    monkeypatch.setattr(cross_check, "IMPORTERS", {"FMPy": cross_check.through_fmpy, "other": lambda *_: absent})
+    line = ["cross-check", str(built / "DeepseaArm.fmu"), "--out", str(tmp_path)]
+    assert main(line) == 0
+    assert "| DeepseaArm | other | not tried |  | not installed |" in capsys.readouterr().out
+    monkeypatch.setattr(cross_check, "IMPORTERS", {"FMPy": cross_check.through_fmpy, "other": breaks})
+    assert main(line) == 1
+    assert "| DeepseaArm | other | no |  | OSError: no binary for this platform |" in capsys.readouterr().out
+    (tmp_path / "file").touch()
+    assert main([*line[:-1], str(tmp_path / "file")]) == 2
 
 
 def test_build_into_a_place_that_cannot_be_written(tmp_path, capsys):

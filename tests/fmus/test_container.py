@@ -2,6 +2,9 @@
 
 from __future__ import annotations
 
+import io
+import zipfile
+
 import numpy as np
 import pytest
 from deepsea_cosim.core.errors import PackageError
@@ -52,6 +55,54 @@ def test_importers_compute_the_same(machine, tmp_path):
     ran = [o.deviation for o in outcomes.values() if o.values is not None]
     assert ran
     assert max(ran) <= 1e-9
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "why"),
+    [
+        (' startConnector="v_h" endElement="hydraulics" endConnector="v_h"',
+         ' startConnector="x_h" endElement="hydraulics" endConnector="v_h"', "not driven by 'arm.v_h'"),
+        ('<ssd:Connection startElement="arm" startConnector="F_hold" endElement="hydraulics" endConnector="F_hold"/>',
+         "", "'hydraulics.F_hold' is not driven by 'arm.F_hold'"),
+        ('endConnector="x_h"/>', 'endConnector="x_h"><ssc:LinearTransformation factor="2"/></ssd:Connection>',
+         "is transformed"),
+        ('endElement="hydraulics" endConnector="v_h"/>', 'endElement="hydraulics" endConnector="v_h"/><ssd:Connection '
+         'startElement="arm" startConnector="x_h" endElement="hydraulics" endConnector="x_ref"/>', "is driven, which"),
+    ],
+)  # fmt: skip
+def test_a_machine_that_is_coupled_otherwise_is_refused(built, tmp_path, old, new, why):
+    other = tmp_path / "other.ssp"
+    with zipfile.ZipFile(built / "deepsea_6km.ssp") as source, zipfile.ZipFile(other, "w") as target:
+        for name in source.namelist():
+            content = source.read(name)
+            if name == "SystemStructure.ssd":
+                assert content.count(old.encode()) == 1
+                content = content.replace(old.encode(), new.encode())
+            target.writestr(name, content)
+    with pytest.raises(PackageError, match=why):
+        starts_of(other, DeepseaMachine.table)
+
+
+def test_fmus_of_other_code_are_refused(built, tmp_path):
+    """The arm as it was in another version: a digit in its code differs."""
+    old = tmp_path / "old.ssp"
+    with zipfile.ZipFile(built / "deepsea_6km.ssp") as source, zipfile.ZipFile(old, "w") as target:
+        for name in source.namelist():
+            content = source.read(name)
+            target.writestr(name, _other_code(content) if name.endswith("DeepseaArm.fmu") else content)
+    with pytest.raises(PackageError, match=r"DeepseaArm\.fmu has not the code that is installed here"):
+        starts_of(old, DeepseaMachine.table)
+
+
+def _other_code(content):
+    if not zipfile.is_zipfile(io.BytesIO(content)):
+        return content + b"\n# other"
+    made = io.BytesIO()
+    with zipfile.ZipFile(io.BytesIO(content)) as source, zipfile.ZipFile(made, "w") as target:
+        for name in source.namelist():
+            inside = source.read(name)
+            target.writestr(name, _other_code(inside) if name.endswith(("code.zip", "mechanics/loads.py")) else inside)
+    return made.getvalue()
 
 
 def test_another_package_is_refused(toys, tmp_path):

@@ -2,15 +2,21 @@
 
 from __future__ import annotations
 
+import zipfile
+from pathlib import Path
+
 import fmpy
 import numpy as np
 import pytest
 from deepsea_cosim.core.errors import UsageError
 from deepsea_cosim.fmus import build, check
+from deepsea_cosim.master.cli import main
 from deepsea_cosim.master.simulate import Options, run
 from deepsea_cosim.mechanics.variables import ARM
+from deepsea_cosim.ssp.packer import pack
 from fmpy.fmi3 import FMU3Slave
 from fmpy.validation import validate_fmu
+from lxml import etree
 
 from ..toys import package
 
@@ -27,6 +33,21 @@ def arm(tmp_path_factory):
 def test_validation_finds_nothing(arm):
     assert [str(problem) for problem in validate_fmu(str(arm))] == []
     check.exercise(arm)
+
+
+def test_a_packed_system_has_the_same_connectors_as_with_fmi_2(arm, built, tmp_path):
+    """Only the arm is of FMI 3.0; the check of the master finds nothing wrong."""
+    scenarios = Path(build.__file__).parents[1] / "ssp" / "scenarios" / build.SYSTEM
+    sources = {"resources/DeepseaArm.fmu": arm, "resources/DeepseaHydraulics.fmu": built / "DeepseaHydraulics.fmu"}
+    path = pack(scenarios / "SystemStructure.ssd", next(scenarios.glob("*_0km.ssv")), sources, tmp_path / "p.ssp")
+
+    def connectors(package):
+        with zipfile.ZipFile(package) as archive:
+            root = etree.fromstring(archive.read("SystemStructure.ssd"))
+        return [(c.get("name"), c.get("kind"), c[0].tag, c[0].get("unit")) for c in root.iter("{*}Connector")]
+
+    assert connectors(path) == connectors(built / "deepsea_0km.ssp")
+    assert main([str(path), "--check", "--quiet"]) == 0
 
 
 def test_units_and_ranges_are_those_of_the_table(arm):

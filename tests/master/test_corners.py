@@ -53,8 +53,21 @@ def test_a_session_takes_any_number_of_records(fmus, tmp_path):
         addresses = [f"clock.y{k + 1}" for k in range(6)]
         for k in range(1, 90):
             session.run([addresses[i] for i in range(6) if k >> i & 1] or ["i.y1"], 0.2, 0.1, method="nepce")
-        with pytest.raises(CosimError, match="is no number of steps"):
-            session.run(["i.y1"], 1.0, 0.3)
+        with pytest.raises(CosimError, match=r"step 3 s is longer than the whole run of 1 s"):
+            session.run(["i.y1"], 1.0, 3.0)
+
+
+@pytest.mark.parametrize("method", ["gauss-seidel", "interface-jacobian"])
+def test_a_session_shortens_its_last_step_as_a_run_does(tmp_path, method):
+    fmu = native.linear(tmp_path / "f", 2, through=False)
+    parts = linear("a", A=[[0]], B=[[-9.0]], C=[[1]], x0=[1]), linear("b", A=[[0]], B=[[1.0]], C=[[1]], x0=[0])
+    root = system("root", *parts, links=(link("a.y1", "b.u1"), link("b.y1", "a.u1")))
+    path = package(tmp_path / "p.ssp", root, {"resources/L.fmu": fmu})
+    alone = run(path, tmp_path / "out", Options(method=method, step=0.03, stop_time=1.0)).frame
+    with Session(path) as session:
+        t, rows = session.run(["a.y1"], 1.0, 0.03, method=method)
+    assert t.tolist() == alone["time"].tolist()
+    assert rows[:, 0].tolist() == alone["a.y1"].tolist()
 
 
 @pytest.mark.parametrize("method", ["extrapolation", "nepce"])

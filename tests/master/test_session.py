@@ -53,5 +53,5 @@ def test_wrong_names(toys, tmp_path):
             session.run(["mass.x"], 1.0, 0.1, inputs={"mass.F": series})
         with pytest.raises(UsageError, match="it is an output"):
             session.run(["mass.x"], 1.0, 0.1, inputs={"mass.x": series})
-        with pytest.raises(UsageError, match="no step"):
+        with pytest.raises(UsageError, match="later than the start time"):
             session.run(["mass.x"], 0.0, 0.1)

@@ -109,6 +109,25 @@ def test_numerical_damping(fmus, tmp_path, method, ratio):
     assert told["numerical_damping"] == pytest.approx(ratio(OMEGA * h), abs=1e-3, rel=0.02)
 
 
+@pytest.mark.parametrize("method", ["gauss-seidel", "jacobi"])
+def test_a_mass_that_rests_raises_no_alarm(fmus, tmp_path, method):
+    """What is left of the weights' sum is rounding, and so is all that moves."""
+    k = OMEGA**2
+    spring = native.values("spring", A=[[0]], B=[[-k]], C=[[1]], x0=[7000.0])
+    mass = native.values("mass", A=[[0, 1], [0, 0]], B=[[0, 0], [1e-3, -1e-3]], C=[[1, 0], [0, 1]], x0=[0, 1e-16])
+    both = connector("u1", "input"), connector("y1", "output")
+    root = system("root", component("spring", "resources/spring.fmu", *both),
+                  component("mass", "resources/mass.fmu", *both, connector("u2", "input"), connector("y2", "output")),
+                  links=(link("spring.y1", "mass.u1"), link("mass.y2", "spring.u1")),
+                  bindings=bindings(binding(values({**spring, **mass}))))  # fmt: skip
+    path = package(tmp_path / "p.ssp", root, fmus, stop=1.0, step=0.05)
+    (tmp_path / "s.csv").write_text("time,mass.u2\n0,7000\n1,7000\n")
+    result = run(path, tmp_path / "out", Options(method=method, stimuli=tmp_path / "s.csv"))
+    assert 0.0 < result.summary["coupling"][0]["exchanged_energy_J"] < 1e-9
+    assert result.summary["coupling"][0]["relative"] == 0.0
+    assert result.summary["warnings"] == []
+
+
 def test_nepce_damps_less_than_the_straight_line(fmus, tmp_path):
     path = oscillator(tmp_path / "p.ssp", fmus, stop=20.0)
     found = {

@@ -11,7 +11,7 @@ import time
 
 import numpy as np
 import pytest
-from deepsea_cosim.core.errors import OutputError, UnknownNameError
+from deepsea_cosim.core.errors import OutputError, UnknownNameError, UsageError
 from deepsea_cosim.master.session import Session
 from deepsea_cosim.study.cli import main
 from deepsea_cosim.study.sweep.axes import parse_axis
@@ -21,7 +21,11 @@ from deepsea_cosim.study.sweep.run import Settings, check, default_metrics, swee
 from deepsea_cosim.study.sweep.sensitivity import sensitivities
 from deepsea_cosim.study.sweep.store import FILE, Store
 
+from benchmarks import native
+
 from ...commands import code
+from ...master.parts import linear
+from ...packages import link, package, system
 
 GAIN = "b.D[1,1]"
 END = Settings((parse_metric("end=final(b.y1)"), parse_metric("at(b.y1, 0.25)")))
@@ -84,6 +88,52 @@ def test_bad_names_are_refused_before_anything_runs(opened):
         check(opened, {"b.trouple": 1}, END)
     with pytest.raises(UnknownNameError, match="no connector"):
         check(opened, {GAIN: 1.0}, Settings((parse_metric("final(b.y9)"),)))
+
+
+def test_names_that_set_the_same_are_refused(opened):
+    check(opened, {GAIN: 1.0, "a.trouble": 0.0}, END)
+    with pytest.raises(UsageError, match=r"'trouble' and 'b\.trouble' both set 'b\.trouble'"):
+        check(opened, {"trouble": 1.0, "b.trouble": 0.0}, END)
+
+
+def test_a_sweep_ends_when_the_master_ends(doubled, tmp_path):
+    """The last step is shorter where the step does not divide the time; y = t is exact at every communication point."""
+    until = Settings((parse_metric("final(a.y1)"), parse_metric("at(a.y1, 0.25)")), step=0.03, stop=0.25)
+    [entry] = run(doubled, tmp_path, f"{GAIN}=1", settings=until)
+    assert list(entry["values"].values()) == pytest.approx([0.25, 0.25], rel=1e-12)
+    for step, stop in ((0.0, 1.0), (-1.0, 1.0), (2.0, 1.0), (0.1, 0.0), (0.1, float("inf"))):
+        with pytest.raises(UsageError), Session(doubled) as session:
+            check(session, {}, Settings(END.metrics, step=step, stop=stop))
+
+
+@pytest.fixture(scope="module")
+def swinging(tmp_path_factory):
+    """A mass on a spring of 10 rad/s."""
+    if native.compiler is None:
+        pytest.skip("there is no C compiler here")
+    folder = tmp_path_factory.mktemp("swinging")
+    fmus = {"resources/mass.fmu": native.linear(folder, 2, "mass", through=False, units={"u1": "N", "y1": "m/s"}),
+            "resources/spring.fmu": native.linear(folder, 2, "spring", through=False,
+                                                  units={"u1": "m/s", "y1": "N"})}  # fmt: skip
+    parts = (linear("spring", "resources/spring.fmu", A=[[0]], B=[[-100.0]], C=[[1]], x0=[-100.0]),
+             linear("mass", "resources/mass.fmu", A=[[0]], B=[[1]], C=[[1]], x0=[0]))  # fmt: skip
+    root = system("root", *parts, links=(link("spring.y1", "mass.u1"), link("mass.y1", "spring.u1")))
+    return package(folder / "s.ssp", root, fmus, stop=2.0, step=1e-3)
+
+
+def test_runs_that_are_not_to_be_trusted_are_told(swinging, tmp_path, capsys):
+    line = ["sweep", str(swinging), "--vary", "mass.x0[1]=0,1", "--metric", "top=max(mass.y1)", "--metric",
+            "integral(mass.y1)", "--out", str(tmp_path), "--method", "jacobi"]  # fmt: skip
+    assert main(line) == 0
+    assert "2 cases, 0 failed, 0 with warnings" in capsys.readouterr().out
+    assert json.loads((tmp_path / "summary.json").read_text())["units"] == {"top": "m/s", "integral(mass.y1)": "m/s.s"}
+    assert sorted(p.name for p in tmp_path.glob("*.png")) == ["integral_mass.y1.png", "top.png"]
+    assert main([*line[:4], "--metric", "min(mass.y1)", *line[8:], "--step", "0.15"]) == 0
+    assert "2 cases, 0 failed, 2 with warnings" in capsys.readouterr().out
+    summary = json.loads((tmp_path / "summary.json").read_text())
+    assert summary["step_s"] == 0.15
+    assert all("too long to follow" in entry["what"] for entry in summary["warnings"])
+    assert [p.name for p in tmp_path.glob("*.png")] == ["min_mass.y1.png"]  # those of other metrics are gone
 
 
 def test_without_metrics_the_connected_outputs_are_measured(opened):
