@@ -11,11 +11,13 @@ from ..core.errors import CosimError
 from ..ssp.model import Component, SignalDictionaryReference
 from ..ssp.model import System as Tree
 from ..ssp.network import Network
+from . import stimuli
 from .loops import loops
 from .results.columns import Layout
-from .setup import bound_values, configure, describe, foreign_connectors, given_values, read_package
+from .setup import bound_values, configure, foreign_connectors, given_values, of_component, read_package, resolve
 from .slaves.base import Slave
 from .system import System
+from .times import times_of
 
 
 @dataclass
@@ -36,20 +38,34 @@ class Findings:
         return made
 
 
-def check(package: Path, variant: str | None = None) -> Findings:
-    """Read a package and everything in it; nothing is raised for what is wrong with it."""
+@dataclass(frozen=True)
+class Wanted:
+    """How the package is to be run, as far as that can be wrong."""
+
+    step: float | None = None
+    stop_time: float | None = None
+    changes: tuple[tuple[str, str], ...] = ()
+    stimuli: Path | None = None
+
+
+def check(package: Path, variant: str | None = None, wanted: Wanted | None = None) -> Findings:
+    """Read a package and everything in it; nothing is raised for what is wrong with it, or with how it is to be run."""
+    wanted = wanted or Wanted()
     found = Findings()
     with ExitStack() as stack:
         network = _try(found, lambda: read_package(package, stack, variant))
         if network is None:
             return found
         found.network = network
+        structure = network.structure
+        if structure.stop_time is not None or wanted.stop_time is not None:
+            _try(found, lambda: times_of(structure, wanted.stop_time, wanted.step))
         violations = set(network.structure.remarks)
         found.errors += network.structure.remarks
         found.warnings += [r for r in network.remarks if r not in violations]
         slaves: dict[str, Slave] = {}
         for path, part in network.parts.items():
-            slave = _try(found, lambda path=path, part=part: describe(path, part.component.source))
+            slave = _try(found, lambda path=path, part=part: of_component(path, part.component))
             if slave is not None:
                 slaves[path] = slave
                 _connectors(found, part.component, slave, path)
@@ -66,7 +82,7 @@ def check(package: Path, variant: str | None = None) -> Findings:
                 found.warnings += system.remarks
                 _try(found, lambda: given_values(network, system))
                 _try(found, lambda: Layout(system))
-                _inputs(found, system)
+                _inputs(found, system, _driven(found, system, wanted))
                 _loops(found, system)
         elif not network.parts:
             found.errors.append("the system has no components")
@@ -100,8 +116,19 @@ def _fits(said: str, own: str) -> bool:
     return same.get(said, said) == same.get(own, own)
 
 
-def _inputs(found: Findings, system: System) -> None:
-    driven = {link.end for link in system.links}
+def _driven(found: Findings, system: System, wanted: Wanted) -> set[tuple[str, str]]:
+    """Check what is set and what a table drives; the inputs that the table drives."""
+    for change in wanted.changes:
+        _try(found, lambda change=change: resolve([change], system.slaves, system=system))
+    if wanted.stimuli is None:
+        return set()
+    path = wanted.stimuli
+    drives = _try(found, lambda: stimuli.read(path, system)) or []
+    return {(d.signal.component, d.signal.name) for d in drives}  # type: ignore[attr-defined]
+
+
+def _inputs(found: Findings, system: System, others: set[tuple[str, str]]) -> None:
+    driven = {link.end for link in system.links} | others
     for component, name in system.inputs:
         if (component, name) not in driven:
             found.notes.append(f"input '{component}.{name}' is driven by nothing; it keeps its start value")

@@ -171,13 +171,17 @@ def main(arguments: Sequence[str] | None = None) -> int:
 
 def _look(options: argparse.Namespace) -> int:
     """--check and --info."""
-    from .check import check, tree
+    from .check import Wanted, check, tree
+    from .simulate import parse_change
 
-    found = check(options.package, options.variant)
+    changes = tuple(parse_change(text) for text in options.changes)
+    found = check(options.package, options.variant, Wanted(options.step, options.stop_time, changes, options.stimuli))
     if options.info and found.network is not None:
         print(tree(found.network, found.system))
     if options.check or found.network is None:
         for line in found.lines():
+            if options.quiet and not line.startswith("error"):
+                continue
             print(line, file=sys.stderr if line.startswith("error") else sys.stdout)
         if not options.quiet and options.check:
             counts = f"{len(found.errors)} errors, {len(found.warnings)} warnings"
@@ -211,6 +215,7 @@ def _run(options: argparse.Namespace) -> int:
         variant=options.variant,
         stimuli=options.stimuli,
         record=tuple(options.record),
+        plot=() if options.no_plot else tuple(options.plot),
         record_every=options.record_every,
         results=options.results,
         substeps=tuple(options.substeps),

@@ -109,8 +109,6 @@ class Plotter:
         data = target.with_suffix(".npy.tmp")
         names = result.names[1:]
         shown = [n for n in names if any(fnmatchcase(n, p) or n == p for p in patterns)]
-        if patterns and not shown:
-            return f"no signal matches {', '.join(patterns)}"
         chosen = ["time", *(shown or [n for n in result.outputs if n in names])]
         try:
             with data.open("wb") as file:

@@ -244,6 +244,15 @@ def describe_folder(name: str, folder: Path, shown: str = "FMU") -> Slave:
     return VERSIONS[known](name, folder, description)
 
 
+def of_component(path: str, component: Component) -> Slave:
+    """The slave of a component; what is wrong with its FMU is told with the place that asks for it."""
+    try:
+        return describe(path, component.source)
+    except PackageError as error:
+        text = str(error).replace(str(component.source), component.source.name)
+        raise PackageError(f"{component.where}: component '{path}': {text}") from None
+
+
 def foreign_connectors(component: Component, slave: Slave) -> Iterator[str]:
     """What is wrong with the connectors that a component has and its FMU has not."""
     for connector in component.connectors:
@@ -259,7 +268,7 @@ def load_descriptions(network: Network) -> dict[str, Slave]:
     slaves: dict[str, Slave] = {}
     for path, part in network.parts.items():
         component = part.component
-        slave = describe(path, component.source)
+        slave = of_component(path, component)
         for fault in foreign_connectors(component, slave):
             raise PackageError(fault)
         slaves[path] = slave

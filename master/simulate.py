@@ -59,6 +59,8 @@ class Options:
     stimuli: Path | None = None
     record: tuple[str, ...] = ()
     """Patterns of columns to keep; all if there is none."""
+    plot: tuple[str, ...] = ()
+    """Patterns of columns that will be drawn, looked at before the run."""
     record_every: int = 1
     results: str = "results.csv"
     """Name of the result file; its suffix says the format. Empty: no file."""
@@ -155,6 +157,7 @@ def run(
         remarks += _uneven(slaves, start, stop, step, n)
         layout = Layout(system)
         which = layout.chosen(options.record)
+        layout.chosen(options.plot, "--plot")
         drives = stimuli.read(options.stimuli, system) if options.stimuli is not None else []
         prepare_folder(folder)
         if options.results:
@@ -282,7 +285,7 @@ def simulate(path: str | Path, out: str | Path | None = None, **options: Any) ->
         changes = tuple(
             (str(k), " ".join(map(str, v)) if isinstance(v, (list, tuple)) else str(v)) for k, v in changes.items()
         )
-    for name in ("record", "substeps"):
+    for name in ("record", "plot", "substeps"):
         if name in options:
             given = options[name]
             options[name] = tuple(given.items()) if isinstance(given, dict) else tuple(given)

@@ -52,7 +52,7 @@ def read(package: Path, folder: Path, variant: str | None = None) -> SystemStruc
     """
     budget = Budget()
     extract(package, folder, budget)
-    return _Reader(folder, budget).read(variant)
+    return _Reader(folder, budget).read(variant, f"{package}: ")
 
 
 class _Reader:
@@ -75,12 +75,14 @@ class _Reader:
         found = sorted(p.name for p in self.folder.glob("*.ssd") if p.is_file())
         return sorted(found, key=lambda name: name != DEFAULT)
 
-    def read(self, variant: str | None = None) -> SystemStructure:
+    def read(self, variant: str | None = None, shown: str = "") -> SystemStructure:
         names = self.variants()
         if variant is None:
             if DEFAULT not in names:
                 more = f"; it has {', '.join(names)}: choose with --variant" if names else ""
-                raise PackageError(f"{DEFAULT} is missing: this is not an SSP package{more}")
+                if (self.folder / "modelDescription.xml").is_file():
+                    more = " but an FMU; a package with a SystemStructure.ssd has to say how it is run"
+                raise PackageError(f"{shown}{DEFAULT} is missing: this is not an SSP package{more}")
             return replace(self.description(DEFAULT), variants=tuple(names))
         if variant not in names and f"{variant}.ssd" in names:
             variant = f"{variant}.ssd"
@@ -88,7 +90,8 @@ class _Reader:
             titled = [n for n in names if self._title(n) == variant]
             if len(titled) != 1:
                 hint = did_you_mean(variant, names)
-                raise PackageError(f"the package has no variant '{variant}'; it has {', '.join(names) or 'none'}{hint}")
+                there = ", ".join(names) or "none"
+                raise PackageError(f"{shown}the package has no variant '{variant}'; it has {there}{hint}")
             variant = titled[0]
         return replace(self.description(variant), variants=tuple(names))
 

@@ -70,7 +70,7 @@ class Layout:
                 raise PackageError(f"two columns of the result would be called '{c.name}': rename a connector")
             seen.add(c.name)
 
-    def chosen(self, patterns: Sequence[str]) -> list[int]:
+    def chosen(self, patterns: Sequence[str], option: str = "--record") -> list[int]:
         """Indices of the columns whose names match one of the patterns; all of them if there is none."""
         if not patterns:
             return list(range(len(self.columns)))
@@ -82,7 +82,7 @@ class Layout:
                 if fnmatchcase(name, pattern) or name == pattern or name.rpartition("[")[0] == pattern
             ]  # fmt: skip
             if not mine:
-                raise UsageError(f"--record '{pattern}' matches nothing{did_you_mean(pattern, names)}")
+                raise UsageError(f"{option} '{pattern}' matches nothing{did_you_mean(pattern, names)}")
             found.update(mine)
         return sorted(found)
 

@@ -1,0 +1,73 @@
+"""`--check` looks at what the run is told too, and says where in the package a fault is."""
+
+from __future__ import annotations
+
+import pytest
+from deepsea_cosim.core.errors import CosimError
+from deepsea_cosim.master.cli import main
+from deepsea_cosim.master.simulate import Options, run
+
+from benchmarks import native
+
+from ..packages import description, pack, package
+from .parts import two, with_fmu, with_input
+
+pytestmark = pytest.mark.skipif(native.compiler is None, reason="there is no C compiler here")
+
+
+@pytest.mark.parametrize(
+    ("arguments", "told"),
+    [
+        ([], ""),
+        (["--set", "b.trouble=1", "--step", "0.5"], ""),
+        (["--set", "b.truoble=1"], "component 'b' has no parameter 'truoble'"),
+        (["--step", "-3"], "step -3 s: it has to be positive"),
+        (["--stop-time", "inf"], "stop time inf: it has to be a number of seconds"),
+        (["--stimuli", "nope.csv"], "nope.csv: cannot be read"),
+    ],
+)
+def test_options_are_checked_with_the_package(fmus, tmp_path, capsys, arguments, told):
+    path = two(tmp_path / "p.ssp", fmus[2])
+    assert main([str(path), "--check", "--quiet", *arguments]) == (2 if told else 0)
+    said = capsys.readouterr()
+    assert said.out == ""
+    assert told in said.err
+    assert bool(told) == bool(said.err)
+
+
+def test_the_packages_own_times_are_checked(fmus, tmp_path, capsys):
+    assert main([str(two(tmp_path / "p.ssp", fmus[2], stop=-3)), "--check"]) == 2
+    assert "stop time -3 s" in capsys.readouterr().err
+
+
+def test_a_table_drives_what_it_names(fmus, tmp_path, capsys):
+    path = package(tmp_path / "p.ssp", with_input(), with_fmu(fmus))
+    (tmp_path / "s.csv").write_text("time,in,a.u2\n0,1,0\n")
+    assert main([str(path), "--check", "--stimuli", str(tmp_path / "s.csv")]) == 0
+    told = capsys.readouterr().out
+    assert "'a.u3' is driven by nothing" in told
+    assert "'a.u2'" not in told
+
+
+@pytest.mark.parametrize("content", [b"no zip", b""])
+def test_a_broken_fmu_is_told_with_its_place(tmp_path, content):
+    path = package(tmp_path / "p.ssp", with_input(), {"resources/L.fmu": content})
+    with pytest.raises(CosimError, match=r"SystemStructure\.ssd, line \d+: component 'a': L\.fmu: not a zip archive"):
+        run(path, tmp_path / "out", Options())
+
+
+def test_an_fmu_is_no_package(fmus, tmp_path, capsys):
+    assert main([str(fmus[2]), "--out", str(tmp_path / "out")]) == 2
+    assert f"{fmus[2].name}: SystemStructure.ssd is missing: this is not an SSP package but an FMU" in (
+        capsys.readouterr().err
+    )
+    empty = pack(tmp_path / "e.ssp", {"Other.ssd": description(with_input())})
+    assert main([str(empty), "--out", str(tmp_path / "out")]) == 2
+    assert "it has Other.ssd: choose with --variant" in capsys.readouterr().err
+
+
+def test_a_picture_of_nothing_is_refused_before_the_run(fmus, tmp_path, capsys):
+    path = two(tmp_path / "p.ssp", fmus[2])
+    assert main([str(path), "--out", str(tmp_path / "out"), "--plot", "c.*"]) == 2
+    assert "--plot 'c.*' matches nothing" in capsys.readouterr().err
+    assert not (tmp_path / "out" / "results.csv").exists()
