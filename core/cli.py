@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import argparse
+import errno
+import os
 import sys
 from collections.abc import Callable
 from importlib.util import find_spec
@@ -50,7 +52,19 @@ def need(extra: str, *modules: str) -> None:
 def exit_code(command: str, work: Callable[[], int], interrupted: str = "interrupted") -> int:
     """The exit code of the work; a user's mistake is one line and 2, a run that had to stop 1, Ctrl-C 130."""
     try:
-        return work()
+        code = work()
+        if sys.stdout is not None:
+            sys.stdout.flush()
+        return code
+    except BrokenPipeError:  # nobody reads on, as after `| head`
+        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
+        return 0
+    except OSError as error:
+        if error.errno != errno.ENOSPC:
+            raise
+        print(f"{command}: {error.strerror}", file=sys.stderr)
+        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
+        return 1
     except CosimError as error:
         print(f"{command}: {error}", file=sys.stderr)
         if isinstance(error, Interrupted):

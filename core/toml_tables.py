@@ -10,6 +10,9 @@ from typing import Any
 
 from .errors import CosimError, did_you_mean
 
+MOST = 1e100
+"""No quantity of a machine is larger; its square still is a number."""
+
 
 class Tables:
     """What is wrong in a file's tables is raised as `error`, its text beginning with `where`."""
@@ -20,7 +23,7 @@ class Tables:
     def load(self, path: Path) -> dict[str, Any]:
         """The data of a TOML file."""
         try:
-            return self.parse(path.read_text(encoding="utf-8"), str(path))
+            return self.parse(path.read_text(encoding="utf-8-sig"), str(path))
         except OSError as error:
             raise self.error(f"{path}: cannot be read ({error.strerror})") from None
         except UnicodeDecodeError:
@@ -30,7 +33,7 @@ class Tables:
         """The data of a TOML text."""
         try:
             return tomllib.loads(text)
-        except (tomllib.TOMLDecodeError, RecursionError) as error:
+        except (ValueError, RecursionError) as error:  # of numbers that are too long, too
             raise self.error(f"{where}: not valid TOML ({error})") from None
 
     def get(self, table: dict[str, Any], where: str, key: str, kind: type, default: Any = None) -> Any:
@@ -50,8 +53,9 @@ class Tables:
             raise self.error(f"{where}: '{key}' is missing")
         if isinstance(value, bool) or not isinstance(value, (int, float)):
             raise self.error(f"{where}: '{key}' = {value!r} has the wrong type; it has to be a number")
-        if not isfinite(value):
-            raise self.error(f"{where}: '{key}' = {value} is not finite")
+        if abs(value) > MOST or not isfinite(value):
+            shown = value if isinstance(value, float) else "a number of so many digits"
+            raise self.error(f"{where}: '{key}' = {shown} is not finite")
         return float(value)
 
     def numbers(
@@ -60,6 +64,13 @@ class Tables:
         """A list of finite numbers."""
         values = self.get(table, where, key, list, None if default is None else list(default))
         return [self.number({key: v}, where, key) for v in values]
+
+    def file(self, table: dict[str, Any], where: str, key: str, folder: Path) -> Path:
+        """A path, relative to a folder."""
+        name = self.get(table, where, key, str)
+        if "\0" in name or not name.strip():
+            raise self.error(f"{where}: '{key}' = {name!r} is not the name of a file")
+        return folder / name
 
     def strings(self, table: dict[str, Any], where: str, key: str) -> tuple[str, ...]:
         """A list of strings; empty when it is missing."""

@@ -48,6 +48,7 @@ class DeepseaHydraulics(Slave):
         self.memory = np.zeros(MEMORY)
         self.last_ref: tuple[float, float] | None = None
         self.ref_rate = 0.0
+        self.unused = not parameters["command.use_input"]
 
     def advance(self, t: float, h: float) -> None:
         values = self.values
@@ -55,6 +56,9 @@ class DeepseaHydraulics(Slave):
         rate = 0.0
         if self.last_ref is not None and self.last_ref[0] < t:
             rate = (ref - self.last_ref[1]) / (t - self.last_ref[0])
+            if self.unused and ref != self.last_ref[1]:
+                self.unused = False
+                self.warn("the input x_ref changes but is not followed: command.use_input is false")
             if abs(rate) > JUMP_RATE:
                 rate = 0.0
         fault = march(self.y, self.w, self.memory, self.c, self.scale, t, h, x, v, ref, rate)

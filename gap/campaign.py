@@ -14,8 +14,14 @@ from typing import Any
 import numpy as np
 
 from ..core.errors import CosimError, ParameterError, UsageError, did_you_mean
-from ..core.toml_tables import Tables
+from ..core.toml_tables import MOST, Tables
 from ..core.units import convert, unit
+
+LATE = 0.2
+"""Share of a run's length that time may start late without a word."""
+
+FINEST, COARSEST = 1e-9, 10.0
+"""A stated noise: as a share of a channel's level, below which no sensor gets; of its span, beyond which all is hid."""
 
 MIN_SAMPLES = 20
 """Fewest samples of a channel in a run that a diagnosis can use."""
@@ -144,8 +150,8 @@ def _channel(table: dict[str, Any], where: str) -> Channel:
     role = table.get("role", "output")
     if role not in ("output", "input"):
         raise CampaignError(f"{where}: role = '{role}' is neither output nor input")
-    if "." not in connector:
-        raise CampaignError(f"{where}: connector = '{connector}' has to be component.connector")
+    if column.strip() in ("", "time"):
+        raise CampaignError(f"{where}: '{column}' cannot be the column of a channel")
     noise = take.number(table, where, "noise_std") * factor if "noise_std" in table else None
     if noise is not None and not noise > 0.0:
         raise CampaignError(f"{where}: noise_std = {table['noise_std']!r} has to be a positive number in {name}")
@@ -158,6 +164,9 @@ def _read_table(path: Path) -> tuple[list[str], np.ndarray]:
         with path.open(newline="", encoding="utf-8-sig") as file:
             rows = csv.reader(file)
             names = [cell.strip() for cell in next(rows, [])]
+            for mark, what in ((";", "semicolons"), ("\t", "tabs")):
+                if len(names) == 1 and mark in names[0]:
+                    raise CampaignError(f"{path}: is separated by {what}; it needs commas, and points in numbers")
             data = []
             for line, row in enumerate(rows, 2):
                 if not row:
@@ -169,10 +178,15 @@ def _read_table(path: Path) -> tuple[list[str], np.ndarray]:
                 except ValueError:
                     bad = next(cell for cell in row if cell.strip() and not _is_number(cell))
                     raise CampaignError(f"{path}, line {line}: '{bad}' is not a number") from None
+                large = next((cell for cell, x in zip(row, data[-1], strict=True) if MOST < abs(x) < inf), None)
+                if large is not None:
+                    raise CampaignError(f"{path}, line {line}: {large} is no quantity of a machine")
     except OSError as error:
         raise CampaignError(f"{path}: cannot be read ({error.strerror})") from None
     except UnicodeDecodeError:
         raise CampaignError(f"{path}: is not a text file in UTF-8") from None
+    except csv.Error as error:
+        raise CampaignError(f"{path}: is no table of numbers ({error})") from None
     if not names:
         raise CampaignError(f"{path}: is empty")
     return names, np.array(data, dtype=float).reshape(len(data), len(names))
@@ -201,8 +215,11 @@ def _run(table: dict[str, Any], where: str, folder: Path, channels: tuple[Channe
         raise CampaignError(f"{where}: use = '{use}' is neither fit nor holdout")
     if events and "file" not in table:
         stop = take.number(table, where, "stop_time")
-        return Run(str(table.get("name", where.rpartition(": ")[2])), dict(parameters), use, {}, stop, events)
-    path = folder / take.get(table, where, "file", str)
+        if not stop > 0.0:
+            raise CampaignError(f"{where}: stop_time = {stop:g} s has to be positive")
+        name = take.get(table, where, "name", str, where.rpartition(": ")[2])
+        return Run(name, dict(parameters), use, {}, stop, events)
+    path = take.file(table, where, "file", folder)
     names, data = _read_table(path)
     if names[0] != "time":
         raise CampaignError(f"{path}: the first column is '{names[0]}'; it has to be 'time' in seconds")
@@ -217,6 +234,10 @@ def _run(table: dict[str, Any], where: str, folder: Path, channels: tuple[Channe
         raise CampaignError(f"{path}, line {line}: time does not increase ({before:g} s, then {after:g} s)")
     if time[0] < 0:
         raise CampaignError(f"{path}: time starts at {time[0]:g} s; it has to start at 0 s, where the model starts")
+    if time[0] > LATE * (time[-1] - time[0]):
+        warnings.append(
+            f"{path.name}: time starts at {time[0]:g} s; the model starts at 0 s: shift it, unless it is the same clock"
+        )
     gaps = np.diff(time)
     if gaps.max() > 20 * np.median(gaps):
         at = time[int(np.argmax(gaps))]
@@ -236,18 +257,45 @@ def _run(table: dict[str, Any], where: str, folder: Path, channels: tuple[Channe
         if there.sum() < MIN_SAMPLES:
             if there.any():
                 raise CampaignError(f"{path}: '{channel.column}' has {there.sum()} samples; {MIN_SAMPLES} are needed")
+            if channel.role == "input" and channel.column in names:
+                warnings.append(f"{path.name}: the input '{channel.column}' drives nothing in this run")
+                continue
             warnings.append(f"{path.name}: '{channel.column}' was not measured in this run")
             continue
         values = convert(raw[there], channel.unit, si(channel.unit))
         if channel.role == "output" and np.ptp(values) == 0.0:
             warnings.append(f"{path.name}: '{channel.column}' is constant: a dead sensor?")
-        series[channel.connector] = (time[there], values)
+        measured = time[there]
+        if channel.role == "input" and max(measured[0] - time[0], time[-1] - measured[-1]) > 20 * np.median(gaps):
+            warnings.append(
+                f"{path.name}: the input '{channel.column}' was measured from {measured[0]:g} s to {measured[-1]:g} s "
+                "only; beyond, its nearest value is held"
+            )
+        _check_noise(path, channel, values)
+        series[channel.connector] = (measured, values)
     moving = [c for c in channels if c.connector in series and np.ptp(series[c.connector][1]) > 0.0]
     if not moving:
         raise CampaignError(f"{path}: every channel is constant; there is nothing to learn from this run")
     if not any(c.role == "output" and c.connector in series for c in channels):
         raise CampaignError(f"{path}: no output channel was measured")
-    return Run(str(table.get("name", path.stem)), dict(parameters), use, series, float(time[-1]), events)
+    name = take.get(table, where, "name", str, path.stem)
+    return Run(name, dict(parameters), use, series, float(time[-1]), events)
+
+
+def _check_noise(path: Path, channel: Channel, values: np.ndarray) -> None:
+    """A stated noise has to be one that such readings can have."""
+    span, noise = float(np.ptp(values)), channel.noise_std
+    if channel.role == "input" or noise is None or span == 0.0:
+        return
+    factor = unit(channel.unit).factor
+    shown, where = f"{noise / factor:g} {channel.unit}", f"{path}: '{channel.column}'"
+    if noise < FINEST * max(span, float(np.abs(values).max())):
+        raise CampaignError(f"{where}: noise_std = {shown} is finer than any sensor")
+    if noise > COARSEST * span:
+        raise CampaignError(
+            f"{where} moves by {span / factor:.3g} {channel.unit} in all, and noise_std is stated as {shown}: in which "
+            "unit is it?"
+        )
 
 
 def _event(table: dict[str, Any], where: str) -> Event:
@@ -258,6 +306,9 @@ def _event(table: dict[str, Any], where: str) -> Event:
         values["until"] = take.number(table, where, "until")
         if not values["until"] > values["after"]:
             raise CampaignError(f"{where}: 'until' has to be later than 'after'")
+    for key, value in {**told, "after": values["after"]}.items():
+        if value < 0.0:
+            raise CampaignError(f"{where}: '{key}' = {value:g} s is negative")
     if len(told) != 1:
         raise CampaignError(f"{where}: needs one of 'time', 'at_most' and 'at_least'")
     if not (values["std"] > 0.0 and values["within"] > 0.0):
@@ -279,10 +330,10 @@ def read(path: Path) -> Campaign:
     data = take.load(path)
     _no_strangers(data, "", str(path))
     folder = path.parent
-    system = folder / take.get(data, str(path), "system", str)
+    system = take.file(data, str(path), "system", folder)
     if not system.is_file():
         raise CampaignError(f"{path}: system = '{data['system']}': no such file")
-    effects = folder / take.get(data, str(path), "effects", str) if "effects" in data else None
+    effects = take.file(data, str(path), "effects", folder) if "effects" in data else None
     tables = take.tables(data, str(path), "run")
     only_events = "channel" not in data and any("event" in t for t in tables)
     channels = () if only_events else channels_of(data, path)
@@ -290,6 +341,7 @@ def read(path: Path) -> Campaign:
     runs = tuple(_run(t, f"{path}: run {i}", folder, channels, warnings) for i, t in enumerate(tables, 1))
     if not runs:
         raise CampaignError(f"{path}: there are no runs")
+    _distinguish(runs, tables, path)
     _find_duplicates(runs, warnings)
     base = {}
     for i, table in enumerate(take.tables(data, str(path), "base"), 1):
@@ -299,7 +351,18 @@ def read(path: Path) -> Campaign:
         if not 0.0 <= tolerance < 1.0:
             raise ParameterError(f"{where}: tolerance = {tolerance:g} has to lie between 0 and 1")
         base[take.get(table, where, "parameter", str)] = tolerance
-    return Campaign(str(data.get("name", path.stem)), system, effects, channels, runs, base, warnings)
+    return Campaign(take.get(data, str(path), "name", str, path.stem), system, effects, channels, runs, base, warnings)
+
+
+def _distinguish(runs: tuple[Run, ...], tables: list[dict[str, Any]], path: Path) -> None:
+    """Give runs of the same name that of their file with its folder; every run is told by its name."""
+    names = [r.name for r in runs]
+    for run, table in zip(runs, tables, strict=True):
+        if names.count(run.name) > 1 and "name" not in table and "file" in table:
+            run.name = str(Path(table["file"]).with_suffix("").as_posix())
+    for run in runs:
+        if [r.name for r in runs].count(run.name) > 1:
+            raise CampaignError(f"{path}: two runs are called '{run.name}'; give them names of their own with 'name'")
 
 
 def _find_duplicates(runs: tuple[Run, ...], warnings: list[str]) -> None:

@@ -35,6 +35,12 @@ T = TypeVar("T")
 PACKED = "resources/effects.toml"
 """Where the catalogue lies in an .ssp."""
 
+SCHEMA = 1
+"""Version of the format."""
+
+VERDICTS = ("none", "unknown")
+"""What no effect is called."""
+
 QUANTITIES = ("bias", "scale", "lag", "delay")
 
 
@@ -155,6 +161,9 @@ class _Reader(Tables):
     def __init__(self) -> None:
         super().__init__(PackageError)
 
+    def known(self, table: dict[str, Any], entry: str, *keys: str) -> None:
+        self.no_strangers(table, keys, entry)
+
     def above_zero(self, table: dict[str, Any], entry: str, key: str) -> float:
         value = self.number(table, entry, key)
         if not value > 0.0:
@@ -170,6 +179,7 @@ class _Reader(Tables):
         return neutral, bounds[0], bounds[1], self.above_zero(table, entry, "prior")
 
     def parameter(self, table: dict[str, Any], entry: str) -> Parameter:
+        self.known(table, entry, "address", "neutral", "bounds", "prior", "also", "shape", "starts")
         address = self.get(table, entry, "address", str)
         entry = f"{entry}, {address}"
         neutral, low, high, prior = self.range(table, entry)
@@ -180,37 +190,45 @@ class _Reader(Tables):
         return Parameter(address, neutral, low, high, prior, also, shape, starts)
 
     def effect(self, table: dict[str, Any], entry: str) -> Effect:
+        self.known(table, entry, "id", "text", "group", "parameter")
         parameters = tuple(self.parameter(p, entry) for p in self.tables(table, entry, "parameter"))
         if not any(not p.shape for p in parameters):
             raise self.error(f"{entry}: has no parameter that is not a shape")
         return Effect(*(self.get(table, entry, key, str) for key in ("id", "text", "group")), parameters)
 
     def sensor(self, table: dict[str, Any], entry: str) -> Sensor:
+        self.known(table, entry, "id", "text", "group", "quantity", "neutral", "bounds", "prior")
         id, text, group, quantity = (self.get(table, entry, key, str) for key in ("id", "text", "group", "quantity"))
         if quantity not in QUANTITIES:
             raise self.error(f"{entry}: 'quantity' = '{quantity}' is none of {', '.join(QUANTITIES)}")
         return Sensor(id, text, group, quantity, *self.range(table, entry))
 
     def base(self, table: dict[str, Any], entry: str) -> Base:
+        self.known(table, entry, "parameter", "tolerance")
         tolerance = self.number(table, entry, "tolerance")
         if not 0.0 < tolerance < 1.0:
             raise self.error(f"{entry}: 'tolerance' = {tolerance:g} has to lie between 0 and 1")
         return Base(self.get(table, entry, "parameter", str), tolerance)
 
     def region(self, table: dict[str, Any], entry: str) -> Region:
+        self.known(table, entry, "text", "signal", "above", "below", "rate", "size")
         limits = {key: self.number(table, entry, key) for key in ("above", "below") if key in table}
         if not limits:
             raise self.error(f"{entry}: needs 'above' or 'below'")
+        if limits.get("above", -inf) >= limits.get("below", inf):
+            raise self.error(f"{entry}: nothing is above {limits['above']:g} and below {limits['below']:g}")
         flags = {key: self.get(table, entry, key, bool) for key in ("rate", "size") if key in table}
         return Region(self.get(table, entry, "text", str), self.get(table, entry, "signal", str), **limits, **flags)
 
     def experiment(self, table: dict[str, Any], entry: str) -> Experiment:
+        self.known(table, entry, "parameter", "values")
         values = tuple(self.numbers(table, entry, "values"))
         if not values:
             raise self.error(f"{entry}: 'values' is empty")
         return Experiment(self.get(table, entry, "parameter", str), values)
 
     def measurable(self, table: dict[str, Any], entry: str) -> Measurable:
+        self.known(table, entry, "connector", "noise_std")
         return Measurable(self.get(table, entry, "connector", str), self.above_zero(table, entry, "noise_std"))
 
 
@@ -221,6 +239,9 @@ def parse(text: str, shown: str = "effects.toml") -> Catalogue:
 
 def _catalogue(data: dict[str, Any], shown: str) -> Catalogue:
     reader = _Reader()
+    reader.known(data, shown, "schema", "effect", "sensor", "base", "region", "experiment", "measurable", "estimation")
+    if data.get("schema", SCHEMA) != SCHEMA:
+        raise reader.error(f"{shown}: schema = {data['schema']!r} is not known; this is {SCHEMA}")
 
     def all_of(kind: str, name: str, make: Callable[[dict[str, Any], str], T]) -> tuple[T, ...]:
         tables = reader.tables(data, shown, kind)
@@ -231,9 +252,17 @@ def _catalogue(data: dict[str, Any], shown: str) -> Catalogue:
     for id in ids:
         if ids.count(id) > 1:
             raise reader.error(f"{shown}: effect {id}: is listed twice")
+        if id in VERDICTS:
+            raise reader.error(f"{shown}: effect {id}: that is the name of a verdict; call it otherwise")
+    belongs: dict[str, str] = {}
+    for e in effects:
+        for address in (a for p in e.parameters for a in (p.address, *p.also)):
+            if belongs.setdefault(address, e.id) != e.id:
+                raise reader.error(f"{shown}: effects {belongs[address]} and {e.id} both have '{address}'")
     if not ids:
         raise reader.error(f"{shown}: holds no effects")
     estimation = reader.get(data, shown, "estimation", dict, {})
+    reader.known(estimation, f"{shown}: estimation", "parameters")
     return Catalogue(
         effects,
         sensors,

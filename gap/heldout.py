@@ -9,6 +9,7 @@ from __future__ import annotations
 import numpy as np
 
 from .fit import Fit, Linear
+from .noise import rms
 from .observations import Observations
 from .problem import Problem
 
@@ -48,6 +49,16 @@ def left_out(problem: Problem, fit: Fit, N: np.ndarray) -> tuple[np.ndarray, np.
         covariance = np.linalg.inv(rest.curvature(fit.unknowns, 1.0))
         spread[mask] = np.sqrt(1.0 + np.einsum("ij,jk,ik->i", part, covariance, part))
     return residual, spread
+
+
+def by_run(problem: Problem, fit: Fit, N: np.ndarray) -> list[float]:
+    """RMS of each run, in floors, as the fit of all others foretells it; linear around the fit, as `left_out` is."""
+    lin = Linear(problem, fit.u, fit.model, fit.jacobian, N)
+    radius, made = np.full(len(fit.u), NEAR), []
+    for r in range(len(problem.runs)):
+        mask = problem.obs.run == r
+        made.append(rms(lin.left(*lin.without(mask).step(fit.unknowns, fit.scale, radius))[mask]))
+    return made
 
 
 def held_out(problem: Problem, fit: Fit, N: np.ndarray) -> tuple[np.ndarray, float]:

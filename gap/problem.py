@@ -8,18 +8,19 @@ extrapolated away (Richardson 1911): what is numerical must not be taken up by p
 from __future__ import annotations
 
 from collections import OrderedDict
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
 from functools import cached_property
 from typing import Any
 
 import numpy as np
 
-from ..core.errors import UnknownNameError, UsageError, did_you_mean
-from ..core.units import convert, unit
+from ..core.errors import CosimError, UnknownNameError, UsageError, did_you_mean
+from ..core.units import unit
 from ..master.pool import Failure, Job, Pool
 from ..master.session import Session
-from .campaign import Campaign, CampaignError, Event, si
+from ..master.setup import split
+from .campaign import Campaign, CampaignError, Event, Run, si
 from .catalogue import Catalogue, Effect
 from .catalogue import Sensor as SensorEffect
 from .noise import quantum, spread
@@ -34,6 +35,12 @@ BIAS, BIAS_OF_LEVEL = 1.5e-3, 5e-4
 
 CLOCK = 0.1
 """Usual misalignment of a run's clock in sample intervals, at most 1 ms: a nuisance in every fit."""
+
+LONGEST = 5e6
+"""Steps that a run may have: more than a day of most machines."""
+
+TIMES = {"ms": 1e3, "us": 1e6, "ns": 1e9, "minutes": 1.0 / 60.0, "hours": 1.0 / 3600.0}
+"""Units that times are found in, as multiples that a number of them is of one in seconds."""
 
 REACH = 1.0
 """How far a base parameter may go, in its tolerances."""
@@ -120,6 +127,8 @@ class Problem:
     """Order of the error of the package's macro step; 0 where that is too small to matter."""
     difference: float = DIFFERENCES[0]
     """Step of a finite difference, in u."""
+    failure: str = ""
+    """The last run that could not be simulated, and why."""
     hurry: Callable[[], bool] = lambda: False
     """Whether nothing more is to be begun: a fit then ends after the iteration that it is in."""
     _kept: OrderedDict[tuple[Any, ...], np.ndarray | Failure] = field(default_factory=OrderedDict)
@@ -191,6 +200,9 @@ class Problem:
                     jobs[key] = Job(record, self._steps(r, step) * step, step, changes, info.inputs)
             keys.append(mine)
         fresh = dict(zip(jobs, self.pool.run(list(jobs.values())), strict=True))
+        for key, result in fresh.items():
+            if isinstance(result, Failure):
+                self.failure = f"run '{self.runs[key[0]].name}': {result.reason}"
         if keep:
             self._kept.update(fresh)
         known = {**self._kept, **fresh}
@@ -252,9 +264,7 @@ def pose(campaign: Campaign, catalogue: Catalogue, pool: Pool) -> Problem:
                 session.place(e.connector)
         for c in campaign.channels:
             is_output, _ = session.place(c.connector)
-            name = next(n for n in session.system.slaves if c.connector.startswith(f"{n}."))
-            end = (name, c.connector[len(name) + 1 :])
-            if c.role == "input" and (is_output or end in connected):
+            if c.role == "input" and (is_output or split(c.connector, session.system.slaves) in connected):
                 why = "an output of the model" if is_output else "connected to another component"
                 raise CampaignError(f"channel '{c.column}': '{c.connector}' cannot be an input: it is {why}")
             if c.connector in units and not unit(c.unit).same_dimension(unit(units[c.connector])):
@@ -273,13 +283,18 @@ def pose(campaign: Campaign, catalogue: Catalogue, pool: Pool) -> Problem:
         fine = session.structure.step_size
         runs = []
         for run in campaign.runs:
-            values = session.values(run.parameters)
+            try:
+                values = session.values(run.parameters)
+            except CosimError as error:
+                raise CampaignError(f"{campaign.name}, run '{run.name}': {error}") from None
             inputs = {}
             for c in campaign.inputs:
                 if c.connector in run.series:
                     t, x = run.series[c.connector]
                     inputs[c.connector] = (t, _own(units[c.connector], x))
             runs.append(_RunInfo(run.name, run.stop, dict(run.parameters), inputs, values))
+        check_catalogue(catalogue, session)
+        ends = session.structure.stop_time
     if start != 0.0:
         raise UsageError(f"{campaign.system.name}: starts at {start:g} s; a diagnosis needs a start at 0 s")
     warnings = list(campaign.warnings)
@@ -299,6 +314,8 @@ def pose(campaign: Campaign, catalogue: Catalogue, pool: Pool) -> Problem:
                 floor = float(np.hypot(c.noise_std / unit(units[c.connector]).factor, quantum(y) / np.sqrt(12.0)))
             t, y, m = thin(t, y)
             blocks.append((r, k, c.connector, t, y, floor / np.sqrt(m), None, c.noise_std is not None))
+    for run in campaign.runs:
+        _check_length(run, ends, fine, bool(campaign.inputs))
     labels = [c.connector for c in campaign.outputs]
     for r, run in enumerate(campaign.runs):
         for e in run.events:
@@ -345,7 +362,7 @@ def _own(own: str, values: np.ndarray) -> np.ndarray:
 
 def matching(name: str, values: Mapping[str, Any]) -> tuple[str, ...]:
     """The addresses that a name means: itself, or without a component that parameter wherever it exists."""
-    return (name,) if name in values else tuple(a for a in values if a.split(".", 1)[1] == name)
+    return (name,) if name in values else tuple(a for a in values if a.partition(".")[2] == name)
 
 
 def _addresses(name: str, values: Mapping[str, Any], where: str) -> tuple[str, ...]:
@@ -365,9 +382,15 @@ def _base(
     for name, tolerance in campaign.base.items():
         tolerances[_addresses(name, values, f"base {name}")] = tolerance
     made = []
+    changed = {a: e.id for e in catalogue.effects for p in e.parameters for a in (p.address, *p.also)}
     for addresses, tolerance in tolerances.items():
         if tolerance == 0.0:
             continue
+        for a in addresses:
+            if a in changed:
+                raise CampaignError(f"base {a}: that is what effect {changed[a]} changes; leave it out of the base")
+            if isinstance(values[a], (bool, str)) or not isinstance(values[a], (int, float)):
+                raise CampaignError(f"base {a}: {values[a]!r} is no number that could be refitted")
         if all(info.values[a] == 0.0 for info in runs for a in addresses):
             warnings.append(f"base parameter '{addresses[0]}' is 0 and has no relative tolerance; it is held")
             continue
@@ -385,6 +408,56 @@ def _candidates(
             if c in channels:
                 made.append(_sensor(s, c.connector, float(obs.span[k]), len(channels)))
     return tuple(made)
+
+
+def check_catalogue(catalogue: Catalogue, session: Session) -> None:
+    """Every entry has to be of the package, and its values such that the FMUs take them; nothing is found out later."""
+    known = session.values()
+
+    def trying(entry: str, address: str, values: Iterable[float]) -> None:
+        if not matching(address, known):
+            raise UnknownNameError(
+                f"{entry}: no component has a parameter '{address}'{did_you_mean(address, list(known))}"
+            )
+        if any(isinstance(known[a], (bool, str)) for a in matching(address, known)):
+            raise CampaignError(f"{entry}: '{address}' is no real number")
+        for value in values:
+            try:
+                session.values({address: value})
+            except CosimError as error:
+                raise CampaignError(f"{entry}: {error}") from None
+
+    for effect in catalogue.effects:
+        for p in effect.parameters:
+            for address in (p.address, *p.also):
+                trying(f"effect {effect.id}", address, (p.low, p.high))
+    for e in catalogue.experiments:
+        trying(f"experiment {e.parameter}", e.parameter, e.values)
+    for m in catalogue.measurables:
+        _of_entry(f"measurable {m.connector}", session, m.connector)
+    for region in catalogue.regions:
+        _of_entry(f"region '{region.text}'", session, region.signal)
+
+
+def _of_entry(entry: str, session: Session, connector: str) -> None:
+    try:
+        session.place(connector)
+    except UnknownNameError as error:
+        raise UnknownNameError(f"{entry}: {error}") from None
+
+
+def _check_length(run: Run, ends: float | None, fine: float, driven: bool) -> None:
+    """A run's length betrays a wrong unit of its time."""
+    if run.stop / fine > LONGEST:
+        raise CampaignError(f"run '{run.name}' lasts {run.stop:g} s, {run.stop / fine:.1e} steps: is time in seconds?")
+    if ends is None or driven:
+        return
+    unit_ = next((u for u, f in TIMES.items() if 0.5 < run.stop / (f * ends) < 1.5), None)
+    if unit_ is not None:
+        raise CampaignError(
+            f"run '{run.name}' lasts {run.stop:g} s, the scenario {ends:g} s: is time in {unit_}? It has to be in "
+            "seconds"
+        )
 
 
 def _effect(effect: Effect, runs: list[_RunInfo], warnings: list[str]) -> Candidate:
@@ -413,43 +486,3 @@ def _sensor(effect: SensorEffect, connector: str, span: float, channels: int) ->
     low, high = (effect.low - effect.neutral) / effect.prior, (effect.high - effect.neutral) / effect.prior
     unknown = Unknown(name, "sensor", effect.neutral, scale, low, high, 3.0)
     return Candidate(effect.id, effect.text, effect.group, (unknown,), 1.0 / channels)
-
-
-def check_units(problem: Problem, delivered: np.ndarray) -> None:
-    """Raise `CampaignError` when a column's size betrays a wrong unit; `delivered` is the model's long vector."""
-    for k, c in enumerate(problem.campaign.outputs):
-        parts = [b for b in problem.obs.blocks if b.channel == k]
-        if not parts:
-            continue
-        measured = max(np.ptp(b.y) for b in parts)
-        noise = max(b.floor for b in parts)
-        modelled = max(np.ptp(delivered[b.place]) for b in parts)
-        word = "moves by"
-        if max(modelled, measured) <= 20 * noise:  # constant channels: their levels
-            word = "is at"
-            measured = max(np.abs(np.median(b.y)) for b in parts)
-            modelled = max(np.abs(np.median(delivered[b.place])) for b in parts)
-        if max(modelled, measured) <= 20 * noise or min(modelled, measured) <= 0.0:
-            continue
-        ratio = measured / modelled
-        better = _likelier_unit(c.unit, ratio) if not (0.05 < ratio < 20.0) else None
-        if better:
-            own = problem.units[c.connector]
-            shown = convert(measured, own, c.unit), convert(modelled, own, c.unit)
-            raise CampaignError(
-                f"channel '{c.column}': it {word} {shown[0]:.4g} {c.unit} where the model {word} {shown[1]:.4g} "
-                f"{c.unit}; is it in {better}?"
-            )
-
-
-def _likelier_unit(given: str, ratio: float) -> str | None:
-    from ..core.units import UNITS
-
-    here = unit(given)
-    fitting = [
-        (abs(np.log(ratio * u.factor / here.factor)), u.name)
-        for u in UNITS.values()
-        if u.same_dimension(here) and u.name != given
-    ]
-    best = min(fitting, default=(9.0, ""))
-    return best[1] if best[0] < 0.7 else None

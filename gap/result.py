@@ -11,6 +11,7 @@ import numpy as np
 
 from ..core.files import make_folder, writing
 from .experiment import Next
+from .heldout import by_run
 from .intervals import WIDTH, parameter_std
 from .judge import Judged
 from .noise import rms
@@ -104,12 +105,17 @@ def per_channel(problem: Problem, before: np.ndarray, after: np.ndarray) -> dict
     return made
 
 
-def per_run(problem: Problem, before: np.ndarray, after: np.ndarray) -> dict[str, Any]:
-    """Whitened RMS per run."""
-    made = {}
-    for r, info in enumerate(problem.runs):
-        mine = problem.obs.run == r
+def per_run(d: Diagnosis, before: np.ndarray, after: np.ndarray) -> dict[str, Any]:
+    """Whitened RMS per run; of several runs of which none is held out, also as the others alone foretell each."""
+    s, made = d.study, {}
+    others: list[float] = []
+    if s.held is None and len(s.problem.runs) > 1:
+        others = by_run(s.problem, d.chosen.hypothesis.fit, s.nuisance)
+    for r, info in enumerate(s.scoring.runs):
+        mine = s.scoring.obs.run == r
         made[info.name] = {"before": rms(before[mine]), "after": rms(after[mine])}
+        if others:
+            made[info.name]["after_from_other_runs"] = others[r]
     return made
 
 
@@ -154,7 +160,7 @@ def make(d: Diagnosis) -> dict[str, Any]:
             "reduction_ci95": list(d.reduction_ci),
             "explainable_reduction": float(np.clip((g0 - g2) / (g0 - 1.0), 0.0, 1.0)) if g0 > 1.0 else 0.0,
             "per_channel": per_channel(scoring, before, after),
-            "per_run": per_run(scoring, before, after),
+            "per_run": per_run(d, before, after),
             "per_region": per_region(d.masks, before, after),
         },
         "where": [

@@ -53,10 +53,10 @@ def numerical_gap(problem: Problem) -> tuple[np.ndarray, np.ndarray]:
     name, h = problem.campaign.system.name, problem.fine
     at_step = problem.at_step({}, h)
     if at_step is None:
-        raise SimulationError(f"{name}: the model as delivered does not run the campaign")
+        raise SimulationError(f"{name}: the model as delivered does not run the campaign: {problem.failure}")
     half = problem.at_step({}, h / 2.0)
     if half is None:
-        raise SimulationError(f"{name}: the model does not run at half its step")
+        raise SimulationError(f"{name}: the model does not run at half its step: {problem.failure}")
     numerical = left = at_step - half
     change = rms(numerical / problem.obs.floor)
     double = problem.at_step({}, 2.0 * h) if change > NUMERICAL else None

@@ -10,13 +10,13 @@ import numpy as np
 
 from ..core.errors import SimulationError
 from ..master.pool import Pool
-from . import large, search, steps
+from . import large, plausible, search, steps
 from .campaign import Campaign, CampaignError
 from .catalogue import Catalogue
 from .fit import Fit, fit, lead, nuisances, penalty, point_of, settle, went
 from .judge import Judged, judge
 from .noise import rms
-from .problem import Candidate, Problem, check_units, pose
+from .problem import Candidate, Problem, pose
 from .search import Hypothesis, Secant, settled
 from .unexplained import Structure, structure
 
@@ -139,7 +139,7 @@ def study(
     problem.hurry = hurry
     stage("numerical gap: the model at its step and at half of it")
     delivered, numerical = steps.numerical_gap(problem)
-    check_units(problem, delivered)
+    plausible.check(problem, delivered)
     held = _hold(replace(campaign, runs=kept, warnings=[]), catalogue, pool) if kept else None
     steps.lengthen(problem, delivered)
     stage("refitting the base parameters")

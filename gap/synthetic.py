@@ -24,24 +24,25 @@ import numpy as np
 from ..core.files import make_folder, writing
 from ..core.units import unit
 from ..master.session import Session
-from .campaign import CampaignError, Channel, channels_of, take
+from .campaign import MIN_SAMPLES, CampaignError, Channel, channels_of, take
 from .catalogue import QUANTITIES
 from .sensor import Sensor
 
 RATE = 100.0
 STEP = 0.25e-3
+MOST_SAMPLES = 1e7
 
 
 def _sensors(truth: dict[str, Any], channels: tuple[Channel, ...], where: str) -> dict[str, Sensor]:
     """Sensors by connector, from the truth's sensor entries."""
     known = {c.connector for c in channels}
     quantities: dict[str, dict[str, float]] = {}
-    for address, value in truth.items():
+    for address in truth:
         if address.startswith("sensor."):
             connector, _, quantity = address.removeprefix("sensor.").rpartition(".")
             if connector not in known or quantity not in QUANTITIES:
                 raise CampaignError(f"{where}: truth: '{address}' names no channel or none of {', '.join(QUANTITIES)}")
-            quantities.setdefault(connector, {})[quantity] = float(value)
+            quantities.setdefault(connector, {})[quantity] = take.number(truth, f"{where}: truth", address)
     return {connector: Sensor(**values) for connector, values in quantities.items()}
 
 
@@ -66,28 +67,45 @@ def _converged(
     return t, np.stack([2.0 * np.interp(t, fine, y) - z for y, z in zip(single.T, double.T, strict=True)], axis=1)
 
 
+def _check_files(template: Path, runs: list[dict[str, Any]]) -> None:
+    """Each run has a file of its own in the campaign's folder."""
+    names = [take.get(run, f"{template}: run {i}", "file", str) for i, run in enumerate(runs, 1)]
+    for i, name in enumerate(names, 1):
+        if Path(name).name != name or not name.strip() or "\0" in name:
+            raise CampaignError(f"{template}: run {i}: file = {name!r} has to be the name of a file, without folders")
+        if name in ("campaign.toml", "answer.toml") or name in names[: i - 1]:
+            raise CampaignError(f"{template}: run {i}: file = '{name}' is written for something else already")
+
+
 def make(template: Path, folder: Path, say: Callable[[str], None] = lambda text: None) -> Path:
     """Run the template's scenario and write the campaign into `folder`; returns its campaign.toml."""
     data = take.load(template)
     take.no_strangers(data, ("name", "system", "effects", "channel", "run", "base", "truth", "seed"), str(template))
-    package = template.parent / take.get(data, str(template), "system", str)
+    package = take.file(data, str(template), "system", template.parent)
     if not package.is_file():
         raise CampaignError(f"{template}: system = '{data['system']}': no such file")
     channels = channels_of(data, template)
     truth = take.get(data, str(template), "truth", dict, {})
     sensors = _sensors(truth, channels, str(template))
     hidden = {address: value for address, value in truth.items() if not address.startswith("sensor.")}
-    rng = np.random.default_rng(take.get(data, str(template), "seed", int, 0))
+    for address, value in hidden.items():
+        if isinstance(value, (int, float)) and not isinstance(value, bool):
+            take.number(hidden, f"{template}: truth", address)
+    seed = take.get(data, str(template), "seed", int, 0)
+    if seed < 0:
+        raise CampaignError(f"{template}: seed = {seed} has to be 0 or more")
+    rng = np.random.default_rng(seed)
     runs = take.tables(data, str(template), "run")
     if not runs:
         raise CampaignError(f"{template}: there are no runs")
+    _check_files(template, runs)
     make_folder(folder)
     with writing(folder):
         (folder / "answer.toml").write_text("[truth]\n" + "".join(f'"{k}" = {_toml(v)}\n' for k, v in truth.items()))
     outputs = [c for c in channels if c.role == "output"]
     lines = [f"name = {_toml(str(data.get('name', template.stem)))}", f"system = {_toml(str(package.resolve()))}"]
     if "effects" in data:
-        lines.append(f"effects = {_toml(str((template.parent / data['effects']).resolve()))}")
+        lines.append(f"effects = {_toml(str(take.file(data, str(template), 'effects', template.parent).resolve()))}")
     for channel in outputs:
         lines += ["", "[[channel]]", f"column = {_toml(channel.column)}", f"connector = {_toml(channel.connector)}"]
         lines.append(f"unit = {_toml(channel.unit)}")
@@ -103,6 +121,10 @@ def make(template: Path, folder: Path, say: Callable[[str], None] = lambda text:
             rate = take.number(run, where, "rate", RATE)
             if not (stop > 0.0 and rate > 0.0):
                 raise CampaignError(f"{where}: 'stop_time' and 'rate' have to be positive")
+            if stop * rate > MOST_SAMPLES:
+                raise CampaignError(f"{where}: {stop * rate:.1e} samples are more than {MOST_SAMPLES:.0e}")
+            if stop * rate < MIN_SAMPLES - 1:
+                raise CampaignError(f"{where}: {stop * rate:.3g} samples; a diagnosis needs {MIN_SAMPLES}")
             t, rows = _converged(session, [c.connector for c in outputs], stop, {**known, **hidden})
             at = np.arange(round(stop * rate) + 1) / rate
             columns = [at]

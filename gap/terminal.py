@@ -117,6 +117,9 @@ def lines(data: dict[str, Any]) -> list[str]:
         f"reduction {gap['reduction']:.1%}, 95 % interval {low:.1%} to {high:.1%}; "
         f"{gap['explainable_reduction']:.1%} of what is above the floor",
     ]
+    others = {n: r["after_from_other_runs"] for n, r in gap["per_run"].items() if "after_from_other_runs" in r}
+    if others:
+        made.append("each run foretold by the others: " + ", ".join(f"{n} {v:.2f}" for n, v in others.items()))
     for name, c in gap["per_channel"].items():
         made.append(f"  {name:<28}{c['rms_before']:>12.4g} -> {c['rms_after']:<12.4g}{c['unit']}")
     if data.get("events"):

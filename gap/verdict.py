@@ -12,9 +12,10 @@ from dataclasses import dataclass
 import numpy as np
 
 from .calibration import Calibration
+from .catalogue import VERDICTS
 from .judge import Judged
 
-NONE, UNKNOWN = ("none",), ("unknown",)
+NONE, UNKNOWN = ((name,) for name in VERDICTS)
 
 CLEAR = 3.0
 """What is left over, in what right models and chance share, that is half clear."""

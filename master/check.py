@@ -14,7 +14,16 @@ from ..ssp.network import Network
 from . import stimuli
 from .loops import loops
 from .results.columns import Layout
-from .setup import bound_values, configure, foreign_connectors, given_values, of_component, read_package, resolve
+from .setup import (
+    bound_values,
+    configure,
+    foreign_connectors,
+    given_values,
+    of_component,
+    read_package,
+    resolve,
+    with_parameters,
+)
 from .slaves.base import Slave
 from .system import System
 from .times import times_of
@@ -46,6 +55,7 @@ class Wanted:
     stop_time: float | None = None
     changes: tuple[tuple[str, str], ...] = ()
     stimuli: Path | None = None
+    parameters: tuple[Path, ...] = ()
 
 
 def check(package: Path, variant: str | None = None, wanted: Wanted | None = None) -> Findings:
@@ -56,6 +66,8 @@ def check(package: Path, variant: str | None = None, wanted: Wanted | None = Non
         network = _try(found, lambda: read_package(package, stack, variant))
         if network is None:
             return found
+        package_alone = network
+        network = _try(found, lambda: with_parameters(package_alone, wanted.parameters)) or package_alone
         found.network = network
         structure = network.structure
         if structure.stop_time is not None or wanted.stop_time is not None:

@@ -61,6 +61,10 @@ def parser() -> argparse.ArgumentParser:
         help="set a parameter or start value; without a component it is set wherever it exists; may be repeated",
     )
     run.add_argument(
+        "--parameters", metavar="FILE.ssv", action="append", default=[], type=Path,
+        help="a parameter set on top of the package's, e.g. calibrated.ssv of a diagnosis; may be repeated",
+    )  # fmt: skip
+    run.add_argument(
         "--stimuli", metavar="FILE.csv", type=Path, help="series for the system's inputs: time, and a column an input"
     )
     run.add_argument("--method", choices=NAMES, default=NAMES[0], help="coupling: %(choices)s (default: %(default)s)")
@@ -175,7 +179,8 @@ def _look(options: argparse.Namespace) -> int:
     from .simulate import parse_change
 
     changes = tuple(parse_change(text) for text in options.changes)
-    found = check(options.package, options.variant, Wanted(options.step, options.stop_time, changes, options.stimuli))
+    wanted = Wanted(options.step, options.stop_time, changes, options.stimuli, tuple(options.parameters))
+    found = check(options.package, options.variant, wanted)
     if options.info and found.network is not None:
         print(tree(found.network, found.system))
     if options.check or found.network is None:
@@ -212,6 +217,7 @@ def _run(options: argparse.Namespace) -> int:
         stop_time=options.stop_time,
         method=options.method,
         changes=tuple(parse_change(text) for text in options.changes),
+        parameters=tuple(options.parameters),
         variant=options.variant,
         stimuli=options.stimuli,
         record=tuple(options.record),

@@ -35,13 +35,21 @@ def manifest(package: Path, network: Network, options: Options) -> dict[str, Any
     inputs = {str(package): digest(package), **{n: digest(path) for n, path in zip(names, files, strict=True)}}
     if options.stimuli is not None:
         inputs[str(options.stimuli)] = digest(options.stimuli)
+    inputs |= {str(path): digest(path) for path in options.parameters}
     return {
         "sha256": inputs,
-        "options": {k: str(v) if isinstance(v, Path) else v for k, v in asdict(options).items()},
+        "options": {k: _plain(v) for k, v in asdict(options).items()},
         "command": shlex.join(["cosim-master", str(package), *_arguments(options)]),
         "versions": versions(),
         "platform": platform.platform(),
     }
+
+
+def _plain(value: Any) -> Any:
+    """For JSON: paths as texts."""
+    if isinstance(value, tuple):
+        return [_plain(v) for v in value]
+    return str(value) if isinstance(value, Path) else value
 
 
 def _arguments(options: Options) -> list[str]:
@@ -53,6 +61,8 @@ def _arguments(options: Options) -> list[str]:
         if value is not None:
             made += [f"--{name}", str(value)]
     made += ["--method", options.method]
+    for path in options.parameters:
+        made += ["--parameters", str(path)]
     for address, value in options.changes:
         made += ["--set", f"{address}={value}"]
     for component, ratio in options.substeps:

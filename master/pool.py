@@ -19,7 +19,7 @@ from typing import Any
 
 import numpy as np
 
-from ..core.errors import SimulationError, UsageError
+from ..core.errors import CosimError, SimulationError, UsageError
 from .session import Series, Session
 from .setup import forget_unpacked
 
@@ -64,7 +64,7 @@ def simulate(package: str, job: Job) -> np.ndarray | Failure:
     """Runs the job in this process; the signals (n, len(record)) at start, start + step, ..."""
     try:
         return session(package, job.only).run(job.record, job.stop, job.step, job.changes, job.inputs)[1]
-    except SimulationError as error:
+    except CosimError as error:  # also of values that an FMU does not take
         return Failure(str(error))
 
 
@@ -88,9 +88,11 @@ def _quiet_worker() -> None:
 @contextmanager
 def cluster(address: str | None) -> Iterator[Executor | None]:
     """The executor of the Dask cluster whose scheduler has that address; None without one."""
-    if not address:
+    if address is None:
         yield None
         return
+    if not address.strip():
+        raise UsageError("--dask: the address is empty; give one like tcp://scheduler:8786")
     try:
         from distributed import Client
     except ImportError:
@@ -130,8 +132,12 @@ class Pool:
     def __exit__(
         self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
     ) -> None:
-        if self._own:
-            self._executor.shutdown(wait=True, cancel_futures=True)
+        if not self._own:
+            return
+        if kind is not None and not issubclass(kind, Exception):  # Ctrl-C: do not wait for what is being simulated
+            for process in list((getattr(self._executor, "_processes", None) or {}).values()):
+                process.kill()
+        self._executor.shutdown(wait=True, cancel_futures=True)
 
     def run(self, jobs: Sequence[Job]) -> list[np.ndarray | Failure]:
         """The results in the order of the jobs."""

@@ -34,6 +34,9 @@ from .slaves.base import REAL, TEXT, Signal
 from .system import System
 from .times import times_of
 
+MOST_VALUES = 3e8
+"""Values that a run may record: a few GB."""
+
 Series = tuple[np.ndarray, np.ndarray]
 """Times [s] (n,) and values (n,)."""
 
@@ -141,6 +144,8 @@ class Session:
         for _, signal in wanted:
             if signal.family == TEXT or signal.size > 1:
                 raise UsageError(f"'{signal.address}' is not a single number and cannot be recorded here")
+        if n * (len(record) + len(inputs or {}) + 1) > MOST_VALUES:
+            raise UsageError(f"a run of {n:.1e} steps would not fit into memory: take longer steps or a shorter run")
         times = start + np.arange(n + 1) * step
         times[n] = stop
         connected = {link.target.place for link in system.links}

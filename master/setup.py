@@ -20,6 +20,7 @@ from ..core.errors import PackageError, ParameterError, UnknownNameError, did_yo
 from ..ssp.archive import extract
 from ..ssp.model import Component
 from ..ssp.network import Network, Setting, flatten
+from ..ssp.parameters import read_set
 from ..ssp.reader import read
 from .slaves.base import Log, Slave, complete, description_tree
 from .slaves.fmi1 import Slave1
@@ -41,7 +42,7 @@ class Value:
     where: str
 
 
-def split(address: str, slaves: Mapping[str, Slave]) -> tuple[str, str]:
+def split(address: str, slaves: Mapping[str, Any]) -> tuple[str, str]:
     """(component, name) of an address; component names may hold dots, so the longest counts. ('', address) if none."""
     for component in sorted(slaves, key=len, reverse=True):
         if address.startswith(f"{component}.") and len(address) > len(component) + 1:
@@ -172,6 +173,22 @@ def read_package(package: Path, stack: ExitStack, variant: str | None = None) ->
     """The network of an SSP file, unpacked into a folder that lives as long as `stack`."""
     scratch = stack.enter_context(tempfile.TemporaryDirectory(prefix="cosim_", ignore_cleanup_errors=True))
     return flatten(read(package, Path(scratch) / "ssp", variant))
+
+
+def with_parameters(network: Network, files: Iterable[Path]) -> Network:
+    """The network with parameter sets (.ssv) of the user's, named like --set, which win over the package's bindings."""
+    settings, given, remarks = list(network.settings), list(network.given), list(network.remarks)
+    for file in files:
+        for p in read_set(file, remarks.append):
+            if p.name in network.inputs:
+                given.append(Setting("", p.name, p.value, p.type, (), p.where))
+                continue
+            component, variable = split(p.name, network.parts)
+            if not component:
+                hint = did_you_mean(p.name.partition(".")[0], list(network.parts))
+                raise UnknownNameError(f"{p.where}: '{p.name}' names no component of the package{hint}")
+            settings.append(Setting(component, variable, p.value, p.type, (), p.where))
+    return replace(network, settings=tuple(settings), given=tuple(given), remarks=tuple(remarks))
 
 
 def load_slaves(slaves: Mapping[str, Slave], stack: ExitStack, log: Log) -> None:

@@ -36,6 +36,7 @@ from .setup import (
     load_slaves,
     read_package,
     resolve,
+    with_parameters,
 )
 from .slaves.base import Slave
 from .slaves.isolated import IsolatedSlave
@@ -55,6 +56,8 @@ class Options:
     stop_time: float | None = None
     method: str = NAMES[0]
     changes: tuple[tuple[str, str], ...] = ()
+    parameters: tuple[Path, ...] = ()
+    """Parameter sets (.ssv) on top of the package's; `changes` win over them."""
     variant: str | None = None
     stimuli: Path | None = None
     record: tuple[str, ...] = ()
@@ -135,7 +138,7 @@ def run(
         raise UsageError(f"{options.results}: results can be written as {', '.join(SUFFIXES)}")
     with ExitStack() as stack:
         interrupt = stack.enter_context(interrupts())
-        network = read_package(package, stack, options.variant)
+        network = with_parameters(read_package(package, stack, options.variant), options.parameters)
         remarks = list(network.remarks)
         start, stop, step, n = times_of(network.structure, options.stop_time, options.step)
         slaves = load_descriptions(network)
@@ -289,6 +292,7 @@ def simulate(path: str | Path, out: str | Path | None = None, **options: Any) ->
         if name in options:
             given = options[name]
             options[name] = tuple(given.items()) if isinstance(given, dict) else tuple(given)
+    options["parameters"] = tuple(map(Path, options.get("parameters", ())))
     if options.get("stimuli") is not None:
         options["stimuli"] = Path(options["stimuli"])
     folder = Path(out) if out is not None else Path("results") / package.stem

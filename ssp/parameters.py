@@ -125,6 +125,10 @@ class Bindings:
         for text in violations(document, root, version(document, root)):
             self.remark(text)
 
+    def set_of(self, document: Document) -> tuple[Parameter, ...]:
+        """The parameters of a document that is a parameter set."""
+        return self._set(document, document.root, None)
+
     def _set(self, document: Document, root: etree._Element, outer: Definitions | None) -> tuple[Parameter, ...]:
         self._check(document, root, f"{SSV}ParameterSet")
         known = Definitions(document, root, SSV, outer)
@@ -160,6 +164,14 @@ class Bindings:
                 )
             )  # fmt: skip
         return tuple(entries)
+
+
+def read_set(path: Path, remark: Remark) -> tuple[Parameter, ...]:
+    """The parameters of an .ssv file that stands alone. Raises `PackageError` naming file and line."""
+    if not path.is_file():
+        raise PackageError(f"{path}: no such file")
+    document = Document(path, path.name)
+    return Bindings(path.parent, path.parent, remark).set_of(document)
 
 
 def _in_archive(path: Path, source: str) -> Document | None:

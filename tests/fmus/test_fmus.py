@@ -246,6 +246,18 @@ def test_load_that_cannot_be_held_is_a_warning(instance):
     assert any(status == 1 and "F_hold" in text for status, text in it.log)
 
 
+@pytest.mark.parametrize("use", [False, True])
+def test_a_command_that_is_not_followed_is_a_warning(instance, use):
+    it = instance("DeepseaHydraulics")
+    it.fmu.setBoolean([it.refs["command.use_input"]], [use])
+    it.start()
+    for k in range(3):
+        it.set("x_ref", 1e-4 * k)
+        it.doStep(k * 1e-3, 1e-3)
+    told = [text for status, text in it.log if status == 1]
+    assert told == ([] if use else ["the input x_ref changes but is not followed: command.use_input is false"])
+
+
 @pytest.mark.parametrize("model", MODELS)
 def test_state_goes_back_bitwise(instance, model):
     it = instance(model).start()

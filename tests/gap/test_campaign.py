@@ -89,7 +89,6 @@ def test_copies_are_noticed(campaign, tmp_path):
         (('system = "s.ssp"', 'system = "t.ssp"'), None, "no such file"),
         (('name = "pool"', 'nmae = "pool"'), None, "unknown key 'nmae'; did you mean 'name'"),
         (("noise_std = 0.05", "noise_std = -1"), None, "positive"),
-        (('connector = "arm.x_h"', 'connector = "x_h"'), None, "component.connector"),
         (('file = "run1.csv"', 'file = "none.csv"'), None, "cannot be read"),
         (("tolerance = 0.02", "tolerance = 2"), None, "between 0 and 1"),
         (("name", "name ="), None, "not valid TOML"),

@@ -12,6 +12,8 @@ from deepsea_cosim.gap.result import make
 from deepsea_cosim.gap.terminal import _Patience
 from deepsea_cosim.master.session import Session
 
+from .. import packages
+from ..packages import component, connector, link, system
 from .oscillator import campaign, measure
 
 
@@ -43,6 +45,8 @@ def test_says_how_far_the_gap_shrinks(rubbing):
     assert 0.6 < gap["after"] < 1.15  # the floor also has timing in it
     assert gap["reduction"] == pytest.approx(1 - gap["after"] / gap["before"])
     assert gap["reduction_ci95"][0] < gap["reduction"] < gap["reduction_ci95"][1]
+    for run in gap["per_run"].values():  # each run by the other alone: not far above what it is with both
+        assert run["after"] - 0.05 < run["after_from_other_runs"] < 1.3
     x = gap["per_channel"]["o.x"]
     assert x["rms_after"] == pytest.approx(2e-4, rel=0.15)
 
@@ -131,6 +135,15 @@ BAD = {
     "no such connector": (lambda text: text.replace('"o.x"', '"o.y"'), "no connector 'o.y'"),
     "no such column": (lambda text: text.replace('column = "x"', 'column = "z"'), "no column 'z'"),
     "all held out": (lambda text: text.replace(".csv\"", '.csv"\nuse = "holdout"'), "nothing to fit"),
+    "a base that an effect changes": (
+        lambda text: text + '[[base]]\nparameter = "o.gain"\ntolerance = 0.1\n', "what effect force_gain changes"),
+    "centimetres for millimetres": (lambda text: text.replace('"mm"', '"cm"').replace("0.2", "0.02"), "is it in mm?"),
+    "a noise beyond all readings": (lambda text: text.replace("0.2", "5e4"), "in which unit is it?"),
+    "a noise of nothing": (lambda text: text.replace("0.2", "1e-300"), "finer than any sensor"),
+    "a name that is no name": (lambda text: text.replace('"toy"', "[5]"), "wrong type"),
+    "the column of the time": (lambda text: text.replace('column = "x"', 'column = "time"'), "cannot be the column"),
+    "a number of 400 digits": (lambda text: text.replace("0.2", "9" * 400), "is not finite"),
+    "no file": (lambda text: text.replace("run0.csv", "a\\u0000"), "is not the name of a file"),
     "no such base": (lambda text: text + '[[base]]\nparameter = "o.q"\ntolerance = 0.1\n', "no component has a param"),
 }
 
@@ -144,6 +157,89 @@ def test_bad_input_is_one_line(case, toys, tmp_path, capsys):
     error = capsys.readouterr().err
     assert expected in error
     assert error.count("\n") == 1
+
+
+def spoilt(row, column, value):
+    def spoil(table):
+        table[row, column] = value
+        return table
+
+    return spoil
+
+
+BAD_RUNS = {
+    "a mark for a missing value": (spoilt(slice(100, 103), 2, -9.999), "-9999 mm at 2 s is impossible beside"),
+    "time in ms": (lambda table: table * [1e3, 1.0, 1.0], "is time in seconds?"),
+    "time in minutes": (lambda table: table / [60.0, 1.0, 1.0], "is time in minutes?"),
+    "time since last month": (lambda table: table + np.array([1e6, 0.0, 0.0]), "is time in seconds?"),
+    "a number that is none": (spoilt(3, 2, 1e300), "is no quantity of a machine"),
+}
+
+
+@pytest.mark.parametrize("case", BAD_RUNS)
+def test_bad_runs_are_one_line(case, toys, tmp_path, capsys):
+    spoil, expected = BAD_RUNS[case]
+    path = campaign(tmp_path, toys, [spoil(measure(1, lambda t, x, v: 0.0))])
+    if case == "time in minutes":  # with a measured input any length can be meant
+        path.write_text(path.read_text().replace('role = "input"', 'role = "output"').replace('"o.u"', '"o.v"')
+                        .replace('"N"', '"m/s"'))  # fmt: skip
+    assert main(["diagnose", str(path), "--out", str(tmp_path / "out"), "--quiet"]) == 2
+    error = capsys.readouterr().err
+    assert expected in error
+    assert error.count("\n") == 1
+
+
+BAD_CATALOGUES = {
+    "a verdict's name": ('id = "friction"', 'id = "none"', "the name of a verdict"),
+    "an unknown key": ("prior = 0.3", "prioor = 0.3", "unknown key 'prioor'; did you mean 'prior'"),
+    "an address twice": ('address = "o.k3"', 'address = "o.F_c"', "friction and cubic_spring both have 'o.F_c'"),
+    "another schema": ("[[base]]", "schema = 7\n[[base]]", "schema = 7 is not known"),
+    "no such experiment": ('parameter = "o.m"\nvalues', 'parameter = "o.z"\nvalues', "experiment o.z: no component"),
+    "a region of nothing": ('signal = "o.v"', 'signal = "o.w"', "region 'moving out': no connector 'o.w'"),
+}
+
+
+@pytest.mark.parametrize("case", BAD_CATALOGUES)
+def test_a_bad_catalogue_is_told_before_anything_is_simulated(case, toys, tmp_path, capsys):
+    old, new, expected = BAD_CATALOGUES[case]
+    path = campaign(tmp_path, toys, [measure(1, lambda t, x, v: 0.0)])
+    text = (tmp_path / "effects.toml").read_text()
+    assert old in text
+    (tmp_path / "effects.toml").write_text(text.replace(old, new, 1))
+    assert main(["diagnose", str(path), "--out", str(tmp_path / "out"), "--quiet"]) == 2
+    error = capsys.readouterr().err
+    assert expected in error
+    assert error.count("\n") == 1
+
+
+def test_an_input_that_nothing_follows_is_refused(toys, tmp_path, capsys):
+    path = campaign(tmp_path, toys, [measure(1, lambda t, x, v: 0.0)], more='parameters = { "o.gain" = 0.0 }\n')
+    (tmp_path / "effects.toml").write_text((tmp_path / "effects.toml").read_text().replace("[0.5, 1.5]", "[0, 1.5]"))
+    assert main(["diagnose", str(path), "--out", str(tmp_path / "out"), "--quiet"]) == 2
+    assert "the input 'o.u' changes nothing in the model" in capsys.readouterr().err
+
+
+def test_runs_of_one_name_are_told_by_their_folder(toys, tmp_path):
+    path = campaign(tmp_path, toys, [measure(seed, lambda t, x, v: 0.0) for seed in (1, 2)])
+    for k, day in enumerate(("monday", "tuesday")):
+        (tmp_path / day).mkdir()
+        (tmp_path / f"run{k}.csv").rename(tmp_path / day / "run.csv")
+        path.write_text(path.read_text().replace(f"run{k}.csv", f"{day}/run.csv"))
+    assert [run.name for run in read(path).runs] == ["monday/run", "tuesday/run"]
+
+
+def test_connectors_of_the_whole_system_are_channels_too(toys, tmp_path):
+    path = campaign(tmp_path, toys, [measure(1, lambda t, x, v: -0.4 * np.tanh(v / 0.01))])
+    inside = component("o", "resources/Oscillator.fmu", connector("u", "input"), connector("x", "output"))
+    root = system("root", inside, made=(connector("force", "input"), connector("place", "output")),
+                  links=(link("force", "o.u"), link("o.x", "place")))  # fmt: skip
+    fmus = {"resources/Oscillator.fmu": toys / "Oscillator.fmu"}
+    packages.package(tmp_path / "toy.ssp", root, fmus, stop=12.0, step=1e-3)
+    path.write_text(path.read_text().replace('"o.u"', '"force"').replace('"o.x"', '"place"'))
+    data = make(diagnose(read(path), processes=1))
+    assert data["causes"][0]["effects"] == ["friction"]
+    assert data["gap"]["after"] < 1.3
+    assert list(data["gap"]["per_channel"]) == ["place"]
 
 
 def test_moments_are_measurements_too(toys, tmp_path):

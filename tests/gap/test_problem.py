@@ -5,13 +5,14 @@ from types import SimpleNamespace
 
 import numpy as np
 import pytest
-from deepsea_cosim.core.errors import UnknownNameError
+from deepsea_cosim.core.errors import CosimError, UnknownNameError
 from deepsea_cosim.gap.campaign import read
-from deepsea_cosim.gap.catalogue import load
+from deepsea_cosim.gap.catalogue import Experiment, Measurable, load, load_from_package
 from deepsea_cosim.gap.noise import rms
-from deepsea_cosim.gap.problem import Unknown, matching, pose
+from deepsea_cosim.gap.problem import Unknown, check_catalogue, matching, pose
 from deepsea_cosim.gap.steps import choose_difference, numerical_gap
 from deepsea_cosim.master.pool import Pool
+from deepsea_cosim.master.session import Session
 
 from .oscillator import campaign, measure
 
@@ -53,6 +54,23 @@ def test_differences_are_as_small_as_the_simulations_are_smooth(noise, differenc
     p = SimpleNamespace(base=base, evaluate=lambda points: [run(q) for q in points])
     choose_difference(p)
     assert p.difference == difference
+
+
+def test_values_that_an_fmu_refuses_are_found_at_once(built):
+    package = built / "deepsea_0km.ssp"
+    own = load_from_package(package)
+    friction = own.effect("cylinder_coulomb_friction")
+    wild = replace(friction, parameters=(replace(friction.parameters[0], high=1e12),))
+    with Session(package) as session:
+        check_catalogue(own, session)
+        for wrong, told in (
+            ({"experiments": (Experiment("depth", (1e9,)),)}, r"experiment depth: .*depth=1000000000\.0.* range"),
+            ({"effects": (wild,)}, r"effect cylinder_coulomb_friction: .* range"),
+            ({"measurables": (Measurable("arm.z", 1.0),)}, "measurable arm.z: no connector"),
+            ({"experiments": (Experiment("command.use_input", (1.0,)),)}, "is no real number"),
+        ):
+            with pytest.raises(CosimError, match=told):
+                check_catalogue(replace(own, **wrong), session)
 
 
 def test_an_estimation_setting_that_nobody_has(posed):

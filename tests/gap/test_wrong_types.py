@@ -42,6 +42,7 @@ MORE = """
 [[run]]
 file = "run1.csv"
 use = "holdout"
+name = "again"
 [[run.event]]
 connector = "arm.x_h"
 target = 1

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import json
+
 import pytest
 from deepsea_cosim.core.errors import CosimError
 from deepsea_cosim.master.cli import main
@@ -47,6 +49,48 @@ def test_a_table_drives_what_it_names(fmus, tmp_path, capsys):
     told = capsys.readouterr().out
     assert "'a.u3' is driven by nothing" in told
     assert "'a.u2'" not in told
+
+
+SET = """<?xml version="1.0"?>
+<ssv:ParameterSet xmlns:ssv="http://ssp-standard.org/SSP1/SystemStructureParameterValues" version="1.0" name="mine">
+  <ssv:Parameters>%s</ssv:Parameters>
+</ssv:ParameterSet>
+"""
+
+
+def parameters(path, **values):
+    made = (f'<ssv:Parameter name="{n}"><ssv:Real value="{v}"/></ssv:Parameter>' for n, v in values.items())
+    path.write_text(SET % "".join(made))
+    return path
+
+
+def test_a_parameter_set_wins_over_the_packages_and_gives_way_to_set(fmus, tmp_path):
+    """y = 3 in, as the package says; 5 in with the set, 7 in with --set."""
+    path = package(tmp_path / "p.ssp", with_input(), with_fmu(fmus))
+    mine = parameters(tmp_path / "mine.ssv", **{"a.D[1,1]": 5.0, "in": 2.0})
+
+    def end(**options):
+        result = run(path, tmp_path / "out", Options(parameters=(mine,), **options))
+        return result.frame["a.y1"].iloc[-1]
+
+    assert end() == 10.0
+    assert end(changes=(("a.D[1,1]", "7"),)) == 14.0
+    manifest = json.loads((tmp_path / "out" / "manifest.json").read_text())
+    assert str(mine) in manifest["sha256"]
+    assert f"--parameters {mine}" in manifest["command"]
+
+
+@pytest.mark.parametrize("check", [[], ["--check"]])
+def test_a_bad_parameter_set_is_one_line(fmus, tmp_path, capsys, check):
+    path = package(tmp_path / "p.ssp", with_input(), with_fmu(fmus))
+    line = [str(path), "--out", str(tmp_path / "out"), *check, "--parameters"]
+    assert main([*line, str(parameters(tmp_path / "b.ssv", **{"b.D": 1.0}))]) == 2
+    assert "b.ssv, line 3: 'b.D' names no component of the package" in capsys.readouterr().err
+    assert main([*line, str(tmp_path / "none.ssv")]) == 2
+    assert "none.ssv: no such file" in capsys.readouterr().err
+    (tmp_path / "x.ssv").write_text("<a/>")
+    assert main([*line, str(tmp_path / "x.ssv")]) == 2
+    assert "x.ssv, line 1: <a> is not a ParameterSet" in capsys.readouterr().err
 
 
 @pytest.mark.parametrize("content", [b"no zip", b""])

@@ -1,0 +1,160 @@
+"""What betrays a campaign that was written down wrongly, when it is held against the model as delivered.
+
+Units, columns, times and marks for missing values: each is told in one line before anything is searched for, for no
+effect of a machine is as large as such a slip.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from itertools import combinations
+
+import numpy as np
+
+from ..core.units import UNITS, convert, unit
+from ..master.pool import Failure, Job
+from .campaign import CampaignError, Channel
+from .noise import rms
+from .observations import Block
+from .problem import Problem
+
+QUIET = 20.0
+"""Floors within which a channel rests: its level is looked at, not its span."""
+
+WRONG = 20.0
+"""Times that a channel may move more or less than the model before another unit is the likelier story."""
+
+DOUBTFUL, FITS, BETTER = 3.0, 0.3, 0.35
+"""Times from which another unit is tried; how near, in its log, the ratio has to be to it; the share of the gap that it
+may leave then."""
+
+SPANS = 20.0
+"""Spans of model and readings that a reading may lie beyond both."""
+
+SWAPPED = 0.3
+"""Share of the gap that two columns leave, each taken for the other, when they are swapped."""
+
+
+def check(problem: Problem, delivered: np.ndarray) -> None:
+    """Raise `CampaignError` for what cannot be meant; `delivered` is the model's long vector (n,)."""
+    _check_inputs(problem)
+    _check_swapped(problem, delivered)
+    for k, c in enumerate(problem.campaign.outputs):
+        parts = [b for b in problem.obs.blocks if b.channel == k]
+        if parts:
+            _check_readings(problem, c, parts, delivered)
+            _check_unit(problem, c, parts, delivered)
+
+
+def _check_readings(problem: Problem, c: Channel, parts: list[Block], delivered: np.ndarray) -> None:
+    """No reading is far from the model and from nearly all others: it would be a mark for a missing value."""
+    y = np.concatenate([b.y for b in parts])
+    model = np.concatenate([delivered[b.place] for b in parts])
+    usual = float(np.subtract(*np.percentile(y, [97.0, 3.0])))
+    span = max(usual, float(np.ptp(model)), max(b.floor for b in parts))
+    low, high = min(model.min(), np.percentile(y, 3.0)), max(model.max(), np.percentile(y, 97.0))
+    for b in parts:
+        far = (b.y < low - SPANS * span) | (b.y > high + SPANS * span)
+        if far.any():
+            k, own = int(np.argmax(far)), problem.units[c.connector]
+            bad, least, most = (float(convert(np.array([v]), own, c.unit)[0]) for v in (b.y[k], low, high))
+            raise CampaignError(
+                f"run '{problem.runs[b.run].name}', channel '{c.column}': {bad:.6g} {c.unit} at {b.t[k]:g} s is "
+                f"impossible beside {least:.4g} to {most:.4g} {c.unit}; leave empty what was not measured"
+            )
+
+
+def _check_unit(problem: Problem, c: Channel, parts: list[Block], delivered: np.ndarray) -> None:
+    measured = max(np.ptp(b.y) for b in parts)
+    noise = max(b.floor for b in parts)
+    modelled = max(np.ptp(delivered[b.place]) for b in parts)
+    word = "moves by"
+    if max(modelled, measured) <= QUIET * noise:
+        word = "is at"
+        measured = max(np.abs(np.median(b.y)) for b in parts)
+        modelled = max(np.abs(np.median(delivered[b.place])) for b in parts)
+    if max(modelled, measured) <= QUIET * noise or min(modelled, measured) <= 0.0:
+        return
+    ratio = measured / modelled
+    better = None
+    if not 1.0 / WRONG < ratio < WRONG:
+        better = _likelier(c.unit, ratio, 2.0 * BETTER)
+    elif not 1.0 / DOUBTFUL < ratio < DOUBTFUL:
+        better = _likelier(c.unit, ratio, FITS)
+        own = problem.units[c.connector]
+        if better and _left(parts, delivered, own, c.unit, better) > BETTER * _left(parts, delivered, own):
+            better = None
+    if better:
+        own = problem.units[c.connector]
+        shown = convert(measured, own, c.unit), convert(modelled, own, c.unit)
+        raise CampaignError(
+            f"channel '{c.column}': it {word} {shown[0]:.4g} {c.unit} where the model {word} {shown[1]:.4g} "
+            f"{c.unit}; is it in {better}?"
+        )
+
+
+def _left(parts: list[Block], delivered: np.ndarray, own: str, given: str = "", better: str = "") -> float:
+    """RMS of the readings less the model, in the connector's unit; of readings in another unit than the given one."""
+    read = [convert(convert(b.y, own, given), better, own) if better else b.y for b in parts]
+    return rms(np.concatenate([y - delivered[b.place] for y, b in zip(read, parts, strict=True)]))
+
+
+def _likelier(given: str, ratio: float, within: float) -> str | None:
+    """The unit of the same quantity whose readings, taken for the given one, would differ by the ratio."""
+    here = unit(given)
+    fitting = [
+        (abs(np.log(ratio * u.factor / here.factor)), u.name)
+        for u in UNITS.values()
+        if u.same_dimension(here) and u.name != given
+    ]
+    best = min(fitting, default=(9.0, ""))
+    return best[1] if best[0] < within else None
+
+
+def _check_swapped(problem: Problem, delivered: np.ndarray) -> None:
+    """Two columns that each fit the other's model far better than their own have changed places."""
+    for (i, a), (j, b) in combinations(enumerate(problem.campaign.outputs), 2):
+        units = problem.units[a.connector], problem.units[b.connector]
+        if not unit(units[0]).same_dimension(unit(units[1])):
+            continue
+        pairs = list(_pairs(problem, i, j))
+        if not pairs or any(len(x.y) != len(y.y) for x, y in pairs):
+            continue
+        straight, crossed = [], []
+        for x, y in pairs:
+            for mine, other, floor in ((x, y, x.floor), (y, x, y.floor)):
+                read = convert(other.y, *(units if other is x else units[::-1]))
+                straight.append((mine.y - delivered[mine.place]) / floor)
+                crossed.append((read - delivered[mine.place]) / floor)
+        if rms(np.concatenate(crossed)) < SWAPPED * rms(np.concatenate(straight)) - 1.0:
+            names = f"'{a.column}' and '{b.column}'"
+            raise CampaignError(f"the columns {names} seem to be swapped: each fits the other's connector better")
+
+
+def _pairs(problem: Problem, i: int, j: int) -> Iterator[tuple[Block, Block]]:
+    for x in problem.obs.blocks:
+        for y in problem.obs.blocks:
+            if (x.channel, y.channel, x.run) == (i, j, y.run):
+                yield x, y
+
+
+def _check_inputs(problem: Problem) -> None:
+    """A measured input that moves has to move something in the model."""
+    record, step = tuple(problem.connectors), problem.coarse
+    for r, info in enumerate(problem.runs):
+        moving = [c for c, (_, x) in info.inputs.items() if np.ptp(x) > 0.0]
+        if not moving:
+            continue
+        stop = problem.grid(r, step)[-1]
+        changes = problem.changes(r, {})
+        still = {c: {**info.inputs, c: (info.inputs[c][0][:1], info.inputs[c][1][:1])} for c in moving}
+        jobs = [Job(record, stop, step, changes, given) for given in (info.inputs, *still.values())]
+        found = problem.pool.run(jobs)
+        if isinstance(found[0], Failure):
+            continue
+        for c, rows in zip(moving, found[1:], strict=True):
+            if not isinstance(rows, Failure) and np.array_equal(rows, found[0]):
+                raise CampaignError(
+                    f"run '{info.name}': the input '{c}' changes nothing in the model; is there a parameter that has "
+                    'it followed? (The deep-sea machine needs "hydraulics.command.use_input" = true)'
+                )
