@@ -102,6 +102,21 @@ def test_what_has_been_found_is_judged_when_time_is_up(toys, tmp_path, stage):
     assert any("ended before everything was tried" in text for text in data["warnings"])
 
 
+def test_a_dask_cluster_finds_the_same(toys, tmp_path):
+    distributed = pytest.importorskip("distributed")
+    path = campaign(tmp_path, toys, [measure(1, lambda t, x, v: -0.4 * np.tanh(v / 0.01))])
+    cluster = distributed.LocalCluster(
+        n_workers=2, threads_per_worker=1, processes=True, dashboard_address=None, silence_logs=50
+    )
+    with cluster:
+        line = ["diagnose", str(path), "--quiet", "--no-report", "--out"]
+        assert main([*line, str(tmp_path / "there"), "--dask", cluster.scheduler_address]) == 0
+    assert main([*line, str(tmp_path / "here")]) == 0
+    there, here = (json.loads((tmp_path / name / "diagnosis.json").read_text()) for name in ("there", "here"))
+    assert there["causes"] == here["causes"]
+    assert there["causes"][0]["effects"] == ["friction"]
+
+
 def test_the_first_interrupt_asks_for_a_result_and_the_second_ends(capsys):
     with _Patience(None) as patience:
         assert not patience.ended()

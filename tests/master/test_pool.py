@@ -1,5 +1,7 @@
 """Many runs of a package: in processes, on a Dask cluster, and when one fails."""
 
+from time import perf_counter, sleep
+
 import numpy as np
 import pytest
 from deepsea_cosim.core.errors import SimulationError
@@ -61,3 +63,18 @@ def test_a_process_that_dies_is_one_line(spring):
             process.kill()
         with pytest.raises(SimulationError, match="died"):
             pool.run(jobs())
+
+
+def test_an_interrupt_does_not_wait_for_what_is_being_simulated(toys, tmp_path):
+    path = package(tmp_path / "p.ssp", {"mass": toys / "Mass.fmu"})
+    begin = perf_counter()
+
+    def interrupted():
+        with Pool(path, processes=1) as pool:
+            pool._executor.submit(sleep, 120.0)
+            sleep(1.0)
+            raise KeyboardInterrupt
+
+    with pytest.raises(KeyboardInterrupt):
+        interrupted()
+    assert perf_counter() - begin < 60.0
