@@ -15,6 +15,9 @@ ANSWER = ("case", "seed", "kind", "size")
 EFFECT = ("id", "group", "alike", "channel", "library")
 HYPOTHESIS = ("effects", "held_out_shared", "fit_rms", "unknowns")
 TERMS = ("penalty", "occam", "prior")
+NONE, UNKNOWN = ("none",), ("unknown",)
+"""What a diagnosis names where it names no effect."""
+
 DIGITS = 5
 """Significant digits that are kept."""
 
@@ -68,7 +71,7 @@ def _diagnosis(diagnosis: dict[str, Any] | None) -> dict[str, Any] | None:
     if diagnosis is None:
         return None
     causes = [_some(c, ("effects", "probability")) for c in diagnosis["causes"]]
-    named = [k for k, c in enumerate(causes) if c["effects"] not in (["none"], ["unknown"])]
+    named = [k for k, c in enumerate(causes) if tuple(c["effects"]) not in (NONE, UNKNOWN)]
     for k in named[:1]:  # of the others nobody asks more than the probability
         told = diagnosis["causes"][k]
         causes[k] |= _some(told, ("ambiguous_with",))

@@ -18,11 +18,11 @@ from itertools import permutations
 from pathlib import Path
 from typing import Any
 
-from .records import Record, load, merge
+from .records import NONE, UNKNOWN, Record, load, merge
 from .report import as_markdown, as_text
 
 Names = tuple[str, ...]
-NONE, UNKNOWN, FAILED = ("none",), ("unknown",), ("failed",)
+FAILED = ("failed",)
 VERDICTS = {"no_significant_gap": NONE, "unknown_effect": UNKNOWN}
 BINS = ((0.0, 1.0, "0.3-1"), (1.0, 2.0, "1-2"), (2.0, 5.0, "2-5"), (5.0, 10.0, "5-10"), (10.0, float("inf"), ">10"))
 CLEAR = 2.0
