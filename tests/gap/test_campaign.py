@@ -148,6 +148,32 @@ def test_synthetic_campaign_reads_back(built, tmp_path, capsys):
     assert answer["truth"]["hydraulics.effect.cylinder_coulomb_friction.F_c"] == 500.0
 
 
+@pytest.mark.parametrize(
+    ("old", "new", "message"),
+    [
+        ("half.csv", "deep.csv", "written for something else already"),
+        ("half.csv", "campaign.toml", "written for something else already"),
+        ("half.csv", "../half.csv", "without folders"),
+        ("seed = 5", "seed = -7", "has to be 0 or more"),
+        ("seed = 5", "effects = 5", "wrong type"),
+        ("rate = 50", "rate = 1e12", "samples are more than"),
+        ("rate = 50", "rate = 2", "a diagnosis needs 20"),
+        ("= 0.001", '= "x"', "has to be a number"),
+        ("F_c\" = 500.0", "F_c\" = nan", "is not finite"),
+        ("F_c\" = 500.0", "F_x\" = 5.0", "F_x"),
+    ],
+)
+def test_a_bad_template_is_one_line(built, tmp_path, capsys, old, new, message):
+    template = tmp_path / "template.toml"
+    assert old in TEMPLATE
+    text = TEMPLATE.replace("deepsea_11km.ssp", str(built / "deepsea_11km.ssp")).replace(old, new)
+    template.write_text(text.replace("stop_time = 4.0", "stop_time = 0.5"))
+    assert main(["simulate", str(template), "--out", str(tmp_path / "out")]) == 2
+    told = capsys.readouterr().err
+    assert message in told
+    assert told.count("\n") == 1
+
+
 def test_command_line(built, tmp_path, capsys):
     assert main(["effects", str(built / "deepsea_11km.ssp")]) == 0
     shown = capsys.readouterr().out
