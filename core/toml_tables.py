@@ -10,9 +10,6 @@ from typing import Any
 
 from .errors import CosimError, did_you_mean
 
-MOST = 1e100
-"""No quantity of a machine is larger; its square still is a number."""
-
 
 class Tables:
     """What is wrong in a file's tables is raised as `error`, its text beginning with `where`."""
@@ -53,10 +50,13 @@ class Tables:
             raise self.error(f"{where}: '{key}' is missing")
         if isinstance(value, bool) or not isinstance(value, (int, float)):
             raise self.error(f"{where}: '{key}' = {value!r} has the wrong type; it has to be a number")
-        if abs(value) > MOST or not isfinite(value):
-            shown = value if isinstance(value, float) else "a number of so many digits"
-            raise self.error(f"{where}: '{key}' = {shown} is not finite")
-        return float(value)
+        try:
+            number = float(value)
+        except OverflowError:  # an integer of hundreds of digits
+            raise self.error(f"{where}: '{key}' is not finite") from None
+        if not isfinite(number):
+            raise self.error(f"{where}: '{key}' = {value} is not finite")
+        return number
 
     def numbers(
         self, table: dict[str, Any], where: str, key: str, default: Sequence[float] | None = None

@@ -14,8 +14,11 @@ from typing import Any
 import numpy as np
 
 from ..core.errors import CosimError, ParameterError, UsageError, did_you_mean
-from ..core.toml_tables import MOST, Tables
+from ..core.toml_tables import Tables
 from ..core.units import convert, unit
+
+MOST = 1e100
+"""No quantity of a machine is larger; its square still is a number."""
 
 LATE = 0.2
 """Share of a run's length that time may start late without a word."""

@@ -249,7 +249,7 @@ def test_load_that_cannot_be_held_is_a_warning(instance):
 @pytest.mark.parametrize("use", [False, True])
 def test_a_command_that_is_not_followed_is_a_warning(instance, use):
     it = instance("DeepseaHydraulics")
-    it.fmu.setBoolean([it.refs["command.use_input"]], [use])
+    it.setBoolean([it.vr["command.use_input"]], [use])
     it.start()
     for k in range(3):
         it.set("x_ref", 1e-4 * k)
