@@ -56,14 +56,13 @@ def exit_code(command: str, work: Callable[[], int], interrupted: str = "interru
         if sys.stdout is not None:
             sys.stdout.flush()
         return code
-    except BrokenPipeError:  # nobody reads on, as after `| head`
-        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
-        return 0
     except OSError as error:
-        if error.errno != errno.ENOSPC:
+        if error.errno not in (errno.EPIPE, errno.ENOSPC):
             raise
-        print(f"{command}: {error.strerror}", file=sys.stderr)
         os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
+        if error.errno == errno.EPIPE:  # nobody reads on, as after `| head`
+            return 0
+        print(f"{command}: {error.strerror}", file=sys.stderr)
         return 1
     except CosimError as error:
         print(f"{command}: {error}", file=sys.stderr)

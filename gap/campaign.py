@@ -260,10 +260,8 @@ def _run(table: dict[str, Any], where: str, folder: Path, channels: tuple[Channe
         if there.sum() < MIN_SAMPLES:
             if there.any():
                 raise CampaignError(f"{path}: '{channel.column}' has {there.sum()} samples; {MIN_SAMPLES} are needed")
-            if channel.role == "input" and channel.column in names:
-                warnings.append(f"{path.name}: the input '{channel.column}' drives nothing in this run")
-                continue
-            warnings.append(f"{path.name}: '{channel.column}' was not measured in this run")
+            missing = "the input '{}' drives nothing" if channel.role == "input" else "'{}' was not measured"
+            warnings.append(f"{path.name}: {missing.format(channel.column)} in this run")
             continue
         values = convert(raw[there], channel.unit, si(channel.unit))
         if channel.role == "output" and np.ptp(values) == 0.0:

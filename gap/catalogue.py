@@ -161,9 +161,6 @@ class _Reader(Tables):
     def __init__(self) -> None:
         super().__init__(PackageError)
 
-    def known(self, table: dict[str, Any], entry: str, *keys: str) -> None:
-        self.no_strangers(table, keys, entry)
-
     def above_zero(self, table: dict[str, Any], entry: str, key: str) -> float:
         value = self.number(table, entry, key)
         if not value > 0.0:
@@ -179,7 +176,7 @@ class _Reader(Tables):
         return neutral, bounds[0], bounds[1], self.above_zero(table, entry, "prior")
 
     def parameter(self, table: dict[str, Any], entry: str) -> Parameter:
-        self.known(table, entry, "address", "neutral", "bounds", "prior", "also", "shape", "starts")
+        self.no_strangers(table, ("address", "neutral", "bounds", "prior", "also", "shape", "starts"), entry)
         address = self.get(table, entry, "address", str)
         entry = f"{entry}, {address}"
         neutral, low, high, prior = self.range(table, entry)
@@ -190,28 +187,28 @@ class _Reader(Tables):
         return Parameter(address, neutral, low, high, prior, also, shape, starts)
 
     def effect(self, table: dict[str, Any], entry: str) -> Effect:
-        self.known(table, entry, "id", "text", "group", "parameter")
+        self.no_strangers(table, ("id", "text", "group", "parameter"), entry)
         parameters = tuple(self.parameter(p, entry) for p in self.tables(table, entry, "parameter"))
         if not any(not p.shape for p in parameters):
             raise self.error(f"{entry}: has no parameter that is not a shape")
         return Effect(*(self.get(table, entry, key, str) for key in ("id", "text", "group")), parameters)
 
     def sensor(self, table: dict[str, Any], entry: str) -> Sensor:
-        self.known(table, entry, "id", "text", "group", "quantity", "neutral", "bounds", "prior")
+        self.no_strangers(table, ("id", "text", "group", "quantity", "neutral", "bounds", "prior"), entry)
         id, text, group, quantity = (self.get(table, entry, key, str) for key in ("id", "text", "group", "quantity"))
         if quantity not in QUANTITIES:
             raise self.error(f"{entry}: 'quantity' = '{quantity}' is none of {', '.join(QUANTITIES)}")
         return Sensor(id, text, group, quantity, *self.range(table, entry))
 
     def base(self, table: dict[str, Any], entry: str) -> Base:
-        self.known(table, entry, "parameter", "tolerance")
+        self.no_strangers(table, ("parameter", "tolerance"), entry)
         tolerance = self.number(table, entry, "tolerance")
         if not 0.0 < tolerance < 1.0:
             raise self.error(f"{entry}: 'tolerance' = {tolerance:g} has to lie between 0 and 1")
         return Base(self.get(table, entry, "parameter", str), tolerance)
 
     def region(self, table: dict[str, Any], entry: str) -> Region:
-        self.known(table, entry, "text", "signal", "above", "below", "rate", "size")
+        self.no_strangers(table, ("text", "signal", "above", "below", "rate", "size"), entry)
         limits = {key: self.number(table, entry, key) for key in ("above", "below") if key in table}
         if not limits:
             raise self.error(f"{entry}: needs 'above' or 'below'")
@@ -221,14 +218,14 @@ class _Reader(Tables):
         return Region(self.get(table, entry, "text", str), self.get(table, entry, "signal", str), **limits, **flags)
 
     def experiment(self, table: dict[str, Any], entry: str) -> Experiment:
-        self.known(table, entry, "parameter", "values")
+        self.no_strangers(table, ("parameter", "values"), entry)
         values = tuple(self.numbers(table, entry, "values"))
         if not values:
             raise self.error(f"{entry}: 'values' is empty")
         return Experiment(self.get(table, entry, "parameter", str), values)
 
     def measurable(self, table: dict[str, Any], entry: str) -> Measurable:
-        self.known(table, entry, "connector", "noise_std")
+        self.no_strangers(table, ("connector", "noise_std"), entry)
         return Measurable(self.get(table, entry, "connector", str), self.above_zero(table, entry, "noise_std"))
 
 
@@ -239,7 +236,8 @@ def parse(text: str, shown: str = "effects.toml") -> Catalogue:
 
 def _catalogue(data: dict[str, Any], shown: str) -> Catalogue:
     reader = _Reader()
-    reader.known(data, shown, "schema", "effect", "sensor", "base", "region", "experiment", "measurable", "estimation")
+    tables = ("effect", "sensor", "base", "region", "experiment", "measurable", "estimation")
+    reader.no_strangers(data, ("schema", *tables), shown)
     if data.get("schema", SCHEMA) != SCHEMA:
         raise reader.error(f"{shown}: schema = {data['schema']!r} is not known; this is {SCHEMA}")
 
@@ -262,7 +260,7 @@ def _catalogue(data: dict[str, Any], shown: str) -> Catalogue:
     if not ids:
         raise reader.error(f"{shown}: holds no effects")
     estimation = reader.get(data, shown, "estimation", dict, {})
-    reader.known(estimation, f"{shown}: estimation", "parameters")
+    reader.no_strangers(estimation, ("parameters",), f"{shown}: estimation")
     return Catalogue(
         effects,
         sensors,

@@ -75,17 +75,15 @@ def _check_unit(problem: Problem, c: Channel, parts: list[Block], delivered: np.
         modelled = max(np.abs(np.median(delivered[b.place])) for b in parts)
     if max(modelled, measured) <= QUIET * noise or min(modelled, measured) <= 0.0:
         return
-    ratio = measured / modelled
+    ratio, own = measured / modelled, problem.units[c.connector]
     better = None
     if not 1.0 / WRONG < ratio < WRONG:
         better = _likelier(c.unit, ratio, 2.0 * BETTER)
     elif not 1.0 / DOUBTFUL < ratio < DOUBTFUL:
         better = _likelier(c.unit, ratio, FITS)
-        own = problem.units[c.connector]
         if better and _left(parts, delivered, own, c.unit, better) > BETTER * _left(parts, delivered, own):
             better = None
     if better:
-        own = problem.units[c.connector]
         shown = convert(measured, own, c.unit), convert(modelled, own, c.unit)
         raise CampaignError(
             f"channel '{c.column}': it {word} {shown[0]:.4g} {c.unit} where the model {word} {shown[1]:.4g} "
@@ -141,6 +139,9 @@ def _pairs(problem: Problem, i: int, j: int) -> Iterator[tuple[Block, Block]]:
 def _check_inputs(problem: Problem) -> None:
     """Measured inputs that move have to move something in the model."""
     record, step = tuple(problem.connectors), problem.coarse
+    delivered = problem.rows([{}], step)[0]
+    if delivered is None:
+        return
     for r, info in enumerate(problem.runs):
         moving = [c for c, (_, x) in info.inputs.items() if np.ptp(x) > 0.0]
         if not moving:
@@ -148,13 +149,10 @@ def _check_inputs(problem: Problem) -> None:
         stop = problem.grid(r, step)[-1]
         changes = problem.changes(r, {})
         still = {c: {**info.inputs, c: (info.inputs[c][0][:1], info.inputs[c][1][:1])} for c in moving}
-        jobs = [Job(record, stop, step, changes, given) for given in (info.inputs, *still.values())]
-        found = problem.pool.run(jobs)
-        if isinstance(found[0], Failure):
-            continue
+        found = problem.pool.run([Job(record, stop, step, changes, given) for given in still.values()])
         idle = [
-            c for c, rows in zip(moving, found[1:], strict=True)
-            if not isinstance(rows, Failure) and np.array_equal(rows, found[0])
+            c for c, rows in zip(moving, found, strict=True)
+            if not isinstance(rows, Failure) and np.array_equal(rows, delivered[r])
         ]  # fmt: skip
         if idle == moving:
             raise CampaignError(

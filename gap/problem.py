@@ -415,11 +415,7 @@ def check_catalogue(catalogue: Catalogue, session: Session) -> None:
     known = session.values()
 
     def trying(entry: str, address: str, values: Iterable[float]) -> None:
-        if not matching(address, known):
-            raise UnknownNameError(
-                f"{entry}: no component has a parameter '{address}'{did_you_mean(address, list(known))}"
-            )
-        if any(isinstance(known[a], (bool, str)) for a in matching(address, known)):
+        if any(isinstance(known[a], (bool, str)) for a in _addresses(address, known, entry)):
             raise CampaignError(f"{entry}: '{address}' is no real number")
         for value in values:
             try:

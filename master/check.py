@@ -24,6 +24,7 @@ from .setup import (
     resolve,
     with_parameters,
 )
+from .simulate import Options
 from .slaves.base import Slave
 from .system import System
 from .times import times_of
@@ -47,23 +48,12 @@ class Findings:
         return made
 
 
-@dataclass(frozen=True)
-class Wanted:
-    """How the package is to be run, as far as that can be wrong."""
-
-    step: float | None = None
-    stop_time: float | None = None
-    changes: tuple[tuple[str, str], ...] = ()
-    stimuli: Path | None = None
-    parameters: tuple[Path, ...] = ()
-
-
-def check(package: Path, variant: str | None = None, wanted: Wanted | None = None) -> Findings:
+def check(package: Path, wanted: Options | None = None) -> Findings:
     """Read a package and everything in it; nothing is raised for what is wrong with it, or with how it is to be run."""
-    wanted = wanted or Wanted()
+    wanted = wanted or Options()
     found = Findings()
     with ExitStack() as stack:
-        network = _try(found, lambda: read_package(package, stack, variant))
+        network = _try(found, lambda: read_package(package, stack, wanted.variant))
         if network is None:
             return found
         package_alone = network
@@ -128,7 +118,7 @@ def _fits(said: str, own: str) -> bool:
     return same.get(said, said) == same.get(own, own)
 
 
-def _driven(found: Findings, system: System, wanted: Wanted) -> set[tuple[str, str]]:
+def _driven(found: Findings, system: System, wanted: Options) -> set[tuple[str, str]]:
     """Check what is set and what a table drives; the inputs that the table drives."""
     for change in wanted.changes:
         _try(found, lambda change=change: resolve([change], system.slaves, system=system))

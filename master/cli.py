@@ -9,10 +9,13 @@ from collections.abc import Sequence
 from math import isnan
 from pathlib import Path
 from time import perf_counter
-from typing import Any, NoReturn
+from typing import TYPE_CHECKING, Any, NoReturn
 
 from ..core.cli import OneLineParser, exit_code, positive
 from .algorithms import NAMES
+
+if TYPE_CHECKING:
+    from .simulate import Options
 
 EXAMPLES = """examples:
   cosim-master deepsea_11km.ssp
@@ -173,14 +176,11 @@ def main(arguments: Sequence[str] | None = None) -> int:
     return exit_code("cosim-master", lambda: _run(options))
 
 
-def _look(options: argparse.Namespace) -> int:
+def _look(options: argparse.Namespace, settings: Options) -> int:
     """--check and --info."""
-    from .check import Wanted, check, tree
-    from .simulate import parse_change
+    from .check import check, tree
 
-    changes = tuple(parse_change(text) for text in options.changes)
-    wanted = Wanted(options.step, options.stop_time, changes, options.stimuli, tuple(options.parameters))
-    found = check(options.package, options.variant, wanted)
+    found = check(options.package, settings)
     if options.info and found.network is not None:
         print(tree(found.network, found.system))
     if options.check or found.network is None:
@@ -205,13 +205,8 @@ def _run(options: argparse.Namespace) -> int:
         raise PackageError(f"{options.package}: {error.strerror}") from None
     if not there:
         raise PackageError(f"{options.package}: no such file")
-    if options.check or options.info:
-        return _look(options)
-
-    from .plot import Plotter
     from .simulate import Options, parse_change, run
 
-    folder = options.out or Path("results") / options.package.stem
     settings = Options(
         step=options.step,
         stop_time=options.stop_time,
@@ -230,6 +225,12 @@ def _run(options: argparse.Namespace) -> int:
         step_timeout=options.step_timeout,
         check_step=options.check_step,
     )
+    if options.check or options.info:
+        return _look(options, settings)
+
+    from .plot import Plotter
+
+    folder = options.out or Path("results") / options.package.stem
     with ExitStack() as stack:
         plotter: list[Plotter] = []
         show = _Progress(options.quiet)

@@ -11,7 +11,6 @@ import os
 import subprocess
 import sys
 from collections.abc import Mapping, Sequence
-from fnmatch import fnmatchcase
 from pathlib import Path
 from types import TracebackType
 from typing import TYPE_CHECKING
@@ -106,9 +105,11 @@ class Plotter:
 
         patterns: what to show; without, the outputs that change, those that drive something first.
         """
+        from .results.columns import matches
+
         data = target.with_suffix(".npy.tmp")
         names = result.names[1:]
-        shown = [n for n in names if any(fnmatchcase(n, p) or n == p for p in patterns)]
+        shown = [n for n in names if any(matches(n, p) for p in patterns)]
         chosen = ["time", *(shown or [n for n in result.outputs if n in names])]
         try:
             with data.open("wb") as file:

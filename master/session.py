@@ -29,6 +29,7 @@ from .setup import (
     read_package,
     resolve,
     split,
+    targets,
 )
 from .slaves.base import REAL, TEXT, Signal
 from .system import System
@@ -97,13 +98,9 @@ class Session:
         is_output, signal = self.signal(address)
         return is_output, signal.place
 
-    def targets(self, address: str) -> list[str]:
-        """What a change of that address sets: component.variable, several for a bare name, or a name of the system."""
-        system = self.system
-        component, name = split(address, system.slaves)
-        if component or address in system.own_inputs:
-            return [address]
-        return [f"{c}.{name}" for c, slave in system.slaves.items() if slave.settable(name)]
+    def targets(self, address: str) -> list[tuple[str, str]]:
+        """(component, variable) of what a change of that address sets; '' for an input of the whole system."""
+        return targets(address, self.system.slaves, self.system)
 
     def values(self, changes: Mapping[str, Any] | None = None) -> dict[str, Any]:
         """Every parameter and start value in force with these changes, by component.variable."""

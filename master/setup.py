@@ -50,6 +50,19 @@ def split(address: str, slaves: Mapping[str, Any]) -> tuple[str, str]:
     return "", address
 
 
+def targets(address: str, slaves: Mapping[str, Slave], system: System | None = None) -> list[tuple[str, str]]:
+    """(component, variable) of all that an address means: a bare name, every component's that has it to be set.
+
+    With `system`, the name of one of its own inputs means that input, of component ''.
+    """
+    if system is not None and address in system.own_inputs:
+        return [("", address)]
+    component, name = split(address, slaves)
+    if component:
+        return [(component, name)]
+    return [(c, address) for c, slave in slaves.items() if slave.settable(address)]
+
+
 def resolve(
     changes: Iterable[tuple[str, Any]],
     slaves: Mapping[str, Slave],
@@ -63,20 +76,16 @@ def resolve(
     made = []
     for address, value in changes:
         where = f"{prefix}{address}={value}"
-        if system is not None and address in system.own_inputs:
-            made.append(Value("", address, system.checked_input(address, value, where), where))
-            continue
-        component, name = split(address, slaves)
-        if component:
-            targets = [(component, name)]
-        else:
-            targets = [(c, address) for c, slave in slaves.items() if slave.settable(address)]
-            if not targets:
-                known = [f"{c}.{n}" for c, slave in slaves.items() for n in slave.variables if slave.settable(n)]
-                hint = did_you_mean(address, known)
-                raise UnknownNameError(f"{where}: no component has a parameter '{address}'{hint}")
-        for component, name in targets:
-            made.append(_checked(slaves[component], name, value, where))
+        meant = targets(address, slaves, system)
+        if not meant:
+            known = [f"{c}.{n}" for c, slave in slaves.items() for n in slave.variables if slave.settable(n)]
+            hint = did_you_mean(address, known)
+            raise UnknownNameError(f"{where}: no component has a parameter '{address}'{hint}")
+        for component, name in meant:
+            if component:
+                made.append(_checked(slaves[component], name, value, where))
+            elif system is not None:
+                made.append(Value("", name, system.checked_input(name, value, where), where))
     return made
 
 

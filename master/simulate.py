@@ -42,7 +42,7 @@ from .slaves.base import Slave
 from .slaves.isolated import IsolatedSlave
 from .system import System
 from .times import times_of
-from .trust import ResidualEnergy, said
+from .trust import ResidualEnergy, said, sloped
 
 SLICE = 0.05
 """Wall time after which the engine comes back to look for Ctrl-C and to write [s]."""
@@ -186,8 +186,8 @@ def run(
         except CosimError as error:
             write_summary(folder, {"package": str(package), "status": "failed", "error": str(error), "steps": 0})
             raise
-        sloped = [name for name, s in slaves.items() if options.method == "extrapolation" and s.takes_slopes]
-        energy = ResidualEnergy(bonds, layout.outputs, layout.inputs, answers, sloped)
+        carrying = sloped(options.method, slaves.values())
+        energy = ResidualEnergy(bonds, layout.outputs, layout.inputs, answers, carrying)
         file = folder / options.results if options.results else None
         stride = stride or max(1, n // SAMPLE)
         recording = Recording(system, layout, which, file, options.record_every, energy, stride)

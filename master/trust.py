@@ -209,6 +209,11 @@ class ResidualEnergy:
         return told
 
 
+def sloped(method: str, slaves: Iterable[Slave]) -> list[str]:
+    """Components that carry their inputs on through a step with that method."""
+    return [s.name for s in slaves if method == "extrapolation" and s.takes_slopes]
+
+
 def said(slaves: Iterable[Slave]) -> list[str]:
     """What FMUs warned of although their run came to its end."""
     return [f"{slave.name}: {text}" for slave in slaves for kind, text in slave.messages if kind == "warning"]
@@ -227,8 +232,7 @@ class Watch:
 
     def warnings(self, t: np.ndarray, rows: np.ndarray, method: str) -> list[str]:
         """Of the session's last run, which recorded rows (n, len(record)) at times t (n,)."""
-        slaves = self.session.system.slaves
-        sloped = [name for name, s in slaves.items() if method == "extrapolation" and s.takes_slopes]
-        energy = ResidualEnergy(self.bonds, *self._slots, [(0.0, 0.0)] * len(self.bonds), sloped)
+        slaves = self.session.system.slaves.values()
+        energy = ResidualEnergy(self.bonds, *self._slots, [(0.0, 0.0)] * len(self.bonds), sloped(method, slaves))
         energy.add(t, rows)
-        return list(dict.fromkeys([*said(slaves.values()), *energy.warnings()]))
+        return list(dict.fromkeys([*said(slaves), *energy.warnings()]))

@@ -125,10 +125,6 @@ class Bindings:
         for text in violations(document, root, version(document, root)):
             self.remark(text)
 
-    def set_of(self, document: Document) -> tuple[Parameter, ...]:
-        """The parameters of a document that is a parameter set."""
-        return self._set(document, document.root, None)
-
     def _set(self, document: Document, root: etree._Element, outer: Definitions | None) -> tuple[Parameter, ...]:
         self._check(document, root, f"{SSV}ParameterSet")
         known = Definitions(document, root, SSV, outer)
@@ -171,7 +167,7 @@ def read_set(path: Path, remark: Remark) -> tuple[Parameter, ...]:
     if not path.is_file():
         raise PackageError(f"{path}: no such file")
     document = Document(path, path.name)
-    return Bindings(path.parent, path.parent, remark).set_of(document)
+    return Bindings(path.parent, path.parent, remark)._set(document, document.root, None)
 
 
 def _in_archive(path: Path, source: str) -> Document | None:

@@ -41,6 +41,11 @@ def type_of(signal: Signal) -> str:
     return {"Boolean": "boolean", "UInt64": "unsigned"}.get(signal.type, "integer")
 
 
+def matches(name: str, pattern: str) -> bool:
+    """Whether a pattern of the user's means a column; the name of an array means all its elements."""
+    return fnmatchcase(name, pattern) or name == pattern or name.rpartition("[")[0] == pattern
+
+
 class Layout:
     """Which values a run keeps: all outputs and inputs, per component, and then the system's own."""
 
@@ -77,10 +82,7 @@ class Layout:
         names = [c.name for c in self.columns]
         found = {0}
         for pattern in patterns:
-            mine = [
-                i for i, name in enumerate(names)
-                if fnmatchcase(name, pattern) or name == pattern or name.rpartition("[")[0] == pattern
-            ]  # fmt: skip
+            mine = [i for i, name in enumerate(names) if matches(name, pattern)]
             if not mine:
                 raise UsageError(f"{option} '{pattern}' matches nothing{did_you_mean(pattern, names)}")
             found.update(mine)

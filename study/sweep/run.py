@@ -72,11 +72,12 @@ def check(session: Session, case: Case, settings: Settings) -> None:
 
 def check_distinct(session: Session, names: Iterable[str]) -> None:
     """Raise `UsageError` where two names, or one that is there twice, set the same parameter."""
-    set_by: dict[str, str] = {}
+    set_by: dict[tuple[str, str], str] = {}
     for name in names:
         for target in session.targets(name):
             if target in set_by:
-                raise UsageError(f"'{set_by[target]}' and '{name}' both set '{target}'; which one is meant?")
+                shown = ".".join(filter(None, target))
+                raise UsageError(f"'{set_by[target]}' and '{name}' both set '{shown}'; which one is meant?")
             set_by[target] = name
 
 
@@ -85,8 +86,8 @@ def units(session: Session, names: Iterable[str], metrics: Sequence[Metric]) -> 
     signals, slaves = session.system.units(), session.system.slaves
     found: dict[str, str | None] = {}
     for name in names:
-        component, _, variable = session.targets(name)[0].partition(".")
-        found[name] = slaves[component].unit_name(variable) if component in slaves else signals.get(name)
+        component, variable = session.targets(name)[0]
+        found[name] = slaves[component].unit_name(variable) if component else signals.get(name)
     found |= {m.label: m.unit(signals.get(session.signal(m.connector)[1].address)) for m in metrics}
     return {name: unit for name, unit in found.items() if unit}
 
