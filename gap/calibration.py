@@ -46,20 +46,13 @@ class Calibration:
     stuck: float = 0.0
     """Least probability of its opposite: a search may not have found what the catalogue has."""
 
-    form: float = 0.0
-    """Share of the energy that a refit of the base parameters leaves by which the right effect may miss: a machine's
-    effect has another mathematical form than the library's."""
+    def level(self, shared: float, readings: int) -> float:
+        """ln of a residual's shared energy, with what right models miss and chance shares of so many readings added."""
+        return float(np.log(shared + self.discrepancy + chance(readings)))
 
-    def level(self, shared: float, readings: int, null: float = 0.0) -> float:
-        """ln of a residual's shared energy, with what right models miss and chance shares of so many readings added.
-
-        null: the energy that the refit of the base parameters leaves.
-        """
-        return float(np.log(shared + self.discrepancy + chance(readings) + self.form * null))
-
-    def weight(self, shared: float, readings: int, null: float = 0.0) -> float:
+    def weight(self, shared: float, readings: int) -> float:
         """What a residual's shared energy counts for as evidence, the less the better."""
-        return min(self.independent, readings) * self.level(shared, readings, null)
+        return min(self.independent, readings) * self.level(shared, readings)
 
     @classmethod
     def load(cls) -> Calibration:

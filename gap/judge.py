@@ -3,11 +3,10 @@
 Evidence of a hypothesis h whose left-out residual, in units of its spread, has the shared energy E_h (a Laplace
 approximation; noise has no part in E, see `Observations.shared`):
 
-    S_h = n ln(E_h + e + f E_0 + 1.5 / sqrt(N)) + penalty_h + occam_h - 2 ln prior_h
+    S_h = n ln(E_h + e + 1.5 / sqrt(N)) + penalty_h + occam_h - 2 ln prior_h
 
 n is the number of independent pieces that a wrong model's residual counts for, e the energy in which two models differ
-that are both right for what they are about, f the share of what the refit leaves (E_0) by which the right effect may
-miss, being of another mathematical form (`calibration`); N readings share 1 / sqrt(N) by chance.
+that are both right for what they are about (`calibration`); N readings share 1 / sqrt(N) by chance.
 """
 
 from __future__ import annotations
@@ -85,10 +84,9 @@ def judge(
         made.append(Judged(h, h.fit, *held_out(problem, h.fit, N)))
     phi = max(1.0, min(made, key=lambda j: j.gap).fit.phi)
     calibration = Calibration.load()
-    null = next((j.shared for j in made if not j.hypothesis.candidates), 0.0)
     for j in made:
         j.terms = {
-            "fit": calibration.weight(j.shared, len(problem.obs), null),
+            "fit": calibration.weight(j.shared, len(problem.obs)),
             "penalty": j.fit.penalty(),
             "occam": occam(problem, j.fit, phi),
             "prior": -2.0 * float(np.log(prior(problem, j.hypothesis))),

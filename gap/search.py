@@ -33,8 +33,15 @@ PAIRS_FROM = 3
 PAIRS = 4
 """Second candidates that are fitted with each of them."""
 
+SCREENED_ANEW = 16
+"""Candidates that are screened anew beside a single effect, the best by their former secants."""
+
 STARTS, STARTS_KEPT = 6, 2
 """Candidates that are also fitted from the model as delivered, and those of them that are finished in any case."""
+
+HARDLY, AROUND, MORE = 0.1, 0.3, 4
+"""Size, in usual ones, up to which an effect is hardly there; how far around, in u, the fit without it then starts too,
+and how often."""
 
 LOOKED = (1.0, 0.1)
 """Sizes of an effect at which screening looks first: the usual one and a smaller one, for a machine that swings at the
@@ -226,10 +233,11 @@ def weigh(problem: Problem, reference: Fit, N: np.ndarray, found: Sequence[Secan
         s.saving += reference.penalty() - penalty(at.unknowns, s.base, q[: at.channels])
 
 
-def screen(problem: Problem, at: Fit, N: np.ndarray) -> list[Secant]:
-    """The best secant of each candidate from the null's fit, those that save most first."""
-    machine = [c for c in problem.candidates if c.unknowns[0].kind == "effect"]
-    sensors = [c for c in problem.candidates if c.unknowns[0].kind == "sensor"]
+def screen(problem: Problem, at: Fit, N: np.ndarray, candidates: Sequence[Candidate] | None = None) -> list[Secant]:
+    """The best secant of each candidate (of all, or of those) from a fit, those that save most first."""
+    candidates = problem.candidates if candidates is None else candidates
+    machine = [c for c in candidates if c.unknowns[0].kind == "effect"]
+    sensors = [c for c in candidates if c.unknowns[0].kind == "sensor"]
     wanted = [(c, s) for c in machine for size in LOOKED for s in sizes(c, size)[:1]]
     wanted += [(c, s) for c in sensors for s in sizes(c, 1.0)]
     found = secants(problem, at, wanted)
@@ -293,11 +301,22 @@ def finish(problem: Problem, h: Hypothesis, N: np.ndarray) -> None:
 
 
 def without(problem: Problem, h: Hypothesis, gone: Candidate, N: np.ndarray, iterations: int) -> Hypothesis | None:
-    """The hypothesis without one of its effects, fitted from where it stands; None where the model does not run."""
+    """The hypothesis without one of its effects, fitted from where it stands; None where the model does not run.
+
+    Where the effect is hardly there, the fit also starts from points around: what so little does the base parameters
+    may do as well, but a machine that drifts through its valve's closed centre shows the way to it from few points.
+    """
     kept = np.array([x not in gone.unknowns for x in h.fit.unknowns])
     unknowns = tuple(x for x, keep in zip(h.fit.unknowns, kept, strict=True) if keep)
-    found = drive(problem, [fit(problem, unknowns, h.fit.u[kept], N, iterations)])[0]
-    return None if found is None else Hypothesis(tuple(c for c in h.candidates if c is not gone), found)
+    starts = [h.fit.u[kept]]
+    if all(abs(u) < HARDLY for x, u in zip(h.fit.unknowns, h.fit.u, strict=True) if x in gone.unknowns and not x.shape):
+        moved = np.array([AROUND * (x.kind == "base") for x in unknowns])
+        low, high = np.array([x.low for x in unknowns]), np.array([x.high for x in unknowns])
+        random = np.random.default_rng(0)
+        starts += [np.clip(starts[0] + moved * random.normal(size=len(moved)), low, high) for _ in range(MORE)]
+    ends = drive(problem, [fit(problem, unknowns, u, N, iterations) for u in starts])
+    left = tuple(c for c in h.candidates if c is not gone)
+    return min((Hypothesis(left, end) for end in ends if end is not None), key=lambda h: h.merit, default=None)
 
 
 def extend(

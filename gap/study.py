@@ -163,7 +163,7 @@ def study(
     singles.sort(key=lambda h: h.merit)
     if not hurry() and singles and not settled(problem, singles[0].fit):
         stage("fitting pairs of effects")
-        pairs = _pairs(problem, singles, found, N)
+        pairs = _pairs(problem, null, singles, found, N)
         hypotheses += [*pairs, *_swapped(problem, singles, pairs, N)]
         steps.resolve(problem, hypotheses, N)
     if problem.fine < package_step:
@@ -299,20 +299,29 @@ def _swapped(problem: Problem, singles: list[Hypothesis], pairs: list[Hypothesis
             continue
         kept = {c.label for c in left.candidates}
         found = [s for s in search.screen(problem, left.fit, N) if kept | {s.candidate.label} not in tried]
-        made += search.extend(problem, left, found, N, search.PAIRS, 1)
+        made += search.extend(problem, left, found, N, search.PAIRS, search.PAIRS)
         if any(settled(problem, h.fit) for h in made) or problem.hurry():
             break
     return made
 
 
-def _pairs(problem: Problem, singles: list[Hypothesis], found: list[Secant], N: np.ndarray) -> list[Hypothesis]:
+def _pairs(
+    problem: Problem, null: Hypothesis, singles: list[Hypothesis], found: list[Secant], N: np.ndarray
+) -> list[Hypothesis]:
+    """The best single effects, each with a second one.
+
+    Which one is seen from the screening; where that was done far from the data, it is done anew beside each effect.
+    """
     made: dict[tuple[str, ...], Hypothesis] = {}
     for h in [h for h in singles if not h.finished][: search.PAIRS_FROM]:
         if any(settled(problem, pair.fit) for pair in made.values()) or problem.hurry():
             break
         again = [replace(s, at=h.fit) for s in found]
         search.weigh(problem, h.fit, N, again)
-        again = sorted((s for s in again if s.saving > search.WORTH), key=lambda s: -s.saving)
+        again = sorted(again, key=lambda s: -s.saving)
+        if null.fit.rms > search.MUCH:
+            again = search.screen(problem, h.fit, N, [s.candidate for s in again[: search.SCREENED_ANEW]])
+        again = [s for s in again if s.saving > search.WORTH]
         for pair in search.extend(problem, h, again, N, search.PAIRS, 1):
             key = tuple(sorted(c.label for c in pair.candidates))
             if key not in made or pair.merit < made[key].merit:

@@ -11,15 +11,11 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from .calibration import Calibration
+from .calibration import Calibration, chance
 from .catalogue import VERDICTS
 from .judge import Judged
 
 NONE, UNKNOWN = ((name,) for name in VERDICTS)
-
-CLEAR = 3.0
-"""What is left over, in what right models and chance share, that is half clear."""
-
 
 @dataclass
 class Cause:
@@ -34,14 +30,12 @@ class Cause:
 def features(calibration: Calibration, null: float, best: float, readings: int) -> np.ndarray:
     """What "unknown" is judged by, from the energy that the refit's and the best hypothesis' residuals share.
 
-    A constant; how clearly the best leaves more than right models and chance do, from 0 to 1; the logarithm of what it
-    leaves of the refit's; and how far it stays from the floor. Another mathematical form (`Calibration.form`) excuses
-    none of it: what a large gap leaves may be many floors. How much of it a flexible model can predict is reported, but
-    says less: a vibration is not predictable and yet no noise.
+    A constant; the logarithm of what the best leaves beyond chance, with what right models may leave; and that of its
+    share in what the refit leaves. How much a flexible model can predict is reported, but says less: a vibration is not
+    predictable and yet no noise.
     """
-    nothing, refit, left = (calibration.level(x, readings) for x in (0.0, null, best))
-    excess = np.exp(left - nothing) - 1.0
-    return np.array([1.0, excess / (excess + CLEAR), min(0.0, left - refit), np.log1p(best)])
+    refit, left = (float(np.log(max(0.0, x - chance(readings)) + calibration.discrepancy)) for x in (null, best))
+    return np.array([1.0, left, min(0.0, left - refit)])
 
 
 def unknown_probability(calibration: Calibration, x: np.ndarray) -> float:

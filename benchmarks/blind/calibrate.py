@@ -2,7 +2,7 @@
 
     python -m benchmarks.blind.calibrate DIR|RECORDS... [--out gap/calibration.json]
 
-Most likely values of the number of independent pieces, the discrepancy, the form, the temperature and the lapse, on the
+Most likely values of the number of independent pieces, the discrepancy, the temperature and the lapse, on the
 cases with nothing wrong or effects of the catalogue that are not called unknown; and the weights of "unknown" on all of
 them. Never use the cases of a reported score here.
 """
@@ -25,10 +25,9 @@ from .records import load
 INDEPENDENT = (5.0, 7.0, 10.0, 15.0, 20.0, 30.0, 50.0, 75.0, 100.0)
 DISCREPANCY = (0.01, 0.02, 0.03, 0.05, 0.07, 0.1)
 TEMPERATURE = (1.0, 1.5, 2.0, 3.0, 4.0, 6.0)
-FORM = (0.0, 0.0005, 0.001, 0.002, 0.004, 0.008)
 LAPSE = (0.02, 0.03, 0.05, 0.07, 0.1, 0.15, 0.2)
 
-RIDGE, MISJUDGED, STUCK = 0.1, 0.03, 0.12
+RIDGE, MISJUDGED, STUCK = 0.01, 0.03, 0.12
 """Keeps the weights of "unknown" finite; least probability of "unknown", and of its opposite: a search may be stuck."""
 
 
@@ -36,7 +35,7 @@ def scores(diagnosis: dict[str, Any], calibration: Calibration) -> list[float]:
     """The scores of a diagnosis' hypotheses with that calibration."""
     evidence = diagnosis["evidence"]
     return [
-        calibration.weight(h["held_out_shared"], evidence["readings"], _null(diagnosis))
+        calibration.weight(h["held_out_shared"], evidence["readings"])
         + sum(h["terms"][key] for key in ("penalty", "occam", "prior"))
         for h in evidence["hypotheses"]
     ]
@@ -107,8 +106,8 @@ def main() -> None:
             (a, d) for a, d in cases
             if a["kind"] != "unknown" and unknown_probability(made, features_of(d, made)) < 0.5
         ]  # fmt: skip
-        options_of = (replace(made, independent=n, discrepancy=e, temperature=t, lapse=p, form=f)
-                      for n, e, t, p, f in product(INDEPENDENT, DISCREPANCY, TEMPERATURE, LAPSE, FORM))  # fmt: skip
+        options_of = (replace(made, independent=n, discrepancy=e, temperature=t, lapse=p)
+                      for n, e, t, p in product(INDEPENDENT, DISCREPANCY, TEMPERATURE, LAPSE))  # fmt: skip
         value, made = max(((likelihood(known, c), c) for c in options_of), key=lambda entry: entry[0])
     print(f"{len(cases)} cases, {len(known)} of them judged known; their mean log probability of the truth {value:.3f}")
     print(json.dumps(asdict(made)))
