@@ -142,6 +142,7 @@ def _check_inputs(problem: Problem) -> None:
     delivered = problem.rows([{}], step)[0]
     if delivered is None:
         return
+    unused: dict[str, list[str]] = {}
     for r, info in enumerate(problem.runs):
         moving = [c for c, (_, x) in info.inputs.items() if np.ptp(x) > 0.0]
         if not moving:
@@ -159,5 +160,8 @@ def _check_inputs(problem: Problem) -> None:
                 f"run '{info.name}': the input '{idle[0]}' changes nothing in the model; is there a parameter that has "
                 'it followed? (The deep-sea machine needs "hydraulics.command.use_input" = true)'
             )
-        for c in idle:  # an effect may need it, a friction that grows with pressure
-            problem.warnings.append(f"run '{info.name}': the input '{c}' changes nothing in the model as delivered")
+        for c in idle:
+            unused.setdefault(c, []).append(info.name)
+    for c, runs in unused.items():  # an effect may need it, a friction that grows with pressure
+        where = "" if len(runs) == len(problem.runs) else f" in {', '.join(runs)}"
+        problem.warnings.append(f"the input '{c}' changes nothing in the model as delivered{where}")
