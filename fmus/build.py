@@ -131,11 +131,19 @@ def c_compiler() -> str | None:
     return next(filter(None, candidates), None)
 
 
-def compile_front(folder: Path) -> dict[str, bytes]:
-    """The front library and its helper, name suffix -> content; empty on other systems and without a compiler."""
-    compiler = c_compiler()
-    if compiler is None or sys.platform != "linux":
+def front_library(folder: Path) -> dict[str, bytes]:
+    """The front library and its helper, name suffix -> content, compiled in that folder.
+
+    Without a compiler those that the wheel brought (pyproject.toml, `ext-modules`); empty on other systems than Linux,
+    or where the wheel was built without one, too.
+    """
+    if sys.platform != "linux":
         return {}
+    compiler = c_compiler()
+    if compiler is None:
+        brought = {"": HERE / "_front.abi3.so", "_quiet": HERE / "_quiet.abi3.so"}
+        there = all(path.is_file() for path in brought.values())
+        return {suffix: path.read_bytes() for suffix, path in brought.items()} if there else {}
     made = {}
     for sources, suffix in ((("front", "python"), ""), (("quiet",), "_quiet")):
         target = folder / f"{sources[0]}.so"
@@ -293,7 +301,7 @@ def _add_front(
     model: Model, files: dict[str, bytes], scratch: Path, say: Callable[[str], None], way: Way
 ) -> None:
     """Put the front library before pythonfmu's, where it can be compiled."""
-    if front := compile_front(scratch):
+    if front := front_library(scratch):
         binaries = f"binaries/{PLATFORM}/{model.name}"
         files[f"{binaries}_pythonfmu.so"] = files[f"{binaries}.so"]
         for suffix, content in front.items():
@@ -309,9 +317,10 @@ def _add_front(
         elif way.portable:
             files["resources/python.txt"] = interpreter().encode()
     elif way.portable or way.standalone:
-        raise PackageError("--portable and --standalone need Linux and a C compiler for the front library")
+        needs = "Linux and a C compiler, or a wheel that brought what it compiles"
+        raise PackageError(f"--portable and --standalone need {needs}")
     else:
-        say("the front library could not be compiled here (no C compiler, or not Linux): faults will be fmi2Fatal")
+        say("there is no front library here (no C compiler, or not Linux): faults will be fmi2Fatal")
 
 
 def build(folder: Path, say: Callable[[str], None] = lambda text: None, way: Way | None = None) -> list[Path]:

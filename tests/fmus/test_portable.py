@@ -52,6 +52,34 @@ def call(program: Path, mode: str, fmu: Path, last: str, **environment: str) -> 
     return subprocess.run(command, env=environment, cwd="/", capture_output=True, text=True, timeout=300)
 
 
+def test_without_a_compiler_the_build_takes_what_the_wheel_brought(tmp_path, monkeypatch):
+    compiled_here = build.front_library(tmp_path)
+    assert set(compiled_here) == {"", "_quiet"}
+    monkeypatch.setattr(build, "c_compiler", lambda: None)
+    monkeypatch.setattr(build, "HERE", tmp_path)
+    assert build.front_library(tmp_path) == {}
+    for suffix, name in (("", "_front"), ("_quiet", "_quiet")):
+        (tmp_path / f"{name}.abi3.so").write_bytes(compiled_here[suffix])
+    assert build.front_library(tmp_path) == compiled_here
+
+
+@pytest.mark.skipif(not (build.HERE / "_front.abi3.so").is_file(), reason="installed without the front library")
+def test_the_wheel_brings_the_same_front_library(tmp_path):
+    """As the build compiles it: the same functions for importers."""
+
+    def functions(library):
+        (tmp_path / "it.so").write_bytes(library)
+        told = subprocess.run(["nm", "-D", "--defined-only", tmp_path / "it.so"], capture_output=True, text=True)
+        return {line.split()[-1] for line in told.stdout.splitlines()}
+
+    compiled_here = build.front_library(tmp_path)
+    for suffix, name in (("", "_front"), ("_quiet", "_quiet")):
+        brought = functions((build.HERE / f"{name}.abi3.so").read_bytes())
+        assert brought == functions(compiled_here[suffix])
+        assert brought
+    assert "fmi2Instantiate" in functions((build.HERE / "_front.abi3.so").read_bytes())
+
+
 def test_every_importer_computes_the_same(built, tmp_path):
     found = cross_check.cross_check([built / f"{name}.fmu" for name in MODELS], tmp_path)
     for name in MODELS:
