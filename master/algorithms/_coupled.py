@@ -27,6 +27,8 @@ class Coupling:
         self.targets = np.array([k.target.place + i for k, i in spread], np.int64)
         self.factors = np.array([k.cast.factor for k, _ in spread])
         self.offsets = np.array([k.cast.offset for k, _ in spread])
+        taken = [(system.slaves.get(k.target.component), k.target.name) for k, _ in spread]
+        self.nominals = np.array([1.0 if slave is None else slave.nominal(name) for slave, name in taken])
         self.givers = [k.source.component for k, _ in spread]
         self.takers = [k.target.component for k, _ in spread]
 

@@ -23,6 +23,9 @@ MOST = 100
 TOLERANCE = 1e-9
 """Relative change of the inputs between two repetitions at which they count as settled."""
 
+SMALL = 1e-4
+"""Size of an input, in its nominal value, below which changes are compared with that: at rest it is rounding."""
+
 
 def write(system: System, program: Program) -> None:
     """Write the macro step."""
@@ -36,7 +39,7 @@ def write(system: System, program: Program) -> None:
     def begin() -> None:
         nonlocal size, last
         last = coupling.given(coupling.outputs)
-        size = np.maximum(np.abs(last), 1e-300)
+        size = np.maximum(np.abs(last), SMALL * coupling.nominals)
 
     def settle(t: float, h: float) -> int:
         states = []

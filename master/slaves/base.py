@@ -236,22 +236,29 @@ class Slave(ABC):
             return tuple(self._scalar(name, v, where, limited) for v in values)
         return self._scalar(name, value, where, limited)
 
+    def nominal(self, name: str) -> float:
+        """Usual size of a real variable: what its FMU or its type declares, else 1 as FMI has it."""
+        found = self._declared(name, "nominal")
+        return abs(found) if found else 1.0
+
     def _range(self, name: str) -> tuple[float, float]:
         """Least and greatest value that a variable's type and its FMU allow."""
+        low, high = LIMITS.get(self.variables[name].type, (-float("inf"), float("inf")))
+        least, most = self._declared(name, "min"), self._declared(name, "max")
+        return (low if least is None else max(low, least)), (high if most is None else min(high, most))
+
+    def _declared(self, name: str, attribute: str) -> float | None:
+        """A number that a variable or its type declares."""
         variable = self.variables[name]
-        low, high = LIMITS.get(variable.type, (-float("inf"), float("inf")))
-        found = []
-        for attribute in ("min", "max"):
-            text = getattr(variable, attribute)
-            if text in (None, "") and variable.declaredType is not None:
-                text = getattr(variable.declaredType, attribute)
-            try:
-                found.append(None if text in (None, "") else float(text))
-            except ValueError:
-                raise PackageError(
-                    f"component '{self.name}', modelDescription.xml: {attribute}=\"{text}\" of '{name}' is not a number"
-                ) from None
-        return (low if found[0] is None else max(low, found[0])), (high if found[1] is None else min(high, found[1]))
+        text = getattr(variable, attribute)
+        if text in (None, "") and variable.declaredType is not None:
+            text = getattr(variable.declaredType, attribute)
+        try:
+            return None if text in (None, "") else float(text)
+        except ValueError:
+            raise PackageError(
+                f"component '{self.name}', modelDescription.xml: {attribute}=\"{text}\" of '{name}' is not a number"
+            ) from None
 
     def _scalar(self, name: str, value: Any, where: str, limited: bool = True) -> Any:
         variable = self.variables[name]

@@ -276,6 +276,12 @@ def test_a_run_not_to_be_trusted_says_so(built, tmp_path, capsys):
     assert json.loads((tmp_path / "summary.json").read_text())["warnings"] == []
 
 
+def test_a_machine_at_rest_settles_although_its_speed_is_rounding(built, tmp_path):
+    """1e-17 m/s come and go with every repetition; compared with themselves they never settle."""
+    run(built / "deepsea_11km.ssp", tmp_path, Options(step=8e-3, method="fixed-point", stop_time=0.5))
+    assert np.abs(read_csv(tmp_path)["arm.v_h"]).max() < 1e-9
+
+
 def test_passing_the_dead_centre_is_a_warning(built, tmp_path, capsys):
     arguments = [str(built / "deepsea_0km.ssp"), "--out", str(tmp_path), "--no-plot", "--step", "0.004"]
     assert main([*arguments, "--set", "command.target=0.25"]) == 0
