@@ -57,10 +57,11 @@ def exit_code(command: str, work: Callable[[], int], interrupted: str = "interru
             sys.stdout.flush()
         return code
     except OSError as error:
-        if error.errno not in (errno.EPIPE, errno.ENOSPC):
+        unread = isinstance(error, BrokenPipeError)  # nobody reads on, as after `| head`
+        if not unread and error.errno != errno.ENOSPC:
             raise
         os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
-        if error.errno == errno.EPIPE:  # nobody reads on, as after `| head`
+        if unread:
             return 0
         print(f"{command}: {error.strerror}", file=sys.stderr)
         return 1

@@ -140,18 +140,18 @@ def front_library(folder: Path) -> dict[str, bytes]:
     if sys.platform != "linux":
         return {}
     compiler = c_compiler()
-    if compiler is None:
-        brought = {"": HERE / "_front.abi3.so", "_quiet": HERE / "_quiet.abi3.so"}
-        there = all(path.is_file() for path in brought.values())
-        return {suffix: path.read_bytes() for suffix, path in brought.items()} if there else {}
     made = {}
     for sources, suffix in ((("front", "python"), ""), (("quiet",), "_quiet")):
-        target = folder / f"{sources[0]}.so"
-        # never unloaded: Python and pythonfmu's library stay in the process, and know this library's functions
-        flags = ["-O2", "-shared", "-fPIC", "-fvisibility=hidden", "-Wl,-z,nodelete"]
-        files = [str(HERE / "front" / f"{source}.c") for source in sources]
-        command = [compiler, *flags, *files, "-o", str(target), "-ldl", "-lpthread"]
-        if subprocess.run(command, capture_output=True).returncode:
+        target = HERE / f"_{sources[0]}.abi3.so"
+        if compiler is not None:
+            target = folder / f"{sources[0]}.so"
+            # never unloaded: Python and pythonfmu's library stay in the process, and know this library's functions
+            flags = ["-O2", "-shared", "-fPIC", "-fvisibility=hidden", "-Wl,-z,nodelete"]
+            files = [str(HERE / "front" / f"{source}.c") for source in sources]
+            command = [compiler, *flags, *files, "-o", str(target), "-ldl", "-lpthread"]
+            if subprocess.run(command, capture_output=True).returncode:
+                return {}
+        elif not target.is_file():
             return {}
         made[suffix] = target.read_bytes()
     return made
@@ -300,7 +300,7 @@ def _raw(
 def _add_front(
     model: Model, files: dict[str, bytes], scratch: Path, say: Callable[[str], None], way: Way
 ) -> None:
-    """Put the front library before pythonfmu's, where it can be compiled."""
+    """Put the front library before pythonfmu's, where there is one."""
     if front := front_library(scratch):
         binaries = f"binaries/{PLATFORM}/{model.name}"
         files[f"{binaries}_pythonfmu.so"] = files[f"{binaries}.so"]

@@ -46,13 +46,16 @@ class Calibration:
     stuck: float = 0.0
     """Least probability of its opposite: a search may not have found what the catalogue has."""
 
-    def level(self, shared: float, readings: int) -> float:
-        """ln of a residual's shared energy, with what right models miss and chance shares of so many readings added."""
-        return float(np.log(shared + self.discrepancy + chance(readings)))
-
     def weight(self, shared: float, readings: int) -> float:
-        """What a residual's shared energy counts for as evidence, the less the better."""
-        return min(self.independent, readings) * self.level(shared, readings)
+        """What a residual's shared energy counts for as evidence, the less the better.
+
+        What right models miss and what chance shares of so many readings are added, so that less is no evidence.
+        """
+        return min(self.independent, readings) * float(np.log(shared + self.discrepancy + chance(readings)))
+
+    def beyond(self, shared: float, readings: int) -> float:
+        """ln of what a residual shares beyond chance, with what right models miss added."""
+        return float(np.log(max(0.0, shared - chance(readings)) + self.discrepancy))
 
     @classmethod
     def load(cls) -> Calibration:

@@ -11,11 +11,12 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from .calibration import Calibration, chance
+from .calibration import Calibration
 from .catalogue import VERDICTS
 from .judge import Judged
 
 NONE, UNKNOWN = ((name,) for name in VERDICTS)
+
 
 @dataclass
 class Cause:
@@ -34,7 +35,7 @@ def features(calibration: Calibration, null: float, best: float, readings: int) 
     share in what the refit leaves. How much a flexible model can predict is reported, but says less: a vibration is not
     predictable and yet no noise.
     """
-    refit, left = (float(np.log(max(0.0, x - chance(readings)) + calibration.discrepancy)) for x in (null, best))
+    refit, left = (calibration.beyond(x, readings) for x in (null, best))
     return np.array([1.0, left, min(0.0, left - refit)])
 
 

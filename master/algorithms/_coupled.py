@@ -27,8 +27,6 @@ class Coupling:
         self.targets = np.array([k.target.place + i for k, i in spread], np.int64)
         self.factors = np.array([k.cast.factor for k, _ in spread])
         self.offsets = np.array([k.cast.offset for k, _ in spread])
-        taken = [(system.slaves.get(k.target.component), k.target.name) for k, _ in spread]
-        self.nominals = np.array([1.0 if slave is None else slave.nominal(name) for slave, name in taken])
         self.givers = [k.source.component for k, _ in spread]
         self.takers = [k.target.component for k, _ in spread]
 
@@ -44,6 +42,12 @@ class Coupling:
     def inputs(self) -> np.ndarray:
         """The inputs as they are on the board."""
         return self.system.board.reals[self.targets]
+
+    def nominals(self) -> np.ndarray:
+        """Usual sizes of the inputs."""
+        slaves = self.system.slaves
+        spread = [(slaves.get(k.target.component), k.target.name) for k in self.links for _ in range(k.source.size)]
+        return np.array([1.0 if slave is None else slave.nominal(name) for slave, name in spread])
 
     def given(self, y: np.ndarray) -> np.ndarray:
         """Inputs from outputs."""

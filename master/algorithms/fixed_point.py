@@ -39,7 +39,7 @@ def write(system: System, program: Program) -> None:
     def begin() -> None:
         nonlocal size, last
         last = coupling.given(coupling.outputs)
-        size = np.maximum(np.abs(last), SMALL * coupling.nominals)
+        size = np.maximum(np.abs(last), SMALL * coupling.nominals())
 
     def settle(t: float, h: float) -> int:
         states = []

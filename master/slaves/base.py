@@ -239,7 +239,7 @@ class Slave(ABC):
     def nominal(self, name: str) -> float:
         """Usual size of a real variable: what its FMU or its type declares, else 1 as FMI has it."""
         found = self._declared(name, "nominal")
-        return abs(found) if found else 1.0
+        return abs(found) if found and np.isfinite(found) else 1.0
 
     def _range(self, name: str) -> tuple[float, float]:
         """Least and greatest value that a variable's type and its FMU allow."""

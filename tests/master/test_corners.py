@@ -3,13 +3,16 @@
 from __future__ import annotations
 
 from time import perf_counter
+from types import SimpleNamespace
 
+import numpy as np
 import pytest
 from deepsea_cosim.core.errors import CosimError
 from deepsea_cosim.master.algorithms import NAMES
 from deepsea_cosim.master.check import check
 from deepsea_cosim.master.session import Session
 from deepsea_cosim.master.simulate import Options, run
+from deepsea_cosim.master.slaves.base import Slave
 
 from benchmarks import native
 
@@ -292,3 +295,8 @@ def test_the_trust_report_knows_inputs_that_take_slopes(tmp_path):
         told.append(run(path, tmp_path / "out", Options(method="extrapolation")).summary["coupling"][0]["relative"])
     assert told[0] < 0.02
     assert told[1] < 0.02
+
+
+@pytest.mark.parametrize(("declared", "size"), [(None, 1.0), (-20.0, 20.0), (0.0, 1.0), (np.nan, 1.0), (np.inf, 1.0)])
+def test_a_nominal_value_that_is_none_is_1(declared, size):
+    assert Slave.nominal(SimpleNamespace(_declared=lambda name, attribute: declared), "x") == size
