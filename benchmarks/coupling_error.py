@@ -25,7 +25,6 @@ SPACING, ORDER = 8e-3, 4
 """Samples [s] and number of poles for the ring-down."""
 
 
-
 def coupled(package: Path, **options: object) -> dict[str, np.ndarray]:
     """Columns of a run by name."""
     with tempfile.TemporaryDirectory() as folder:
@@ -96,6 +95,8 @@ def damping(build: Path) -> None:
 def main() -> None:
     """Print both tables."""
     if len(sys.argv) > 1:
+        if not (Path(sys.argv[1]) / "deepsea_11km.ssp").is_file():
+            sys.exit(f"{sys.argv[1]}: no folder with the packages of `cosim-fmus build --out FOLDER`")
         errors(Path(sys.argv[1]))
         damping(Path(sys.argv[1]))
         return
