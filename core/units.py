@@ -28,13 +28,19 @@ class Unit:
     offset: float = 0.0
     defined: bool = field(default=True, compare=False)
 
+    @property
+    def counts_turns(self) -> bool:
+        """Whether it counts turns or may do so: a rate of events that is not 1/s, as 1/min is one of revolutions."""
+        if self.name in TURNS:
+            return UNITS[self.name] == self
+        return self.exponents == {"s": -1} and self.factor != 1.0
+
     def same_dimension(self, other: Unit) -> bool:
         """True when both are known to measure the same quantity; an angle may count as a number."""
         if self.exponents is None or other.exponents is None:
             return False
         a, b = ({k: v for k, v in x.items() if k != "rad"} for x in (self.exponents, other.exponents))
-        turns = any(x.name in TURNS and UNITS[x.name] == x for x in (self, other))
-        if turns and self.exponents.get("rad") != other.exponents.get("rad"):
+        if any(x.counts_turns for x in (self, other)) and self.exponents.get("rad") != other.exponents.get("rad"):
             return False  # a turn is 2 pi, not 1
         return a == b
 

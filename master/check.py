@@ -24,7 +24,7 @@ from .setup import (
     resolve,
     with_parameters,
 )
-from .simulate import Options
+from .simulate import Options, set_substeps
 from .slaves.base import Slave
 from .system import System
 from .times import times_of
@@ -71,6 +71,8 @@ def check(package: Path, wanted: Options | None = None) -> Findings:
             if slave is not None:
                 slaves[path] = slave
                 _connectors(found, part.component, slave, path)
+        if len(slaves) == len(network.parts):
+            _try(found, lambda: set_substeps(wanted, slaves))
         network = _try(found, lambda: configure(network, slaves)[0]) or network
         for setting in network.settings:
             if setting.component not in slaves:
@@ -82,8 +84,11 @@ def check(package: Path, wanted: Options | None = None) -> Findings:
             if system is not None:
                 found.system = system
                 found.warnings += system.remarks
-                _try(found, lambda: given_values(network, system))
-                _try(found, lambda: Layout(system))
+                _try(found, lambda: given_values(network, system, found.warnings.append))
+                layout = _try(found, lambda: Layout(system))
+                if layout is not None:
+                    _try(found, lambda: layout.chosen(wanted.record))
+                    _try(found, lambda: layout.chosen(wanted.plot, "--plot"))
                 _inputs(found, system, _driven(found, system, wanted))
                 _loops(found, system)
         elif not network.parts:
@@ -130,9 +135,10 @@ def _driven(found: Findings, system: System, wanted: Options) -> set[tuple[str, 
 
 
 def _inputs(found: Findings, system: System, others: set[tuple[str, str]]) -> None:
-    driven = {link.end for link in system.links} | others
-    for component, name in system.inputs:
-        if (component, name) not in driven:
+    driven = {link.target.home for link in system.links}
+    driven |= {signal.home for end, signal in system.inputs.items() if end in others}
+    for (component, name), signal in system.inputs.items():
+        if signal.home not in driven:
             found.notes.append(f"input '{component}.{name}' is driven by nothing; it keeps its start value")
 
 

@@ -12,7 +12,9 @@ from graphlib import CycleError, TopologicalSorter
 from ..core.errors import PackageError, SimulationError
 from ..ssp.network import End, Wire
 from .agreement import Agreement, in_turn
+from .engine.runner import Runner
 from .setup import Value
+from .slaves.base import TEXT, Signal
 from .system import System
 from .wiring import converted
 
@@ -26,10 +28,14 @@ class Initialiser:
         self._early = self._early_order()
         self._visits = self._visit_order()
         self._seen: set[str] = set()
+        shown = system.program()
+        system.show(shown)
+        self._shown = Runner(shown)
 
     def __call__(self, values: Sequence[Value], start: float, stop: float) -> None:
         """Set start values, initialise all slaves and leave all signals in agreement at the start."""
         system = self.system
+        system.board.ended[0] = 0
         for v in values:
             if v.component == "":
                 system.put(system.own_inputs[v.variable], v.value)
@@ -41,21 +47,34 @@ class Initialiser:
                 raise SimulationError(f"{v.where}: {error}") from None
             if slave.variables[v.variable].causality == "input":
                 system.set_input(v.component, v.variable, v.value)
-        given = {(v.component, v.variable) for v in values}
-        for component, name in system.inputs:
-            slave = system.slaves[component]
-            if (component, name) not in given and slave.start(name) is None:
-                system.set_input(component, name, slave.get(name))
+                system.unstarted.pop(system.inputs[v.component, v.variable].home, None)
         for name in self._early:
             for wire in system.early:
                 if wire.end[0] == name:
                     self._compute(wire)
             system.slaves[name].enter_initialisation(start, stop)
+        for signal in system.unstarted.values():
+            system.put(signal, self._own_value(signal))
         self._propagate()
         for slave in system.slaves.values():
             if slave.version != "1.0":
                 slave.exit_initialisation()
         self.sweep(system.order)
+        system.reflect()
+        self.show()
+
+    def show(self) -> None:
+        """Bring the outputs of the whole system up to date."""
+        self._shown.once()
+
+    def _own_value(self, signal: Signal) -> object:
+        """What an FMU itself has for an input whose start value is not given."""
+        try:
+            return self.system.slaves[signal.component].get(signal.name)
+        except SimulationError:
+            if self.system.slaves[signal.component].version != "1.0":
+                raise
+            return (b"" if signal.type == "Binary" else "" if signal.family == TEXT else 0,) * signal.size
 
     # parameters that are computed
 

@@ -87,7 +87,7 @@ class Session:
             if (component, name) in signals:
                 return is_output, signals[component, name]
         if address in self.system.own_outputs:
-            return True, self.system.own_outputs[address]
+            return not self.system.passed_on(address), self.system.own_outputs[address]
         if address in self.system.own_inputs:
             return False, self.system.own_inputs[address]
         known = [f"{c}.{n}" for c, n in (*self.system.outputs, *self.system.inputs)]
@@ -172,11 +172,15 @@ class Session:
         rows = np.empty((n + 1, len(record)))
         matrix = np.stack([series for _, series in driven], axis=1) if driven else None
         raw = np.empty((n, len(record)))
-        runner.run(raw, start, step, 0, n, n, stop, matrix)
+        taken_steps = runner.run(raw, start, step, 0, n, n, stop, matrix)
+        if taken_steps < n and runner.ended is not None:
+            t = start + taken_steps * step
+            raise SimulationError(f"component '{runner.ended.name}' asks to end the simulation at t = {t:g} s", t)
         rows[:n, order] = raw
         if matrix is not None:
             for k, (signal, _) in enumerate(driven):
                 system.put(signal, matrix[n, k])
+            self._initialise.show()
         reals, integers = system.board.reals, system.board.integers
         for j, (_, signal) in enumerate(wanted):
             rows[n, j] = reals[signal.place]

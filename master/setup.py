@@ -57,6 +57,8 @@ def targets(address: str, slaves: Mapping[str, Slave], system: System | None = N
     """
     if system is not None and address in system.own_inputs:
         return [("", address)]
+    if system is not None and address in system.network.connectors:
+        return [(component, name) for component, name, _ in system.network.connectors[address]]
     component, name = split(address, slaves)
     if component:
         return [(component, name)]
@@ -74,7 +76,7 @@ def resolve(
     With `system`, the name of one of its own inputs means that input.
     """
     made = []
-    for address, value in changes:
+    for address, value in changes if system is None else expanded(changes, system.network, slaves, prefix):
         where = f"{prefix}{address}={value}"
         meant = targets(address, slaves, system)
         if not meant:
@@ -87,6 +89,25 @@ def resolve(
             elif system is not None:
                 made.append(Value("", name, system.checked_input(name, value, where), where))
     return made
+
+
+def expanded(
+    changes: Iterable[tuple[str, Any]], network: Network, slaves: Mapping[str, Slave], prefix: str = "--set "
+) -> Iterator[tuple[str, Any]]:
+    """The changes with those of connectors of systems replaced by what these lead to."""
+    for address, value in changes:
+        if address in network.inputs or not network.connectors.get(address):
+            yield address, value
+            continue
+        for component, name, hops in network.connectors[address]:
+            slave, reached = slaves[component], value
+            where = f"{prefix}{address}={value}"
+            slave.variable(name)
+            if any(hop.unit is not None or hop.transformation is not None for hop in hops):
+                target = _target(network, slave, name)
+                given = slave.checked(name, value, where, limited=False)
+                reached = converted(given, Quantity(target.type, None, target.items), hops, target, where)
+            yield f"{component}.{name}", reached
 
 
 def _checked(slave: Slave, name: str, value: Any, where: str) -> Value:
@@ -118,7 +139,7 @@ def bound_values(
             kind = slave.variables[s.variable].type
             raise ParameterError(f"{s.where}: '{s.component}.{s.variable}': type {kind} is not supported")
         target = _target(network, slave, s.variable)
-        value = converted(s.value, _quantity(s), s.hops, target, s.where)
+        value = converted(s.value, _quantity(s), s.hops, target, s.where, remark)
         made.append(_checked(slave, s.variable, value, s.where))
     return made
 
@@ -136,11 +157,13 @@ def _quantity(s: Setting) -> Quantity:
     return Quantity(s.type.kind, s.type.unit, s.type.enumeration, f"'{s.variable}'")
 
 
-def given_values(network: Network, system: System) -> list[Value]:
+def given_values(
+    network: Network, system: System, remark: Callable[[str], None] = lambda _: None
+) -> list[Value]:
     """Values that the package binds to inputs of the whole system."""
     made = []
     for s in network.given:
-        value = converted(s.value, _quantity(s), s.hops, system.input_quantity(s.variable), s.where)
+        value = converted(s.value, _quantity(s), s.hops, system.input_quantity(s.variable), s.where, remark)
         made.append(Value("", s.variable, system.checked_input(s.variable, value, s.where), s.where))
     return made
 
@@ -191,6 +214,9 @@ def with_parameters(network: Network, files: Iterable[Path]) -> Network:
         for p in read_set(file, remarks.append):
             if p.name in network.inputs:
                 given.append(Setting("", p.name, p.value, p.type, (), p.where))
+                continue
+            if network.connectors.get(p.name):
+                settings += [Setting(c, v, p.value, p.type, h, p.where) for c, v, h in network.connectors[p.name]]
                 continue
             component, variable = split(p.name, network.parts)
             if not component:

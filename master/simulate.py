@@ -5,7 +5,7 @@ from __future__ import annotations
 import os
 import platform
 import tempfile
-from collections.abc import Callable
+from collections.abc import Callable, Iterable
 from contextlib import ExitStack, suppress
 from dataclasses import dataclass, field, replace
 from pathlib import Path
@@ -31,11 +31,13 @@ from .setup import (
     bound_values,
     check_single,
     configure,
+    expanded,
     given_values,
     load_descriptions,
     load_slaves,
     read_package,
     resolve,
+    targets,
     with_parameters,
 )
 from .slaves.base import Slave
@@ -143,7 +145,8 @@ def run(
         start, stop, step, n = times_of(network.structure, options.stop_time, options.step)
         slaves = load_descriptions(network)
         own = [c for c in options.changes if c[0] in network.inputs]
-        network, changes = configure(network, slaves, [c for c in options.changes if c not in own])
+        others = [c for c in options.changes if c not in own]
+        network, changes = configure(network, slaves, list(expanded(others, network, slaves)))
         values = [*bound_values(network, slaves, remarks.append), *resolve(changes, slaves)]
         if options.isolate:
             if options.method == "extrapolation" and any(s.takes_slopes for s in slaves.values()):
@@ -153,11 +156,11 @@ def run(
             raise UsageError("--step-timeout needs --isolate: only a process of its own can be stopped")
         else:
             check_single(slaves)
-        _substeps(options, slaves)
+        set_substeps(options, slaves)
         system = System(network, slaves)
         remarks += system.remarks
-        values = [*given_values(network, system), *values, *resolve(own, slaves, system=system)]
-        remarks += _uneven(slaves, start, stop, step, n)
+        values = [*given_values(network, system, remarks.append), *values, *resolve(own, slaves, system=system)]
+        remarks += [*_uneven(slaves, start, stop, step, n), *_inner(slaves, step), *_overruled(changes, system)]
         layout = Layout(system)
         which = layout.chosen(options.record)
         layout.chosen(options.plot, "--plot")
@@ -197,6 +200,7 @@ def run(
         loop = _Loop(system, program, layout, recording, drives, options.realtime)
         try:
             loop.run(start, stop, step, n, progress, interrupt)
+            remarks += loop.ending(stop)
             recording.flush()
             recording.finish()
         except OutputError as caught:  # nothing more can be written
@@ -210,7 +214,8 @@ def run(
         summary = {
             "package": str(package),
             "variant": network.structure.file.name,
-            "status": "interrupted" if isinstance(failure, Interrupted) else "failed" if failure else "ok",
+            "status": "interrupted" if isinstance(failure, Interrupted) else "failed" if failure
+            else "ended" if loop.ended_by is not None else "ok",
             "error": str(failure) if failure else None,
             "method": options.method,
             "order": system.order,
@@ -299,7 +304,8 @@ def simulate(path: str | Path, out: str | Path | None = None, **options: Any) ->
     return run(package, folder, Options(changes=changes, **options))
 
 
-def _substeps(options: Options, slaves: dict[str, Slave]) -> None:
+def set_substeps(options: Options, slaves: dict[str, Slave]) -> None:
+    """Give the slaves their steps of their own in a macro step; `UsageError` for what cannot be."""
     for component, ratio in options.substeps:
         if component not in slaves:
             raise UsageError(f"--substeps {component}={ratio}: there is no component '{component}'")
@@ -321,6 +327,33 @@ def _uneven(slaves: dict[str, Slave], start: float, stop: float, step: float, n:
     ]
 
 
+def _inner(slaves: dict[str, Slave], step: float) -> list[str]:
+    """FMUs whose own step does not fit into the macro step."""
+    made = []
+    for name, slave in slaves.items():
+        own = getattr(slave.description.coSimulation, "fixedInternalStepSize", None)
+        count = step / slave.ratio / float(own) if own else 1.0
+        if abs(count - round(count)) > 1e-6 * count or round(count) < 1:
+            made.append(
+                f"component '{name}' has an inner step of {float(own):g} s; its step of {step / slave.ratio:g} s is no "
+                "multiple of that"
+            )
+    return made
+
+
+def _overruled(changes: Iterable[tuple[str, str]], system: System) -> list[str]:
+    """Changes of inputs that connections give their values."""
+    driven = {link.target.home: link for link in system.links}
+    made = []
+    for address, value in changes:
+        for end in targets(address, system.slaves):
+            link = driven.get(system.inputs[end].home) if end in system.inputs else None
+            if link is not None:
+                shown = f"'{'.'.join(end)}' is connected to '{link.source.address}', which counts"
+                made.append(f"--set {address}={value}: {shown}")
+    return made
+
+
 class _Loop:
     """The macro steps, a slice of time at once."""
 
@@ -340,6 +373,8 @@ class _Loop:
         system.show(exchange)
         self._exchange = Runner(exchange)
         self._finite = finite
+        self.ended_by: Slave | None = None
+        """The FMU that has asked to end the run before its time."""
         self.done = 0
         self.time = system.network.structure.start_time
 
@@ -376,11 +411,23 @@ class _Loop:
                 progress(self.done, n)
             if interrupt:
                 raise Interrupted(f"interrupted at t = {self.time:g} s", self.time)
+            if self.runner.ended is not None and self.done < n:
+                self.ended_by = self.runner.ended
+                stop, n = self.time, self.done
         for drive in self.drives:
             self.system.put(drive.signal, drive.at(np.array([stop]))[0], drive.element)
         self._exchange.once()
         recording.last(self.time)
         progress(n, n)
+
+    def ending(self, stop: float) -> list[str]:
+        """What is to be said of an FMU that has ended the run."""
+        slave = self.ended_by
+        if slave is None:
+            return []
+        last = slave.last_successful_time()
+        early = f", and came to t = {last:g} s in its last step" if last is not None and last < self.time else ""
+        return [f"component '{slave.name}' ended the run at t = {self.time:g} s, before {stop:g} s{early}"]
 
     def _reach(self, start: float, stop: float, h: float, n: int) -> None:
         self.done += self.runner.taken

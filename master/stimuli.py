@@ -35,10 +35,12 @@ class Drive:
 
     def at(self, t: np.ndarray) -> np.ndarray:
         """Values at times (m,); beyond the ends the nearest is held."""
+        # times that are one rounding error early count as that time
+        slack = 1e-9 + 4.0 * np.finfo(float).eps * np.abs(t)
         if self.straight:
-            return np.interp(t, self.times, self.values)
-        # a value holds from its time on; times that are one rounding error early count as that time
-        slack = 1e-9 * np.maximum(1.0, np.abs(t))
+            near = self.times[np.searchsorted(self.times, t - slack).clip(0, len(self.times) - 1)]
+            return np.interp(np.where(np.abs(near - t) <= slack, near, t), self.times, self.values)
+        # a value holds from its time on
         found = np.searchsorted(self.times, t + slack, side="right") - 1
         return self.values[np.clip(found, 0, None)]
 

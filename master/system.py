@@ -69,6 +69,9 @@ class System:
         self._into: dict[str, list[Link]] = {name: [] for name in slaves}
         for link in self.links:
             self._into[link.target.component].append(link)
+            if link.target.family == TEXT:
+                slaves[link.target.component].linked_texts.add(link.target.name)
+        self._check_aliases()
         self.early = [wire for wire in (*network.early, *network.wires) if wire not in late and wire.start[0]]
         """Wires to parameters, which carry what calculated parameters are before the run."""
         self._check_early()
@@ -94,20 +97,25 @@ class System:
             v for v in slave.variables.values()
             if (v.causality == "output" or v.name in wanted) and v.type in slave.forms
         ]  # fmt: skip
+        places: dict[tuple[str, int], int] = {}  # aliases are one input
         for chosen, signals, groups in (
             (inputs, slave.inputs, slave.input_groups),
             (outputs, slave.outputs, slave.output_groups),
         ):
             for kind in slave.forms:
-                mine = [v for v in chosen if v.type == kind]
-                if not mine:
-                    continue
                 form = slave.forms[kind]
                 members = []
-                for v in mine:
-                    size = slave.size(v.name)
-                    place = self._place(form.family, size)
-                    members.append(Signal(slave.name, v.name, kind, form.family, v.valueReference, place, size))
+                for v in (v for v in chosen if v.type == kind):
+                    size, key = slave.size(v.name), (form.verb, v.valueReference)
+                    is_alias = chosen is inputs and key in places
+                    place = places[key] if is_alias else self._place(form.family, size)
+                    signal = Signal(slave.name, v.name, kind, form.family, v.valueReference, place, size)
+                    signals.append(signal)
+                    if not is_alias:
+                        members.append(signal)
+                        places[key] = place
+                if not members:
+                    continue
                 count = sum(m.size for m in members)
                 stage = 0
                 if form.width is not None:
@@ -115,8 +123,7 @@ class System:
                     self._staged[form.width] = stage + count
                 references = np.array([m.reference for m in members], np.uint32)
                 groups.append(Group(form, references, members[0].place, count, stage, members))
-                signals += members
-        if slave.version == "3.0":
+        if slave.version != "1.0":
             begin = -(-self._staged.get(U8, 0) // 8) * 8
             slave.told = begin
             self._staged[U8] = begin + 16
@@ -156,6 +163,18 @@ class System:
 
     # connections
 
+    def _check_aliases(self) -> None:
+        """No two connections lead to one input, by whatever name."""
+        driven: dict[tuple[bool, int], Link] = {}
+        for link in self.links:
+            other = driven.setdefault(link.target.home, link)
+            if other is not link:
+                told = f"{link.wire.where}: '{link.target.address}' is another name of '{other.target.address}', " \
+                       "which is driven already"
+                if self._wrong is None:
+                    raise PackageError(told)
+                self._wrong.append(told)
+
     def _is_parameter(self, end: End) -> bool:
         slave = self.slaves.get(end[0])
         variable = slave.variables.get(end[1]) if slave is not None else None
@@ -181,7 +200,7 @@ class System:
                 if not self.slaves[wire.end[0]].settable(wire.end[1]):
                     raise PackageError(f"{wire.where}: '{'.'.join(wire.end)}' cannot be set")
                 given = self.quantity(wire.start, wire.unit, wire.enumeration)
-                passage(given, wire.hops, self.quantity(wire.end), wire.where)
+                self.remarks += passage(given, wire.hops, self.quantity(wire.end), wire.where).remarks
             except CosimError as error:
                 told = str(error) if str(error).startswith(wire.where) else f"{wire.where}: {error}"
                 if self._wrong is None:
@@ -258,10 +277,15 @@ class System:
         kind = connector.type.kind if connector.type is not None else given.type
         taken = Quantity(kind, last.unit if last else None, last.enumeration if last else None, f"'{name}'")
         way = passage(given, wire.hops, taken, wire.where)
+        self.remarks += way.remarks
         cast = Cast() if taken.family == TEXT else way.cast(given, taken, wire.where)
         target = Signal("", name, kind, taken.family, 0, self._place(taken.family, source.size), source.size)
         self.own_outputs[name] = target
         return Link(source, target, cast, wire)
+
+    def passed_on(self, name: str) -> bool:
+        """Whether an output of the whole system shows one of its inputs, which belong to a step, not to its start."""
+        return any(link.target.name == name and not link.source.component for link in self.shown)
 
     def units(self) -> dict[str, str]:
         """Unit of every signal that has one, by address."""
@@ -279,11 +303,13 @@ class System:
     # values
 
     def reset_inputs(self) -> None:
-        """Give every input its start value from the model description."""
+        """Give every input its start value from the model description; `unstarted` are those that have none there."""
+        self.unstarted = {signal.home: signal for signal in self.inputs.values()}
         for component, name in self.inputs:
             value = self.slaves[component].start(name)
             if value is not None:
                 self.set_input(component, name, value)
+                self.unstarted.pop(self.inputs[component, name].home, None)
         for signal in self.own_inputs.values():
             self.put(signal, ("" if signal.family == TEXT else 0,) * signal.size)
 
@@ -294,6 +320,25 @@ class System:
     def mute(self, given: set[str]) -> None:
         """Only these of the system's own inputs have a value."""
         self.muted = set(self.own_inputs) - given
+
+    def reflect(self) -> None:
+        """Show muted inputs of the system as what they are connected to has it."""
+        reals, integers = self.board.reals, self.board.integers
+        for link in reversed(self.links):
+            if self.speaks(link):
+                continue
+            there, here = (slice(s.place, s.place + s.size) for s in (link.target, link.source))
+            cast = link.cast
+            if link.target.family == TEXT:
+                self.board.texts[here] = self.board.texts[there]
+            elif cast.plain:
+                integers[here] = integers[there]
+            elif cast.table is None and cast.factor:
+                values = (reals[there] - cast.offset) / cast.factor
+                if cast.from_integer:
+                    integers[here] = np.round(values).astype(np.int64)
+                else:
+                    reals[here] = values
 
     def speaks(self, link: Link) -> bool:
         """Whether somebody gives the value that a link carries."""
@@ -352,9 +397,7 @@ class System:
 
     def program(self) -> Program:
         """An empty program for this system."""
-        made = Program(self.board, list(self.slaves.values()))
-        made.linked_texts = {link.target.address for link in self.links if link.target.family == TEXT}
-        return made
+        return Program(self.board, list(self.slaves.values()))
 
     def links_into(self, name: str) -> list[Link]:
         """The links to a component."""

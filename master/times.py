@@ -40,5 +40,6 @@ def times_of(
         raise UsageError(f"step {step:g} s is less than what times around {stop:g} s resolve")
     if count > 1e10:
         raise UsageError(f"step {step:g} s would take {count:.1e} steps; choose a longer one")
-    n = round(count) if abs(count - round(count)) < 1e-6 else int(count) + 1
+    rounding = max(1e-6, 4.0 * np.finfo(float).eps * max(abs(start), abs(stop)) / step)
+    n = round(count) if abs(count - round(count)) < rounding else int(count) + 1
     return start, stop, step, n

@@ -6,7 +6,7 @@ and offset, or one table.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
 from ..core.errors import PackageError, ParameterError, UsageError
@@ -89,31 +89,25 @@ def passage(source: Quantity, hops: Sequence[Hop], target: Quantity, where: str,
         if reached is not None and not reached.defined:  # a name only: as the ends define it
             reached = next((u for u in (target.unit, source.unit) if u is not None and u.name == reached.name), reached)
         there = hop.enumeration or (target.items if last else None)
-        if last and hop.unit is not None and target.unit is not None and not _same(hop.unit, target.unit):
+        told = hop.unit is not None and target.unit is not None and hop.unit.name != target.unit.name
+        if last and told and not _same(hop.unit, target.unit):
             remarks.append(
                 f"{hop.where or where}: the package says {target.shown} is in {hop.unit.name}, its FMU says "
                 f"{target.unit.name}; the package's word counts"
             )
         if not hop.suppress_unit_conversion and unit is not None and reached is not None:
             shown = f"{hop.where or where}: {source.shown} -> {target.shown}"
-            try:
-                line = conversion(unit, reached)
+            if unit.name != reached.name:
+                try:
+                    line = conversion(unit, reached)
+                except UsageError as error:
+                    raise PackageError(f"{shown}: {error}") from None
                 if source.relative or target.relative:
                     line = line[0], 0.0
-                if line != (1.0, 0.0) and unit.name == reached.name:
-                    remarks.append(
-                        f"{shown}: unit '{unit.name}' is defined in two ways; the value is multiplied by {line[0]:g}"
-                    )
-            except UsageError as error:
-                if unit.name != reached.name:
-                    raise PackageError(f"{shown}: {error}") from None
-                remarks.append(
-                    f"{shown}: unit '{unit.name}' is defined as two different quantities; the value is passed on "
-                    "as it is"
-                )
-                line = (1.0, 0.0)
-            if line != (1.0, 0.0):
-                steps.append(line)
+                if line != (1.0, 0.0):
+                    steps.append(line)
+            elif not _same(unit, reached):
+                remarks.append(f"{shown}: unit '{unit.name}' is defined in two ways; the value is passed on as it is")
         if reached is not None or hop.suppress_unit_conversion:
             unit = reached
         steps += _transformation(hop, items, there, source, target, where)
@@ -127,7 +121,7 @@ def _same(a: Unit, b: Unit) -> bool:
     try:
         return conversion(a, b) == (1.0, 0.0)
     except UsageError:
-        return a.name == b.name
+        return False
 
 
 def _transformation(
@@ -188,8 +182,11 @@ def _check_items(source: Quantity, target: Quantity, where: str) -> None:
             )
 
 
-def converted(value: Value, source: Quantity, hops: Sequence[Hop], target: Quantity, where: str) -> Value:
-    """A parameter's value as it reaches a variable."""
+def converted(
+    value: Value, source: Quantity, hops: Sequence[Hop], target: Quantity, where: str,
+    remark: Callable[[str], None] = lambda _: None,
+) -> Value:  # fmt: skip
+    """A parameter's value as it reaches a variable; `remark` is told of units that are defined in two ways."""
     if source.type == "Enumeration" and isinstance(value, str):
         return _item(value, source, hops, target, where)
     if target.family == TEXT or source.family == TEXT:
@@ -208,6 +205,8 @@ def converted(value: Value, source: Quantity, hops: Sequence[Hop], target: Quant
     if not mapped and (source.type == "Boolean") != (target.type == "Boolean"):
         raise ParameterError(f"{where}: the value is {source.type}, {target.shown} is {target.type}")
     way = passage(source, hops or (Hop(where=where),), target, where, strict=False)
+    for text in way.remarks:
+        remark(text)
     values = value if isinstance(value, tuple) else (value,)
     made = []
     for v in values:

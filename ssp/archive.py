@@ -84,7 +84,11 @@ def extract(archive: Path, folder: Path, budget: Budget | None = None) -> Path:
             root = folder.resolve()
             for entry in entries:
                 target = (root / entry.filename).resolve()
-                if not target.is_relative_to(root) or "\\" in entry.filename:
+                if "\\" in entry.filename:
+                    raise PackageError(
+                        f"{archive}: entry '{entry.filename}' has a backslash where archives have '/'; refused"
+                    )
+                if not target.is_relative_to(root):
                     raise PackageError(f"{archive}: entry '{entry.filename}' would leave the package; refused")
                 if stat.S_ISLNK(entry.external_attr >> 16):
                     raise PackageError(f"{archive}: entry '{entry.filename}' is a link; refused")

@@ -49,6 +49,10 @@ class Hop:
     where: str = ""
 
 
+Target = tuple[str, str, tuple[Hop, ...]]
+"""(component, variable, hops on the way to it)."""
+
+
 @dataclass(frozen=True)
 class Wire:
     """The way of a value from where it is made to where it is used."""
@@ -104,6 +108,8 @@ class Network:
     """In the order in which they are made; later ones win."""
     given: tuple[Setting, ...]
     """The same for inputs of the top-level system: the component is ''."""
+    connectors: dict[str, tuple[Target, ...]] = field(default_factory=dict)
+    """What a value for a connector of a system sets, by its name with the path of its system; not for own inputs."""
     remarks: tuple[str, ...] = ()
     """What is harmless but hardly meant: bindings of names that nothing has, connectors that lead nowhere."""
 
@@ -145,6 +151,8 @@ class _Flattener:
     kinds: dict[Node, str] = field(default_factory=dict)
     driver: dict[Node, _Edge] = field(default_factory=dict)
     drives: dict[Node, list[tuple[Node, Connection]]] = field(default_factory=dict)
+    bound: set[Node] = field(default_factory=set)
+    """Connectors of systems that bindings give values to."""
     remarks: list[str] = field(default_factory=list)
 
     def network(self) -> Network:
@@ -172,8 +180,14 @@ class _Flattener:
         inputs = {name: c for name, c in taken.items() if c.kind == "input" or name in driving}
         return Network(
             self.structure, self.parts, tuple(wires), tuple(early), outputs, inputs, tuple(settings), tuple(given),
+            {name: tuple(self.behind(node, ())) for name, node in self.names().items() if name not in inputs},
             (*self.structure.remarks, *self.remarks),
         )  # fmt: skip
+
+    def names(self) -> dict[str, Node]:
+        """Connectors of systems that can be given a value, by hierarchical name."""
+        takes = (*TAKES, "inout", "unspecified")
+        return {f"{n[1]}{n[2]}": n for n, kind in self.kinds.items() if n[0] == "system" and kind in takes}
 
     # the graph
 
@@ -313,7 +327,9 @@ class _Flattener:
                 raise PackageError(f"{edge.connection.where}: the connections lead back to {_what(node)}")
             seen.add(node)
         if node[0] == "dictionary" or (node[0] == "system" and node[1] != ""):
-            self.remarks.append(f"{hops[0].where}: {_what(node)} leads to {_what(sink)}, but nothing gives it a value")
+            if node not in self.bound:
+                told = f"{_what(node)} leads to {_what(sink)}, but nothing gives it a value"
+                self.remarks.append(f"{hops[0].where}: {told}")
             return None
         type = self.types.get(node)
         end = (sink[1] if sink[0] == "component" else "", sink[2])
@@ -336,13 +352,18 @@ class _Flattener:
             for setting in self.values(binding):
                 targets = list(self.targets(system, path, setting.variable, setting.hops))
                 if not targets:
-                    self.remarks.append(
-                        f"{setting.where}: nothing is called '{path}{setting.variable}'; the value is ignored"
-                        f"{did_you_mean(setting.variable, [e.name for e in system.elements])}"
-                    )
+                    self.remarks.append(f"{setting.where}: {self.unbound(system, path, setting.variable)}")
                 for component, variable, hops in targets:
                     made = replace(setting, component=component, variable=variable, hops=hops)
                     (settings if component else given).append(made)
+
+    def unbound(self, system: System, path: str, name: str) -> str:
+        """Why a binding sets nothing."""
+        if (kind := self.kinds.get(("system", path, name))) is None:
+            hint = did_you_mean(name, [e.name for e in system.elements])
+            return f"nothing is called '{path}{name}'; the value is ignored{hint}"
+        what = "is an output" if kind in GIVES else "leads nowhere"
+        return f"the system's connector '{path}{name}' {what}; the value is ignored"
 
     def values(self, binding: Binding) -> Iterator[Setting]:
         """The values of a binding under the names that it gives them in its element."""
@@ -363,12 +384,11 @@ class _Flattener:
         for name in entries.keys() - used:
             self.remarks.append(f"{(binding.mapping or ())[entries[name][0]].where}: the parameter set has no '{name}'")
 
-    def targets(
-        self, system: System, path: str, name: str, hops: tuple[Hop, ...]
-    ) -> Iterator[tuple[str, str, tuple[Hop, ...]]]:
+    def targets(self, system: System, path: str, name: str, hops: tuple[Hop, ...]) -> Iterator[Target]:
         """(component, variable, hops) of everything that a hierarchical name of a system stands for."""
         if any(c.name == name for c in system.connectors):
             node = ("system", path, name)
+            self.bound.add(node)
             if path == "" and self.kinds[node] == "input":
                 yield "", name, hops
             yield from self.behind(node, hops)
@@ -382,7 +402,7 @@ class _Flattener:
                     yield from self.targets(element, f"{path}{element.name}.", rest, hops)
                 return
 
-    def behind(self, node: Node, hops: tuple[Hop, ...]) -> Iterator[tuple[str, str, tuple[Hop, ...]]]:
+    def behind(self, node: Node, hops: tuple[Hop, ...]) -> Iterator[Target]:
         """Everything that a system's connector leads to."""
         type = self.types.get(node)
         if type is not None and type.unit is not None and hops:

@@ -6,6 +6,7 @@ import zipfile
 from collections.abc import Callable
 from io import BytesIO
 from pathlib import Path
+from posixpath import normpath
 from urllib.parse import unquote, urlsplit
 
 from lxml import etree
@@ -175,8 +176,10 @@ def _in_archive(path: Path, source: str) -> Document | None:
     try:
         name = unquote(urlsplit(source).path)
         with zipfile.ZipFile(path) as archive:
-            if name not in archive.namelist():
+            names = {normpath(entry): entry for entry in archive.namelist()}
+            if normpath(name) not in names:
                 return None
+            name = names[normpath(name)]
             if archive.getinfo(name).file_size > MAX_XML:
                 raise PackageError(f"{path.name}/{name}: larger than {MAX_XML // 1024**2} MB; refused")
             return Document(BytesIO(archive.read(name)), f"{path.name}/{name}")

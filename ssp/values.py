@@ -41,8 +41,6 @@ class Definitions:
 
     def _unit(self, element: etree._Element) -> None:
         name = self.document.name(element)
-        if name in self.units:
-            raise self.document.error(element, f"unit '{name}' is defined twice")
         base = self.document.child(element, f"{SSC}BaseUnit")
         if base is None:
             raise self.document.error(element, f"unit '{name}' has no <BaseUnit>")
@@ -56,7 +54,9 @@ class Definitions:
         factor, offset = self.document.number(base, "factor", 1.0), self.document.number(base, "offset", 0.0)
         if not factor:
             raise self.document.error(base, f"unit '{name}' has the factor 0")
-        self.units[name] = Unit(name, exponents, factor, offset or 0.0)
+        made = Unit(name, exponents, factor, offset or 0.0)
+        if self.units.setdefault(name, made) != made:
+            raise self.document.error(element, f"unit '{name}' is defined in two ways")
 
     def _enumeration(self, element: etree._Element) -> None:
         name = self.document.name(element)
@@ -81,15 +81,11 @@ class Definitions:
         usual = named(name) or Unit(name, None)
         return replace(usual, defined=False)
 
-    def enumeration(self, element: etree._Element, name: str | None) -> dict[str, int] | None:
-        """The items of an enumeration."""
-        if name is None:
-            return None
+    def enumeration(self, name: str | None) -> dict[str, int] | None:
+        """The items of an enumeration; None where no file defines it, as some tools leave to the FMUs."""
         if name in self.enumerations:
             return self.enumerations[name]
-        if self.outer is not None:
-            return self.outer.enumeration(element, name)
-        raise self.document.error(element, f"enumeration '{name}' is not defined")
+        return self.outer.enumeration(name) if self.outer is not None else None
 
 
 def type_of(document: Document, owner: etree._Element, known: Definitions, required: bool = False) -> Type | None:
@@ -121,13 +117,13 @@ def typed_as(document: Document, owner: etree._Element, element: etree._Element,
             sizes.append(_integer(document, dimension, dimension.get("size"), "UInt64"))
         else:
             sizes.append(dimension.get("sizeConnector"))
-    items = known.enumeration(element, element.get("name")) if kind == "Enumeration" else None
+    items = known.enumeration(element.get("name")) if kind == "Enumeration" else None
     return Type(kind, known.unit(element.get("unit")), items, tuple(sizes))
 
 
 def _integer(document: Document, element: etree._Element, text: str | None, kind: str) -> int:
     try:
-        value = int((text or "").strip())
+        value = int(_plain(text or ""))
     except ValueError:
         raise document.error(element, f"'{text}' is not a value of type {kind}") from None
     low, high = _RANGES[kind]
@@ -136,10 +132,17 @@ def _integer(document: Document, element: etree._Element, text: str | None, kind
     return value
 
 
+def _plain(text: str) -> str:
+    """The text of a number; underlines between digits are Python's, not XML's."""
+    if "_" in text:
+        raise ValueError
+    return text.strip()
+
+
 def _scalar(document: Document, element: etree._Element, kind: str, text: str) -> Scalar:
     if kind in FLOATS:
         try:
-            return float(text)
+            return float(_plain(text))
         except ValueError:
             raise document.error(element, f"'{text}' is not a value of type {kind}") from None
     if kind in INTEGERS:

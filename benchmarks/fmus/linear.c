@@ -24,7 +24,8 @@ typedef uint8_t Bool;
 typedef struct {
     double u[N], slope[N], y[N], x[N], x0[N], A[N][N], B[N][N], C[N][N], D[N][N];
     double trouble, when, array_in[3], array_out[3];
-    int integer_in, integer_out, item_in, item_out, ready;
+    double first, last;
+    int integer_in, integer_out, item_in, item_out, entered, ready, ended;
     Bool boolean_in, boolean_out;
     int64_t wide_in, wide_out;
     float single_in, single_out;
@@ -118,6 +119,7 @@ int EXPORT(SetReal)(Model *m, const unsigned *r, size_t n, const double *v) {
     return 0;
 }
 int EXPORT(GetReal)(Model *m, const unsigned *r, size_t n, double *v) {
+    if (!m->entered) return 3; /* not before the initialisation */
     output(m);
     for (size_t k = 0; k < n; k++) {
         double *p = real(m, r[k]);
@@ -138,6 +140,7 @@ int fmi3SetFloat64(Model *m, const unsigned *r, size_t n, const double *v, size_
 }
 int fmi3GetFloat64(Model *m, const unsigned *r, size_t n, double *v, size_t count) {
     (void)count;
+    if (!m->entered) return 3;
     output(m);
     for (size_t k = 0; k < n; k++) {
         if (r[k] == 700 || r[k] == 701) { memcpy(v, r[k] == 700 ? m->array_in : m->array_out, 24); v += 3; }
@@ -233,7 +236,8 @@ int EXPORT(GetString)(Model *m, const unsigned *r, size_t n, const char **v COUN
     return 0;
 }
 
-/* 1 error, 2 NaN, 3 crash, 4 hang, 5 fatal, 6 a long message (6 and 7: discard) */
+/* 1 error, 2 NaN, 3 crash, 4 hang, 5 fatal, 7 discard, 8 asks to end the run after the step, 9 in the middle of it,
+   10 refuses steps of another length than the first */
 static int trouble(Model *m, double t) {
     if (t < m->when - 1e-9) return 0;
     switch ((int)m->trouble) {
@@ -247,24 +251,32 @@ static int trouble(Model *m, double t) {
     }
 }
 
+static int take(Model *m, double t, double h) {
+    int status = trouble(m, t);
+    if (status) return status;
+    if (m->first == 0.0) m->first = h;
+    if (m->trouble == 10.0 && h != m->first) return 3;
+    m->ended = (m->trouble == 8.0 || m->trouble == 9.0) && t >= m->when - 1e-9;
+    if (m->trouble == 9.0 && m->ended) h *= 0.5;
+    m->last = t + h;
+    advance(m, h);
+    return 0;
+}
+
 #if FMI == 3
 int fmi3DoStep(Model *m, double t, double h, Bool keep, Bool *event, Bool *terminate, Bool *early, double *last) {
     (void)keep;
-    *event = *early = 0;
-    *terminate = m->trouble == 8.0 && t >= m->when;
-    *last = t + h;
-    int status = trouble(m, t);
-    if (status) return status;
-    advance(m, h);
-    return 0;
+    *event = *early = *terminate = 0;
+    int status = take(m, t, h);
+    *last = m->last;
+    *terminate = m->ended;
+    return status ? status : m->ended && m->trouble == 9.0 ? 2 : 0;
 }
 #else
 int EXPORT(DoStep)(Model *m, double t, double h, Bool keep) {
     (void)keep;
-    int status = trouble(m, t);
-    if (status) return status;
-    advance(m, h);
-    return 0;
+    int status = take(m, t, h);
+    return status ? status : m->ended ? 2 : 0;
 }
 #endif
 
@@ -294,7 +306,7 @@ Model *Linear_fmiInstantiateSlave(const char *name, const char *guid, const char
 }
 int Linear_fmiInitializeSlave(Model *m, double start, char defined, double stop) {
     (void)start; (void)defined; (void)stop;
-    m->ready = 1;
+    m->entered = m->ready = 1;
     return 0;
 }
 int Linear_fmiTerminateSlave(Model *m) { (void)m; return 0; }
@@ -321,7 +333,7 @@ Model *fmi2Instantiate(const char *name, int type, const char *guid, const char 
 }
 void fmi2FreeInstance(Model *m) { free(m); }
 int fmi2SetupExperiment(Model *m, int d, double tol, double start, int sd, double stop) { return 0; }
-int fmi2EnterInitializationMode(Model *m) { return 0; }
+int fmi2EnterInitializationMode(Model *m) { m->entered = 1; return 0; }
 int fmi2ExitInitializationMode(Model *m) { m->ready = 1; return 0; }
 int fmi2Terminate(Model *m) { return 0; }
 int fmi2Reset(Model *m) { reset(m); return 0; }
@@ -343,9 +355,9 @@ int fmi2SetRealInputDerivatives(Model *m, const unsigned *r, size_t n, const int
 int fmi2GetRealOutputDerivatives(Model *m, const unsigned *r, size_t n, const int *o, double *v) { return 3; }
 int fmi2CancelStep(Model *m) { return 3; }
 int fmi2GetStatus(Model *m, int k, int *v) { return 3; }
-int fmi2GetRealStatus(Model *m, int k, double *v) { return 3; }
+int fmi2GetRealStatus(Model *m, int k, double *v) { *v = m->last; return k == 2 ? 0 : 3; }
 int fmi2GetIntegerStatus(Model *m, int k, int *v) { return 3; }
-int fmi2GetBooleanStatus(Model *m, int k, int *v) { return 3; }
+int fmi2GetBooleanStatus(Model *m, int k, int *v) { *v = m->ended; return k == 3 ? 0 : 3; }
 int fmi2GetStringStatus(Model *m, int k, const char **v) { return 3; }
 #else
 const char *fmi3GetVersion(void) { return "3.0"; }
@@ -355,7 +367,10 @@ Model *fmi3InstantiateCoSimulation(const char *name, const char *token, const ch
     return make();
 }
 void fmi3FreeInstance(Model *m) { free(m); }
-int fmi3EnterInitializationMode(Model *m, Bool d, double tol, double start, Bool sd, double stop) { return 0; }
+int fmi3EnterInitializationMode(Model *m, Bool d, double tol, double start, Bool sd, double stop) {
+    m->entered = 1;
+    return 0;
+}
 int fmi3ExitInitializationMode(Model *m) { m->ready = 1; return 0; }
 int fmi3Terminate(Model *m) { return 0; }
 int fmi3Reset(Model *m) { reset(m); return 0; }

@@ -92,5 +92,6 @@ class Stepper:
         return self.slave.save()
 
     def restore(self, state: Any) -> None:
-        """Back to a state."""
+        """Back to a state, from which the end of the run has not been asked for."""
         self.slave.restore(state)
+        self._runner.program.board.ended[0] = 0

@@ -17,7 +17,8 @@ from . import native
 SET, GET, SET_3, GET_3 = range(4)
 """address, component, references, count, buffer, values (FMI 3.0 only)."""
 STEP_1, STEP_2, STEP_3 = range(4, 7)
-"""address, component, slave, substeps, place of the out parameters among the bytes of the staging area (FMI 3.0)."""
+"""address, component, slave, substeps, place of the out parameters among the bytes of the staging area (FMI 2.0, 3.0),
+address of fmi2GetBooleanStatus (FMI 2.0)."""
 PYTHON = 7
 """address of a callback (t, h) -> status."""
 COPY, LINEAR, INTEGER_TO_REAL = range(8, 11)
@@ -45,12 +46,15 @@ OPERANDS = 8
 I8, U8, I16, U16, I32, U32, F32 = range(7)
 """Widths of the staging area; booleans are U8 or I32."""
 
-DONE, FAILED, NOT_FINITE, TIME_IS_UP = range(4)
-"""Why the loop came back."""
+DONE, FAILED, NOT_FINITE, TIME_IS_UP, ENDED = range(5)
+"""Why the loop came back; ENDED: an FMU has asked to end the run with the step it has taken."""
 
-UNMAPPED, TERMINATE, EARLY, TOO_LARGE = 1000, 1001, 1002, 1003
-"""Further statuses: a TABLE does not have the value; an FMU of FMI 3.0 asks to end the run, or came back early; a value
-does not fit into its target's type."""
+DISCARD, TERMINATED = 2, 3
+"""fmi2Discard; fmi2Terminated, the kind of status that tells whether the FMU wants to end the run."""
+
+UNMAPPED, EARLY, TOO_LARGE = 1000, 1001, 1002
+"""Further statuses: a TABLE does not have the value; an FMU of FMI 3.0 came back early; a value does not fit into its
+target's type."""
 
 
 @kernel
@@ -58,22 +62,23 @@ def run(
     program: np.ndarray, constants: np.ndarray, tables: np.ndarray, reals: np.ndarray, integers: np.ndarray,
     i8: np.ndarray, u8: np.ndarray, i16: np.ndarray, u16: np.ndarray, i32: np.ndarray, u32: np.ndarray,
     f32: np.ndarray, driven: np.ndarray, rows: np.ndarray, outputs: np.ndarray, inputs: np.ndarray,
-    finite: np.ndarray, seconds: np.ndarray, start: float, h: float, first: int, count: int, total: int, stop: float,
-    clock: int, budget: float, report: np.ndarray,
+    finite: np.ndarray, seconds: np.ndarray, start: float, h: float, first: int, count: int, total: int, last: float,
+    clock: int, budget: float, ended: np.ndarray, report: np.ndarray,
 ) -> None:  # fmt: skip
-    """Take the steps first, ..., first + count - 1 of h [s] from `start`; step total - 1 ends at `stop`.
+    """Take the steps first, ..., first + count - 1 of h [s] from `start`; step total - 1 takes `last` [s].
 
     program (operations, OPERANDS); driven (count + 1, columns); rows (count, outputs + inputs) gets the slots `outputs`
     at the start of each step and `inputs` as they are at its end; `finite` are the slots that have to be; seconds
     (slaves,) adds up time in doStep; clock is the address of clock_gettime or 0. Comes back early when more than
-    `budget` seconds have passed. report: why it came back, steps done, operation, status.
+    `budget` seconds have passed, or after a step in which `ended` got the number + 1 of a slave. report: why it came
+    back, steps done, operation, status.
     """
     spec = np.zeros(2, np.int64)
     where, told = spec.ctypes.data, u8.ctypes.data
     begin = _now(clock, where, spec)
     for k in range(count):
         t = start + (first + k) * h
-        step = h if first + k + 1 < total else stop - t
+        step = h if first + k + 1 < total else last
         status, operation = 0, 0
         for j in range(len(outputs)):
             rows[k, j] = reals[outputs[j]]
@@ -94,6 +99,10 @@ def run(
                 for j in range(o[4]):
                     if code == STEP_2:
                         status = native.step_2(o[1], o[2], t + j * part, part, 1)
+                        if status == DISCARD and o[6] != 0:
+                            native.boolean_status(o[6], o[2], TERMINATED, told + o[5])
+                            if u8[o[5]] != 0:
+                                ended[0], status = o[3] + 1, 0
                     elif code == STEP_1:
                         status = native.step_1(o[1], o[2], t + j * part, part, 1)
                     else:
@@ -101,11 +110,11 @@ def run(
                             o[1], o[2], t + j * part, part, 1, told + o[5], told + o[5] + 1, told + o[5] + 2,
                             told + o[5] + 8,
                         )  # fmt: skip
-                        if status <= 1 and u8[o[5] + 1] != 0:
-                            status = TERMINATE
+                        if status <= DISCARD and u8[o[5] + 1] != 0:
+                            ended[0], status = o[3] + 1, 0
                         elif status <= 1 and u8[o[5] + 2] != 0:
                             status = EARLY
-                    if status > 1:
+                    if status > 1 or ended[0] == o[3] + 1:
                         break
                 seconds[o[3]] += _now(clock, where, spec) - before
             elif code in (SET_3, GET_3):
@@ -160,6 +169,9 @@ def run(
             if not np.isfinite(reals[finite[j]]):
                 report[0], report[1], report[2], report[3] = NOT_FINITE, k + 1, finite[j], 0
                 return
+        if ended[0] != 0:
+            report[0], report[1], report[2], report[3] = ENDED, k + 1, 0, 0
+            return
         if budget > 0.0 and _now(clock, where, spec) - begin > budget:
             report[0], report[1], report[2], report[3] = TIME_IS_UP, k + 1, 0, 0
             return

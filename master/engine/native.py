@@ -52,6 +52,7 @@ _EXCHANGE_3 = (*_EXCHANGE, _SIZE)
 _STEP_1 = (_POINTER, _DOUBLE, _DOUBLE, _BOOL)
 _STEP_2 = (_POINTER, _DOUBLE, _DOUBLE, _INT)
 _STEP_3 = (_POINTER, _DOUBLE, _DOUBLE, _BOOL, _POINTER, _POINTER, _POINTER, _POINTER)
+_STATUS = (_POINTER, _INT, _POINTER)
 _DERIVATIVES = (_POINTER, _POINTER, _SIZE, _POINTER, _POINTER)
 _CLOCK = (_INT, _POINTER)
 _PYTHON = (_DOUBLE, _DOUBLE)
@@ -79,6 +80,12 @@ def step_1(_typing: Any, fn: Any, c: Any, t: Any, h: Any, new: Any) -> Any:
 def step_2(_typing: Any, fn: Any, c: Any, t: Any, h: Any, no_set_state: Any) -> Any:
     """fmi2DoStep."""
     return _signature(*_STEP_2), _call(*_STEP_2)
+
+
+@intrinsic
+def boolean_status(_typing: Any, fn: Any, c: Any, kind: Any, value: Any) -> Any:
+    """fmi2GetBooleanStatus(c, kind, value)."""
+    return _signature(*_STATUS), _call(*_STATUS)
 
 
 @intrinsic

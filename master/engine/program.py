@@ -23,6 +23,8 @@ class Board:
         self.reals = np.zeros(max(1, slots))
         self.integers = self.reals.view(np.int64)
         self.texts: list[str | bytes] = [""] * texts
+        self.ended = np.zeros(1, np.int64)
+        """Number + 1 of the slave that has asked to end the run."""
         self.stages = {width: np.zeros(staged.get(width, 0) + 8, kind) for width, kind in WIDTHS.items()}
 
     def address(self, slot: int) -> int:
@@ -59,8 +61,6 @@ class Program:
         self.constants: list[float] = []
         self.table: list[tuple[int, int]] = []
         self._keep: list[object] = []
-        self.linked_texts: set[str] = set()
-        """Addresses of the strings that something drives; the others are set once, before the run."""
         self.fresh: list[Callable[[], None]] = []
         """What gives the program's memory its state for a new run; called after every initialisation."""
         self.drives: list[tuple[int, int, str]] = []
@@ -161,14 +161,15 @@ class Program:
     def get_outputs(self, slave: Slave) -> None:
         """Read the outputs of the FMU onto the board."""
         if isinstance(slave, IsolatedSlave):
-            self._remote(slave, "reading the outputs", lambda _t, _h: slave.receive_outputs(self.board))
+            index = self.slaves.index(slave)
+            self._remote(slave, "reading the outputs", lambda _t, _h: slave.receive_outputs(self.board, index))
             return
         self._exchange(slave, slave.output_groups, "Get", "reading the outputs")
 
     def _exchange(self, slave: Slave, groups: Sequence[Group], verb: str, doing: str) -> None:
         for g in groups:
             if g.form.family == TEXT:
-                if verb == "Get" or any(s.address in self.linked_texts for s in g.signals):
+                if verb == "Get" or any(s.name in slave.linked_texts for s in g.signals):
                     self._texts(slave, g, verb, doing)
                 continue
             if g.form.width is None:
@@ -224,9 +225,10 @@ class Program:
         if isinstance(slave, IsolatedSlave):
             self._remote(slave, "doStep", slave.send_step)
             return
+        ends = slave.ends_address()
         code = {"1.0": loop.STEP_1, "2.0": loop.STEP_2, "3.0": loop.STEP_3}[slave.version]
         index = self.slaves.index(slave)
-        self._add(slave, "doStep", code, slave.step_address(), slave.instance, index, slave.ratio, slave.told)
+        self._add(slave, "doStep", code, slave.step_address(), slave.instance, index, slave.ratio, slave.told, ends)
 
     def set_slopes(self, slave: Slave, references: Sequence[int], changes: int) -> None:
         """Hand the slopes of inputs to the FMU; their changes over the last step lie from the slot `changes` on."""

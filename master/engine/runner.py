@@ -10,7 +10,7 @@ from functools import lru_cache
 import numpy as np
 
 from ...core.errors import SimulationError
-from ..slaves.base import Signal
+from ..slaves.base import Signal, Slave
 from . import loop
 from .program import Program
 
@@ -24,6 +24,16 @@ def _clock() -> int:
         return int(ctypes.cast(ctypes.CDLL(None).clock_gettime, ctypes.c_void_p).value or 0)
     except AttributeError:
         return 0
+
+
+def last_step(start: float, h: float, total: int, stop: float) -> float:
+    """Length [s] of the last of `total` steps: h itself, bit for bit, unless it would go beyond `stop` or is cut short.
+
+    FMUs may refuse, or count their inner steps wrongly, where a step is one rounding error shorter than the others.
+    """
+    t = start + (total - 1) * h
+    rounding = max(1e-6 * h, 4.0 * sys.float_info.epsilon * max(abs(start), abs(stop)))
+    return h if t + h <= stop and stop - t - h <= rounding else stop - t
 
 
 class Runner:
@@ -55,6 +65,8 @@ class Runner:
     ) -> int:  # fmt: skip
         """Take the steps first ... first + count - 1, or as many as fit into `budget` seconds; how many were taken.
 
+        An FMU may ask to end the run (`ended`): then they are fewer, too.
+
         Raises `SimulationError` with the time reached when an FMU fails or a value is not finite; `taken` then says how
         many rows are complete.
         """
@@ -63,12 +75,13 @@ class Runner:
             self._operations, self._constants, self._tables, board.reals, board.integers,
             stages[loop.I8], stages[loop.U8], stages[loop.I16], stages[loop.U16], stages[loop.I32], stages[loop.U32],
             stages[loop.F32], self._nothing if driven is None else driven, rows, self._outputs, self._inputs,
-            self._finite, self.seconds, start, h, first, count, total, stop, _clock() if self.timed else 0, budget,
+            self._finite, self.seconds, start, h, first, count, total, last_step(start, h, total, stop),
+            _clock() if self.timed else 0, budget, board.ended,
             self._report,
         )  # fmt: skip
         why, done, operation, status = (int(x) for x in self._report)
         self.taken = done
-        if why in (loop.DONE, loop.TIME_IS_UP):
+        if why in (loop.DONE, loop.TIME_IS_UP, loop.ENDED):
             return done
         t = start + (first + done) * h if first + done < total else stop
         if why == loop.NOT_FINITE:
@@ -82,13 +95,17 @@ class Runner:
         if status == loop.TOO_LARGE:
             raise SimulationError(f"{self._too_large(operation)} at t = {t:g} s", t)
         assert slave is not None
-        if status == loop.TERMINATE:
-            raise SimulationError(f"component '{slave.name}' asks to end the simulation at t = {t:g} s", t)
         if status == loop.EARLY:
             raise SimulationError(
                 f"component '{slave.name}' came back early from its step at t = {t:g} s, which it was not allowed to", t
             )
         raise slave.failure(doing, status, t if doing == "doStep" else None)
+
+    @property
+    def ended(self) -> Slave | None:
+        """The slave that has asked to end the run."""
+        index = int(self.program.board.ended[0])
+        return self.program.slaves[index - 1] if index else None
 
     def _too_large(self, operation: int) -> str:
         """What does not fit into the type it goes to."""

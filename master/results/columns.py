@@ -57,7 +57,11 @@ class Layout:
         self._cuts: list[tuple[str, int]] = [("time", 0)]
         units = system.units()
         groups = [(slave.outputs, slave.inputs) for slave in system.slaves.values()]
-        groups.append((list(system.own_outputs.values()), list(system.own_inputs.values())))
+        own = list(system.own_outputs.values())
+        groups.append((
+            [s for s in own if not system.passed_on(s.name)],
+            [*(s for s in own if system.passed_on(s.name)), *system.own_inputs.values()],
+        ))  # fmt: skip
         for outputs, inputs in groups:
             for signals, places, where in ((outputs, self.outputs, "output"), (inputs, self.inputs, "input")):
                 for s in signals:

@@ -86,6 +86,11 @@ class Signal:
         """component.variable."""
         return f"{self.component}.{self.name}" if self.component else self.name
 
+    @property
+    def home(self) -> tuple[bool, int]:
+        """Where it lies: whether among the texts, and its place. Aliases share it."""
+        return self.family == TEXT, self.place
+
 
 @dataclass
 class Group:
@@ -105,6 +110,8 @@ class Slave(ABC):
 
     forms: ClassVar[dict[str, Form]]
     version: ClassVar[str]
+    limits: ClassVar[dict[str, tuple[int, int]]] = LIMITS
+    """Least and greatest value of the types of whole numbers."""
 
     def __init__(self, name: str, folder: Path, description: Any):
         self.name, self.folder, self.description = name, folder, description
@@ -119,8 +126,10 @@ class Slave(ABC):
         self.outputs: list[Signal] = []
         self.input_groups: list[Group] = []
         self.output_groups: list[Group] = []
+        self.linked_texts: set[str] = set()
+        """Strings and binaries that something drives; the others are set once, before the run."""
         self.told = 0
-        """Place of doStep's out parameters among the bytes of the staging area (FMI 3.0)."""
+        """Place of doStep's out parameters, or of its status, among the bytes of the staging area."""
         self.negated: frozenset[str] = frozenset()
         """Variables that are the negative of what their value reference stands for; only FMI 1.0 has some."""
         self._structural: dict[str, Any] = {}
@@ -243,7 +252,7 @@ class Slave(ABC):
 
     def _range(self, name: str) -> tuple[float, float]:
         """Least and greatest value that a variable's type and its FMU allow."""
-        low, high = LIMITS.get(self.variables[name].type, (-float("inf"), float("inf")))
+        low, high = self.limits.get(self.variables[name].type, (-float("inf"), float("inf")))
         least, most = self._declared(name, "min"), self._declared(name, "max")
         return (low if least is None else max(low, least)), (high if most is None else min(high, most))
 
@@ -279,14 +288,18 @@ class Slave(ABC):
         if items and isinstance(value, str) and value in items:
             value = items[value]
         try:
+            if isinstance(value, str) and "_" in value:
+                raise ValueError
             number = float(value) if family == REAL else _whole(value)
+            if number != number:
+                raise ValueError
         except (TypeError, ValueError, OverflowError):
             known = f"; known: {', '.join(items)}" if items else ""
             what = "is not a number" if family == REAL or not _is_number(value) else "is not an integer"
             value = f"{value:g}" if isinstance(value, float) else repr(value)
             raise ParameterError(f"{shown}{address} = {value} {what}{known}") from None
-        low, high = self._range(name) if limited else LIMITS.get(variable.type, (-float("inf"), float("inf")))
-        if not (np.isfinite(float(number)) and low <= number <= high):
+        low, high = self._range(name) if limited else self.limits.get(variable.type, (-float("inf"), float("inf")))
+        if not low <= number <= high:
             unit = f" {self.unit_name(name)}" if self.unit_name(name) else ""
             raise ParameterError(
                 f"{shown}{address} = {number:g}{unit} is out of range; allowed: {low:g} to {high:g}{unit}"
@@ -294,15 +307,14 @@ class Slave(ABC):
         return number
 
     def start(self, name: str) -> Any:
-        """The start value of a variable in its type; zero, false or empty where none is given.
+        """The start value of a variable in its type; None where only the FMU knows it.
 
-        None for an array that a structural parameter has given another size than its start value has: the FMU knows.
+        That is so where the model description has none, and for an array that a structural parameter has given another
+        size than its start value has.
         """
         variable = self.variables[name]
-        if variable.start in (None, ""):
-            empty: dict[str, Any] = {REAL: 0.0, INTEGER: 0}
-            one = b"" if variable.type == "Binary" else empty.get(self.forms[variable.type].family, "")
-            return tuple([one] * self.size(name)) if variable.dimensions else one
+        if variable.start is None or (variable.start == "" and self.forms[variable.type].family != TEXT):
+            return None
         text = variable.start
         if isinstance(text, (list, tuple)) and not variable.dimensions:
             text = text[0] if text else ""
@@ -351,6 +363,14 @@ class Slave(ABC):
     @abstractmethod
     def step_address(self) -> int:
         """Address of doStep."""
+
+    def ends_address(self) -> int:
+        """Address of what tells, after a discarded step, whether the FMU wants to end the run; 0 where nothing does."""
+        return 0
+
+    def last_successful_time(self) -> float | None:
+        """Where an FMU came to [s] in a step that it did not take to its end; None where it does not say."""
+        return None
 
     @property
     def takes_slopes(self) -> bool:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from typing import Any
 
+from ...core.errors import SimulationError
 from .base import FORMS_2, Form, Log, address_of
 from .library import LibrarySlave
 
@@ -31,6 +32,17 @@ class Slave2(LibrarySlave):
 
     def step_address(self) -> int:
         return address_of(self._fmu.dll.fmi2DoStep)
+
+    def ends_address(self) -> int:
+        return address_of(self._fmu.dll.fmi2GetBooleanStatus)
+
+    def last_successful_time(self) -> float | None:
+        from fmpy.fmi2 import fmi2LastSuccessfulTime
+
+        try:
+            return float(self.call(self._fmu.getRealStatus, fmi2LastSuccessfulTime, doing="getRealStatus"))
+        except SimulationError:
+            return None
 
     def slopes_address(self) -> int:
         return address_of(self._fmu.dll.fmi2SetRealInputDerivatives)

@@ -3,9 +3,9 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import Any
+from typing import Any, ClassVar
 
-from .base import FORMS_3, Form, Log, Signal, address_of
+from .base import FORMS_3, LIMITS, Form, Log, Signal, address_of
 from .library import LibrarySlave, tell, text
 
 
@@ -14,6 +14,7 @@ class Slave3(LibrarySlave):
 
     forms = FORMS_3
     version = "3.0"
+    limits: ClassVar[dict[str, tuple[int, int]]] = {**LIMITS, "Enumeration": LIMITS["Int64"]}
 
     def _instantiate(self, log: Log) -> None:
         from fmpy.fmi3 import FMU3Slave

@@ -34,7 +34,7 @@ class IsolatedSlave(Slave):
 
     def __init__(self, real: Slave, step_timeout: float | None = None, interrupt: list[int] | None = None):
         super().__init__(real.name, real.folder, real.description)
-        self.forms, self.version = real.forms, real.version  # type: ignore[misc]
+        self.forms, self.version, self.limits = real.forms, real.version, real.limits  # type: ignore[misc]
         self._structural = real._structural
         self._kind = type(real)
         self._timeout, self._interrupt = step_timeout, interrupt if interrupt is not None else []
@@ -59,7 +59,7 @@ class IsolatedSlave(Slave):
         order = {
             "kind": self._kind, "name": self.name, "folder": self.folder, "structural": self._structural,
             "ratio": self.ratio, "inputs": self.input_groups, "outputs": self.output_groups, "told": self.told,
-            "limits": self._limits(),
+            "limits": self._limits(), "linked_texts": self.linked_texts,
         }  # fmt: skip
         self._pipe.send_bytes(pickle.dumps(order))
         try:
@@ -148,14 +148,19 @@ class IsolatedSlave(Slave):
         self._doing, self._time = "doStep", t
         self._tell("step", t, h)
 
-    def receive_outputs(self, board: Any) -> None:
-        """Wait for the outputs, and put them on the board."""
+    def receive_outputs(self, board: Any, number: int) -> None:
+        """Wait for the outputs of the slave of that number, and put them on the board."""
         self._tell("get")
-        values, seconds = self._answer(self._timeout)
+        values, seconds, ended = self._answer(self._timeout)
+        if ended:
+            board.ended[0] = number + 1
         self.seconds += seconds
         for g, content in zip(self.output_groups, values, strict=True):
             _put(board, g, content)
         self._doing = "reading the outputs"
+
+    def last_successful_time(self) -> float | None:
+        return self._ask("last_successful_time")
 
     # the life of a slave
 

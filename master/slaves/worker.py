@@ -46,6 +46,7 @@ class Worker:
         self.slave._structural = order["structural"]
         self.slave.ratio, self.slave.told = order["ratio"], order["told"]
         self.slave.input_groups, self.slave.output_groups = order["inputs"], order["outputs"]
+        self.slave.linked_texts = order["linked_texts"]
         sizes = order["limits"]
         self.board = Board(sizes["slots"][0], sizes["texts"][0], sizes["stages"])
         self.fault: CosimError | None = None
@@ -83,7 +84,8 @@ class Worker:
                 raise fault
             stepping = self.runners["do_step"]
             seconds, stepping.seconds[0] = float(stepping.seconds[0]), 0.0
-            self.send("values", ([_take(self.board, g) for g in self.slave.output_groups], seconds))
+            ended, self.board.ended[0] = bool(self.board.ended[0]), 0
+            self.send("values", ([_take(self.board, g) for g in self.slave.output_groups], seconds, ended))
         else:
             self.send("done", getattr(self.slave, message[1])(*message[2]))
 

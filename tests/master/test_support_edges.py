@@ -187,7 +187,7 @@ def test_a_unit_that_two_define_as_different_quantities_is_passed_on(fmus, tmp_p
     path = package(tmp_path / "p.ssp", root, {**with_fmu(fmus), "resources/N.fmu": fmu}, after=units)
     result = run(path, tmp_path / "out")
     assert result.frame["a.y1"].iloc[-1] == 6.0
-    assert any("'N' is defined as two different quantities" in text for text in result.summary["warnings"])
+    assert any("'N' is defined in two ways" in text for text in result.summary["warnings"])
 
 
 def test_units_that_nothing_defines_are_as_their_names_say(fmus, tmp_path):

@@ -166,7 +166,7 @@ def test_no_path_leaves_the_folder(tmp_path, name):
     with zipfile.ZipFile(tmp_path / "p.ssp", "w") as archive:
         archive.writestr(name, "x")
     target = tmp_path / "deep" / "out"
-    with pytest.raises(PackageError, match="would leave the package"):
+    with pytest.raises(PackageError, match=r"would leave the package|has a backslash"):
         extract(tmp_path / "p.ssp", target)
     assert not list(tmp_path.rglob("evil*"))
 

@@ -1,0 +1,335 @@
+"""What packages and FMUs of others do: aliases, values of their own, ends of their own, units in two ways, odd zips."""
+
+from __future__ import annotations
+
+import zipfile
+
+import numpy as np
+import pytest
+from deepsea_cosim.core.errors import CosimError
+from deepsea_cosim.master.check import check
+from deepsea_cosim.master.engine.runner import last_step
+from deepsea_cosim.master.session import Session
+from deepsea_cosim.master.simulate import Options, run
+from deepsea_cosim.master.times import times_of
+from deepsea_cosim.ssp.archive import extract
+
+from benchmarks import native
+
+from ..packages import (
+    binding,
+    bindings,
+    component,
+    connector,
+    link,
+    package,
+    parameter,
+    parameter_set,
+    system,
+    unit,
+    values,
+)
+from .parts import constant, gain, last, redescribed, with_fmu, with_input
+
+pytestmark = pytest.mark.skipif(native.compiler is None, reason="there is no C compiler here")
+
+
+def warnings(tmp_path, path, **options):
+    return " ".join(run(path, tmp_path / "out", Options(**options)).summary["warnings"])
+
+
+# values on their way
+
+
+@pytest.mark.parametrize("version", [1, 2, 3])
+def test_strings_reach_fmus_in_processes_of_their_own(fmus, tmp_path, version):
+    a, b = (component(name, "resources/L.fmu") for name in "ab")
+    root = system("root", a, b, links=(link("a.string_out", "b.string_in"),))
+    path = package(tmp_path / "p.ssp", root, with_fmu(fmus, version))
+    for isolate in (False, True):
+        assert last(tmp_path, path, "b.string_out", changes=(("a.string_in", "hello"),), isolate=isolate) == "hello"
+
+
+def aliased(tmp_path, version):
+    """An FMU whose input u1 is called u9 too."""
+    fmu = native.linear(tmp_path / "n", version)
+    if version == 3:
+        old = '<Float64 name="u1" valueReference="0" causality="input" variability="continuous" start="0">'
+        return redescribed(fmu, tmp_path / "A.fmu", (old, f'{old}<Alias name="u9"/>'))
+    old = '<ScalarVariable name="u1" valueReference="0" causality="input" variability="continuous">'
+    new = old.replace("u1", "u9").replace('">', '" alias="alias">', 1) if version == 1 else old.replace("u1", "u9")
+    new = new.replace('variability="continuous">', 'variability="continuous" alias="alias">') if version == 1 else new
+    return redescribed(fmu, tmp_path / "A.fmu", (old, f'{new}<Real start="0"/></ScalarVariable>{old}'))
+
+
+@pytest.mark.parametrize("version", [1, 2, 3])
+def test_an_alias_of_an_input_is_the_same_input(fmus, tmp_path, version):
+    files = {"resources/L.fmu": fmus[2], "resources/A.fmu": aliased(tmp_path, version)}
+    for name in ("u1", "u9"):
+        a = component("a", "resources/A.fmu", connector(name, "input"),
+                      bindings=bindings(binding(values({"D[1,1]": 3.0}))))  # fmt: skip
+        path = package(tmp_path / "p.ssp", system("root", constant("c", 2.0), a, links=(link("c.y1", f"a.{name}"),)),
+                       files)  # fmt: skip
+        frame = run(path, tmp_path / "out").frame
+        assert frame[["a.u1", "a.u9", "a.y1"]].iloc[-1].tolist() == [2.0, 2.0, 6.0]
+        alone = package(tmp_path / "q.ssp", system("root", a), files)
+        assert last(tmp_path, alone, "a.y1", changes=((f"a.{name}", "5"),)) == 15.0
+    root = system("root", constant("c", 2.0), a, links=(link("c.y1", "a.u1"), link("c.y1", "a.u9")))
+    with pytest.raises(CosimError, match=r"'a\.u[19]' is another name of 'a\.u[19]', which is driven already"):
+        run(package(tmp_path / "p.ssp", root, files), tmp_path / "out")
+
+
+def test_an_input_without_a_start_value_keeps_what_its_fmu_has(fmus, tmp_path):
+    fmu = redescribed(fmus[3], tmp_path / "M.fmu", ('causality="input" start="1 2"', 'causality="input"'))
+    path = package(tmp_path / "p.ssp", system("root", component("a", "resources/M.fmu")), {"resources/M.fmu": fmu})
+    frame = run(path, tmp_path / "out").frame
+    assert frame[["a.many_in[1]", "a.many_in[2]", "a.many_out[2]"]].iloc[-1].tolist() == [1.0, 2.0, 2.0]
+
+
+@pytest.mark.parametrize("method", ["gauss-seidel", "jacobi", "nepce"])
+def test_outputs_of_the_system_are_there_from_the_first_row(fmus, tmp_path, method):
+    root = system("root", constant("c", 7.0), made=(connector("out", "output"),), links=(link("c.y1", "out"),))
+    path = package(tmp_path / "p.ssp", root, with_fmu(fmus))
+    assert run(path, tmp_path / "out", Options(method=method)).frame["out"].tolist() == [7.0] * 11
+    with Session(path) as session:
+        for value in (7.0, 9.0):
+            _, rows = session.run(["c.y1", "out"], 1.0, 0.1, {"c.x0[1]": value}, method=method)
+            assert (rows == value).all()
+
+
+def test_an_output_of_the_system_that_shows_its_input_does_not_lag(fmus, tmp_path):
+    root = with_input(connector("out", "output"))
+    root = root.replace("</ssd:Connections>", f"{link('in', 'out')}</ssd:Connections>")
+    path = package(tmp_path / "p.ssp", root, with_fmu(fmus))
+    (tmp_path / "s.csv").write_text("time,in\n0,1\n1,2\n")
+    frame = run(path, tmp_path / "out", Options(stimuli=tmp_path / "s.csv")).frame
+    assert frame["out"].tolist() == frame["in"].tolist()
+    t = np.linspace(0.0, 1.0, 11)
+    with Session(path) as session:
+        _, rows = session.run(["in", "out"], 1.0, 0.1, inputs={"in": (t, 1.0 + t)})
+    assert (rows[:, 0] == rows[:, 1]).all()
+
+
+def test_an_input_of_the_system_that_nobody_gives_is_what_its_fmu_starts_with(tmp_path):
+    fmu = redescribed(native.linear(tmp_path / "n", 2), tmp_path / "M.fmu", (
+        'name="u1" valueReference="0" causality="input" variability="continuous"><Real start="0"/>',
+        'name="u1" valueReference="0" causality="input" variability="continuous"><Real start="5"/>',
+    ))  # fmt: skip
+    frame = run(package(tmp_path / "p.ssp", with_input(), {"resources/L.fmu": fmu}), tmp_path / "out").frame
+    assert frame[["in", "a.u1", "a.y1"]].iloc[-1].tolist() == [5.0, 5.0, 15.0]
+
+
+def test_a_jump_comes_on_time_where_times_are_rounded_down(fmus, tmp_path):
+    path = package(tmp_path / "p.ssp", with_input(), with_fmu(fmus), stop=2.0, step=0.01)
+    (tmp_path / "s.csv").write_text("time,in\n0,0\n1.36,0\n1.36,1\n2,1\n")
+    frame = run(path, tmp_path / "out", Options(stimuli=tmp_path / "s.csv", method="jacobi")).frame
+    assert frame["in"].tolist() == [0.0] * 136 + [1.0] * 65
+    frame = run(path, tmp_path / "out", Options(stimuli=tmp_path / "s.csv", step=0.34, method="jacobi")).frame
+    assert frame["in"].tolist() == [0.0] * 4 + [1.0] * 3
+
+
+# steps
+
+
+def test_the_last_step_is_as_long_as_the_others_where_the_step_divides_the_time(fmus, tmp_path):
+    strict = bindings(binding(values({"trouble": 10.0})))
+    root = system("root", component("a", "resources/L.fmu", bindings=strict))
+    for version in (1, 2, 3):
+        path = package(tmp_path / "p.ssp", root, with_fmu(fmus, version))
+        assert len(run(path, tmp_path / "out").frame) == 11
+        assert len(run(path, tmp_path / "out", Options(isolate=True)).frame) == 11
+
+
+@pytest.mark.parametrize("h", [0.1, 0.01, 1e-3, 0.3, 0.07])
+def test_no_step_goes_beyond_the_stop_time(h):
+    for n in range(1, 300):
+        stop = n * h
+        length = last_step(0.0, h, n, stop)
+        assert (n - 1) * h + length <= stop
+        assert length == pytest.approx(h, rel=1e-12)
+    assert last_step(0.0, h, 3, 2.5 * h) == pytest.approx(0.5 * h)
+
+
+def test_late_times_have_no_step_of_length_zero():
+    class Structure:
+        start_time, stop_time, step_size = 1e9, 1e9 + 0.1, 0.01
+
+    assert times_of(Structure())[3] == 10
+
+
+@pytest.mark.parametrize("isolate", [False, True])
+@pytest.mark.parametrize("version", [2, 3])
+def test_an_fmu_may_end_the_run(fmus, tmp_path, version, isolate):
+    """The state that it has reached is recorded; with FMI 2.0 it discards the step and says so when asked."""
+    ramp = {"A[1,2]": 1.0, "x0[2]": 1.0, "C[1,1]": 1.0, "when": 0.4}
+    for trouble, reached in ((8.0, 0.5), (9.0, 0.45)):
+        a = component("a", "resources/L.fmu", bindings=bindings(binding(values({**ramp, "trouble": trouble}))))
+        path = package(tmp_path / "p.ssp", system("root", a, constant("b", 1.0)), with_fmu(fmus, version))
+        result = run(path, tmp_path / "out", Options(isolate=isolate))
+        assert result.summary["status"] == "ended"
+        assert result.summary["stop_time_s"] == pytest.approx(0.5)
+        assert result.frame["time"].iloc[-1] == pytest.approx(0.5)
+        assert result.frame["a.y1"].iloc[-1] == pytest.approx(reached)
+        told = " ".join(result.summary["warnings"])
+        assert "component 'a' ended the run at t = 0.5 s, before 1 s" in told
+        assert ("came to t = 0.45 s in its last step" in told) == (version == 2 and trouble == 9.0)
+    with Session(path) as session, pytest.raises(CosimError, match="'a' asks to end the simulation"):
+        session.run(["a.y1"], 1.0, 0.1)
+
+
+@pytest.mark.parametrize("version", [2, 3])
+def test_an_fmu_may_end_the_run_under_iteration(fmus, tmp_path, version):
+    ending = {"A[1,2]": 1.0, "x0[2]": 1.0, "C[1,1]": 1.0, "when": 0.4, "trouble": 8.0}
+    a = component("a", "resources/L.fmu", connector("y1", "output"), bindings=bindings(binding(values(ending))))
+    path = package(tmp_path / "p.ssp", system("root", a, gain("b", 2.0), links=(link("a.y1", "b.u1"),)),
+                   with_fmu(fmus, version))  # fmt: skip
+    result = run(path, tmp_path / "out", Options(method="fixed-point"))
+    assert result.summary["status"] == "ended"
+    assert result.frame["time"].iloc[-1] == pytest.approx(0.5)
+
+
+def test_an_inner_step_that_does_not_fit_is_told(fmus, tmp_path):
+    fmu = redescribed(fmus[3], tmp_path / "M.fmu", ("<CoSimulation ", '<CoSimulation fixedInternalStepSize="0.04" '))
+    path = package(tmp_path / "p.ssp", system("root", component("a", "resources/M.fmu")), {"resources/M.fmu": fmu})
+    assert "'a' has an inner step of 0.04 s; its step of 0.1 s is no multiple of that" in warnings(tmp_path, path)
+    assert "inner step" not in warnings(tmp_path, path, step=0.2)
+
+
+# units and values
+
+
+def test_units_of_one_name_are_one_unit(tmp_path):
+    """Published packages define m with a factor of 1e-3 beside FMUs in metres; nobody else scales by that."""
+    for units in ({"x0[1]": "m", "y1": "m"}, {"y1": "m"}):
+        fmu = native.linear(tmp_path / "f", 2, units=units)
+        own = f"<ssv:Units>{unit('m', m=1, factor='1e-3')}</ssv:Units>"
+        given = parameter_set(parameter("x0[1]", "Real", 2, unit="m"), parameter("C[1,1]", "Real", 1), units=own)
+        root = system("root", component("a", "resources/L.fmu", bindings=bindings(binding(given))))
+        path = package(tmp_path / "p.ssp", root, {"resources/L.fmu": fmu})
+        assert last(tmp_path, path, "a.y1") == 2.0
+        told = "unit 'm' is defined in two ways; the value is passed on as it is"
+        assert (told in warnings(tmp_path, path)) == ("x0[1]" in units)
+        assert (told in " ".join(check(path).lines())) == ("x0[1]" in units)
+
+
+def test_a_rate_per_minute_is_no_angular_velocity(fmus, tmp_path):
+    def path(source):
+        a = gain("a", 1.0, unit_in="rad/s")
+        return package(tmp_path / "p.ssp", system("root", constant("c", 3.0, unit_out=source), a,
+                       links=(link("c.y1", "a.u1"),)), with_fmu(fmus))  # fmt: skip
+
+    with pytest.raises(CosimError, match="cannot convert '1/min' to 'rad/s'"):
+        run(path("1/min"), tmp_path / "out")
+    assert last(tmp_path, path("1/s"), "a.y1") == 3.0
+
+
+def test_an_enumeration_that_the_package_does_not_define_is_that_of_the_fmu(fmus, tmp_path):
+    item = '<ssv:Parameter name="item_in"><ssv:Enumeration name="Colour" value="blue"/></ssv:Parameter>'
+    given = parameter_set(item)
+    a = component("a", "resources/L.fmu", connector("item_out", "output", "Enumeration", enumeration="Colour"),
+                  bindings=bindings(binding(given)))  # fmt: skip
+    assert last(tmp_path, package(tmp_path / "p.ssp", system("root", a), with_fmu(fmus)), "a.item_out") == 3
+
+
+def test_infinity_is_a_value_and_nan_is_none(fmus, tmp_path):
+    def path(value):
+        given = bindings(binding(values({"u6": value})))
+        return package(tmp_path / "p.ssp", system("root", component("a", "resources/L.fmu", bindings=given)),
+                       with_fmu(fmus))  # fmt: skip
+
+    assert last(tmp_path, path("1e300"), "a.u6") == 1e300
+    given = bindings(binding(values({"when": "INF"})))
+    infinite = package(tmp_path / "q.ssp", system("root", component("a", "resources/L.fmu", bindings=given)),
+                       with_fmu(fmus))  # fmt: skip
+    assert last(tmp_path, infinite, "a.y1") == 0.0
+    with pytest.raises(CosimError, match=r"a\.u6 = nan is not a number"):
+        run(path("NaN"), tmp_path / "out")
+    with pytest.raises(CosimError, match="'1_0' is not a value of type Real"):
+        run(path("1_0"), tmp_path / "out")
+
+
+# names
+
+
+def nested(fmus, tmp_path):
+    """A gain in a system: its factor and input are connectors of that system and of the whole one, in mm and m."""
+    inner = system("in", gain("a", 3.0, unit_in="m"), made=(connector("g", "parameter"), connector("i", "input")),
+                   links=(link("g", "a.D[1,1]"), link("i", "a.u1")))  # fmt: skip
+    root = system("root", inner, made=(connector("k", "parameter"), connector("mm", "parameter", unit="mm")),
+                  links=(link("k", "in.g"), link("mm", "in.i")))  # fmt: skip
+    return package(tmp_path / "p.ssp", root, with_fmu(fmus))
+
+
+def test_names_of_connectors_of_systems_can_be_set(fmus, tmp_path):
+    path = nested(fmus, tmp_path)
+    length = ("mm", "2000")  # 2 m
+    assert last(tmp_path, path, "in.a.y1", changes=(length,)) == 6.0
+    assert last(tmp_path, path, "in.a.y1", changes=(length, ("k", "5"))) == 10.0
+    assert last(tmp_path, path, "in.a.y1", changes=(length, ("in.g", "7"))) == 14.0
+    (tmp_path / "s.ssv").write_text(parameter_set(parameter("k", "Real", 5), parameter("mm", "Real", 2000, unit="mm")))
+    assert last(tmp_path, path, "in.a.y1", parameters=(tmp_path / "s.ssv",)) == 10.0
+    with Session(path) as session:
+        assert session.targets("k") == [("in.a", "D[1,1]")]
+        _, rows = session.run(["in.a.y1"], 1.0, 0.1, {"k": 5.0, "mm": 2000.0})
+        assert rows[-1, 0] == 10.0
+
+
+def test_bindings_that_set_nothing_say_why(fmus, tmp_path):
+    root = system("root", gain("a", 3.0), made=(connector("x", "output"), connector("y", "parameter")),
+                  links=(link("a.y1", "x"),),
+                  bindings=bindings(binding(values({"x": 1.0, "y": 1.0, "z": 1.0}))))  # fmt: skip
+    told = warnings(tmp_path, package(tmp_path / "p.ssp", root, with_fmu(fmus)))
+    assert "connector 'x' is an output; the value is ignored" in told
+    assert "connector 'y' leads nowhere; the value is ignored" in told
+    assert "nothing is called 'z'; the value is ignored" in told
+
+
+def test_a_bound_input_of_a_nested_system_is_not_without_value(fmus, tmp_path):
+    inner = system("in", gain("a", 3.0), made=(connector("i", "input"),), links=(link("i", "a.u1"),),
+                   bindings=bindings(binding(values({"i": 2.0}))))  # fmt: skip
+    path = package(tmp_path / "p.ssp", system("root", inner), with_fmu(fmus))
+    assert last(tmp_path, path, "in.a.y1") == 6.0
+    assert "nothing gives it a value" not in warnings(tmp_path, path)
+
+
+def test_setting_a_connected_input_is_told(fmus, tmp_path):
+    root = system("root", constant("c", 2.0), gain("a", 3.0), links=(link("c.y1", "a.u1"),))
+    path = package(tmp_path / "p.ssp", root, with_fmu(fmus))
+    told = warnings(tmp_path, path, changes=(("a.u1", "9"),))
+    assert "--set a.u1=9: 'a.u1' is connected to 'c.y1', which counts" in told
+
+
+def test_check_looks_at_substeps_and_columns(fmus, tmp_path):
+    path = package(tmp_path / "p.ssp", system("root", gain("a", 3.0)), with_fmu(fmus))
+    assert not check(path, Options(record=("a.y1",), substeps=(("a", 2),))).errors
+    assert "there is no component 'b'" in check(path, Options(substeps=(("b", 2),))).errors[0]
+    assert "--record 'b.*' matches nothing" in check(path, Options(record=("b.*",))).errors[0]
+    assert "--plot 'b.*' matches nothing" in check(path, Options(plot=("b.*",))).errors[0]
+
+
+# archives and files
+
+
+def test_a_unit_defined_twice_alike_is_one(fmus, tmp_path):
+    root = system("root", gain("a", 3.0))
+    for factor, wrong in (("1.0", False), ("2.0", True)):
+        units = f"<ssd:Units>{unit('x', m=1)}{unit('x', m=1, factor=factor)}</ssd:Units>"
+        path = package(tmp_path / "p.ssp", root, with_fmu(fmus), after=units)
+        if wrong:
+            with pytest.raises(CosimError, match="unit 'x' is defined in two ways"):
+                run(path, tmp_path / "out")
+        else:
+            run(path, tmp_path / "out")
+
+
+def test_entries_of_archives_with_dots_and_backslashes(tmp_path):
+    fmu = native.linear(tmp_path / "n", 2)
+    with zipfile.ZipFile(fmu, "a") as archive:
+        archive.writestr("./extra/p.ssv", values({"D[1,1]": 4.0}))
+    a = component("a", "resources/L.fmu", bindings=bindings(binding(source="extra/p.ssv", sourceBase="component")))
+    path = package(tmp_path / "p.ssp", system("root", a), {"resources/L.fmu": fmu})
+    assert last(tmp_path, path, "a.y1", changes=(("a.u1", "2"),)) == 8.0
+    with zipfile.ZipFile(tmp_path / "b.zip", "w") as archive:
+        archive.writestr("resources\\x", "")
+    with pytest.raises(CosimError, match="has a backslash"):
+        extract(tmp_path / "b.zip", tmp_path / "there")
