@@ -216,6 +216,8 @@ class Way:
     fmi: int = 2
 
     def __post_init__(self) -> None:
+        if self.portable and self.standalone:
+            raise UsageError("--portable --standalone: an FMU either remembers a Python or carries one")
         if (self.portable or self.standalone) and self.fmi != 2:
             option = "--portable" if self.portable else "--standalone"
             raise UsageError(f"{option}: only FMUs of FMI 2.0 have the front library that starts Python")
@@ -314,6 +316,8 @@ def _add_front(
             from . import standalone
 
             files |= standalone.files(needs)
+            text = files["modelDescription.xml"]
+            files["modelDescription.xml"] = text.replace(b'needsExecutionTool="true"', b'needsExecutionTool="false"')
         elif way.portable:
             files["resources/python.txt"] = interpreter().encode()
     elif way.portable or way.standalone:

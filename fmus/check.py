@@ -16,6 +16,8 @@ def exercise(fmu: str | Path, steps: int = 3, step: float = 1e-3) -> None:
     from fmpy.fmi3 import FMU3Slave
 
     description = read_model_description(str(fmu), validate=False)
+    if description.coSimulation is None or description.fmiVersion[:1] not in ("2", "3"):
+        raise PackageError(f"{fmu}: no FMU for co-simulation of FMI 2.0 or 3.0")
     three = description.fmiVersion.startswith("3")
     folder = extract(str(fmu))
     try:

@@ -77,6 +77,7 @@ def _container(options: argparse.Namespace) -> int:
 
 
 def _check(options: argparse.Namespace) -> int:
+    from ..core.errors import PackageError
     from .check import exercise, problems
 
     worst = 0
@@ -91,7 +92,7 @@ def _check(options: argparse.Namespace) -> int:
             try:
                 exercise(fmu)
             except Exception as error:
-                found = [f"does not run: {error}"]
+                found = [str(error) if isinstance(error, PackageError) else f"does not run: {error}"]
         for problem in found:
             print(f"{fmu}: {problem}")
         if not found:

@@ -9,10 +9,12 @@ from __future__ import annotations
 import ctypes
 import json
 import math
+import shutil
 import subprocess
 import sys
 import tempfile
 import zipfile
+from collections import Counter
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from importlib.util import find_spec
@@ -27,6 +29,9 @@ from ..core.files import make_folder
 from .build import CONTAINER, HERE, MODELS, PLATFORM, Model, c_compiler, interpreter
 
 STEP, STOP = 1e-3, 2.0
+WRITTEN = 2
+"""Steps between the rows of files with outputs: the rules want them below a megabyte."""
+
 TOLERANCE = 1e-6
 """Greatest deviation from the reference, relative to an output's largest value."""
 
@@ -153,7 +158,8 @@ def through_c(fmu: Path, c: Case, folder: Path) -> Outcome:
     place = folder / f"{fmu.stem} unpacked"  # a blank, to see that it is no matter
     with zipfile.ZipFile(fmu) as archive:
         archive.extractall(place)
-    if not (place / "resources" / "python.txt").exists():
+    plain = not (place / "resources" / "python.txt").exists()
+    if plain:
         (place / "resources" / "python.txt").write_text(interpreter())
     guid = ElementTree.parse(place / "modelDescription.xml").getroot().get("guid", "")
     rows = [f"{len(c.names)} {' '.join(map(str, _references(fmu, c.names)))}"]
@@ -168,7 +174,7 @@ def through_c(fmu: Path, c: Case, folder: Path) -> Outcome:
     if done.returncode:
         return Outcome(remark=f"exit code {done.returncode}: {told[0]}")
     table = np.array([[float(x) for x in line.split(",")] for line in done.stdout.splitlines()])
-    return Outcome(table[:, 1:], told[-1])
+    return Outcome(table[:, 1:], told[-1] + ("; made as by --portable, for it was not built so" if plain else ""))
 
 
 def ecos() -> Any:
@@ -238,6 +244,9 @@ def cross_check(fmus: Sequence[Path], out: Path) -> dict[str, dict[str, Outcome]
     """Run FMUs of this project through all importers; files go to a folder per FMU below `out`."""
     known = {model.name: model for model in (*MODELS, CONTAINER)}
     found: dict[str, dict[str, Outcome]] = {}
+    for name, count in Counter(fmu.stem for fmu in fmus).items():
+        if count > 1:
+            raise PackageError(f"{count} FMUs are called {name}, and so would be their files: check one at a time")
     for fmu in fmus:
         if not fmu.is_file():
             raise PackageError(f"{fmu}: no such file")
@@ -248,13 +257,15 @@ def cross_check(fmus: Sequence[Path], out: Path) -> dict[str, dict[str, Outcome]
         truth = reference(c, fmu)
         folder = out / fmu.stem
         make_folder(folder)
-        _write(folder / f"{fmu.stem}_in.csv", ("time", *c.names), np.column_stack([c.times[:-1], c.inputs]))
-        _write(folder / f"{fmu.stem}_ref.csv", ("time", *c.outputs), np.column_stack([c.times, truth]))
+        shutil.copy(fmu, folder / fmu.name)
+        held = np.concatenate([c.inputs, c.inputs[-1:]])
+        _write(folder / f"{fmu.stem}_in.csv", ("time", *c.names), np.column_stack([c.times, held]))
+        _write(folder / f"{fmu.stem}_ref.csv", ("time", *c.outputs), np.column_stack([c.times, truth])[::WRITTEN])
         (folder / f"{fmu.stem}_ref.opt").write_text(
             f"StartTime, 0\nStopTime, {STOP:g}\nStepSize, {STEP:g}\nRelTol, {TOLERANCE:g}\nOutputIntervalLength, "
-            f"{STEP:g}\n"
+            f"{WRITTEN * STEP:g}\n"
         )
-        (folder / "README.md").write_text(_readme(c))
+        (folder / "README.md").write_text(_readme(fmu.stem))
         found[fmu.stem] = {}
         for name, run in IMPORTERS.items():
             with tempfile.TemporaryDirectory() as scratch:
@@ -266,21 +277,21 @@ def cross_check(fmus: Sequence[Path], out: Path) -> dict[str, dict[str, Outcome]
                 outcome.deviation = deviation(outcome.values, truth)
                 file = folder / f"{fmu.stem}_{name.split()[0].lower()}.csv"
                 if len(outcome.values) == len(c.times):
-                    _write(file, ("time", *c.outputs), np.column_stack([c.times, outcome.values]))
+                    _write(file, ("time", *c.outputs), np.column_stack([c.times, outcome.values])[::WRITTEN])
             found[fmu.stem][name] = outcome
     return found
 
 
 def _write(path: Path, names: Sequence[str], rows: np.ndarray) -> None:
-    lines = [",".join(names), *(",".join(f"{x!r}" for x in row) for row in rows.tolist())]
+    lines = [",".join(f'"{name}"' for name in names), *(",".join(f"{x!r}" for x in row) for row in rows.tolist())]
     path.write_text("\n".join(lines) + "\n")
 
 
-def _readme(c: Case) -> str:
+def _readme(name: str) -> str:
     return (
-        f"# {c.model.name}\n\n`{c.model.name}_in.csv`: inputs, set at the time of a row and held for {STEP:g} s. "
-        f"`{c.model.name}_ref.csv`: outputs at the start and after every step, from the model's Python class without "
-        "FMI. All parameters have their start values. The other files are what importers made of it.\n"
+        f"# {name}\n\n`{name}_in.csv`: inputs, set at the time of a row and held for {STEP:g} s. `{name}_ref.csv`: "
+        f"outputs at the start and after every {WRITTEN} steps, from the model's Python class without FMI. All "
+        "parameters have their start values. The other files are what importers made of it.\n"
     )
 
 

@@ -158,16 +158,19 @@ class Instance:
     @reported(_nan)
     def read(self, vrs: list[int]) -> list[float]:
         """Values of real variables; outputs are brought up to date first."""
+        self._known(vrs, "Real")
         if self._stale[0] and any(self.table[i].causality == "output" for i in vrs):
             self._refresh()
         return self.values[vrs].tolist()
 
     @reported(lambda vrs: [0] * len(vrs))
     def get_integer(self, vrs: list[int]) -> list[int]:
+        self._known(vrs, "Integer")
         return [int(self.values[i]) for i in vrs]
 
     @reported(lambda vrs: [False] * len(vrs))
     def get_boolean(self, vrs: list[int]) -> list[bool]:
+        self._known(vrs, "Boolean")
         return [bool(self.values[i]) for i in vrs]
 
     @reported(lambda vrs: [""] * len(vrs))
@@ -231,12 +234,16 @@ class Instance:
 
     def warn(self, text: str) -> None:
         """Log a warning."""
-        self.log(text.replace("%", "%%"), self.statuses.warning)
+        self._tell(text, self.statuses.warning)
+
+    def _tell(self, text: str, status: Any) -> None:
+        """Log a text, which is a printf format for the importer; the front library sees to that itself."""
+        self.log(text if self.has_front else text.replace("%", "%%"), status)
 
     def log_error(self, error: Exception) -> None:
         """Log an error: its text for a user's mistake, the traceback as well for a fault of ours."""
         text = str(error) if isinstance(error, CosimError) else traceback.format_exc().strip()
-        self.log(text.replace("%", "%%"), self.statuses.error)
+        self._tell(text, self.statuses.error)
         if not self.has_front:  # pythonfmu alone drops the log of a call that raises
             print(f"{self.instance_name}: {text}", file=sys.stderr)
 
@@ -246,15 +253,22 @@ class Instance:
 
     def _set(self, vrs: list[int], values: list[Any], kind: str) -> None:
         """Set all the values or, when one of them is wrong, none."""
+        self._known(vrs, kind)
         for i, value in zip(vrs, values, strict=True):
             variable = self.table[i]
-            if variable.kind != kind:
-                raise ParameterError(f"'{variable.name}' is of type {variable.kind}, not {kind}")
             if kind != "Boolean":
                 variable.check(value)
             self._may_set(i)
         self.values[vrs] = values
         self._stale[0] = 1
+
+    def _known(self, vrs: list[int], kind: str) -> None:
+        """Value references of variables of that type; pythonfmu hands over those beyond 2^31 as negative numbers."""
+        for i in vrs:
+            if not 0 <= i < len(self.values):
+                raise ParameterError(f"there is no variable with the value reference {i % 2**32}")
+            if self.table[i].kind != kind:
+                raise ParameterError(f"'{self.table[i].name}' is of type {self.table[i].kind}, not {kind}")
 
     def _may_set(self, i: int) -> None:
         variable = self.table[i]

@@ -8,6 +8,7 @@ from typing import Any
 
 import numpy as np
 
+from ..core.errors import ParameterError
 from ..core.variables import Variable, VariableTable
 from .arm import DeepseaArm
 from .hydraulics import DeepseaHydraulics
@@ -16,6 +17,9 @@ from .starts import STARTS
 
 STEP = 1e-3
 """Longest step between hydraulics and arm [s]; a longer communication step is cut into equal ones."""
+
+LONGEST = 3600.0
+"""Longest communication step [s]."""
 
 PARTS = {"hydraulics": DeepseaHydraulics, "arm": DeepseaArm}
 CONNECTED = {"arm": {"F_h": ("hydraulics", "F_h")},
@@ -88,6 +92,8 @@ class DeepseaMachine(Slave):
 
     def advance(self, t: float, h: float) -> None:
         self._take_inputs()
+        if h > LONGEST:
+            raise ParameterError(f"communication step size = {h:g} s; at most {LONGEST:g} s")
         n = max(1, ceil(h / STEP * (1.0 - 1e-12)))
         for k in range(n):
             begin = t + k * (h / n)

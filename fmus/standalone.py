@@ -6,12 +6,14 @@ Python. Its kernels are compiled when it is built (`ahead`), so numba stays behi
 
 from __future__ import annotations
 
+import re
 import shutil
 import subprocess
 import sys
 import sysconfig
 import tempfile
 from collections.abc import Iterator, Sequence
+from importlib import metadata
 from importlib.util import find_spec
 from pathlib import Path
 
@@ -29,7 +31,7 @@ UNUSED = {
 """Parts of the standard library that no FMU needs."""
 
 UNUSED_MODULES = ("_test", "_tkinter", "_curses", "_dbm", "_gdbm", "_sqlite3", "xx", "_ctypes_test", "nis",
-                  "ossaudiodev", "_codecs_", "readline")  # fmt: skip
+                  "ossaudiodev", "_codecs_", "readline", "_ssl", "_hashlib")  # fmt: skip
 """Beginnings of the names of extension modules likewise."""
 
 TRIM = {
@@ -40,6 +42,9 @@ TRIM = {
 """Parts of packages that no FMU needs, by the beginning of their path."""
 
 KEPT = (".py", ".so", ".json")
+
+LICENCE = re.compile("licen[cs]e|copying|notice", re.IGNORECASE)
+"""Names of files with licences."""
 
 
 def files(packages: Sequence[str]) -> dict[str, bytes]:
@@ -58,8 +63,10 @@ def files(packages: Sequence[str]) -> dict[str, bytes]:
             made[f"{lib}/{VERSION}/{inside.as_posix()}"] = _stripped(path)
     for package in packages:
         made |= {f"{lib}/{VERSION}/site-packages/{name}": content for name, content in _package(package).items()}
-    for path in _foreign_libraries(made):
+    foreign = _foreign_libraries(made)
+    for path in foreign:
         made[f"{lib}/preload/{path.name}"] = path.read_bytes()
+    made |= _licences(packages, foreign)
     made["resources/python.txt"] = f"python/bin/python3\npython/lib/{Path(library).name}\n".encode()
     return made
 
@@ -82,6 +89,34 @@ def _package(name: str) -> dict[str, bytes]:
                 continue
             made[path.relative_to(folder.parent).as_posix()] = _stripped(path)
     return made
+
+
+def _licences(packages: Sequence[str], libraries: Sequence[Path]) -> dict[str, bytes]:
+    """The licences of all that is carried, as far as this machine has their texts, by path in the FMU."""
+    found = {"python": [Path(sysconfig.get_path("stdlib")) / "LICENSE.txt"]}
+    for package in packages:
+        files = metadata.files(package) or []
+        found[package] = [Path(str(f.locate())) for f in files if LICENCE.search(f.name)]
+    for library in libraries:
+        found[library.name] = [_copyright(library)]
+    return {
+        f"documentation/licenses/{name}/{place}{path.name}": path.read_bytes()
+        for name, paths in found.items()
+        for path in paths
+        for place in [f"{path.parent.name}/" if len({p.name for p in paths}) < len(paths) else ""]
+        if path.is_file()
+    }
+
+
+def _copyright(library: Path) -> Path:
+    """Where Debian and its kin tell of a library's licence; a path that does not exist where they do not."""
+    if not shutil.which("dpkg"):
+        return Path("/nowhere")
+    for path in (library, library.resolve()):
+        told = subprocess.run(["dpkg", "-S", str(path)], capture_output=True, text=True).stdout
+        if told:
+            return Path("/usr/share/doc") / told.partition(":")[0] / "copyright"
+    return Path("/nowhere")
 
 
 def _stripped(path: Path) -> bytes:

@@ -21,6 +21,7 @@
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
+#include <strings.h>
 
 /* the variables in the memory of the Python instance, by value reference */
 typedef struct {
@@ -34,8 +35,7 @@ typedef struct {
 typedef struct {
     fmi2Component inner;
     Shared shared;    /* values is NULL until Python has told */
-    const fmi2CallbackFunctions *importer;
-    fmi2CallbackFunctions mine;
+    fmi2CallbackFunctions importer, mine; /* copies: not every importer keeps its own */
     fmi2Boolean logging;
     fmi2Status worst; /* worst status logged during the present call */
     int lost;         /* a call returned fmi2Fatal */
@@ -59,6 +59,23 @@ static void lock(void)
 
 static void unlock(void) { pthread_mutex_unlock(&inside); }
 
+/* hand a text to the importer's logger, for which it is a printf format */
+static void tell(const Instance *instance, fmi2String name, fmi2Status status, fmi2String category, fmi2String text)
+{
+    const fmi2CallbackFunctions *importer = &instance->importer;
+    char *plain, *to;
+    if (!importer->logger || !text || !(plain = to = malloc(2 * strlen(text) + 1))) return;
+    for (; *text; text++) {
+        if (*text == '%') *to++ = '%';
+        *to++ = *text;
+    }
+    *to = 0;
+    if (!category || !strcmp(category, "cppfmu")) /* pythonfmu's own words */
+        category = status >= fmi2Fatal ? "logStatusFatal" : status == fmi2Error ? "logStatusError" : "logAll";
+    importer->logger(importer->componentEnvironment, name, status, category, plain);
+    free(plain);
+}
+
 static void on_log(fmi2ComponentEnvironment environment, fmi2String name, fmi2Status status, fmi2String category,
                    fmi2String message, ...)
 {
@@ -71,8 +88,7 @@ static void on_log(fmi2ComponentEnvironment environment, fmi2String name, fmi2St
         return;
     }
     if (status > instance->worst && status <= fmi2Fatal) instance->worst = status;
-    if ((status >= fmi2Error || instance->logging) && instance->importer && instance->importer->logger)
-        instance->importer->logger(instance->importer->componentEnvironment, name, status, category, message);
+    if (status >= fmi2Error || instance->logging) tell(instance, name, status, category, message);
 }
 
 /* load a library that lies beside this one and whose name continues this one's */
@@ -150,27 +166,30 @@ static char *decoded(const char *uri)
 /* the path of a file URI that has been decoded */
 static const char *path_of(const char *uri)
 {
-    if (strncmp(uri, "file:", 5)) return uri;
+    if (strncasecmp(uri, "file:", 5)) return uri;
     uri += 5;
     if (!strncmp(uri, "//", 2)) uri += 2 + strcspn(uri + 2, "/"); /* and the host, if there is one */
     return uri;
 }
 
-/* tell the importer why there is no instance; what is told is a printf format there */
-static void refuse(const Instance *instance, fmi2String name)
+/* whether the FMU's resources are where the importer says; pythonfmu crashes where they are not */
+static int there(const char *folder)
 {
-    char text[2 * sizeof trouble], *to = text;
-    const char *from;
-    for (from = trouble; *from; from++) {
-        if (*from == '%') *to++ = '%';
-        *to++ = *from;
+    char path[4096];
+    FILE *file = NULL;
+    if (snprintf(path, sizeof path, "%s/slavemodule.txt", folder) < (int)sizeof path) file = fopen(path, "r");
+    if (!file) {
+        snprintf(trouble, sizeof trouble, "fmuResourceLocation does not lead to this FMU's resources: no %.4000s", path);
+        return 0;
     }
-    *to = 0;
-    if (instance->importer && instance->importer->logger)
-        instance->importer->logger(instance->importer->componentEnvironment, name, fmi2Fatal, "logStatusFatal", text);
+    fclose(file);
+    return 1;
 }
 
 static fmi2Status forward_get_real(fmi2Component, const fmi2ValueReference[], size_t, fmi2Real[]);
+
+/* an empty read delivers what the constructor logged: pythonfmu crashes when it frees an instance with a full log */
+static void deliver(Instance *instance) { forward_get_real(instance, NULL, 0, NULL); }
 
 EXPORT fmi2Component fmi2Instantiate(fmi2String name, int type, fmi2String guid, fmi2String resources,
                                      const fmi2CallbackFunctions *functions, fmi2Boolean visible, fmi2Boolean logging)
@@ -178,31 +197,35 @@ EXPORT fmi2Component fmi2Instantiate(fmi2String name, int type, fmi2String guid,
     fmi2Component (*call)(fmi2String, int, fmi2String, fmi2String, const fmi2CallbackFunctions *, fmi2Boolean,
                           fmi2Boolean);
     Instance *instance = calloc(1, sizeof *instance);
-    char *folder;
+    char *decoded_uri = decoded(resources), *folder = NULL;
     if (!instance) return NULL;
-    instance->importer = functions;
-    if (functions) instance->mine = *functions;
+    if (!name) name = "";
+    if (functions) instance->importer = instance->mine = *functions;
     instance->mine.logger = on_log;
     instance->mine.componentEnvironment = instance;
     instance->logging = logging;
-    folder = decoded(resources);
     lock();
-    if (folder && python_ready(path_of(folder), trouble, sizeof trouble)) {
+    if (decoded_uri && (folder = malloc(strlen(decoded_uri) + 8))) /* as pythonfmu wants it: file:// and the path */
+        sprintf(folder, "file://%s", path_of(decoded_uri));
+    *trouble = 0;
+    if (!folder) snprintf(trouble, sizeof trouble, "fmuResourceLocation is missing");
+    else if (there(folder + 7) && python_ready(folder + 7, trouble, sizeof trouble)) {
+        if (*trouble) tell(instance, name, fmi2Warning, "logStatusWarning", trouble);
         *(void **)&call = function("fmi2Instantiate");
         if (call) {
             snprintf(trouble, sizeof trouble, "the Python code of this FMU could not be started");
             instance->inner = call(name, type, guid, folder, &instance->mine, visible, 1);
         }
     }
-    if (!instance->inner) refuse(instance, name);
+    if (!instance->inner) tell(instance, name, fmi2Fatal, "logStatusFatal", trouble);
     unlock();
     free(folder);
+    free(decoded_uri);
     if (!instance->inner) {
         free(instance);
         return NULL;
     }
-    /* an empty read delivers what the constructor logged: pythonfmu crashes when it frees an instance with a full log */
-    forward_get_real(instance, NULL, 0, NULL);
+    deliver(instance);
     return instance;
 }
 
@@ -240,8 +263,11 @@ CALL(static, forward_reset, Reset, (fmi2Component c), (fmi2Component), (instance
 EXPORT fmi2Status fmi2Reset(fmi2Component c)
 {
     Instance *instance = c;
+    fmi2Status status;
     if (instance) memset(&instance->shared, 0, sizeof instance->shared); /* the Python instance will be a new one */
-    return forward_reset(c);
+    status = forward_reset(c);
+    if (instance && !instance->lost) deliver(instance);
+    return status;
 }
 
 #define ACCESS(KIND, TYPE)                                                                                \
@@ -287,16 +313,62 @@ ACCESS(Integer, fmi2Integer)
 ACCESS(Boolean, fmi2Boolean)
 ACCESS(String, fmi2String)
 
-FORWARD(GetFMUstate, (fmi2Component c, fmi2FMUstate *state), (fmi2Component, fmi2FMUstate *),
-        (instance->inner, state))
-FORWARD(SetFMUstate, (fmi2Component c, fmi2FMUstate state), (fmi2Component, fmi2FMUstate),
-        (instance->inner, state))
-FORWARD(FreeFMUstate, (fmi2Component c, fmi2FMUstate *state), (fmi2Component, fmi2FMUstate *),
-        (instance->inner, state))
-FORWARD(SerializedFMUstateSize, (fmi2Component c, fmi2FMUstate state, size_t *size),
-        (fmi2Component, fmi2FMUstate, size_t *), (instance->inner, state, size))
-FORWARD(SerializeFMUstate, (fmi2Component c, fmi2FMUstate state, fmi2Byte bytes[], size_t size),
-        (fmi2Component, fmi2FMUstate, fmi2Byte *, size_t), (instance->inner, state, bytes, size))
+CALL(static, forward_get_state, GetFMUstate, (fmi2Component c, fmi2FMUstate *state), (fmi2Component, fmi2FMUstate *),
+     (instance->inner, state))
+CALL(static, forward_set_state, SetFMUstate, (fmi2Component c, fmi2FMUstate state), (fmi2Component, fmi2FMUstate),
+     (instance->inner, state))
+CALL(static, forward_free_state, FreeFMUstate, (fmi2Component c, fmi2FMUstate *state), (fmi2Component, fmi2FMUstate *),
+     (instance->inner, state))
+CALL(static, forward_size, SerializedFMUstateSize, (fmi2Component c, fmi2FMUstate state, size_t *size),
+     (fmi2Component, fmi2FMUstate, size_t *), (instance->inner, state, size))
+CALL(static, forward_serialize, SerializeFMUstate,
+     (fmi2Component c, fmi2FMUstate state, fmi2Byte bytes[], size_t size),
+     (fmi2Component, fmi2FMUstate, fmi2Byte *, size_t), (instance->inner, state, bytes, size))
+
+EXPORT fmi2Status fmi2FreeFMUstate(fmi2Component c, fmi2FMUstate *state)
+{
+    fmi2Status status;
+    if (!state || !*state) return fmi2OK;
+    status = forward_free_state(c, state);
+    *state = NULL;
+    return status;
+}
+
+EXPORT fmi2Status fmi2GetFMUstate(fmi2Component c, fmi2FMUstate *state)
+{
+    fmi2FMUstate before;
+    fmi2Status status;
+    if (!state) return fmi2Error;
+    before = *state; /* a state that is to be used again */
+    *state = NULL;
+    status = forward_get_state(c, state);
+    if (before) forward_free_state(c, &before);
+    return status;
+}
+
+/* for pythonfmu a state that is none is fatal */
+static fmi2Status no_state(const Instance *instance)
+{
+    if (!instance || instance->lost) return fmi2Fatal;
+    tell(instance, "", fmi2Error, "logStatusError", "FMUstate is NULL");
+    return fmi2Error;
+}
+
+EXPORT fmi2Status fmi2SetFMUstate(fmi2Component c, fmi2FMUstate state)
+{
+    return state ? forward_set_state(c, state) : no_state(c);
+}
+
+EXPORT fmi2Status fmi2SerializedFMUstateSize(fmi2Component c, fmi2FMUstate state, size_t *size)
+{
+    return state ? forward_size(c, state, size) : no_state(c);
+}
+
+EXPORT fmi2Status fmi2SerializeFMUstate(fmi2Component c, fmi2FMUstate state, fmi2Byte bytes[], size_t size)
+{
+    return state ? forward_serialize(c, state, bytes, size) : no_state(c);
+}
+
 FORWARD(DeSerializeFMUstate, (fmi2Component c, const fmi2Byte bytes[], size_t size, fmi2FMUstate *state),
         (fmi2Component, const fmi2Byte *, size_t, fmi2FMUstate *), (instance->inner, bytes, size, state))
 FORWARD(DoStep, (fmi2Component c, fmi2Real t, fmi2Real h, fmi2Boolean keep),

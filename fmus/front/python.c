@@ -14,6 +14,7 @@
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
+#include <unistd.h>
 #include <wchar.h>
 
 #define LENGTH 4096
@@ -35,16 +36,20 @@ static int ask(const char *interpreter, char *program, char *library)
         "import os, sys, sysconfig as c; v = c.get_config_var; print(sys.executable); "
         "print(next((p for p in (os.path.join(str(v(d)), str(v(n))) for d in ('LIBDIR', 'LIBPL') "
         "for n in ('INSTSONAME', 'LDLIBRARY')) if '.so' in p and os.path.exists(p)), ''))";
-    char command[2 * LENGTH];
+    char command[4 * LENGTH], *to = command;
     FILE *pipe;
     int ok;
-    if (strchr(interpreter, '\'')) return 0;
-    snprintf(command, sizeof command, "'%s' -c \"%s\" 2>/dev/null", interpreter, question);
+    if (strlen(interpreter) > LENGTH / 2) return 0;
+    *to++ = '\'';
+    for (; *interpreter; interpreter++) { /* for the shell: a quote ends the string, stands alone, and begins it anew */
+        to += sprintf(to, *interpreter == '\'' ? "'\\''" : "%c", *interpreter);
+    }
+    sprintf(to, "' -c \"%s\" 2>/dev/null", question);
     pipe = popen(command, "r");
     ok = first_line(pipe, program);
     if (!ok || !first_line(pipe, library)) *library = 0;
     if (pipe) pclose(pipe);
-    return ok;
+    return ok && *program == '/' && !access(program, X_OK);
 }
 
 /* a path that may be relative to the FMU's resources; 0 if it does not fit */
@@ -71,9 +76,15 @@ static int written(const char *resources, char *program, char *library, char *ca
     if (file) fclose(file);
     if (!ok) return 0;
     if (*library != '/' && snprintf(carried, LENGTH, "%s/python", resources) >= LENGTH) return 0;
-    if (!inside(resources, program) || !inside(resources, library) || !(file = fopen(library, "r"))) return 0;
-    fclose(file);
-    return 1;
+    if (!inside(resources, program) || !inside(resources, library) || access(library, R_OK)) return 0;
+    if (*carried) {
+        glob_t found; /* without them Python ends the process */
+        snprintf(path, sizeof path, "%s/lib/python3*/encodings/__init__.py", carried);
+        ok = !glob(path, 0, NULL, &found);
+        if (ok) globfree(&found);
+        return ok;
+    }
+    return !access(program, X_OK);
 }
 
 /* open the libraries that a carried Python's modules need, so that they are found; in any order that works */
@@ -94,7 +105,7 @@ static int start(const char *program, const char *library, const char *carried, 
 {
     wchar_t *(*decode)(const char *, size_t *);
     void (*name)(const wchar_t *), (*home)(const wchar_t *), (*initialise)(int), *(*release)(void);
-    int *flag;
+    int *flag, (*running)(void);
     void *opened = dlopen(library, RTLD_NOW | RTLD_GLOBAL);
     if (!opened) {
         snprintf(told, size, "Python's library cannot be opened: %s", dlerror());
@@ -108,6 +119,12 @@ static int start(const char *program, const char *library, const char *carried, 
         snprintf(told, size, "%s is not a library of Python 3", library);
         return 0;
     }
+    *(void **)&running = dlsym(opened, "Py_IsInitialized");
+    if (running && running()) { /* the importer keeps its Python to itself */
+        python = opened;
+        return 1;
+    }
+    if ((flag = dlsym(opened, "Py_UTF8Mode"))) *flag = 1; /* names of files are UTF-8, whatever the locale */
     if (name) name(decode(program, NULL)); /* Python keeps the name */
     if (*carried) {
         preload(carried);
@@ -126,7 +143,7 @@ static int start(const char *program, const char *library, const char *carried, 
 
 static int found(const char *resources, char *told, size_t size)
 {
-    char program[LENGTH], library[LENGTH], carried[LENGTH] = "";
+    char program[LENGTH], library[LENGTH], carried[LENGTH] = "", own[LENGTH], other[LENGTH];
     const char *chosen = getenv("DEEPSEA_COSIM_PYTHON");
     int (*running)(void);
     *(void **)&running = dlsym(RTLD_DEFAULT, "Py_IsInitialized");
@@ -139,7 +156,16 @@ static int found(const char *resources, char *told, size_t size)
             snprintf(told, size, "DEEPSEA_COSIM_PYTHON=%s is not a Python interpreter", chosen);
             return 0;
         }
-    } else if (!written(resources, program, library, carried) && (*carried = 0, !ask("python3", program, library))) {
+    } else if (written(resources, program, library, carried)) {
+        strcpy(own, program);
+        if (!*carried && !ask(program, own, other)) { /* where it cannot start it would end this process */
+            snprintf(told, size, "%s cannot be started%s", program,
+                     getenv("PYTHONHOME") || getenv("PYTHONPATH")
+                         ? ": the environment's PYTHONHOME or PYTHONPATH are those of another Python"
+                         : "");
+            return 0;
+        }
+    } else if (*carried = 0, !ask("python3", program, library)) {
         snprintf(told, size,
                  "this FMU needs Python 3, which is not found: install it, and let the environment variable "
                  "DEEPSEA_COSIM_PYTHON name the interpreter");
@@ -155,42 +181,74 @@ static int found(const char *resources, char *told, size_t size)
     return start(program, library, carried, told, size);
 }
 
-/* which packages Python does not find; `lacking` is written by Python itself */
+/* which packages Python does not find; `told` is written by Python itself, and begins with ! where one is missing.
+ *
+ * A Python that another FMU of ours has brought into the process lacks what only this one carries: then the packages of
+ * this FMU, or of the interpreter it was built with, are added.
+ */
 static int complete(const char *resources, char *told, size_t size)
 {
     static const char question[] =
-        "def _deepsea_cosim_look(path, place, size):\n"
-        "    import ctypes, importlib.util, re, sys\n"
+        "import ctypes, importlib.util, os, re, sys\n"
+        "def look():\n"
         "    try:\n"
-        "        wanted = [line.strip() for line in open(path) if line.strip()]\n"
+        "        wanted = [line.strip() for line in open(os.path.join(resources, 'requirements.txt')) if line.strip()]\n"
         "    except OSError:\n"
-        "        wanted = []\n"
-        "    names = [re.split('[=<>~!]', line)[0] for line in wanted]\n"
-        "    gone = [line for line, name in zip(wanted, names) if importlib.util.find_spec(name) is None]\n"
-        "    if gone:\n"
-        "        text = '%%s lacks what this FMU needs: %%s -m pip install %%s' %% (sys.prefix, sys.executable or\n"
-        "            'python3', ' '.join('\"%%s\"' %% line for line in gone))\n"
-        "        text = text.encode()[:size - 1] + b'\\0'\n"
-        "        ctypes.memmove(place, text, len(text))\n"
-        "_deepsea_cosim_look(bytes.fromhex('%s').decode(), %llu, %llu)\n"
-        "del _deepsea_cosim_look\n";
+        "        return ''\n"
+        "    name = lambda line: re.split('[=<>~!]', line)[0]\n"
+        "    gone = lambda: [line for line in wanted if importlib.util.find_spec(name(line)) is None]\n"
+        "    tail = os.path.join('lib', 'python%d.%d' % sys.version_info[:2], 'site-packages')\n"
+        "    places = [os.path.join(resources, 'python', tail)]\n"
+        "    try:\n"
+        "        with open(os.path.join(resources, 'python.txt')) as file:\n"
+        "            places.append(os.path.join(os.path.dirname(os.path.dirname(file.readline().strip())), tail))\n"
+        "    except OSError:\n"
+        "        pass\n"
+        "    for place in places:\n"
+        "        if gone() and os.path.isabs(place) and os.path.isdir(place) and place not in sys.path:\n"
+        "            sys.path.append(place)\n"
+        "    if gone():\n"
+        "        there = sys.executable and os.path.exists(sys.executable)\n"
+        "        way = sys.executable if there else 'python3 (of the version that this process runs)'\n"
+        "        return '!%s lacks what this FMU needs: %s -m pip install %s' % (\n"
+        "            sys.prefix, way, ' '.join('\"%s\"' % line for line in gone()))\n"
+        "    from importlib import metadata\n"
+        "    other = []\n"
+        "    for line in wanted:\n"
+        "        try:\n"
+        "            found = metadata.version(name(line))\n"
+        "        except metadata.PackageNotFoundError:\n"
+        "            continue\n"
+        "        if '==' in line and found != line.partition('==')[2]:\n"
+        "            other.append('%s, here is %s' % (line, found))\n"
+        "    return 'this FMU was built with %s: it may fail or compute something else' % '; '.join(other) if other else ''\n"
+        "try:\n"
+        "    text = look()\n"
+        "except Exception as error:\n"
+        "    text = 'the packages of Python could not be looked at: %r' % error\n"
+        "text = text.encode('utf-8', 'replace')[:size - 1] + bytes(1)\n"
+        "ctypes.memmove(place, text, len(text))\n";
     int (*ensure)(void), (*run)(const char *);
     void (*release)(int);
-    char script[4 * LENGTH], path[LENGTH], hex[2 * LENGTH] = "";
+    char script[4 * LENGTH], hex[2 * LENGTH] = "";
     size_t i;
     int state;
+    *told = 0;
     *(void **)&ensure = dlsym(python, "PyGILState_Ensure");
     *(void **)&release = dlsym(python, "PyGILState_Release");
     *(void **)&run = dlsym(python, "PyRun_SimpleString");
-    if (!ensure || !release || !run) return 1;
-    if (snprintf(path, sizeof path, "%s/requirements.txt", resources) >= LENGTH) return 1;
-    for (i = 0; path[i]; i++) sprintf(hex + 2 * i, "%02x", (unsigned char)path[i]);
-    snprintf(script, sizeof script, question, hex, (unsigned long long)(size_t)told, (unsigned long long)size);
-    *told = 0;
+    if (!ensure || !release || !run || strlen(resources) >= LENGTH) return 1;
+    for (i = 0; resources[i]; i++) sprintf(hex + 2 * i, "%02x", (unsigned char)resources[i]);
+    snprintf(script, sizeof script,
+             "exec(r\"\"\"%s\"\"\", {'resources': bytes.fromhex('%s').decode('utf-8', 'surrogateescape'), 'place': %llu, "
+             "'size': %llu})\n",
+             question, hex, (unsigned long long)(size_t)told, (unsigned long long)size);
     state = ensure();
     run(script);
     release(state);
-    return !*told;
+    if (*told != '!') return 1;
+    memmove(told, told + 1, strlen(told));
+    return 0;
 }
 
 void *python_let_go(void)

@@ -3,7 +3,8 @@
 #define DEEPSEA_COSIM_PYTHON_H
 #include <stddef.h>
 
-/* 1, or 0 with `told` (size bytes) saying what is missing and how to get it; resources: the FMU's folder. */
+/* 1, with `told` (size bytes) empty or a warning, or 0 with `told` saying what is missing and how to get it;
+   resources: the FMU's folder. */
 int python_ready(const char *resources, char *told, size_t size);
 
 /* Let other threads run Python if this one holds it up; what it gets back from `python_hold`. */

@@ -2,6 +2,7 @@
  *     native cycles LIBRARY RESOURCES_URI GUID N        load, instantiate, step, free, unload N times; memory in kB at times
  *     native threads LIBRARY RESOURCES_URI GUID REF     two instances in two threads; what each has come to
  *     native alone LIBRARY RESOURCES_URI GUID REF       the same, one after the other
+ *     native corners LIBRARY RESOURCES_URI GUID REF     what is legal and seldom done
  */
 #include "../../fmus/front/fmi2.h"
 
@@ -57,6 +58,48 @@ static void *run(void *slot)
     return NULL;
 }
 
+#define MUST(CONDITION)                                                      \
+    do {                                                                     \
+        if (!(CONDITION)) return fprintf(stderr, "not: %s\n", #CONDITION), 1; \
+    } while (0)
+
+static int corners(void *library, unsigned reference)
+{
+    int (*terminate)(void *), (*reset)(void *), (*keep)(void *, void **), (*back)(void *, void *), (*drop)(void *, void **);
+    int (*set)(void *, const unsigned *, size_t, const double *), k;
+    unsigned wrong[] = {99999u, 4294967295u};
+    void *state = NULL, *c;
+    double value, again;
+    fmi2CallbackFunctions *own = malloc(sizeof *own);
+    *own = callbacks;
+    *(void **)&terminate = dlsym(library, "fmi2Terminate");
+    *(void **)&reset = dlsym(library, "fmi2Reset");
+    *(void **)&keep = dlsym(library, "fmi2GetFMUstate");
+    *(void **)&back = dlsym(library, "fmi2SetFMUstate");
+    *(void **)&drop = dlsym(library, "fmi2FreeFMUstate");
+    *(void **)&set = dlsym(library, "fmi2SetReal");
+    MUST(c = instantiate(NULL, 1, arguments[4], arguments[3], own, 0, 0));
+    memset(own, 0x55, sizeof *own);
+    free(own);
+    for (k = 0; k < 3; k++) { /* with nothing between the last reset and the end */
+        MUST(!(setup(c, 0, 0.0, 0.0, 0, 0.0) | enter(c) | leave(c) | step(c, 0.0, 1e-3, 1)));
+        if (k == 1) {
+            MUST(!keep(c, &state) && state);
+            MUST(!step(c, 1e-3, 1e-3, 1) && !get(c, &reference, 1, &value));
+            MUST(!keep(c, &state) && state); /* used again */
+            MUST(!step(c, 2e-3, 1e-3, 1) && !back(c, state));
+            MUST(!get(c, &reference, 1, &again) && again == value);
+            MUST(!drop(c, &state) && !state && !drop(c, &state));
+            MUST(back(c, NULL) == 3);
+            MUST(get(c, wrong, 1, &again) == 3 && set(c, wrong + 1, 1, &value) == 3);
+            MUST(!step(c, 2e-3, 1e-3, 1));
+        }
+        MUST(!terminate(c) && !reset(c));
+    }
+    release(c);
+    return 0;
+}
+
 int main(int argc, char **argv)
 {
     arguments = argv;
@@ -75,6 +118,8 @@ int main(int argc, char **argv)
                 printf("%ld\n", (pages - shared) * 4);
             }
         }
+    } else if (!strcmp(argv[1], "corners")) {
+        return corners(load(), (unsigned)atoi(argv[5]));
     } else {
         double slots[2][2] = {{0.0, 1e-3}, {0.0, 2e-3}}; /* value, step size */
         pthread_t threads[2];

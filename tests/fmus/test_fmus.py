@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 import subprocess
 import sys
 import zipfile
@@ -173,11 +174,25 @@ def test_step_size_must_be_positive(instance):
 
 
 def test_faults_of_our_own_are_logged_with_a_traceback(instance):
-    it = instance("DeepseaHydraulics")
+    it = instance("DeepseaHydraulics").start()
+    whole = it.getFMUstate()
+    short = it.deSerializeFMUstate(re.sub(rb', "model": .*', b"}", it.serializeFMUstate(whole)))
     with pytest.raises(FMICallException):
-        it.getReal([99999])
+        it.setFMUstate(short)
     assert it.log[-1][0] == 3
     assert "Traceback" in it.log[-1][1]
+    assert "KeyError" in it.log[-1][1]
+
+
+def test_references_of_nothing_or_of_another_type_are_told(instance):
+    it = instance("DeepseaHydraulics").start()
+    for get in (it.getReal, it.getInteger, it.getBoolean):
+        with fails(it, "value reference 99999", "there is no variable"):
+            get([99999])
+    with fails(it, "is of type Real, not Integer"):
+        it.getInteger([0])
+    with fails(it, "is of type Real, not Boolean"):
+        it.getBoolean([0])
 
 
 def test_percent_signs_are_escaped_for_printf(monkeypatch):

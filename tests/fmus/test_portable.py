@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import itertools
 import os
+import shutil
 import subprocess
 import sys
 import zipfile
@@ -45,10 +46,12 @@ def unpacked(built, tmp_path_factory):
     return {name: folder / name for name in MODELS}
 
 
-def call(program: Path, mode: str, fmu: Path, last: str, **environment: str) -> subprocess.CompletedProcess[str]:
+def call(
+    program: Path, mode: str, fmu: Path, last: str, uri: str | None = None, **environment: str
+) -> subprocess.CompletedProcess[str]:
     guid = ElementTree.parse(fmu / "modelDescription.xml").getroot().get("guid", "")
     library = next(path for path in (fmu / "binaries" / "linux64").glob("*.so") if "_" not in path.stem)
-    command = [str(program), mode, str(library), (fmu / "resources").as_uri(), guid, last]
+    command = [str(program), mode, str(library), uri or (fmu / "resources").as_uri(), guid, last]
     return subprocess.run(command, env=environment, cwd="/", capture_output=True, text=True, timeout=300)
 
 
@@ -88,7 +91,14 @@ def test_every_importer_computes_the_same(built, tmp_path):
         assert found[name]["ecos"].values is None or found[name]["ecos"].deviation <= 1e-9
         files = {path.name for path in (tmp_path / name).iterdir()}
         assert {f"{name}_in.csv", f"{name}_ref.csv", f"{name}_ref.opt", "README.md"} <= files
+        assert (tmp_path / name / f"{name}_ref.csv").stat().st_size < 1e6
+        assert (tmp_path / name / f"{name}_in.csv").read_text().startswith('"time",')
+        assert (tmp_path / name / f"{name}_in.csv").read_text().splitlines()[-1].startswith("2.0,")
+        assert (tmp_path / name / f"{name}.fmu").is_file()
     assert "| DeepseaArm | FMPy | yes |" in cross_check.table(found)
+    assert "for it was not built so" in found[name]["C importer, empty environment"].remark
+    with pytest.raises(PackageError, match="2 FMUs are called DeepseaArm"):
+        cross_check.cross_check([built / "DeepseaArm.fmu", tmp_path / "DeepseaArm" / "DeepseaArm.fmu"], tmp_path)
 
 
 def test_cross_check_of_what_is_not_ours(tmp_path):
@@ -138,6 +148,74 @@ def test_what_is_missing_is_told(native, unpacked, tmp_path):
         (resources / "python.txt").write_text(interpreter)
     assert lost.returncode == 1
     assert "this FMU needs Python 3, which is not found" in lost.stderr
+
+
+@pytest.mark.parametrize("name", MODELS)
+def test_what_is_legal_and_seldom_done(native, unpacked, name):
+    """Reset before the end, states used again, no name, callbacks that do not last, wrong references."""
+    for _ in range(5):
+        done = call(native, "corners", unpacked[name], OUTPUT)
+        assert done.returncode == 0, done.stderr
+    assert "there is no variable with the value reference 99999" in done.stderr
+    assert "there is no variable with the value reference 4294967295" in done.stderr
+    assert "FMUstate is NULL" in done.stderr
+
+
+def test_where_the_resources_are(native, unpacked, tmp_path):
+    fmu = unpacked["DeepseaArm"]
+    path = fmu / "resources"
+    for uri in (f"file:{path}", f"file://localhost{path}", f"FILE://{path}", str(path), f"{path.as_uri()}/"):
+        done = call(native, "cycles", fmu, "1", uri)
+        assert done.returncode == 0, (uri, done.stderr)
+    for uri in ("file:///nowhere", "http://somewhere", "file://", tmp_path.as_uri()):
+        done = call(native, "cycles", fmu, "1", uri)
+        assert done.returncode == 1
+        assert "[4] fmuResourceLocation does not lead to this FMU's resources: no " in done.stderr
+    other = tmp_path / "Ünd cœur %41"
+    shutil.copytree(fmu, other)
+    done = call(native, "cycles", other, "1", DEEPSEA_COSIM_CACHE=str(tmp_path / "cäche"))  # and no locale
+    assert done.returncode == 0, done.stderr
+
+
+def test_a_python_of_others_in_the_environment_is_told(native, unpacked):
+    done = call(native, "cycles", unpacked["DeepseaArm"], "1", PYTHONHOME="/nowhere")
+    assert done.returncode == 1
+    assert "cannot be started: the environment's PYTHONHOME or PYTHONPATH are those of another Python" in done.stderr
+
+
+def test_a_cache_that_was_cleaned_is_filled_again(native, unpacked, tmp_path):
+    fmu = unpacked["DeepseaArm"]
+    assert call(native, "cycles", fmu, "1", DEEPSEA_COSIM_CACHE=str(tmp_path)).returncode == 0
+    files = [path for path in tmp_path.rglob("*.py") if path.stat().st_size]
+    for path in files[::2]:
+        path.unlink()
+    done = call(native, "cycles", fmu, "1", DEEPSEA_COSIM_CACHE=str(tmp_path))
+    assert done.returncode == 0, done.stderr
+    assert all(path.is_file() for path in files)
+
+
+def test_packages_that_another_python_lacks_are_those_of_the_fmu(native, unpacked, tmp_path):
+    """As where a standalone FMU has started Python and another one has packages that the first does not carry."""
+    fmu = tmp_path / "fmu"
+    shutil.copytree(unpacked["DeepseaArm"], fmu)
+    resources = fmu / "resources"
+    wanted = (resources / "requirements.txt").read_text()
+    (resources / "requirements.txt").write_text(f"{wanted}carried_package==1.2\n")
+    assert call(native, "cycles", fmu, "1").returncode == 1
+    tail = f"lib/python{sys.version_info.major}.{sys.version_info.minor}/site-packages/carried_package"
+    (resources / "python" / tail).mkdir(parents=True)
+    (resources / "python" / tail / "__init__.py").write_text("")
+    done = call(native, "cycles", fmu, "1")
+    assert done.returncode == 0, done.stderr
+
+
+def test_packages_of_other_versions_are_told(native, unpacked, tmp_path):
+    fmu = tmp_path / "fmu"
+    shutil.copytree(unpacked["DeepseaArm"], fmu)
+    (fmu / "resources" / "requirements.txt").write_text("numpy==0.1\n")
+    done = call(native, "cycles", fmu, "1")
+    assert done.returncode == 0
+    assert "[1] this FMU was built with numpy==0.1, here is " in done.stderr
 
 
 def test_the_environment_variable_wins(native, unpacked):
