@@ -256,6 +256,7 @@ def build_fmu(
             description[:start] + token + description[description.index('"', start) :]
         ).encode()
         if way.fmi == 2:
+            files["resources/guid.txt"] = token.encode()
             _add_front(model, files, scratch, say, way)
         if not way.standalone:
             draft = scratch / f"{model.name}_draft.fmu"

@@ -186,6 +186,25 @@ static int there(const char *folder)
     return 1;
 }
 
+/* whether the importer has this FMU's description in mind: what it says is in resources/guid.txt, by the build */
+static int meant(const char *folder, int type, fmi2String guid)
+{
+    char line[4096];
+    FILE *file = NULL;
+    if (type != 1) {
+        snprintf(trouble, sizeof trouble, "this FMU is for co-simulation only");
+        return 0;
+    }
+    if (snprintf(line, sizeof line, "%s/guid.txt", folder) < (int)sizeof line) file = fopen(line, "r");
+    if (!file) return 1;
+    if (!fgets(line, sizeof line, file)) *line = 0;
+    fclose(file);
+    line[strcspn(line, "\r\n")] = 0;
+    if (guid && !strcmp(guid, line)) return 1;
+    snprintf(trouble, sizeof trouble, "the GUID '%.200s' is not that of this FMU, '%.200s'", guid ? guid : "", line);
+    return 0;
+}
+
 static fmi2Status forward_get_real(fmi2Component, const fmi2ValueReference[], size_t, fmi2Real[]);
 
 /* an empty read delivers what the constructor logged: pythonfmu crashes when it frees an instance with a full log */
@@ -209,7 +228,7 @@ EXPORT fmi2Component fmi2Instantiate(fmi2String name, int type, fmi2String guid,
         sprintf(folder, "file://%s", path_of(decoded_uri));
     *trouble = 0;
     if (!folder) snprintf(trouble, sizeof trouble, "fmuResourceLocation is missing");
-    else if (there(folder + 7) && python_ready(folder + 7, trouble, sizeof trouble)) {
+    else if (there(folder + 7) && meant(folder + 7, type, guid) && python_ready(folder + 7, trouble, sizeof trouble)) {
         if (*trouble) tell(instance, name, fmi2Warning, "logStatusWarning", trouble);
         *(void **)&call = function("fmi2Instantiate");
         if (call) {

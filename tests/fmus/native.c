@@ -78,6 +78,8 @@ static int corners(void *library, unsigned reference)
     *(void **)&back = dlsym(library, "fmi2SetFMUstate");
     *(void **)&drop = dlsym(library, "fmi2FreeFMUstate");
     *(void **)&set = dlsym(library, "fmi2SetReal");
+    MUST(!instantiate("native", 0, arguments[4], arguments[3], own, 0, 0)); /* model exchange */
+    MUST(!instantiate("native", 1, "another", arguments[3], own, 0, 0));
     MUST(c = instantiate(NULL, 1, arguments[4], arguments[3], own, 0, 0));
     memset(own, 0x55, sizeof *own);
     free(own);

@@ -159,6 +159,8 @@ def test_what_is_legal_and_seldom_done(native, unpacked, name):
     assert "there is no variable with the value reference 99999" in done.stderr
     assert "there is no variable with the value reference 4294967295" in done.stderr
     assert "FMUstate is NULL" in done.stderr
+    assert "this FMU is for co-simulation only" in done.stderr
+    assert "the GUID 'another' is not that of this FMU" in done.stderr
 
 
 def test_where_the_resources_are(native, unpacked, tmp_path):
