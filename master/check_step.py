@@ -9,6 +9,8 @@ from typing import Any
 
 import numpy as np
 
+from .trust import STILL
+
 ORDERS = {"gauss-seidel": 1, "jacobi": 1}
 """Orders of the methods; 2 where it is not said."""
 
@@ -34,6 +36,8 @@ def estimate(
             continue
         error = float(np.abs(a - b).max(initial=0.0) / (1.0 - 0.5**order))
         span = float(np.ptp(b)) if len(b) else 0.0
+        if span <= STILL * np.abs(b).max(initial=0.0):  # at rest but for rounding
+            span = 0.0
         made[name] = {"error": error, "relative": error / span if span > 0.0 else None}
     return made
 

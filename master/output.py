@@ -10,6 +10,7 @@ import threading
 from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
 from importlib import metadata
+from math import isfinite
 from pathlib import Path
 from typing import Any
 
@@ -45,10 +46,20 @@ def versions() -> dict[str, str]:
 
 
 def write_summary(folder: Path, summary: Mapping[str, Any]) -> None:
-    """Write summary.json."""
+    """Write summary.json, all or nothing; numbers that are none become null."""
     path = folder / "summary.json"
     with writing(path):
-        path.write_text(json.dumps(summary, indent=2) + "\n")
+        part = path.with_suffix(".part")
+        part.write_text(json.dumps(_plain(summary), indent=2, allow_nan=False) + "\n")
+        part.replace(path)
+
+
+def _plain(value: Any) -> Any:
+    if isinstance(value, Mapping):
+        return {key: _plain(item) for key, item in value.items()}
+    if isinstance(value, (list, tuple)):
+        return [_plain(item) for item in value]
+    return None if isinstance(value, float) and not isfinite(value) else value
 
 
 def prepare_folder(folder: Path) -> None:

@@ -68,6 +68,7 @@ class Session:
         except BaseException:
             self._stack.close()
             raise
+        self._closed = False
         self._fresh = True
         self._programs: dict[tuple[Any, ...], Program] = {}
         self._runners: dict[tuple[Any, ...], Runner] = {}
@@ -79,6 +80,7 @@ class Session:
         self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
     ) -> None:
         self._stack.close()
+        self._closed = True
 
     def signal(self, address: str) -> tuple[bool, Signal]:
         """(is an output, signal) of component.variable, or of a connector of the whole system."""
@@ -132,6 +134,8 @@ class Session:
         by straight lines and held beyond their ends. Raises `SimulationError` when an FMU fails or a recorded value is
         not finite; the session can be used again afterwards.
         """
+        if self._closed:
+            raise UsageError("the session is closed: run inside its `with` block")
         system = self.system
         start, stop, step, n = times_of(self.structure, stop, step)
         for slave in system.slaves.values():

@@ -44,7 +44,7 @@ from .slaves.base import Slave
 from .slaves.isolated import IsolatedSlave
 from .system import System
 from .times import times_of
-from .trust import ResidualEnergy, said, sloped
+from .trust import TRUSTED, ResidualEnergy, said, sloped
 
 SLICE = 0.05
 """Wall time after which the engine comes back to look for Ctrl-C and to write [s]."""
@@ -264,7 +264,7 @@ def _check_step(
     progress: Callable[[int, int], None],
 ) -> None:  # fmt: skip
     """Run once more with half the step, and put the estimated errors into the summary."""
-    from .check_step import estimate
+    from .check_step import estimate, worst
 
     with tempfile.TemporaryDirectory(prefix="cosim_") as scratch:
         half = replace(options, step=0.5 * step, results="", check_step=False, realtime=False)
@@ -276,6 +276,12 @@ def _check_step(
     result.summary["step_check"] = {
         "step_s": 0.5 * step, "errors": {n: e for n, e in errors.items() if n in outputs},
     }  # fmt: skip
+    found = worst(result.summary["step_check"]["errors"])
+    if found is not None and found[1]["relative"] > TRUSTED:
+        result.summary["warnings"].append(
+            f"--check-step: '{found[0]}' is off by about {found[1]['relative']:.0%} of its range: do not trust this "
+            "run; take a shorter step"
+        )
     write_summary(result.folder, result.summary)
 
 

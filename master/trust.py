@@ -38,6 +38,9 @@ AT_ONCE = 0.02
 """Share of an output's answer that may be to a position rather than a speed, for a damping to be told: what comes with
 a jump of the position is not in the products of the bond."""
 
+BEYOND = 1e100
+"""Sums of energies and squares that are larger belong to a run that has exploded."""
+
 STILL = 1e-10
 """Range of an output, as a share of its largest value, within which it rests: what changes then is rounding."""
 
@@ -86,6 +89,8 @@ class Swing:
 
     def summary(self) -> dict[str, float | None]:
         """omega h and numerical damping ratio; None where the record does not show them."""
+        if not np.abs([*self.sums.ravel(), *self.squares, self.net]).max() < BEYOND:
+            return {"omega_h": None, "numerical_damping": None}
         a, b = self.answer(0), self.answer(1)
         told: dict[str, float | None] = {"omega_h": None, "numerical_damping": None}
         if a is None or b is None or self.count < 10:
@@ -146,8 +151,11 @@ class ResidualEnergy:
 
     def add(self, time: np.ndarray, rows: np.ndarray) -> None:
         """Take in rows (n, outputs + inputs): outputs at times (n,) and inputs held from then on."""
-        if not self.bonds or len(time) == 0:
-            return
+        if self.bonds and len(time):
+            with np.errstate(over="ignore", invalid="ignore"):
+                self._add(time, rows)
+
+    def _add(self, time: np.ndarray, rows: np.ndarray) -> None:
         known = len(self._last)
         if known:
             time = np.concatenate([[t for t, _ in self._last], time])
@@ -182,12 +190,17 @@ class ResidualEnergy:
         for i, bond in enumerate(self.bonds):
             moves = self.moves(i)
             swing = self.swings[i].summary()
+            share = 0.0
+            if not self.absolute[i] + self.exchanged[i] < BEYOND:
+                share = float("inf")
+            elif moves and self.exchanged[i] > 0.0:
+                share = float(self.absolute[i] / self.exchanged[i])
             told.append({
                 "bond": bond.name,
                 "residual_energy_J": float(self.absolute[i]),
                 "net_residual_energy_J": float(self.net[i]),
                 "exchanged_energy_J": float(self.exchanged[i]),
-                "relative": float(self.absolute[i] / self.exchanged[i]) if moves and self.exchanged[i] > 0.0 else 0.0,
+                "relative": share,
                 **(swing if moves else dict.fromkeys(swing)),
             })  # fmt: skip
         return told
@@ -196,7 +209,12 @@ class ResidualEnergy:
         """Bonds over which the coupling is not to be trusted."""
         told = []
         for bond in self.summary():
-            if bond["relative"] > TRUSTED:
+            if bond["relative"] == float("inf"):
+                told.append(
+                    f"the energy exchanged over {bond['bond']} grew beyond all numbers: the coupling is unstable; "
+                    "take a shorter step or another method"
+                )
+            elif bond["relative"] > TRUSTED:
                 told.append(
                     f"the coupling created or destroyed {bond['relative']:.0%} of the energy exchanged over "
                     f"{bond['bond']}: do not trust this run; take a shorter step"

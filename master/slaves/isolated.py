@@ -185,7 +185,7 @@ class IsolatedSlave(Slave):
     def free(self) -> None:
         if self._process is None:
             return
-        with contextlib.suppress(CosimError, OSError):
+        with contextlib.suppress(CosimError, OSError, subprocess.TimeoutExpired):
             if self._state not in ("new", "lost", "freed"):
                 self._doing = "being freed"
                 self._tell("free")

@@ -6,12 +6,16 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from importlib.resources import files
 from itertools import product
+from math import prod
 from pathlib import Path
 from typing import Any
 
 from ...core.errors import UsageError
 from ...core.toml_tables import Tables
 from ..sweep.metrics import Metric, parse_metric
+
+MOST_DESIGNS = 10_000
+"""Most combinations of choices."""
 
 
 @dataclass(frozen=True)
@@ -111,6 +115,8 @@ def read(path: Path | None = None) -> Options:
     )  # fmt: skip
     if not made.requirements or not made.groups:
         raise UsageError(f"{where}: at least one [[require]] and one [[group]] are needed")
+    if (count := prod(len(g.choices) for g in made.groups)) > MOST_DESIGNS:
+        raise UsageError(f"{where}: {count} combinations of choices; at most {MOST_DESIGNS}")
     names = [g.name for g in made.groups]
     if len(set(names)) < len(names):
         raise UsageError(f"{where}: two groups have the same name")
@@ -136,6 +142,8 @@ def _group(take: Tables, table: dict[str, Any], where: str) -> Group:
         choices.append(
             Choice(take.get(t, at, "name", str), take.get(t, at, "parameters", dict), take.number(t, at, "cost", 0.0))
         )
+    if len({c.name for c in choices}) < len(choices):
+        raise UsageError(f"{at}: two choices have the same name")
     if not choices:
         raise UsageError(f"{at}: it has no [[group.choice]]")
     if choices[0].cost:

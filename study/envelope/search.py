@@ -43,7 +43,10 @@ def holds(options: Options, entry: dict[str, Any]) -> bool:
 
 
 def reach(package: str, question: Question) -> Reach | str:
-    """The answer, in this process; a text where even the low end cannot be run."""
+    """The answer, in this process; a text where even the low end cannot be run.
+
+    Bisection takes it that what holds at a value holds below it too.
+    """
     o = question.options
 
     def at(x: float) -> dict[str, Any]:
@@ -81,8 +84,8 @@ def cheapest(
     pool: Pool, options: Options, designs: Sequence[Design], at: float, fixed: dict[str, Any]
 ) -> list[Design]:
     """All designs of the least cost that hold at that value of the axis; those with fewer changes first."""
-    for cost in sorted({d.cost for d in designs}):
-        mine = sorted((d for d in designs if d.cost == cost), key=lambda d: len(d.changes))
+    for cost in sorted({round(d.cost, 9) for d in designs}):  # 0.1 + 0.2 costs as much as 0.3
+        mine = sorted((d for d in designs if round(d.cost, 9) == cost), key=lambda d: len(d.changes))
         tasks = [Task(settings(options), {**fixed, **d.parameters, options.parameter: at}) for d in mine]
         good = sorted(k for k, entry in pool.each(measure, tasks) if holds(options, entry))
         if good:

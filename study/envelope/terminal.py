@@ -7,6 +7,7 @@ import csv
 import json
 import sys
 from dataclasses import asdict
+from math import floor, log10
 from pathlib import Path
 from typing import Any
 
@@ -32,8 +33,9 @@ def envelope_command(options: argparse.Namespace) -> int:
     if not 1 <= len(mapped) <= 3:
         raise UsageError(f"{options.options or 'options.toml'}: one to three groups need map = true")
     over, every = designs(mapped), designs(wanted.groups)
+    rest = {name: value for g in wanted.groups if not g.mapped for name, value in g.choices[0].parameters.items()}
     with Session(options.package) as session:
-        used = dict.fromkeys(name for d in every for name in d.parameters)
+        used = [name for g in wanted.groups for name in dict.fromkeys(n for c in g.choices for n in c.parameters)]
         check_distinct(session, [*fixed, *used, wanted.parameter])
         check(session, {**fixed, **every[0].parameters, wanted.parameter: wanted.low}, settings(wanted))
     at = wanted.high if options.at is None else options.at
@@ -49,7 +51,7 @@ def envelope_command(options: argparse.Namespace) -> int:
         Pool(options.package, executor, options.processes) as pool,
         tqdm(total=len(over), unit="design", disable=options.quiet, file=sys.stderr) as bar,
     ):
-        found = reaches(pool, wanted, over, fixed, bar.update)
+        found = reaches(pool, wanted, over, {**fixed, **rest}, bar.update)
         bar.set_description("the cheapest change")
         best = cheapest(pool, wanted, every, at, fixed)
     names = [tuple(c.name for c in d.choices) for d in over]
@@ -66,10 +68,10 @@ def envelope_command(options: argparse.Namespace) -> int:
     return 0
 
 
-def _told(r: Any, low: float, high: float) -> str:
+def _told(r: Any, wanted: Any) -> str:
     if r.value is None:
-        return f"not even {low:g}"
-    return f"{high:g} and more" if r.whole else f"{r.value:.0f}"
+        return f"not even {wanted.low:g}"
+    return f"{wanted.high:g} and more" if r.whole else f"{r.value:.{max(0, -floor(log10(wanted.within)))}f}"
 
 
 def _write(
@@ -102,7 +104,7 @@ def _print(wanted: Any, mapped: Any, reach: Any, best: Any, at: float) -> None:
     print(f"{head}{wanted.parameter} up to which all holds [{wanted.unit}], within {wanted.within:g}")
     for names, r in reach.items():
         line = "".join(f"{n:<{w}}" for n, w in zip(names, widths, strict=True))
-        print(f"{line}{_told(r, wanted.low, wanted.high)}")
+        print(f"{line}{_told(r, wanted)}")
     print()
     if not best:
         print(f"no combination of the changes makes it hold at {wanted.parameter} = {at:g} {wanted.unit}")

@@ -19,6 +19,7 @@ T_START, T_DOWN, RAMP, TARGET = 2.0, 12.0, 5.0, 0.2
 BASE: Mapping[str, float | bool] = {
     "hydraulics.oil.alpha": 2.2e-8, "hydraulics.oil.nu0": 22e-6, "hydraulics.line.length": 4.0,
     "hydraulics.line.diameter": 4e-3, "hydraulics.valve.q_rated": 5 * L_MIN, "hydraulics.relief.p_crack": 20e6,
+    "hydraulics.line.variable_viscosity": True,
     "hydraulics.command.target": TARGET, "arm.load_weight": 800.0, "arm.current_speed": 0.5,
 }  # fmt: skip
 """What the machine has where a case says nothing."""

@@ -66,6 +66,16 @@ class Run:
         """Both motions take what the command takes."""
         return max(self.extension, self.retraction) <= RAMP + ON_TIME
 
+    @property
+    def lag(self) -> float:
+        """Greatest distance [m] from the command, overshoot included."""
+        return float(np.abs(self["x_cmd"] - self["x_h"]).max())
+
+    def full(self, tenths: float = 0.999) -> float:
+        """Share of the extension's command during which the spool is open by more than that."""
+        ramp = (self.t > T_START) & (self.t < T_START + RAMP)
+        return float((np.abs(self["x_v"][ramp]) > tenths).mean())
+
     def at(self, name: str, t: float = MID) -> float:
         """A signal at a time [s]."""
         return float(np.interp(t, self.t, self[name]))

@@ -65,7 +65,8 @@ def paper_command(options: argparse.Namespace) -> int:
         f"the cylinder takes {printed[DEEPEST].extension:.3f} s and {printed[DEEPEST].retraction:.3f} s at 11 km: "
         f"{sum(c.holds for c in bare)} of {len(bare)} claims hold."
     )
-    page(folder / "as_printed.html", "The same with the equations as printed", lead, WHY[:2], bare, plain, rows)
+    title = "The same with the equations as printed"
+    page(folder / "as_printed.html", title, lead, [WHY[0], WHY[2]], bare, plain, rows)
     content = {"claims": [asdict(c) for c in found], "as_printed": [asdict(c) for c in bare]}
     with writing(folder / "claims.json"):
         (folder / "claims.json").write_text(json.dumps(content, indent=1) + "\n", encoding="utf-8")

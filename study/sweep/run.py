@@ -57,8 +57,17 @@ def measure(package: str, task: Task) -> dict[str, Any]:
         warnings = watch.warnings(t, rows[:, : len(watch.record)], s.method)
     except CosimError as error:
         return {"failed": str(error)}
+    with np.errstate(over="ignore", invalid="ignore"):
+        values = _values(s.metrics, t, record, rows)
+    wrong = [f"{label} is {value:g}" for label, value in values.items() if value is not None and not np.isfinite(value)]
+    if wrong:
+        return {"failed": f"not finite: {', '.join(wrong)}"}
+    return {"values": values, "warnings": warnings}
+
+
+def _values(metrics: Sequence[Metric], t: np.ndarray, record: list[str], rows: np.ndarray) -> dict[str, float | None]:
     columns = {name: np.ascontiguousarray(rows[:, k]) for k, name in enumerate(record)}
-    return {"values": {m.label: m.of(t, columns[m.connector]) for m in s.metrics}, "warnings": warnings}
+    return {m.label: m.of(t, columns[m.connector]) for m in metrics}
 
 
 def check(session: Session, case: Case, settings: Settings) -> None:

@@ -333,3 +333,43 @@ def test_entries_of_archives_with_dots_and_backslashes(tmp_path):
         archive.writestr("resources\\x", "")
     with pytest.raises(CosimError, match="has a backslash"):
         extract(tmp_path / "b.zip", tmp_path / "there")
+
+
+# what is said of runs that went wrong
+
+
+def oscillator(fmus, tmp_path, step, stop):
+    """A mass and a spring of 10 rad/s, coupled."""
+    from .parts import linear
+
+    fmu = native.linear(tmp_path / "n", 2, through=False, units={"u1": "N", "y1": "m/s"})
+    other = native.linear(tmp_path / "m", 2, through=False, units={"u1": "m/s", "y1": "N"})
+    root = system("root", linear("mass", A=[[0]], B=[[1]], C=[[1]], x0=[1]),
+                  linear("spring", "resources/S.fmu", A=[[0]], B=[[-100]], C=[[1]]),
+                  links=(link("mass.y1", "spring.u1"), link("spring.y1", "mass.u1")))  # fmt: skip
+    return package(tmp_path / "p.ssp", root, {"resources/L.fmu": fmu, "resources/S.fmu": other}, step=step, stop=stop)
+
+
+@pytest.mark.parametrize("method", ["jacobi", "extrapolation"])
+def test_a_run_that_explodes_is_not_trusted(fmus, tmp_path, method):
+    result = run(oscillator(fmus, tmp_path, 0.3, 60.0), tmp_path / "out", Options(method=method))
+    assert any("the coupling is unstable" in text or "do not trust" in text for text in result.summary["warnings"])
+    text = (tmp_path / "out" / "summary.json").read_text()
+    assert "NaN" not in text
+    assert "Infinity" not in text
+
+
+def test_an_error_that_half_the_step_shows_is_a_warning(fmus, tmp_path):
+    path = oscillator(fmus, tmp_path, 1e-3, 30.0)  # omega h = 0.01: the amplitude grows fourfold
+    told = warnings(tmp_path, path, method="jacobi", check_step=True)
+    assert "--check-step: '" in told
+    assert "do not trust this run" in told
+    assert "--check-step" not in warnings(tmp_path, path, method="nepce", check_step=True)
+
+
+def test_a_closed_session_says_so(fmus, tmp_path):
+    path = package(tmp_path / "p.ssp", system("root", gain("a", 3.0)), with_fmu(fmus))
+    with Session(path) as session:
+        session.run(["a.y1"], 1.0, 0.1)
+    with pytest.raises(CosimError, match="the session is closed"):
+        session.run(["a.y1"], 1.0, 0.1)

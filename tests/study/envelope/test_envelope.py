@@ -129,3 +129,33 @@ def test_bad_arguments_are_one_line(doubled, options, tmp_path, capsys, argument
     call = ["envelope", str(doubled), "--options", str(options), "--out", str(tmp_path / "o"), *arguments]
     assert code(main, call) == 2
     assert len(capsys.readouterr().err.strip().splitlines()) == 1
+
+
+def test_the_map_is_of_the_machine_that_the_changes_start_from(doubled, tmp_path):
+    """Choices of groups that are not mapped count as they are, whatever the package has."""
+    path = tmp_path / "o.toml"
+    path.write_text(TEXT.format(limit=2.0).replace('"a.C[1,1]" = 1.0', '"a.C[1,1]" = 0.8'))
+    found = run(doubled, path, tmp_path / "out", "--at", "2.4", "--no-plots")
+    assert found["reach"][0]["value"] == pytest.approx(2.5, abs=0.011)
+    assert found["cheapest"] == [{"cost": 0, "changes": []}]
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "told"),
+    [
+        ('"a.C[1,1]" = 0.25', '"a.x0[2]" = 0.25', "both set"),
+        ('name = "quarter"', 'name = "half"', "two choices have the same name"),
+    ],
+)
+def test_options_that_contradict_themselves(doubled, tmp_path, capsys, old, new, told):
+    path = tmp_path / "o.toml"
+    path.write_text(TEXT.format(limit=2.0).replace(old, new))
+    assert main(["envelope", str(doubled), "--options", str(path), "--out", str(tmp_path / "out"), "--no-plots"]) == 2
+    assert told in capsys.readouterr().err
+
+
+def test_decimals_are_those_of_the_bisection(doubled, options, tmp_path, capsys):
+    assert main(["envelope", str(doubled), "--options", str(options), "--out", str(tmp_path), "--no-plots"]) == 0
+    told = capsys.readouterr().out
+    assert "slope 1     2.00" in told or "slope 1     1.99" in told
+

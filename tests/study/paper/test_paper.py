@@ -24,7 +24,9 @@ def machine(case, out=5.0, back=5.0, **others):
     goal = float(case.parameters.get("hydraulics.command.target", 0.2))
     x = goal * np.clip((T - T_START) / out, 0.0, 1.0)
     x = np.where(T > T_DOWN, x[T_DOWN == T] * np.clip(1.0 - (T - T_DOWN) / back, 0.0, 1.0), x)
-    signals = {"arm.x_h": x, "arm.v_h": np.gradient(x, T), **{f"hydraulics.{k}": v for k, v in others.items()}}
+    command = goal * np.interp(T, (T_START, T_START + 5.0, T_DOWN, T_DOWN + 5.0), (0.0, 1.0, 1.0, 0.0))
+    signals = {"arm.x_h": x, "arm.v_h": np.gradient(x, T), "hydraulics.x_cmd": command}
+    signals |= {f"hydraulics.{k}": v for k, v in others.items()}
     return Run(case, T, np.stack([np.broadcast_to(signals.get(name, 0.0), T.shape) for name in RECORD], axis=1))
 
 
@@ -102,6 +104,13 @@ def test_what_is_not_does_not(made):
     for text in ("delay from 10 km", "extension at 11 km", "40 mm/s"):
         found = [*c._depths(early), *c._cause(early)]
         assert not by_text(found, text).holds
+    late = Runs({case.key: machine(case, 5.09, 5.09) for case in all_cases()})
+    assert by_text(c._depths(late), "consistent with the command").holds
+    late = Runs({case.key: machine(case, 5.5, 5.5, x_v=1.0) for case in all_cases()})
+    claim = by_text(c._depths(late), "consistent with the command")
+    assert not claim.holds
+    assert "full open for 100 %" in claim.remark
+    assert not by_text(c._cause(late), "the spool opens more").holds
     for text in ("greater alpha", "longer the lines", "smaller the valve", "little gain"):
         assert not by_text(c._parameters(early), text).holds
     assert not by_text(c._inputs(early), "no delay for 100 mm").holds
