@@ -301,9 +301,10 @@ def simulate(path: str | Path, out: str | Path | None = None, **options: Any) ->
         )
     for name in ("record", "plot", "substeps"):
         if name in options:
-            given = options[name]
+            given = [options[name]] if isinstance(options[name], str) else options[name]
             options[name] = tuple(given.items()) if isinstance(given, dict) else tuple(given)
-    options["parameters"] = tuple(map(Path, options.get("parameters", ())))
+    sets = options.get("parameters", ())
+    options["parameters"] = tuple(map(Path, [sets] if isinstance(sets, (str, Path)) else sets))
     if options.get("stimuli") is not None:
         options["stimuli"] = Path(options["stimuli"])
     folder = Path(out) if out is not None else Path("results") / package.stem

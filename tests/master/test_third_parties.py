@@ -10,7 +10,7 @@ from deepsea_cosim.core.errors import CosimError
 from deepsea_cosim.master.check import check
 from deepsea_cosim.master.engine.runner import last_step
 from deepsea_cosim.master.session import Session
-from deepsea_cosim.master.simulate import Options, run
+from deepsea_cosim.master.simulate import Options, run, simulate
 from deepsea_cosim.master.times import times_of
 from deepsea_cosim.ssp.archive import extract
 
@@ -373,3 +373,12 @@ def test_a_closed_session_says_so(fmus, tmp_path):
         session.run(["a.y1"], 1.0, 0.1)
     with pytest.raises(CosimError, match="the session is closed"):
         session.run(["a.y1"], 1.0, 0.1)
+
+
+def test_one_name_or_file_for_many(fmus, tmp_path):
+    path = package(tmp_path / "p.ssp", system("root", gain("a", 3.0)), with_fmu(fmus))
+    (tmp_path / "s.ssv").write_text(values({"a.u1": 2.0}))
+    for given in (tmp_path / "s.ssv", str(tmp_path / "s.ssv"), [tmp_path / "s.ssv"]):
+        frame = simulate(path, tmp_path / "out", record="a.y1", plot="a.*", parameters=given).frame
+        assert list(frame) == ["time", "a.y1"]
+        assert frame["a.y1"].iloc[-1] == 6.0
