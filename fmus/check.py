@@ -2,9 +2,29 @@
 
 from __future__ import annotations
 
+import zipfile
 from pathlib import Path
 
 from ..core.errors import PackageError
+
+
+def faults(fmu: Path) -> list[str]:
+    """What is wrong with an FMU, first by its description, then in a short run; empty where nothing is."""
+    try:
+        found = problems(fmu)
+    except zipfile.BadZipFile:
+        found = ["not a zip archive or damaged"]
+    except KeyError as error:  # a file that the archive does not hold
+        found = [str(error.args[0])]
+    if found:
+        return found
+    try:
+        exercise(fmu)
+    except PackageError as error:
+        return [str(error)]
+    except Exception as error:
+        return [f"does not run: {error}"]
+    return []
 
 
 def exercise(fmu: str | Path, steps: int = 3, step: float = 1e-3) -> None:

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import argparse
 import sys
-import zipfile
 from collections.abc import Sequence
 from pathlib import Path
 
@@ -77,22 +76,11 @@ def _container(options: argparse.Namespace) -> int:
 
 
 def _check(options: argparse.Namespace) -> int:
-    from ..core.errors import PackageError
-    from .check import exercise, problems
+    from .check import faults
 
     worst = 0
     for fmu in options.fmu:
-        try:
-            found = problems(fmu)
-        except zipfile.BadZipFile:
-            found = ["not a zip archive or damaged"]
-        except KeyError as error:  # a file that the archive does not hold
-            found = [str(error.args[0])]
-        if not found:
-            try:
-                exercise(fmu)
-            except Exception as error:
-                found = [str(error) if isinstance(error, PackageError) else f"does not run: {error}"]
+        found = faults(fmu)
         for problem in found:
             print(f"{fmu}: {problem}")
         if not found:

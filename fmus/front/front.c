@@ -1,14 +1,14 @@
 /* Front library of the project's FMUs: the FMI 2.0 functions an importer sees, handed on to pythonfmu's library.
  *
  * It stands between importer and pythonfmu for three reasons. pythonfmu takes it for granted that Python runs in the
- * process, or that its library will be found: `python.c` sees to that. pythonfmu knows only fmi2OK and fmi2Fatal: the FMU's Python
- * code logs a fault with its status and goes on; this library returns the worst status that was logged during a call.
- * It switches the log on for that and passes on what the importer asked for: errors always, the rest with loggingOn.
- * And pythonfmu makes Python lists for every value: the Python code tells this library, by a log message of the category
- * "front", where its variables are, and plain reads and writes of reals need no Python at all.
+ * process, or that its library will be found: `python.c` sees to that. pythonfmu knows only fmi2OK and fmi2Fatal: the
+ * FMU's Python code logs a fault with its status and goes on; this library returns the worst status that was logged
+ * during a call. It switches the log on for that and passes on what the importer asked for: errors always, the rest
+ * with loggingOn. And pythonfmu makes Python lists for every value: the Python code tells this library, by a log message
+ * of the category "front", where its variables are, and plain reads and writes of reals need no Python at all.
  *
- * pythonfmu's library lies beside this one as <modelIdentifier>_pythonfmu.so (and `quiet.c` as _quiet.so). After fmi2Fatal the instance is not
- * touched any more, because pythonfmu has freed parts of it by then.
+ * pythonfmu's library lies beside this one as <modelIdentifier>_pythonfmu.so (and `quiet.c` as _quiet.so). After
+ * fmi2Fatal the instance is not touched any more, because pythonfmu has freed parts of it by then.
  */
 #define _GNU_SOURCE
 #include "fmi2.h"
@@ -44,8 +44,8 @@ typedef struct {
 static void *library;
 static char trouble[8192]; /* why something could not be loaded */
 
-/* One call at a time: pythonfmu's buffers are shared by all instances, and only one thread can run Python anyway. Who waits
- * must not hold up Python, which the one inside needs. */
+/* One call at a time: pythonfmu's buffers are shared by all instances, and only one thread can run Python anyway. Who
+ * waits must not hold up Python, which the one inside needs. */
 static pthread_mutex_t inside = PTHREAD_RECURSIVE_MUTEX_INITIALIZER_NP;
 
 static void lock(void)

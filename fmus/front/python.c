@@ -1,10 +1,10 @@
 /* Finds Python for an importer that is not Python itself.
  *
- * In this order: the interpreter that the environment variable DEEPSEA_COSIM_PYTHON names; the one that the build wrote into
- * resources/python.txt (`cosim-fmus build --portable`), or that the FMU carries (`--standalone`); python3 on the path. Its library is opened for all to see, because
- * pythonfmu's library and Python's own extension modules take it for granted, and it is started as that interpreter, so
- * that it finds the packages of its (virtual) environment. Where Python runs already, all this is left alone. In both
- * cases the packages of resources/requirements.txt have to be there.
+ * In this order: the interpreter that the environment variable DEEPSEA_COSIM_PYTHON names; the one that the build wrote
+ * into resources/python.txt (`cosim-fmus build --portable`), or that the FMU carries (`--standalone`); python3 on the
+ * path. Its library is opened for all to see, because pythonfmu's library and Python's own extension modules take it for
+ * granted, and it is started as that interpreter, so that it finds the packages of its (virtual) environment. Where
+ * Python runs already, all this is left alone. In both cases the packages of resources/requirements.txt have to be there.
  */
 #define _GNU_SOURCE
 #include "python.h"

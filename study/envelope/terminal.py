@@ -33,9 +33,9 @@ def envelope_command(options: argparse.Namespace) -> int:
     if not 1 <= len(mapped) <= 3:
         raise UsageError(f"{options.options or 'options.toml'}: one to three groups need map = true")
     over, every = designs(mapped), designs(wanted.groups)
-    rest = {name: value for g in wanted.groups if not g.mapped for name, value in g.choices[0].parameters.items()}
+    rest = designs([g for g in wanted.groups if not g.mapped])[0].parameters
     with Session(options.package) as session:
-        used = [name for g in wanted.groups for name in dict.fromkeys(n for c in g.choices for n in c.parameters)]
+        used = [name for g in wanted.groups for name in {n: None for c in g.choices for n in c.parameters}]
         check_distinct(session, [*fixed, *used, wanted.parameter])
         check(session, {**fixed, **every[0].parameters, wanted.parameter: wanted.low}, settings(wanted))
     at = wanted.high if options.at is None else options.at

@@ -71,10 +71,10 @@ class Run:
         """Greatest distance [m] from the command, overshoot included."""
         return float(np.abs(self["x_cmd"] - self["x_h"]).max())
 
-    def full(self, tenths: float = 0.999) -> float:
-        """Share of the extension's command during which the spool is open by more than that."""
+    def full(self, opening: float) -> float:
+        """Share of the extension's command during which the spool is open by more than `opening`."""
         ramp = (self.t > T_START) & (self.t < T_START + RAMP)
-        return float((np.abs(self["x_v"][ramp]) > tenths).mean())
+        return float((np.abs(self["x_v"][ramp]) > opening).mean())
 
     def at(self, name: str, t: float = MID) -> float:
         """A signal at a time [s]."""
