@@ -60,14 +60,14 @@ START = {"Real": "0", "Integer": "0", "Boolean": "false", "String": "", "Enumera
 
 
 def description(
-    version: int, units: dict[str, str] | None = None, through: bool = True, plain: bool = False, slopes: bool = False,
-    negated: str = "", direct: bool = False,
+    version: int, units: dict[str, str] | None = None, through: bool | None = True, plain: bool = False,
+    slopes: bool = False, negated: str = "", direct: bool = False,
 ) -> str:  # fmt: skip
     """modelDescription.xml.
 
-    units: unit by variable name, of m, mm, N, kN, m/s, 1; through: outputs depend on inputs; plain: see `_variables`;
-    slopes: takes slopes of its inputs; negated: a variable of FMI 1.0 that is a negated alias; direct: FMI 1.0
-    tells on which inputs the outputs depend.
+    units: unit by variable name, of m, mm, N, kN, m/s, 1; through: outputs depend on inputs, None does not say; plain: see
+    `_variables`; slopes: takes slopes of its inputs; negated: a variable of FMI 1.0 that is a negated alias; direct: FMI
+    1.0 tells on which inputs the outputs depend.
     """
     units = units or {}
     known = {"m": 'm="1"', "mm": 'm="1" factor="0.001"', "N": 'kg="1" m="1" s="-2"', "m/s": 'm="1" s="-1"', "1": "",
@@ -173,8 +173,10 @@ def _direct(reference: int, direct: bool) -> str:
     return f"<DirectDependency>{''.join(f'<Name>u{k + 1}</Name>' for k in range(N))}</DirectDependency>"
 
 
-def _depends(reference: int, through: bool, version: int) -> str:
-    """The dependencies of an output: all real inputs, or none."""
+def _depends(reference: int, through: bool | None, version: int) -> str:
+    """The dependencies of an output: all real inputs, none, or nothing said."""
+    if through is None:
+        return ""
     if 10 <= reference < 16:
         inputs = [str(k + 1) if version == 2 else str(k) for k in range(N)]
         return f' dependencies="{" ".join(inputs)}"' if through else ' dependencies=""'

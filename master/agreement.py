@@ -15,7 +15,6 @@ import numpy as np
 
 from ..core.errors import SimulationError
 from ..ssp.network import End
-from .engine.loop import END
 from .engine.program import Cast, Program
 from .engine.runner import Runner
 from .loops import graph
@@ -98,6 +97,13 @@ class Agreement:
                 "repetition, and its values are no reals that could be solved for"
             )
         self.solve(change, when)
+        whole, texts = board.integers[self._whole].copy(), list(board.texts)
+        self.sweep()
+        if not (np.array_equal(whole, board.integers[self._whole]) and texts == board.texts):
+            raise SimulationError(
+                f"the algebraic loop {when} through {', '.join(dict.fromkeys(self.names))} does not settle: where its "
+                "reals agree, its whole numbers or texts do not"
+            )
 
     @staticmethod
     def _solvable(link: Link) -> bool:
@@ -155,42 +161,63 @@ def stale(system: System) -> tuple[list[str], bool]:
     return in_turn(node for node in order if node in late), False
 
 
-def refresh(system: System, program: Program, loops_only: bool = False) -> None:
+def at_end(system: System, program: Program, names: Iterable[str]) -> dict[int, int]:
+    """Write: what stimuli drive these components with at the end of the step, in slots of its own; slot: that slot."""
+    signals = [s for name in names for s in system.slaves[name].inputs]
+    signals += [k.source for name in names for k in system.links_to(name)]
+    seen = set(_slots(s for s in signals if s.family != TEXT).tolist())
+    made = {}
+    for slot, column, family in program.drives:
+        if slot in seen:
+            made[slot] = system.scratch()
+            program.drive_at_end(made[slot], column, family)
+    return made
+
+
+def refresh(system: System, program: Program, driven: dict[int, int] | None = None, loops_only: bool = False) -> None:
     """Write: outputs agree with the present inputs; the inputs that were held stay on the board, for the record.
 
-    What stimuli drive has the value that it has at the end of the step. loops_only: do nothing where there is no
-    algebraic loop.
+    What stimuli drive has the value that it has at the end of the step, which stands in `driven` if another program
+    has written it (`at_end`). loops_only: do nothing where there is no algebraic loop.
     """
     names, loop = stale(system)
     if not names or (loops_only and not loop):
         return
     links = [k for name in dict.fromkeys(names) for k in system.links_to(name) if k.target.family != TEXT]
-    seen = set(_slots([k.source for k in links] + [s for name in names for s in system.slaves[name].inputs]).tolist())
-    drives = [d for d in program.drives if d[0] in seen]
-    with _kept(system, program, [(slot, 1) for slot, _, _ in drives]):
-        for slot, column, family in drives:
-            program.drive(slot, column, family, END)
-        if not loop:
-            renew(system, program, names, links)
-            return
-        with _kept(system, program, [(k.target.place, k.target.size) for k in links]):
-            agreement = Agreement(system, names)
+    if driven is None:
+        driven = at_end(system, program, names)
+    if not loop:
+        renew(system, program, names, links, driven)
+        return
+    with _kept(system, program, [*((slot, 1) for slot in driven), *((k.target.place, k.target.size) for k in links)]):
+        for slot, end in driven.items():
+            program.cast(slot, end, 1, Cast())
+        agreement = Agreement(system, names)
 
-            def settle(t: float, h: float) -> int:
-                agreement.settle(f"at t = {t + h:g} s")
-                return 0
+        def settle(t: float, h: float) -> int:
+            agreement.settle(f"at t = {t + h:g} s")
+            return 0
 
-            program.python(settle)
+        program.python(settle)
 
 
-def renew(system: System, program: Program, names: Sequence[str], links: Sequence[Link]) -> None:
+def renew(
+    system: System, program: Program, names: Sequence[str], links: Sequence[Link], instead: dict[int, int]
+) -> None:
     """Write: in this order, the components get what these links carry now, and are read again; then all inputs are as
-    they were on the board."""
-    with _kept(system, program, [(k.target.place, k.target.size) for k in links]):
+    they were on the board. `instead` gives the slots that stand for some sources, or for inputs of the components."""
+    own = {
+        name: [p for p in _slots(s for s in system.slaves[name].inputs if s.family != TEXT).tolist() if p in instead]
+        for name in dict.fromkeys(names)
+    }
+    places = [(k.target.place, k.target.size) for k in links]
+    with _kept(system, program, [*places, *((slot, 1) for slots in own.values() for slot in slots)]):
         for name in names:
+            for slot in own[name]:
+                program.cast(slot, instead[slot], 1, Cast())
             for link in links:
                 if link.target.component == name:
-                    system.pass_on(program, link)
+                    system.pass_on(program, link, instead)
             program.set_inputs(system.slaves[name])
             program.get_outputs(system.slaves[name])
 

@@ -15,7 +15,7 @@ import numpy as np
 
 from ..core.errors import SimulationError, UnknownNameError, UsageError, did_you_mean
 from .algorithms import AT_START, NAMES, algorithm
-from .engine.loop import MEAN, START
+from .direct import probe
 from .engine.program import Program
 from .engine.runner import Runner
 from .initialise import Initialiser
@@ -32,6 +32,7 @@ from .setup import (
     targets,
 )
 from .slaves.base import REAL, TEXT, Signal
+from .stimuli import means
 from .system import System
 from .times import times_of
 
@@ -151,11 +152,14 @@ class Session:
         times[n] = stop
         connected = {link.target.place for link in system.links}
         driven: list[tuple[Signal, np.ndarray]] = []
+        averages: list[np.ndarray] = []
         for address, (t, values) in (inputs or {}).items():
             is_output, signal = self.signal(address)
             if is_output or signal.place in connected:
                 raise UsageError(f"'{address}' cannot be driven: it is {'an output' if is_output else 'connected'}")
             driven.append((signal, np.interp(times, t, values)))
+            if method not in AT_START:
+                averages.append(np.append(means(np.asarray(t), np.asarray(values), times), 0.0))
         values = [*self._bound, *resolve((changes or {}).items(), system.slaves, "", system)]
         for v in values:
             if v.component and system.slaves[v.component].variables[v.variable].causality == "structuralParameter":
@@ -171,10 +175,12 @@ class Session:
         for signal, series in driven:
             system.put(signal, series[0])
         self._initialise(values, start, stop)
+        if not self._programs:
+            probe(system)
         runner, order = self._runner(method, tuple(wanted), tuple(signal for signal, _ in driven))
         runner.program.begin()
         rows = np.empty((n + 1, len(record)))
-        matrix = np.stack([series for _, series in driven], axis=1) if driven else None
+        matrix = np.stack([*(series for _, series in driven), *averages], axis=1) if driven else None
         raw = np.empty((n, len(record)))
         taken_steps = runner.run(raw, start, step, 0, n, n, stop, matrix)
         if taken_steps < n and runner.ended is not None:
@@ -223,8 +229,8 @@ class Session:
     def _program(self, method: str, driven: tuple[Signal, ...]) -> Program:
         program = self.system.program()
         for column, signal in enumerate(driven):
-            mean = signal.family == REAL and method not in AT_START
-            program.drive(signal.place, column, signal.family, MEAN if mean else START)
+            mean = len(driven) + column if signal.family == REAL and method not in AT_START else None
+            program.drive(signal.place, column, signal.family, mean)
         algorithm(method)(self.system, program)
         self.system.show(program)
         return program

@@ -18,8 +18,7 @@ from ..core.errors import CosimError, Interrupted, OutputError, SimulationError,
 from . import stimuli
 from .algorithms import AT_START, NAMES, algorithm
 from .bonds import find_bonds
-from .direct import at_once
-from .engine.loop import MEAN, START
+from .direct import at_once, probe
 from .engine.runner import Runner
 from .initialise import Initialiser
 from .manifest import manifest, write_manifest
@@ -175,11 +174,13 @@ def run(
             driven = {(drive.signal.component, drive.signal.name) for drive in drives}
             values = [v for v in values if (v.component, v.variable) not in driven]
             system.mute({v.variable for v in values if not v.component} | {n for c, n in driven if not c})
+            averaged = options.method not in AT_START
             for column, drive in enumerate(drives):
-                mean = drive.straight and options.method not in AT_START
-                program.drive(drive.place, column, drive.signal.family, MEAN if mean else START)
+                mean = len(drives) + column if averaged and drive.straight else None
+                program.drive(drive.place, column, drive.signal.family, mean)
                 system.put(drive.signal, drive.at(np.array([start]))[0], drive.element)
             Initialiser(system)(values, start, stop)
+            probe(system)
             write(system, program)
             system.show(program)
             bonds = find_bonds(system)
@@ -197,7 +198,7 @@ def run(
         stack.callback(recording.close)
         started = perf_counter()
         failure: CosimError | None = None
-        loop = _Loop(system, program, layout, recording, drives, options.realtime)
+        loop = _Loop(system, program, layout, recording, drives, averaged, options.realtime)
         try:
             loop.run(start, stop, step, n, progress, interrupt)
             remarks += loop.ending(stop)
@@ -366,10 +367,10 @@ class _Loop:
 
     def __init__(
         self, system: System, program: Any, layout: Layout, recording: Recording, drives: list[stimuli.Drive],
-        realtime: bool,
+        averaged: bool, realtime: bool,
     ):  # fmt: skip
         self.system, self.layout, self.recording, self.drives = system, layout, recording, drives
-        self.realtime = realtime
+        self.averaged, self.realtime = averaged, realtime
         if layout.has_texts:
             recording.take_texts(program)
         linked = [link.target for link in system.links]
@@ -401,7 +402,7 @@ class _Loop:
             driven = None
             if self.drives:
                 t = np.minimum(start + (self.done + np.arange(count + 1)) * h, stop)
-                driven = np.stack([d.at(t) for d in self.drives], axis=1)
+                driven = stimuli.driven_rows(self.drives, t, self.averaged)
             try:
                 self.runner.run(recording.rows(count), start, h, self.done, count, n, stop, driven, SLICE)
             except SimulationError as error:

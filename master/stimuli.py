@@ -44,6 +44,34 @@ class Drive:
         found = np.searchsorted(self.times, t + slack, side="right") - 1
         return self.values[np.clip(found, 0, None)]
 
+    def mean(self, t: np.ndarray) -> np.ndarray:
+        """Means (m - 1,) between times (m,); a series that is held counts as what it is at the start."""
+        return means(self.times, self.values, t) if self.straight else self.at(t)[:-1]
+
+
+def means(times: np.ndarray, values: np.ndarray, t: np.ndarray) -> np.ndarray:
+    """Means (m - 1,) of a series over the spans between the times t (m,), which increase.
+
+    times, values (n,): joined by straight lines, held beyond the ends; a jump is two values at one time.
+    """
+    inner = times[np.searchsorted(times, t[0], side="right") : np.searchsorted(times, t[-1])]
+    grid = np.sort(np.concatenate([t, inner]))
+    length = np.diff(grid)
+    parts = length * np.interp(grid[:-1] + 0.5 * length, times, values)  # no jump lies within a part
+    first = np.searchsorted(grid, t[:-1])
+    return np.add.reduceat(parts, first) / np.add.reduceat(length, first)
+
+
+def driven_rows(drives: Sequence[Drive], t: np.ndarray, averaged: bool) -> np.ndarray:
+    """What a program is driven with in the steps between the times t (m,): a column for each drive, its values there.
+
+    averaged: then as many columns with the means over the steps; the last row of these is not used.
+    """
+    columns = [d.at(t) for d in drives]
+    if averaged:
+        columns += [np.append(d.mean(t), 0.0) for d in drives]
+    return np.stack(columns, axis=1)
+
 
 def read(path: Path, system: System) -> list[Drive]:
     """The series of a file for inputs of the system, or inputs of components that nothing drives."""

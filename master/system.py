@@ -408,11 +408,12 @@ class System:
         return [k for k in self._into[name] if self.speaks(k)]
 
     def is_continuous(self, link: Link) -> bool:
-        """Whether what a link carries is a continuous real, which may be carried on and averaged."""
-        if link.source.family != REAL or link.target.family != REAL:
-            return False
-        ends = [s for s in (link.source, link.target) if s.component]
-        return all(self.slaves[s.component].variables[s.name].variability in (None, "continuous") for s in ends)
+        """Whether a link carries a continuous real from an output, which may be carried on and averaged."""
+        ends = (link.source, link.target)
+        return bool(link.source.component) and all(
+            s.family == REAL and self.slaves[s.component].variables[s.name].variability in (None, "continuous")
+            for s in ends
+        )
 
     def exchange(self, program: Program, names: Iterable[str], instead: dict[int, int] | None = None) -> None:
         """Bring the inputs of these slaves up to date. `instead` gives the slots that stand for some sources."""

@@ -7,6 +7,7 @@ from typing import Any
 import numpy as np
 
 from ...core.errors import UsageError
+from ..agreement import handles
 from ..engine.program import Program
 from ..engine.runner import Runner
 from ..slaves.base import Slave
@@ -19,9 +20,7 @@ class Coupling:
 
     def __init__(self, system: System):
         self.system = system
-        self.links: list[Link] = [
-            k for k in system.links if system.is_continuous(k) and k.source.component and k.cast.table is None
-        ]  # fmt: skip
+        self.links: list[Link] = [k for k in system.links if system.is_continuous(k)]
         spread = [(k, i) for k in self.links for i in range(k.source.size)]
         self.sources = np.array([k.source.place + i for k, i in spread], np.int64)
         self.targets = np.array([k.target.place + i for k, i in spread], np.int64)
@@ -76,6 +75,7 @@ class Stepper:
         program = system.program()
         program.advance([slave])
         self._runner = Runner(program)
+        self._give, self._take = handles(system, slave.name)
         self._rows = np.zeros((1, 0))
 
     @property
@@ -86,6 +86,11 @@ class Stepper:
     def step(self, t: float, h: float) -> None:
         """Set the inputs, step, read the outputs."""
         self._runner.run(self._rows, t, h, 0, 1, 2, t + h)
+
+    def answer(self) -> None:
+        """Set the inputs, read the outputs: what these say at once."""
+        self._give.once()
+        self._take.once()
 
     def save(self) -> Any:
         """The slave's state."""

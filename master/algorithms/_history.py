@@ -1,28 +1,31 @@
-"""Held inputs from an output and what it was a step before."""
+"""What an output was a step before, and the straight line from there."""
 
 from __future__ import annotations
 
 from ..engine.program import Program
 from ..system import System
 
+MIDDLE, END = 0.5, 1.0
+"""How far the straight line is taken, in steps: to the middle of the coming one, or to its end."""
 
-def blend(system: System, program: Program, place: int, size: int, ahead: float) -> int:
-    """Write the straight line through an output and what it was when last read, `ahead` steps after it; the first slot.
 
-    place, size: slots of the output, whose value at the start of a run counts as the first one before. Half a step back
-    (-0.5) is the mean of the two; half a step ahead of a shorter step is the middle of that.
+def carry_on(system: System, program: Program, place: int, size: int, *ahead: float) -> list[int]:
+    """Write the straight line through an output at the step's start and a step before, so many steps ahead of that.
+
+    place, size: slots of the output, whose value at the start of a run counts as the first one before. Returns the
+    first slot for each of `ahead`; for a shorter step they are as much nearer.
     """
-    last, held = system.scratch(size), system.scratch(size)
+    last = system.scratch(size)
+    held = [system.scratch(size) for _ in ahead]
     reals = system.board.reals
 
     def remember() -> None:
         reals[last : last + size] = reals[place : place + size]
 
     program.at_start(remember)
+    for first, steps in zip(held, ahead, strict=True):
+        for k in range(size):
+            program.line(first + k, place + k, last + k, steps)
     for k in range(size):
-        if ahead > 0.0:
-            program.line(held + k, place + k, last + k, ahead)
-        else:
-            program.mix(held + k, [(1.0 + ahead, place + k), (-ahead, last + k)])
         program.mix(last + k, [(1.0, place + k)])
     return held

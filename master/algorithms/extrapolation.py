@@ -10,18 +10,15 @@ from __future__ import annotations
 from ..agreement import refresh
 from ..engine.program import Program
 from ..system import Link, System
-from ._history import blend
-
-AHEAD = 0.5
-"""How far the straight line is taken, in steps: to the middle of the coming one."""
+from ._history import MIDDLE, carry_on
 
 
 def write(system: System, program: Program) -> None:
     """Write the macro step."""
     slaves = [system.slaves[name] for name in system.order]
-    carried = {s.name: [k for k in system.links_to(s.name) if _is_line(system, k)] for s in slaves}
+    carried = {s.name: [k for k in system.links_to(s.name) if system.is_continuous(k)] for s in slaves}
     ahead = {k.source.place: k.source for s in slaves if not s.takes_slopes for k in carried[s.name]}
-    instead = {place: blend(system, program, place, s.size, AHEAD) for place, s in ahead.items()}
+    instead = {place: carry_on(system, program, place, s.size, MIDDLE)[0] for place, s in ahead.items()}
     for s in slaves:
         for link in system.links_to(s.name):
             line = link in carried[s.name] and not s.takes_slopes
@@ -33,10 +30,6 @@ def write(system: System, program: Program) -> None:
             program.set_slopes(s, [k.target.reference for k in carried[s.name]], changes[s.name])
     program.step_all(slaves)
     refresh(system, program)
-
-
-def _is_line(system: System, link: Link) -> bool:
-    return system.is_continuous(link) and bool(link.source.component)
 
 
 def _changes(system: System, program: Program, links: list[Link]) -> int | None:

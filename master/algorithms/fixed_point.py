@@ -12,7 +12,7 @@ from typing import Any
 import numpy as np
 
 from ...core.errors import CosimError, SimulationError
-from ..agreement import refresh
+from ..agreement import at_end, refresh, stale
 from ..engine.program import Program
 from ..engine.runner import Runner
 from ..slaves.base import REAL
@@ -31,8 +31,9 @@ def write(system: System, program: Program) -> None:
     """Write the macro step."""
     coupling = Coupling(system)
     steppers = [Stepper(system, system.slaves[name], "fixed-point") for name in system.order]
+    driven = at_end(system, program, stale(system)[0])
     again = system.program()
-    refresh(system, again)
+    refresh(system, again, driven)
     agree = Runner(again) if len(again) else None
     size = last = np.zeros(0)
 

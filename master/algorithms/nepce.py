@@ -3,34 +3,51 @@
 What an input is held at differs, in the mean over a step, from what the output does in that step. A component that
 comes after its source knows the output at both ends of the step: the mean itself is held. For one that comes before,
 half of the output's last change is added, which is what holding its value lacked in the last step.
+
+An output that answers to inputs at once is read again after its component's step, with inputs as they are at the end
+of the step: those of sources that have not stepped yet lie on the straight line through their last two values.
 """
 
 from __future__ import annotations
 
-from ..agreement import refresh, renew, stale
-from ..engine.program import Program
+from ..agreement import at_end, refresh, renew, stale
+from ..engine.program import Cast, Program
 from ..system import System
-from ._history import blend
-from .extrapolation import AHEAD
-
-MEAN = -0.5
-"""Half a step back: the mean of the newest value and the one before."""
+from ._history import END, MIDDLE, carry_on
 
 
 def write(system: System, program: Program) -> None:
     """Write the macro step."""
     order = {name: i for i, name in enumerate(system.order)}
     late = stale(system)[0]
-    for name in system.order:
-        links = system.links_to(name)
-        for link in links:
-            source, instead = link.source, None
-            if system.is_continuous(link) and source.component:
-                ahead = MEAN if order[source.component] < order[name] else AHEAD
-                instead = {source.place: blend(system, program, source.place, source.size, ahead)}
-            system.pass_on(program, link, instead)
+    driven = at_end(system, program, late)
+    start: dict[int, int] = {}  # slots of outputs as they are at the step's start
+    middle: dict[int, int] = {}  # and as they are foretold for its middle and its end
+    final: dict[int, int] = {}
+    lines = {name: [k for k in system.links_to(name) if system.is_continuous(k)] for name in order}
+    for name in order:
+        for source in (k.source for k in lines[name]):
+            place, size = source.place, source.size
+            if order[source.component] >= order[name]:
+                if place not in middle:
+                    middle[place], final[place] = carry_on(system, program, place, size, MIDDLE, END)
+            elif place not in start:
+                start[place] = system.scratch(size)
+                program.cast(start[place], place, size, Cast())
+    for name in order:
+        held, foretold = {}, dict(driven)
+        for source in dict.fromkeys(k.source for k in lines[name]):
+            place = source.place
+            if order[source.component] >= order[name]:
+                held[place], foretold[place] = middle[place], final[place]
+                continue
+            held[place] = system.scratch(source.size)
+            for k in range(source.size):
+                program.mix(held[place] + k, [(0.5, place + k), (0.5, start[place] + k)])
+        for link in system.links_to(name):
+            system.pass_on(program, link, held if link in lines[name] else None)
         program.advance([system.slaves[name]])
-        if name in late:  # its outputs are to answer to inputs at the end of the step, as far as these are known
-            before = [k for k in links if order.get(k.source.component, len(order)) < order[name]]
-            renew(system, program, [name], [k for k in before if system.is_continuous(k)])
-    refresh(system, program)
+        if name in late:
+            known = [k for k in system.links_to(name) if k in lines[name] or k.source.place in driven]
+            renew(system, program, [name], known, foretold)
+    refresh(system, program, driven)

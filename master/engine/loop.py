@@ -28,8 +28,8 @@ TABLE = 11
 MIX = 12
 """target, constant, first, terms: the sum of constants[c + k] * the real in slot tables[first + k, 0]."""
 DRIVE, DRIVE_INTEGER = 13, 14
-"""target, column of the driven values, START or END of the step or, for reals, their MEAN."""
-START, END, MEAN = range(3)
+"""target, column of the driven values, START or END of the step."""
+START, END = range(2)
 STAGE, UNSTAGE = 15, 16
 """width, slot, place in the staging area of that width, count: from the board to it, and back."""
 DERIVATIVES = 17
@@ -123,7 +123,7 @@ def run(
                 for j in range(o[3]):
                     reals[o[1] + j] = constants[o[4]] * integers[o[2] + j] + constants[o[4] + 1]
             elif code == DRIVE:
-                reals[o[1]] = 0.5 * (driven[k, o[2]] + driven[k + 1, o[2]]) if o[3] == MEAN else driven[k + o[3], o[2]]
+                reals[o[1]] = driven[k + o[3], o[2]]
             elif code == DRIVE_INTEGER:
                 integers[o[1]] = int(driven[k + o[3], o[2]])
             elif code == DERIVATIVES:

@@ -119,10 +119,16 @@ class Program:
         for function in self.fresh:
             function()
 
-    def drive(self, target: int, column: int, family: str, when: int = loop.START) -> None:
-        """The slot gets a column of the driven values: those of the step's `loop.START` or END, or reals' MEAN."""
-        if when != loop.END:
-            self.drives.append((target, column, family))
+    def drive(self, target: int, column: int, family: str, mean: int | None = None) -> None:
+        """The slot gets a column of the driven values at the step's start, or column `mean`, their means over steps."""
+        self.drives.append((target, column, family))
+        self._drive(target, column if mean is None else mean, family, loop.START)
+
+    def drive_at_end(self, target: int, column: int, family: str) -> None:
+        """The slot gets a column of the driven values at the step's end."""
+        self._drive(target, column, family, loop.END)
+
+    def _drive(self, target: int, column: int, family: str, when: int) -> None:
         self._add(None, "", loop.DRIVE if family == REAL else loop.DRIVE_INTEGER, target, column, when)
 
     def python(self, function: Callable[[float, float], int], slave: Slave | None = None, doing: str = "") -> None:

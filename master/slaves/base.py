@@ -128,6 +128,8 @@ class Slave(ABC):
         self.output_groups: list[Group] = []
         self.linked_texts: set[str] = set()
         """Strings and binaries that something drives; the others are set once, before the run."""
+        self.answers: dict[str, list[str]] = {}
+        """Inputs that outputs have been found to answer to at once (`direct.probe`)."""
         self.told = 0
         """Place of doStep's out parameters, or of its status, among the bytes of the staging area."""
         self.negated: frozenset[str] = frozenset()
@@ -219,13 +221,11 @@ class Slave(ABC):
         return v.causality in ("parameter", "input", "structuralParameter") or v.initial in ("exact", "approx")
 
     def feed_through(self, output: str) -> list[str] | None:
-        """Inputs that an output depends on at once; None where the FMU does not say."""
+        """Inputs that an output depends on at once; where the FMU does not say, those that were found, else None."""
         for unknown in self.description.outputs:
-            if unknown.variable is not None and unknown.variable.name == output:
-                if unknown.dependencies is None:
-                    return None
+            if unknown.variable is not None and unknown.variable.name == output and unknown.dependencies is not None:
                 return [v.name for v in unknown.dependencies if v.causality == "input"]
-        return None
+        return self.answers.get(output)
 
     def checked(self, name: str, value: Any, where: str = "", limited: bool = True) -> Any:
         """`value` in the variable's type, or a `ParameterError` that names variable, value and range.
@@ -250,7 +250,7 @@ class Slave(ABC):
         found = self._declared(name, "nominal")
         return abs(found) if found and np.isfinite(found) else 1.0
 
-    def _range(self, name: str) -> tuple[float, float]:
+    def bounds(self, name: str) -> tuple[float, float]:
         """Least and greatest value that a variable's type and its FMU allow."""
         low, high = self.limits.get(self.variables[name].type, (-float("inf"), float("inf")))
         least, most = self._declared(name, "min"), self._declared(name, "max")
@@ -298,7 +298,7 @@ class Slave(ABC):
             what = "is not a number" if family == REAL or not _is_number(value) else "is not an integer"
             value = f"{value:g}" if isinstance(value, float) else repr(value)
             raise ParameterError(f"{shown}{address} = {value} {what}{known}") from None
-        low, high = self._range(name) if limited else self.limits.get(variable.type, (-float("inf"), float("inf")))
+        low, high = self.bounds(name) if limited else self.limits.get(variable.type, (-float("inf"), float("inf")))
         if not low <= number <= high:
             unit = f" {self.unit_name(name)}" if self.unit_name(name) else ""
             raise ParameterError(

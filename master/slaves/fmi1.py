@@ -46,7 +46,7 @@ class Slave1(LibrarySlave):
         return super().settable(name) or v.start is not None  # an internal variable with a start value
 
     def feed_through(self, output: str) -> list[str] | None:
-        return self._direct.get(output)
+        return self._direct.get(output, self.answers.get(output))
 
     def set_start(self, name: str, value: Any) -> None:
         super().set_start(name, -value if name in self.negated else value)

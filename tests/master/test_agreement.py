@@ -9,8 +9,8 @@ from deepsea_cosim.master.simulate import Options, run
 
 from benchmarks import native
 
-from ..packages import link, package, system
-from .parts import linear
+from ..packages import connector, link, package, system
+from .parts import gain, linear
 
 pytestmark = pytest.mark.skipif(native.compiler is None, reason="there is no C compiler here")
 
@@ -38,7 +38,7 @@ def loop(gain, offset=1.0):
     return system("root", one, a, b, links=links)
 
 
-@pytest.mark.parametrize("method", [name for name in NAMES if name != "interface-jacobian"])
+@pytest.mark.parametrize("method", NAMES)
 @pytest.mark.parametrize("gain", [0.5, -3.0])
 @pytest.mark.parametrize("offset", [1.0, 1e-10, 1e8])
 def test_a_loop_is_solved_in_every_step(fmu, tmp_path, method, gain, offset):
@@ -52,10 +52,29 @@ def test_a_loop_is_solved_in_every_step(fmu, tmp_path, method, gain, offset):
     assert frame["i.y1"].iloc[-1] / exact == pytest.approx(1.0, rel=1e-6)
 
 
-def test_the_interface_jacobian_refuses_loops(fmu, tmp_path):
-    path = package(tmp_path / "p.ssp", loop(0.5), fmu)
-    with pytest.raises(CosimError, match="--method interface-jacobian: the system has an algebraic loop"):
-        run(path, tmp_path / "out", Options(method="interface-jacobian"))
+@pytest.mark.parametrize("version", [2, 3])
+@pytest.mark.parametrize("isolate", [False, True])
+def test_a_loop_is_found_where_the_fmus_do_not_say(tmp_path, version, isolate):
+    """What answers at once is measured, so the loop counts in every step and what is no loop is not taken for one."""
+    silent = {"resources/L.fmu": native.linear(tmp_path, version, through=None)}
+    clock = linear("clock", A=[[0, 1], [0, 0]], B=[[0], [0]], C=[[1, 0]], x0=[0, 1])
+    root = system("root", clock, linear("a", D=[[-3.0]]), linear("b", D=[[1.0, 1.0]]), links=(
+        link("b.y1", "a.u1"), link("a.y1", "b.u1"), link("clock.y1", "b.u2"), link("a.y1", "clock.u1")))  # fmt: skip
+    path = package(tmp_path / "p.ssp", root, silent)
+    frame = run(path, tmp_path / "out", Options(isolate=isolate)).frame
+    assert frame["a.y1"].tolist() == pytest.approx((-0.75 * frame["time"]).tolist(), abs=1e-12)
+
+
+def test_a_loop_in_which_whole_numbers_flip_for_ever_is_refused(fmu, tmp_path):
+    swap = '<ssc:IntegerMappingTransformation><ssc:MapEntry source="0" target="1"/><ssc:MapEntry source="1" ' \
+        'target="0"/></ssc:IntegerMappingTransformation>'  # fmt: skip
+    pair = connector("integer_in", "input", "Integer"), connector("integer_out", "output", "Integer")
+    a, b = (gain(name, g, *pair) for name, g in (("a", -3.0), ("b", 1.0)))
+    root = system("root", a, b, links=(
+        link("b.y1", "a.u1"), link("a.y1", "b.u1"), link("a.integer_out", "b.integer_in", swap),
+        link("b.integer_out", "a.integer_in")))  # fmt: skip
+    with pytest.raises(CosimError, match="whole numbers"):
+        run(package(tmp_path / "p.ssp", root, fmu), tmp_path / "out")
 
 
 def test_a_loop_without_a_solution_is_refused(fmu, tmp_path):
