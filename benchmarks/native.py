@@ -65,9 +65,9 @@ def description(
 ) -> str:  # fmt: skip
     """modelDescription.xml.
 
-    units: unit by variable name, of m, mm, N, kN, m/s, 1; through: outputs depend on inputs, None does not say; plain: see
-    `_variables`; slopes: takes slopes of its inputs; negated: a variable of FMI 1.0 that is a negated alias; direct: FMI
-    1.0 tells on which inputs the outputs depend.
+    units: unit by variable name, of m, mm, N, kN, m/s, 1; through: outputs depend on inputs, None does not say;
+    plain: see `_variables`; slopes: takes slopes of its inputs; negated: a variable of FMI 1.0 that is a negated
+    alias; direct: FMI 1.0 tells on which inputs the outputs depend.
     """
     units = units or {}
     known = {"m": 'm="1"', "mm": 'm="1" factor="0.001"', "N": 'kg="1" m="1" s="-2"', "m/s": 'm="1" s="-1"', "1": "",

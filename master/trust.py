@@ -44,6 +44,12 @@ BEYOND = 1e100
 STILL = 1e-10
 """Range of an output, as a share of its largest value, within which it rests: what changes then is rounding."""
 
+CHANGED = 0.5
+"""Share by which a swing's energy has to change through a run, at least half of it by the coupling, to be warned of."""
+
+PIECES, MOST_PIECES = 8, 256
+"""Pieces of time in which a swing is followed: of each block of rows, and before neighbours are put together."""
+
 NYQUIST = 1.0
 """omega h from which a step is too long for the swing, whatever the method."""
 
@@ -57,10 +63,8 @@ class Swing:
     """How much the outputs of a and b answer at once to what the other side's flow is the rate of (`direct`)."""
     sums: np.ndarray = field(default_factory=lambda: np.zeros((2, 3)))
     """For a and b: sum of u' y'', of u'^2 and of y''^2."""
-    squares: np.ndarray = field(default_factory=lambda: np.zeros(2))
-    count: int = 0
-    seconds: float = 0.0
-    net: float = 0.0
+    pieces: np.ndarray = field(default_factory=lambda: np.zeros((0, 5)))
+    """For pieces of the run, one after the other: sums of y_a^2, y_b^2, energy that does not arrive, h, and steps."""
 
     def add(
         self, h: np.ndarray, y: tuple[np.ndarray, np.ndarray], u: tuple[np.ndarray, np.ndarray], lost: np.ndarray
@@ -75,10 +79,11 @@ class Swing:
             second = np.diff(y[i], 2)[even]
             first = np.diff(u[i])[:-1][even]
             self.sums[i] += first @ second, first @ first, second @ second
-            self.squares[i] += y[i][-new:] @ y[i][-new:]
-        self.net += float(lost.sum())
-        self.count += new
-        self.seconds += float(h[-new:].sum())
+        told = np.stack([y[0][-new:] ** 2, y[1][-new:] ** 2, lost, h[-new:], np.ones(new)], axis=1)
+        starts = np.unique(np.linspace(0, new, PIECES, endpoint=False, dtype=int))
+        self.pieces = np.concatenate([self.pieces, np.add.reduceat(told, starts)])
+        if len(self.pieces) > MOST_PIECES:
+            self.pieces = np.add.reduceat(self.pieces, np.arange(0, len(self.pieces), 2))
 
     def answer(self, i: int) -> float | None:
         """D of side i, or None where the record does not show it."""
@@ -88,29 +93,44 @@ class Swing:
         return float(uy / uu)
 
     def summary(self) -> dict[str, float | None]:
-        """omega h and numerical damping ratio; None where the record does not show them."""
-        if not np.abs([*self.sums.ravel(), *self.squares, self.net]).max() < BEYOND:
-            return {"omega_h": None, "numerical_damping": None}
+        """What the record shows, else None: omega h, numerical damping ratio, and how the run went on.
+
+        energy_ratio: the swing's mean energy in the run's last quarter over that in its first; energy_made: what the
+        coupling made (or, negative, took) from one to the other, as a share of that in the first.
+        """
+        told: dict[str, float | None] = dict.fromkeys(
+            ("omega_h", "numerical_damping", "energy_ratio", "energy_made"))  # fmt: skip
+        if not np.abs([*self.sums.ravel(), *self.pieces.sum(axis=0)]).max() < BEYOND:
+            return told
         a, b = self.answer(0), self.answer(1)
-        told: dict[str, float | None] = {"omega_h": None, "numerical_damping": None}
-        if a is None or b is None or self.count < 10:
+        seconds, count = self.pieces[:, 3:].sum(axis=0)
+        if a is None or b is None or count < 10:
             return told
         # through the links: b's input is factor * a's output, and the other way round
         loop = a * b * self.bond.forth.cast.factor * self.bond.back.cast.factor
         if loop >= 0.0:
             return told
         omega_h = float(np.sqrt(-loop))
-        h = self.seconds / self.count
+        h = float(seconds / count)
         forth, back = abs(self.bond.forth.cast.factor), abs(self.bond.back.cast.factor)
-        energy = 0.5 * h * self.bond.watts / self.count * (
-            self.squares[0] * back / abs(a) + self.squares[1] * forth / abs(b)
-        )  # fmt: skip
+        weights = 0.5 * h * self.bond.watts * np.array([back / abs(a), forth / abs(b)])
+        energies = self.pieces[:, :2] @ weights
+        energy = float(energies.sum() / count)
         told["omega_h"] = omega_h
         jumps = max(self.at_once[0] / abs(a), self.at_once[1] / abs(b)) * h
-        if energy > 0.0 and self.seconds > 0.0 and jumps <= AT_ONCE:
+        if energy > 0.0 and seconds > 0.0 and jumps <= AT_ONCE:
             # what a takes up is sign(D_a) y_a u_a: its energy h y^2 / |2 D| grows with that
-            made = np.sign(a) * self.net / self.seconds
-            told["numerical_damping"] = float(-made / (2.0 * omega_h / h * energy))
+            made = np.sign(a) * self.pieces[:, 2]
+            told["numerical_damping"] = float(-made.sum() / seconds / (2.0 * omega_h / h * energy))
+            middle = (np.cumsum(self.pieces[:, 3]) - 0.5 * self.pieces[:, 3]) / seconds
+            first, last = middle < 0.25, middle > 0.75
+            if first.any() and last.any():
+                before = energies[first].sum() / self.pieces[first, 4].sum()
+                after = energies[last].sum() / self.pieces[last, 4].sum()
+                between = (middle > 0.125) & (middle < 0.875)
+                if before > 0.0:
+                    told["energy_ratio"] = float(after / before)
+                    told["energy_made"] = float(made[between].sum() / before)
         return told
 
 
@@ -218,6 +238,14 @@ class ResidualEnergy:
                 told.append(
                     f"the coupling created or destroyed {bond['relative']:.0%} of the energy exchanged over "
                     f"{bond['bond']}: do not trust this run; take a shorter step"
+                )
+            ratio, made = bond["energy_ratio"], bond["energy_made"]
+            if ratio is not None and abs(ratio - 1.0) > CHANGED and made / (ratio - 1.0) > 0.5:
+                changed, by = ("grew", "made") if ratio > 1.0 else ("shrank", "took")
+                told.append(
+                    f"the swing over {bond['bond']} {changed} {max(ratio, 1.0 / ratio) ** 0.5:.2g}-fold from the run's "
+                    f"first quarter to its last, mostly by energy that the coupling {by}: do not trust this run; take "
+                    "a shorter step or another method"
                 )
             if bond["omega_h"] is not None and bond["omega_h"] > NYQUIST:
                 told.append(

@@ -34,11 +34,12 @@ def fmus(tmp_path_factory):
     }
 
 
-def oscillator(path, fmus, stop=2.0):
-    """x = cos(omega t)."""
+def oscillator(path, fmus, stop=2.0, damping=0.0):
+    """x = cos(omega t), without damping."""
     k = OMEGA**2
     parts = {"spring": {"A": [[0]], "B": [[-k]], "C": [[1]], "x0": [-k]},
-             "mass": {"A": [[0, 1], [0, 0]], "B": [[0], [1]], "C": [[1, 0], [0, 1]], "x0": [1, 0]}}  # fmt: skip
+             "mass": {"A": [[0, 1], [0, -2 * damping * OMEGA]], "B": [[0], [1]], "C": [[1, 0], [0, 1]],
+                      "x0": [1, 0]}}  # fmt: skip
     sets = {a: v for name, m in parts.items() for a, v in native.values(name, **m).items()}
     elements = [component(name, f"resources/{name}.fmu", connector("u1", "input"), connector("y1", "output"),
                           connector("y2", "output")) for name in parts]  # fmt: skip
@@ -182,3 +183,25 @@ def test_a_straight_line_reaches_an_fmu_that_takes_slopes(tmp_path, version):
     assert x == pytest.approx(1.0 / 6.0 - h**3 / 6.0 - h**2 / 2.0 * (1.0 - h), rel=1e-12)
     with_mean = run(path, tmp_path / "out", Options(method="extrapolation", substeps=(("body", 2),)))
     assert with_mean.frame["body.y1"].iloc[-1] != pytest.approx(x, rel=1e-6)
+
+
+@pytest.mark.parametrize(("method", "h"), [("extrapolation", 0.03), ("nepce", 0.03), ("jacobi", 2e-3)])
+def test_a_swing_that_the_coupling_drives_is_warned_of(fmus, tmp_path, method, h):
+    """Its energy grows like exp(2 |zeta| omega t), between the run's first and last quarters for 3 / 4 of its time."""
+    result = run(oscillator(tmp_path / "p.ssp", fmus, stop=20.0), tmp_path / "out", Options(step=h, method=method))
+    told = result.summary["coupling"][0]
+    exact = np.exp(-2.0 * growth(result.frame) * OMEGA * 0.75 * 20.0)
+    assert told["energy_ratio"] == pytest.approx(exact, rel=0.1)
+    assert told["energy_made"] == pytest.approx(told["energy_ratio"] - 1.0, rel=0.15)
+    assert "grew" in " ".join(result.summary["warnings"])
+
+
+@pytest.mark.parametrize("method", ["jacobi", "extrapolation", "interface-jacobian", "fixed-point"])
+@pytest.mark.parametrize("damping", [0.0, 0.05])
+def test_what_the_machine_does_itself_is_not_warned_of(fmus, tmp_path, method, damping):
+    """A machine whose own damping is more than what the coupling drives, and one whose coupling hardly adds any."""
+    if method == "jacobi" and not damping:
+        pytest.skip("this one grows")
+    path = oscillator(tmp_path / "p.ssp", fmus, stop=5.0, damping=damping)
+    result = run(path, tmp_path / "out", Options(step=2e-3, method=method))
+    assert not [w for w in result.summary["warnings"] if "grew" in w or "shrank" in w]
