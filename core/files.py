@@ -2,9 +2,11 @@
 
 from __future__ import annotations
 
+import ctypes
+import os
 import tempfile
 from collections.abc import Iterator
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from pathlib import Path
 
 from .errors import OutputError
@@ -17,6 +19,21 @@ def writing(path: Path) -> Iterator[None]:
         yield
     except OSError as error:
         raise OutputError(f"{path}: cannot be written ({error.strerror or error})") from None
+
+
+def exchange(one: Path, other: Path) -> None:
+    """Swap two files or folders at once: nobody, however it ends, sees one of them missing.
+
+    Where the system cannot (Linux alone can), one is away for a moment, as `.<name>.away` beside it.
+    """
+    with suppress(OSError, AttributeError):
+        here, swap = -100, 2  # AT_FDCWD, RENAME_EXCHANGE
+        if ctypes.CDLL(None).renameat2(here, os.fsencode(one), here, os.fsencode(other), swap) == 0:
+            return
+    away = other.with_name(f".{other.name}.away")
+    other.rename(away)
+    one.rename(other)
+    away.rename(one)
 
 
 def make_folder(path: Path) -> None:

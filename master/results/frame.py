@@ -23,10 +23,12 @@ def frame(path: Path) -> Any:
         import h5py
 
         with h5py.File(path, "r", locking=False) as file:
-            columns = {name.replace("\\", "/"): dataset[()] for name, dataset in file.items()}
+            columns = {
+                name.replace("\\", "/"): (d if h5py.check_string_dtype(d.dtype) is None else d.asstr())[()]
+                for name, d in file.items()
+            }
         length = min(len(c) for c in columns.values())
-        made = pandas.DataFrame({name: c[:length] for name, c in columns.items()})
-        return made[["time", *(n for n in made.columns if n != "time")]]
+        return pandas.DataFrame({name: c[:length] for name, c in columns.items()})
     with warnings.catch_warnings():
         warnings.simplefilter("ignore")  # the exact reading of decimals is the default of some versions only
         return pandas.read_csv(path, float_precision="round_trip", keep_default_na=False, na_values=["nan"])

@@ -1,7 +1,12 @@
-"""HDF5: a dataset a column, with its unit as an attribute; flushed after each block."""
+"""HDF5: a dataset a column, with its unit as an attribute; flushed after each block.
+
+The library loses the file, and may crash, when a write of its own fails: so room is made on the disk first, and a disk
+that is full leaves the file as it was after the last block.
+"""
 
 from __future__ import annotations
 
+import os
 from collections.abc import Sequence
 from contextlib import suppress
 from pathlib import Path
@@ -12,6 +17,10 @@ from ...core.errors import OutputError, UsageError
 from .columns import Column
 
 CHUNK = 4096
+"""Values that a column grows by in the file."""
+
+SPARE, COLUMN = 1 << 18, 1 << 12
+"""Bytes that the library may need beside the values: in all, and for each column."""
 
 
 class Hdf5Writer:
@@ -30,7 +39,9 @@ class Hdf5Writer:
         self._sets = []
         self._rows = 0
         try:
-            self._file = h5py.File(path, "w")
+            path.write_bytes(bytes(SPARE))  # before the library touches it
+            self._file = h5py.File(path, "w", track_order=True, locking=False)
+            self._make_room(len(columns) * COLUMN)
             for c in columns:
                 made = self._file.create_dataset(
                     c.name.replace("/", "\\"), (0,), kinds[c.type], maxshape=(None,), chunks=(CHUNK,)
@@ -39,24 +50,38 @@ class Hdf5Writer:
                 self._sets.append(made)
             self._file.flush()
         except OSError as error:
-            raise OutputError(f"{path}: cannot be written ({error})") from None
+            path.unlink(missing_ok=True)
+            raise OutputError(f"{path}: cannot be written ({error.strerror or error})") from None
 
     def write(self, table: Sequence[np.ndarray | list[object]]) -> None:
         """Append rows."""
         if not table or len(table[0]) == 0:
             return
         n = len(table[0])
+        chunks = -(-(self._rows + n) // CHUNK) + -self._rows // CHUNK
+        texts = sum(len(str(v)) + 64 for column in table if isinstance(column, list) for v in column)
         try:
+            self._make_room(len(table) * (8 * CHUNK * chunks + COLUMN) + 2 * texts)
             for dataset, column in zip(self._sets, table, strict=True):
                 texts = isinstance(column, list)
                 dataset.resize((self._rows + n,))
                 dataset[self._rows :] = [v.hex() if isinstance(v, bytes) else v for v in column] if texts else column
             self._file.flush()
         except (OSError, RuntimeError) as error:
-            raise OutputError(f"{self.path}: cannot be written ({error})") from None
+            reason = getattr(error, "strerror", None) or error
+            raise OutputError(f"{self.path}: cannot be written ({reason})") from None
         self._rows += n
+
+    def _make_room(self, size: int) -> None:
+        """Take so many bytes, and some to spare, behind the end of the file."""
+        if not hasattr(os, "posix_fallocate"):
+            return
+        with self.path.open("r+b") as file:
+            os.posix_fallocate(file.fileno(), self._file.id.get_filesize(), size + SPARE)
 
     def close(self, finished: bool) -> None:
         """Close the file."""
         with suppress(OSError, RuntimeError, ValueError):
+            used = self._file.id.get_filesize()
             self._file.close()
+            os.truncate(self.path, used)

@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 
 from ...core.errors import OutputError, UsageError
-from ...core.files import writing
+from ...core.files import exchange, writing
 from .columns import Column
 
 ROWS = 100_000
@@ -39,7 +39,7 @@ class ParquetWriter:
                 for c in columns
             ]
         )
-        self._parts = 0
+        self._parts, self._most = 0, MOST_PARTS
         with writing(path):
             if path.is_dir():
                 shutil.rmtree(path)
@@ -56,7 +56,7 @@ class ParquetWriter:
         columns = [[v.hex() if isinstance(v, bytes) else v for v in c] if isinstance(c, list) else c for c in table]
         made = pyarrow.table([pyarrow.array(c) for c in columns], schema=self._schema)
         self._put(lambda part: parquet.write_table(made, part))
-        if self._parts >= MOST_PARTS:
+        if self._parts >= self._most:
             self._join()
 
     def _put(self, write: Any) -> None:
@@ -79,25 +79,29 @@ class ParquetWriter:
                     writer.write_batch(batch)
 
     def _join(self) -> None:
-        parts = sorted(self.path.glob("part-*.parquet"))
-        joined = self.path / ".joined"
-        self._together(joined)
-        for part in parts[1:]:
-            part.unlink()
-        joined.replace(parts[0])
+        """One part in place of many, from one moment to the next."""
+        new = self.path.with_name(f".{self.path.name}.joined")
+        shutil.rmtree(new, ignore_errors=True)
+        try:
+            new.mkdir()
+            self._together(new / "part-000000.parquet")
+            exchange(new, self.path)
+        except OSError:  # no room for both: go on with many
+            shutil.rmtree(new, ignore_errors=True)
+            self._most *= 2
+            return
+        shutil.rmtree(new, ignore_errors=True)
         self._parts = 1
 
     def close(self, finished: bool) -> None:
         """Make one file of the parts."""
         if not self.path.is_dir():
             return
-        whole, parts = (self.path.with_name(f".{self.path.name}.{name}") for name in ("whole", "parts"))
+        whole = self.path.with_name(f".{self.path.name}.whole")
         try:
             self._together(whole)
-            shutil.rmtree(parts, ignore_errors=True)
-            self.path.rename(parts)
-            whole.replace(self.path)
-            shutil.rmtree(parts, ignore_errors=True)
+            exchange(whole, self.path)
+            shutil.rmtree(whole, ignore_errors=True)
         except OSError as error:  # the parts are left, and can be read as they are
             whole.unlink(missing_ok=True)
             if finished:
