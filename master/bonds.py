@@ -4,6 +4,7 @@ declares as such."""
 from __future__ import annotations
 
 from dataclasses import dataclass
+from difflib import SequenceMatcher
 from itertools import combinations
 from math import pi
 
@@ -13,6 +14,7 @@ from .slaves.base import REAL
 from .system import Link, System
 
 _POWER = {"kg": 1, "m": 2, "s": -3}
+
 
 @dataclass(frozen=True)
 class Bond:
@@ -46,7 +48,7 @@ def find_bonds(system: System) -> list[Bond]:
     for address in sorted(a for pair in declared for a in pair if a not in known):
         hint = did_you_mean(address, sorted(known))
         raise PackageError(f"the power bond names '{address}', which drives nothing{hint}")
-    bonds = []
+    bonds, possible = [], []
     for a, b in combinations([k for k in system.links if _scalar(k)], 2):
         if (a.start[0], a.end[0]) != (b.end[0], b.start[0]) or a.start[0] == a.end[0]:
             continue
@@ -63,5 +65,35 @@ def find_bonds(system: System) -> list[Bond]:
         product = {k: p for k in keys if (p := ua.exponents.get(k, 0) + ub.exponents.get(k, 0))}
         if product == _POWER:
             turns = any(u.name in TURNS and u == UNITS[u.name] for u in (ua, ub))
-            bonds.append(Bond(a, b, factor * (2.0 * pi if turns else 1.0)))
-    return bonds
+            possible.append(Bond(a, b, factor * (2.0 * pi if turns else 1.0)))
+    place = {id(link): i for i, link in enumerate(system.links)}
+    return sorted(bonds + _pairs(possible, bonds), key=lambda bond: (place[id(bond.forth)], place[id(bond.back)]))
+
+
+def _pairs(possible: list[Bond], certain: list[Bond]) -> list[Bond]:
+    """Of forces and speeds in several directions, those that belong together: by their names, then by their order.
+
+    Each link has one partner; where they are more in one direction than in the other, some of these have several.
+    """
+    taken = {id(link) for bond in certain for link in (bond.forth, bond.back)}
+    free = [bond for bond in possible if id(bond.forth) not in taken and id(bond.back) not in taken]
+    order: dict[tuple[str, str], dict[int, int]] = {}
+    for bond in free:
+        for link in (bond.forth, bond.back):
+            mine = order.setdefault((link.start[0], link.end[0]), {})
+            mine.setdefault(id(link), len(mine))
+
+    def likeness(bond: Bond) -> tuple[float, int]:
+        a, b = bond.forth, bond.back
+        names = sum(SequenceMatcher(None, x.start[1], y.end[1]).ratio() for x, y in ((a, b), (b, a)))
+        first, second = (order[k.start[0], k.end[0]][id(k)] for k in (a, b))
+        return names, -abs(first - second)
+
+    best = sorted(free, key=likeness, reverse=True)
+    chosen = []
+    for lonely in (2, 1):  # first links that both have no partner yet, then those that have found none
+        for bond in best:
+            if sum(id(link) not in taken for link in (bond.forth, bond.back)) == lonely:
+                chosen.append(bond)
+                taken |= {id(bond.forth), id(bond.back)}
+    return chosen

@@ -72,7 +72,10 @@ def _arguments(options: Options) -> list[str]:
     if options.record_every != 1:
         made += ["--record-every", str(options.record_every)]
     made += ["--results", options.results] if options.results != "results.csv" else []
-    made += [f"--{name}" for name, on in (("isolate", options.isolate), ("realtime", options.realtime)) if on]
+    for pattern in options.plot:
+        made += ["--plot", pattern]
+    switches = ("isolate", options.isolate), ("realtime", options.realtime), ("check-step", options.check_step)
+    made += [f"--{name}" for name, on in switches if on]
     return made
 
 

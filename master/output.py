@@ -22,16 +22,21 @@ FILES = ("results.csv", "summary.json", "manifest.json", "overview.png")
 
 @contextmanager
 def interrupts() -> Iterator[list[int]]:
-    """A list that Ctrl-C makes non-empty. An exception instead would end up in an FMU that is written in Python."""
+    """A list that Ctrl-C, or a request to end (SIGTERM), makes non-empty.
+
+    An exception instead would end up in an FMU that is written in Python.
+    """
     asked: list[int] = []
     if threading.current_thread() is not threading.main_thread():
         yield asked
         return
-    before = signal.signal(signal.SIGINT, lambda number, _frame: asked.append(number))
+    kinds = (signal.SIGINT, signal.SIGTERM)
+    before = [signal.signal(kind, lambda number, _frame: asked.append(number)) for kind in kinds]
     try:
         yield asked
     finally:
-        signal.signal(signal.SIGINT, before)
+        for kind, handler in zip(kinds, before, strict=True):
+            signal.signal(kind, handler)
 
 
 def versions() -> dict[str, str]:
@@ -66,8 +71,20 @@ def prepare_folder(folder: Path) -> None:
     """Make the result folder, or say why that is not possible."""
     make_folder(folder)
     with writing(folder):
+        earlier = _earlier_results(folder)
         for name in FILES:  # what an earlier run left would pass for this one's
             (folder / name).unlink(missing_ok=True)
+    if earlier is not None:
+        forget_earlier(earlier)
+
+
+def _earlier_results(folder: Path) -> Path | None:
+    """The result file of the run before, by its manifest."""
+    try:
+        name = json.loads((folder / "manifest.json").read_text())["options"]["results"]
+    except (OSError, ValueError, KeyError, TypeError):
+        return None
+    return folder / name if isinstance(name, str) and name and Path(name).name == name else None
 
 
 def forget_earlier(file: Path) -> None:

@@ -41,6 +41,7 @@ class Recording:
         self._times = np.zeros(BLOCK + 1)
         self._filled = 0
         self._flushed = 0
+        self._rest: list[np.ndarray | list[object]] | None = None
         self._written = perf_counter()
         self._texts: list[tuple[list[object], list[object]]] = []
         self._sample: list[np.ndarray] = []
@@ -106,8 +107,11 @@ class Recording:
             kept = slice(-first % self.every, None, self.every)
             if self.every == 1:
                 self._writer.write(self.layout.cut(self.which, times, rows, texts))
-            else:
-                self._writer.write(self.layout.cut(self.which, times[kept], rows[kept], texts[kept]))
+                return
+            self._writer.write(self.layout.cut(self.which, times[kept], rows[kept], texts[kept]))
+            left = (self._flushed - 1) % self.every != 0
+            last = self.layout.cut(self.which, times[-1:].copy(), rows[-1:].copy(), texts[-1:])
+            self._rest = last if left else None
 
     def _keep(self, first: int, times: np.ndarray, rows: np.ndarray) -> None:
         """The sample and the extremes of a block."""
@@ -138,8 +142,10 @@ class Recording:
         return self._extremes
 
     def finish(self) -> None:
-        """The run came to its end."""
+        """The run came to its end, which is kept whatever `every` is."""
         if self._writer is not None:
+            if self._rest is not None:
+                self._writer.write(self._rest)
             writer, self._writer = self._writer, None
             writer.close(True)
 

@@ -78,6 +78,29 @@ class Options:
     check_step: bool = False
     """Run again with half the step and estimate the error of every signal."""
 
+    def __post_init__(self) -> None:
+        """Numbers as numbers and paths as paths, or a `UsageError` that names the option."""
+        for name in ("step", "stop_time", "step_timeout"):
+            value = getattr(self, name)
+            if value is not None:
+                object.__setattr__(self, name, _number(name, value, float))
+        object.__setattr__(self, "record_every", _number("record_every", self.record_every, int))
+        object.__setattr__(self, "results", str(self.results or ""))
+        ratios = [s.rpartition("=")[::2] if isinstance(s, str) else s for s in self.substeps]
+        if any(len(pair) != 2 or not pair[0] for pair in ratios):
+            raise UsageError(f"substeps: {self.substeps!r}: expected component=N, e.g. {{'arm': 4}}")
+        object.__setattr__(self, "substeps", tuple((c, _number(f"substeps of {c}", n, int)) for c, n in ratios))
+
+
+def _number(name: str, value: Any, kind: type[int] | type[float]) -> Any:
+    try:
+        number = kind(value)
+        if isinstance(value, bool) or (not isinstance(value, str) and number != value == value):
+            raise ValueError
+    except (TypeError, ValueError):
+        raise UsageError(f"{name}: {value!r} is no {'whole number' if kind is int else 'number'}") from None
+    return number
+
 
 @dataclass
 class Result:
@@ -300,6 +323,10 @@ def simulate(path: str | Path, out: str | Path | None = None, **options: Any) ->
         changes = tuple(
             (str(k), " ".join(map(str, v)) if isinstance(v, (list, tuple)) else str(v)) for k, v in changes.items()
         )
+    elif isinstance(changes, str):
+        changes = (parse_change(changes),)
+    else:
+        changes = tuple(parse_change(c) if isinstance(c, str) else c for c in changes)
     for name in ("record", "plot", "substeps"):
         if name in options:
             given = [options[name]] if isinstance(options[name], str) else options[name]

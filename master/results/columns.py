@@ -43,7 +43,8 @@ def type_of(signal: Signal) -> str:
 
 def matches(name: str, pattern: str) -> bool:
     """Whether a pattern of the user's means a column; the name of an array means all its elements."""
-    return fnmatchcase(name, pattern) or name == pattern or name.rpartition("[")[0] == pattern
+    array = name.rpartition("[")[0] or name
+    return name == pattern or array == pattern or fnmatchcase(name, pattern) or fnmatchcase(array, pattern)
 
 
 class Layout:

@@ -1,0 +1,89 @@
+"""Options of a run, from Python and from the shell, and what they leave in the result folder."""
+
+from __future__ import annotations
+
+import json
+import subprocess
+import sys
+import time
+from pathlib import Path
+
+import pytest
+from deepsea_cosim.core.errors import UsageError
+from deepsea_cosim.master.simulate import Options, run, simulate
+
+from benchmarks import native
+
+from ..packages import connector, package, system
+from .parts import constant, with_fmu
+
+pytestmark = pytest.mark.skipif(native.compiler is None, reason="there is no C compiler here")
+
+
+
+def test_the_end_is_kept_whatever_every_is(fmus, tmp_path):
+    root = system("root", constant("a", 2.0))
+    path = package(tmp_path / "p.ssp", root, with_fmu(fmus), stop=1.0, step=0.01)
+    for every, last_before in ((1, 0.99), (7, 0.98), (50, 0.5), (1000, 0.0)):
+        times = run(path, tmp_path / "out", Options(record_every=every)).frame["time"].tolist()
+        assert times[-2:] == pytest.approx([last_before, 1.0])
+        assert times == sorted(set(times))
+
+
+def test_a_pattern_means_the_elements_of_an_array_too(fmus, tmp_path):
+    array = connector("array_out", "output", None)
+    path = package(tmp_path / "p.ssp", system("root", constant("a", 2.0, array)), with_fmu(fmus, 3))
+    frame = run(path, tmp_path / "out", Options(record=("*.array_out",))).frame
+    assert list(frame) == ["time", *(f"a.array_out[{k}]" for k in (1, 2, 3))]
+
+
+def test_what_an_earlier_run_left_is_gone(fmus, tmp_path):
+    pytest.importorskip("pyarrow")
+    path = package(tmp_path / "p.ssp", system("root", constant("a", 2.0)), with_fmu(fmus))
+    run(path, tmp_path / "out", Options(results="r.parquet"))
+    (tmp_path / "out" / "mine.csv").write_text("kept")
+    run(path, tmp_path / "out")
+    names = {p.name for p in (tmp_path / "out").iterdir()}
+    assert names == {"results.csv", "summary.json", "manifest.json", "mine.csv"}
+
+
+def test_the_command_of_the_manifest_repeats_all_options(fmus, tmp_path):
+    path = package(tmp_path / "p.ssp", system("root", constant("a", 2.0)), with_fmu(fmus))
+    options = Options(check_step=True, plot=("a.*",), record_every=3, substeps=(("a", 2),))
+    run(path, tmp_path / "out", options)
+    command = json.loads((tmp_path / "out" / "manifest.json").read_text())["command"]
+    for part in ("--check-step", "--plot 'a.*'", "--record-every 3", "--substeps a=2"):
+        assert part in command
+
+
+@pytest.mark.parametrize(
+    "wrong",
+    [{"step": "soon"}, {"step": [1]}, {"record_every": 1.5}, {"substeps": ["a"]}, {"substeps": {"a": 2.5}},
+     {"step": True}, {"changes": ["a"]}],
+)  # fmt: skip
+def test_options_from_python_are_refused_in_one_line(fmus, tmp_path, wrong):
+    path = package(tmp_path / "p.ssp", system("root", constant("a", 2.0)), with_fmu(fmus))
+    with pytest.raises(UsageError):
+        simulate(path, tmp_path / "out", **wrong)
+
+
+def test_options_from_python_may_be_written_as_in_the_shell(fmus, tmp_path):
+    path = package(tmp_path / "p.ssp", system("root", constant("a", 2.0)), with_fmu(fmus))
+    given = {"step": "0.25", "substeps": "a=2", "record_every": "1", "results": Path("r.csv"), "changes": "a.x0[1]=3"}
+    result = simulate(path, tmp_path / "out", **given)
+    assert result.summary["step_s"] == 0.25
+    assert result.frame["a.y1"].tolist() == [3.0] * 5
+
+
+@pytest.mark.skipif(sys.platform == "win32", reason="there is no SIGTERM")
+def test_a_request_to_end_is_kept_like_ctrl_c(fmus, tmp_path):
+    path = package(tmp_path / "p.ssp", system("root", constant("a", 2.0)), with_fmu(fmus), stop=1e6, step=1e-3)
+    command = [sys.executable, "-m", "deepsea_cosim.master.cli", str(path), "--out", str(tmp_path / "out"), "--no-plot"]
+    running = subprocess.Popen([*command, "--record-every", "1000"], stderr=subprocess.PIPE, text=True)
+    results = tmp_path / "out" / "results.csv"
+    while running.poll() is None and not (results.exists() and results.stat().st_size > 1000):
+        time.sleep(0.05)
+    running.terminate()
+    assert "interrupted at t = " in running.communicate()[1]
+    assert running.returncode == 130
+    assert json.loads((tmp_path / "out" / "summary.json").read_text())["status"] == "interrupted"
