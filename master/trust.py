@@ -48,7 +48,8 @@ CHANGED = 0.5
 """Share by which a swing's energy has to change through a run, at least half of it by the coupling, to be warned of."""
 
 PIECES, MOST_PIECES = 8, 256
-"""Pieces of time in which a swing is followed: of each block of rows, and before neighbours are put together."""
+"""Pieces of time in which a swing is followed: those of the first block of rows, of which a short run has no other, and
+how many there may be before neighbours are put together; each later block is one."""
 
 NYQUIST = 1.0
 """omega h from which a step is too long for the swing, whatever the method."""
@@ -63,7 +64,7 @@ class Swing:
     """How much the outputs of a and b answer at once to what the other side's flow is the rate of (`direct`)."""
     sums: np.ndarray = field(default_factory=lambda: np.zeros((2, 3)))
     """For a and b: sum of u' y'', of u'^2 and of y''^2."""
-    pieces: np.ndarray = field(default_factory=lambda: np.zeros((0, 5)))
+    pieces: list[np.ndarray] = field(default_factory=list)
     """For pieces of the run, one after the other: sums of y_a^2, y_b^2, energy that does not arrive, h, and steps."""
 
     def add(
@@ -79,11 +80,14 @@ class Swing:
             second = np.diff(y[i], 2)[even]
             first = np.diff(u[i])[:-1][even]
             self.sums[i] += first @ second, first @ first, second @ second
-        told = np.stack([y[0][-new:] ** 2, y[1][-new:] ** 2, lost, h[-new:], np.ones(new)], axis=1)
-        starts = np.unique(np.linspace(0, new, PIECES, endpoint=False, dtype=int))
-        self.pieces = np.concatenate([self.pieces, np.add.reduceat(told, starts)])
+        ends = [new] if self.pieces else np.unique(np.linspace(0, new, PIECES + 1, dtype=int)[1:])
+        y_a, y_b, h, begin = y[0][-new:], y[1][-new:], h[-new:], 0
+        for end in ends:
+            a, b, part = y_a[begin:end], y_b[begin:end], slice(begin, end)
+            self.pieces.append(np.array([a @ a, b @ b, lost[part].sum(), h[part].sum(), end - begin]))
+            begin = end
         if len(self.pieces) > MOST_PIECES:
-            self.pieces = np.add.reduceat(self.pieces, np.arange(0, len(self.pieces), 2))
+            self.pieces = [np.sum(self.pieces[k : k + 2], axis=0) for k in range(0, len(self.pieces), 2)]
 
     def answer(self, i: int) -> float | None:
         """D of side i, or None where the record does not show it."""
@@ -100,10 +104,11 @@ class Swing:
         """
         told: dict[str, float | None] = dict.fromkeys(
             ("omega_h", "numerical_damping", "energy_ratio", "energy_made"))  # fmt: skip
-        if not np.abs([*self.sums.ravel(), *self.pieces.sum(axis=0)]).max() < BEYOND:
+        pieces = np.reshape(self.pieces, (-1, 5))
+        if not np.abs([*self.sums.ravel(), *pieces.sum(axis=0)]).max() < BEYOND:
             return told
         a, b = self.answer(0), self.answer(1)
-        seconds, count = self.pieces[:, 3:].sum(axis=0)
+        seconds, count = pieces[:, 3:].sum(axis=0)
         if a is None or b is None or count < 10:
             return told
         # through the links: b's input is factor * a's output, and the other way round
@@ -114,19 +119,19 @@ class Swing:
         h = float(seconds / count)
         forth, back = abs(self.bond.forth.cast.factor), abs(self.bond.back.cast.factor)
         weights = 0.5 * h * self.bond.watts * np.array([back / abs(a), forth / abs(b)])
-        energies = self.pieces[:, :2] @ weights
+        energies = pieces[:, :2] @ weights
         energy = float(energies.sum() / count)
         told["omega_h"] = omega_h
         jumps = max(self.at_once[0] / abs(a), self.at_once[1] / abs(b)) * h
         if energy > 0.0 and seconds > 0.0 and jumps <= AT_ONCE:
             # what a takes up is sign(D_a) y_a u_a: its energy h y^2 / |2 D| grows with that
-            made = np.sign(a) * self.pieces[:, 2]
+            made = np.sign(a) * pieces[:, 2]
             told["numerical_damping"] = float(-made.sum() / seconds / (2.0 * omega_h / h * energy))
-            middle = (np.cumsum(self.pieces[:, 3]) - 0.5 * self.pieces[:, 3]) / seconds
+            middle = (np.cumsum(pieces[:, 3]) - 0.5 * pieces[:, 3]) / seconds
             first, last = middle < 0.25, middle > 0.75
             if first.any() and last.any():
-                before = energies[first].sum() / self.pieces[first, 4].sum()
-                after = energies[last].sum() / self.pieces[last, 4].sum()
+                before = energies[first].sum() / pieces[first, 4].sum()
+                after = energies[last].sum() / pieces[last, 4].sum()
                 between = (middle > 0.125) & (middle < 0.875)
                 if before > 0.0:
                     told["energy_ratio"] = float(after / before)

@@ -112,11 +112,13 @@ class Document:
             if child.tag in known:
                 yield child
             elif child.tag not in HARMLESS:
-                names = [local_of(tag) for tag in known]
-                raise self.error(
-                    child,
-                    f"<{local(child)}> inside <{local(element)}> is not supported{did_you_mean(local(child), names)}",
-                )
+                names = {local_of(tag): tag for tag in known}
+                meant = names.get(local(child))
+                if meant is not None:
+                    hint = f"; it belongs to the namespace {meant[1:].partition('}')[0]}"
+                else:
+                    hint = did_you_mean(local(child), list(names))
+                raise self.error(child, f"<{local(child)}> inside <{local(element)}> is not supported{hint}")
 
     def child(self, element: etree._Element, tag: str) -> etree._Element | None:
         """The only child with a tag, or None."""

@@ -90,6 +90,12 @@ def test_bindings_inline_external_prefix_and_component(tmp_path):
             '<ssd:System name="s"/><ssd:DefaultExperiment stopTime="soon"/>',
             'stopTime="soon" is not a number',
         ),
+        (
+            f'<ssd:System name="s"><ssd:Elements>{COMPONENT}</ssd:Elements><ssd:Connections><ssd:Connection '
+            'startElement="a" startConnector="y" endElement="a" endConnector="u"><ssd:LinearTransformation factor="2"/>'
+            "</ssd:Connection></ssd:Connections></ssd:System>",
+            "it belongs to the namespace http://ssp-standard.org/SSP1/SystemStructureCommon",
+        ),
     ],
 )
 def test_what_is_wrong_or_not_supported_is_refused_by_name(tmp_path, system, message):
