@@ -35,6 +35,24 @@ def positive(text: str) -> int:
     return value
 
 
+def natural(text: str) -> int:
+    """An option's whole number, 0 or more."""
+    if not (text.isascii() and text.isdigit()):
+        raise argparse.ArgumentTypeError(f"'{text}' is not a whole number of at least 0")
+    return int(text)
+
+
+def seconds(text: str) -> float:
+    """An option's time, above 0."""
+    try:
+        value = float(text)
+    except ValueError:
+        raise argparse.ArgumentTypeError(f"'{text}' is not a number of seconds") from None
+    if not value > 0.0:
+        raise argparse.ArgumentTypeError(f"{text}: it has to be positive")
+    return value
+
+
 def add_processes(p: argparse.ArgumentParser, dask: bool = True) -> None:
     """The options that say where many runs are simulated."""
     p.add_argument("--processes", metavar="N", type=positive, help="simulation processes (default: one per core)")

@@ -7,7 +7,7 @@ import sys
 from collections.abc import Sequence
 from pathlib import Path
 
-from ..core.cli import OneLineParser, add_processes, exit_code
+from ..core.cli import OneLineParser, add_processes, exit_code, seconds
 
 EXAMPLES = """examples:
   cosim-gap effects build/deepsea_11km.ssp
@@ -40,22 +40,12 @@ def parser() -> argparse.ArgumentParser:
     )  # fmt: skip
     add_processes(diagnose)
     diagnose.add_argument(
-        "--time-limit", metavar="SECONDS", type=_seconds,
+        "--time-limit", metavar="SECONDS", type=seconds,
         help="judge what has been found after about this time, as the first Ctrl-C does (default: look everywhere)",
     )  # fmt: skip
     diagnose.add_argument("--no-report", action="store_true", help="no report.html")
     diagnose.add_argument("--quiet", action="store_true", help="print nothing but errors")
     return p
-
-
-def _seconds(text: str) -> float:
-    try:
-        value = float(text)
-    except ValueError:
-        raise argparse.ArgumentTypeError(f"'{text}' is not a number of seconds") from None
-    if not value > 0.0:
-        raise argparse.ArgumentTypeError(f"{text}: it has to be positive")
-    return value
 
 
 def main(arguments: Sequence[str] | None = None) -> int:

@@ -13,6 +13,7 @@ from concurrent.futures import Executor, ProcessPoolExecutor, as_completed
 from concurrent.futures.process import BrokenProcessPool
 from contextlib import contextmanager
 from dataclasses import dataclass, field
+from math import isinf
 from pathlib import Path
 from types import TracebackType
 from typing import Any
@@ -45,7 +46,10 @@ class Failure:
 
 
 class WorkerDied(SimulationError):
-    """A process that simulates ended unasked."""
+    """A process that simulates ended unasked, or was ended because a run took longer than it may."""
+
+
+DIED = "the simulation's process died; an FMU may have crashed"
 
 
 _sessions: dict[tuple[str, tuple[str, ...]], Session] = {}
@@ -66,6 +70,19 @@ def simulate(package: str, job: Job) -> np.ndarray | Failure:
         return session(package, job.only).run(job.record, job.stop, job.step, job.changes, job.inputs)[1]
     except CosimError as error:  # also of values that an FMU does not take
         return Failure(str(error))
+
+
+def _within(limit: float | None, function: Callable[[str, Any], Any], package: str, task: Any) -> Any:
+    """The function's result; a call longer than `limit` [s] ends the process, for an FMU cannot be stopped."""
+    if limit is None or isinf(limit):
+        return function(package, task)
+    import signal
+
+    signal.setitimer(signal.ITIMER_REAL, limit)
+    try:
+        return function(package, task)
+    finally:
+        signal.setitimer(signal.ITIMER_REAL, 0.0)
 
 
 def _quiet_worker() -> None:
@@ -114,9 +131,12 @@ class Pool:
         executor: Executor | None = None,
         processes: int | None = None,
         progress: Callable[[int], None] = lambda runs: None,
+        limit: float | None = None,
     ):
+        """limit: wall time of a task [s], for processes of this machine."""
         self.package = package.resolve()
         self.count = 0
+        self.limit = limit
         self.progress = progress
         self._own = executor is None
         if executor is None:
@@ -145,11 +165,22 @@ class Pool:
         return [made[k] for k in range(len(jobs))]
 
     def each(self, function: Callable[[str, Any], Any], tasks: Sequence[Any]) -> Iterator[tuple[int, Any]]:
-        """(index, function(package, task)) of every task, in the order in which they are done."""
-        futures = {self._executor.submit(function, str(self.package), task): k for k, task in enumerate(tasks)}
+        """(index, function(package, task)) of every task, in the order in which they are done.
+
+        A `Failure` instead where a Dask cluster gives a task up because its workers died of it; processes of this
+        machine raise `WorkerDied`.
+        """
+        package = str(self.package)
+        submit = self._executor.submit
+        futures = {submit(_within, self.limit, function, package, task): k for k, task in enumerate(tasks)}
         try:
             for future in as_completed(futures):
-                result = future.result()
+                try:
+                    result = future.result()
+                except Exception as error:
+                    if type(error).__name__ != "KilledWorker":  # of distributed, which need not be installed
+                        raise
+                    result = Failure(DIED)
                 self.count += 1
                 self.progress(self.count)
                 yield futures[future], result

@@ -7,7 +7,7 @@ import sys
 from collections.abc import Sequence
 from pathlib import Path
 
-from ..core.cli import OneLineParser, add_processes, exit_code
+from ..core.cli import OneLineParser, add_processes, exit_code, natural, seconds
 from ..master.algorithms import NAMES
 
 EXAMPLES = """examples:
@@ -19,6 +19,23 @@ EXAMPLES = """examples:
 
 exit codes: 0 done (failed cases are listed), 1 the simulation had to stop, 2 bad input, 130 interrupted (what a
 sweep has done is kept)
+"""
+
+PAPER_EXAMPLES = """examples:
+  cosim-study paper
+  cosim-study paper --package build/deepsea_11km.ssp --out runs/paper --processes 4
+"""
+
+ENVELOPE_EXAMPLES = """examples:
+  cosim-study envelope build/deepsea_11km.ssp
+  cosim-study envelope build/deepsea_11km.ssp --at 9000 --set arm.load_weight=1000
+  cosim-study envelope plant.ssp --options changes.toml --out runs/plant
+"""
+
+SWEEP_EXAMPLES = """examples:
+  cosim-study sweep deepsea_11km.ssp --vary depth=0:11000:500 --metric 'late=reaches(arm.x_h, 0.2, 0.001, 2)'
+  cosim-study sweep plant.ssp --vary body.m=1:5 --vary spring.k=100:400 --sample lhs:200 --case-time 60
+
 """
 
 METRICS = """metrics, each label=function(connector, numbers) or without the label:
@@ -38,14 +55,13 @@ def parser() -> argparse.ArgumentParser:
         epilog=EXAMPLES,
     )
     commands = p.add_subparsers(dest="command", required=True, metavar="COMMAND")
-    w = commands.add_parser("paper", help="recompute everything that the source paper shows")
+    w = commands.add_parser("paper", help="recompute everything that the source paper shows", epilog=PAPER_EXAMPLES)
     w.add_argument("--out", type=Path, metavar="DIR", default=Path("results/paper"), help="default: results/paper")
     w.add_argument("--package", type=Path, metavar="deepsea_11km.ssp", help="a built scenario (default: build one)")
     add_processes(w, dask=False)
     w.add_argument("--quiet", action="store_true", help="print nothing but errors")
     s = commands.add_parser(
-        "sweep", help="run a package over a grid or a sample of its parameters", epilog=METRICS,
-        formatter_class=argparse.RawDescriptionHelpFormatter,
+        "sweep", help="run a package over a grid or a sample of its parameters", epilog=SWEEP_EXAMPLES + METRICS
     )  # fmt: skip
     s.add_argument("package", metavar="SCENARIO.ssp", type=Path)
     s.add_argument("--vary", metavar="NAME=SPEC", action="append", default=[],
@@ -60,11 +76,15 @@ def parser() -> argparse.ArgumentParser:
     s.add_argument("--method", choices=NAMES, default=NAMES[0], help="coupling: %(choices)s (default: %(default)s)")
     s.add_argument("--out", type=Path, metavar="DIR", help="folder for the results (default: results/sweep_NAME)")
     add_processes(s)
-    s.add_argument("--seed", type=int, default=0, help="of the sample (default 0)")
+    s.add_argument("--seed", type=natural, default=0, help="of the sample (default 0)")
+    s.add_argument("--case-time", type=seconds, metavar="S",
+                   help="longest wall time of a case [s], not with --dask; what takes longer has failed")  # fmt: skip
     s.add_argument("--retry-failed", action="store_true", help="run cases that failed earlier once more")
     s.add_argument("--no-plots", action="store_true", help="no pictures")
     s.add_argument("--quiet", action="store_true", help="print nothing but errors")
-    e = commands.add_parser("envelope", help="how far each design goes, and the cheapest change that goes further")
+    e = commands.add_parser(
+        "envelope", help="how far each design goes, and the cheapest change that goes further", epilog=ENVELOPE_EXAMPLES
+    )
     e.add_argument("package", metavar="SCENARIO.ssp", type=Path)
     e.add_argument("--options", type=Path, metavar="FILE.toml", help="requirements, choices and their costs (default: "
                    "the deep-sea machine's: depth without delay over lines, oil and valve)")  # fmt: skip

@@ -14,6 +14,9 @@ from ...core.errors import UsageError
 from ...core.toml_tables import Tables
 from ..sweep.metrics import Metric, parse_metric
 
+FINEST = 1e-9
+"""Least `within`, as a share of the axis."""
+
 MOST_DESIGNS = 10_000
 """Most combinations of choices."""
 
@@ -105,7 +108,7 @@ def read(path: Path | None = None) -> Options:
     at = f"{where}: [axis]"
     take.no_strangers(axis, ("parameter", "unit", "low", "high", "within"), at)
     low, high, within = (take.number(axis, at, key) for key in ("low", "high", "within"))
-    if not (low < high and 0.0 < within < high - low):
+    if not (low < high and (high - low) * FINEST <= within < high - low):
         raise UsageError(f"{at}: low {low:g}, high {high:g} and within {within:g} do not fit together")
     made = Options(
         take.get(axis, at, "parameter", str), take.get(axis, at, "unit", str, ""), low, high, within,

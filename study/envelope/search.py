@@ -24,11 +24,14 @@ class Question:
 class Reach:
     """The greatest value of the axis at which everything holds, to within the options' `within`.
 
-    None where it does not hold even at the low end; `whole` where it holds up to the high end.
+    None where it does not hold even at the low end; `whole` where it holds up to the high end. `why`: the low end
+    cannot be run; `hole`: a value below at which it does not hold.
     """
 
     value: float | None
     whole: bool = False
+    why: str | None = None
+    hole: float | None = None
 
 
 def settings(options: Options) -> Settings:
@@ -42,10 +45,14 @@ def holds(options: Options, entry: dict[str, Any]) -> bool:
     return all(r.holds(values.get(r.metric.label)) for r in options.requirements)
 
 
-def reach(package: str, question: Question) -> Reach | str:
-    """The answer, in this process; a text where even the low end cannot be run.
+LOOKS = 3
+"""Values below the edge, evenly spaced, at which it is looked whether everything holds there too."""
 
-    Bisection takes it that what holds at a value holds below it too.
+
+def reach(package: str, question: Question) -> Reach:
+    """The answer, in this process.
+
+    Bisection takes it that what holds at a value holds below it too, which is then looked at in a few places.
     """
     o = question.options
 
@@ -54,16 +61,26 @@ def reach(package: str, question: Question) -> Reach | str:
 
     first = at(o.low)
     if "failed" in first:
-        return str(first["failed"])
+        return Reach(None, why=str(first["failed"]))
     if not holds(o, first):
         return Reach(None)
-    if holds(o, at(o.high)):
-        return Reach(o.high, whole=True)
     low, high = o.low, o.high
+    held = {low}
+    whole = holds(o, at(high))
+    if whole:
+        low = high
     while high - low > o.within:
         middle = 0.5 * (low + high)
-        low, high = (middle, high) if holds(o, at(middle)) else (low, middle)
-    return Reach(low)
+        if holds(o, at(middle)):
+            held.add(middle)
+            low = middle
+        else:
+            high = middle
+    for k in range(LOOKS, 0, -1):
+        x = o.low + k / (LOOKS + 1) * (low - o.low)
+        if min(abs(x - known) for known in held) > o.within and not holds(o, at(x)):
+            return Reach(low, whole, hole=x)
+    return Reach(low, whole)
 
 
 def reaches(
@@ -73,10 +90,11 @@ def reaches(
     """How far each design goes."""
     found: dict[int, Reach] = {}
     for k, answer in pool.each(reach, [Question(options, {**fixed, **d.parameters}) for d in designs]):
-        if isinstance(answer, str):
-            raise SimulationError(f"{', '.join(designs[k].changes) or 'the machine as it is'}: {answer}")
-        found[k] = answer
+        found[k] = answer if isinstance(answer, Reach) else Reach(None, why=answer.reason)
         progress()
+    if all(r.why for r in found.values()):
+        name = ", ".join(designs[0].changes) or "the machine as it is"
+        raise SimulationError(f"no design can be run at {options.low:g} {options.unit}; {name}: {found[0].why}")
     return [found[k] for k in range(len(designs))]
 
 
@@ -87,7 +105,7 @@ def cheapest(
     for cost in sorted({round(d.cost, 9) for d in designs}):  # 0.1 + 0.2 costs as much as 0.3
         mine = sorted((d for d in designs if round(d.cost, 9) == cost), key=lambda d: len(d.changes))
         tasks = [Task(settings(options), {**fixed, **d.parameters, options.parameter: at}) for d in mine]
-        good = sorted(k for k, entry in pool.each(measure, tasks) if holds(options, entry))
+        good = sorted(k for k, entry in pool.each(measure, tasks) if isinstance(entry, dict) and holds(options, entry))
         if good:
             return [mine[k] for k in good]
     return []

@@ -37,7 +37,9 @@ def envelope_command(options: argparse.Namespace) -> int:
     with Session(options.package) as session:
         used = [name for g in wanted.groups for name in {n: None for c in g.choices for n in c.parameters}]
         check_distinct(session, [*fixed, *used, wanted.parameter])
-        check(session, {**fixed, **every[0].parameters, wanted.parameter: wanted.low}, settings(wanted))
+        first = {**fixed, **every[0].parameters, wanted.parameter: wanted.low}
+        others = [c.parameters for g in wanted.groups for c in g.choices]
+        check(session, first, settings(wanted), [*others, {wanted.parameter: wanted.high}])
     at = wanted.high if options.at is None else options.at
     if not wanted.low <= at <= wanted.high:
         raise UsageError(f"--at {at:g}: it has to be between {wanted.low:g} and {wanted.high:g} {wanted.unit}")
@@ -69,9 +71,13 @@ def envelope_command(options: argparse.Namespace) -> int:
 
 
 def _told(r: Any, wanted: Any) -> str:
+    if r.why:
+        return f"cannot be run at {wanted.low:g}: {r.why}"
     if r.value is None:
         return f"not even {wanted.low:g}"
-    return f"{wanted.high:g} and more" if r.whole else f"{r.value:.{max(0, -floor(log10(wanted.within)))}f}"
+    places = max(0, -floor(log10(wanted.within)))
+    told = f"{wanted.high:g} and more" if r.whole else f"{r.value:.{places}f}"
+    return told if r.hole is None else f"{told}, but not at {r.hole:.{places}f}"
 
 
 def _write(
@@ -86,7 +92,8 @@ def _write(
         "package": str(options.package), "sha256": digest(options.package), "set": options.set,
         "options": given, "versions": versions(),
         "axis": wanted.parameter, "unit": wanted.unit,
-        "reach": [{**dict(zip((g.name for g in mapped), names, strict=True)), "value": r.value, "whole": r.whole}
+        "reach": [{**dict(zip((g.name for g in mapped), names, strict=True)), "value": r.value, "whole": r.whole,
+                   "hole": r.hole, "why": r.why}
                   for names, r in reach.items()],
         "at": at, "cheapest": [{"cost": d.cost, "changes": list(d.changes)} for d in best],
     }  # fmt: skip

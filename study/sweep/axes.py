@@ -38,7 +38,7 @@ def parse_axis(text: str) -> Axis:
     values = tuple(_value(v.strip()) for v in what.split(","))
     if any(v == "" for v in values):
         raise UsageError(f"--vary {text}: an empty value between commas")
-    if len(set(map(repr, values))) < len(values):
+    if len({(isinstance(v, bool), v) for v in values}) < len(values):  # 1 and 1.0 are the same, true is not
         raise UsageError(f"--vary {text}: a value is there twice")
     return Axis(name, values)
 
@@ -77,6 +77,8 @@ def _value(text: str) -> Any:
             continue
         if not isfinite(value):
             raise UsageError(f"a value cannot be {text}")
+        if kind is int and not -(2**63) <= value < 2**63:
+            raise UsageError(f"{text} is no whole number of 64 bits")
         return value
     return text
 

@@ -34,8 +34,10 @@ def grid(axes: Sequence[Axis]) -> list[Case]:
 def parse_sample(text: str) -> tuple[str, int]:
     """(kind, number) of `--sample kind:number`."""
     kind, colon, number = text.partition(":")
-    if kind not in SAMPLES or not colon or not number.isdigit() or int(number) < 1:
+    if kind not in SAMPLES or not colon or not (number.isascii() and number.isdigit()) or int(number) < 1:
         raise UsageError(f"--sample {text}: expected one of {', '.join(f'{s}:N' for s in SAMPLES)}")
+    if int(number) > MOST:
+        raise UsageError(f"--sample {text}: more than {MOST} cases")
     return kind, int(number)
 
 
@@ -75,6 +77,8 @@ def problem(axes: Sequence[Axis]) -> dict[str, Any]:
 def _saltelli(axes: Sequence[Axis], number: int, seed: int) -> np.ndarray:
     if number & (number - 1):
         raise UsageError(f"--sample saltelli:{number}: it has to be a power of two, e.g. {1 << number.bit_length()}")
+    if (count := number * (2 * len(axes) + 2)) > MOST:
+        raise UsageError(f"--sample saltelli:{number}: {count} cases are more than {MOST}")
     need("study", "SALib")
     from SALib.sample import sobol
 

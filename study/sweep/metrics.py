@@ -38,30 +38,44 @@ def _at(t: np.ndarray, x: np.ndarray, when: float) -> float | None:
 
 def reaches(t: np.ndarray, x: np.ndarray, target: float, within: float, after: float = 0.0) -> float | None:
     """Time [s] from `after` until x (n,) at t (n,) is within `within` of `target` for the first time; None if never."""
-    start = int(np.searchsorted(t, after))
-    inside = np.flatnonzero(np.abs(x[start:] - target) <= within)
-    if not len(inside):
+    t, x = _from(t, x, after)
+    far = x - target
+    passed = np.append(False, far[1:] * far[:-1] < 0.0)  # between two points, if not at one
+    arrived = np.flatnonzero((np.abs(far) <= within) | passed)
+    if not len(arrived):
         return None
-    k = start + int(inside[0])
-    return 0.0 if k == start else _crossing(t, np.abs(x - target) - within, k - 1) - after
+    k = int(arrived[0])
+    return 0.0 if k == 0 else _enters(t, far, within, k - 1) - after
 
 
 def _settles(
     t: np.ndarray, x: np.ndarray, target: float, within: float, after: float = 0.0, until: float = np.inf
 ) -> float | None:
-    start, end = int(np.searchsorted(t, after)), int(np.searchsorted(t, until, side="right"))
-    if start >= end:
+    t, x = _from(t[t <= until], x[t <= until], after)
+    if not len(t):
         return None
-    outside = np.flatnonzero(np.abs(x[start:end] - target) > within)
+    far = x - target
+    outside = np.flatnonzero(np.abs(far) > within)
     if not len(outside):
         return 0.0
-    k = start + int(outside[-1])
-    return None if k == end - 1 else _crossing(t, np.abs(x - target) - within, k) - after
+    k = int(outside[-1])
+    return None if k == len(t) - 1 else _enters(t, far, within, k) - after
 
 
-def _crossing(t: np.ndarray, y: np.ndarray, k: int) -> float:
-    """When the straight line from sample k to the next one is 0."""
-    return float(t[k] + (t[k + 1] - t[k]) * y[k] / (y[k] - y[k + 1]))
+def _from(t: np.ndarray, x: np.ndarray, after: float) -> tuple[np.ndarray, np.ndarray]:
+    """The signal from a time on, which need not be that of a sample."""
+    if not len(t) or after <= t[0]:
+        return t, x
+    start = int(np.searchsorted(t, after))
+    if start == len(t) or t[start] == after:
+        return t[start:], x[start:]
+    return np.append(after, t[start:]), np.append(np.interp(after, t, x), x[start:])
+
+
+def _enters(t: np.ndarray, far: np.ndarray, within: float, k: int) -> float:
+    """When the straight line from sample k, which is more than `within` from 0, to the next one has come that near."""
+    edge = np.copysign(within, far[k])
+    return float(t[k] + (t[k + 1] - t[k]) * (far[k] - edge) / (far[k] - far[k + 1]))
 
 
 def _above(t: np.ndarray, x: np.ndarray, level: float) -> float:
@@ -116,9 +130,22 @@ class Metric:
         return FUNCTIONS[self.function][0](t, x, *self.numbers)
 
 
+def _arguments(text: str) -> tuple[str, list[str]]:
+    """The connector, in whose brackets there may be commas, and what comes after it."""
+    parts, depth = [""], 0
+    for letter in text:
+        depth += (letter in "([") - (letter in ")]")
+        if letter == "," and depth == 0:
+            parts.append("")
+        else:
+            parts[-1] += letter
+    connector, *rest = (part.strip() for part in parts)
+    return connector, rest
+
+
 def parse_metric(text: str) -> Metric:
     """The metric of `--metric text`; raises `UsageError`."""
-    found = re.fullmatch(r"\s*(?:([^=()]+?)\s*=\s*)?(\w+)\s*\(([^()]*)\)\s*", text)
+    found = re.fullmatch(r"\s*(?:([^=()]+?)\s*=\s*)?(\w+)\s*\((.*)\)\s*", text)
     if not found:
         raise UsageError(f"--metric {text}: expected function(connector, numbers), e.g. final(arm.x_h)")
     label, function, inside = found.groups()
@@ -126,7 +153,7 @@ def parse_metric(text: str) -> Metric:
         names = list(FUNCTIONS)
         raise UsageError(f"--metric {text}: no function '{function}'{did_you_mean(function, names)}; "
                          f"known: {', '.join(names)}")  # fmt: skip
-    connector, *rest = (part.strip() for part in inside.split(","))
+    connector, rest = _arguments(inside)
     _, least, most = FUNCTIONS[function]
     try:
         numbers = tuple(float(part) for part in rest)

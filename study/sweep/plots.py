@@ -37,11 +37,12 @@ def _over(
     figure: Figure, ax: Axes, axes: Sequence[Axis], table: Sequence[Mapping[str, Any]], label: str,
     shown: Mapping[str, str],
 ) -> None:  # fmt: skip
-    first, rest = axes[0], axes[1:]
+    first, *rest = axes if len(axes[0].values) > 1 else axes[::-1]  # what does not vary is no direction
     ax.set_xlabel(shown.get(first.name, first.name))
     if rest and len(rest[0].values) > FEW and _numbers(first.values) and _numbers(rest[0].values):
         second = rest[0]
-        z = np.array([_number(row[label]) for row in table]).reshape(len(first.values), len(second.values))
+        z = np.array([_number(row[label]) for row in table]).reshape([len(a.values) for a in axes])
+        z = z if first is axes[0] else z.T
         drawn = ax.pcolormesh(first.values, second.values, z.T, shading="nearest")
         figure.colorbar(drawn, ax=ax, label=shown.get(label, label))
         ax.set_ylabel(shown.get(second.name, second.name))

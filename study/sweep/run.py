@@ -7,6 +7,7 @@ from collections.abc import Callable, Iterable, Mapping, Sequence
 from concurrent.futures import Executor
 from dataclasses import dataclass, field
 from pathlib import Path
+from time import perf_counter
 from typing import Any
 
 import numpy as np
@@ -14,7 +15,7 @@ import numpy as np
 from ...core.errors import CosimError, UsageError
 from ...master.manifest import digest as digest_of_file
 from ...master.output import versions
-from ...master.pool import Pool, WorkerDied
+from ...master.pool import DIED, Failure, Pool, WorkerDied
 from ...master.pool import session as opened
 from ...master.session import Session
 from ...master.times import times_of
@@ -70,12 +71,18 @@ def _values(metrics: Sequence[Metric], t: np.ndarray, record: list[str], rows: n
     return {m.label: m.of(t, columns[m.connector]) for m in metrics}
 
 
-def check(session: Session, case: Case, settings: Settings) -> None:
-    """Raise one-line errors for what is wrong with times, names and values before anything runs."""
+def check(session: Session, case: Case, settings: Settings, others: Iterable[Case] = ()) -> None:
+    """Raise one-line errors for what is wrong with times, names and values before anything runs.
+
+    others: what may stand in place of some of the case's values.
+    """
     times_of(session.structure, settings.stop, settings.step)
+    if not settings.metrics:
+        raise UsageError("no connected output is a number; say with --metric what is to be measured")
     for m in settings.metrics:
         session.signal(m.connector)
-    session.values({**settings.fixed, **case})
+    for other in ({}, *others):
+        session.values({**settings.fixed, **case, **other})
     check_distinct(session, [*settings.fixed, *case])
 
 
@@ -119,10 +126,12 @@ def sweep(
     processes: int | None = None,
     progress: Callable[[int, int], None] = lambda done, failed: None,
     again: bool = False,
+    limit: float | None = None,
 ) -> list[dict[str, Any]]:
     """What `measure` gives for every case, in their order; finished cases of the folder are not run again.
 
-    again: run those that failed once more. A run that takes its process with it is a failed case.
+    again: run those that failed once more. A run that takes its process with it, or longer than `limit` [s of wall
+    time], is a failed case.
     """
     common = {
         "package": digest_of_file(package), "step": settings.step, "stop": settings.stop, "method": settings.method,
@@ -138,7 +147,8 @@ def sweep(
         count = [len(cases) - len(todo), sum("failed" in entry for entry in kept if entry)]
         progress(*count)
 
-        def done(k: int, entry: dict[str, Any]) -> None:
+        def done(k: int, entry: dict[str, Any] | Failure) -> None:
+            entry = {"failed": entry.reason} if isinstance(entry, Failure) else entry
             store.put(names[k], entry)
             kept[k] = entry
             count[0] += 1
@@ -147,27 +157,29 @@ def sweep(
 
         while todo:
             try:
-                with Pool(package, executor, processes) as pool:
+                with Pool(package, executor, processes, limit=limit) as pool:
                     for i, entry in pool.each(measure, [Task(settings, cases[k]) for k in todo]):
                         done(todo[i], entry)
             except WorkerDied:
                 if executor is not None:
                     raise
             suspects = [k for k in todo if kept[k] is None][: 2 * (processes or os.cpu_count() or 1)]
-            _one_by_one(package, cases, settings, suspects, done)
+            _one_by_one(package, cases, settings, suspects, done, limit)
             todo = [k for k in todo if kept[k] is None]
     return [entry for entry in kept if entry is not None]
 
 
 def _one_by_one(
     package: Path, cases: Sequence[Case], settings: Settings, todo: Sequence[int],
-    done: Callable[[int, dict[str, Any]], None],
+    done: Callable[[int, dict[str, Any]], None], limit: float | None,
 ) -> None:
     """The cases that may have been at work when a process died, each in a process that may die."""
     for k in todo:
+        begin = perf_counter()
         try:
-            with Pool(package, processes=1) as pool:
+            with Pool(package, processes=1, limit=limit) as pool:
                 for _, entry in pool.each(measure, [Task(settings, cases[k])]):
                     done(k, entry)
         except WorkerDied:
-            done(k, {"failed": "the simulation's process died; an FMU may have crashed"})
+            late = limit is not None and perf_counter() - begin > limit
+            done(k, {"failed": f"it takes longer than {limit:g} s" if late else DIED})

@@ -18,16 +18,20 @@ FEWEST = 50
 
 def sensitivities(
     axes: Sequence[Axis], kind: str, cases: Sequence[Case], values: Sequence[float | None]
-) -> dict[str, Any] | None:
+) -> dict[str, Any] | str:
     """Shares of the metric's variance by parameter, first order and (after Saltelli) total, with 95 % half widths.
 
     `saltelli`: Sobol indices; other samples: first-order indices from the given data (RBD-FAST, Tarantola et al. 2006).
-    None where cases are missing that the method needs, or nothing varies.
+    A text that says why where there are none.
     """
     y = np.array([np.nan if v is None else v for v in values])
     seen = np.isfinite(y)
-    if seen.sum() < FEWEST or np.ptp(y[seen]) <= 1e-12 * np.max(np.abs(y[seen])):
-        return None
+    if seen.sum() < FEWEST:
+        return f"only {seen.sum()} cases have a value; {FEWEST} are needed"
+    if np.ptp(y[seen]) <= 1e-12 * np.max(np.abs(y[seen])):
+        return "it does not vary"
+    if kind == "saltelli" and not seen.all():
+        return f"{np.sum(~seen)} of {len(seen)} cases have no value, and Saltelli's method needs all (lhs:N does not)"
     need("study", "SALib")
     from SALib.analyze import rbd_fast, sobol
 
@@ -35,8 +39,6 @@ def sensitivities(
     with warnings.catch_warnings():
         warnings.simplefilter("ignore")
         if kind == "saltelli":
-            if not seen.all():
-                return None
             found = sobol.analyze(problem(axes), y, calc_second_order=True, seed=0)
             kinds = {"first order": ("S1", "S1_conf"), "total": ("ST", "ST_conf")}
         else:

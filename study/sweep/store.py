@@ -1,7 +1,7 @@
 """Finished cases on disk: a line of JSON each, named by what the case is, so that a killed sweep goes on.
 
 The name is a digest of everything that the result depends on: the package's bytes, the case, the run's settings and the
-metrics. A line that was cut by a kill is not a line.
+metrics. What was cut by a kill at the end is written over; a line that is no entry is passed over.
 """
 
 from __future__ import annotations
@@ -41,14 +41,16 @@ class Store:
             self._lock.close()
             raise OutputError(f"{self.folder}: another sweep is writing there")
         path = self.folder / FILE
-        whole = 0
+        whole = end = 0
         if path.exists():
             for line in path.read_bytes().splitlines(keepends=True):
-                entry = _entry(line)
-                if entry is None:
+                if not line.endswith(b"\n"):
                     break
-                self._known[entry.pop("case")] = entry
-                whole += len(line)
+                end += len(line)
+                entry = _entry(line)
+                if entry is not None:
+                    self._known[entry.pop("case")] = entry
+                    whole = end
         self._file = path.open("ab")
         self._file.truncate(whole)
         return self
@@ -74,13 +76,14 @@ class Store:
 
 
 def _entry(line: bytes) -> dict[str, Any] | None:
-    if not line.endswith(b"\n"):
-        return None
     try:
         entry = json.loads(line)
     except ValueError:
         return None
-    return entry if isinstance(entry, dict) and isinstance(entry.get("case"), str) else None
+    if not isinstance(entry, dict) or not isinstance(entry.get("case"), str):
+        return None
+    fits = isinstance(entry.get("failed"), str) or isinstance(entry.get("values"), dict)
+    return entry if fits and isinstance(entry.get("warnings", []), list) else None
 
 
 def _hold(file: int) -> bool:

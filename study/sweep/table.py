@@ -22,16 +22,22 @@ def rows(cases: Sequence[Case], entries: Sequence[Mapping[str, Any]], labels: Se
     return made
 
 
-def write(table: Sequence[Mapping[str, Any]], folder: Path) -> Path:
-    """Write sweep.parquet or sweep.csv; returns its path. The same rows give the same bytes."""
+def write(table: Sequence[Mapping[str, Any]], folder: Path, units: Mapping[str, str] | None = None) -> Path:
+    """Write sweep.parquet, which knows the columns' units, or sweep.csv; returns its path.
+
+    The same rows give the same bytes.
+    """
     if find_spec("pyarrow"):
         import pyarrow
         from pyarrow import parquet
 
         path = folder / "sweep.parquet"
         columns = {name: _column([row[name] for row in table]) for name in table[0]}
+        fields = [
+            pyarrow.field(name, c.type, metadata={"unit": (units or {}).get(name, "")}) for name, c in columns.items()
+        ]
         with writing(path):
-            parquet.write_table(pyarrow.table(columns), path)
+            parquet.write_table(pyarrow.table(list(columns.values()), schema=pyarrow.schema(fields)), path)
         return path
     path = folder / "sweep.csv"
     with writing(path), path.open("w", newline="", encoding="utf-8") as file:

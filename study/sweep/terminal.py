@@ -31,6 +31,8 @@ def sweep_command(options: argparse.Namespace) -> int:
     """Run the sweep and print what came of it; returns the exit code."""
     axes = [parse_axis(text) for text in options.vary]
     kind, cases = _cases(axes, options)
+    if options.dask is not None and options.case_time is not None:
+        raise UsageError("--case-time: a process of a Dask cluster cannot be ended from here; leave one of them out")
     from ...master.pool import cluster
     from ...master.session import Session
     from .run import Settings, check, default_metrics, sweep, units
@@ -41,7 +43,7 @@ def sweep_command(options: argparse.Namespace) -> int:
     with Session(options.package) as session:
         metrics = metrics or default_metrics(session)
         settings = Settings(metrics, options.step, options.stop_time, options.method, fixed)
-        check(session, cases[0], settings)
+        check(session, cases[0], settings, _ends(axes))
         known = units(session, [a.name for a in axes], metrics)
     labels = [m.label for m in metrics]
     for name in (*(a.name for a in axes), "case", "failed", "warnings"):
@@ -52,19 +54,29 @@ def sweep_command(options: argparse.Namespace) -> int:
     folder = options.out or Path("results") / f"sweep_{options.package.stem}"
     with cluster(options.dask) as executor, _bar(len(cases), options.quiet) as progress:
         entries = sweep(
-            options.package, cases, settings, folder, executor, options.processes, progress, options.retry_failed
-        )
+            options.package, cases, settings, folder, executor, options.processes, progress, options.retry_failed,
+            options.case_time,
+        )  # fmt: skip
     table = rows(cases, entries, labels)
-    path = write(table, folder)
-    indices = _indices(axes, kind, cases, table, labels) if kind else {}
+    path = write(table, folder, known)
+    indices, silent = _indices(axes, kind, cases, table, labels) if kind else ({}, {})
     _forget_pictures(folder)
     pictures = [] if options.no_plots else _pictures(folder, axes, bool(kind), table, labels, indices, known)
     _summary(folder, options, settings, table, indices, known, pictures)
     made = [path.name, SUMMARY, *pictures]
     if not options.quiet:
         _print(table, labels, indices, known)
+        for label, why in silent.items():
+            print(f"no sensitivities of {label}: {why}")
         print(f"\n{folder}: {', '.join(made[:6])}{' ...' if len(made) > 6 else ''}")
     return 0
+
+
+def _ends(axes: Sequence[Axis]) -> Iterator[Case]:
+    """Every value of a list, and of a range the ends and one within, which is no whole number."""
+    for axis in axes:
+        for value in axis.values or (axis.low, axis.low + 0.381966 * (axis.high - axis.low), axis.high):
+            yield {axis.name: value}
 
 
 def _cases(axes: Sequence[Axis], options: argparse.Namespace) -> tuple[str, list[Case]]:
@@ -106,13 +118,15 @@ def _bar(total: int, quiet: bool) -> Iterator[Callable[[int, int], None]]:
 
 def _indices(
     axes: Sequence[Axis], kind: str, cases: Sequence[Case], table: Sequence[Mapping[str, Any]], labels: Sequence[str]
-) -> dict[str, Any]:
+) -> tuple[dict[str, Any], dict[str, str]]:
+    """Sensitivities by metric, and why there are none of the others."""
     if not find_spec("SALib"):
-        return {}
+        return {}, {"any metric": "this needs SALib: pip install deepsea-cosim[study]"}
     from .sensitivity import sensitivities
 
     found = {label: sensitivities(axes, kind, cases, [row[label] for row in table]) for label in labels}
-    return {label: entry for label, entry in found.items() if entry}
+    told = {label: entry for label, entry in found.items() if not isinstance(entry, str)}
+    return told, {label: entry for label, entry in found.items() if isinstance(entry, str)}
 
 
 def _forget_pictures(folder: Path) -> None:
@@ -157,7 +171,10 @@ def _pictures(
     for label in labels:
         if all(row[label] is None for row in table):
             continue
-        name = re.sub(r"[^\w.-]+", "_", label).strip("_") + ".png"
+        stem = name = re.sub(r"[^\w.-]+", "_", label).strip("_") or "metric"
+        while f"{name}.png" in made:
+            name = f"{stem}_{made.index(f'{name}.png') + 2}"
+        name += ".png"
         with writing(folder / name):
             picture(folder / name, axes, sampled, table, label, indices.get(label), known)
         made.append(name)

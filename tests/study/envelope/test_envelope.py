@@ -7,6 +7,7 @@ import json
 import pytest
 from deepsea_cosim.core.errors import UsageError
 from deepsea_cosim.study.cli import main
+from deepsea_cosim.study.envelope import search
 from deepsea_cosim.study.envelope.options import designs, read
 
 from ...commands import code
@@ -111,7 +112,8 @@ def test_what_is_shipped_reads_and_its_first_design_is_the_machine(built):
 
 @pytest.mark.parametrize(
     ("change", "word"),
-    [(("low = 0", "low = 20"), "fit together"), (("within = 0.01", "wthin = 0.01"), "did you mean"),
+    [(("low = 0", "low = 20"), "fit together"), (("within = 0.01", "within = 1e-300"), "fit together"),
+     (("within = 0.01", "wthin = 0.01"), "did you mean"),
      (("at_most = 2.0", ""), "at_least or at_most"), (("end=final(b.y1)", "end of b"), "expected"),
      (('name = "gain"', 'name = "ramp"'), "same name"), (("cost = 3", 'cost = "much"'), "number"),
      (('name = "slope 1"', 'name = "slope 1"\ncost = 1'), "costs nothing")],
@@ -159,3 +161,23 @@ def test_decimals_are_those_of_the_bisection(doubled, options, tmp_path, capsys)
     told = capsys.readouterr().out
     assert "slope 1     2.00" in told or "slope 1     1.99" in told
 
+
+
+def test_a_hole_below_the_edge_is_told(options, monkeypatch):
+    """What holds up to 8, but not from 3 to 5."""
+    monkeypatch.setattr(search, "measure", lambda package, task: {"values": {
+        "end": 1.0 if task.case["b.D[1,1]"] <= 8.0 and not 3.0 < task.case["b.D[1,1]"] < 5.0 else 9.0}})  # fmt: skip
+    found = search.reach("p.ssp", search.Question(read(options), {}))
+    assert found.value == pytest.approx(8.0, abs=0.01)
+    assert 3.0 < found.hole < 5.0
+
+
+def test_a_design_that_cannot_be_run_does_not_hide_the_others(doubled, tmp_path, capsys):
+    path = tmp_path / "o.toml"
+    text = TEXT.format(limit=2.0).replace('{ "a.x0[2]" = 1.0 }', '{ "a.x0[2]" = 1.0, "b.trouble" = 0 }')
+    path.write_text(text.replace('{ "a.x0[2]" = 0.5 }', '{ "a.x0[2]" = 0.5, "b.trouble" = 1 }'))
+    call = ["envelope", str(doubled), "--options", str(path), "--out", str(tmp_path / "o"), "--no-plots"]
+    assert main(call) == 0
+    assert "cannot be run at 0: component 'b'" in capsys.readouterr().out
+    found = json.loads((tmp_path / "o" / "envelope.json").read_text())["reach"]
+    assert [r["why"] is None for r in found] == [True, False, True]

@@ -33,6 +33,9 @@ def of(text, x, t=T):
         ("reaches(a.x, 0, 0.1)", RISE, 0.0),
         ("settles(a.x, 1, 0.1)", RISE, 3.6),
         ("settles(a.x, 0, 1.5)", WAVE, 0.0),
+        ("reaches(a.x, 0.5004, 1e-6)", RISE, 2.0016),  # passed between two samples
+        ("reaches(a.x, 0.5, 0.1, 1.005)", RISE, 0.595),
+        ("settles(a.x, 1, 0.1, 1.005)", RISE, 2.595),
     ],
 )
 def test_closed_forms(text, x, value):
@@ -67,3 +70,19 @@ def test_labels():
 def test_nonsense_is_one_line(text, word):
     with pytest.raises(UsageError, match=word):
         parse_metric(text)
+
+
+def test_what_jumps_across_arrives_at_the_near_edge():
+    """From 0 to 1 between 1 s and 2 s, on a straight line: within 0.1 of 0.4 from 0.3 on."""
+    t, x = np.array([0.0, 1.0, 2.0, 3.0]), np.array([0.0, 0.0, 1.0, 1.0])
+    assert of("reaches(a.x, 0.4, 0.1)", x, t) == pytest.approx(1.3)
+    assert of("reaches(a.x, 0.4, 0.1)", 1.0 - x, t) == pytest.approx(1.5)
+    assert of("reaches(a.x, 0.4, 0.1, 1.35)", x, t) == 0.0
+    assert of("reaches(a.x, 0.4, 0.1, 1.6)", x, t) is None
+
+
+def test_names_may_have_brackets_and_commas():
+    for name in ("b.D[1,2]", "pump (left).q", "a.x[3]", "f(x, y).z"):
+        metric = parse_metric(f"late = at({name}, 2)")
+        assert (metric.label, metric.connector, metric.numbers) == ("late", name, (2.0,))
+        assert parse_metric(str(metric)).connector == name

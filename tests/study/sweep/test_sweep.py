@@ -77,6 +77,16 @@ def test_a_crash_takes_its_own_case_only(doubled, tmp_path):
     assert all("crashed" in e["failed"] for e in found[4:])
 
 
+@pytest.mark.skipif(sys.platform == "win32", reason="there are no interval timers")
+def test_a_case_that_hangs_takes_its_own_time_only(doubled, tmp_path):
+    """An FMU that never comes back from its step; the process ends, the others' cases go on."""
+    begin = time.perf_counter()
+    found = run(doubled, tmp_path, "b.trouble=0,4", f"{GAIN}=1,2", limit=5.0)
+    assert [e["values"]["end"] for e in found[:2]] == pytest.approx([1.0, 2.0])
+    assert [e["failed"] for e in found[2:]] == ["it takes longer than 5 s"] * 2
+    assert time.perf_counter() - begin < 60.0
+
+
 @pytest.fixture
 def opened(doubled):
     with Session(doubled) as session:
@@ -157,6 +167,15 @@ def test_a_line_that_was_cut_is_dropped_and_written_over(tmp_path, rest):
     assert (tmp_path / FILE).read_bytes() == whole + b'{"case": "b", "failed": "x"}\n'
 
 
+@pytest.mark.parametrize("strange", ['{"case": "x"}', '{"case": "x", "values": 3}', "[]", "none", '{"case": 5}'])
+def test_a_strange_line_is_passed_over(tmp_path, strange):
+    good = [json.dumps({"case": name, "values": {"m": 0.1}}) for name in "ab"]
+    (tmp_path / FILE).write_text("\n".join([good[0], strange, good[1], ""]))
+    with Store(tmp_path) as store:
+        assert store.get("a") == store.get("b") == {"values": {"m": 0.1}}
+        assert store.get("x") is None
+
+
 def command(package, folder, *more):
     return ["sweep", str(package), "--vary", f"{GAIN}=1:30:1", "--vary", "b.trouble=0,1", "--metric", "final(b.y1)",
             "--step", "2e-4", "--out", str(folder), "--processes", "2", "--no-plots", *more]  # fmt: skip
@@ -199,7 +218,11 @@ def test_the_command_tells_what_came_out(doubled, tmp_path, capsys):
      ["--vary", "b.D[1,1]=1", "--set", "b.D[1,1]=2"], ["--vary", "b.D[1,1]=1", "--metric", "case=final(b.y1)"],
      ["--vary", "b.D[1,1]=1", "--processes", "0"], ["--vary", "b.D[1,1]=1", "--method", "magic"],
      ["--vary", "b.D[1,1]=x"], ["--vary", "b.D[1,1]=1", "--set", "b.trouble"],
-     ["--vary", "b.D[1,1]=1", "--dask", "tcp://127.0.0.1:1"]],
+     ["--vary", "b.D[1,1]=1", "--dask", "tcp://127.0.0.1:1"], ["--vary", "b.D[1,1]=1,1.0"],
+     ["--vary", "b.D[1,1]=1,2,x"], ["--vary", "b.D[1,1]=1:2", "--sample", "sobol:\u00b2"],
+     ["--vary", "b.D[1,1]=1:2", "--sample", f"sobol:{10**12}"], ["--vary", f"b.D[1,1]={10**30}"],
+     ["--vary", "b.D[1,1]=1:2", "--sample", "lhs:3", "--seed", "-1"], ["--vary", "b.D[1,1]=1", "--case-time", "0"],
+     ["--vary", "b.D[1,1]=1", "--case-time", "9", "--dask", "tcp://127.0.0.1:1"]],
 )  # fmt: skip
 def test_bad_arguments_are_one_line(doubled, tmp_path, capsys, arguments):
     assert code(main, ["sweep", str(doubled), *arguments, "--out", str(tmp_path / "out")]) == 2
@@ -225,7 +248,45 @@ def test_shares_of_a_sum_of_squares_known_in_closed_form(kind):
     found = sensitivities(axes, kind, cases, [3 * c["a"] + c["b"] for c in cases])
     shares = {n: v["value"] for n, v in found["first order"].items()}
     assert shares == pytest.approx({"a": 0.9, "b": 0.1, "c": 0.0}, abs=0.05)
-    assert sensitivities(axes, kind, cases, [1.0] * len(cases)) is None
+    assert "does not vary" in sensitivities(axes, kind, cases, [1.0] * len(cases))
+    missing = sensitivities(axes, kind, cases, [None, *(3 * c["a"] + c["b"] for c in cases[1:])])
+    if kind == "saltelli":
+        assert "1 of 4096 cases have no value" in missing
+    else:
+        assert missing["first order"]["a"]["value"] == pytest.approx(0.9, abs=0.05)
+
+
+def test_a_case_that_kills_the_workers_of_a_dask_cluster_has_failed(doubled, tmp_path):
+    distributed = pytest.importorskip("distributed")
+    import dask
+
+    with dask.config.set({"distributed.scheduler.allowed-failures": 1}):
+        cluster = distributed.LocalCluster(
+            n_workers=1, threads_per_worker=1, processes=True, dashboard_address=None, silence_logs=50
+        )
+    with cluster, distributed.Client(cluster) as client:
+        found = run(doubled, tmp_path, "b.trouble=0,3", executor=client.get_executor())
+    assert found[0]["values"]["end"] == pytest.approx(2.0)
+    assert "died" in found[1]["failed"]
+
+
+def test_nothing_to_measure_is_one_line(tmp_path, capsys):
+    native.compiler or pytest.skip("there is no C compiler here")
+    path = package(tmp_path / "p.ssp", system("root", linear("a", C=[[1]])),
+                   {"resources/L.fmu": native.linear(tmp_path, 2)}, stop=1.0, step=0.1)  # fmt: skip
+    assert main(["sweep", str(path), "--vary", "a.x0[1]=1,2", "--out", str(tmp_path / "o")]) == 2
+    assert "no connected output is a number; say with --metric" in capsys.readouterr().err
+
+
+def test_pictures_and_units_of_names_that_look_alike(doubled, tmp_path):
+    """Labels that would be one file are two, an axis with one value is none, and Parquet knows the units."""
+    parquet = pytest.importorskip("pyarrow.parquet")
+    metrics = ["--metric", "a+b=final(b.y1)", "--metric", "a/b=max(b.y1)", "--metric", "t=reaches(b.y1, 0.5, 0.1)"]
+    varied = ["--vary", f"{GAIN}=2", "--vary", "a.x0[2]=1:9:1"]
+    assert main(["sweep", str(doubled), *varied, *metrics, "--out", str(tmp_path), "--quiet"]) == 0
+    assert {p.name for p in tmp_path.glob("*.png")} == {"a_b.png", "a_b_2.png", "t.png"}
+    field = parquet.read_schema(tmp_path / "sweep.parquet").field("t")
+    assert field.metadata[b"unit"] == b"s"
 
 
 def test_a_dask_cluster_whose_worker_is_killed_gives_the_same(doubled, tmp_path):
