@@ -94,7 +94,7 @@ def animation(parameters: Mapping[str, float], run: Any, path: Path) -> None:
             ax.plot(run.t[::20], factor * run[name][::20], color=colour, lw=1.0, label=label)
         ax.set_ylabel(unit, fontsize=8)
         ax.tick_params(labelsize=7)
-        ax.legend(fontsize=6, loc="upper right", ncols=3)
+        ax.legend(fontsize=7, loc="center left", bbox_to_anchor=(1.0, 0.5), frameon=False, handlelength=1.0)
         ax.grid(alpha=0.3)
         marks.append(ax.axvline(0.0, color="black", lw=0.8))
     ax.set_xlabel("time [s]", fontsize=8)

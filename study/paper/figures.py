@@ -20,6 +20,7 @@ COLOURS = ("#0072b2", "#009e73", "#e69f00", "#d55e00", "#cc79a7", "#56b4e9", "#1
 
 PUBLISHED = "#111111"
 STYLE = {"font.size": 9.0, "axes.grid": True, "grid.alpha": 0.3, "axes.spines.top": False, "axes.spines.right": False}
+DISPLACEMENT = "displacement $x_h$ [mm]"
 EVERY = 20
 """Samples between the drawn ones: 20 ms."""
 
@@ -72,8 +73,15 @@ def _command(ax: Axes, run: Run, label: str | None = "command") -> None:
     ax.plot(run.t[::EVERY], 1e3 * run["x_cmd"][::EVERY], ":", color="#777777", lw=1.2, label=label)
 
 
+def _published(ax: Axes, variable: bool, shape: str, label: str) -> None:
+    """The paper's times at 11 km, at which the cylinder comes within 1 mm of its ends."""
+    out, back = TIMES[variable]
+    done = 1e3 * (TARGET - WITHIN), 1e3 * WITHIN
+    ax.plot([T_START + out, T_DOWN + back], done, shape, color=PUBLISHED, ms=6, label=label)
+
+
 def _labels(ax: Axes, title: str) -> None:
-    ax.set(xlabel="time [s]", ylabel="displacement $x_h$ [mm]", title=title)
+    ax.set(xlabel="time [s]", ylabel=DISPLACEMENT, title=title)
     ax.legend(fontsize=8)
 
 
@@ -83,11 +91,10 @@ def _depths(runs: Runs) -> Figure:
     for run, colour in zip(runs.of(FIGURES[9][1]), COLOURS, strict=False):
         constant = run.case is CONSTANT
         _draw(ax, run, color=COLOURS[4] if constant else colour, ls="--" if constant else "-", label=run.case.label)
-    done = 1e3 * (TARGET - WITHIN), 1e3 * WITHIN
-    for (variable, (out, back)), shape in zip(TIMES.items(), ("v", "^"), strict=True):
-        name = f"paper, 11 km, {VISCOSITY[variable]} viscosity"
-        ax.plot([T_START + out, T_DOWN + back], done, shape, color=PUBLISHED, ms=6, label=name)
-    _labels(ax, FIGURES[9][0])
+    for variable, shape in ((True, "v"), (False, "^")):
+        _published(ax, variable, shape, f"paper, 11 km,\n{VISCOSITY[variable]} viscosity")
+    ax.set(xlabel="time [s]", ylabel=DISPLACEMENT, title=FIGURES[9][0])
+    figure.legend(fontsize=8, loc="outside right upper")
     return figure
 
 
@@ -98,6 +105,8 @@ def _displacements(runs: Sequence[Run], title: str) -> Figure:
         _draw(ax, run, color=colour, label=run.case.label)
         if len(commands) > 1:
             _command(ax, run, None)
+        if run.case.key == DEEPEST.key:
+            _published(ax, True, "v", f"paper, {run.case.label}")
     if len(commands) == 1:
         _command(ax, runs[0])
     _labels(ax, f"{title}, 11 km")
@@ -111,7 +120,8 @@ def _losses(runs: Runs) -> Figure:
         ax.plot(km, [r.losses[k] / 1e6 for r in runs.of(DEPTHS)], "o-", color=colour, label=f"line {line}")
     ax.set(xlabel="depth [km]", ylabel="loss in mid-extension [MPa]", title=FIGURES[11][0])
     ax.axvspan(9.5, 11.3, color="#eeeeee", zorder=0)
-    ax.annotate("delayed: less flow", (9.6, 0.3), fontsize=8)
+    ax.annotate("delayed:\nless flow", (10.4, 0.06), xycoords=("data", "axes fraction"), ha="center", fontsize=8)
+    ax.set_ylim(bottom=0)
     ax.legend()
     return figure
 

@@ -17,7 +17,8 @@ from .claims import Claim
 CAPTIONS = {
     "8": "loss of one line with variable (full) and constant (dashed) viscosity at five depths; the paper's steady "
     "values at 11 km are marked.",
-    "9": "displacement at five depths and with constant viscosity; the paper's four published times are marked.",
+    "9": "displacement at five depths and with constant viscosity; the paper's four published times are marked, as are "
+    "those of the base case in Figures 13 to 21.",
     "10": "the arm at 0, 100 and 200 mm, drawn by MuJoCo.",
     "11": "losses of both lines three seconds after the start of the extension.",
     "12": "pressure difference over the supplied land, spool and speed at the same time: the spool comes to its end.",
@@ -42,7 +43,11 @@ def page(
     from jinja2 import Environment
 
     template = files(__package__).joinpath("page.html.j2").read_text(encoding="utf-8")
-    figures = [{"number": n, "source": _inside(p), "caption": CAPTIONS[n]} for n, p in pictures.items()]
+    figures = [
+        {"number": n, "source": _inside(p), "caption": CAPTIONS[n],
+         "name": "The run" if n == "run" else f"Figure {n} of the paper"}
+        for n, p in pictures.items()
+    ]  # fmt: skip
     told = ", ".join(f"{name} {version}" for name, version in versions().items())
     context: dict[str, Any] = {
         "title": title, "lead": lead, "notes": notes, "claims": claims, "figures": figures, "table": table,

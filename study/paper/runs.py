@@ -4,13 +4,15 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
+from pathlib import Path
 
 import numpy as np
 
-from ...core.errors import SimulationError
+from ...core.errors import CosimError, SimulationError, UsageError
 from ...master.pool import Failure, Job, Pool
+from ...master.session import Session
 from ..sweep.metrics import reaches
-from .cases import MID, RAMP, RECORD, STOP, T_DOWN, T_START, WITHIN, Case, all_cases
+from .cases import DEEPEST, MID, RAMP, RECORD, STOP, T_DOWN, T_START, WITHIN, Case, all_cases
 
 STEP = 1e-3
 ON_TIME = 0.1
@@ -98,6 +100,17 @@ class Runs:
     def of(self, cases: Sequence[Case]) -> list[Run]:
         """The runs of the cases."""
         return [self[c] for c in cases]
+
+
+def check(package: Path) -> None:
+    """Raise `CosimError` where the package is no machine of the paper: it has not what the cases set and record."""
+    with Session(package) as session:
+        try:
+            for name in RECORD:
+                session.signal(name)
+            session.values(DEEPEST.parameters)
+        except CosimError as error:
+            raise UsageError(f"{package} is not the paper's machine: {error}") from None
 
 
 def simulate(pool: Pool, fixed: Mapping[str, float] | None = None) -> Runs:

@@ -39,8 +39,9 @@ def paper_command(options: argparse.Namespace) -> int:
     from .claims import claims
     from .lines import responses
     from .report import page
-    from .runs import simulate
+    from .runs import check, simulate
 
+    check(package)
     count = len(all_cases())
     with _bar(2 * count + 2, options.quiet) as bar:
         bar.set_description("lines")

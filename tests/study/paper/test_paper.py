@@ -26,7 +26,7 @@ def machine(case, out=5.0, back=5.0, **others):
     x = np.where(T > T_DOWN, x[T_DOWN == T] * np.clip(1.0 - (T - T_DOWN) / back, 0.0, 1.0), x)
     command = goal * np.interp(T, (T_START, T_START + 5.0, T_DOWN, T_DOWN + 5.0), (0.0, 1.0, 1.0, 0.0))
     signals = {"arm.x_h": x, "arm.v_h": np.gradient(x, T), "hydraulics.x_cmd": command}
-    signals |= {f"hydraulics.{k}": v for k, v in others.items()}
+    signals |= {next(name for name in RECORD if name.endswith(f".{k}")): v for k, v in others.items()}
     return Run(case, T, np.stack([np.broadcast_to(signals.get(name, 0.0), T.shape) for name in RECORD], axis=1))
 
 
@@ -79,8 +79,13 @@ def made():
     for case in all_cases():
         km = case.parameters["depth"] / 1e3
         loss = min(km, 9) + 0.1 * max(km - 9, 0)
-        spool = 1.0 if km >= 10 else 0.1 * km
-        run = machine(case, *times.get(case.key, (5.0, 5.0)), Pa=loss * 1e6, P2=loss * 1e6, Pp=2e7, x_v=spool)
+        spool = 0.6 if case.parameters["hydraulics.command.target"] < 0.15 else 1.0 if km >= 10 else 0.1 * km
+        current = abs(case.parameters["arm.current_speed"])
+        run = machine(
+            case, *times.get(case.key, (5.0, 5.0)), Pa=loss * 1e6, P2=loss * 1e6, Pp=2e7, F_h=5e3,
+            Pb=np.where(T < T_DOWN, 0.0, loss * 1e6), x_v=np.where(T < T_DOWN, spool, -spool),
+            M_hd=200.0 * current + 2.0,
+        )  # fmt: skip
         runs[case.key] = run
     return lines, Runs(runs)
 
@@ -91,7 +96,7 @@ def by_text(found, text):
 
 def test_what_is_as_published_holds(made):
     lines, runs = made
-    found = [*c._lines(lines), *c._depths(runs), *c._cause(runs), *c._parameters(runs)]
+    found = [*c._lines(lines), *c._depths(runs), *c._cause(runs), *c._parameters(runs), *c._loads(runs)]
     wrong = [x for x in found if not x.holds]
     assert [x.text for x in wrong] == []
 
@@ -114,6 +119,11 @@ def test_what_is_not_does_not(made):
     for text in ("greater alpha", "longer the lines", "smaller the valve", "little gain"):
         assert not by_text(c._parameters(early), text).holds
     assert not by_text(c._inputs(early), "no delay for 100 mm").holds
+    assert not by_text(c._inputs(early), "full open where it is late").holds
+    assert not by_text(c._cause(early), "retraction has the same cause").holds
+    assert not by_text(c._parameters(early), "as little as 0.5 mm").holds
+    unbalanced = Runs({k.key: machine(k, F_h=5e3 + k.parameters["depth"], M_hd=50.0) for k in all_cases()})
+    assert not any(claim.holds for claim in c._loads(unbalanced))
 
 
 def test_misprints_are_told_and_explained():
