@@ -61,17 +61,18 @@ START = {"Real": "0", "Integer": "0", "Boolean": "false", "String": "", "Enumera
 
 def description(
     version: int, units: dict[str, str] | None = None, through: bool | None = True, plain: bool = False,
-    slopes: bool = False, negated: str = "", direct: bool = False,
+    slopes: bool = False, negated: str = "", direct: bool = False, derivatives: bool = False,
 ) -> str:  # fmt: skip
     """modelDescription.xml.
 
     units: unit by variable name, of m, mm, N, kN, m/s, 1; through: outputs depend on inputs, None does not say;
     plain: see `_variables`; slopes: takes slopes of its inputs; negated: a variable of FMI 1.0 that is a negated
-    alias; direct: FMI 1.0 tells on which inputs the outputs depend.
+    alias; direct: FMI 1.0 tells on which inputs the outputs depend; derivatives: directional ones are given.
     """
     units = units or {}
     known = {"m": 'm="1"', "mm": 'm="1" factor="0.001"', "N": 'kg="1" m="1" s="-2"', "m/s": 'm="1" s="-1"', "1": "",
              "kN": 'kg="1" m="1" s="-2" factor="1000"'}  # fmt: skip
+    provides, told = " providesDirectionalDerivative", str(derivatives).lower()
     items = "".join(f'<Item name="{name}" value="{k}"/>' for k, name in enumerate(("red", "green", "blue"), start=1))
     variables = _variables(plain)
     rows = []
@@ -116,7 +117,7 @@ def description(
             '<?xml version="1.0" encoding="UTF-8"?><fmiModelDescription fmiVersion="3.0" modelName="Linear" '
             'instantiationToken="{linear}"><CoSimulation modelIdentifier="Linear" '
             "canHandleVariableCommunicationStepSize="
-            '"true" canGetAndSetFMUState="true"/>'
+            f'"true" canGetAndSetFMUState="true"{provides}s="{told}"/>'
             + (f"<UnitDefinitions>{used}</UnitDefinitions>" if used else "")
             + f'<TypeDefinitions><EnumerationType name="Colour">{items}</EnumerationType></TypeDefinitions>'
             f"<ModelVariables>{''.join(rows)}</ModelVariables><ModelStructure>{structure}</ModelStructure>"
@@ -157,7 +158,7 @@ def description(
         '<?xml version="1.0" encoding="UTF-8"?><fmiModelDescription fmiVersion="2.0" modelName="Linear" '
         'guid="{linear}">'
         '<CoSimulation modelIdentifier="Linear" canHandleVariableCommunicationStepSize="true" '
-        f'canGetAndSetFMUstate="true" canSerializeFMUstate="true"{interpolates}/>'
+        f'canGetAndSetFMUstate="true" canSerializeFMUstate="true"{interpolates}{provides}="{told}"/>'
         + (f"<UnitDefinitions>{used}</UnitDefinitions>" if used else "")
         + f'<TypeDefinitions><SimpleType name="Colour"><Enumeration>{items}</Enumeration></SimpleType>'
         "</TypeDefinitions>"

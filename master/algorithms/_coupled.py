@@ -26,6 +26,7 @@ class Coupling:
         self.targets = np.array([k.target.place + i for k, i in spread], np.int64)
         self.factors = np.array([k.cast.factor for k, _ in spread])
         self.offsets = np.array([k.cast.offset for k, _ in spread])
+        self.ends = [(k.source, k.target) for k, _ in spread]
         self.givers = [k.source.component for k, _ in spread]
         self.takers = [k.target.component for k, _ in spread]
 

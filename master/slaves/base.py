@@ -390,6 +390,10 @@ class Slave(ABC):
     def exchange_texts(self, verb: str, signals: Sequence[Signal], texts: list[Any]) -> None:
         """Get or set strings and binaries, values in `texts` by place."""
 
+    def derivatives(self, outputs: Sequence[int], input: int) -> list[float] | None:
+        """What outputs answer at once to a change of an input, by value references; None where the FMU does not say."""
+        return None
+
     # state
 
     @property
@@ -461,7 +465,10 @@ def description_tree(folder: Path) -> Any:
 
 
 def complete(description: Any, tree: Any) -> None:
-    """Fill in what fmpy leaves out of a model description: differences, and ranges of unsigned numbers."""
+    """Fill in what fmpy leaves out: differences, ranges of unsigned numbers, whether FMI 3 gives derivatives."""
+    for element in tree.getroot().iterfind("CoSimulation[@providesDirectionalDerivatives]"):
+        told = element.get("providesDirectionalDerivatives") in ("true", "1")
+        description.coSimulation.providesDirectionalDerivative = told
     variables = {v.name: v for v in description.modelVariables}
     for element in tree.getroot().iterfind("ModelVariables/*"):
         variable = variables.get(element.get("name"))

@@ -7,7 +7,9 @@ from abc import abstractmethod
 from collections.abc import Callable, Sequence
 from typing import Any
 
-from ...core.errors import PackageError
+import numpy as np
+
+from ...core.errors import PackageError, SimulationError
 from .base import STATUS, Log, Signal, Slave
 
 
@@ -90,6 +92,16 @@ class LibrarySlave(Slave):
         # within a step of several own ones it is not defined from where on the slope counts
         able = bool(getattr(self.description.coSimulation, "canInterpolateInputs", False))
         return able and self.version != "3.0" and self.ratio == 1
+
+    def derivatives(self, outputs: Sequence[int], input: int) -> list[float] | None:
+        if not getattr(self.description.coSimulation, "providesDirectionalDerivative", False):
+            return None
+        function = self._fmu.getDirectionalDerivative
+        try:
+            found = self.call(function, list(outputs), [input], [1.0], doing="getDirectionalDerivative")
+        except SimulationError:
+            return None
+        return found if np.isfinite(found).all() else None
 
     @property
     def instance(self) -> int:

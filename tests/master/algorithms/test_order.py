@@ -133,3 +133,22 @@ def test_order_behind_a_gain_that_a_table_drives(fmus, tmp_path, method):
         if method != "gauss-seidel":  # where a component's output belongs to its step
             assert frame["a.y1"].tolist() == pytest.approx((3.0 * t).tolist())
     assert np.log2(errors[0] / errors[1]) == pytest.approx(1 if method in AT_START else 2, abs=0.2)
+
+
+@pytest.mark.parametrize("version", [2, 3])
+@pytest.mark.parametrize("name", ["chain of gains", "algebraic loop"])
+def test_the_interface_jacobian_takes_what_fmus_say_of_their_derivatives(tmp_path, name, version):
+    """The same as measured; measured where they fail; and wrong where they are wrong: they are really taken."""
+    parts, wires = SYSTEMS[name]
+    made = {}
+    for says in (False, True):
+        folder = tmp_path / str(says)
+        files = {f"resources/{through}.fmu": native.linear(folder, version, str(through), through=through,
+                                                           derivatives=says) for through in (True, False)}  # fmt: skip
+        path = written(folder / "p.ssp", files, parts, wires)
+        for trouble in (0, 11, 12) if says else (0,):
+            options = Options(step=0.01, method="interface-jacobian", changes=(("trouble", str(trouble)),))
+            made[says, trouble] = run(path, folder / "out", options).frame["lag.y1"].to_numpy()
+    assert made[True, 0] == pytest.approx(made[False, 0], abs=1e-10)
+    assert np.array_equal(made[True, 11], made[False, 0])
+    assert np.abs(made[True, 12] - made[False, 0]).max() > 1e-8
