@@ -71,7 +71,7 @@ def _values(metrics: Sequence[Metric], t: np.ndarray, record: list[str], rows: n
     return {m.label: m.of(t, columns[m.connector]) for m in metrics}
 
 
-def check(session: Session, case: Case, settings: Settings, others: Iterable[Case] = ()) -> None:
+def check(session: Session, case: Case, settings: Settings, others: Iterable[Mapping[str, Any]] = ()) -> None:
     """Raise one-line errors for what is wrong with times, names and values before anything runs.
 
     others: what may stand in place of some of the case's values.

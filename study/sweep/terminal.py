@@ -167,7 +167,7 @@ def _pictures(
 ) -> list[str]:  # fmt: skip
     from .plots import picture
 
-    made = []
+    made: list[str] = []
     for label in labels:
         if all(row[label] is None for row in table):
             continue
