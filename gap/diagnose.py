@@ -22,6 +22,9 @@ from .study import Study, study
 from .verdict import NONE, UNKNOWN, Cause, causes, features
 from .where import places, regions
 
+MOST_TOLD = 12
+"""Causes of which parameters and gaps are told; all others have their probability alone."""
+
 
 def diagnose(
     campaign: Campaign,
@@ -41,12 +44,14 @@ def diagnose(
         s = study(campaign, catalogue, pool, say, hurry)
         calibration = Calibration.load()
         x = features(calibration, s.null_judged.shared, s.judged[0].shared, len(s.problem.obs))
-        found = _worth_telling(causes(s.judged, calibration, x))
+        found = causes(s.judged, calibration, x)
+        for place, cause in enumerate(found):
+            cause.told = place < MOST_TOLD or cause.effects in (NONE, UNKNOWN)
         d = Diagnosis(s, found, [], [], None, warnings=list(s.problem.warnings), features=[float(v) for v in x])
         say("where the gap lies")
         d.masks = _masks(s.scoring, s)
         for cause in found:
-            if cause.judged is not None:
+            if cause.judged is not None and cause.told:
                 s.gap(cause.judged)  # simulates the held-out runs
         d.places = places(s.scoring, s.after(s.null_judged), d.masks)
         d.replays = replays(s.problem, s.null.fit.point)
@@ -59,15 +64,6 @@ def diagnose(
         d.channel = next((n for n in options if "channel" in n.change), None)
     d.seconds = time.perf_counter() - begin
     return d
-
-
-def _worth_telling(found: list[Cause], most: int = 12) -> list[Cause]:
-    """The first causes, "none" and "unknown" in any case, with probabilities that add up to 1."""
-    kept = [c for i, c in enumerate(found) if i < most or c.effects in (NONE, UNKNOWN)]
-    total = sum(c.probability for c in kept)
-    for c in kept:
-        c.probability /= total
-    return kept
 
 
 def _masks(problem: Problem, s: Study):

@@ -137,7 +137,7 @@ def make(d: Diagnosis) -> dict[str, Any]:
             "effects": list(c.effects), "probability": c.probability,
             "ambiguous_with": [e[0] if len(e) == 1 else list(e) for e in c.ambiguous_with],
         }  # fmt: skip
-        if c.judged is not None:
+        if c.judged is not None and c.told:
             gap = s.gap(c.judged)
             entry["parameters"] = parameters(problem, c.judged, s.nuisance, ("effect", "sensor"))
             entry["gap_after"] = gap

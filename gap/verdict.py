@@ -26,6 +26,8 @@ class Cause:
     judged: Judged | None
     probability: float
     ambiguous_with: list[tuple[str, ...]]
+    told: bool = True
+    """Whether more than its probability is told."""
 
 
 def features(calibration: Calibration, null: float, best: float, readings: int) -> np.ndarray:

@@ -22,6 +22,9 @@ LINES = (
 NUMBERS = (
     ("brier", "Brier score", ""),
     ("calibration_error", "expected calibration error", "<= 0.05"),
+    ("calibration_error_sure", "what it would be for right probabilities, so few cases", ""),
+    ("said_top", "mean probability of the top answer", ""),
+    ("right_top", "how often the top answer is right", ""),
     ("calibration_error_group", "expected calibration error, group counted as right", ""),
     ("reduction", "mean reduction of the gap, effects of the catalogue", ""),
     ("explainable_reduction", "mean explainable reduction", ""),

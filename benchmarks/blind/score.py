@@ -18,6 +18,8 @@ from itertools import permutations
 from pathlib import Path
 from typing import Any
 
+import numpy as np
+
 from .records import NONE, UNKNOWN, Record, load, merge
 from .report import as_markdown, as_text
 
@@ -190,6 +192,15 @@ def calibration_error(pairs: list[tuple[float, bool]], bins: int = 10) -> float 
     return total / len(pairs)
 
 
+def sure_error(probabilities: list[float], draws: int = 2000) -> float | None:
+    """Mean calibration error of a tool whose probabilities are right: what so few cases scatter."""
+    if not probabilities:
+        return None
+    lots = np.random.default_rng(0).random((draws, len(probabilities)))
+    hits = lots < np.array(probabilities)
+    return mean([calibration_error(list(zip(probabilities, row, strict=True))) or 0.0 for row in hits.tolist()])
+
+
 @dataclass
 class Tally:
     """Hits of a group of cases."""
@@ -250,6 +261,9 @@ def score(outcomes: list[Outcome], ids: dict[str, Names] | None = None) -> dict[
         "unknown_false": share([o.said.names == UNKNOWN for o in outcomes if o.true.kind != "unknown"]),
         "brier": mean([o.brier() for o in answered]),
         "calibration_error": calibration_error([(o.said.top[1], same(o.true.names, o.said.top[0])) for o in answered]),
+        "calibration_error_sure": sure_error([o.said.top[1] for o in answered]),
+        "said_top": mean([o.said.top[1] for o in answered]),
+        "right_top": mean([float(same(o.true.names, o.said.top[0])) for o in answered]),
         "calibration_error_group": calibration_error(
             [(o.said.top[1], same(o.true.names, o.said.top[0]) or o.true.in_group(o.said.top[0])) for o in answered]
         ),
@@ -293,6 +307,9 @@ def main() -> None:
     p.add_argument("--markdown", type=Path, help="write them as Markdown")
     p.add_argument("--csv", type=Path, help="write a row per case there")
     p.add_argument("--records", type=Path, help="put the cases into this file of records, which may exist")
+    p.add_argument("--recalibrated", action="store_true", help="with the probabilities of today's calibration")
+    p.add_argument("--without", metavar="CASE", nargs="+", default=[], help="leave these cases out")
+    p.add_argument("--since", metavar="CASE", default="", help="only this case and those after it")
     p.add_argument("--count-missing", action="store_true", help="a case not yet diagnosed counts as failed")
     options = p.parse_args()
     cases = load(options.place, options.diagnoses, options.count_missing)
@@ -300,6 +317,13 @@ def main() -> None:
         p.error(f"{options.diagnoses or options.place}: holds no diagnoses")
     if options.records:
         merge(options.records, cases)
+    cases = [case for case in cases if case.name >= options.since and case.name not in options.without]
+    if options.recalibrated:
+        from deepsea_cosim.gap.calibration import Calibration
+
+        from .calibrate import recalibrated
+
+        cases = [recalibrated(case, Calibration.load()) for case in cases]
     outcomes, ids = outcomes_of(cases)
     result = score(outcomes, ids)
     print(as_text(result))

@@ -3,12 +3,13 @@
 import json
 import sys
 
+import numpy as np
 import pytest
 
 from benchmarks.blind import score as module
 from benchmarks.blind.report import as_markdown, as_text
 from benchmarks.blind.run import diagnose
-from benchmarks.blind.score import Outcome, Said, Truth, as_csv, calibration_error, plain, same, score
+from benchmarks.blind.score import Outcome, Said, Truth, as_csv, calibration_error, plain, same, score, sure_error
 
 
 def answer(kind, *effects, size=5.0):
@@ -174,3 +175,11 @@ def test_a_case_that_fails_is_marked(tmp_path):
     assert name == "case_0000"
     assert fault.startswith("exit code")
     assert (tmp_path / "out" / "failed.txt").read_text().startswith("exit code")
+
+
+def test_the_error_that_right_probabilities_would_show():
+    """One bin with n answers of p = 1/2: mean |hits / n - 1/2|, about sqrt(1 / (2 pi n))."""
+    for n in (25, 400):
+        assert sure_error([0.5] * n) == pytest.approx((2.0 * np.pi * n) ** -0.5, rel=0.05)
+    assert sure_error([1.0] * 10) == 0.0
+    assert sure_error([]) is None
