@@ -24,13 +24,13 @@ def writing(path: Path) -> Iterator[None]:
 def exchange(one: Path, other: Path) -> None:
     """Swap two files or folders at once: nobody, however it ends, sees one of them missing.
 
-    Where the system cannot (Linux alone can), one is away for a moment, as `.<name>.away` beside it.
+    Where the system cannot (Linux alone can), one is away for a moment, as `.<name>.away...` beside it.
     """
     with suppress(OSError, AttributeError):
         here, swap = -100, 2  # AT_FDCWD, RENAME_EXCHANGE
         if ctypes.CDLL(None).renameat2(here, os.fsencode(one), here, os.fsencode(other), swap) == 0:
             return
-    away = other.with_name(f".{other.name}.away")
+    away = other.with_name(f".{other.name}.away{os.getpid()}")
     other.rename(away)
     one.rename(other)
     away.rename(one)

@@ -2,64 +2,85 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
-from contextlib import contextmanager, suppress
+from contextlib import suppress
+from typing import Any
 
 import numpy as np
 
-from ..core.errors import CosimError
+from ..core.errors import CosimError, SimulationError
 from .agreement import handles
 from .bonds import Bond
-from .slaves.base import REAL, TEXT, Slave
+from .engine.runner import Runner
+from .loops import graph
+from .nudge import nudged
+from .slaves.base import REAL, TEXT, Signal, Slave
+from .slaves.isolated import IsolatedSlave
 from .system import Link, System
+from .together import together
 
 NUDGE = 1e-6
 """Change of an input, relative to 1 + its size."""
 
 
-def probe(system: System) -> None:
-    """Find out what outputs answer to at once where an FMU does not say (`Slave.answers`).
+def probe(system: System, method: str) -> None:
+    """Find out what outputs answer to at once where an FMU does not say (`Slave.answers`), if the method asks.
 
     By FMI such an output may depend on every input, which would make loops of all that are connected both ways; so each
-    connected real is nudged, and what does not follow counts as not dependent. What is nudged is put back.
+    connected number is nudged, and what does not follow, where the FMU is now, counts as not dependent. Only FMUs that
+    can be put back to the state before are asked; Gauss-Seidel needs to know where there may be a loop.
     """
+    suspects = set(system.slaves)
+    if method == "gauss-seidel":
+        suspects = {component for members in together(graph(system, doubtful=True)) for component, _ in members}
     for name, slave in system.slaves.items():
+        slave.answers = {}
         silent = [s for s in slave.outputs if s.family != TEXT and slave.feed_through(s.name) is None]
-        inputs = dict.fromkeys(k.target for k in system.links_to(name) if k.target.family == REAL)
-        if not silent or not inputs:
+        inputs = dict.fromkeys(k.target for k in system.links_to(name) if k.target.family != TEXT)
+        able = name in suspects and slave.can_restore and not isinstance(slave, IsolatedSlave)
+        if not silent or not inputs or not able:
+            continue
+        try:
+            state = slave.save()
+        except SimulationError:
             continue
         give, take = handles(system, name)
-        places = {s.name: slice(s.place, s.place + s.size) for s in silent}
-        found: dict[str, list[str]] = {s.name: [] for s in silent}
-        reals, bits = system.board.reals, system.board.integers
-        with suppress(CosimError):  # what cannot be read here is told by the first step
+        try:
             give.once()
             take.once()
-            before = {output: bits[where].copy() for output, where in places.items()}
-            for target in inputs:
-                for place in filter(lambda p: np.isfinite(reals[p]), range(target.place, target.place + target.size)):
-                    with _nudged(system, slave, target.name, place):
-                        give.once()
-                        take.once()
+            slave.answers = _answers(system, slave, state, silent, list(inputs), (give, take))
+        finally:
+            if not slave.is_lost:
+                slave.drop(state)
+
+
+def _answers(
+    system: System, slave: Slave, state: Any, outputs: list[Signal], inputs: list[Signal],
+    way: tuple[Runner, Runner],
+) -> dict[str, list[str]]:  # fmt: skip
+    """Inputs that each output follows at once; the slave and the board are left as they were."""
+    reals, bits = system.board.reals, system.board.integers
+    places = {s.name: slice(s.place, s.place + s.size) for s in outputs}
+    before, texts = bits.copy(), list(system.board.texts)
+    found: dict[str, list[str]] = {s.name: [] for s in outputs}
+    for target in inputs:
+        for place in range(target.place, target.place + target.size):
+            if target.family == REAL and not np.isfinite(reals[place]):
+                continue
+            for size in (NUDGE, -NUDGE):
+                with nudged(system, target, place, size), suppress(SimulationError):
+                    for step in way:
+                        step.once()
                     for output, where in places.items():
-                        if target.name not in found[output] and not np.array_equal(bits[where], before[output]):
+                        if target.name not in found[output] and not np.array_equal(bits[where], before[where]):
                             found[output].append(target.name)
-            give.once()
-            take.once()
-            slave.answers = found
-
-
-@contextmanager
-def _nudged(system: System, slave: Slave, name: str, place: int) -> Iterator[float]:
-    """An input's slot with a value a little above or, where the FMU allows no more, below its own; the change."""
-    reals, (_, most) = system.board.reals, slave.bounds(name)
-    u = reals[place]
-    nudge = NUDGE * (1.0 + abs(u))
-    reals[place] = u - nudge if u + nudge > most else u + nudge
-    try:
-        yield float(reals[place] - u)
-    finally:
-        reals[place] = u
+                if slave.is_lost:
+                    raise SimulationError(
+                        f"component '{slave.name}' does not say what its outputs depend on, and a change of "
+                        f"'{target.name}' by {NUDGE:g} to find out is fatal to it; --method gauss-seidel does not ask"
+                    )
+                slave.restore(state)
+                bits[:], system.board.texts[:] = before, texts
+    return found
 
 
 def at_once(system: System, bond: Bond) -> tuple[float, float]:
@@ -91,15 +112,14 @@ def _integral(system: System, link: Link, flow: Link) -> bool:
 def _slope(system: System, output: Link, link: Link) -> float:
     """dy/du of one output of the component that a link ends at; NaN if that cannot be had."""
     reals, y = system.board.reals, output.source.place
-    name, place = link.target.component, link.target.place
-    give, take = handles(system, name)
+    way = handles(system, link.target.component)
     try:
-        with _nudged(system, system.slaves[name], link.target.name, place) as nudge:
-            give.once()
-            take.once()
+        with nudged(system, link.target, link.target.place, NUDGE) as nudge:
+            for step in way:
+                step.once()
             changed = float(reals[y])
-        give.once()
-        take.once()
+        for step in way:
+            step.once()
     except CosimError:
         return float("nan")
     return (changed - float(reals[y])) / nudge

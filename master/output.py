@@ -16,6 +16,7 @@ from typing import Any
 
 from ..core.errors import OutputError
 from ..core.files import make_folder, writing
+from .results import SUFFIXES
 
 FILES = ("results.csv", "summary.json", "manifest.json", "overview.png")
 
@@ -67,30 +68,38 @@ def _plain(value: Any) -> Any:
     return None if isinstance(value, float) and not isfinite(value) else value
 
 
-def prepare_folder(folder: Path) -> None:
-    """Make the result folder, or say why that is not possible."""
+def prepare_folder(folder: Path, results: str = "") -> None:
+    """Make the result folder and that of the result file in it, or say why that is not possible.
+
+    What an earlier run left, which would pass for this one's, is removed.
+    """
     make_folder(folder)
+    if results:
+        make_folder((folder / results).parent)
+    earlier = _earlier_results(folder)
     with writing(folder):
-        earlier = _earlier_results(folder)
-        for name in FILES:  # what an earlier run left would pass for this one's
+        for name in FILES:
             (folder / name).unlink(missing_ok=True)
-    if earlier is not None:
-        forget_earlier(earlier)
+    for name in dict.fromkeys(filter(None, (earlier, results))):
+        _forget(folder / name)
 
 
-def _earlier_results(folder: Path) -> Path | None:
-    """The result file of the run before, by its manifest."""
+def _earlier_results(folder: Path) -> str | None:
+    """Name of the result file of the run before in the folder, by its manifest; None for what cannot be one."""
     try:
         name = json.loads((folder / "manifest.json").read_text())["options"]["results"]
-    except (OSError, ValueError, KeyError, TypeError):
+        fits = len(name) < 200 and name.isprintable() and Path(name).name == name
+        return name if fits and Path(name).suffix.lower() in SUFFIXES else None
+    except Exception:  # whatever stands there
         return None
-    return folder / name if isinstance(name, str) and name and Path(name).name == name else None
 
 
-def forget_earlier(file: Path) -> None:
-    """Remove a result file of an earlier run; a folder of parts is one too."""
+def _forget(file: Path) -> None:
+    """Remove a result file of an earlier run; a folder of Parquet's parts is one too, any other is not ours."""
     try:
-        if file.is_dir():
+        if file.is_dir() and not file.is_symlink():
+            if any(not p.name.startswith((".part-", "part-")) for p in file.iterdir()):
+                raise OutputError(f"{file}: cannot be replaced (a folder that holds other things than results)")
             shutil.rmtree(file)
         file.unlink(missing_ok=True)
     except OSError as error:

@@ -175,8 +175,7 @@ class Session:
         for signal, series in driven:
             system.put(signal, series[0])
         self._initialise(values, start, stop)
-        if not self._programs:
-            probe(system)
+        probe(system, method)
         runner, order = self._runner(method, tuple(wanted), tuple(signal for signal, _ in driven))
         runner.program.begin()
         rows = np.empty((n + 1, len(record)))
@@ -208,7 +207,8 @@ class Session:
         """The runner of a method that records these signals, and which column of the record each of its columns is."""
         outputs = [j for j, (is_output, _) in enumerate(wanted) if is_output]
         inputs = [j for j, (is_output, _) in enumerate(wanted) if not is_output]
-        key = (method, driven, frozenset(self.system.muted))
+        answers = tuple((n, o, *found) for n, s in self.system.slaves.items() for o, found in s.answers.items())
+        key = (method, driven, frozenset(self.system.muted), answers)
         if key not in self._programs:
             try:
                 self._programs[key] = self._program(method, driven)

@@ -22,7 +22,7 @@ from .direct import at_once, probe
 from .engine.runner import Runner
 from .initialise import Initialiser
 from .manifest import manifest, write_manifest
-from .output import forget_earlier, interrupts, prepare_folder, versions, write_summary
+from .output import interrupts, prepare_folder, versions, write_summary
 from .recording import SAMPLE, Recording
 from .results import SUFFIXES
 from .results.columns import Layout, elements
@@ -187,9 +187,7 @@ def run(
         which = layout.chosen(options.record)
         layout.chosen(options.plot, "--plot")
         drives = stimuli.read(options.stimuli, system) if options.stimuli is not None else []
-        prepare_folder(folder)
-        if options.results:
-            forget_earlier(folder / options.results)
+        prepare_folder(folder, options.results)
         write_manifest(folder, manifest(package, network, options))
         try:
             load_slaves(slaves, stack, log)
@@ -203,21 +201,23 @@ def run(
                 program.drive(drive.place, column, drive.signal.family, mean)
                 system.put(drive.signal, drive.at(np.array([start]))[0], drive.element)
             Initialiser(system)(values, start, stop)
-            probe(system)
+            probe(system, options.method)
             write(system, program)
             system.show(program)
             bonds = find_bonds(system)
             answers = [at_once(system, bond) for bond in bonds]
             if interrupt:
                 raise Interrupted("interrupted before the first step", start)
+            carrying = sloped(options.method, slaves.values())
+            energy = ResidualEnergy(bonds, layout.outputs, layout.inputs, answers, carrying)
+            file = folder / options.results if options.results else None
+            stride = stride or max(1, n // SAMPLE)
+            recording = Recording(system, layout, which, file, options.record_every, energy, stride)
         except CosimError as error:
-            write_summary(folder, {"package": str(package), "status": "failed", "error": str(error), "steps": 0})
+            status = "interrupted" if isinstance(error, Interrupted) else "failed"
+            with suppress(OutputError):
+                write_summary(folder, {"package": str(package), "status": status, "error": str(error), "steps": 0})
             raise
-        carrying = sloped(options.method, slaves.values())
-        energy = ResidualEnergy(bonds, layout.outputs, layout.inputs, answers, carrying)
-        file = folder / options.results if options.results else None
-        stride = stride or max(1, n // SAMPLE)
-        recording = Recording(system, layout, which, file, options.record_every, energy, stride)
         stack.callback(recording.close)
         started = perf_counter()
         failure: CosimError | None = None

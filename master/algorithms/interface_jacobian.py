@@ -17,14 +17,14 @@ steps; T is what the FMUs say (directional derivatives), else measured too.
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
-from contextlib import contextmanager
+from collections.abc import Sequence
 
 import numpy as np
 
 from ...core.errors import SimulationError
 from ..agreement import refresh, stale
 from ..engine.program import Program
+from ..nudge import nudged
 from ..slaves.base import Slave
 from ..system import System
 from ._coupled import Coupling, Stepper
@@ -98,13 +98,13 @@ class _Jacobian:
                 for j in inputs if name in self.at_once else ():
                     told = self._told(stepper.slave, outputs, j)
                     if told is None:
-                        with _nudged(c, j) as nudge:
+                        with nudged(c.system, c.ends[j][1], int(c.targets[j]), NUDGE) as nudge:
                             stepper.answer()
                         told = (c.outputs[outputs] - base) / nudge
                     T[outputs, j] = told
                 for j in inputs:
                     stepper.restore(state)
-                    with _nudged(c, j) as nudge:
+                    with nudged(c.system, c.ends[j][1], int(c.targets[j]), NUDGE) as nudge:
                         stepper.step(t, h)
                     if name in self.at_once:
                         stepper.answer()
@@ -133,12 +133,3 @@ class _Jacobian:
         """The inputs that agree with the outputs they will cause."""
         return self._inverse @ (now - self._half @ held)
 
-
-@contextmanager
-def _nudged(coupling: Coupling, j: int) -> Iterator[float]:
-    """An input on the board, changed by the nudge that is given."""
-    reals, place = coupling.system.board.reals, coupling.targets[j]
-    u = reals[place]
-    reals[place] = u + NUDGE * (1.0 + abs(u))
-    yield float(reals[place] - u)
-    reals[place] = u

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import shutil
 from collections.abc import Sequence
+from contextlib import suppress
 from pathlib import Path
 from typing import Any
 
@@ -99,10 +100,19 @@ class ParquetWriter:
             return
         whole = self.path.with_name(f".{self.path.name}.whole")
         try:
+            _remove(whole)  # a run that was killed may have left its parts there
             self._together(whole)
             exchange(whole, self.path)
-            shutil.rmtree(whole, ignore_errors=True)
+            _remove(whole)
         except OSError as error:  # the parts are left, and can be read as they are
-            whole.unlink(missing_ok=True)
+            with suppress(OSError):
+                _remove(whole)
             if finished:
                 raise OutputError(f"{self.path}: cannot be written ({error.strerror or error})") from None
+
+
+def _remove(place: Path) -> None:
+    """Remove a file, or a folder with all that is in it."""
+    if place.is_dir() and not place.is_symlink():
+        shutil.rmtree(place)
+    place.unlink(missing_ok=True)

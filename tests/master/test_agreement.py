@@ -53,15 +53,15 @@ def test_a_loop_is_solved_in_every_step(fmu, tmp_path, method, gain, offset):
 
 
 @pytest.mark.parametrize("version", [2, 3])
-@pytest.mark.parametrize("isolate", [False, True])
-def test_a_loop_is_found_where_the_fmus_do_not_say(tmp_path, version, isolate):
+@pytest.mark.parametrize("method", NAMES)
+def test_a_loop_is_found_where_the_fmus_do_not_say(tmp_path, version, method):
     """What answers at once is measured, so the loop counts in every step and what is no loop is not taken for one."""
     silent = {"resources/L.fmu": native.linear(tmp_path, version, through=None)}
     clock = linear("clock", A=[[0, 1], [0, 0]], B=[[0], [0]], C=[[1, 0]], x0=[0, 1])
     root = system("root", clock, linear("a", D=[[-3.0]]), linear("b", D=[[1.0, 1.0]]), links=(
         link("b.y1", "a.u1"), link("a.y1", "b.u1"), link("clock.y1", "b.u2"), link("a.y1", "clock.u1")))  # fmt: skip
     path = package(tmp_path / "p.ssp", root, silent)
-    frame = run(path, tmp_path / "out", Options(isolate=isolate)).frame
+    frame = run(path, tmp_path / "out", Options(method=method)).frame
     assert frame["a.y1"].tolist() == pytest.approx((-0.75 * frame["time"]).tolist(), abs=1e-12)
 
 

@@ -142,8 +142,13 @@ def test_a_fault_in_a_method_ends_the_run(fmus, tmp_path, monkeypatch):
     """Nothing that Python code of a method raises is lost on its way through the compiled loop."""
     from deepsea_cosim.master.slaves.fmi2 import Slave2
 
-    def save(self):
-        raise ValueError("no state today")
+    whole, calls = Slave2.save, []
+
+    def save(self):  # the first call is that of the probe for feed-through
+        calls.append(self)
+        if len(calls) > 1:
+            raise ValueError("no state today")
+        return whole(self)
 
     monkeypatch.setattr(Slave2, "save", save)
     root = system("root", linear("clock", **CLOCK), linear("i", **INTEGRATOR), links=(link("clock.y1", "i.u1"),))
