@@ -45,11 +45,15 @@ STILL = 1e-10
 """Range of an output, as a share of its largest value, within which it rests: what changes then is rounding."""
 
 CHANGED = 0.5
-"""Share by which a swing's energy has to change through a run, at least half of it by the coupling, to be warned of."""
+"""Share by which a swing's energy has to change through a run to be warned of; in logarithms, at least half of the
+change has to be what the coupling would do alone."""
 
-PIECES, MOST_PIECES = 8, 256
-"""Pieces of time in which a swing is followed: those of the first block of rows, of which a short run has no other, and
-how many there may be before neighbours are put together; each later block is one."""
+MOST_EXPONENT = 200.0
+"""Of the growth that is told."""
+
+PIECES, FINE, MOST_PIECES = 8, 64, 256
+"""Pieces of time in which a swing is followed: those of a block of rows as long as they are few, how many are few (each
+later block is one), and how many there may be before neighbours are put together."""
 
 NYQUIST = 1.0
 """omega h from which a step is too long for the swing, whatever the method."""
@@ -65,14 +69,17 @@ class Swing:
     sums: np.ndarray = field(default_factory=lambda: np.zeros((2, 3)))
     """For a and b: sum of u' y'', of u'^2 and of y''^2."""
     pieces: list[np.ndarray] = field(default_factory=list)
-    """For pieces of the run, one after the other: sums of y_a^2, y_b^2, energy that does not arrive, h, and steps."""
+    """For pieces of the run, one after the other: sums of y_a^2, y_b^2, y_a, y_b, energy that does not arrive, what
+    means of y_b and y_a make of that, h, and steps."""
 
     def add(
-        self, h: np.ndarray, y: tuple[np.ndarray, np.ndarray], u: tuple[np.ndarray, np.ndarray], lost: np.ndarray
-    ) -> None:
+        self, h: np.ndarray, y: tuple[np.ndarray, np.ndarray], u: tuple[np.ndarray, np.ndarray], lost: np.ndarray,
+        drift: tuple[np.ndarray, np.ndarray],
+    ) -> None:  # fmt: skip
         """Take in rows: step lengths (n - 1,), outputs and held inputs (n,) of a and b.
 
-        lost: the energy that does not arrive at b in the last steps, the new ones [J].
+        lost: the energy that does not arrive at b in the last steps, the new ones [J]; drift: how much of it a constant
+        part of y_b makes, and one of y_a, both for 1.
         """
         new = len(lost)
         even = np.abs(h[1:] - h[:-1]) < 1e-9 * h[1:]
@@ -80,11 +87,12 @@ class Swing:
             second = np.diff(y[i], 2)[even]
             first = np.diff(u[i])[:-1][even]
             self.sums[i] += first @ second, first @ first, second @ second
-        ends = [new] if self.pieces else np.unique(np.linspace(0, new, PIECES + 1, dtype=int)[1:])
+        ends = [new] if len(self.pieces) > FINE else np.unique(np.linspace(0, new, PIECES + 1, dtype=int)[1:])
         y_a, y_b, h, begin = y[0][-new:], y[1][-new:], h[-new:], 0
         for end in ends:
             a, b, part = y_a[begin:end], y_b[begin:end], slice(begin, end)
-            self.pieces.append(np.array([a @ a, b @ b, lost[part].sum(), h[part].sum(), end - begin]))
+            energy = [x[part].sum() for x in (lost, *drift, h)]
+            self.pieces.append(np.array([a @ a, b @ b, a.sum(), b.sum(), *energy, end - begin]))
             begin = end
         if len(self.pieces) > MOST_PIECES:
             self.pieces = [np.sum(self.pieces[k : k + 2], axis=0) for k in range(0, len(self.pieces), 2)]
@@ -99,16 +107,16 @@ class Swing:
     def summary(self) -> dict[str, float | None]:
         """What the record shows, else None: omega h, numerical damping ratio, and how the run went on.
 
-        energy_ratio: the swing's mean energy in the run's last quarter over that in its first; energy_made: what the
-        coupling made (or, negative, took) from one to the other, as a share of that in the first.
+        energy_ratio: the swing's energy in the run's last quarter over that in its first; by_coupling: what that ratio
+        would be by the numerical damping alone.
         """
         told: dict[str, float | None] = dict.fromkeys(
-            ("omega_h", "numerical_damping", "energy_ratio", "energy_made"))  # fmt: skip
-        pieces = np.reshape(self.pieces, (-1, 5))
+            ("omega_h", "numerical_damping", "energy_ratio", "energy_ratio_by_coupling"))  # fmt: skip
+        pieces = np.reshape(self.pieces, (-1, 9))
         if not np.abs([*self.sums.ravel(), *pieces.sum(axis=0)]).max() < BEYOND:
             return told
         a, b = self.answer(0), self.answer(1)
-        seconds, count = pieces[:, 3:].sum(axis=0)
+        seconds, count = pieces[:, 7:].sum(axis=0)
         if a is None or b is None or count < 10:
             return told
         # through the links: b's input is factor * a's output, and the other way round
@@ -119,23 +127,32 @@ class Swing:
         h = float(seconds / count)
         forth, back = abs(self.bond.forth.cast.factor), abs(self.bond.back.cast.factor)
         weights = 0.5 * h * self.bond.watts * np.array([back / abs(a), forth / abs(b)])
-        energies = pieces[:, :2] @ weights
-        energy = float(energies.sum() / count)
+
+        def energy_of(these: np.ndarray) -> float:
+            """Mean energy of the swing around the mean in these pieces."""
+            squares, means = these[:, :2].sum(axis=0), these[:, 2:4].sum(axis=0)
+            n = these[:, 8].sum()
+            left = squares - means**2 / n
+            return float(np.where(left > STILL * squares, left, 0.0) @ weights / n)
+
+        energy = energy_of(pieces)
         told["omega_h"] = omega_h
         jumps = max(self.at_once[0] / abs(a), self.at_once[1] / abs(b)) * h
         if energy > 0.0 and seconds > 0.0 and jumps <= AT_ONCE:
             # what a takes up is sign(D_a) y_a u_a: its energy h y^2 / |2 D| grows with that
-            made = np.sign(a) * pieces[:, 2]
-            told["numerical_damping"] = float(-made.sum() / seconds / (2.0 * omega_h / h * energy))
-            middle = (np.cumsum(pieces[:, 3]) - 0.5 * pieces[:, 3]) / seconds
-            first, last = middle < 0.25, middle > 0.75
+            mean_a, mean_b = pieces[:, 2:4].sum(axis=0) / count
+            lost = pieces[:, 4:7].sum(axis=0) @ [1.0, -mean_b, -mean_a]  # of the swing around the mean
+            rate = float(np.sign(a) * lost / (energy * seconds))
+            told["numerical_damping"] = -rate / (2.0 * omega_h / h)
+            length = pieces[:, 7]
+            middle = np.cumsum(length) - 0.5 * length
+            first, last = middle < 0.25 * seconds, middle > 0.75 * seconds
             if first.any() and last.any():
-                before = energies[first].sum() / pieces[first, 4].sum()
-                after = energies[last].sum() / pieces[last, 4].sum()
-                between = (middle > 0.125) & (middle < 0.875)
-                if before > 0.0:
-                    told["energy_ratio"] = float(after / before)
-                    told["energy_made"] = float(made[between].sum() / before)
+                before, after = energy_of(pieces[first]), energy_of(pieces[last])
+                far = np.average(middle[last], weights=length[last]) - np.average(middle[first], weights=length[first])
+                if before > 0.0 and after > 0.0:
+                    told["energy_ratio"] = after / before
+                    told["energy_ratio_by_coupling"] = float(np.exp(np.clip(rate * far, -MOST_EXPONENT, MOST_EXPONENT)))
         return told
 
 
@@ -199,7 +216,13 @@ class ResidualEnergy:
             self.net[i] += np.sum(left - right)
             self.exchanged[i] += np.sum(0.5 * np.abs(left + right))
             if len(left):
-                self.swings[i].add(h, (rows[:, y_a], rows[:, y_b]), (rows[:, u_a], rows[:, u_b]), left - right)
+                back = bond.back.cast.factor
+                drift = [bond.watts * h * x for x in (
+                    back * mean[:, y_a] - ratio * held[1], held[0] - back * mean[:, y_b])]  # fmt: skip
+                self.swings[i].add(
+                    h, (rows[:, y_a], rows[:, y_b]), (rows[:, u_a], rows[:, u_b]), left - right,
+                    (drift[0][fresh], drift[1][fresh]),
+                )  # fmt: skip
 
     def moves(self, i: int) -> bool:
         """Whether both sides of a bond have changed by more than rounding."""
@@ -244,14 +267,15 @@ class ResidualEnergy:
                     f"the coupling created or destroyed {bond['relative']:.0%} of the energy exchanged over "
                     f"{bond['bond']}: do not trust this run; take a shorter step"
                 )
-            ratio, made = bond["energy_ratio"], bond["energy_made"]
-            if ratio is not None and abs(ratio - 1.0) > CHANGED and made / (ratio - 1.0) > 0.5:
-                changed, by = ("grew", "made") if ratio > 1.0 else ("shrank", "took")
-                told.append(
-                    f"the swing over {bond['bond']} {changed} {max(ratio, 1.0 / ratio) ** 0.5:.2g}-fold from the run's "
-                    f"first quarter to its last, mostly by energy that the coupling {by}: do not trust this run; take "
-                    "a shorter step or another method"
-                )
+            if bond["energy_ratio"] is not None:
+                change, own = (float(np.log(bond[key])) for key in ("energy_ratio", "energy_ratio_by_coupling"))
+                if abs(change) > np.log(1.0 + CHANGED) and own / change > 0.5:
+                    does, by = ("grows", "makes") if change > 0.0 else ("shrinks", "takes")
+                    told.append(
+                        f"the swing over {bond['bond']} {does} {np.exp(0.5 * abs(change)):.2g}-fold from the run's "
+                        f"first quarter to its last, and the coupling {by} as much energy: it may be of its making; "
+                        "see what a shorter step or another method gives"
+                    )
             if bond["omega_h"] is not None and bond["omega_h"] > NYQUIST:
                 told.append(
                     f"the coupling over {bond['bond']} swings with omega h = {bond['omega_h']:.2g}: the step is too "
