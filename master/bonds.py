@@ -77,17 +77,20 @@ def _pairs(possible: list[Bond], certain: list[Bond]) -> list[Bond]:
     """
     taken = {id(link) for bond in certain for link in (bond.forth, bond.back)}
     free = [bond for bond in possible if id(bond.forth) not in taken and id(bond.back) not in taken]
-    order: dict[tuple[str, str], dict[int, int]] = {}
+    ways: dict[tuple[str, str], dict[int, Link]] = {}  # the links from one component to another
     for bond in free:
         for link in (bond.forth, bond.back):
-            mine = order.setdefault((link.start[0], link.end[0]), {})
-            mine.setdefault(id(link), len(mine))
+            ways.setdefault((link.start[0], link.end[0]), {})[id(link)] = link
+    place: dict[int, tuple[int, str, str]] = {}  # which one of these a link is, and what tells its ends apart
+    for links in ways.values():
+        starts = _apart([k.start[1] for k in links.values()])
+        ends = _apart([k.end[1] for k in links.values()])
+        place |= dict(zip(links, zip(range(len(links)), starts, ends, strict=True), strict=True))
 
     def likeness(bond: Bond) -> tuple[float, int]:
-        a, b = bond.forth, bond.back
-        names = sum(SequenceMatcher(None, x.start[1], y.end[1]).ratio() for x, y in ((a, b), (b, a)))
-        first, second = (order[k.start[0], k.end[0]][id(k)] for k in (a, b))
-        return names, -abs(first - second)
+        (first, *forth), (second, *back) = place[id(bond.forth)], place[id(bond.back)]
+        pairs = (forth[0], back[1]), (back[0], forth[1])
+        return sum(SequenceMatcher(None, x, y).ratio() for x, y in pairs), -abs(first - second)
 
     best = sorted(free, key=likeness, reverse=True)
     chosen = []
@@ -97,3 +100,19 @@ def _pairs(possible: list[Bond], certain: list[Bond]) -> list[Bond]:
                 chosen.append(bond)
                 taken |= {id(bond.forth), id(bond.back)}
     return chosen
+
+
+def _apart(names: list[str]) -> list[str]:
+    """What tells names apart: without what all begin or end with, in small letters."""
+    small = [name.lower() for name in names]
+    if len(set(small)) < 2:
+        return small
+    begin = _common(small)
+    end = _common([name[begin:][::-1] for name in small])
+    return [name[begin : len(name) - end] for name in small]
+
+
+def _common(names: list[str]) -> int:
+    """How many letters all names begin with."""
+    columns = zip(*names, strict=False)
+    return next((i for i, letters in enumerate(columns) if len(set(letters)) > 1), min(map(len, names)))

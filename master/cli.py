@@ -15,7 +15,7 @@ from ..core.cli import OneLineParser, exit_code, positive
 from .algorithms import NAMES
 
 if TYPE_CHECKING:
-    from .simulate import Options
+    from .options import Options
 
 EXAMPLES = """examples:
   cosim-master deepsea_11km.ssp
@@ -205,7 +205,8 @@ def _run(options: argparse.Namespace) -> int:
         raise PackageError(f"{options.package}: {error.strerror}") from None
     if not there:
         raise PackageError(f"{options.package}: no such file")
-    from .simulate import Options, parse_change, run
+    from .options import Options, parse_change
+    from .simulate import run
 
     settings = Options(
         step=options.step,

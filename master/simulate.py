@@ -16,12 +16,13 @@ import numpy as np
 
 from ..core.errors import CosimError, Interrupted, OutputError, SimulationError, UsageError
 from . import stimuli
-from .algorithms import AT_START, NAMES, algorithm
+from .algorithms import AT_START, algorithm
 from .bonds import find_bonds
 from .direct import at_once, probe
 from .engine.runner import Runner
 from .initialise import Initialiser
 from .manifest import manifest, write_manifest
+from .options import Options, as_path, options_of
 from .output import interrupts, prepare_folder, versions, write_summary
 from .recording import SAMPLE, Recording
 from .results import SUFFIXES
@@ -47,59 +48,6 @@ from .trust import TRUSTED, ResidualEnergy, said, sloped
 
 SLICE = 0.05
 """Wall time after which the engine comes back to look for Ctrl-C and to write [s]."""
-
-
-@dataclass(frozen=True)
-class Options:
-    """What a run may be told. `changes` are (address, value) pairs, address = component.parameter or parameter."""
-
-    step: float | None = None
-    stop_time: float | None = None
-    method: str = NAMES[0]
-    changes: tuple[tuple[str, str], ...] = ()
-    parameters: tuple[Path, ...] = ()
-    """Parameter sets (.ssv) on top of the package's; `changes` win over them."""
-    variant: str | None = None
-    stimuli: Path | None = None
-    record: tuple[str, ...] = ()
-    """Patterns of columns to keep; all if there is none."""
-    plot: tuple[str, ...] = ()
-    """Patterns of columns that will be drawn, looked at before the run."""
-    record_every: int = 1
-    results: str = "results.csv"
-    """Name of the result file; its suffix says the format. Empty: no file."""
-    substeps: tuple[tuple[str, int], ...] = ()
-    """(component, steps of its own in a macro step)."""
-    realtime: bool = False
-    isolate: bool = False
-    """Each FMU in a process of its own."""
-    step_timeout: float | None = None
-    """Longest time that an isolated FMU may take for a step [s]."""
-    check_step: bool = False
-    """Run again with half the step and estimate the error of every signal."""
-
-    def __post_init__(self) -> None:
-        """Numbers as numbers and paths as paths, or a `UsageError` that names the option."""
-        for name in ("step", "stop_time", "step_timeout"):
-            value = getattr(self, name)
-            if value is not None:
-                object.__setattr__(self, name, _number(name, value, float))
-        object.__setattr__(self, "record_every", _number("record_every", self.record_every, int))
-        object.__setattr__(self, "results", str(self.results or ""))
-        ratios = [s.rpartition("=")[::2] if isinstance(s, str) else s for s in self.substeps]
-        if any(len(pair) != 2 or not pair[0] for pair in ratios):
-            raise UsageError(f"substeps: {self.substeps!r}: expected component=N, e.g. {{'arm': 4}}")
-        object.__setattr__(self, "substeps", tuple((c, _number(f"substeps of {c}", n, int)) for c, n in ratios))
-
-
-def _number(name: str, value: Any, kind: type[int] | type[float]) -> Any:
-    try:
-        number = kind(value)
-        if isinstance(value, bool) or (not isinstance(value, str) and number != value == value):
-            raise ValueError
-    except (TypeError, ValueError):
-        raise UsageError(f"{name}: {value!r} is no {'whole number' if kind is int else 'number'}") from None
-    return number
 
 
 @dataclass
@@ -129,14 +77,6 @@ class Result:
         made = frame(self.file)
         made.attrs["units"] = dict(self.units)
         return made
-
-
-def parse_change(text: str) -> tuple[str, str]:
-    """'component.parameter=value' as (address, value)."""
-    address, equals, value = text.partition("=")
-    if not equals or not address.strip() or not value.strip():
-        raise UsageError(f"--set {text}: expected component.parameter=value, e.g. --set arm.load_weight=1000")
-    return address.strip(), value.strip()
 
 
 def run(
@@ -317,26 +257,9 @@ def simulate(path: str | Path, out: str | Path | None = None, **options: Any) ->
 
     Without `out` the results go to results/<name of the package>, as those of the command do.
     """
-    package = Path(path)
-    changes = options.pop("changes", ())
-    if isinstance(changes, dict):
-        changes = tuple(
-            (str(k), " ".join(map(str, v)) if isinstance(v, (list, tuple)) else str(v)) for k, v in changes.items()
-        )
-    elif isinstance(changes, str):
-        changes = (parse_change(changes),)
-    else:
-        changes = tuple(parse_change(c) if isinstance(c, str) else c for c in changes)
-    for name in ("record", "plot", "substeps"):
-        if name in options:
-            given = [options[name]] if isinstance(options[name], str) else options[name]
-            options[name] = tuple(given.items()) if isinstance(given, dict) else tuple(given)
-    sets = options.get("parameters", ())
-    options["parameters"] = tuple(map(Path, [sets] if isinstance(sets, (str, Path)) else sets))
-    if options.get("stimuli") is not None:
-        options["stimuli"] = Path(options["stimuli"])
-    folder = Path(out) if out is not None else Path("results") / package.stem
-    return run(package, folder, Options(changes=changes, **options))
+    package = as_path("package", path)
+    folder = as_path("out", out) if out is not None else Path("results") / package.stem
+    return run(package, folder, options_of(options))
 
 
 def set_substeps(options: Options, slaves: dict[str, Slave]) -> None:

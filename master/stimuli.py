@@ -36,7 +36,9 @@ class Drive:
     def at(self, t: np.ndarray) -> np.ndarray:
         """Values at times (m,); beyond the ends the nearest is held."""
         # times that are one rounding error early count as that time
-        slack = 1e-9 + 4.0 * np.finfo(float).eps * np.abs(t)
+        apart = np.diff(self.times)
+        least = float(np.min(apart[apart > 0.0], initial=np.inf))
+        slack = min(1e-9, 1e-3 * least) + 4.0 * np.finfo(float).eps * np.abs(t)
         if self.straight:
             near = self.times[np.searchsorted(self.times, t - slack).clip(0, len(self.times) - 1)]
             return np.interp(np.where(np.abs(near - t) <= slack, near, t), self.times, self.values)

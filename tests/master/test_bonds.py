@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import pytest
+from deepsea_cosim.master.bonds import _apart
 from deepsea_cosim.master.session import Session
 from deepsea_cosim.master.trust import find_bonds
 
@@ -46,3 +47,12 @@ def test_two_forces_that_act_at_one_speed_are_two_bonds(tmp_path, fmus):
     """The speed of one point, and the two forces that work there."""
     found = bonds(tmp_path, fmus, link("mass.y1", "spring.u1"), *(link(f"spring.y{k}", f"mass.u{k}") for k in (1, 2)))
     assert found == ["mass.y1 x spring.y1", "mass.y1 x spring.y2"]
+
+
+@pytest.mark.parametrize(
+    ("names", "apart"),
+    [(["Fx", "Fy"], ["x", "y"]), (["torque_x", "torque_y"], ["x", "y"]), (["xdot", "ydot"], ["x", "y"]),
+     (["FX", "fy"], ["x", "y"]), (["v"], ["v"]), (["tau1", "tau12"], ["", "2"]), (["a", "a"], ["a", "a"])],
+)  # fmt: skip
+def test_what_tells_names_apart(names, apart):
+    assert _apart(names) == apart

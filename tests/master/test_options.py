@@ -8,6 +8,7 @@ import sys
 import time
 from pathlib import Path
 
+import numpy as np
 import pytest
 from deepsea_cosim.core.errors import UsageError
 from deepsea_cosim.master.simulate import Options, run, simulate
@@ -59,7 +60,11 @@ def test_the_command_of_the_manifest_repeats_all_options(fmus, tmp_path):
 @pytest.mark.parametrize(
     "wrong",
     [{"step": "soon"}, {"step": [1]}, {"record_every": 1.5}, {"substeps": ["a"]}, {"substeps": {"a": 2.5}},
-     {"step": True}, {"changes": ["a"]}],
+     {"step": True}, {"changes": ["a"]}, {"step": 10**400}, {"record_every": float("inf")}, {"method": None},
+     {"method": 5}, {"variant": 5}, {"steps": 5}, {"changes": 5}, {"changes": [(1, 2)]}, {"substeps": 5},
+     {"substeps": {"a": float("inf")}}, {"record": 5}, {"record": [5]}, {"plot": [None]}, {"parameters": 5},
+     {"stimuli": 5}, {"isolate": "no"}, {"isolate": np.array([1, 2])}, {"results": "a\0.csv"}, {"step_timeout": -1},
+     {"step": np.True_}],
 )  # fmt: skip
 def test_options_from_python_are_refused_in_one_line(fmus, tmp_path, wrong):
     path = package(tmp_path / "p.ssp", system("root", constant("a", 2.0)), with_fmu(fmus))
@@ -69,7 +74,10 @@ def test_options_from_python_are_refused_in_one_line(fmus, tmp_path, wrong):
 
 def test_options_from_python_may_be_written_as_in_the_shell(fmus, tmp_path):
     path = package(tmp_path / "p.ssp", system("root", constant("a", 2.0)), with_fmu(fmus))
-    given = {"step": "0.25", "substeps": "a=2", "record_every": "1", "results": Path("r.csv"), "changes": "a.x0[1]=3"}
+    given = {
+        "step": "0.25", "substeps": "a=2", "check_step": np.False_, "realtime": np.int64(0), "record_every": "1",
+        "results": Path("r.csv"), "changes": "a.x0[1]=3",
+    }  # fmt: skip
     result = simulate(path, tmp_path / "out", **given)
     assert result.summary["step_s"] == 0.25
     assert result.frame["a.y1"].tolist() == [3.0] * 5
@@ -87,3 +95,25 @@ def test_a_request_to_end_is_kept_like_ctrl_c(fmus, tmp_path):
     assert "interrupted at t = " in running.communicate()[1]
     assert running.returncode == 130
     assert json.loads((tmp_path / "out" / "summary.json").read_text())["status"] == "interrupted"
+
+
+@pytest.mark.parametrize(
+    "manifest",
+    ['{"options": {"results": ".."}}', '{"options": {"results": "mine"}}', '{"options": {"results": "notes.txt"}}',
+     '{"options": {"results": 3}}', "[" * 9999],
+)  # fmt: skip
+def test_a_strange_manifest_makes_nobody_remove_anything(fmus, tmp_path, manifest):
+    path = package(tmp_path / "p.ssp", system("root", constant("a", 2.0)), with_fmu(fmus))
+    out = tmp_path / "base" / "out"
+    (out / "mine").mkdir(parents=True)
+    for kept in (tmp_path / "base" / "precious.txt", out / "notes.txt", out / "mine" / "data.csv"):
+        kept.write_text("kept")
+    (out / "manifest.json").write_text(manifest)
+    run(path, out)
+    assert all(kept.exists() for kept in (tmp_path / "base" / "precious.txt", out / "notes.txt", out / "mine/data.csv"))
+
+
+@pytest.mark.parametrize("wrong", [None, 5, b"p.ssp", "a\0.ssp"])
+def test_what_is_no_path_is_one_line(tmp_path, wrong):
+    with pytest.raises(UsageError, match="is no path"):
+        simulate(wrong, tmp_path / "out")

@@ -1,0 +1,165 @@
+"""What a run may be told, from Python or the command line: one place for types and names."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, fields
+from pathlib import Path
+from typing import Any, NoReturn
+
+import numpy as np
+
+from ..core.errors import UsageError, did_you_mean
+from .algorithms import NAMES
+
+
+@dataclass(frozen=True)
+class Options:
+    """What a run may be told. `changes` are (address, value) pairs, address = component.parameter or parameter."""
+
+    step: float | None = None
+    stop_time: float | None = None
+    method: str = NAMES[0]
+    changes: tuple[tuple[str, str], ...] = ()
+    parameters: tuple[Path, ...] = ()
+    """Parameter sets (.ssv) on top of the package's; `changes` win over them."""
+    variant: str | None = None
+    stimuli: Path | None = None
+    record: tuple[str, ...] = ()
+    """Patterns of columns to keep; all if there is none."""
+    plot: tuple[str, ...] = ()
+    """Patterns of columns that will be drawn, looked at before the run."""
+    record_every: int = 1
+    results: str = "results.csv"
+    """Name of the result file; its suffix says the format. Empty: no file."""
+    substeps: tuple[tuple[str, int], ...] = ()
+    """(component, steps of its own in a macro step)."""
+    realtime: bool = False
+    isolate: bool = False
+    """Each FMU in a process of its own."""
+    step_timeout: float | None = None
+    """Longest time that an isolated FMU may take for a step [s]."""
+    check_step: bool = False
+    """Run again with half the step and estimate the error of every signal."""
+
+    def __post_init__(self) -> None:
+        """Every option in its type, or a `UsageError` that names it."""
+        convert: dict[str, Callable[[str, Any], Any]] = {
+            "step": _time, "stop_time": _time, "step_timeout": _timeout, "method": _text, "changes": _changes,
+            "parameters": _paths, "variant": _text, "stimuli": as_path, "record": _texts, "plot": _texts,
+            "record_every": _count, "results": _results, "substeps": _substeps, "realtime": _switch,
+            "isolate": _switch, "check_step": _switch,
+        }  # fmt: skip
+        for f in fields(self):
+            value = getattr(self, f.name)
+            if value is not None or f.default is not None:
+                object.__setattr__(self, f.name, convert[f.name](f.name, value))
+
+
+def options_of(given: Mapping[str, Any]) -> Options:
+    """Options by their names."""
+    known = [f.name for f in fields(Options)]
+    for name in given:
+        if name not in known:
+            raise UsageError(f"there is no option '{name}'{did_you_mean(name, known)}")
+    return Options(**given)
+
+
+def parse_change(text: str) -> tuple[str, str]:
+    """'component.parameter=value' as (address, value)."""
+    address, equals, value = text.partition("=")
+    if not equals or not address.strip() or not value.strip():
+        raise UsageError(f"--set {text}: expected component.parameter=value, e.g. --set arm.load_weight=1000")
+    return address.strip(), value.strip()
+
+
+def _wrong(name: str, value: object, wanted: str) -> NoReturn:
+    raise UsageError(f"{name}: {value!r} is no {wanted}") from None
+
+
+def _time(name: str, value: Any) -> float:
+    try:
+        if isinstance(value, (bool, np.bool_)):
+            raise TypeError
+        return float(value)
+    except (TypeError, ValueError, OverflowError):
+        _wrong(name, value, "number")
+
+
+def _timeout(name: str, value: Any) -> float:
+    time = _time(name, value)
+    return time if time > 0.0 else _wrong(name, value, "time above 0")
+
+
+def _count(name: str, value: Any) -> int:
+    try:
+        number = int(value)
+        if isinstance(value, (bool, np.bool_)) or (not isinstance(value, str) and number != value):
+            raise ValueError
+    except (TypeError, ValueError, OverflowError):
+        _wrong(name, value, "whole number")
+    return number
+
+
+def _switch(name: str, value: Any) -> bool:
+    if isinstance(value, (bool, np.bool_)) or (isinstance(value, (int, np.integer)) and value in (0, 1)):
+        return bool(value)
+    _wrong(name, value, "truth value")
+
+
+def _text(name: str, value: Any) -> str:
+    return value if isinstance(value, str) else _wrong(name, value, "text")
+
+
+def _texts(name: str, value: Any) -> tuple[str, ...]:
+    return tuple(_text(name, item) for item in _items(name, value))
+
+
+def _items(name: str, value: Any) -> list[Any]:
+    """One thing stands for a list of one."""
+    if isinstance(value, (str, Path)):
+        return [value]
+    try:
+        return list(value.items() if isinstance(value, Mapping) else value)
+    except TypeError:
+        _wrong(name, value, "list")
+
+
+def as_path(name: str, value: Any) -> Path:
+    """A path, or a `UsageError` that names what it is for."""
+    if not isinstance(value, (str, Path)) or "\0" in str(value):
+        _wrong(name, value, "path")
+    return Path(value)
+
+
+def _paths(name: str, value: Any) -> tuple[Path, ...]:
+    return tuple(as_path(name, item) for item in _items(name, value))
+
+
+def _results(name: str, value: Any) -> str:
+    return str(as_path(name, value)) if value else ""
+
+
+def _pair(name: str, item: Any, example: str) -> tuple[str, Any]:
+    """A pair of a name and what it stands for; 'name=value' is one too."""
+    pair = item.rpartition("=")[::2] if isinstance(item, str) else item
+    if not isinstance(pair, (tuple, list)) or len(pair) != 2 or not isinstance(pair[0], str) or not pair[0]:
+        _wrong(name, item, f"pair, e.g. {example}")
+    return pair[0], pair[1]
+
+
+def _substeps(name: str, value: Any) -> tuple[tuple[str, int], ...]:
+    pairs = (_pair(name, item, "{'arm': 4}") for item in _items(name, value))
+    return tuple((component, _count(f"{name} of {component}", n)) for component, n in pairs)
+
+
+def _changes(name: str, value: Any) -> tuple[tuple[str, str], ...]:
+    made = []
+    for item in _items(name, value):
+        if isinstance(item, str):
+            made.append(parse_change(item))
+            continue
+        address, given = _pair(name, item, "{'arm.load_weight': 1000}")
+        many = isinstance(given, (list, tuple, np.ndarray))
+        made.append((address, " ".join(map(str, np.ravel(given).tolist() if many else [given]))))
+    return tuple(made)
