@@ -68,10 +68,11 @@ def probabilities(diagnosis: dict[str, Any], calibration: Calibration) -> dict[t
     return {**made, UNKNOWN: p}
 
 
-def recalibrated(record: Record, calibration: Calibration) -> Record:
-    """A case as it would have been judged with that calibration; parameters stay where they were given."""
+def recalibrated(record: Record, calibration: Calibration | None = None) -> Record:
+    """A case as that calibration, else the shipped one, would have judged it; parameters stay where they were given."""
     if record.diagnosis is None:
         return record
+    calibration = calibration or Calibration.load()
     told = {tuple(c["effects"]): c for c in record.diagnosis["causes"]}
     found = sorted(probabilities(record.diagnosis, calibration).items(), key=lambda item: -item[1])
     causes = [{**told.get(names, {}), "effects": list(names), "probability": p} for names, p in found]

@@ -319,11 +319,9 @@ def main() -> None:
         merge(options.records, cases)
     cases = [case for case in cases if case.name >= options.since and case.name not in options.without]
     if options.recalibrated:
-        from deepsea_cosim.gap.calibration import Calibration
-
         from .calibrate import recalibrated
 
-        cases = [recalibrated(case, Calibration.load()) for case in cases]
+        cases = [recalibrated(case) for case in cases]
     outcomes, ids = outcomes_of(cases)
     result = score(outcomes, ids)
     print(as_text(result))

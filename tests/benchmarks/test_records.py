@@ -3,13 +3,15 @@
 from __future__ import annotations
 
 import json
+from pathlib import Path
 
 import numpy as np
 import pytest
 from deepsea_cosim.gap.calibration import Calibration
 
+from benchmarks.blind import records
 from benchmarks.blind.baselines import table
-from benchmarks.blind.calibrate import features_of, scores
+from benchmarks.blind.calibrate import features_of, recalibrated, scores
 from benchmarks.blind.records import Record, load, merge
 from benchmarks.blind.report import as_text
 from benchmarks.blind.score import outcomes_of, score
@@ -92,3 +94,24 @@ def test_records_grow_case_by_case_and_the_last_word_counts(folder):
     before = file.read_text()
     merge(file, load(file))
     assert file.read_text() == before
+
+
+def test_a_record_is_judged_again_as_its_diagnosis_was():
+    """With the calibration of commit fd6e16c, whose diagnoses told a dozen causes and made these add up to 1."""
+    file = Path(records.__file__).parent / "records" / "seed-20261125.jsonl"
+    weights = (4.159424214845128, 3.178251009545644, 0.9313920996243663)
+    earlier = Calibration(15.0, 0.02, 1.0, 0.1, weights, misjudged=0.03, stuck=0.12)
+    alike = 0
+    for record in load(file):
+        again = recalibrated(record, earlier)
+        (before, told), (after, now) = (
+            (tuple(c["effects"]), c["probability"])
+            for c in (max(r.diagnosis["causes"], key=lambda c: c["probability"]) for r in (record, again))
+        )
+        if len(again.diagnosis["causes"]) == len(record.diagnosis["causes"]):
+            alike += 1
+            assert (after, now) == (before, pytest.approx(told, abs=2e-3))
+        elif after == before:
+            assert 0.85 * told < now <= told * (1.0 + 1e-3)
+        assert sum(c["probability"] for c in again.diagnosis["causes"]) == pytest.approx(1.0)
+    assert alike > 20
