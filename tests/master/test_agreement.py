@@ -2,9 +2,11 @@
 
 from __future__ import annotations
 
+import numpy as np
 import pytest
 from deepsea_cosim.core.errors import CosimError
 from deepsea_cosim.master.algorithms import NAMES
+from deepsea_cosim.master.session import Session
 from deepsea_cosim.master.simulate import Options, run
 
 from benchmarks import native
@@ -90,3 +92,19 @@ def test_the_inputs_in_the_record_are_those_that_were_held(fmu, tmp_path):
     frame = run(package(tmp_path / "p.ssp", root, fmu), tmp_path / "out", Options(method="jacobi")).frame
     assert frame["a.u1"].tolist() == pytest.approx(frame["time"].tolist())
     assert frame["a.y1"].tolist() == pytest.approx((2.0 * frame["time"]).tolist())
+
+
+@pytest.mark.parametrize("method", ["jacobi", "nepce", "interface-jacobian"])
+def test_a_session_looks_anew_at_what_answers_at_once(tmp_path, method):
+    """Where the FMUs do not say: a gain that is zero in the first run answers in the second."""
+    silent = {"resources/L.fmu": native.linear(tmp_path, 2, through=None)}
+    clock = linear("clock", A=[[0, 1], [0, 0]], B=[[0], [0]], C=[[1, 0]], x0=[0, 1])
+    root = system("root", clock, linear("a", D=[[0.0]]), linear("i", A=[[0]], B=[[1]], C=[[1]]),
+                  links=(link("clock.y1", "a.u1"), link("a.y1", "i.u1")))  # fmt: skip
+    path = package(tmp_path / "p.ssp", root, silent)
+    gain = {"a.D[1,1]": 2.0}
+    with Session(path) as fresh, Session(path) as used:
+        used.run(["i.y1"], 1.0, 0.1, {"a.D[1,1]": 0.0}, method=method)
+        t, rows = used.run(["a.y1", "i.y1"], 1.0, 0.1, gain, method=method)
+        assert np.array_equal(rows, fresh.run(["a.y1", "i.y1"], 1.0, 0.1, gain, method=method)[1])
+    assert rows[:, 0].tolist() == pytest.approx((2.0 * t).tolist())
