@@ -22,18 +22,23 @@ NUDGE = 1e-6
 """Change of an input, relative to 1 + its size."""
 
 
-def probe(system: System, method: str) -> None:
+def probe(system: System, method: str) -> list[str]:
     """Find out what outputs answer to at once where an FMU does not say (`Slave.answers`), if the method asks.
 
     By FMI such an output may depend on every input, which would make loops of all that are connected both ways; so each
     connected number is nudged, and what does not follow, where the FMU is now, counts as not dependent. Only FMUs that
     can be put back to the state before are asked; Gauss-Seidel needs to know where there may be a loop.
+
+    Returns a remark where what drives others may depend on more than was found.
     """
     suspects = set(system.slaves)
     if method == "gauss-seidel":
         suspects = {component for members in together(graph(system, doubtful=True)) for component, _ in members}
+    unsure = []
     for name, slave in system.slaves.items():
         slave.answers = {}
+        if _may_answer(system, name):
+            unsure.append(name)
         silent = [s for s in slave.outputs if s.family != TEXT and slave.feed_through(s.name) is None]
         inputs = dict.fromkeys(k.target for k in system.links_to(name) if k.target.family != TEXT)
         able = name in suspects and slave.can_restore and not isinstance(slave, IsolatedSlave)
@@ -51,6 +56,21 @@ def probe(system: System, method: str) -> None:
         finally:
             if not slave.is_lost:
                 slave.drop(state)
+    left = [name for name in unsure if not any(system.slaves[name].answers.values())]
+    if not left or method == "gauss-seidel":
+        return []
+    names = f"component{'s' if len(left) > 1 else ''} {', '.join(map(repr, left))}"
+    return [
+        f"{names}: what the outputs depend on is not said, and none was found to answer to an input at once; where one "
+        "does, it is a step late"
+    ]
+
+
+def _may_answer(system: System, name: str) -> bool:
+    """Whether an output that drives others may follow an input that others drive, by what the FMU leaves open."""
+    sources = {k.source.name for k in system.links if k.source.component == name and k.target.component != name}
+    slave = system.slaves[name]
+    return bool(system.links_to(name)) and any(slave.feed_through(output) is None for output in sources)
 
 
 def _answers(

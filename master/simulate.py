@@ -141,7 +141,7 @@ def run(
                 program.drive(drive.place, column, drive.signal.family, mean)
                 system.put(drive.signal, drive.at(np.array([start]))[0], drive.element)
             Initialiser(system)(values, start, stop)
-            probe(system, options.method)
+            remarks += probe(system, options.method)
             write(system, program)
             system.show(program)
             bonds = find_bonds(system)

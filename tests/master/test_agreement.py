@@ -94,6 +94,19 @@ def test_the_inputs_in_the_record_are_those_that_were_held(fmu, tmp_path):
     assert frame["a.y1"].tolist() == pytest.approx((2.0 * frame["time"]).tolist())
 
 
+def test_what_cannot_be_found_out_is_told(tmp_path):
+    """An FMU that does not say, and whose gain is zero at the start; nothing is told where the FMUs say it."""
+    clock = linear("clock", A=[[0, 1], [0, 0]], C=[[1, 0]], x0=[0, 1])
+    root = system("root", clock, linear("a", D=[[0.0]]), linear("b", D=[[1.0]]),
+                  links=(link("clock.y1", "a.u1"), link("a.y1", "b.u1")))  # fmt: skip
+    for through, told in ((None, 1), (True, 0)):
+        silent = {"resources/L.fmu": native.linear(tmp_path, 2, through=through)}
+        path = package(tmp_path / "p.ssp", root, silent)
+        for method, most in (("jacobi", told), ("nepce", told), ("gauss-seidel", 0)):
+            warnings = run(path, tmp_path / "out", Options(method=method)).summary["warnings"]
+            assert len([w for w in warnings if w.startswith("component 'a': what the outputs depend on")]) == most
+
+
 @pytest.mark.parametrize("method", ["jacobi", "nepce", "interface-jacobian"])
 def test_a_session_looks_anew_at_what_answers_at_once(tmp_path, method):
     """Where the FMUs do not say: a gain that is zero in the first run answers in the second."""
