@@ -45,8 +45,8 @@ class Options:
     def __post_init__(self) -> None:
         """Every option in its type, or a `UsageError` that names it."""
         convert: dict[str, Callable[[str, Any], Any]] = {
-            "step": _time, "stop_time": _time, "step_timeout": _timeout, "method": _text, "changes": _changes,
-            "parameters": _paths, "variant": _text, "stimuli": as_path, "record": _texts, "plot": _texts,
+            "step": as_time, "stop_time": as_time, "step_timeout": _timeout, "method": as_text, "changes": _changes,
+            "parameters": _paths, "variant": as_text, "stimuli": as_path, "record": as_texts, "plot": as_texts,
             "record_every": _count, "results": _results, "substeps": _substeps, "realtime": _switch,
             "isolate": _switch, "check_step": _switch,
         }  # fmt: skip
@@ -77,7 +77,8 @@ def _wrong(name: str, value: object, wanted: str) -> NoReturn:
     raise UsageError(f"{name}: {value!r} is no {wanted}") from None
 
 
-def _time(name: str, value: Any) -> float:
+def as_time(name: str, value: Any) -> float:
+    """A time, or a `UsageError` that names what it is for."""
     try:
         if isinstance(value, (bool, np.bool_)):
             raise TypeError
@@ -87,7 +88,7 @@ def _time(name: str, value: Any) -> float:
 
 
 def _timeout(name: str, value: Any) -> float:
-    time = _time(name, value)
+    time = as_time(name, value)
     return time if time > 0.0 else _wrong(name, value, "time above 0")
 
 
@@ -107,12 +108,14 @@ def _switch(name: str, value: Any) -> bool:
     _wrong(name, value, "truth value")
 
 
-def _text(name: str, value: Any) -> str:
+def as_text(name: str, value: Any) -> str:
+    """A text, or a `UsageError` that names what it is for."""
     return value if isinstance(value, str) else _wrong(name, value, "text")
 
 
-def _texts(name: str, value: Any) -> tuple[str, ...]:
-    return tuple(_text(name, item) for item in _items(name, value))
+def as_texts(name: str, value: Any) -> tuple[str, ...]:
+    """Texts, or a `UsageError` that names what they are for."""
+    return tuple(as_text(name, item) for item in _items(name, value))
 
 
 def _items(name: str, value: Any) -> list[Any]:

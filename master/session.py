@@ -19,6 +19,7 @@ from .direct import probe
 from .engine.program import Program
 from .engine.runner import Runner
 from .initialise import Initialiser
+from .options import as_text, as_texts, as_time
 from .setup import (
     bound_values,
     check_single,
@@ -32,7 +33,7 @@ from .setup import (
     targets,
 )
 from .slaves.base import REAL, TEXT, Signal
-from .stimuli import means
+from .stimuli import check_series, means
 from .system import System
 from .times import times_of
 
@@ -138,7 +139,8 @@ class Session:
         if self._closed:
             raise UsageError("the session is closed: run inside its `with` block")
         system = self.system
-        start, stop, step, n = times_of(self.structure, stop, step)
+        start, stop, step, n = times_of(self.structure, as_time("stop", stop), as_time("step", step))
+        record, method = as_texts("record", record), as_text("method", method)
         for slave in system.slaves.values():
             if slave.is_lost:
                 raise SimulationError(f"component '{slave.name}' was lost in an earlier run; open a new session")
@@ -153,13 +155,14 @@ class Session:
         connected = {link.target.place for link in system.links}
         driven: list[tuple[Signal, np.ndarray]] = []
         averages: list[np.ndarray] = []
-        for address, (t, values) in (inputs or {}).items():
+        for address, series in (inputs or {}).items():
+            t, values = check_series(address, series)
             is_output, signal = self.signal(address)
             if is_output or signal.place in connected:
                 raise UsageError(f"'{address}' cannot be driven: it is {'an output' if is_output else 'connected'}")
             driven.append((signal, np.interp(times, t, values)))
             if method not in AT_START:
-                averages.append(np.append(means(np.asarray(t), np.asarray(values), times), 0.0))
+                averages.append(np.append(means(t, values, times), 0.0))
         values = [*self._bound, *resolve((changes or {}).items(), system.slaves, "", system)]
         for v in values:
             if v.component and system.slaves[v.component].variables[v.variable].causality == "structuralParameter":

@@ -6,6 +6,7 @@ import csv
 from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 
@@ -62,6 +63,21 @@ def means(times: np.ndarray, values: np.ndarray, t: np.ndarray) -> np.ndarray:
     parts = length * np.interp(grid[:-1] + 0.5 * length, times, values)  # no jump lies within a part
     first = np.searchsorted(grid, t[:-1])
     return np.add.reduceat(parts, first) / np.add.reduceat(length, first)
+
+
+def check_series(address: str, series: Any) -> tuple[np.ndarray, np.ndarray]:
+    """Times (n,) and values (n,) of a series that a caller gives for an input, or a `UsageError` that names it."""
+    try:
+        times, values = (np.asarray(x, float) for x in series)
+    except (TypeError, ValueError):
+        raise UsageError(f"{address}: a series is a pair of times and values, numbers only") from None
+    if times.ndim != 1 or times.shape != values.shape or not len(times):
+        raise UsageError(f"{address}: a series has as many values as times, not {values.shape} and {times.shape}")
+    if not (np.isfinite(times).all() and np.isfinite(values).all()):
+        raise UsageError(f"{address}: a time or a value is not finite")
+    if np.any(np.diff(times) < 0.0):
+        raise UsageError(f"{address}: time goes back after {times[int(np.argmax(np.diff(times) < 0.0))]:g} s")
+    return times, values
 
 
 def driven_rows(drives: Sequence[Drive], t: np.ndarray, averaged: bool) -> np.ndarray:

@@ -1,5 +1,7 @@
 """A session gives what a run gives, as often as it is asked."""
 
+import re
+
 import numpy as np
 import pytest
 from deepsea_cosim.core.errors import SimulationError, UnknownNameError, UsageError
@@ -55,3 +57,29 @@ def test_wrong_names(toys, tmp_path):
             session.run(["mass.x"], 1.0, 0.1, inputs={"mass.x": series})
         with pytest.raises(UsageError, match="later than the start time"):
             session.run(["mass.x"], 0.0, 0.1)
+
+
+def test_what_is_given_in_the_wrong_form(toys, tmp_path):
+    pack = package(tmp_path / "p.ssp", {"mass": toys / "Mass.fmu"})
+    with Session(pack) as session:
+        for given, told in (
+            ({"stop": "soon"}, "stop: 'soon' is no number"),
+            ({"step": True}, "step: True is no number"),
+            ({"method": None}, "method: None is no text"),
+            ({"record": [5]}, "record: 5 is no text"),
+        ):
+            with pytest.raises(UsageError, match=re.escape(told)):
+                session.run(**({"record": ["mass.x"], "stop": 1.0, "step": 0.1} | given))
+        for series, told in (
+            (([0.0, 1.0], [1.0]), "as many values as times"),
+            (([], []), "as many values as times"),
+            (([[0.0], [1.0]], [[1.0], [2.0]]), "as many values as times"),
+            (([0.0, 1.0, 0.5], [1.0, 2.0, 3.0]), "time goes back after 1 s"),
+            (([0.0, float("nan")], [1.0, 2.0]), "not finite"),
+            ("ab", "a pair of times and values"),
+            (5.0, "a pair of times and values"),
+        ):
+            with pytest.raises(UsageError, match=told):
+                session.run(["mass.x"], 1.0, 0.1, inputs={"mass.F": series})
+        moved = session.run("mass.x", "1", "0.1", inputs={"mass.F": ([0.0, 1.0], [0, 1])})[1]
+        assert moved.shape == (11, 1)
