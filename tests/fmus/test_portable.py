@@ -122,9 +122,9 @@ def test_many_loads_and_unloads_do_not_grow(native, unpacked, name):
     assert done.returncode == 0, done.stderr
     memory = [int(line) for line in done.stdout.split()]  # kB after every 50 lives
     growth = sorted(b - a for a, b in itertools.pairwise(memory))
-    # of some 170 MB; pythonfmu itself leaves about 2 kB each time. A leak is in every span, while in some of them the
-    # allocator takes a new arena: the second least has to be small
-    assert growth[1] < 250, growth
+    # of some 170 MB; pythonfmu itself leaves 2 to 4 kB each time. A leak is in every span (one state that is not freed:
+    # 1250 kB), while in some of them the allocator takes a new arena: the second least has to be small
+    assert growth[1] < 500, growth
 
 
 def test_what_is_missing_is_told(native, unpacked, tmp_path):
