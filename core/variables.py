@@ -19,7 +19,7 @@ class Variable:
     """One FMI variable. Real values are in `unit` (SI names of `core.units`); min and max are inclusive.
 
     `feedthrough` names the inputs on which an output depends without delay in a step, `initial` those on
-    which its value at t = 0 depends beyond that.
+    which its value at t = 0 depends beyond that, `rate_of` the variable whose time derivative this one is.
     """
 
     name: str
@@ -33,6 +33,7 @@ class Variable:
     nominal: float | None = None
     feedthrough: tuple[str, ...] = ()
     initial: tuple[str, ...] = ()
+    rate_of: str | None = None
 
     def __post_init__(self) -> None:
         if self.unit is not None:
@@ -62,6 +63,9 @@ class VariableTable(tuple[Variable, ...]):
         doubles = {n for n in names if names.count(n) > 1}
         if doubles:
             raise ValueError(f"variables named twice: {sorted(doubles)}")
+        lost = {v.name for v in table if v.rate_of is not None and v.rate_of not in names}
+        if lost:
+            raise ValueError(f"rates of what is not there: {sorted(lost)}")
         table._index = {n: i for i, n in enumerate(names)}
         return table
 
@@ -112,10 +116,11 @@ def count(name: str, start: int, low: int, high: int, description: str) -> Varia
 
 
 def signal_in(
-    name: str, start: float, unit: str, low: float, high: float, nominal: float, description: str
-) -> Variable:
+    name: str, start: float, unit: str, low: float, high: float, nominal: float, description: str,
+    rate_of: str | None = None,
+) -> Variable:  # fmt: skip
     """A continuous real input."""
-    return Variable(name, "input", "Real", start, description, unit, low, high, nominal)
+    return Variable(name, "input", "Real", start, description, unit, low, high, nominal, rate_of=rate_of)
 
 
 def signal_out(
@@ -125,8 +130,9 @@ def signal_out(
     description: str,
     feedthrough: tuple[str, ...] = (),
     initial: tuple[str, ...] = (),
+    rate_of: str | None = None,
 ) -> Variable:
     """A continuous real output."""
     return Variable(
-        name, "output", "Real", None, description, unit, nominal=nominal, feedthrough=feedthrough, initial=initial
+        name, "output", "Real", None, description, unit, None, None, nominal, feedthrough, initial, rate_of
     )

@@ -55,9 +55,10 @@ def attributes(variable: Variable, reference: int) -> dict[str, str]:
     return made
 
 
-def _variable(variable: Variable, reference: int) -> Element:
+def _variable(table: VariableTable, variable: Variable, reference: int) -> Element:
     element = Element("ScalarVariable", attributes(variable, reference))
-    SubElement(element, variable.kind, details(variable))
+    rate = {} if variable.rate_of is None else {"derivative": str(table.index(variable.rate_of) + 1)}  # counted from 1
+    SubElement(element, variable.kind, {**details(variable), **rate})
     return element
 
 
@@ -151,7 +152,7 @@ def model_description(
     root = opening(identity, description, "pythonfmu", capabilities, units_of(table))
     variables = SubElement(root, "ModelVariables")
     for reference, variable in enumerate(table):
-        variables.append(_variable(variable, reference))
+        variables.append(_variable(table, variable, reference))
     structure = SubElement(root, "ModelStructure")
     outputs = SubElement(structure, "Outputs")
     initial = SubElement(structure, "InitialUnknowns")

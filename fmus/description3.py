@@ -28,7 +28,8 @@ def model_description(
     root = opening(identity, description, "pythonfmu3", capabilities, [*units_of(table), "s"])
     variables = SubElement(root, "ModelVariables")
     for reference, v in enumerate(table):
-        SubElement(variables, KINDS[v.kind], {**attributes(v, reference), **details(v)})
+        rate = {} if v.rate_of is None else {"derivative": str(table.index(v.rate_of))}
+        SubElement(variables, KINDS[v.kind], {**attributes(v, reference), **details(v), **rate})
     SubElement(variables, "Float64", {
         "name": "time", "valueReference": str(len(table)), "causality": "independent", "variability": "continuous",
         "unit": "s",

@@ -23,7 +23,10 @@ _FAULTS = {
 
 
 class DeepseaHydraulics(Slave):
-    """Inputs are taken at the start of a step: x_h moves on with v_h, x_ref with the slope of its last change."""
+    """x_h and x_ref are taken at the start of a step: x_h moves on with v_h, x_ref with the slope of its last change.
+
+    That v_h is the rate of x_h stands in the model description (FMI: `derivative`), for masters that average inputs.
+    """
 
     table = HYDRAULICS
 

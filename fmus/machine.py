@@ -38,7 +38,9 @@ def _table() -> VariableTable:
             name = f"{part}.{v.name}"
             at_once = tuple(f"{part}.{x}" for x in v.feedthrough if x in free)
             start = STARTS.get(name, v.start)
-            found[v.causality].append(replace(v, name=name, start=start, feedthrough=at_once, initial=()))
+            rate_of = f"{part}.{v.rate_of}" if v.rate_of else None
+            own = replace(v, name=name, start=start, feedthrough=at_once, initial=(), rate_of=rate_of)
+            found[v.causality].append(own)
     return VariableTable([v for group in found.values() for v in group])
 
 

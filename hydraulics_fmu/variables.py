@@ -44,7 +44,7 @@ EFFECTS = (
 HYDRAULICS = VariableTable(
     (
         signal_in("x_h", 0.0, "m", -1.0, 10.0, 0.1, "displacement of the cylinder rod, 0 = retracted"),
-        signal_in("v_h", 0.0, "m/s", -50.0, 50.0, 0.1, "velocity of the cylinder rod, positive extends"),
+        signal_in("v_h", 0.0, "m/s", -50.0, 50.0, 0.1, "velocity of the cylinder rod, positive extends", "x_h"),
         signal_in("x_ref", 0.0, "m", -1.0, 10.0, 0.1, "commanded displacement, used when command.use_input is true"),
         signal_in(
             "F_hold", 6632.0, "N", -1e7, 1e7, 1e4,

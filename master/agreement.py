@@ -151,7 +151,8 @@ def stale(system: System) -> tuple[list[str], bool]:
     driven = {link.end for link in system.links if system.speaks(link)}
     late = {
         end for end in system.outputs
-        if any((end[0], name) in driven for name in system.slaves[end[0]].feed_through(end[1]) or ())
+        if system.is_read(end)
+        and any((end[0], name) in driven for name in system.slaves[end[0]].feed_through(end[1]) or ())
     }  # fmt: skip
     try:
         order = list(TopologicalSorter(graph(system, doubtful=False)).static_order())

@@ -21,6 +21,7 @@ from typing import Any
 import numpy as np
 
 from ..core.errors import CosimError, SimulationError, UsageError
+from .algorithms import NAMES
 from .session import Series, Session
 from .setup import forget_unpacked
 
@@ -36,6 +37,8 @@ class Job:
     inputs: Mapping[str, Series] = field(default_factory=dict)
     only: tuple[str, ...] = ()
     """Components to run alone; empty: the whole system."""
+    method: str = NAMES[0]
+    """Coupling algorithm."""
 
 
 @dataclass(frozen=True)
@@ -67,7 +70,9 @@ def session(package: str, only: tuple[str, ...] = ()) -> Session:
 def simulate(package: str, job: Job) -> np.ndarray | Failure:
     """Runs the job in this process; the signals (n, len(record)) at start, start + step, ..."""
     try:
-        return session(package, job.only).run(job.record, job.stop, job.step, job.changes, job.inputs)[1]
+        return session(package, job.only).run(
+            job.record, job.stop, job.step, job.changes, job.inputs, job.method
+        )[1]
     except CosimError as error:  # also of values that an FMU does not take
         return Failure(str(error))
 

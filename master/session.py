@@ -179,6 +179,9 @@ class Session:
             system.put(signal, series[0])
         self._initialise(values, start, stop)
         probe(system, method)
+        system.watched = None
+        if all(is_output and s.component for is_output, s in wanted):
+            system.watched = frozenset((s.component, s.name) for _, s in wanted)
         runner, order = self._runner(method, tuple(wanted), tuple(signal for signal, _ in driven))
         runner.program.begin()
         rows = np.empty((n + 1, len(record)))
@@ -211,7 +214,7 @@ class Session:
         outputs = [j for j, (is_output, _) in enumerate(wanted) if is_output]
         inputs = [j for j, (is_output, _) in enumerate(wanted) if not is_output]
         answers = tuple((n, o, *found) for n, s in self.system.slaves.items() for o, found in s.answers.items())
-        key = (method, driven, frozenset(self.system.muted), answers)
+        key = (method, driven, frozenset(self.system.muted), self.system.watched, answers)
         if key not in self._programs:
             try:
                 self._programs[key] = self._program(method, driven)

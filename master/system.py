@@ -67,6 +67,7 @@ class System:
         late = [wire for wire in network.wires if not self._is_parameter(wire.end)]
         self.links = self._all(self._link, [(wire,) for wire in late])
         self._into: dict[str, list[Link]] = {name: [] for name in slaves}
+        self._sources = {(link.source.component, link.source.name) for link in self.links}
         for link in self.links:
             self._into[link.target.component].append(link)
             if link.target.family == TEXT:
@@ -80,6 +81,8 @@ class System:
         self._free = self._own_slots = self._count["slots"]
         self.muted: set[str] = set()
         """Own inputs that nobody gives a value: what they are connected to keeps its start value."""
+        self.watched: frozenset[End] | None = None
+        """Outputs that are looked at from outside; None: all."""
         self.board = Board(self._count["slots"] + spare, self._count["texts"], self._staged)
         self.order = self._component_order()
         self.reset_inputs()
@@ -340,6 +343,10 @@ class System:
                 else:
                     reals[here] = values
 
+    def is_read(self, end: End) -> bool:
+        """Whether somebody reads an output: another component, or who looks on."""
+        return self.watched is None or end in self.watched or end in self._sources
+
     def speaks(self, link: Link) -> bool:
         """Whether somebody gives the value that a link carries."""
         return bool(link.source.component) or link.source.name not in self.muted
@@ -413,6 +420,21 @@ class System:
         return bool(link.source.component) and all(
             s.family == REAL and self.slaves[s.component].variables[s.name].variability in (None, "continuous")
             for s in ends
+        )
+
+    def is_averaged(self, link: Link) -> bool:
+        """Whether what a link carries may be handed over as its mean over the step.
+
+        Not so where another connected input is its rate (FMI: `derivative`): an FMU that is told how fast an input
+        moves carries it on by itself, from what it is at the step's start.
+        """
+        if not self.is_continuous(link) or not link.target.component:
+            return False
+        variables = self.slaves[link.target.component].variables
+        own = variables[link.target.name]
+        return not any(
+            variables[k.target.name].derivative is own and self.is_continuous(k)
+            for k in self.links_to(link.target.component)
         )
 
     def exchange(self, program: Program, names: Iterable[str], instead: dict[int, int] | None = None) -> None:

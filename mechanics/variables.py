@@ -33,9 +33,9 @@ ARM = VariableTable(
     (
         signal_in("F_h", 0.0, "N", -1e8, 1e8, 1e4, "force of the cylinder on the arm, positive extends"),
         signal_out("x_h", "m", 0.1, "displacement of the cylinder rod, 0 at theta0"),
-        signal_out("v_h", "m/s", 0.1, "velocity of the cylinder rod, positive extends"),
+        signal_out("v_h", "m/s", 0.1, "velocity of the cylinder rod, positive extends", rate_of="x_h"),
         signal_out("theta", "rad", 1.0, "angle of the beam above the horizontal"),
-        signal_out("omega", "rad/s", 0.1, "angular velocity of the beam"),
+        signal_out("omega", "rad/s", 0.1, "angular velocity of the beam", rate_of="theta"),
         signal_out("M_hd", "N.m", 100.0, "hydrodynamic torque on the beam about its pivot, drag and inertia (Eq. 31)",
                    ("F_h",)),
         signal_out("M_hd_cylinder", "N.m", 10.0, "hydrodynamic torque on the cylinder about its base hinge", ("F_h",)),

@@ -16,11 +16,11 @@ from ..system import Link, System
 
 
 class Coupling:
-    """The continuous links of a system, element by element: u = factor * y + offset."""
+    """The links of a system that carry means, element by element: u = factor * y + offset."""
 
     def __init__(self, system: System):
         self.system = system
-        self.links: list[Link] = [k for k in system.links if system.is_continuous(k)]
+        self.links: list[Link] = [k for k in system.links if system.is_averaged(k)]
         spread = [(k, i) for k in self.links for i in range(k.source.size)]
         self.sources = np.array([k.source.place + i for k, i in spread], np.int64)
         self.targets = np.array([k.target.place + i for k, i in spread], np.int64)

@@ -16,7 +16,7 @@ from ._history import MIDDLE, carry_on
 def write(system: System, program: Program) -> None:
     """Write the macro step."""
     slaves = [system.slaves[name] for name in system.order]
-    carried = {s.name: [k for k in system.links_to(s.name) if system.is_continuous(k)] for s in slaves}
+    carried = {s.name: [k for k in system.links_to(s.name) if system.is_averaged(k)] for s in slaves}
     ahead = {k.source.place: k.source for s in slaves if not s.takes_slopes for k in carried[s.name]}
     instead = {place: carry_on(system, program, place, s.size, MIDDLE)[0] for place, s in ahead.items()}
     for s in slaves:

@@ -2,7 +2,8 @@
 
 What an input is held at differs, in the mean over a step, from what the output does in that step. A component that
 comes after its source knows the output at both ends of the step: the mean itself is held. For one that comes before,
-half of the output's last change is added, which is what holding its value lacked in the last step.
+half of the output's last change is added, which is what holding its value lacked in the last step. An input that a
+component carries on by itself is what it was at the step's start (`System.is_averaged`).
 
 An output that answers to inputs at once is read again after its component's step, with inputs as they are at the end
 of the step: those of sources that have not stepped yet lie on the straight line through their last two values.
@@ -35,19 +36,21 @@ def write(system: System, program: Program) -> None:
                 start[place] = system.scratch(size)
                 program.cast(start[place], place, size, Cast())
     for name in order:
-        held, foretold = {}, dict(driven)
+        held, known, foretold = {}, {}, dict(driven)
         for source in dict.fromkeys(k.source for k in lines[name]):
             place = source.place
             if order[source.component] >= order[name]:
                 held[place], foretold[place] = middle[place], final[place]
                 continue
+            known[place] = start[place]
             held[place] = system.scratch(source.size)
             for k in range(source.size):
                 program.mix(held[place] + k, [(0.5, place + k), (0.5, start[place] + k)])
         for link in system.links_to(name):
-            system.pass_on(program, link, held if link in lines[name] else None)
+            instead = held if system.is_averaged(link) else known
+            system.pass_on(program, link, instead if link in lines[name] else None)
         program.advance([system.slaves[name]])
         if name in late:
-            known = [k for k in system.links_to(name) if k in lines[name] or k.source.place in driven]
-            renew(system, program, [name], known, foretold)
+            now = [k for k in system.links_to(name) if k in lines[name] or k.source.place in driven]
+            renew(system, program, [name], now, foretold)
     refresh(system, program, driven)

@@ -83,3 +83,13 @@ def test_what_is_given_in_the_wrong_form(toys, tmp_path):
                 session.run(["mass.x"], 1.0, 0.1, inputs={"mass.F": series})
         moved = session.run("mass.x", "1", "0.1", inputs={"mass.F": ([0.0, 1.0], [0, 1])})[1]
         assert moved.shape == (11, 1)
+
+
+def test_outputs_that_nobody_reads_change_nothing(built):
+    """The arm's torque answers to the force at once: it is read again only where it is recorded."""
+    with Session(built / "deepsea_0km.ssp") as session:
+        both = session.run(["arm.x_h", "arm.M_F"], 4.0, 0.004, method="nepce")[1]
+        alone = session.run(["arm.x_h"], 4.0, 0.004, method="nepce")[1]
+        again = session.run(["arm.M_F"], 4.0, 0.004, method="nepce")[1]
+    np.testing.assert_array_equal(both[:, :1], alone)
+    np.testing.assert_array_equal(both[:, 1:], again)
