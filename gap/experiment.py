@@ -54,7 +54,7 @@ def ranked(
         for h in (first, second):
             jobs.append(
                 Job(record, problem.grid(0, problem.coarse)[-1], problem.coarse,
-                    trial.changes(0, h.fit.point), info.inputs)
+                    trial.changes(0, h.fit.point), info.inputs, method=problem.method)
             )  # fmt: skip
     results = problem.pool.run(jobs)
     separates = (first.ids, second.ids)

@@ -5,7 +5,8 @@ Cost of a point:
     C(u) = sum(r^2) / s + sum((u / sd)^2) + sum(q^2),   r = (measured - model(u) - N q) / floor
 
 q are the linear nuisances (a bias per channel, a clock error per run) with priors of their own, in closed form with u;
-s is the mean square of r where the step begins, at least 1: what a model misses does not count as noise that it beats.
+s is the dispersion of r where the step begins, at least 1: what a model misses is neither noise that it beats nor as
+many readings as it lasts. So the base parameters stay near what is stated until there is something that they explain.
 
 A valve that saturates a millisecond later moves a pressure by hundreds of floors for that millisecond. Such a residual
 is followed only with the derivative at the point itself: differences are taken as small as the simulations are smooth
@@ -95,11 +96,6 @@ class Fit:
         """Whitened RMS of the residual."""
         return rms(self.residual)
 
-    @property
-    def scale(self) -> float:
-        """What squared residuals are divided by in the cost."""
-        return scale(self.residual)
-
     def strain(self) -> float:
         """Sum of (u / sd)^2: how far the unknowns are from what is stated."""
         return penalty(self.unknowns, self.u)
@@ -118,11 +114,6 @@ def penalty(unknowns: Sequence[Unknown], u: np.ndarray, biases: np.ndarray | Non
     """What unknowns at u (k,) and sensors' biases cost: their squares in prior standard deviations."""
     strain = float(sum((v / x.sd) ** 2 for x, v in zip(unknowns, u, strict=True)))
     return strain if biases is None else strain + float(biases @ biases)
-
-
-def scale(residual: np.ndarray) -> float:
-    """Mean square, at least 1."""
-    return max(1.0, float(np.mean(residual * residual)))
 
 
 def nuisances(problem: Problem, model: np.ndarray) -> np.ndarray:
@@ -379,7 +370,7 @@ def _descend(
             correction, exact = model - coarse, True
             q, residual = settle(problem, model, N, 1.0)
         share = np.ones(len(residual)) if plain else shares(problem, residual)
-        s = scale(share * residual)
+        s = dispersion(problem, share * residual)
         h = problem.difference
         if not fine:
             h = float(np.clip(SLACK * (np.sqrt(s) - 1.0), h, WIDE))
@@ -433,7 +424,7 @@ def wide(problem: Problem, at: Fit, N: np.ndarray) -> Ask:
     model = (yield Wanted([], [at.point]))[1][0]
     if model is None:
         raise FitFailed
-    q, residual = settle(problem, model, N, scale(at.residual))
+    q, residual = settle(problem, model, N, at.phi)
     return replace(at, jacobian=J, model=model, correction=model - coarse, q=q, residual=residual, holds=False)
 
 

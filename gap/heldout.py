@@ -44,7 +44,7 @@ def left_out(problem: Problem, fit: Fit, N: np.ndarray) -> tuple[np.ndarray, np.
     radius = np.full(len(fit.u), NEAR)
     for mask in folds(problem.obs):
         rest, part = lin.without(mask), lin.A[mask]
-        d, q = rest.step(fit.unknowns, fit.scale, radius)
+        d, q = rest.step(fit.unknowns, fit.phi, radius)
         residual[mask] = lin.left(d, q)[mask]
         covariance = np.linalg.inv(rest.curvature(fit.unknowns, 1.0))
         spread[mask] = np.sqrt(1.0 + np.einsum("ij,jk,ik->i", part, covariance, part))
@@ -57,7 +57,7 @@ def by_run(problem: Problem, fit: Fit, N: np.ndarray) -> list[float]:
     radius, made = np.full(len(fit.u), NEAR), []
     for r in range(len(problem.runs)):
         mask = problem.obs.run == r
-        made.append(rms(lin.left(*lin.without(mask).step(fit.unknowns, fit.scale, radius))[mask]))
+        made.append(rms(lin.left(*lin.without(mask).step(fit.unknowns, fit.phi, radius))[mask]))
     return made
 
 

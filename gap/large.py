@@ -12,7 +12,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from .fit import Fit, Linear, drive, fit, penalty, point_of, scale
+from .fit import Fit, Linear, drive, fit, penalty, point_of
 from .noise import rms
 from .problem import Candidate, Problem, Unknown
 from .search import MOST, TASTE, Hypothesis, as_delivered, best_of_each, carry_on, merit, screened, secants, sizes
@@ -68,7 +68,8 @@ def _start(
     problem: Problem, delivered: Fit, candidate: Candidate, size: float, model: np.ndarray, N: np.ndarray
 ) -> Start:
     line = Linear(problem, delivered.u, model, delivered.jacobian, N, screened(problem))
-    d, q = line.step(delivered.unknowns, scale(line.r), np.ones(len(delivered.u)))
+    phi = max(1.0, delivered.phi * (rms(line.r) / delivered.rms) ** 2)
+    d, q = line.step(delivered.unknowns, phi, np.ones(len(delivered.u)))
     unknowns, u = (*delivered.unknowns, *candidate.unknowns), np.append(d, size)
     cost = penalty(unknowns, u, q[: delivered.channels])
     return Start(candidate, unknowns, u, merit(rms(line.left(d, q)), cost))

@@ -150,7 +150,8 @@ def _check_inputs(problem: Problem) -> None:
         stop = problem.grid(r, step)[-1]
         changes = problem.changes(r, {})
         still = {c: {**info.inputs, c: (info.inputs[c][0][:1], info.inputs[c][1][:1])} for c in moving}
-        found = problem.pool.run([Job(record, stop, step, changes, given) for given in still.values()])
+        jobs = [Job(record, stop, step, changes, given, method=problem.method) for given in still.values()]
+        found = problem.pool.run(jobs)
         idle = [
             c for c, rows in zip(moving, found, strict=True)
             if not isinstance(rows, Failure) and np.array_equal(rows, delivered[r])

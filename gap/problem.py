@@ -17,6 +17,7 @@ import numpy as np
 
 from ..core.errors import CosimError, UnknownNameError, UsageError, did_you_mean
 from ..core.units import unit
+from ..master.algorithms import NAMES
 from ..master.pool import Failure, Job, Pool
 from ..master.session import Session
 from ..master.setup import split
@@ -125,6 +126,8 @@ class Problem:
     """All connectors of the package."""
     order: int = 0
     """Order of the error of the package's macro step; 0 where that is too small to matter."""
+    method: str = NAMES[0]
+    """Coupling algorithm of the runs."""
     difference: float = DIFFERENCES[0]
     """Step of a finite difference, in u."""
     failure: str = ""
@@ -194,10 +197,12 @@ class Problem:
                 changes = self.changes(r, point)
                 if step > self.fine and not tight:
                     changes = {**self.catalogue.estimation, **changes}
-                key = (r, step, record, tuple(sorted((k, repr(v)) for k, v in changes.items())))
+                key = (r, step, self.method, record, tuple(sorted((k, repr(v)) for k, v in changes.items())))
                 mine.append(key)
                 if key not in self._kept and key not in jobs:
-                    jobs[key] = Job(record, self._steps(r, step) * step, step, changes, info.inputs)
+                    jobs[key] = Job(
+                        record, self._steps(r, step) * step, step, changes, info.inputs, method=self.method
+                    )
             keys.append(mine)
         fresh = dict(zip(jobs, self.pool.run(list(jobs.values())), strict=True))
         for key, result in fresh.items():

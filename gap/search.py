@@ -201,7 +201,7 @@ def secants(problem: Problem, at: Fit, wanted: Sequence[tuple[Candidate, float]]
 def weigh(problem: Problem, reference: Fit, N: np.ndarray, found: Sequence[Secant]) -> None:
     """Fill in what each secant could save of a reference fit's cost, in the linear approximation around its own fit.
 
-    The readings' weight follows the mean square of what is left.
+    The readings' weight follows the energy of what is left.
     """
     rows = screened(problem)
     floor = problem.obs.floor[rows]
@@ -218,12 +218,12 @@ def weigh(problem: Problem, reference: Fit, N: np.ndarray, found: Sequence[Secan
         line = lines[id(at)].with_column(k, s.slope[rows] / floor)
         x = (*at.unknowns, replace(main, low=low, high=high))
         before = float(at.residual[rows] @ at.residual[rows])
-        weight = at.scale
+        weight = at.phi
         for _ in range(3):
             d, q = line.step(x, weight, radius)
             left = line.left(d, q)
             energy = float(left @ left)
-            fresh = max(1.0, at.scale * min(1.0, energy / before))
+            fresh = max(1.0, at.phi * min(1.0, energy / before))
             if fresh > 0.7 * weight:
                 break
             weight = fresh

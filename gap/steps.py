@@ -1,7 +1,7 @@
 """Which steps the simulations of a diagnosis take: macro steps, and those of finite differences.
 
-What a macro step changes is never called physics. Its error is extrapolated away (`Problem.exact`), first for the model
-as delivered; but an effect may bring the machine near to swinging, where its motion depends on the step as it never did
+What a macro step changes is never called physics. A coupling of second order leaves next to nothing of it, else its error
+is extrapolated away (`Problem.exact`), first for the model as delivered; but an effect may bring the machine near to swinging, where its motion depends on the step as it never did
 before, so the best fits are asked again (`resolve`).
 """
 
@@ -13,6 +13,7 @@ from dataclasses import replace
 import numpy as np
 
 from ..core.errors import SimulationError
+from ..master.algorithms import NAMES
 from .fit import drive, fit
 from .noise import rms
 from .problem import DIFFERENCES, Point, Problem
@@ -21,8 +22,15 @@ from .search import MOST, Hypothesis
 NUMERICAL = 0.03
 """RMS change, in floors, that halving the macro step makes and that is worth an extrapolation."""
 
+SECOND_ORDER, GAINS = "nepce", 0.3
+"""A coupling of second order that every FMU can take, and the share of the default one's error that it may have to be
+taken."""
+
+LONGER, ENOUGH = 2, 0.1
+"""How often the package's step is doubled for it at most, and the change [floors] that this may make."""
+
 FACTORS = (8, 4, 2, 1)
-"""Macro steps of an estimation, in steps of the package."""
+"""Macro steps of an estimation, in those of exact runs."""
 
 COARSE_ERROR = 5.0
 """Largest RMS difference of a coarse run to one at the package's step, in floors, before correction."""
@@ -59,6 +67,9 @@ def numerical_gap(problem: Problem) -> tuple[np.ndarray, np.ndarray]:
         raise SimulationError(f"{name}: the model does not run at half its step: {problem.failure}")
     numerical = left = at_step - half
     change = rms(numerical / problem.obs.floor)
+    if change > NUMERICAL and (better := _second_order(problem, change)) is not None:
+        problem.obs.widen(*better)
+        return better[0], numerical
     double = problem.at_step({}, 2.0 * h) if change > NUMERICAL else None
     if double is not None:
         problem.order = 2 if rms((double - at_step) / problem.obs.floor) > 2.0**1.5 * change else 1
@@ -67,10 +78,37 @@ def numerical_gap(problem: Problem) -> tuple[np.ndarray, np.ndarray]:
     return at_step, numerical
 
 
-def lengthen(problem: Problem, delivered: np.ndarray) -> None:
-    """The longest macro step whose runs are near enough to be corrected."""
+def _second_order(problem: Problem, change: float) -> tuple[np.ndarray, np.ndarray] | None:
+    """The model as delivered and its error, by a coupling of second order where that gains; else the problem stays.
+
+    What runs tend to as the step goes to 0 is the same by every method. The macro step is then the longest one with an
+    error that does not matter, or the package's with the error extrapolated away.
+    """
+    h = problem.fine
+    problem.method = SECOND_ORDER
+    found = [problem.at_step({}, step) for step in (h, h / 2.0)]
+    if found[0] is None or found[1] is None or rms((found[0] - found[1]) / problem.obs.floor) > GAINS * change:
+        problem.method = NAMES[0]
+        return None
+    here, left = found[0], found[0] - found[1]
+    if rms(left / problem.obs.floor) > NUMERICAL:
+        problem.order = 2
+        return here, left
+    for _ in range(LONGER):
+        there = problem.at_step({}, 2.0 * problem.fine)
+        if there is None or rms((there - here) / problem.obs.floor) > ENOUGH:
+            break
+        problem.fine *= 2.0
+        left, here = there - here, there
+    return here, left
+
+
+def lengthen(problem: Problem, delivered: np.ndarray, step: float) -> None:
+    """The longest macro step, up to `FACTORS` times the package's [s], whose runs are near enough to be corrected."""
     for factor in FACTORS:
         problem.factor = factor
+        if factor * problem.fine > FACTORS[0] * step * (1.0 + 1e-9):
+            continue
         if factor == 1:
             return
         y = problem.evaluate([{}])[0]

@@ -136,12 +136,12 @@ def study(
 
     stage("reading the model")
     problem = pose(learn, catalogue, pool)
-    problem.hurry = hurry
+    problem.hurry, package_step = hurry, problem.fine
     stage("numerical gap: the model at its step and at half of it")
     delivered, numerical = steps.numerical_gap(problem)
     plausible.check(problem, delivered)
     held = _hold(replace(campaign, runs=kept, warnings=[]), catalogue, pool) if kept else None
-    steps.lengthen(problem, delivered)
+    steps.lengthen(problem, delivered, package_step)
     stage("refitting the base parameters")
     N = nuisances(problem, delivered)
     steps.choose_difference(problem)
@@ -158,7 +158,6 @@ def study(
         stage("looking for large effects")
         null, found, singles = _large(problem, null, found, singles, N)
     hypotheses = [null, *singles]
-    package_step = problem.fine
     steps.resolve(problem, hypotheses, N)
     singles.sort(key=lambda h: h.merit)
     if not hurry() and singles and not settled(problem, singles[0].fit):
@@ -170,7 +169,7 @@ def study(
         told = "the gap's model depends on its macro step more than the delivered one: fits rest on steps of"
         problem.warnings.append(f"{told} {1e3 * problem.fine:g} ms, the package's is {1e3 * package_step:g} ms")
     if held:
-        held.problem.fine, held.problem.order = problem.fine, problem.order
+        held.problem.fine, held.problem.order, held.problem.method = problem.fine, problem.order, problem.method
     end = list(stages)[-1] if hurry() else "finishing the best"
     stage("finishing the best")
     search.finish(problem, null, N)

@@ -6,11 +6,12 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 from deepsea_cosim.core.errors import CosimError, UnknownNameError
+from deepsea_cosim.gap import steps
 from deepsea_cosim.gap.campaign import read
 from deepsea_cosim.gap.catalogue import Experiment, Measurable, load, load_from_package
 from deepsea_cosim.gap.noise import rms
 from deepsea_cosim.gap.problem import Unknown, check_catalogue, matching, pose
-from deepsea_cosim.gap.steps import choose_difference, numerical_gap
+from deepsea_cosim.gap.steps import choose_difference, lengthen, numerical_gap
 from deepsea_cosim.master.pool import Pool
 from deepsea_cosim.master.session import Session
 
@@ -79,8 +80,39 @@ def test_an_estimation_setting_that_nobody_has(posed):
         pose(told, replace(catalogue, estimation={"o.rtol": 1.0}), None)
 
 
-def test_the_macro_steps_error_is_extrapolated_away(posed):
+def test_the_macro_steps_error_goes_with_a_coupling_of_second_order(posed):
     """The input is held over a step, an error of first order; its floor is made small enough for that to matter."""
+    told, catalogue = posed
+    with Pool(told.system, processes=1) as pool:
+        problem = pose(told, catalogue, pool)
+        problem.obs.floor[:] = 1e-7
+        plain = problem.at_step({}, problem.fine)
+        _, halving = numerical_gap(problem)
+        assert (problem.method, problem.order) == ("nepce", 2)
+        truth = problem.at_step({}, problem.fine / 32.0)
+        error, left = plain - truth, problem.exact([{}])[0] - truth
+        assert rms(left) < 0.01 * rms(error)
+        assert rms(halving) == pytest.approx(0.5 * rms(error), rel=0.05)
+
+
+def test_exact_runs_take_the_longest_step_that_does_not_matter(posed):
+    told, catalogue = posed
+    with Pool(told.system, processes=1) as pool:
+        problem = pose(told, catalogue, pool)
+        step = problem.fine
+        problem.obs.floor[:] = 100.0 * rms(problem.at_step({}, step) - problem.at_step({}, step / 2.0))
+        numerical_gap(problem)
+        assert (problem.method, problem.fine) == ("gauss-seidel", step)
+        problem.obs.floor /= 10.0
+        numerical_gap(problem)
+        assert (problem.method, problem.fine) == ("nepce", 2.0 * step)
+        lengthen(problem, problem.at_step({}, problem.fine), step)
+        assert problem.coarse <= 8.0 * step
+
+
+def test_the_macro_steps_error_is_extrapolated_away(posed, monkeypatch):
+    """Where a coupling of second order does not help."""
+    monkeypatch.setattr(steps, "GAINS", 0.0)
     told, catalogue = posed
     with Pool(told.system, processes=1) as pool:
         problem = pose(told, catalogue, pool)
