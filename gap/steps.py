@@ -22,9 +22,9 @@ from .search import MOST, Hypothesis
 NUMERICAL = 0.03
 """RMS change, in floors, that halving the macro step makes and that is worth an extrapolation."""
 
-SECOND_ORDER, GAINS = "nepce", 0.3
+SECOND_ORDER, GAINS, SWINGING = "nepce", 0.3, 0.15
 """A coupling of second order that every FMU can take, and the share of the default one's error that it may have to be
-taken."""
+taken. A run of it costs twice as much, so it is tried from that RMS change on: the machine is near to swinging."""
 
 LONGER, ENOUGH = 2, 0.1
 """How often the package's step is doubled for it at most, and the change [floors] that this may make."""
@@ -67,7 +67,7 @@ def numerical_gap(problem: Problem) -> tuple[np.ndarray, np.ndarray]:
         raise SimulationError(f"{name}: the model does not run at half its step: {problem.failure}")
     numerical = left = at_step - half
     change = rms(numerical / problem.obs.floor)
-    if change > NUMERICAL and (better := _second_order(problem, change)) is not None:
+    if change > SWINGING and (better := _second_order(problem, change)) is not None:
         problem.obs.widen(*better)
         return better[0], numerical
     double = problem.at_step({}, 2.0 * h) if change > NUMERICAL else None
