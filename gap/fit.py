@@ -373,7 +373,7 @@ def _descend(
         s = dispersion(problem, share * residual)
         h = problem.difference
         if not fine:
-            h = float(np.clip(SLACK * (np.sqrt(s) - 1.0), h, WIDE))
+            h = float(np.clip(SLACK * (rms(share * residual) - 1.0), h, WIDE))
             fine = h == problem.difference
         if not holds:
             J[:, old:] = yield from differences(unknowns, u, range(old, len(u)), h, coarse)

@@ -140,8 +140,8 @@ def study(
     stage("numerical gap: the model at its step and at half of it")
     delivered, numerical = steps.numerical_gap(problem)
     plausible.check(problem, delivered)
-    held = _hold(replace(campaign, runs=kept, warnings=[]), catalogue, pool) if kept else None
     steps.lengthen(problem, delivered, package_step)
+    held = _hold(problem, replace(campaign, runs=kept, warnings=[])) if kept else None
     stage("refitting the base parameters")
     N = nuisances(problem, delivered)
     steps.choose_difference(problem)
@@ -169,7 +169,7 @@ def study(
         told = "the gap's model depends on its macro step more than the delivered one: fits rest on steps of"
         problem.warnings.append(f"{told} {1e3 * problem.fine:g} ms, the package's is {1e3 * package_step:g} ms")
     if held:
-        held.problem.fine, held.problem.order, held.problem.method = problem.fine, problem.order, problem.method
+        held.problem.fine, held.problem.order = problem.fine, problem.order
     end = list(stages)[-1] if hurry() else "finishing the best"
     stage("finishing the best")
     search.finish(problem, null, N)
@@ -230,9 +230,10 @@ def _nearer(problem: Problem, null: Hypothesis, N: np.ndarray) -> list[np.ndarra
     return [u for merit, u in made if merit < null.merit][:STARTS]
 
 
-def _hold(campaign: Campaign, catalogue: Catalogue, pool: Pool) -> Held:
-    problem = pose(campaign, catalogue, pool)
-    return Held(problem, steps.numerical_gap(problem)[0])
+def _hold(learned: Problem, campaign: Campaign) -> Held:
+    """The campaign's held-out runs, simulated as those that are learned from."""
+    problem = pose(campaign, learned.catalogue, learned.pool)
+    return Held(problem, steps.as_chosen(problem, learned))
 
 
 def _large(
