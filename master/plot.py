@@ -111,17 +111,18 @@ class Plotter:
         names = result.names[1:]
         shown = [n for n in names if any(matches(n, p) for p in patterns)]
         chosen = ["time", *(shown or [n for n in result.outputs if n in names])]
-        try:
-            with data.open("wb") as file:
-                np.save(file, result.sample[:, [result.names.index(name) for name in chosen]])
-        except OSError as error:
-            return f"{data}: cannot be written ({error.strerror})"
         request = {
             "target": str(target), "title": title, "names": chosen, "units": result.units,
             "connected": result.connected, "rows": str(data),
         }  # fmt: skip
-        _, errors = self._process.communicate(json.dumps(request).encode())
-        data.unlink(missing_ok=True)
+        try:
+            with data.open("wb") as file:
+                np.save(file, result.sample[:, [result.names.index(name) for name in chosen]])
+            _, errors = self._process.communicate(json.dumps(request).encode())
+        except OSError as error:
+            return f"{data}: cannot be written ({error.strerror})"
+        finally:
+            data.unlink(missing_ok=True)
         if self._process.returncode:
             return errors.decode(errors="replace").strip().splitlines()[-1] if errors else "the plot failed"
         return None

@@ -46,19 +46,22 @@ class ParquetWriter:
                 shutil.rmtree(path)
             path.unlink(missing_ok=True)
             path.mkdir(parents=True)
+        self._write([[] for _ in columns])  # a reader finds the columns, however early the process dies
 
     def write(self, table: Sequence[np.ndarray | list[object]]) -> None:
         """Append rows as a part of its own."""
+        if table and len(table[0]):
+            self._write(table)
+            if self._parts >= self._most:
+                self._join()
+
+    def _write(self, table: Sequence[np.ndarray | list[object]]) -> None:
         import pyarrow
         from pyarrow import parquet
 
-        if not table or len(table[0]) == 0:
-            return
         columns = [[v.hex() if isinstance(v, bytes) else v for v in c] if isinstance(c, list) else c for c in table]
         made = pyarrow.table([pyarrow.array(c) for c in columns], schema=self._schema)
         self._put(lambda part: parquet.write_table(made, part))
-        if self._parts >= self._most:
-            self._join()
 
     def _put(self, write: Any) -> None:
         part = self.path / f".part-{self._parts:06d}"  # readers of folders leave what begins with a dot
