@@ -54,8 +54,8 @@ class Calibration:
         return min(self.independent, readings) * float(np.log(shared + self.discrepancy + chance(readings)))
 
     def beyond(self, shared: float, readings: int) -> float:
-        """ln of what a residual shares beyond chance, with what right models miss added."""
-        return float(np.log(max(0.0, shared - chance(readings)) + self.discrepancy))
+        """What a residual shares beyond chance, with what right models miss added."""
+        return max(0.0, shared - chance(readings)) + self.discrepancy
 
     @classmethod
     def load(cls) -> Calibration:

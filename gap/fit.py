@@ -49,6 +49,9 @@ WIDE = 0.2
 """Step, in u, of differences that serve for larger moves: refits without a fold, intervals, or where a small step shows
 nothing."""
 
+ROUGH = 0.7
+"""Change of a difference from one step to the next, as a share of it, from which runs are not smooth in an unknown."""
+
 FAR = 10.0
 """Floors from which on the error of long steps does not matter."""
 
@@ -260,15 +263,25 @@ def settle(
 
 
 def differences(
-    unknowns: Sequence[Unknown], u: np.ndarray, which: Sequence[int], h: float, here: np.ndarray
+    problem: Problem, unknowns: Sequence[Unknown], u: np.ndarray, which: Sequence[int], h: float, here: np.ndarray
 ) -> Generator[Wanted, Answer, np.ndarray]:
     """Derivatives (n, len(which)) by some unknowns from runs at long steps; here (n,) is the run at u itself.
 
     A run that fails gives way to one on the other side; a derivative that cannot be found, or that is nothing even for
-    a wide step, is zero.
+    a wide step, is zero. A controller's sampling time moves every one of its instants: of such an effect (`ROUGH`) only
+    wide steps tell the way.
     """
+
+    def moved(j: int, step: float) -> Point:
+        v = u.copy()
+        v[j] += step
+        return point_of(unknowns, v)
+
     columns = np.zeros((len(here), len(which)))
-    sizes = dict.fromkeys(range(len(which)), h)
+    rough = {c for c, j in enumerate(which) if not problem.smooth.get(unknowns[j].name, True)}
+    sizes = {c: max(h, WIDE) if c in rough else h for c in range(len(which))}
+    effects = [c for c, j in enumerate(which) if unknowns[j].kind == "effect"]
+    unseen = [c for c in effects if unknowns[which[c]].name not in problem.smooth]
     for attempt in range(3):
         steps, points = {}, []
         for c, size in sizes.items():
@@ -277,17 +290,22 @@ def differences(
             size = min(size, 0.5 * (high - low))
             forward = size <= high and (attempt != 1 or -size < low)
             steps[c] = size if forward else -size
-            v = u.copy()
-            v[j] += steps[c]
-            points.append(point_of(unknowns, v))
+            points.append(moved(j, steps[c]))
+        seen = unseen if attempt == 0 else []
+        small = [np.copysign(problem.difference, steps[c]) for c in seen]
+        points += [moved(which[c], k * s) for c, s in zip(seen, small, strict=True) for k in (1.0, 2.0)]
         results, _ = yield Wanted(points, [])
         again = {}
-        for (c, step), y in zip(steps.items(), results, strict=True):
+        for c, one, two in zip(seen, results[len(steps) :: 2], results[len(steps) + 1 :: 2], strict=True):
+            if one is not None and two is not None:
+                problem.smooth[unknowns[which[c]].name] = rms(two - 2.0 * one + here) <= ROUGH * rms(one - here)
+        for (c, step), y in zip(steps.items(), results, strict=False):
             if y is None:
                 again[c] = abs(step)
                 continue
             columns[:, c] = (y - here) / step
-            if not np.any(columns[:, c]) and abs(step) < WIDE:
+            known = problem.smooth.get(unknowns[which[c]].name, True)
+            if (not np.any(columns[:, c]) or not known) and abs(step) < WIDE:
                 again[c] = WIDE
         sizes = again
         if not sizes:
@@ -376,7 +394,7 @@ def _descend(
             h = float(np.clip(SLACK * (rms(share * residual) - 1.0), h, WIDE))
             fine = h == problem.difference
         if not holds:
-            J[:, old:] = yield from differences(unknowns, u, range(old, len(u)), h, coarse)
+            J[:, old:] = yield from differences(problem, unknowns, u, range(old, len(u)), h, coarse)
         q, shared = settle(problem, model, N, s, share)
         lin, now = Linear(problem, u, model, J, N, share=share), cost(shared, u, q, s)
         arrived = better = False
@@ -420,7 +438,7 @@ def _descend(
 def wide(problem: Problem, at: Fit, N: np.ndarray) -> Ask:
     """The fit where it stands, run at the package's step, with derivatives that serve for larger moves."""
     every, coarse = range(len(at.u)), at.model - at.correction
-    J = yield from differences(at.unknowns, at.u, every, WIDE, coarse)
+    J = yield from differences(problem, at.unknowns, at.u, every, WIDE, coarse)
     model = (yield Wanted([], [at.point]))[1][0]
     if model is None:
         raise FitFailed

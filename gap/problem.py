@@ -130,6 +130,8 @@ class Problem:
     """Coupling algorithm of the runs."""
     difference: float = DIFFERENCES[0]
     """Step of a finite difference, in u."""
+    smooth: dict[str, bool] = field(default_factory=dict)
+    """Whether the runs are smooth in an effect's unknown at that step, as far as that has been seen."""
     failure: str = ""
     """The last run that could not be simulated, and why."""
     hurry: Callable[[], bool] = lambda: False

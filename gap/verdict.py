@@ -17,6 +17,9 @@ from .judge import Judged
 
 NONE, UNKNOWN = ((name,) for name in VERDICTS)
 
+PLAIN = 0.3
+"""Energy [floors squared] that is plainly left: of more, only its share in the gap tells whether it is unknown."""
+
 
 @dataclass
 class Cause:
@@ -33,12 +36,13 @@ class Cause:
 def features(calibration: Calibration, null: float, best: float, readings: int) -> np.ndarray:
     """What "unknown" is judged by, from the energy that the refit's and the best hypothesis' residuals share.
 
-    A constant; the logarithm of what the best leaves beyond chance, with what right models may leave; and that of its
-    share in what the refit leaves. How much a flexible model can predict is reported, but says less: a vibration is not
-    predictable and yet no noise.
+    A constant; the logarithm of what the best leaves beyond chance, with what right models may leave, and from `PLAIN`
+    on no more of it; and that of its share in what the refit leaves. So a cause of another law than the library's,
+    which leaves floors of a gap of dozens, is no unknown one. How much a flexible model can predict is reported, but
+    says less: a vibration is not predictable and yet no noise.
     """
     refit, left = (calibration.beyond(x, readings) for x in (null, best))
-    return np.array([1.0, left, min(0.0, left - refit)])
+    return np.array([1.0, np.log(left / (1.0 + left / PLAIN)), min(0.0, np.log(left / refit))])
 
 
 def unknown_probability(calibration: Calibration, x: np.ndarray) -> float:

@@ -31,7 +31,7 @@ DISCREPANCY = (0.01, 0.02, 0.03, 0.05, 0.07, 0.1)
 TEMPERATURE = (1.0, 1.5, 2.0, 3.0, 4.0, 6.0)
 LAPSE = (0.02, 0.03, 0.05, 0.07, 0.1, 0.15, 0.2)
 
-RIDGE, MISJUDGED, STUCK = 0.01, 0.03, 0.25
+RIDGE, MISJUDGED, STUCK = 0.01, 0.03, 0.1
 """Keeps the weights of "unknown" finite; least probability of "unknown", and of its opposite: a search may be stuck."""
 
 

@@ -27,7 +27,7 @@ def problem(truth, error=0.0):
     """error: what a macro step of four adds to the delay."""
     y = machine(truth) + np.random.default_rng(0).normal(0.0, NOISE, len(T))
     obs = gather([(0, 0, "m.x", T, y, NOISE, None, True)])
-    p = SimpleNamespace(obs=obs, runs=[0], difference=1e-4, hurry=lambda: False, base=BASE, factor=8)
+    p = SimpleNamespace(obs=obs, runs=[0], difference=1e-4, smooth={}, hurry=lambda: False, base=BASE, factor=8)
     p.candidates = LOOP, DRAG
     p.evaluate = lambda points: [machine(q, error * p.factor / 4) for q in points]
     p.exact = lambda points: [machine(q) for q in points]

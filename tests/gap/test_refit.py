@@ -16,7 +16,7 @@ BASE = tuple(Unknown(name, "base", 1.0, 0.05, -1.0, 1.0, 0.6) for name in "ab")
 def refit(machine, truth):
     y = machine(truth) + np.random.default_rng(0).normal(0.0, NOISE, len(T))
     obs = gather([(0, 0, "m.x", T, y, NOISE, None, True)])
-    p = SimpleNamespace(obs=obs, runs=[0], difference=1e-4, hurry=lambda: False, base=BASE, factor=1)
+    p = SimpleNamespace(obs=obs, runs=[0], difference=1e-4, smooth={}, hurry=lambda: False, base=BASE, factor=1)
     p.evaluate = lambda points: [machine(q) for q in points]
     p.answer = lambda a, b: (p.evaluate(a), p.evaluate(b))
     return _refit(p, nuisances(p, machine({"a": 0.0, "b": 0.0}))).fit

@@ -23,7 +23,7 @@ def effect(name):
 def problem(machine, truth, candidates):
     y = machine(truth) + np.random.default_rng(0).normal(0.0, NOISE, len(T))
     obs = gather([(0, 0, "m.x", T, y, NOISE, None, True)])
-    p = SimpleNamespace(obs=obs, runs=[0], difference=1e-4, hurry=lambda: False, base=BASE, factor=1)
+    p = SimpleNamespace(obs=obs, runs=[0], difference=1e-4, smooth={}, hurry=lambda: False, base=BASE, factor=1)
     p.candidates = candidates
     p.evaluate = p.exact = lambda points: [machine(q) for q in points]
     p.answer = lambda a, b: (p.evaluate(a), p.exact(b))
