@@ -37,7 +37,7 @@ TOLERANCE = 1e-6
 
 
 def _arm(t: float) -> dict[str, float]:
-    return {"F_h": 6632.0 + 400.0 * math.sin(2.0 * math.pi * t)}
+    return {"F_h": 6882.6 + 400.0 * math.sin(2.0 * math.pi * t)}
 
 
 def _hydraulics(t: float) -> dict[str, float]:

@@ -100,6 +100,8 @@ class Campaign:
     base: dict[str, float] = field(default_factory=dict)
     """Tolerances of base parameters that the campaign itself gives."""
     warnings: list[str] = field(default_factory=list)
+    file: Path = Path("campaign.toml")
+    """Where it stands, for messages."""
 
     @property
     def outputs(self) -> list[Channel]:
@@ -352,7 +354,8 @@ def read(path: Path) -> Campaign:
         if not 0.0 <= tolerance < 1.0:
             raise ParameterError(f"{where}: tolerance = {tolerance:g} has to lie between 0 and 1")
         base[take.get(table, where, "parameter", str)] = tolerance
-    return Campaign(take.get(data, str(path), "name", str, path.stem), system, effects, channels, runs, base, warnings)
+    name = take.get(data, str(path), "name", str, path.stem)
+    return Campaign(name, system, effects, channels, runs, base, warnings, path)
 
 
 def _distinguish(runs: tuple[Run, ...], tables: list[dict[str, Any]], path: Path) -> None:

@@ -86,8 +86,8 @@ def _check_unit(problem: Problem, c: Channel, parts: list[Block], delivered: np.
     if better:
         shown = convert(measured, own, c.unit), convert(modelled, own, c.unit)
         raise CampaignError(
-            f"channel '{c.column}': it {word} {shown[0]:.4g} {c.unit} where the model {word} {shown[1]:.4g} "
-            f"{c.unit}; is it in {better}?"
+            f"{problem.campaign.file}: channel '{c.column}': it {word} {shown[0]:.4g} {c.unit} where the model {word} "
+            f"{shown[1]:.4g} {c.unit}; is it in {better}?"
         )
 
 

@@ -268,16 +268,15 @@ def pose(campaign: Campaign, catalogue: Catalogue, pool: Pool) -> Problem:
         connected = {link.end for link in session.system.links}
         for run in campaign.runs:
             for e in run.events:
-                session.place(e.connector)
+                _of_entry(f"{campaign.file}: run '{run.name}', event", session, e.connector)
         for c in campaign.channels:
-            is_output, _ = session.place(c.connector)
+            where = f"{campaign.file}: channel '{c.column}'"
+            is_output, _ = _of_entry(where, session, c.connector)
             if c.role == "input" and (is_output or split(c.connector, session.system.slaves) in connected):
                 why = "an output of the model" if is_output else "connected to another component"
-                raise CampaignError(f"channel '{c.column}': '{c.connector}' cannot be an input: it is {why}")
+                raise CampaignError(f"{where}: '{c.connector}' cannot be an input: it is {why}")
             if c.connector in units and not unit(c.unit).same_dimension(unit(units[c.connector])):
-                raise CampaignError(
-                    f"channel '{c.column}': it is in {c.unit}, but '{c.connector}' is in {units[c.connector]}"
-                )
+                raise CampaignError(f"{where}: it is in {c.unit}, but '{c.connector}' is in {units[c.connector]}")
             units.setdefault(c.connector, si(c.unit))  # a signal without a unit is in that of SI
         parameter_units = {
             f"{name}.{v}": own
@@ -293,7 +292,7 @@ def pose(campaign: Campaign, catalogue: Catalogue, pool: Pool) -> Problem:
             try:
                 values = session.values(run.parameters)
             except CosimError as error:
-                raise CampaignError(f"{campaign.name}, run '{run.name}': {error}") from None
+                raise CampaignError(f"{campaign.file}: run '{run.name}': {error}") from None
             inputs = {}
             for c in campaign.inputs:
                 if c.connector in run.series:
@@ -442,9 +441,10 @@ def check_catalogue(catalogue: Catalogue, session: Session) -> None:
         _of_entry(f"region '{region.text}'", session, region.signal)
 
 
-def _of_entry(entry: str, session: Session, connector: str) -> None:
+def _of_entry(entry: str, session: Session, connector: str) -> tuple[bool, int]:
+    """Whether the connector of an entry is an output, and its slot."""
     try:
-        session.place(connector)
+        return session.place(connector)
     except UnknownNameError as error:
         raise UnknownNameError(f"{entry}: {error}") from None
 

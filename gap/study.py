@@ -38,8 +38,9 @@ FINALISTS = 3
 PROMISING = 0.6
 """RMS of the best pair, as a share of the best single effect's, below which one of its two effects may be right."""
 
-ALIKE = 3
-"""Effects of the same group, and of others, that are tried in place of one of the best hypothesis'."""
+ALIKE, SCREENED = 2, 6
+"""Effects of the same group, and of others, that are tried in place of one of the best hypothesis'; and of the others
+those that are screened for it."""
 
 NEAR = 20.0
 """How far behind the best a hypothesis may be to be finished, in score."""
@@ -183,7 +184,7 @@ def study(
     judged = judge(problem, hypotheses, N, judged)
     if not hurry():
         stage("trying what is alike")
-        judged = _alike(problem, judged, N)
+        judged = _alike(problem, judged, found, N)
     if hurry():
         problem.warnings.append(f"ended before everything was tried, while {end}: probabilities are too sure")
     else:
@@ -264,7 +265,7 @@ def _large(
     return null, found, search.best_of_each([*large.fits(problem, starts, N), *singles], lambda h: h.merit)
 
 
-def _alike(problem: Problem, judged: list[Judged], N: np.ndarray) -> list[Judged]:
+def _alike(problem: Problem, judged: list[Judged], found: list[Secant], N: np.ndarray) -> list[Judged]:
     """The hypotheses, and those with another effect in place of one of the best one's: one that acts in nearly the same
     way, which it may have hidden, or one that screening passed over beside what is now gone."""
     made = [j.hypothesis for j in judged]
@@ -272,17 +273,18 @@ def _alike(problem: Problem, judged: list[Judged], N: np.ndarray) -> list[Judged
     best = judged[0].hypothesis
     for gone in best.candidates:
         kept = {c.label for c in best.candidates if c is not gone}
-        others = [c for c in problem.candidates if c is not gone and kept | {c.label} not in tried]
-        if not kept:
-            others = [c for c in others if c.group == gone.group]  # all others have been screened beside the null
+        new = [s.candidate for s in found if kept | {s.candidate.label} not in tried]
+        others = [c for c in new if c.group == gone.group]
+        if kept:
+            others += [c for c in new if c.group != gone.group][:SCREENED]
         if not others or problem.hurry():
             continue
         left = search.without(problem, best, gone, N, search.QUICK)
         if left is None:
             continue
-        found = [s for s in search.screen(problem, left.fit, N, others) if s.saving > search.WORTH]
-        alike = [s for s in found if s.candidate.group == gone.group][:ALIKE]
-        chosen = alike + [s for s in found if s.candidate.group != gone.group][:ALIKE]
+        again = [s for s in search.screen(problem, left.fit, N, others) if s.saving > search.WORTH]
+        alike = [s for s in again if s.candidate.group == gone.group][:ALIKE]
+        chosen = alike + [s for s in again if s.candidate.group != gone.group][:ALIKE]
         for h in search.extend(problem, left, chosen, N, len(chosen), 1)[:1]:
             search.finish(problem, h, N)
             made.append(h)

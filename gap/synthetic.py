@@ -87,6 +87,8 @@ def make(template: Path, folder: Path, say: Callable[[str], None] = lambda text:
     channels = channels_of(data, template)
     truth = take.get(data, str(template), "truth", dict, {})
     sensors = _sensors(truth, channels, str(template))
+    if not truth:
+        say("[truth] is empty: the machine is the model as delivered, with noise")
     hidden = {address: value for address, value in truth.items() if not address.startswith("sensor.")}
     for address, value in hidden.items():
         if isinstance(value, (int, float)) and not isinstance(value, bool):

@@ -47,7 +47,7 @@ HYDRAULICS = VariableTable(
         signal_in("v_h", 0.0, "m/s", -50.0, 50.0, 0.1, "velocity of the cylinder rod, positive extends", "x_h"),
         signal_in("x_ref", 0.0, "m", -1.0, 10.0, 0.1, "commanded displacement, used when command.use_input is true"),
         signal_in(
-            "F_hold", 6632.0, "N", -1e7, 1e7, 1e4,
+            "F_hold", 6882.6, "N", -1e7, 1e7, 1e4,
             "force that holds the load at rest at t = 0; only the initial pressures depend on it",
         ),
         signal_out("F_h", "N", 1e4, "net force of the cylinder on the arm, positive extends: chambers less ambient, "
