@@ -23,6 +23,9 @@ MOST = 1e100
 LATE = 0.2
 """Share of a run's length that time may start late without a word."""
 
+BEYOND = 10.0
+"""Times its length after which nothing of a run can have happened."""
+
 FINEST, COARSEST = 1e-9, 10.0
 """A stated noise: as a share of a channel's level, below which no sensor gets; of its span, beyond which all is hid."""
 
@@ -222,6 +225,7 @@ def _run(table: dict[str, Any], where: str, folder: Path, channels: tuple[Channe
         stop = take.number(table, where, "stop_time")
         if not stop > 0.0:
             raise CampaignError(f"{where}: stop_time = {stop:g} s has to be positive")
+        _check_events(where, events, stop)
         name = take.get(table, where, "name", str, where.rpartition(": ")[2])
         return Run(name, dict(parameters), use, {}, stop, events)
     path = take.file(table, where, "file", folder)
@@ -281,8 +285,18 @@ def _run(table: dict[str, Any], where: str, folder: Path, channels: tuple[Channe
         raise CampaignError(f"{path}: every channel is constant; there is nothing to learn from this run")
     if not any(c.role == "output" and c.connector in series for c in channels):
         raise CampaignError(f"{path}: no output channel was measured")
+    _check_events(where, events, float(time[-1]))
     name = take.get(table, where, "name", str, path.stem)
     return Run(name, dict(parameters), use, series, float(time[-1]), events)
+
+
+def _check_events(where: str, events: tuple[Event, ...], stop: float) -> None:
+    """No moment lies far beyond the end of its run: it would be in another unit."""
+    for i, e in enumerate(events, 1):
+        reading = next(v for v in (e.time, e.at_most, e.at_least) if v is not None)
+        if e.after + reading > BEYOND * stop:
+            late = f"{e.after + reading:g} s is long after the run's end at {stop:g} s"
+            raise CampaignError(f"{where}, event {i}: {late}: is it in seconds?")
 
 
 def _check_noise(path: Path, channel: Channel, values: np.ndarray) -> None:

@@ -6,6 +6,7 @@ import time
 from collections.abc import Callable
 from concurrent.futures import Executor
 
+from ..core.errors import SimulationError
 from ..master.pool import Pool
 from . import catalogue as catalogues
 from .calibration import Calibration
@@ -51,8 +52,12 @@ def diagnose(
         say("where the gap lies")
         d.masks = _masks(s.scoring, s)
         for cause in found:
-            if cause.judged is not None and cause.told:
-                s.gap(cause.judged)  # simulates the held-out runs
+            if cause.judged is not None and cause.told and cause.judged is not d.chosen:
+                try:
+                    s.gap(cause.judged)  # simulates the held-out runs
+                except SimulationError as error:
+                    cause.told = False
+                    d.warnings.append(f"{' + '.join(cause.effects)}: {error}")
         d.places = places(s.scoring, s.after(s.null_judged), d.masks)
         d.replays = replays(s.problem, s.null.fit.point)
         d.warnings += check(s.problem, s.delivered)

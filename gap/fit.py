@@ -25,6 +25,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 from scipy.optimize import lsq_linear
 
+from ..core.errors import SimulationError
 from .noise import rms
 from .problem import BIAS, BIAS_OF_LEVEL, CLOCK, Point, Problem, Unknown
 
@@ -185,6 +186,8 @@ def shares(problem: Problem, residual: np.ndarray) -> np.ndarray:
     made = np.ones(len(residual))
     for k in range(len(obs.span)):
         mine = obs.channel == k
+        if not mine.any():
+            continue
         usual = OUTLYING * max(1.0, float(np.median(local[mine])))
         made[mine] = np.minimum(1.0, usual / np.maximum(local[mine], usual))
     return made
@@ -292,13 +295,15 @@ def differences(
             steps[c] = size if forward else -size
             points.append(moved(j, steps[c]))
         seen = unseen if attempt == 0 else []
-        small = [np.copysign(problem.difference, steps[c]) for c in seen]
+        d = problem.difference
+        small = [d if u[which[c]] + 2.0 * d <= unknowns[which[c]].high else -d for c in seen]
         points += [moved(which[c], k * s) for c, s in zip(seen, small, strict=True) for k in (1.0, 2.0)]
         results, _ = yield Wanted(points, [])
         again = {}
         for c, one, two in zip(seen, results[len(steps) :: 2], results[len(steps) + 1 :: 2], strict=True):
-            if one is not None and two is not None:
-                problem.smooth[unknowns[which[c]].name] = rms(two - 2.0 * one + here) <= ROUGH * rms(one - here)
+            if one is not None and two is not None and np.any(one - here):
+                first, second = ((y - z) / problem.obs.floor for y, z in ((one, here), (two, one)))
+                problem.smooth[unknowns[which[c]].name] = rms(second - first) <= ROUGH * rms(first)
         for (c, step), y in zip(steps.items(), results, strict=False):
             if y is None:
                 again[c] = abs(step)
@@ -479,7 +484,8 @@ def drive(problem: Problem, fits: Sequence[Ask]) -> list[Fit | None]:
 
 
 def went(problem: Problem, ask: Ask) -> Fit:
-    """The outcome of a fit that starts where the model is known to run."""
+    """The outcome of one fit; raises `SimulationError` where no point near its start can be simulated."""
     found = drive(problem, [ask])[0]
-    assert found is not None
+    if found is None:
+        raise SimulationError(f"{problem.campaign.system.name}: a refit cannot be simulated: {problem.failure}")
     return found

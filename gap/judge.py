@@ -78,7 +78,7 @@ def prior(problem: Problem, h: Hypothesis) -> float:
     weight = float(np.prod([c.weight for c in h.candidates]))
     if len(h.candidates) == 1:
         return PRIOR_SINGLE * weight / ids
-    return PRIOR_PAIR * weight / (ids * (ids - 1) / 2)
+    return PRIOR_PAIR * weight / max(1.0, ids * (ids - 1) / 2)
 
 
 def judge(

@@ -21,7 +21,7 @@ SIZES = (1.0, 2.0, 4.0, 8.0)
 """Sizes, in usual ones, at which an effect is run."""
 
 SCAN = 4
-"""Most steps of the package in a macro step of these runs, for a machine that swings needs it."""
+"""Most steps of exact runs in a macro step of these runs, for a machine that swings needs it."""
 
 BEGUN, KEPT = 6, 3
 """Starts that are fitted, and those that are carried to the end."""
@@ -68,7 +68,7 @@ def _start(
     problem: Problem, delivered: Fit, candidate: Candidate, size: float, model: np.ndarray, N: np.ndarray
 ) -> Start:
     line = Linear(problem, delivered.u, model, delivered.jacobian, N, screened(problem))
-    phi = max(1.0, delivered.phi * (rms(line.r) / delivered.rms) ** 2)
+    phi = max(1.0, delivered.phi * (rms(line.r) / max(delivered.rms, 1e-150)) ** 2)
     d, q = line.step(delivered.unknowns, phi, np.ones(len(delivered.u)))
     unknowns, u = (*delivered.unknowns, *candidate.unknowns), np.append(d, size)
     cost = penalty(unknowns, u, q[: delivered.channels])

@@ -320,6 +320,7 @@ def pose(campaign: Campaign, catalogue: Catalogue, pool: Pool) -> Problem:
                 floor = float(np.hypot(c.noise_std / unit(units[c.connector]).factor, quantum(y) / np.sqrt(12.0)))
             t, y, m = thin(t, y)
             blocks.append((r, k, c.connector, t, y, floor / np.sqrt(m), None, c.noise_std is not None))
+    fine = fine or min([float(np.median(np.diff(b[3]))) for b in blocks] or [1e-2]) / 10.0
     for run in campaign.runs:
         _check_length(run, ends, fine, bool(campaign.inputs))
     labels = [c.connector for c in campaign.outputs]
@@ -333,7 +334,6 @@ def pose(campaign: Campaign, catalogue: Catalogue, pool: Pool) -> Problem:
         if campaign.runs[r].events:
             info.stop = max(info.stop, campaign.runs[r].stop)
     obs = gather(blocks)
-    fine = fine or min([float(np.median(np.diff(b[3]))) for b in blocks if len(b[3]) > 1] or [1e-2]) / 10.0
     for info in runs:
         info.stop = float(np.ceil(info.stop / fine - 1e-9) * fine)
     connectors = list(dict.fromkeys(b[2] for b in blocks))
@@ -389,6 +389,9 @@ def _base(
         tolerances[_addresses(name, values, f"base {name}")] = tolerance
     made = []
     changed = {a: e.id for e in catalogue.effects for p in e.parameters for a in (p.address, *p.also)}
+    told = [a for addresses in tolerances for a in addresses]
+    if (twice := next((a for a in told if told.count(a) > 1), None)) is not None:
+        raise CampaignError(f"{campaign.file}: base: two entries mean '{twice}'; name it in full in one of them only")
     for addresses, tolerance in tolerances.items():
         if tolerance == 0.0:
             continue

@@ -80,6 +80,8 @@ def _scale(problem: Problem, x: Unknown) -> tuple[float, str]:
     """(factor from the unknown's value to the shown one, unit): base parameters are factors of the delivered value."""
     if x.kind == "base":
         values = [info.values[x.name] for info in problem.runs]
+        if not any(values):  # shared by several components, of which this one has none
+            return 1.0, "of the stated value"
         if all(v == values[0] for v in values):
             return float(values[0]), problem.parameter_units.get(x.name, "1")
         return 1.0, "of the stated value"
@@ -302,17 +304,17 @@ def parameter_set(d: Diagnosis) -> str:
     changes = problem.changes(0, point)
     values = problem.runs[0].values
     lines = []
-    for name, value in sorted(changes.items()):
-        for target in matching(name, values):
-            if isinstance(value, bool) or isinstance(values[target], bool):
-                body = f"<ssv:Boolean value={quoteattr(str(bool(value)).lower())}/>"
-            elif isinstance(values[target], int):
-                body = f"<ssv:Integer value={quoteattr(str(int(value)))}/>"
-            elif isinstance(value, str):
-                body = f"<ssv:String value={quoteattr(value)}/>"
-            else:
-                body = f"<ssv:Real value={quoteattr(repr(float(value)))}/>"
-            lines.append(f"    <ssv:Parameter name={quoteattr(target)}>{body}</ssv:Parameter>")
+    wanted = {target: value for name, value in changes.items() for target in matching(name, values)}
+    for target, value in sorted(wanted.items()):
+        if isinstance(value, bool) or isinstance(values[target], bool):
+            body = f"<ssv:Boolean value={quoteattr(str(bool(value)).lower())}/>"
+        elif isinstance(values[target], int):
+            body = f"<ssv:Integer value={quoteattr(str(int(value)))}/>"
+        elif isinstance(value, str):
+            body = f"<ssv:String value={quoteattr(value)}/>"
+        else:
+            body = f"<ssv:Real value={quoteattr(repr(float(value)))}/>"
+        lines.append(f"    <ssv:Parameter name={quoteattr(target)}>{body}</ssv:Parameter>")
     return (
         '<?xml version="1.0" encoding="UTF-8"?>\n'
         '<ssv:ParameterSet xmlns:ssv="http://ssp-standard.org/SSP1/SystemStructureParameterValues" version="1.0" '

@@ -205,7 +205,7 @@ def weigh(problem: Problem, reference: Fit, N: np.ndarray, found: Sequence[Secan
     """
     rows = screened(problem)
     floor = problem.obs.floor[rows]
-    reference_left = float(reference.residual[rows] @ reference.residual[rows])
+    reference_left = max(float(reference.residual[rows] @ reference.residual[rows]), 1e-300)
     lines: dict[int, Linear] = {}
     for s in found:
         at = s.at
@@ -217,7 +217,7 @@ def weigh(problem: Problem, reference: Fit, N: np.ndarray, found: Sequence[Secan
         low, high = max(main.low, -2.0 * abs(s.size)), min(main.high, 2.0 * abs(s.size))
         line = lines[id(at)].with_column(k, s.slope[rows] / floor)
         x = (*at.unknowns, replace(main, low=low, high=high))
-        before = float(at.residual[rows] @ at.residual[rows])
+        before = max(float(at.residual[rows] @ at.residual[rows]), 1e-300)
         weight = at.phi
         for _ in range(3):
             d, q = line.step(x, weight, radius)

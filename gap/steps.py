@@ -159,7 +159,7 @@ def resolve(problem: Problem, hypotheses: Sequence[Hypothesis], N: np.ndarray) -
         if change < max(UNRESOLVED, SHARE * best.fit.rms):
             problem.fine *= 2.0
             return
-        problem.order = problem.order or 1
+        problem.order = problem.order or (2 if problem.method == SECOND_ORDER else 1)
         asks = [fit(problem, h.fit.unknowns, h.fit.u, N, MOST) for h in ranked[:REFITTED]]
         for h in ranked:
             lay_aside(h)
@@ -179,6 +179,8 @@ def choose_difference(problem: Problem) -> None:
     A change of all base parameters at once is compared with half of that of twice the step: runs of a solver that
     chooses its steps differ by its tolerance, however small the change is.
     """
+    if not problem.base:
+        return
     signs = np.random.default_rng(0).choice([-1.0, 1.0], len(problem.base))
     for h in DIFFERENCES:
         problem.difference = h

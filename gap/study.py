@@ -13,7 +13,7 @@ from ..master.pool import Pool
 from . import large, plausible, search, steps
 from .campaign import Campaign, CampaignError
 from .catalogue import Catalogue
-from .fit import Fit, fit, lead, nuisances, penalty, point_of, settle, went
+from .fit import Fit, bias, fit, lead, nuisances, penalty, point_of, settle, went
 from .judge import Judged, judge
 from .noise import rms
 from .problem import Candidate, Problem, pose
@@ -58,14 +58,16 @@ class Held:
         """Whitened residual of the model as delivered."""
         return self.problem.obs.whiten(self.delivered)
 
-    def after(self, fit: Fit, channels: int) -> np.ndarray:
+    def after(self, fit: Fit, learned: Problem) -> np.ndarray:
         """Whitened residual at a fit's point, with its sensor biases and a clock of each run's own."""
         model = self.problem.exact([fit.point])[0]
         if model is None:
-            raise SimulationError("the held-out runs cannot be simulated at the point found")
-        N = nuisances(self.problem, model)
-        model = model + N[:, :channels] @ fit.q[:channels]
-        return settle(self.problem, model, N[:, channels:], fit.phi)[1]
+            raise SimulationError(f"the held-out runs cannot be simulated at the point found: {self.problem.failure}")
+        channels = len(self.problem.obs.span)
+        clocks = nuisances(self.problem, model)[:, channels:]
+        biases = {label: q * bias(learned, j) for j, (label, q) in enumerate(zip(learned.labels, fit.q, strict=False))}
+        offsets = np.array([biases.get(label, 0.0) for label in self.problem.labels[:channels]])
+        return settle(self.problem, model + offsets[self.problem.obs.channel], clocks, fit.phi)[1]
 
 
 @dataclass
@@ -114,7 +116,7 @@ class Study:
             return judged.held_out
         label = judged.hypothesis.label
         if label not in self._after:
-            self._after[label] = self.held.after(judged.hypothesis.fit, len(self.problem.obs.span))
+            self._after[label] = self.held.after(judged.hypothesis.fit, self.problem)
         return self._after[label]
 
     def gap(self, judged: Judged) -> float:
@@ -134,16 +136,25 @@ def study(
         raise CampaignError("every run has use = 'holdout'; there is nothing to fit")
     learn = replace(campaign, runs=tuple(r for r in campaign.runs if r.use != "holdout"))
 
+    cut = ""
+
     def stage(text: str) -> None:
         stages[text] = time.perf_counter() - begin
         say(text)
 
+    def late() -> bool:
+        nonlocal cut
+        if not cut and hurry():
+            cut = list(stages)[-1]
+        return bool(cut)
+
     stage("reading the model")
     problem = pose(learn, catalogue, pool)
-    problem.hurry, package_step = hurry, problem.fine
+    problem.hurry, package_step = late, problem.fine
     stage("numerical gap: the model at its step and at half of it")
     delivered, numerical = steps.numerical_gap(problem)
     plausible.check(problem, delivered)
+    chosen_step = problem.fine
     steps.lengthen(problem, delivered, package_step)
     held = _hold(problem, replace(campaign, runs=kept, warnings=[])) if kept else None
     stage("refitting the base parameters")
@@ -158,37 +169,38 @@ def study(
     else:
         others = search.other_starts(problem, null.fit, N)
         singles = search.extend(problem, null, found, N, search.SINGLES, search.KEPT, others)
-    if not hurry() and singles and not settled(problem, singles[0].fit) and null.fit.rms > search.MUCH:
+    if not late() and singles and not settled(problem, singles[0].fit) and null.fit.rms > search.MUCH:
         stage("looking for large effects")
         null, found, singles = _large(problem, null, found, singles, N)
     hypotheses = [null, *singles]
     steps.resolve(problem, hypotheses, N)
     singles.sort(key=lambda h: h.merit)
-    if not hurry() and singles and not settled(problem, singles[0].fit):
+    if not late() and singles and not settled(problem, singles[0].fit):
         stage("fitting pairs of effects")
         pairs = _pairs(problem, null, singles, found, N)
         hypotheses += [*pairs, *_swapped(problem, singles, pairs, N)]
         steps.resolve(problem, hypotheses, N)
-    if problem.fine < package_step:
+    if problem.fine < chosen_step:
         told = "the gap's model depends on its macro step more than the delivered one: fits rest on steps of"
         problem.warnings.append(f"{told} {1e3 * problem.fine:g} ms, the package's is {1e3 * package_step:g} ms")
     if held:
         held.problem.fine, held.problem.order = problem.fine, problem.order
-    end = list(stages)[-1] if hurry() else "finishing the best"
+    late()
     stage("finishing the best")
     search.finish(problem, null, N)
     judged = judge(problem, hypotheses, N)
-    for j in judged[: 1 if hurry() else FINALISTS]:
+    for j in judged[: 1 if late() else FINALISTS]:
         if j.score < judged[0].score + NEAR:
             search.finish(problem, j.hypothesis, N)
     judged = judge(problem, hypotheses, N, judged)
-    if not hurry():
+    if not late():
         stage("trying what is alike")
         judged = _alike(problem, judged, found, N)
-    if hurry():
-        problem.warnings.append(f"ended before everything was tried, while {end}: probabilities are too sure")
-    else:
+    if not late():
+        stage("trying the best without its effects")
         judged = _backward(problem, judged, N)
+    if late():
+        problem.warnings.append(f"ended before everything was tried, while {cut}: probabilities are too sure")
     stage("looking at what is left")
     rows = problem.rows([judged[0].hypothesis.fit.point], problem.coarse)[0]
     assert rows is not None
@@ -240,7 +252,10 @@ def _nearer(problem: Problem, null: Hypothesis, N: np.ndarray) -> list[np.ndarra
 def _hold(learned: Problem, campaign: Campaign) -> Held:
     """The campaign's held-out runs, simulated as those that are learned from."""
     problem = pose(campaign, learned.catalogue, learned.pool)
-    return Held(problem, steps.as_chosen(problem, learned))
+    problem.base, problem.candidates = learned.base, learned.candidates
+    delivered = steps.as_chosen(problem, learned)
+    plausible.check(problem, delivered)
+    return Held(problem, delivered)
 
 
 def _large(

@@ -7,7 +7,8 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from ...core.units import UNITS, convert, unit
+from ...core.units import convert, unit
+from ..campaign import si
 
 _SUPERSCRIPT = str.maketrans("-0123456789", "⁻⁰¹²³⁴⁵⁶⁷⁸⁹")
 
@@ -92,7 +93,7 @@ class Shown:
 
     def __init__(self, measured: str, own: str | None):
         self.unit = pretty(measured)
-        self._from = own if own is not None else _si(measured)
+        self._from = own if own is not None else si(measured)
         self._to = measured
 
     def value(self, x: np.ndarray) -> np.ndarray:
@@ -102,11 +103,6 @@ class Shown:
     def difference(self, x):
         """Differences of readings."""
         return x * (unit(self._from).factor / unit(self._to).factor)
-
-
-def _si(name: str) -> str:
-    here = unit(name)
-    return next(u.name for u in UNITS.values() if u.same_dimension(here) and u.factor == 1.0 and u.offset == 0.0)
 
 
 def _minus(text: str) -> str:

@@ -425,7 +425,7 @@ def _next(d: Diagnosis) -> dict[str, Any] | None:
 
 def _change(problem: Problem, name: str, value: Any) -> tuple[str, str]:
     info = problem.runs[0]
-    addresses = [a for a in info.values if a == name or a.split(".", 1)[1] == name]
+    addresses = [a for a in info.values if a == name or a.partition(".")[2] == name]
     unit = pretty(next((problem.parameter_units[a] for a in addresses if a in problem.parameter_units), "1"))
     old = info.changes.get(name, info.values.get(addresses[0]) if addresses else None)
     new = f"{name} = {given(value)} {unit}".strip()

@@ -1,6 +1,7 @@
 """The whole diagnosis on a toy: measurements from scipy, the model an FMU of plain pythonfmu with its own catalogue."""
 
 import json
+import re
 import signal
 
 import numpy as np
@@ -8,7 +9,7 @@ import pytest
 from deepsea_cosim.gap.campaign import read
 from deepsea_cosim.gap.cli import main
 from deepsea_cosim.gap.diagnose import diagnose
-from deepsea_cosim.gap.result import make
+from deepsea_cosim.gap.result import make, parameter_set
 from deepsea_cosim.gap.terminal import _Patience
 from deepsea_cosim.master.session import Session
 
@@ -159,6 +160,9 @@ BAD = {
     "the column of the time": (lambda text: text.replace('column = "x"', 'column = "time"'), "cannot be the column"),
     "a number of 400 digits": (lambda text: text.replace("0.2", "9" * 400), "is not finite"),
     "no file": (lambda text: text.replace("run0.csv", "a\\u0000"), "is not the name of a file"),
+    "a moment in ms": (
+        lambda text: text.replace('"run0.csv"', '"run0.csv"\n[[run.event]]\nconnector = "o.x"\ntarget = 0.01\n'
+                                  'within = 0.001\nafter = 0.0\nstd = 0.1\ntime = 7625'), "is it in seconds?"),
     "no such base": (lambda text: text + '[[base]]\nparameter = "o.q"\ntolerance = 0.1\n', "no component has a param"),
 }
 
@@ -276,6 +280,27 @@ def test_moments_are_measurements_too(toys, tmp_path):
     assert first["runs"] == ["d 2.0", "d 3.0"]
     assert first["measured"] == pytest.approx(_settles(2.0) - _settles(3.0), abs=1e-3)
     assert first["std"] == pytest.approx(0.01 * np.sqrt(2.0))
+
+
+def test_limits_that_are_kept_say_that_nothing_is_missing(toys, tmp_path):
+    """Not one residual: no division by what is not there."""
+    path = campaign(tmp_path, toys, [])
+    text = path.read_text().split("[[channel]]")[0]
+    text += '[[run]]\nname = "step"\nstop_time = 8\nparameters = { "o.u" = 2.0 }\n'
+    text += '[[run.event]]\nconnector = "o.x"\ntarget = 0.025\nwithin = 0.001\nafter = 0\nstd = 0.01\nat_most = 7.9\n'
+    path.write_text(text)
+    assert make(diagnose(read(path), processes=1))["verdict"] == "no_significant_gap"
+
+
+def test_the_calibrated_parameters_stand_there_once(toys, tmp_path):
+    """The run states k by its bare name, and the refit of o.k is that of the same parameter."""
+    path = campaign(tmp_path, toys, [measure(3, lambda t, x, v: 0.0)])
+    path.write_text(path.read_text().replace('"run0.csv"', '"run0.csv"\nparameters = { k = 75.0 }'))
+    d = diagnose(read(path), processes=1)
+    assert "o.k" in d.chosen.hypothesis.fit.point
+    assert parameter_set(d).count('name="o.k"') == 1
+    k = float(re.search(r'name="o.k"><ssv:Real value="([^"]+)"', parameter_set(d))[1])
+    assert k == pytest.approx(78.0, rel=0.01)
 
 
 def _settles(d, m=2.0, k=80.0, force=2.0):

@@ -81,6 +81,32 @@ def test_an_effect_that_moves_every_instant_is_followed_by_wide_differences():
     assert abs(found.u[1] - truth["b"]) < 0.05
 
 
+def test_roughness_is_of_readings_in_floors_not_in_their_units():
+    """A pressure in Pa that is smooth must not hide a position in m that is not."""
+    t = np.tile(np.linspace(0.0, 10.0, 500), 2)
+    position = np.arange(1000) < 500
+    floor = np.where(position, 1e-3, 1e3)
+
+    def machine(p):
+        ripple = 0.01 * np.sin(1e6 * p["a"] * t)
+        return np.where(position, 0.007 * p["a"] * np.cos(t) + ripple, 1e5 * (1.0 + 0.01 * p["a"]) * np.sin(t))
+
+    y = machine({"a": 1.1}) + floor * np.random.default_rng(0).normal(size=1000)
+    obs = gather([
+        (0, 0, "m.x", t[:500], y[:500], 1e-3, None, True), (0, 1, "m.p", t[500:], y[500:], 1e3, None, True),
+    ])  # fmt: skip
+    given = {"difference": 1e-4, "smooth": {}, "hurry": lambda: False}
+    p = SimpleNamespace(obs=obs, runs=[0], answer=both(machine, machine), **given)
+    solve(p, (unknown("a"),), start=np.array([1.0]))
+    assert p.smooth == {"a": False}
+
+
+def test_what_moves_nothing_is_not_yet_known_to_be_smooth():
+    p = problem(lambda p: np.sin(T) + max(0.0, p["a"] - 1.0) * np.cos(T), {"a": 0.0})
+    solve(p, (unknown("a"),), iterations=1)
+    assert p.smooth == {}
+
+
 def test_stays_within_bounds():
     p = problem(wave, {"a": 0.7, "b": 0.0, "c": 0.0})
     found, _ = solve(p, (unknown("a", high=0.5), unknown("b"), unknown("c")))

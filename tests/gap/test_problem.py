@@ -8,9 +8,10 @@ import pytest
 from deepsea_cosim.core.errors import CosimError, UnknownNameError
 from deepsea_cosim.gap import steps
 from deepsea_cosim.gap.campaign import read
-from deepsea_cosim.gap.catalogue import Experiment, Measurable, load, load_from_package
+from deepsea_cosim.gap.catalogue import Base, Experiment, Measurable, load, load_from_package
+from deepsea_cosim.gap.judge import prior
 from deepsea_cosim.gap.noise import rms
-from deepsea_cosim.gap.problem import Unknown, check_catalogue, matching, pose
+from deepsea_cosim.gap.problem import Unknown, _base, check_catalogue, matching, pose
 from deepsea_cosim.gap.steps import choose_difference, lengthen, numerical_gap
 from deepsea_cosim.master.pool import Pool
 from deepsea_cosim.master.session import Session
@@ -133,3 +134,20 @@ def test_a_step_that_does_not_matter_is_not_extrapolated(posed):
         delivered, _ = numerical_gap(problem)
         assert problem.order == 0
         np.testing.assert_array_equal(problem.exact([{}])[0], delivered)
+
+
+def test_two_base_entries_of_one_parameter_are_refused():
+    """k means that of every component; o.k named as well would be refitted twice."""
+    run = SimpleNamespace(values={"o.k": 1.0, "q.k": 2.0})
+    catalogue = SimpleNamespace(base=[Base("k", 0.05)], effects=())
+    c = SimpleNamespace(base={}, file="c.toml")
+    assert [x.addresses for x in _base(c, catalogue, [run], [])] == [("o.k", "q.k")]
+    c.base = {"o.k": 0.1}
+    with pytest.raises(CosimError, match=r"two entries mean 'o.k'"):
+        _base(c, catalogue, [run], [])
+
+
+def test_prior_of_one_sensors_effect_in_two_channels():
+    one = [SimpleNamespace(id="bias", weight=0.5), SimpleNamespace(id="bias", weight=0.5)]
+    problem = SimpleNamespace(candidates=one)
+    assert 0.0 < prior(problem, SimpleNamespace(candidates=tuple(one))) < prior(problem, SimpleNamespace(candidates=()))

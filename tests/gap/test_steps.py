@@ -27,7 +27,7 @@ def problem(truth, late):
     y = machine(truth, 0.0) + np.random.default_rng(0).normal(0.0, NOISE, len(T))
     obs = gather([(0, 0, "m.x", T, y, NOISE, None, True)])
     p = SimpleNamespace(obs=obs, runs=[0], difference=1e-4, smooth={}, hurry=lambda: False, base=(GAIN,), factor=4)
-    p.fine, p.order = 1.0, 0
+    p.fine, p.order, p.method = 1.0, 0, "gauss-seidel"
     p.evaluate = lambda points: [machine(q, late * p.fine * p.factor) for q in points]
     p.exact = lambda points: [machine(q, late * p.fine) for q in points]
     p.answer = lambda a, b: (p.evaluate(a), p.exact(b))
