@@ -25,9 +25,6 @@ from .search import Hypothesis
 
 PRIOR_NULL, PRIOR_SINGLE, PRIOR_PAIR = 0.3, 0.5, 0.2
 
-TAILS = 4.0
-"""Degrees of freedom of the sensors' biases."""
-
 
 @dataclass
 class Judged:
@@ -60,16 +57,6 @@ def occam(problem: Problem, fit: Fit, phi: float) -> float:
     return float(np.linalg.slogdet(whole)[1] - np.linalg.slogdet(whole[np.ix_(base, base)])[1])
 
 
-def strain(fit: Fit) -> float:
-    """What the unknowns and the sensors' biases of a fit cost: -2 ln of their prior density.
-
-    A bias has Student's distribution with `TAILS` degrees of freedom, for some sensors are much worse than usual ones,
-    and what a model misses shifts its biases, too.
-    """
-    q = fit.q[: fit.channels]
-    return fit.strain() + (TAILS + 1.0) * float(np.log1p(q * q / TAILS).sum())
-
-
 def prior(problem: Problem, h: Hypothesis) -> float:
     """Prior probability of a hypothesis."""
     ids = len({c.id for c in problem.candidates})
@@ -100,7 +87,7 @@ def judge(
     for j in made:
         j.terms = {
             "fit": calibration.weight(j.shared, len(problem.obs)),
-            "penalty": strain(j.fit),
+            "penalty": j.fit.penalty(),
             "occam": occam(problem, j.fit, phi),
             "prior": -2.0 * float(np.log(prior(problem, j.hypothesis))),
         }

@@ -323,7 +323,10 @@ def extend(
     problem: Problem, at: Hypothesis, found: Sequence[Secant], N: np.ndarray, most: int, kept: int,
     others: Sequence[Secant] = (),
 ) -> list[Hypothesis]:
-    """Fits of a hypothesis with one candidate more: `most` are begun, about `kept` carried to the end. Best first."""
+    """Fits of a hypothesis with one candidate more: `most` are begun, about `kept` carried to the end. Best first.
+
+    What was found to promise most goes on in any case: a first look may stop on its way.
+    """
     have = {c.label for c in at.candidates}
     chosen = [*[s for s in found if s.candidate.label not in have][:most], *others]
     begun = drive(problem, [_ask(problem, s, N, QUICK) for s in chosen])
@@ -331,10 +334,11 @@ def extend(
         Hypothesis((*at.candidates, s.candidate), f, quick=True)
         for s, f in zip(chosen, begun, strict=True) if f is not None
     ]  # fmt: skip
+    promised = made[: (kept + 1) // 2]
     elsewhere = sorted(made[len(chosen) - len(others) :] if others else [], key=lambda h: h.merit)[:STARTS_KEPT]
     made.sort(key=lambda h: h.merit)
     going = made[:kept] + [h for h in made[kept : 2 * kept] if h.merit < made[0].merit + CLOSE]
-    going += [h for h in elsewhere if not any(h is g for g in going)]
+    going += [h for h in (*elsewhere, *promised) if not any(h is g for g in going)]
     going = [h for h in going if h.fit.rms < BEHIND * max(made[0].fit.rms, 1.0)]
     carry_on(problem, going, N, TASTE)
     best = min((h.fit.rms for h in going), default=0.0)

@@ -33,7 +33,7 @@ ALONE, STARTS = (-1.0, -0.75, -0.5, -0.25, 0.25, 0.5, 0.75, 1.0), 2
 """Shares of its range at which a base parameter is tried alone, and fits that start there."""
 
 FINALISTS = 3
-"""Hypotheses whose fits are carried to the end."""
+"""Hypotheses whose fits are carried to the end, beside those that have plainly stopped on their way."""
 
 PROMISING = 0.6
 """RMS of the best pair, as a share of the best single effect's, below which one of its two effects may be right."""
@@ -189,8 +189,9 @@ def study(
     stage("finishing the best")
     search.finish(problem, null, N)
     judged = judge(problem, hypotheses, N)
-    for j in judged[: 1 if late() else FINALISTS]:
-        if j.score < judged[0].score + NEAR:
+    for place, j in enumerate(judged):
+        wanted = place < FINALISTS or _stopped(j, judged)
+        if place == 0 or (wanted and j.score < judged[0].score + NEAR and not late()):
             search.finish(problem, j.hypothesis, N)
     judged = judge(problem, hypotheses, N, judged)
     if not late():
@@ -278,6 +279,12 @@ def _large(
         for h in singles:
             steps.lay_aside(h)
     return null, found, search.best_of_each([*large.fits(problem, starts, N), *singles], lambda h: h.merit)
+
+
+def _stopped(j: Judged, judged: list[Judged]) -> bool:
+    """Whether a fit leaves more than one without some of its effects: it has not arrived."""
+    mine = set(j.hypothesis.candidates)
+    return any(set(k.hypothesis.candidates) < mine and k.shared < j.shared for k in judged)
 
 
 def _alike(problem: Problem, judged: list[Judged], found: list[Secant], N: np.ndarray) -> list[Judged]:
