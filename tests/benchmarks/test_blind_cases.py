@@ -10,7 +10,7 @@ from benchmarks.blind.score import Outcome, Said, Truth, score
 
 SEED = 5
 RIGHT = {
-    132: "sensor_scale, 0.4 floors",
+    15: "relief_override, 11 floors",
     176: "valve_dead_zone, 0.4 floors",
     67: "nothing wrong",
     158: "a valve with play, not in the catalogue",

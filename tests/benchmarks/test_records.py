@@ -97,12 +97,14 @@ def test_records_grow_case_by_case_and_the_last_word_counts(folder):
 
 
 def test_a_record_is_judged_again_as_its_diagnosis_was():
-    """With the calibration of commit fd6e16c, whose diagnoses told a dozen causes and made these add up to 1."""
-    file = Path(records.__file__).parent / "records" / "seed-20261125.jsonl"
-    weights = (4.159424214845128, 3.178251009545644, 0.9313920996243663)
-    earlier = Calibration(15.0, 0.02, 1.0, 0.1, weights, misjudged=0.03, stuck=0.12)
+    """With the calibration of commit ca363ed, of which the cases from 78 on are."""
+    file = Path(records.__file__).parent / "records" / "development-20261125.jsonl"
+    weights = (7.4215950977889635, 3.1057294571178846, 1.219103301980494)
+    earlier = Calibration(15.0, 0.01, 1.0, 0.2, weights, misjudged=0.03, stuck=0.1)
     alike = 0
     for record in load(file):
+        if record.name < "case_0078":
+            continue
         again = recalibrated(record, earlier)
         (before, told), (after, now) = (
             (tuple(c["effects"]), c["probability"])
@@ -114,4 +116,4 @@ def test_a_record_is_judged_again_as_its_diagnosis_was():
         elif after == before:
             assert 0.85 * told < now <= told * (1.0 + 1e-3)
         assert sum(c["probability"] for c in again.diagnosis["causes"]) == pytest.approx(1.0)
-    assert alike > 20
+    assert alike > 10
