@@ -325,7 +325,7 @@ def extend(
 ) -> list[Hypothesis]:
     """Fits of a hypothesis with one candidate more: `most` are begun, about `kept` carried to the end. Best first.
 
-    What was found to promise most goes on in any case: a first look may stop on its way.
+    Near the data, what was found to promise most goes on in any case: a first look may stop on its way.
     """
     have = {c.label for c in at.candidates}
     chosen = [*[s for s in found if s.candidate.label not in have][:most], *others]
@@ -334,7 +334,7 @@ def extend(
         Hypothesis((*at.candidates, s.candidate), f, quick=True)
         for s, f in zip(chosen, begun, strict=True) if f is not None
     ]  # fmt: skip
-    promised = made[: (kept + 1) // 2]
+    promised = made[: (kept + 1) // 2] if at.fit.rms < MUCH else []
     elsewhere = sorted(made[len(chosen) - len(others) :] if others else [], key=lambda h: h.merit)[:STARTS_KEPT]
     made.sort(key=lambda h: h.merit)
     going = made[:kept] + [h for h in made[kept : 2 * kept] if h.merit < made[0].merit + CLOSE]
