@@ -281,15 +281,14 @@ def load_from_package(package: Path) -> Catalogue:
     """The catalogue packed in an .ssp."""
     import zipfile
 
-    from ..ssp.reader import DEFAULT
+    from ..ssp.reader import DEFAULT, no_package
 
     if not package.is_file():
         raise PackageError(f"{package}: no such file")
     try:
         with zipfile.ZipFile(package) as archive:
             if DEFAULT not in archive.namelist():
-                fmu = " but an FMU; pack it into one" if "modelDescription.xml" in archive.namelist() else ""
-                raise PackageError(f"{package}: {DEFAULT} is missing: this is not an SSP package{fmu}")
+                raise PackageError(f"{package}: {no_package(archive.namelist())}")
             return parse(archive.read(PACKED).decode("utf-8"), f"{package}/{PACKED}")
     except KeyError:
         raise PackageError(f"{package}: holds no {PACKED}; name a catalogue with 'effects' in the campaign") from None

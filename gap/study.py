@@ -185,7 +185,7 @@ def study(
         problem.warnings.append(f"{told} {1e3 * problem.fine:g} ms, the package's is {1e3 * package_step:g} ms")
     if held:
         held.problem.fine, held.problem.order = problem.fine, problem.order
-    late()
+    late()  # what is cut short is the stage before
     stage("finishing the best")
     search.finish(problem, null, N)
     judged = judge(problem, hypotheses, N)

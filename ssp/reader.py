@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Collection
 from dataclasses import replace
 from pathlib import Path
 
@@ -55,6 +56,15 @@ def read(package: Path, folder: Path, variant: str | None = None) -> SystemStruc
     return _Reader(folder, budget).read(variant, f"{package}: ")
 
 
+def no_package(files: Collection[str]) -> str:
+    """What to say of files of which none is `SystemStructure.ssd`."""
+    variants = sorted(name for name in files if name.endswith(".ssd") and "/" not in name)
+    more = f"; it has {', '.join(variants)}: choose with --variant" if variants else ""
+    if "modelDescription.xml" in files:
+        more = " but an FMU; a package with a SystemStructure.ssd has to say how it is run"
+    return f"{DEFAULT} is missing: this is not an SSP package{more}"
+
+
 class _Reader:
     """A folder of an extracted package; other folders, and packages inside it, get readers of their own."""
 
@@ -79,10 +89,7 @@ class _Reader:
         names = self.variants()
         if variant is None:
             if DEFAULT not in names:
-                more = f"; it has {', '.join(names)}: choose with --variant" if names else ""
-                if (self.folder / "modelDescription.xml").is_file():
-                    more = " but an FMU; a package with a SystemStructure.ssd has to say how it is run"
-                raise PackageError(f"{shown}{DEFAULT} is missing: this is not an SSP package{more}")
+                raise PackageError(shown + no_package([p.name for p in self.folder.iterdir() if p.is_file()]))
             return replace(self.description(DEFAULT), variants=tuple(names))
         if variant not in names and f"{variant}.ssd" in names:
             variant = f"{variant}.ssd"

@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 
 from ..noise import rms
-from ..problem import Problem, Unknown
+from ..problem import Problem, Unknown, matching
 from ..result import Diagnosis
 from ..verdict import NONE, UNKNOWN, Cause
 from ..where import excess
@@ -425,7 +425,7 @@ def _next(d: Diagnosis) -> dict[str, Any] | None:
 
 def _change(problem: Problem, name: str, value: Any) -> tuple[str, str]:
     info = problem.runs[0]
-    addresses = [a for a in info.values if a == name or a.partition(".")[2] == name]
+    addresses = matching(name, info.values)
     unit = pretty(next((problem.parameter_units[a] for a in addresses if a in problem.parameter_units), "1"))
     old = info.changes.get(name, info.values.get(addresses[0]) if addresses else None)
     new = f"{name} = {given(value)} {unit}".strip()

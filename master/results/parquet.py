@@ -40,7 +40,7 @@ class ParquetWriter:
                 for c in columns
             ]
         )
-        self._parts, self._most = 0, MOST_PARTS
+        self._parts, self._most = 0, MOST_PARTS + 1  # and one of the columns alone
         with writing(path):
             if path.is_dir():
                 shutil.rmtree(path)

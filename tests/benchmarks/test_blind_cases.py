@@ -9,19 +9,21 @@ from benchmarks.blind.generate import write_case
 from benchmarks.blind.score import Outcome, Said, Truth, score
 
 SEED = 5
-RIGHT = {
+CASES = {
     15: "relief_override, 11 floors",
+    132: "sensor_scale, 0.4 floors",
     176: "valve_dead_zone, 0.4 floors",
     67: "nothing wrong",
     158: "a valve with play, not in the catalogue",
 }
+TOO_SMALL = pytest.mark.xfail(reason="called none since what is left counts less below 0.3 floors", strict=True)
 
 
 @pytest.fixture(scope="module")
 def outcomes(built, tmp_path_factory):
     folder = tmp_path_factory.mktemp("blind")
     made = {}
-    for index in RIGHT:
+    for index in CASES:
         answer = write_case(SEED, index, folder, built / "deepsea_0km.ssp", refit=False)
         assert answer["case"] == index
         name = f"case_{index:04d}"
@@ -33,14 +35,16 @@ def outcomes(built, tmp_path_factory):
     return made
 
 
-@pytest.mark.parametrize("index", RIGHT, ids=RIGHT.values())
+@pytest.mark.parametrize(
+    "index", [pytest.param(k, id=v, marks=TOO_SMALL if k == 132 else ()) for k, v in CASES.items()]
+)
 def test_right_answer(outcomes, index):
     assert outcomes[index].exact, outcomes[index].said.names
 
 
 def test_scores(outcomes):
     result = score(list(outcomes.values()))
-    assert result["cases"] == len(RIGHT)
+    assert result["cases"] == len(CASES)
     assert result["failed"] == 0
     assert result["false_alarms"]["hits"] == 0
     assert result["unknown_recall"]["hits"] == 1

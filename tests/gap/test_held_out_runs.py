@@ -4,9 +4,11 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from deepsea_cosim.gap import catalogue
 from deepsea_cosim.gap.campaign import CampaignError, read
 from deepsea_cosim.gap.diagnose import diagnose
 from deepsea_cosim.gap.fit import bias
+from deepsea_cosim.gap.problem import pose
 from deepsea_cosim.gap.result import make
 from deepsea_cosim.gap.study import _hold
 from deepsea_cosim.master.pool import Pool
@@ -18,7 +20,7 @@ SPEED = '[[channel]]\ncolumn = "v"\nconnector = "o.v"\nunit = "m/s"\nnoise_std =
 
 @pytest.fixture
 def uneven(toys, tmp_path):
-    """Two runs with position and speed; the second, held out, has no speed and a fifth of the motion."""
+    """Two runs with position and speed; the second, held out, has no speed and less of the motion."""
     stiff = [measure(seed, lambda t, x, v: -300.0 * x**3) for seed in (7, 8)]
     path = campaign(tmp_path, toys, stiff)
     text = path.read_text().replace('file = "run1.csv"', 'file = "run1.csv"\nuse = "holdout"')
@@ -60,9 +62,6 @@ def test_the_parameter_of_a_held_out_run_may_be_what_a_base_parameter_scales(une
     """With o.d = 0 there is nothing to scale in that run, but the others refit it."""
     uneven.write_text(uneven.read_text().replace('use = "holdout"', 'use = "holdout"\nparameters = { "o.d" = 0.0 }'))
     c = read(uneven)
-    from deepsea_cosim.gap import catalogue
-    from deepsea_cosim.gap.problem import pose
-
     with Pool(c.system, None, 1) as pool:
         learned = pose(replace(c, runs=c.runs[:1]), catalogue.load(c.effects), pool)
         held = _hold(learned, replace(c, runs=c.runs[1:]))
