@@ -30,8 +30,10 @@ def _drop_stale_kernels() -> None:
         mark.write_text(digest.hexdigest())
 
 
-def pytest_configure() -> None:
+def pytest_configure(config: pytest.Config) -> None:
     _drop_stale_kernels()
+    if hasattr(config.option, "loadscopereorder"):  # xdist would begin the files of few and long tests last
+        config.option.loadscopereorder = False
 
 
 @pytest.fixture(scope="session")
