@@ -17,3 +17,8 @@ from numba import njit
 def kernel(function: Callable[..., Any]) -> Callable[..., Any]:
     """Compile with IEEE arithmetic (no fast-math), division by zero giving inf, cached on disk."""
     return njit(cache=True, error_model="numpy")(function)
+
+
+def free_kernel(function: Callable[..., Any]) -> Callable[..., Any]:
+    """A kernel that lets other threads run meanwhile."""
+    return njit(cache=True, error_model="numpy", nogil=True)(function)

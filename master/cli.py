@@ -241,7 +241,7 @@ def _run(options: argparse.Namespace) -> int:
                 plotter.append(stack.enter_context(Plotter()))
             show(done, total)
 
-        result = run(options.package, folder, settings, progress=progress)
+        result = run(options.package, folder, settings, progress=progress, give_up=_give_up)
         files = [options.results, "summary.json", "manifest.json"]
         if plotter:
             title = f"{options.package.stem} ({options.method}, step {result.summary['step_s']:g} s)"
@@ -258,6 +258,15 @@ def _run(options: argparse.Namespace) -> int:
         for name in files:
             print(f"  {folder / name}")
     return 0
+
+
+def _give_up(said: str) -> NoReturn:
+    """The run was asked to end, and an FMU does not come back to let it."""
+    from .setup import forget_unpacked
+
+    print(f"cosim-master: interrupted: {said}", file=sys.stderr, flush=True)
+    forget_unpacked()
+    os._exit(130)
 
 
 def command() -> NoReturn:

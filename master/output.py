@@ -1,14 +1,11 @@
-"""Around a run: the result folder, summary.json, versions, and Ctrl-C."""
+"""Around a run: the result folder, summary.json, versions."""
 
 from __future__ import annotations
 
 import json
 import platform
 import shutil
-import signal
-import threading
-from collections.abc import Iterator, Mapping
-from contextlib import contextmanager
+from collections.abc import Mapping
 from importlib import metadata
 from math import isfinite
 from pathlib import Path
@@ -19,25 +16,6 @@ from ..core.files import make_folder, writing
 from .results import SUFFIXES
 
 FILES = ("results.csv", "summary.json", "manifest.json", "overview.png")
-
-
-@contextmanager
-def interrupts() -> Iterator[list[int]]:
-    """A list that Ctrl-C, or a request to end (SIGTERM), makes non-empty.
-
-    An exception instead would end up in an FMU that is written in Python.
-    """
-    asked: list[int] = []
-    if threading.current_thread() is not threading.main_thread():
-        yield asked
-        return
-    kinds = (signal.SIGINT, signal.SIGTERM)
-    before = [signal.signal(kind, lambda number, _frame: asked.append(number)) for kind in kinds]
-    try:
-        yield asked
-    finally:
-        for kind, handler in zip(kinds, before, strict=True):
-            signal.signal(kind, handler)
 
 
 def versions() -> dict[str, str]:

@@ -21,9 +21,10 @@ from .bonds import find_bonds
 from .direct import at_once, probe
 from .engine.runner import Runner
 from .initialise import Initialiser
+from .interrupts import Interrupts, interrupts
 from .manifest import manifest, write_manifest
 from .options import Options, as_path, options_of
-from .output import interrupts, prepare_folder, versions, write_summary
+from .output import prepare_folder, versions, write_summary
 from .recording import SAMPLE, Recording
 from .results import SUFFIXES
 from .results.columns import Layout, elements
@@ -86,11 +87,14 @@ def run(
     log: Callable[[str, str, str], None] = lambda *_: None,
     progress: Callable[[int, int], None] = lambda *_: None,
     stride: int | None = None,
+    give_up: Callable[[str], object] | None = None,
 ) -> Result:
     """Run the SSP file `package`, write the results, summary.json and manifest.json into `folder`.
 
     `log` gets (component, status, text) of every message of an FMU, `progress` (steps done, steps in all) at the start
-    and now and then. `stride` is the distance of sampled points in steps, else what gives a few thousand.
+    and now and then. `stride` is the distance of sampled points in steps, else what gives a few thousand. `give_up` is
+    called when the run was asked to end and an FMU does not come back, in another thread and with everything written;
+    it gets what to say and has to end the process.
     Raises `CosimError`; what was recorded until then is kept on disk.
     """
     options = options or Options()
@@ -101,7 +105,7 @@ def run(
     if options.results and Path(options.results).suffix.lower() not in SUFFIXES:
         raise UsageError(f"{options.results}: results can be written as {', '.join(SUFFIXES)}")
     with ExitStack() as stack:
-        interrupt = stack.enter_context(interrupts())
+        interrupt = stack.enter_context(interrupts(give_up is not None))
         network = with_parameters(read_package(package, stack, options.variant), options.parameters)
         remarks = list(network.remarks)
         start, stop, step, n = times_of(network.structure, options.stop_time, options.step)
@@ -129,41 +133,93 @@ def run(
         drives = stimuli.read(options.stimuli, system) if options.stimuli is not None else []
         prepare_folder(folder, options.results)
         write_manifest(folder, manifest(package, network, options))
-        try:
-            load_slaves(slaves, stack, log)
-            program = system.program()
-            driven = {(drive.signal.component, drive.signal.name) for drive in drives}
-            values = [v for v in values if (v.component, v.variable) not in driven]
-            system.mute({v.variable for v in values if not v.component} | {n for c, n in driven if not c})
-            averaged = options.method not in AT_START
-            for column, drive in enumerate(drives):
-                mean = len(drives) + column if averaged and drive.straight else None
-                program.drive(drive.place, column, drive.signal.family, mean)
-                system.put(drive.signal, drive.at(np.array([start]))[0], drive.element)
-            Initialiser(system)(values, start, stop)
-            remarks += probe(system, options.method)
-            write(system, program)
-            system.show(program)
-            bonds = find_bonds(system)
-            answers = [at_once(system, bond) for bond in bonds]
-            if interrupt:
-                raise Interrupted("interrupted before the first step", start)
-            carrying = sloped(options.method, slaves.values())
-            energy = ResidualEnergy(bonds, layout.outputs, layout.inputs, answers, carrying)
-            file = folder / options.results if options.results else None
-            stride = stride or max(1, n // SAMPLE)
-            recording = Recording(system, layout, which, file, options.record_every, energy, stride)
-        except CosimError as error:
-            status = "interrupted" if isinstance(error, Interrupted) else "failed"
+
+        def unborn(status: str, error: object) -> None:
             with suppress(OutputError):
                 write_summary(folder, {"package": str(package), "status": status, "error": str(error), "steps": 0})
+
+        def abandon_start() -> None:
+            why = "an FMU does not come back from being loaded and initialised; --isolate says which"
+            unborn("interrupted", why)
+            give_up(why)  # type: ignore[misc]
+
+        def abandon_end() -> None:
+            give_up("an FMU does not come back from being ended; what was simulated is written")  # type: ignore[misc]
+
+        try:
+            with interrupt.away(abandon_start):
+                load_slaves(slaves, stack, log)
+                stack.callback(interrupt.go, abandon_end)
+                program = system.program()
+                driven = {(drive.signal.component, drive.signal.name) for drive in drives}
+                values = [v for v in values if (v.component, v.variable) not in driven]
+                system.mute({v.variable for v in values if not v.component} | {n for c, n in driven if not c})
+                averaged = options.method not in AT_START
+                for column, drive in enumerate(drives):
+                    mean = len(drives) + column if averaged and drive.straight else None
+                    program.drive(drive.place, column, drive.signal.family, mean)
+                    system.put(drive.signal, drive.at(np.array([start]))[0], drive.element)
+                Initialiser(system)(values, start, stop)
+                remarks += probe(system, options.method)
+                write(system, program)
+                system.show(program)
+                bonds = find_bonds(system)
+                answers = [at_once(system, bond) for bond in bonds]
+                if interrupt:
+                    raise Interrupted("interrupted before the first step", start)
+                carrying = sloped(options.method, slaves.values())
+                energy = ResidualEnergy(bonds, layout.outputs, layout.inputs, answers, carrying)
+                file = folder / options.results if options.results else None
+                stride = stride or max(1, n // SAMPLE)
+                recording = Recording(system, layout, which, file, options.record_every, energy, stride)
+        except CosimError as error:
+            unborn("interrupted" if isinstance(error, Interrupted) else "failed", error)
             raise
         stack.callback(recording.close)
         started = perf_counter()
         failure: CosimError | None = None
         loop = _Loop(system, program, layout, recording, drives, averaged, options.realtime)
+
+        def summary_of(status: str, error: object) -> dict[str, Any]:
+            wall = perf_counter() - started
+            simulated = loop.time - start
+            return {
+                "package": str(package),
+                "variant": network.structure.file.name,
+                "status": status,
+                "error": str(error) if error else None,
+                "method": options.method,
+                "order": system.order,
+                "start_time_s": start,
+                "stop_time_s": loop.time,
+                "step_s": step,
+                "steps": loop.done,
+                "setup_time_s": started - begin,
+                "wall_time_s": wall,
+                "real_time_factor": simulated / wall if wall > 0 else None,
+                "fmu_time_s": {
+                    name: slave.seconds + float(loop.runner.seconds[i])
+                    for i, (name, slave) in enumerate(slaves.items())
+                },
+                "coupling": energy.summary(),
+                "warnings": list(dict.fromkeys([*said(slaves.values()), *energy.warnings(), *remarks])),
+                "changes": dict(options.changes),
+                "columns": recording.names,
+                "versions": versions(),
+                "machine": {"system": platform.system(), "cpus": os.cpu_count()},
+            }
+
+        def abandon() -> None:
+            why = loop.abandon(start, step)
+            try:
+                recording.flush()
+                recording.close()
+                write_summary(folder, summary_of("interrupted", why))
+            finally:
+                give_up(why)  # type: ignore[misc]
+
         try:
-            loop.run(start, stop, step, n, progress, interrupt)
+            loop.run(start, stop, step, n, progress, interrupt, abandon)
             remarks += loop.ending(stop)
             recording.flush()
             recording.finish()
@@ -173,33 +229,8 @@ def run(
             failure = caught
             with suppress(OutputError):
                 recording.flush()
-        wall = perf_counter() - started
-        simulated = loop.time - start
-        summary = {
-            "package": str(package),
-            "variant": network.structure.file.name,
-            "status": "interrupted" if isinstance(failure, Interrupted) else "failed" if failure
-            else "ended" if loop.ended_by is not None else "ok",
-            "error": str(failure) if failure else None,
-            "method": options.method,
-            "order": system.order,
-            "start_time_s": start,
-            "stop_time_s": loop.time,
-            "step_s": step,
-            "steps": loop.done,
-            "setup_time_s": started - begin,
-            "wall_time_s": wall,
-            "real_time_factor": simulated / wall if wall > 0 else None,
-            "fmu_time_s": {
-                name: slave.seconds + float(loop.runner.seconds[i]) for i, (name, slave) in enumerate(slaves.items())
-            },
-            "coupling": energy.summary(),
-            "warnings": list(dict.fromkeys([*said(slaves.values()), *energy.warnings(), *remarks])),
-            "changes": dict(options.changes),
-            "columns": recording.names,
-            "versions": versions(),
-            "machine": {"system": platform.system(), "cpus": os.cpu_count()},
-        }
+        status = "interrupted" if isinstance(failure, Interrupted) else "failed" if failure else "ok"
+        summary = summary_of("ended" if loop.ended_by is not None and not failure else status, failure)
         try:
             write_summary(folder, summary)
         except OutputError:
@@ -334,14 +365,15 @@ class _Loop:
         self.ended_by: Slave | None = None
         """The FMU that has asked to end the run before its time."""
         self.done = 0
-        self.time = system.network.structure.start_time
+        self.time = self._stop = system.network.structure.start_time
 
     def run(
-        self, start: float, stop: float, h: float, n: int, progress: Callable[[int, int], None], interrupt: list[int]
-    ) -> None:
-        """Take n steps of h from start, the last one to stop."""
+        self, start: float, stop: float, h: float, n: int, progress: Callable[[int, int], None], interrupt: Interrupts,
+        abandon: Callable[[], None],
+    ) -> None:  # fmt: skip
+        """Take n steps of h from start, the last one to stop; `abandon` is for an FMU that does not come back."""
         recording = self.recording
-        self.time = start
+        self.time, self._stop = start, stop
         progress(0, n)
         self._check_start(start)
         begin = perf_counter()
@@ -354,7 +386,8 @@ class _Loop:
                 t = np.minimum(start + (self.done + np.arange(count + 1)) * h, stop)
                 driven = stimuli.driven_rows(self.drives, t, self.averaged)
             try:
-                self.runner.run(recording.rows(count), start, h, self.done, count, n, stop, driven, SLICE)
+                with interrupt.away(abandon):
+                    self.runner.run(recording.rows(count), start, h, self.done, count, n, stop, driven, SLICE)
             except SimulationError as error:
                 failed_in_step = self.runner._report[0] == 1
                 recording.took(start, h, self.done, self.runner.taken + failed_in_step)
@@ -371,12 +404,25 @@ class _Loop:
                 raise Interrupted(f"interrupted at t = {self.time:g} s", self.time)
             if self.runner.ended is not None and self.done < n:
                 self.ended_by = self.runner.ended
-                stop, n = self.time, self.done
+                self._stop = stop = self.time
+                n = self.done
         for drive in self.drives:
             self.system.put(drive.signal, drive.at(np.array([stop]))[0], drive.element)
-        self._exchange.once()
+        with interrupt.away(abandon):
+            self._exchange.once()
         recording.last(self.time)
         progress(n, n)
+
+    def abandon(self, start: float, h: float) -> str:
+        """Take what is complete of the steps that do not end, and say who it is that does not come back."""
+        complete, why = self.runner.stuck()
+        if self.time >= self._stop:
+            complete, why = 0, self._exchange.stuck()[1]
+        self.recording.took(start, h, self.done, complete)
+        self.done += complete
+        if complete:
+            self.time = start + self.done * h
+        return f"{why} at t = {self.time:g} s; --isolate with --step-timeout ends such a run by itself"
 
     def ending(self, stop: float) -> list[str]:
         """What is to be said of an FMU that has ended the run."""

@@ -11,7 +11,7 @@ from typing import Any
 
 import numpy as np
 
-from ...core.jit import kernel
+from ...core.jit import free_kernel, kernel
 from . import native
 
 SET, GET, SET_3, GET_3 = range(4)
@@ -57,7 +57,7 @@ UNMAPPED, EARLY, TOO_LARGE = 1000, 1001, 1002
 target's type."""
 
 
-@kernel
+@free_kernel
 def run(
     program: np.ndarray, constants: np.ndarray, tables: np.ndarray, reals: np.ndarray, integers: np.ndarray,
     i8: np.ndarray, u8: np.ndarray, i16: np.ndarray, u16: np.ndarray, i32: np.ndarray, u32: np.ndarray,
@@ -71,7 +71,7 @@ def run(
     at the start of each step and `inputs` as they are at its end; `finite` are the slots that have to be; seconds
     (slaves,) adds up time in doStep; clock is the address of clock_gettime or 0. Comes back early when more than
     `budget` seconds have passed, or after a step in which `ended` got the number + 1 of a slave. report: why it came
-    back, steps done, operation, status.
+    back, steps done, operation, status; while it runs, steps done and operation are already there.
     """
     spec = np.zeros(2, np.int64)
     where, told = spec.ctypes.data, u8.ctypes.data
@@ -80,11 +80,13 @@ def run(
         t = start + (first + k) * h
         step = h if first + k + 1 < total else last
         status, operation = 0, 0
+        report[1] = k
         for j in range(len(outputs)):
             rows[k, j] = reals[outputs[j]]
         for i in range(len(program)):
             o = program[i]
             code = o[0]
+            report[2] = i
             if code in (SET, GET):
                 status = native.exchange(o[1], o[2], o[3], o[4], o[5])
             elif code == COPY:

@@ -71,6 +71,7 @@ class Runner:
         many rows are complete.
         """
         board, stages = self.program.board, self.program.board.stages
+        self._report[:] = 0
         loop.run(
             self._operations, self._constants, self._tables, board.reals, board.integers,
             stages[loop.I8], stages[loop.U8], stages[loop.I16], stages[loop.U16], stages[loop.I32], stages[loop.U32],
@@ -100,6 +101,13 @@ class Runner:
                 f"component '{slave.name}' came back early from its step at t = {t:g} s, which it was not allowed to", t
             )
         raise slave.failure(doing, status, t if doing == "doStep" else None)
+
+    def stuck(self) -> tuple[int, str]:
+        """For another thread, while `run` does not come back: the rows that are complete, and who does not."""
+        done, operation = int(self._report[1]), int(self._report[2])
+        slave, doing = self.program.labels[operation]
+        who = f"component '{slave.name}'" if slave is not None else "the master"
+        return done, f"{who} does not come back from {doing}"
 
     @property
     def ended(self) -> Slave | None:

@@ -68,6 +68,29 @@ def test_a_hang_is_ended(fmus, tmp_path):
     assert left(tmp_path / "out")["time"].iloc[-1] == pytest.approx(0.5)
 
 
+@pytest.mark.parametrize("file", ["results.csv", "results.parquet"])
+def test_a_hang_in_the_masters_own_process_ends_soon_after_it_is_asked_to(fmus, tmp_path, file):
+    path = two(tmp_path / "p.ssp", fmus[2], FAULTS["hang"], 0.5)
+    command = [sys.executable, "-m", "deepsea_cosim.master.cli", str(path), "--out", str(tmp_path / "out"), "--no-plot"]
+    scratch = {**os.environ, "TMPDIR": str(tmp_path / "scratch")}
+    (tmp_path / "scratch").mkdir()
+    running = subprocess.Popen([*command, "--results", file], stderr=subprocess.PIPE, text=True, env=scratch)
+    assert _wait((tmp_path / "out" / "manifest.json").exists)
+    time.sleep(3.0)
+    running.terminate()
+    begin = time.monotonic()
+    told = running.communicate(timeout=60.0)[1]
+    assert time.monotonic() - begin < 30.0
+    assert running.returncode == 130
+    assert "component 'b' does not come back from doStep at t = 0.5 s; --isolate" in told
+    summary = json.loads((tmp_path / "out" / "summary.json").read_text())
+    assert (summary["status"], summary["stop_time_s"]) == ("interrupted", pytest.approx(0.5))
+    record = left(tmp_path / "out", file)
+    assert record["time"].iloc[-1] == pytest.approx(0.5, abs=0.011)
+    assert record["a.y1"].to_numpy() == pytest.approx(record["time"].to_numpy())
+    assert list((tmp_path / "scratch").iterdir()) == []
+
+
 def test_a_timeout_needs_a_process_of_its_own(fmus, tmp_path):
     with pytest.raises(UsageError, match="--step-timeout needs --isolate"):
         run(two(tmp_path / "p.ssp", fmus[2]), tmp_path / "out", Options(step_timeout=1.0))

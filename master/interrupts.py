@@ -1,0 +1,93 @@
+"""Ctrl-C and requests to end (SIGTERM), also where an FMU does not come back to let anybody hear of them."""
+
+from __future__ import annotations
+
+import signal
+import socket
+import threading
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager, nullcontext
+from time import monotonic
+
+KINDS = (signal.SIGINT, signal.SIGTERM)
+
+PATIENCE = 5.0
+"""How long a call of an FMU may take once the run was asked to end [s]."""
+
+
+class Interrupts(list[int]):
+    """The signals that asked the run to end.
+
+    An exception instead would end up in an FMU that is written in Python.
+    """
+
+    def __init__(self) -> None:
+        super().__init__()
+        self._rescue: Callable[[], object] | None = None
+        self._lock = threading.Lock()
+
+    @contextmanager
+    def away(self, rescue: Callable[[], object]) -> Iterator[None]:
+        """Where FMUs are called: if none comes back, another thread calls `rescue`, which has to end the process."""
+        self.go(rescue)
+        try:
+            yield
+        finally:
+            with self._lock:  # for ever, once somebody rescues
+                self._rescue = None
+
+    def go(self, rescue: Callable[[], object]) -> None:
+        """As `away`, to the end of the run."""
+        self._rescue = rescue
+
+    def watch(self, signals: socket.socket) -> None:
+        """Wait for a signal, and then for `PATIENCE` seconds, or until the other end is closed."""
+        up = float("inf")
+        while True:
+            signals.settimeout(None if up == float("inf") else max(0.01, up - monotonic()))
+            try:
+                got = signals.recv(64)
+            except TimeoutError:
+                got = bytes(1)
+            if not got:
+                return
+            if up == float("inf") and any(number in KINDS for number in got):
+                up = monotonic() + PATIENCE
+            with self._lock:
+                if self._rescue is not None and monotonic() >= up:
+                    self._rescue()
+
+
+@contextmanager
+def interrupts(watched: bool = False) -> Iterator[Interrupts]:
+    """What asks this run to end; `watched`: with a thread that looks whether it is heard.
+
+    The handlers of signals run in Python's main thread only, which sits in the FMU.
+    """
+    asked = Interrupts()
+    if threading.current_thread() is not threading.main_thread():
+        yield asked
+        return
+    before = [signal.signal(kind, lambda number, _frame: asked.append(number)) for kind in KINDS]
+    try:
+        with _watched(asked) if watched else nullcontext():
+            yield asked
+    finally:
+        for kind, handler in zip(KINDS, before, strict=True):
+            signal.signal(kind, handler)
+
+
+@contextmanager
+def _watched(asked: Interrupts) -> Iterator[None]:
+    ours, pythons = socket.socketpair()
+    pythons.setblocking(False)
+    before = signal.set_wakeup_fd(pythons.fileno(), warn_on_full_buffer=False)
+    thread = threading.Thread(target=asked.watch, args=(ours,), daemon=True)
+    thread.start()
+    try:
+        yield
+    finally:
+        signal.set_wakeup_fd(before)
+        pythons.close()
+        thread.join()
+        ours.close()
