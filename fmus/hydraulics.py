@@ -8,7 +8,7 @@ import numpy as np
 
 from ..core.errors import SimulationError
 from ..hydraulics_fmu import circuit, integrator
-from ..hydraulics_fmu.march import MEMORY, march, output_in_force
+from ..hydraulics_fmu.march import MEMORY, step
 from ..hydraulics_fmu.steady import steady_state
 from ..hydraulics_fmu.variables import HYDRAULICS
 from .slave import Slave
@@ -64,18 +64,15 @@ class DeepseaHydraulics(Slave):
                 self.warn("the input x_ref changes but is not followed: command.use_input is false")
             if abs(rate) > JUMP_RATE:
                 rate = 0.0
-        fault = march(self.y, self.w, self.memory, self.c, self.scale, t, h, x, v, ref, rate)
+        fault = step(self.y, self.w, self.memory, self.c, self.scale, t, h, x, v, ref, rate, self.out)
         if fault:
             raise SimulationError(f"{_FAULTS[fault]} at t = {t:g} s, step {h:g} s", t)
         self.last_ref, self.ref_rate = (t, ref), rate
-        held = output_in_force(t + h, self.memory, self.c)
-        circuit.outputs_at(self.y, self.c, t, h, x, v, ref, rate, held, self.out)
 
     def outputs(self) -> None:
         values = self.values
         x, v, ref = values.item(self._x), values.item(self._v), values.item(self._ref)
-        held = output_in_force(self.time, self.memory, self.c)
-        circuit.outputs_at(self.y, self.c, self.time, 0.0, x, v, ref, self.ref_rate, held, self.out)
+        step(self.y, self.w, self.memory, self.c, self.scale, self.time, 0.0, x, v, ref, self.ref_rate, self.out)
 
     def get_model_state(self) -> dict[str, Any]:
         return {

@@ -24,7 +24,7 @@ from typing import Any, ClassVar
 import numpy as np
 
 from ..core.errors import CosimError, ParameterError, SimulationError
-from ..core.variables import VariableTable
+from ..core.variables import Variable, VariableTable
 
 _thread = threading.local()
 
@@ -55,6 +55,11 @@ def reported(otherwise: Any) -> Callable[..., Any]:
     return decorate
 
 
+def _role(variable: Variable) -> int:
+    """What a variable is to the front library: 0 not real, 1 a real input, 2 a real output, 3 another real one."""
+    return {"input": 1, "output": 2}.get(variable.causality, 3) if variable.kind == "Real" else 0
+
+
 def _nan(vrs: list[int]) -> list[float]:
     return [float("nan")] * len(vrs)
 
@@ -81,16 +86,17 @@ class Instance:
         self.values = np.array([0.0 if v.start is None else v.start for v in self.table], dtype=np.float64)
         self._low = np.array([-np.inf if v.min is None else v.min for v in self.table])
         self._high = np.array([np.inf if v.max is None else v.max for v in self.table])
-        self._is_input = np.array([v.causality == "input" and v.kind == "Real" for v in self.table], dtype=np.uint8)
+        self._kinds = tuple(v.kind for v in self.table)
+        self._outputs = frozenset(i for i, v in enumerate(self.table) if v.causality == "output")
+        self._roles = np.array([_role(v) for v in self.table], dtype=np.uint8)
         self._stale = np.ones(1, dtype=np.int32)
-        outputs = [i for i, v in enumerate(self.table) if v.causality == "output"]
-        self.out = self.values[outputs[0] : outputs[-1] + 1]
+        self.out = self.values[min(self._outputs) : max(self._outputs) + 1]
         """The outputs' part of `values`; the table has them in a row."""
-        self._zeros = np.zeros(len(outputs))
+        self._zeros = np.zeros(len(self.out))
         self.time = 0.0
         self.running = False
         if self.has_front:
-            arrays = (self.values, self._low, self._high, self._is_input, self._stale)
+            arrays = (self.values, self._low, self._high, self._roles, self._stale)
             places = " ".join(f"{array.ctypes.data:#x}" for array in arrays)
             self.log(f"{places} {len(self.values)}", self.statuses.ok, "front")
 
@@ -159,9 +165,9 @@ class Instance:
     def read(self, vrs: list[int]) -> list[float]:
         """Values of real variables; outputs are brought up to date first."""
         self._known(vrs, "Real")
-        if self._stale[0] and any(self.table[i].causality == "output" for i in vrs):
+        if self._stale[0] and not self._outputs.isdisjoint(vrs):
             self._refresh()
-        return self.values[vrs].tolist()
+        return list(map(self.values.item, vrs))
 
     @reported(lambda vrs: [0] * len(vrs))
     def get_integer(self, vrs: list[int]) -> list[int]:
@@ -267,7 +273,7 @@ class Instance:
         for i in vrs:
             if not 0 <= i < len(self.values):
                 raise ParameterError(f"there is no variable with the value reference {i % 2**32}")
-            if self.table[i].kind != kind:
+            if self._kinds[i] != kind:
                 raise ParameterError(f"'{self.table[i].name}' is of type {self.table[i].kind}, not {kind}")
 
     def _may_set(self, i: int) -> None:

@@ -26,6 +26,7 @@ from .circuit import (
     SHORTEST,
     command,
     command_rate,
+    outputs_at,
 )
 from .controller import pid_output
 from .integrator import OK, advance
@@ -117,3 +118,15 @@ def output_in_force(t: float, memory: object, c: object) -> float:
     if c[SAMPLING] > 0.0:
         return memory[HELD] if memory[COUNT] > 0.0 else float("nan")
     return float("nan")
+
+
+@kernel
+def step(
+    y: object, w: object, memory: object, c: object, scale: object,
+    t_0: float, h: float, x_0: float, v_h: float, x_ref: float, ref_rate: float, out: object,
+) -> int:  # fmt: skip
+    """`march`, and the outputs at its end; with h = 0 those of the present state. One call from Python."""
+    status = march(y, w, memory, c, scale, t_0, h, x_0, v_h, x_ref, ref_rate)
+    if status == OK:
+        outputs_at(y, c, t_0, h, x_0, v_h, x_ref, ref_rate, output_in_force(t_0 + h, memory, c), out)
+    return status

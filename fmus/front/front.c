@@ -23,11 +23,13 @@
 #include <string.h>
 #include <strings.h>
 
+enum { NOT_REAL, INPUT, OUTPUT, PARAMETER };
+
 /* the variables in the memory of the Python instance, by value reference */
 typedef struct {
     double *values;
     const double *low, *high;       /* ranges */
-    const unsigned char *writable;  /* 1 for real inputs */
+    const unsigned char *role;      /* what each variable is */
     int *stale;                     /* set when outputs have to be computed anew before they are read */
     int count;
 } Shared;
@@ -83,7 +85,7 @@ static void on_log(fmi2ComponentEnvironment environment, fmi2String name, fmi2St
     if (category && !strcmp(category, "front")) {
         Shared s;
         if (sscanf(message, "%p %p %p %p %p %d", (void **)&s.values, (void **)&s.low, (void **)&s.high,
-                   (void **)&s.writable, (void **)&s.stale, &s.count) == 6)
+                   (void **)&s.role, (void **)&s.stale, &s.count) == 6)
             instance->shared = s;
         return;
     }
@@ -303,12 +305,21 @@ CALL(static, forward_set_real, SetReal,
 EXPORT fmi2Status fmi2GetReal(fmi2Component c, const fmi2ValueReference vr[], size_t n, fmi2Real value[])
 {
     const Instance *instance = c;
-    size_t i;
-    if (instance && instance->shared.values && !*instance->shared.stale && !instance->lost) {
-        for (i = 0; i < n && vr[i] < (unsigned)instance->shared.count; i++) value[i] = instance->shared.values[vr[i]];
-        if (i == n) return fmi2OK;
+    const Shared *s = instance ? &instance->shared : NULL;
+    size_t i, output = n;
+    fmi2Real first = 0.0;
+    fmi2Status status = fmi2OK;
+    if (!s || !s->values || instance->lost) return forward_get_real(c, vr, n, value);
+    for (i = 0; i < n; i++) {
+        if (vr[i] >= (unsigned)s->count || s->role[vr[i]] == NOT_REAL) return forward_get_real(c, vr, n, value);
+        if (s->role[vr[i]] == OUTPUT) output = i;
     }
-    return forward_get_real(c, vr, n, value);
+    if (*s->stale && output < n) { /* reading one brings all up to date */
+        status = forward_get_real(c, vr + output, 1, &first);
+        if (instance->lost) return status;
+    }
+    for (i = 0; i < n; i++) value[i] = status > fmi2Warning ? first : s->values[vr[i]];
+    return status;
 }
 
 EXPORT fmi2Status fmi2SetReal(fmi2Component c, const fmi2ValueReference vr[], size_t n, const fmi2Real value[])
@@ -318,7 +329,7 @@ EXPORT fmi2Status fmi2SetReal(fmi2Component c, const fmi2ValueReference vr[], si
     if (instance && instance->shared.values && !instance->lost) {
         const Shared *s = &instance->shared;
         for (i = 0; i < n; i++)
-            if (vr[i] >= (unsigned)s->count || !s->writable[vr[i]] ||
+            if (vr[i] >= (unsigned)s->count || s->role[vr[i]] != INPUT ||
                 !(value[i] >= s->low[vr[i]] && value[i] <= s->high[vr[i]])) /* also true for NaN */
                 return forward_set_real(c, vr, n, value);
         for (i = 0; i < n; i++) s->values[vr[i]] = value[i];
