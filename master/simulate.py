@@ -250,20 +250,20 @@ def run(
             file,
         )
     if options.check_step:
-        _check_step(result, package, options, step, stride, log, progress)
+        _check_step(result, package, options, step, stride, log, progress, give_up)
     return result
 
 
 def _check_step(
     result: Result, package: Path, options: Options, step: float, stride: int, log: Callable[[str, str, str], None],
-    progress: Callable[[int, int], None],
+    progress: Callable[[int, int], None], give_up: Callable[[str], object] | None,
 ) -> None:  # fmt: skip
     """Run once more with half the step, and put the estimated errors into the summary."""
     from .check_step import estimate, worst
 
     with tempfile.TemporaryDirectory(prefix="cosim_") as scratch:
         half = replace(options, step=0.5 * step, results="", check_step=False, realtime=False)
-        again = run(package, Path(scratch), half, log, progress, 2 * stride)
+        again = run(package, Path(scratch), half, log, progress, 2 * stride, give_up)
     assert result.sample is not None
     assert again.sample is not None
     errors = estimate(options.method, result.names, result.sample, again.sample)
