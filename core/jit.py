@@ -14,11 +14,11 @@ from typing import Any
 from numba import njit
 
 
-def kernel(function: Callable[..., Any]) -> Callable[..., Any]:
+def kernel(function: Callable[..., Any], nogil: bool = False) -> Callable[..., Any]:
     """Compile with IEEE arithmetic (no fast-math), division by zero giving inf, cached on disk."""
-    return njit(cache=True, error_model="numpy")(function)
+    return njit(cache=True, error_model="numpy", nogil=nogil)(function)
 
 
 def free_kernel(function: Callable[..., Any]) -> Callable[..., Any]:
     """A kernel that lets other threads run meanwhile."""
-    return njit(cache=True, error_model="numpy", nogil=True)(function)
+    return kernel(function, nogil=True)

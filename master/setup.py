@@ -204,7 +204,7 @@ def _plain(name: str) -> str:
 def read_package(package: Path, stack: ExitStack, variant: str | None = None) -> Network:
     """The network of an SSP file, unpacked into a folder that lives as long as `stack`."""
     scratch = stack.enter_context(tempfile.TemporaryDirectory(prefix="cosim_", ignore_cleanup_errors=True))
-    _unpacked[scratch] = Path(scratch)
+    _unpacked[scratch] = Path(scratch)  # for a process that is ended before its stack unwinds
     stack.callback(_unpacked.pop, scratch, None)
     return flatten(read(package, Path(scratch) / "ssp", variant))
 

@@ -8,6 +8,7 @@ import tempfile
 from collections.abc import Callable, Iterable
 from contextlib import ExitStack, suppress
 from dataclasses import dataclass, field, replace
+from functools import partial
 from pathlib import Path
 from time import perf_counter
 from typing import Any
@@ -209,8 +210,8 @@ def run(
                 "machine": {"system": platform.system(), "cpus": os.cpu_count()},
             }
 
-        def abandon() -> None:
-            why = loop.abandon(start, step)
+        def abandon(runner: Runner) -> None:
+            why = loop.abandon(runner, start, step)
             try:
                 recording.flush()
                 recording.close()
@@ -365,15 +366,15 @@ class _Loop:
         self.ended_by: Slave | None = None
         """The FMU that has asked to end the run before its time."""
         self.done = 0
-        self.time = self._stop = system.network.structure.start_time
+        self.time = system.network.structure.start_time
 
     def run(
         self, start: float, stop: float, h: float, n: int, progress: Callable[[int, int], None], interrupt: Interrupts,
-        abandon: Callable[[], None],
+        abandon: Callable[[Runner], None],
     ) -> None:  # fmt: skip
         """Take n steps of h from start, the last one to stop; `abandon` is for an FMU that does not come back."""
         recording = self.recording
-        self.time, self._stop = start, stop
+        self.time = start
         progress(0, n)
         self._check_start(start)
         begin = perf_counter()
@@ -386,7 +387,7 @@ class _Loop:
                 t = np.minimum(start + (self.done + np.arange(count + 1)) * h, stop)
                 driven = stimuli.driven_rows(self.drives, t, self.averaged)
             try:
-                with interrupt.away(abandon):
+                with interrupt.away(partial(abandon, self.runner)):
                     self.runner.run(recording.rows(count), start, h, self.done, count, n, stop, driven, SLICE)
             except SimulationError as error:
                 failed_in_step = self.runner._report[0] == 1
@@ -404,20 +405,17 @@ class _Loop:
                 raise Interrupted(f"interrupted at t = {self.time:g} s", self.time)
             if self.runner.ended is not None and self.done < n:
                 self.ended_by = self.runner.ended
-                self._stop = stop = self.time
-                n = self.done
+                stop, n = self.time, self.done
         for drive in self.drives:
             self.system.put(drive.signal, drive.at(np.array([stop]))[0], drive.element)
-        with interrupt.away(abandon):
+        with interrupt.away(partial(abandon, self._exchange)):
             self._exchange.once()
         recording.last(self.time)
         progress(n, n)
 
-    def abandon(self, start: float, h: float) -> str:
+    def abandon(self, runner: Runner, start: float, h: float) -> str:
         """Take what is complete of the steps that do not end, and say who it is that does not come back."""
-        complete, why = self.runner.stuck()
-        if self.time >= self._stop:
-            complete, why = 0, self._exchange.stuck()[1]
+        complete, why = runner.stuck()
         self.recording.took(start, h, self.done, complete)
         self.done += complete
         if complete:

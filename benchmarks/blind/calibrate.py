@@ -84,26 +84,24 @@ def recalibrated(record: Record, calibration: Calibration | None = None) -> Reco
     return record._replace(diagnosis={**record.diagnosis, "verdict": verdict, "causes": causes, "probabilities": {}})
 
 
+def _told(answer: dict[str, Any], diagnosis: dict[str, Any], calibration: Calibration) -> tuple[float, float]:
+    """Probability of the truth, and that it is not unknown."""
+    found = probabilities(diagnosis, calibration)
+    known = 1.0 - found[UNKNOWN]
+    if answer["kind"] == "unknown":
+        return found[UNKNOWN], known
+    truth = tuple(sorted(e["id"] for e in answer["effects"])) or NONE
+    return found.get(truth, calibration.lapse / len(found) * known), known
+
+
 def likelihood(cases: list[Case], calibration: Calibration) -> float:
     """Mean log probability of the truth among the causes that were fitted."""
-    total = 0.0
-    for answer, diagnosis in cases:
-        truth = tuple(sorted(e["id"] for e in answer["effects"])) or NONE
-        found = probabilities(diagnosis, calibration)
-        known = 1.0 - found[UNKNOWN]
-        total += np.log(found.get(truth, calibration.lapse / len(found) * known) / known)
-    return total / len(cases)
+    return float(np.mean([np.log(p / known) for p, known in (_told(*case, calibration) for case in cases)]))
 
 
 def overall(cases: list[Case], calibration: Calibration) -> float:
     """Mean log probability of the truth, which may be that it is unknown."""
-    total = 0.0
-    for answer, diagnosis in cases:
-        truth = tuple(sorted(e["id"] for e in answer["effects"])) or NONE
-        found = probabilities(diagnosis, calibration)
-        missed = calibration.lapse / len(found) * (1.0 - found[UNKNOWN])
-        total += np.log(found[UNKNOWN] if answer["kind"] == "unknown" else found.get(truth, missed))
-    return total / len(cases)
+    return float(np.mean([np.log(_told(*case, calibration)[0]) for case in cases]))
 
 
 def features_of(diagnosis: dict[str, Any], calibration: Calibration) -> np.ndarray:

@@ -10,8 +10,8 @@ from benchmarks.blind.score import Outcome, Said, Truth, score
 
 SEED = 5
 CASES = {
-    15: "relief_override, 11 floors",
     132: "sensor_scale, 0.4 floors",
+    176: "valve_dead_zone, 0.4 floors",
     67: "nothing wrong",
     158: "a valve with play, not in the catalogue",
 }
