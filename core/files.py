@@ -36,6 +36,32 @@ def exchange(one: Path, other: Path) -> None:
     away.rename(one)
 
 
+@contextmanager
+def held(folder: Path, by: str) -> Iterator[None]:
+    """Hold a folder; raises `OutputError` where another process or thread does, `by` says what that is.
+
+    The lock goes with its holder, however that ends. Where folders cannot be locked (Windows, some file servers)
+    everybody holds them.
+    """
+    try:
+        import fcntl
+
+        file = os.open(folder, os.O_RDONLY)
+    except (ImportError, OSError):
+        yield
+        return
+    try:
+        try:
+            fcntl.flock(file, fcntl.LOCK_EX | fcntl.LOCK_NB)
+        except BlockingIOError:
+            raise OutputError(f"{folder}: {by} is writing there") from None
+        except OSError:
+            pass
+        yield
+    finally:
+        os.close(file)
+
+
 def make_folder(path: Path) -> None:
     """Make the folder and those above it; raises `OutputError` where that, or a file in it, is not possible."""
     with writing(path):

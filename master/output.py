@@ -5,14 +5,15 @@ from __future__ import annotations
 import json
 import platform
 import shutil
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
+from contextlib import contextmanager
 from importlib import metadata
 from math import isfinite
 from pathlib import Path
 from typing import Any
 
 from ..core.errors import OutputError
-from ..core.files import make_folder, writing
+from ..core.files import held, make_folder, writing
 from .results import SUFFIXES
 
 FILES = ("results.csv", "summary.json", "manifest.json", "overview.png")
@@ -46,28 +47,31 @@ def _plain(value: Any) -> Any:
     return None if isinstance(value, float) and not isfinite(value) else value
 
 
-def prepare_folder(folder: Path, results: str = "") -> None:
-    """Make the result folder and that of the result file in it, or say why that is not possible.
+@contextmanager
+def result_folder(folder: Path, results: str = "") -> Iterator[None]:
+    """Make the result folder and that of the result file in it and hold it, or say why that is not possible.
 
     What an earlier run left, which would pass for this one's, is removed.
     """
     make_folder(folder)
-    if results:
-        make_folder((folder / results).parent)
-    earlier = _earlier_results(folder)
-    with writing(folder):
-        for name in FILES:
-            (folder / name).unlink(missing_ok=True)
-    for name in dict.fromkeys(filter(None, (earlier, results))):
-        _forget(folder / name)
+    with held(folder, "another run"):
+        if results:
+            make_folder((folder / results).parent)
+        earlier = _earlier_results(folder)
+        with writing(folder):
+            for name in FILES:
+                (folder / name).unlink(missing_ok=True)
+        for name in dict.fromkeys(filter(None, (earlier, results))):
+            _forget(folder / name)
+        yield
 
 
 def _earlier_results(folder: Path) -> str | None:
     """Name of the result file of the run before in the folder, by its manifest; None for what cannot be one."""
     try:
         name = json.loads((folder / "manifest.json").read_text())["options"]["results"]
-        fits = len(name) < 200 and name.isprintable() and Path(name).name == name
-        return name if fits and Path(name).suffix.lower() in SUFFIXES else None
+        fits = len(name) < 200 and name.isprintable() and Path(name).suffix.lower() in SUFFIXES
+        return name if fits and (folder / name).resolve().is_relative_to(folder.resolve()) else None
     except Exception:  # whatever stands there
         return None
 

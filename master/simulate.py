@@ -25,7 +25,7 @@ from .initialise import Initialiser
 from .interrupts import Interrupts, interrupts
 from .manifest import manifest, write_manifest
 from .options import Options, as_path, options_of
-from .output import prepare_folder, versions, write_summary
+from .output import result_folder, versions, write_summary
 from .recording import SAMPLE, Recording
 from .results import SUFFIXES
 from .results.columns import Layout, elements
@@ -132,7 +132,7 @@ def run(
         which = layout.chosen(options.record)
         layout.chosen(options.plot, "--plot")
         drives = stimuli.read(options.stimuli, system) if options.stimuli is not None else []
-        prepare_folder(folder, options.results)
+        stack.enter_context(result_folder(folder, options.results))
         write_manifest(folder, manifest(package, network, options))
 
         def unborn(status: str, error: object) -> None:

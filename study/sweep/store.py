@@ -10,14 +10,14 @@ import hashlib
 import json
 import os
 from collections.abc import Mapping
+from contextlib import ExitStack
 from pathlib import Path
 from types import TracebackType
 from typing import Any
 
-from ...core.errors import OutputError
-from ...core.files import make_folder, writing
+from ...core.files import held, make_folder, writing
 
-FILE, LOCK = "cases.jsonl", "cases.lock"
+FILE = "cases.jsonl"
 
 
 def digest(content: Mapping[str, Any]) -> str:
@@ -35,11 +35,8 @@ class Store:
 
     def __enter__(self) -> Store:
         make_folder(self.folder)
-        with writing(self.folder):
-            self._lock = (self.folder / LOCK).open("w")
-        if not _hold(self._lock.fileno()):
-            self._lock.close()
-            raise OutputError(f"{self.folder}: another sweep is writing there")
+        self._lock = ExitStack()
+        self._lock.enter_context(held(self.folder, "another sweep"))
         path = self.folder / FILE
         whole = end = 0
         if path.exists():
@@ -84,16 +81,3 @@ def _entry(line: bytes) -> dict[str, Any] | None:
         return None
     fits = isinstance(entry.get("failed"), str) or isinstance(entry.get("values"), dict)
     return entry if fits and isinstance(entry.get("warnings", []), list) else None
-
-
-def _hold(file: int) -> bool:
-    """Take the lock of an open file; true where locks do not exist."""
-    try:
-        import fcntl
-    except ImportError:
-        return True
-    try:
-        fcntl.flock(file, fcntl.LOCK_EX | fcntl.LOCK_NB)
-    except OSError:
-        return False
-    return True

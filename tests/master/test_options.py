@@ -10,7 +10,8 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from deepsea_cosim.core.errors import UsageError
+from deepsea_cosim.core.errors import OutputError, UsageError
+from deepsea_cosim.core.files import held
 from deepsea_cosim.master.simulate import Options, run, simulate
 
 from benchmarks import native
@@ -55,6 +56,37 @@ def test_the_command_of_the_manifest_repeats_all_options(fmus, tmp_path):
     command = json.loads((tmp_path / "out" / "manifest.json").read_text())["command"]
     for part in ("--check-step", "--plot 'a.*'", "--record-every 3", "--substeps a=2"):
         assert part in command
+
+
+def test_what_an_earlier_run_left_below_the_folder_is_gone(fmus, tmp_path):
+    path = package(tmp_path / "p.ssp", system("root", constant("a", 2.0)), with_fmu(fmus))
+    out = tmp_path / "out"
+    run(path, out, Options(results="deep/r.csv"))
+    assert (out / "deep" / "r.csv").exists()
+    run(path, out)
+    assert not (out / "deep" / "r.csv").exists()
+
+
+def test_a_manifest_that_names_a_file_elsewhere_removes_nothing(fmus, tmp_path):
+    path = package(tmp_path / "p.ssp", system("root", constant("a", 2.0)), with_fmu(fmus))
+    out = tmp_path / "out"
+    out.mkdir()
+    (tmp_path / "mine.csv").write_text("kept")
+    (out / "link").symlink_to(tmp_path)
+    for name in ("../mine.csv", "link/mine.csv", str(tmp_path / "mine.csv")):
+        (out / "manifest.json").write_text(json.dumps({"options": {"results": name}}))
+        run(path, out)
+        assert (tmp_path / "mine.csv").read_text() == "kept"
+
+
+def test_one_run_at_a_time_writes_to_a_folder(fmus, tmp_path):
+    path = package(tmp_path / "p.ssp", system("root", constant("a", 2.0)), with_fmu(fmus))
+    run(path, tmp_path / "out")
+    before = (tmp_path / "out" / "results.csv").read_bytes()
+    with held(tmp_path / "out", "somebody"), pytest.raises(OutputError, match="another run is writing there"):
+        run(path, tmp_path / "out")
+    assert (tmp_path / "out" / "results.csv").read_bytes() == before
+    run(path, tmp_path / "out")
 
 
 @pytest.mark.parametrize(
