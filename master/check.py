@@ -13,6 +13,8 @@ from ..ssp.model import System as Tree
 from ..ssp.network import Network
 from . import stimuli
 from .loops import loops
+from .options import Options
+from .prepare import set_substeps
 from .results.columns import Layout
 from .setup import (
     bound_values,
@@ -24,7 +26,6 @@ from .setup import (
     resolve,
     with_parameters,
 )
-from .simulate import Options, set_substeps
 from .slaves.base import Slave
 from .system import System
 from .times import times_of

@@ -15,7 +15,7 @@ from ..ssp.network import Network
 from .output import versions
 
 if TYPE_CHECKING:
-    from .simulate import Options
+    from .options import Options
 
 
 def digest(path: Path) -> str:

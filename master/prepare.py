@@ -1,0 +1,144 @@
+"""A run before anything is loaded: the package read, and all that can be wrong with it or the options looked at."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from contextlib import ExitStack
+from dataclasses import dataclass
+from pathlib import Path
+
+from ..core.errors import UsageError
+from ..ssp.network import Network
+from . import stimuli
+from .algorithms import algorithm
+from .interrupts import Interrupts
+from .options import Options
+from .results import SUFFIXES
+from .results.columns import Layout
+from .setup import (
+    Value,
+    bound_values,
+    check_single,
+    configure,
+    expanded,
+    given_values,
+    load_descriptions,
+    read_package,
+    resolve,
+    targets,
+    with_parameters,
+)
+from .slaves.base import Slave
+from .slaves.isolated import IsolatedSlave
+from .system import System
+from .times import times_of
+
+
+@dataclass
+class Prepared:
+    """A run that could begin."""
+
+    network: Network
+    slaves: dict[str, Slave]
+    system: System
+    values: list[Value]
+    """Start values and parameters in the order in which they are set: of the package, then of the options."""
+    drives: list[stimuli.Drive]
+    layout: Layout
+    which: list[int]
+    """Columns of the layout that are recorded."""
+    times: tuple[float, float, float, int]
+    """Start, stop and macro step [s], and the number of steps."""
+    remarks: list[str]
+
+
+def prepare(package: Path, options: Options, stack: ExitStack, interrupt: Interrupts) -> Prepared:
+    """Read the package; what it was unpacked into goes with the stack. Raises `CosimError` for all that is wrong."""
+    algorithm(options.method)  # is there one of that name
+    if options.record_every < 1:
+        raise UsageError(f"--record-every {options.record_every}: it has to be at least 1")
+    if options.results and Path(options.results).suffix.lower() not in SUFFIXES:
+        raise UsageError(f"{options.results}: results can be written as {', '.join(SUFFIXES)}")
+    network = with_parameters(read_package(package, stack, options.variant), options.parameters)
+    remarks = list(network.remarks)
+    times = times_of(network.structure, options.stop_time, options.step)
+    slaves = load_descriptions(network)
+    own = [c for c in options.changes if c[0] in network.inputs]
+    others = [c for c in options.changes if c not in own]
+    network, changes = configure(network, slaves, list(expanded(others, network, slaves)))
+    values = [*bound_values(network, slaves, remarks.append), *resolve(changes, slaves)]
+    slaves = _isolated(options, slaves, interrupt, remarks)
+    set_substeps(options, slaves)
+    system = System(network, slaves)
+    remarks += system.remarks
+    values = [*given_values(network, system, remarks.append), *values, *resolve(own, slaves, system=system)]
+    remarks += [*_uneven(slaves, *times), *_inner(slaves, times[2]), *_overruled(changes, system)]
+    layout = Layout(system)
+    which = layout.chosen(options.record)
+    layout.chosen(options.plot, "--plot")
+    drives = stimuli.read(options.stimuli, system) if options.stimuli is not None else []
+    return Prepared(network, slaves, system, values, drives, layout, which, times, remarks)
+
+
+def _isolated(
+    options: Options, slaves: dict[str, Slave], interrupt: Interrupts, remarks: list[str]
+) -> dict[str, Slave]:  # fmt: skip
+    """The slaves as they are to be run, in processes of their own or in this one."""
+    if options.isolate:
+        if options.method == "extrapolation" and any(s.takes_slopes for s in slaves.values()):
+            remarks.append("--isolate: no slopes of inputs are handed over; without it the results differ a little")
+        return {n: IsolatedSlave(s, options.step_timeout, interrupt) for n, s in slaves.items()}
+    if options.step_timeout is not None:
+        raise UsageError("--step-timeout needs --isolate: only a process of its own can be stopped")
+    check_single(slaves)
+    return slaves
+
+
+def set_substeps(options: Options, slaves: dict[str, Slave]) -> None:
+    """Give the slaves their steps of their own in a macro step; `UsageError` for what cannot be."""
+    for component, ratio in options.substeps:
+        if component not in slaves:
+            raise UsageError(f"--substeps {component}={ratio}: there is no component '{component}'")
+        if not 1 <= ratio <= 1_000_000:
+            raise UsageError(f"--substeps {component}={ratio}: it has to be from 1 to a million")
+        slaves[component].ratio = ratio
+
+
+def _uneven(slaves: dict[str, Slave], start: float, stop: float, step: float, n: int) -> list[str]:
+    """FMUs that are not made for the shorter step at the end."""
+    if abs(start + n * step - stop) <= 1e-9 * max(abs(stop), step):
+        return []
+    able = "canHandleVariableCommunicationStepSize"
+    return [
+        f"component '{name}' does not say that it can handle steps of different length ({able}); the last one is "
+        "shorter: choose a step that divides the time"
+        for name, slave in slaves.items()
+        if not getattr(slave.description.coSimulation, able, False)
+    ]
+
+
+def _inner(slaves: dict[str, Slave], step: float) -> list[str]:
+    """FMUs whose own step does not fit into the macro step."""
+    made = []
+    for name, slave in slaves.items():
+        own = getattr(slave.description.coSimulation, "fixedInternalStepSize", None)
+        count = step / slave.ratio / float(own) if own else 1.0
+        if abs(count - round(count)) > 1e-6 * count or round(count) < 1:
+            made.append(
+                f"component '{name}' has an inner step of {float(own):g} s; its step of {step / slave.ratio:g} s is no "
+                "multiple of that"
+            )
+    return made
+
+
+def _overruled(changes: Iterable[tuple[str, str]], system: System) -> list[str]:
+    """Changes of inputs that connections give their values."""
+    driven = {link.target.home: link for link in system.links}
+    made = []
+    for address, value in changes:
+        for end in targets(address, system.slaves):
+            link = driven.get(system.inputs[end].home) if end in system.inputs else None
+            if link is not None:
+                shown = f"'{'.'.join(end)}' is connected to '{link.source.address}', which counts"
+                made.append(f"--set {address}={value}: {shown}")
+    return made
