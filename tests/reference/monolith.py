@@ -1,8 +1,9 @@
 """The whole deep-sea machine as one ordinary differential equation: the truth the co-simulation is compared with.
 
-This file shares no code with the project. It integrates oil, valve, lines, cylinder, controller, linkage and sea water
-together with an error-controlled solver, so it has no coupling step and no coupling error. Equation numbers are those
-of Wu et al. (2022), J. Mar. Sci. Eng. 10(3), 362. SI units throughout; pressures are absolute.
+This file shares no code with the project; the arm in the sea is the blind benchmark's (`benchmarks/blind/water.py`). It
+integrates oil, valve, lines, cylinder, controller, linkage and sea water together with an error-controlled solver, so
+it has no coupling step and no coupling error. Equation numbers are those of Wu et al. (2022), J. Mar. Sci. Eng. 10(3),
+362. SI units throughout; pressures are absolute.
 
 Run ``python -m tests.reference.monolith`` for the extension and retraction times at 0 km and 11 km.
 
@@ -33,6 +34,8 @@ from numba import njit
 from numpy.typing import ArrayLike, NDArray
 from scipy.integrate import solve_ivp
 from scipy.optimize import brentq
+
+from benchmarks.blind.water import arm, linkage
 
 Array = NDArray[np.float64]
 
@@ -145,7 +148,7 @@ class Machine:
 
 _DERIVED = (
     "p_am", "eta0", "comp_area", "q_pump", "k_q", "land_diameter", "area1", "area2", "line_area", "segment",
-    "segment_loss", "half_volume", "length0",
+    "segment_loss", "half_volume", "length0", "beam_d", "barrel_d", "drag_factor", "buoyancy",
 )  # fmt: skip
 _RECORD = np.dtype([(f.name, np.float64) for f in fields(Machine)] + [(name, np.float64) for name in _DERIVED])
 
@@ -168,6 +171,7 @@ def _constants(m: Machine) -> np.void:
     c["segment"] = m.line_length / m.n_segments
     c["segment_loss"] = 128 * c["segment"] / (np.pi * m.line_diameter**4)  # loss / (viscosity * flow), Eq. 21
     c["half_volume"] = c["line_area"] * c["segment"] / 2
+    c["beam_d"], c["barrel_d"], c["drag_factor"] = m.beam_diameter, m.barrel_diameter, m.drag_coefficient
     c["length0"] = linkage(c, m.theta0)[0]
     return c
 
@@ -252,94 +256,10 @@ def controller(c, x_cmd: float, v_cmd: float, x_h: float, v_h: float, integral: 
 
 
 @njit
-def linkage(c, theta: float) -> tuple[float, float, float, float, float, float]:
-    """Cylinder length L (m) and direction phi (rad), and their first and second derivatives by theta."""
-    r = c.eye_radius
-    cos, sin = np.cos(theta), np.sin(theta)
-    along = r * (c.base_x * cos + c.base_y * sin)
-    across = r * (c.base_x * sin - c.base_y * cos)
-    length = np.hypot(r * cos - c.base_x, r * sin - c.base_y)
-    phi = np.arctan2(r * sin - c.base_y, r * cos - c.base_x)
-    length1 = across / length
-    length2 = (along - length1 * length1) / length
-    phi1 = (r * r - along) / (length * length)
-    phi2 = length1 / length * (1.0 - 2.0 * phi1)
-    return length, length1, length2, phi, phi1, phi2
-
-
-@njit
-def drag_integral(u: float, w: float, l1: float, l2: float) -> float:
-    """Integral of r |r| l dl from l1 to l2 with r = u - w l (m5/s2); r may change sign on the way."""
-    a, b, d = 0.5 * u * u, -2.0 / 3.0 * u * w, 0.25 * w * w
-    f1 = l1 * l1 * (a + l1 * (b + l1 * d))
-    f2 = l2 * l2 * (a + l2 * (b + l2 * d))
-    r1, r2 = u - w * l1, u - w * l2
-    if r1 * r2 >= 0.0:
-        return (f2 - f1) * (1.0 if r1 + r2 > 0.0 else -1.0)
-    l0 = u / w
-    f0 = l0 * l0 * (a + l0 * (b + l0 * d))
-    return (2.0 * f0 - f1 - f2) * (1.0 if r1 > 0.0 else -1.0)
-
-
-@njit
 def current_at(c, t: float) -> tuple[float, float]:
     """Velocity (m/s) and acceleration (m/s2) of the sea water along +x."""
     w = 2.0 * np.pi * c.current_frequency
     return c.current + c.current_amplitude * np.sin(w * t), c.current_amplitude * w * np.cos(w * t)
-
-
-@njit
-def arm(c, theta: float, omega: float, v_sea: float, a_sea: float) -> tuple[float, float]:
-    """Inertia (kg m2) and torque without the cylinder force (N m) of the arm, both reduced to theta.
-
-    inertia * theta'' = torque + F_h * dL/dtheta. Lagrange's equation of the rigid bodies plus weight, buoyancy and
-    Morison's strips, Eqs. 28-31 with the relative velocity in the drag.
-    """
-    length, length1, length2, phi, phi1, phi2 = linkage(c, theta)
-    g, outer = c.gravity, c.rod_diameter
-    load_mass = c.load_weight / g
-
-    # Moments of inertia of the beam with its load about the pivot and of the cylinder about its base hinge
-    beam = c.beam_mass * (c.beam_diameter**2 / 16.0 + c.beam_length**2 / 3.0) + load_mass * c.beam_length**2
-    barrel = c.barrel_mass * (c.barrel_diameter**2 / 16.0 + c.barrel_length**2 / 3.0)
-    rod_centre, piston_centre = length - 0.5 * c.rod_length, length - c.rod_length
-    rod = c.rod_mass * (outer**2 / 16.0 + c.rod_length**2 / 12.0 + rod_centre**2)
-    swing = barrel + rod + c.piston_mass * piston_centre**2
-    swing_by_length = 2.0 * (c.rod_mass * rod_centre + c.piston_mass * piston_centre)
-    sliding = c.rod_mass + c.piston_mass
-
-    inertia = beam + swing * phi1**2 + sliding * length1**2
-    half_slope = swing * phi1 * phi2 + 0.5 * swing_by_length * length1 * phi1**2 + sliding * length1 * length2
-    torque = -half_slope * omega**2
-
-    # Weight and buoyancy: about the pivot, about the base hinge, along the cylinder
-    beam_area, barrel_area = np.pi * c.beam_diameter**2 / 4.0, np.pi * c.barrel_diameter**2 / 4.0
-    rod_area = np.pi * outer**2 / 4.0
-    lever = 0.5 * c.beam_mass + load_mass - 0.5 * c.rho_sea * beam_area * c.beam_length
-    torque -= g * np.cos(theta) * c.beam_length * lever
-    moment = 0.5 * c.barrel_mass * c.barrel_length + c.rod_mass * rod_centre + c.piston_mass * piston_centre
-    moment -= 0.5 * c.rho_sea * (barrel_area * c.barrel_length**2 + rod_area * (length**2 - c.barrel_length**2))
-    torque -= g * (np.cos(phi) * moment * phi1 + sliding * np.sin(phi) * length1)
-
-    # Drag
-    k_drag = 0.5 * c.rho_sea * c.drag_coefficient
-    u_beam, u_cyl, w_cyl = -v_sea * np.sin(theta), -v_sea * np.sin(phi), phi1 * omega
-    torque += k_drag * c.beam_diameter * drag_integral(u_beam, omega, 0.0, c.beam_length)
-    drag_cyl = c.barrel_diameter * drag_integral(u_cyl, w_cyl, 0.0, c.barrel_length)
-    drag_cyl += outer * drag_integral(u_cyl, w_cyl, c.barrel_length, length)
-    torque += k_drag * drag_cyl * phi1
-
-    # Inertia of the water: theta'' for the beam, phi'' = phi1 theta'' + phi2 theta'^2 for the cylinder
-    k_inertia = c.rho_sea * c.inertia_coefficient
-    water_beam = k_inertia * beam_area * c.beam_length**3 / 3.0
-    outside3, outside2 = length**3 - c.barrel_length**3, length**2 - c.barrel_length**2
-    water_cyl = k_inertia * (barrel_area * c.barrel_length**3 + rod_area * outside3) / 3.0
-    inertia += water_beam + water_cyl * phi1**2
-    torque -= water_cyl * phi1 * phi2 * omega**2
-    torque -= k_inertia * beam_area * 0.5 * c.beam_length**2 * a_sea * np.sin(theta)
-    first_moment = 0.5 * (barrel_area * c.barrel_length**2 + rod_area * outside2)
-    torque -= k_inertia * first_moment * a_sea * np.sin(phi) * phi1
-    return inertia, torque
 
 
 @njit
@@ -387,7 +307,7 @@ def derivative(t: float, y: Array, c, piece: int, spool: float) -> Array:
 
     # Arm
     v_sea, a_sea = current_at(c, t)
-    inertia, torque = arm(c, theta, omega, v_sea, a_sea)
+    inertia, torque = arm(c, theta, omega, v_sea, a_sea, c.load_weight)
     dy[3] = omega
     dy[4] = (torque + cylinder_force(c, p_1, p_2, x_h, v_h) * length1) / inertia
 
@@ -463,7 +383,7 @@ def _difference_steps(n: int) -> Array:
 def holding_force(machine: Machine) -> float:
     """Force (N) of the cylinder that holds the arm at x_h = 0 at rest, in the current of t = 0."""
     c = _constants(machine)
-    _, torque = arm(c, machine.theta0, 0.0, current_at(c, 0.0)[0], 0.0)
+    _, torque = arm(c, machine.theta0, 0.0, current_at(c, 0.0)[0], 0.0, machine.load_weight)
     return -torque / linkage(c, machine.theta0)[1]
 
 
