@@ -110,6 +110,9 @@ def _remarks(d: Diagnosis) -> list[str]:
     for r, (info, q) in enumerate(zip(problem.runs, fit.q[fit.channels :], strict=True)):
         if abs(q) > 5.0:
             told.append(f"{info.name}: its clock seems to be off by {1e3 * q * clock(problem, r):.2g} ms")
+    for name, values in problem.varied(fit.point).items():
+        share = values[0] / problem.runs[0].values[name] - 1.0
+        told.append(f"{name} is {share:+.2%} off what each run states; calibrated.ssv, which is for all, leaves it out")
     step = rms(d.study.numerical / problem.obs.floor)
     if step >= 0.5:
         told.append(f"halving the model's step moves it by {step:.2f} noise floors: take a shorter step")

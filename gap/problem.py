@@ -149,9 +149,13 @@ class Problem:
         return {u.name: u for u in (*self.base, *(u for c in self.candidates for u in c.unknowns))}
 
     def changes(self, run: int, point: Point) -> dict[str, Any]:
-        """Parameters to set for the run at that point."""
+        """Parameters to set for the run at that point: its conditions, and what the point says of the model."""
+        return {**self.runs[run].changes, **self.found(run, point)}
+
+    def found(self, run: int, point: Point) -> dict[str, Any]:
+        """What the point says of the model's parameters; a base parameter is a share of what the run states of it."""
         info = self.runs[run]
-        made = dict(info.changes)
+        made: dict[str, Any] = {}
         known = self.unknowns
         for name, u in point.items():
             unknown = known[name]
@@ -162,6 +166,12 @@ class Problem:
                 for address in unknown.addresses:
                     made[address] = unknown.value(u)
         return made
+
+    def varied(self, point: Point) -> dict[str, list[Any]]:
+        """Parameters that the point puts at different values from run to run, for the runs state different ones."""
+        values = [self.found(r, point) for r in range(len(self.runs))]
+        each = {a: [v[a] for v in values] for a in values[0]}
+        return {a: v for a, v in each.items() if any(other != v[0] for other in v)}
 
     def sensors(self, point: Point) -> dict[str, Sensor]:
         """The sensors at that point, by connector."""

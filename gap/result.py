@@ -296,15 +296,15 @@ def write(d: Diagnosis, folder: Path) -> dict[str, Any]:
 
 
 def parameter_set(d: Diagnosis) -> str:
-    """The parameters of the chosen hypothesis as an SSV file, for the conditions of the first run."""
+    """The parameters of the chosen hypothesis as an SSV file; conditions that the runs state are not in it."""
     from xml.sax.saxutils import quoteattr
 
     problem = d.study.problem
     point = d.chosen.hypothesis.fit.point
-    changes = problem.changes(0, point)
+    found, varied = problem.found(0, point), problem.varied(point)
     values = problem.runs[0].values
     lines = []
-    wanted = {target: value for name, value in changes.items() for target in matching(name, values)}
+    wanted = {t: value for name, value in found.items() if name not in varied for t in matching(name, values)}
     for target, value in sorted(wanted.items()):
         if isinstance(value, bool) or isinstance(values[target], bool):
             body = f"<ssv:Boolean value={quoteattr(str(bool(value)).lower())}/>"

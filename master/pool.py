@@ -60,8 +60,11 @@ _sessions: dict[tuple[str, tuple[str, ...]], Session] = {}
 
 
 def session(package: str, only: tuple[str, ...] = ()) -> Session:
-    """The session of a package in this process, loaded when it is asked for first."""
+    """The session of a package in this process, loaded when it is asked for first or an FMU was lost in it."""
     key = (package, only)
+    if key in _sessions and _sessions[key].is_lost:
+        with _sessions.pop(key):
+            pass
     if key not in _sessions:
         _sessions[key] = Session(Path(package), only=only)
     return _sessions[key]

@@ -84,6 +84,11 @@ class Session:
         self._stack.close()
         self._closed = True
 
+    @property
+    def is_lost(self) -> bool:
+        """Whether an FMU returned fatal in a run; no further run is possible."""
+        return any(slave.is_lost for slave in self.system.slaves.values())
+
     def signal(self, address: str) -> tuple[bool, Signal]:
         """(is an output, signal) of component.variable, or of a connector of the whole system."""
         component, name = split(address, self.system.slaves)

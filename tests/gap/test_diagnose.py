@@ -303,6 +303,18 @@ def test_the_calibrated_parameters_stand_there_once(toys, tmp_path):
     assert k == pytest.approx(78.0, rel=0.01)
 
 
+def test_the_calibrated_parameters_are_those_of_the_machine_alone(toys, tmp_path):
+    """Not the runs' conditions: they are to serve elsewhere; a refit of what differs from run to run cannot be said."""
+    path = campaign(tmp_path, toys, [measure(3, lambda t, x, v: 0.0), measure(4, lambda t, x, v: 0.0)])
+    text = path.read_text().replace('"run0.csv"', '"run0.csv"\nparameters = { "o.k" = 75.0, "o.m" = 2.0 }')
+    path.write_text(text.replace('"run1.csv"', '"run1.csv"\nparameters = { "o.k" = 76.0, "o.m" = 2.0 }'))
+    d = diagnose(read(path), processes=1)
+    assert "o.k" in d.chosen.hypothesis.fit.point
+    names = set(re.findall(r'Parameter name="([^"]+)"', parameter_set(d)))
+    assert names <= set(d.chosen.hypothesis.fit.point) - {"o.k"}
+    assert sum("calibrated.ssv" in w for w in make(d)["warnings"]) == 1
+
+
 def _settles(d, m=2.0, k=80.0, force=2.0):
     """When a step response (closed form) comes to stay within 1 mm of force / k."""
     t = np.linspace(0.0, 8.0, 80001)

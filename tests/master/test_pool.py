@@ -56,6 +56,15 @@ def test_a_run_that_fails_is_reported_and_the_others_are_kept(toys, tmp_path):
     assert isinstance(found[1], np.ndarray)
 
 
+def test_an_fmu_that_is_lost_is_loaded_anew_for_the_next_run(toys, tmp_path):
+    bomb = package(tmp_path / "bomb.ssp", {"b": toys / "Bomb.fmu"}, stop=1.0)
+    with Pool(bomb, processes=1) as pool:
+        bad = Job(("b.x",), 1.0, 0.1, {"b.t_bomb": 0.5, "b.how": 3})
+        found = pool.run([bad, Job(("b.x",), 1.0, 0.1), bad, bad, Job(("b.x",), 1.0, 0.1)])
+    assert ["lost" in r.reason for r in found if isinstance(r, Failure)] == [False, False, False]
+    assert [r[-1, 0] for r in found if isinstance(r, np.ndarray)] == pytest.approx([1.0, 1.0])
+
+
 def test_a_process_that_dies_is_one_line(spring):
     with Pool(spring, processes=1) as pool:
         pool.run(jobs()[:1])
