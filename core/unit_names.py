@@ -38,6 +38,9 @@ SAME = {"-": "1", "Nm": "N.m", "Nms": "N.m.s", "Ω": "Ohm", "°": "deg", "°C": 
 @lru_cache(maxsize=4096)
 def named(name: str) -> Unit | None:
     """The unit that a name usually stands for, or None."""
+    if name.startswith("[") and name.endswith("]"):
+        known = named(name[1:-1])
+        return known and Unit(name, known.exponents, known.factor, known.offset)
     known = UNITS.get(name) or UNITS.get(SAME.get(name, ""))
     if known is not None:
         return Unit(name, known.exponents, known.factor, known.offset)

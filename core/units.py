@@ -153,6 +153,14 @@ def conversion(source: Unit, target: Unit) -> tuple[float, float]:
     return source.factor / target.factor, (source.offset - target.offset) / target.factor
 
 
+def alike(source: Unit, target: Unit) -> bool:
+    """Whether a value means the same in both."""
+    try:
+        return conversion(source, target) == (1.0, 0.0)
+    except UsageError:
+        return False
+
+
 def convert(value: float, source: str, target: str) -> float:
     """`value` in unit `source` expressed in unit `target` (scalars and arrays)."""
     a, b = unit(source), unit(target)

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable
 from contextlib import ExitStack
 from dataclasses import dataclass, field
+from itertools import groupby
 from pathlib import Path
 
 from ..core.errors import CosimError
@@ -75,10 +76,9 @@ def check(package: Path, wanted: Options | None = None) -> Findings:
         if len(slaves) == len(network.parts):
             _try(found, lambda: set_substeps(wanted, slaves))
         network = _try(found, lambda: configure(network, slaves)[0]) or network
-        for setting in network.settings:
-            if setting.component not in slaves:
-                continue
-            one = Network(network.structure, network.parts, (), (), {}, {}, (setting,), ())
+        known = [setting for setting in network.settings if setting.component in slaves]
+        for _, settings in groupby(known, lambda setting: (setting.where, setting.name)):
+            one = Network(network.structure, network.parts, (), (), {}, {}, tuple(settings), ())
             _try(found, lambda one=one: bound_values(one, slaves, found.warnings.append))
         if len(slaves) == len(network.parts) and slaves:
             system = _try(found, lambda: System(network, slaves, found.errors))

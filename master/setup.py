@@ -22,7 +22,8 @@ from ..ssp.model import Component
 from ..ssp.network import Network, Setting, flatten
 from ..ssp.parameters import read_set
 from ..ssp.reader import read
-from .slaves.base import Log, Slave, complete, description_tree
+from .slaves.base import Log, Slave
+from .slaves.description import description_tree, read_description
 from .slaves.fmi1 import Slave1
 from .slaves.fmi2 import Slave2
 from .slaves.fmi3 import Slave3
@@ -113,31 +114,39 @@ def expanded(
 def _checked(slave: Slave, name: str, value: Any, where: str) -> Value:
     if not slave.settable(name):
         if name in slave.variables:
-            v = slave.variables[name]
-            raise UnknownNameError(
-                f"{where}: '{slave.name}.{name}' cannot be set: its causality is '{v.causality}', its variability "
-                f"'{v.variability}'"
-            )
+            raise UnknownNameError(_not_settable(slave, name, where))
         known = [n for n in slave.variables if slave.settable(n)]
         hint = did_you_mean(name, known)
         raise UnknownNameError(f"{where}: component '{slave.name}' has no parameter '{name}'{hint}")
     return Value(slave.name, name, slave.checked(name, value, where), where)
 
 
+def _not_settable(slave: Slave, name: str, where: str) -> str:
+    v = slave.variables[name]
+    kind = f"its causality is '{v.causality}', its variability '{v.variability}'"
+    return f"{where}: '{slave.name}.{name}' cannot be set: {kind}"
+
+
 def bound_values(
     network: Network, slaves: Mapping[str, Slave], remark: Callable[[str], None] = lambda _: None
 ) -> list[Value]:
-    """Values of the package's parameter bindings, in the variables' units. Names that nothing has are remarked."""
+    """Values of the package's parameter bindings, in the variables' units. What cannot be set is remarked."""
     made = []
+    found = {(s.where, s.name) for s in network.settings if s.variable in slaves[s.component].variables}
     for s in network.settings:
         slave = slaves[s.component]
         if s.variable not in slave.variables:
+            if s.name and (s.where, s.name) in found:
+                continue  # the name means another variable
             hint = did_you_mean(s.variable, [n for n in slave.variables if slave.settable(n)])
             remark(f"{s.where}: component '{s.component}' has no variable '{s.variable}'; the value is ignored{hint}")
             continue
         if s.variable in slave.variables and slave.variables[s.variable].type not in slave.forms:
             kind = slave.variables[s.variable].type
             raise ParameterError(f"{s.where}: '{s.component}.{s.variable}': type {kind} is not supported")
+        if not slave.settable(s.variable):
+            remark(f"{_not_settable(slave, s.variable, s.where)}; the value is ignored")
+            continue
         target = _target(network, slave, s.variable)
         value = converted(s.value, _quantity(s), s.hops, target, s.where, remark)
         made.append(_checked(slave, s.variable, value, s.where))
@@ -220,11 +229,12 @@ def with_parameters(network: Network, files: Iterable[Path]) -> Network:
             if network.connectors.get(p.name):
                 settings += [Setting(c, v, p.value, p.type, h, p.where) for c, v, h in network.connectors[p.name]]
                 continue
-            component, variable = split(p.name, network.parts)
-            if not component:
+            meant = [path for path in network.parts if p.name.startswith(f"{path}.") and p.name != f"{path}."]
+            if not meant:
                 hint = did_you_mean(p.name.partition(".")[0], list(network.parts))
                 raise UnknownNameError(f"{p.where}: '{p.name}' names no component of the package{hint}")
-            settings.append(Setting(component, variable, p.value, p.type, (), p.where))
+            for path in meant:
+                settings.append(Setting(path, p.name[len(path) + 1 :], p.value, p.type, (), p.where, p.name))
     return replace(network, settings=tuple(settings), given=tuple(given), remarks=tuple(remarks))
 
 
@@ -268,7 +278,7 @@ def describe(name: str, fmu: Path) -> Slave:
 
 def describe_folder(name: str, folder: Path, shown: str = "FMU") -> Slave:
     """A slave, not loaded yet, from an FMU that has been unpacked; `shown` is its name in messages."""
-    from fmpy import read_model_description, sharedLibraryExtension
+    from fmpy import sharedLibraryExtension
 
     tree = _tree(folder, shown)
     version = tree.getroot().get("fmiVersion", "?")
@@ -276,7 +286,7 @@ def describe_folder(name: str, folder: Path, shown: str = "FMU") -> Slave:
     if known is None:
         raise PackageError(f"{shown}: FMI {version} is not supported; known: {', '.join(VERSIONS)}")
     try:
-        description = read_model_description(str(folder), validate=False)
+        description = read_description(folder, tree)
     except Exception as error:
         reason = str(error).splitlines()[0] if str(error) else type(error).__name__
         raise PackageError(f"{shown}: modelDescription.xml cannot be read ({reason})") from None
@@ -294,7 +304,8 @@ def describe_folder(name: str, folder: Path, shown: str = "FMU") -> Slave:
         if not v.name or v.name in names:
             raise PackageError(f"{shown}: modelDescription.xml has two variables '{v.name}'")
         names.add(v.name)
-    complete(description, tree)
+        if not 0 <= int(v.valueReference) < 2**32:
+            raise PackageError(f"{shown}: '{v.name}' has the valueReference {v.valueReference}; it has to fit 32 bits")
     return VERSIONS[known](name, folder, description)
 
 

@@ -6,8 +6,9 @@ All inputs and outputs lie on one board (`engine.program`), those of a slave and
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from heapq import heapify, heappop, heappush
+from math import prod
 from typing import Any
 
 import numpy as np
@@ -17,7 +18,7 @@ from ..core.units import Unit
 from ..ssp.network import End, Network, Wire
 from .engine.loop import U8
 from .engine.program import Board, Cast, Program
-from .slaves.base import LIMITS, REAL, TEXT, Group, Signal, Slave
+from .slaves.base import LIMITS, MOST_VALUES, REAL, TEXT, Group, Signal, Slave
 from .together import together
 from .wiring import Quantity, passage
 
@@ -60,6 +61,7 @@ class System:
             self._lay_out(slave, wanted[name])
         self.inputs = {(s.component, s.name): s for slave in slaves.values() for s in slave.inputs}
         self.outputs = {(s.component, s.name): s for slave in slaves.values() for s in slave.outputs}
+        self._own_quantities = {name: self._own_quantity(name) for name in network.inputs}
         self.own_inputs = {name: self._own(name) for name in network.inputs}
         """The inputs of the whole system."""
         self.own_outputs: dict[str, Signal] = {}
@@ -73,9 +75,15 @@ class System:
             if link.target.family == TEXT:
                 slaves[link.target.component].linked_texts.add(link.target.name)
         self._check_aliases()
-        self.early = [wire for wire in (*network.early, *network.wires) if wire not in late and wire.start[0]]
+        early = [wire for wire in (*network.early, *network.wires) if wire not in late]
+        self.early = [wire for wire in early if wire.start[0]]
         """Wires to parameters, which carry what calculated parameters are before the run."""
         self._check_early()
+        self._check_dimensions()
+        for wire in early:
+            if not wire.start[0] and network.inputs[wire.start[1]].kind == "input":
+                end = ".".join(wire.end)
+                self._refuse(f"{wire.where}: the input '{wire.start[1]}' cannot drive the parameter '{end}'")
         self.shown = self._all(self._shown, list(network.outputs.items()))
         spare = 8 * sum(link.target.size for link in (*self.links, *self.shown)) + 64
         self._free = self._own_slots = self._count["slots"]
@@ -147,7 +155,9 @@ class System:
         quantity, type = self.input_quantity(name), self.network.inputs[name].type
         sizes = type.dimensions if type is not None else ()
         if sizes and all(isinstance(d, int) for d in sizes):
-            size = int(np.prod(sizes))
+            size = prod(sizes)
+            if size > MOST_VALUES:
+                raise PackageError(f"{self.network.inputs[name].where}: '{name}' has {size:.1e} values; refused")
         else:
             ends = (w.end for w in self.network.wires if w.start == ("", name))
             sizes = [self.slaves[c].size(v) for c, v in ends if c in self.slaves and v in self.slaves[c].variables]
@@ -156,13 +166,39 @@ class System:
 
     def input_quantity(self, name: str) -> Quantity:
         """What is known of an input of the whole system."""
-        connector = self.network.inputs[name]
-        if connector.type is not None:
-            return Quantity(connector.type.kind, connector.type.unit, connector.type.enumeration, f"'{name}'")
-        for wire in self.network.wires:  # the type of what it is connected to
-            if wire.start == ("", name):
-                return self.quantity(wire.end)
-        return Quantity("Real", None, None, f"'{name}'")
+        return self._own_quantities[name]
+
+    def _own_quantity(self, name: str) -> Quantity:
+        """What the package says of an input of the whole system; what it leaves out is that of what it leads to."""
+        type, shown = self.network.inputs[name].type, f"'{name}'"
+        leads = []
+        for wire in self.network.wires:
+            if wire.start == ("", name) and wire.end[1] in getattr(self.slaves.get(wire.end[0]), "variables", ()):
+                leads.append(self._reached(wire))
+        if type is None:
+            return leads[0] if leads else Quantity("Real", None, None, shown)
+        unit, items = type.unit, type.enumeration
+        if unit is None:
+            units = {u.name: u for q in leads if (u := q.unit) is not None}
+            unit = next(iter(units.values()), None)
+            if len(units) > 1:
+                where = self.network.inputs[name].where
+                self.remarks.append(
+                    f"{where}: input '{name}' has no unit and leads to {', '.join(units)}; taken to be in {unit.name}"
+                )
+        if items is None:
+            items = next((q.items for q in leads if q.items is not None), None)
+        return Quantity(type.kind, unit, items, shown)
+
+    def _reached(self, wire: Wire) -> Quantity:
+        """What the first thing on a way is: a connector where the package tells its unit, else the FMU's variable."""
+        end = self.quantity(wire.end)
+        hop = next((h for h in wire.hops if h.unit is not None or h.transformation is not None), None)
+        if hop is None:
+            return end if not any(h.suppress_unit_conversion for h in wire.hops) else replace(end, unit=None)
+        unit = None if hop.suppress_unit_conversion else hop.unit or (end.unit if hop is wire.hops[-1] else None)
+        items = hop.enumeration if hop.transformation is None else None
+        return replace(end, unit=unit, items=items if hop.transformation is not None else items or end.items)
 
     # connections
 
@@ -172,11 +208,31 @@ class System:
         for link in self.links:
             other = driven.setdefault(link.target.home, link)
             if other is not link:
-                told = f"{link.wire.where}: '{link.target.address}' is another name of '{other.target.address}', " \
-                       "which is driven already"
-                if self._wrong is None:
-                    raise PackageError(told)
-                self._wrong.append(told)
+                self._refuse(
+                    f"{link.wire.where}: '{link.target.address}' is another name of '{other.target.address}', "
+                    "which is driven already"
+                )
+
+    def _refuse(self, told: str) -> None:
+        if self._wrong is None:
+            raise PackageError(told)
+        self._wrong.append(told)
+
+    def _check_dimensions(self) -> None:
+        """Arrays are as large as their connectors say."""
+        for path, part in self.network.parts.items():
+            for connector in part.component.connectors:
+                sizes = connector.type.dimensions if connector.type is not None else ()
+                variable = self.slaves[path].variables.get(connector.name) if path in self.slaves else None
+                if variable is None or not sizes or not all(isinstance(d, int) for d in sizes):
+                    continue
+                size = self.slaves[path].size(connector.name)
+                if prod(sizes) != size:
+                    shape = " x ".join(map(str, sizes))
+                    self._refuse(
+                        f"{connector.where}: connector '{path}.{connector.name}' is {shape}, its FMU's variable has "
+                        f"{size} values"
+                    )
 
     def _is_parameter(self, end: End) -> bool:
         slave = self.slaves.get(end[0])
@@ -200,15 +256,24 @@ class System:
                         f"{wire.where}: '{'.'.join(wire.start)}' changes during a run and cannot drive the parameter "
                         f"'{'.'.join(wire.end)}'"
                     )
+                target = self.slaves[wire.end[0]].variables[wire.end[1]]
+                if target.causality == "structuralParameter":
+                    raise PackageError(
+                        f"'{'.'.join(wire.end)}' gives arrays their size and cannot be driven; bind its value"
+                    )
                 if not self.slaves[wire.end[0]].settable(wire.end[1]):
                     raise PackageError(f"{wire.where}: '{'.'.join(wire.end)}' cannot be set")
+                counts = [self.slaves[c].size(v) for c, v in (wire.start, wire.end)]
+                if counts[0] != counts[1]:
+                    raise PackageError(
+                        f"{wire.where}: '{'.'.join(wire.start)}' has {counts[0]} values and '{'.'.join(wire.end)}' "
+                        f"{counts[1]}"
+                    )
                 given = self.quantity(wire.start, wire.unit, wire.enumeration)
                 self.remarks += passage(given, wire.hops, self.quantity(wire.end), wire.where).remarks
             except CosimError as error:
                 told = str(error) if str(error).startswith(wire.where) else f"{wire.where}: {error}"
-                if self._wrong is None:
-                    raise PackageError(told) from None
-                self._wrong.append(told)
+                self._refuse(told)
 
     def quantity(self, end: End, unit: Unit | None = None, items: dict[str, int] | None = None) -> Quantity:
         """What is known of a variable; the package's unit and items count before the FMU's."""

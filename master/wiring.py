@@ -10,7 +10,7 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
 from ..core.errors import PackageError, ParameterError, UsageError
-from ..core.units import Unit, conversion
+from ..core.units import Unit, alike, conversion
 from ..ssp.model import FLOATS, Linear, Scalar, Table, Value
 from ..ssp.network import Hop
 from .engine.program import Cast
@@ -53,8 +53,10 @@ class Passage:
             if source.family == INTEGER and target.family == INTEGER and (factor, offset) != (1.0, 0.0):
                 raise PackageError(f"{where}: {source.shown} is {source.type}: it cannot be scaled")
             return Cast(factor, offset, None, from_integer, (source.type == "UInt64") != (target.type == "UInt64"))
-        joined = {key: self.apply(key) for key in tables[0]}
-        return Cast(1.0, 0.0, tuple((int(k), int(v)) for k, v in joined.items() if v is not None))
+        if len(tables) < len(self.steps):
+            raise PackageError(f"{where}: {source.shown} is {source.type}: it cannot be scaled and mapped")
+        joined = {key: self.apply(key) for table in tables for key in table}
+        return Cast(1.0, 0.0, tuple((int(k), int(v)) for k, v in joined.items()))
 
     def _line(self) -> tuple[float, float]:
         factor, offset = 1.0, 0.0
@@ -63,14 +65,11 @@ class Passage:
             factor, offset = step[0] * factor, step[0] * offset + step[1]
         return factor, offset
 
-    def apply(self, value: Scalar) -> Scalar | None:
-        """The value at the end; None where a table does not have it."""
+    def apply(self, value: Scalar) -> Scalar:
+        """The value at the end; a table keeps what it does not have."""
         for step in self.steps:
             if isinstance(step, dict):
-                found = step.get(int(value))
-                if found is None:
-                    return None
-                value = found
+                value = step.get(int(value), value)
             elif step != (1.0, 0.0):
                 value = step[0] * float(value) + step[1]
         return value
@@ -90,7 +89,7 @@ def passage(source: Quantity, hops: Sequence[Hop], target: Quantity, where: str,
             reached = next((u for u in (target.unit, source.unit) if u is not None and u.name == reached.name), reached)
         there = hop.enumeration or (target.items if last else None)
         told = hop.unit is not None and target.unit is not None and hop.unit.name != target.unit.name
-        if last and told and not _same(hop.unit, target.unit):
+        if last and told and not alike(hop.unit, target.unit):
             remarks.append(
                 f"{hop.where or where}: the package says {target.shown} is in {hop.unit.name}, its FMU says "
                 f"{target.unit.name}; the package's word counts"
@@ -106,7 +105,7 @@ def passage(source: Quantity, hops: Sequence[Hop], target: Quantity, where: str,
                     line = line[0], 0.0
                 if line != (1.0, 0.0):
                     steps.append(line)
-            elif not _same(unit, reached):
+            elif not alike(unit, reached):
                 remarks.append(f"{shown}: unit '{unit.name}' is defined in two ways; the value is passed on as it is")
         if reached is not None or hop.suppress_unit_conversion:
             unit = reached
@@ -115,13 +114,6 @@ def passage(source: Quantity, hops: Sequence[Hop], target: Quantity, where: str,
     if strict and not any(isinstance(s, dict) for s in steps):
         _check_items(source, target, where)
     return Passage(tuple(steps), tuple(remarks))
-
-
-def _same(a: Unit, b: Unit) -> bool:
-    try:
-        return conversion(a, b) == (1.0, 0.0)
-    except UsageError:
-        return False
 
 
 def _transformation(
@@ -155,6 +147,11 @@ def _transformation(
         assert items is not None
         assert there is not None
         made[items[str(key)]] = there[str(value)]
+    for name, number in (items or {}).items():  # what is not mapped keeps its name
+        if name not in t.entries:
+            if there is None or name not in there:
+                raise PackageError(f"{place}: {target.shown} has no item '{name}', which {source.shown} has unmapped")
+            made[number] = there[name]
     return [made]
 
 
@@ -211,8 +208,6 @@ def converted(
     made = []
     for v in values:
         reached = way.apply(v)
-        if reached is None:
-            raise ParameterError(f"{where}: the mapping has no entry for the value {v} of {target.shown}")
         made.append(bool(reached) if isinstance(v, bool) else reached)
     return tuple(made) if isinstance(value, tuple) else made[0]
 
@@ -221,14 +216,10 @@ def _item(value: str, source: Quantity, hops: Sequence[Hop], target: Quantity, w
     """An enumeration's item by name: mapped by name where a mapping is given, else the target's item of that name."""
     for hop in hops:
         if isinstance(hop.transformation, Table) and hop.transformation.kind == "Enumeration":
-            if value not in hop.transformation.entries:
-                raise ParameterError(f"{where}: the mapping has no entry for the item '{value}' of {target.shown}")
-            value = str(hop.transformation.entries[value])
+            value = str(hop.transformation.entries.get(value, value))
         elif isinstance(hop.transformation, Table) and source.items and value in source.items:
-            number = hop.transformation.entries.get(source.items[value])
-            if number is None:
-                raise ParameterError(f"{where}: the mapping has no entry for {source.items[value]} of {target.shown}")
-            return int(number)
+            number = source.items[value]
+            return int(hop.transformation.entries.get(number, number))
     if target.items is not None and value in target.items:
         return target.items[value]
     if target.family == TEXT:

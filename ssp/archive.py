@@ -21,8 +21,8 @@ MAX_ENTRIES = 100_000
 MAX_ELEMENTS = 100_000
 """Most components and systems of a package."""
 
-MAX_RATIO = 1000.0
-"""Most that an entry of more than a megabyte may grow when it is unpacked; deflate itself ends at about 1030."""
+MAX_RATIO, LARGE = 1000.0, 64 * 1024**2
+"""Most that a large entry (bytes) may grow when it is unpacked; deflate itself ends at about 1030."""
 
 
 @dataclass
@@ -60,7 +60,7 @@ class Budget:
             raise PackageError(f"{archive}: holds {len(entries)} entries, more than {self.entries}; refused")
         for entry in entries:
             growth = entry.file_size / max(1, entry.compress_size)
-            if entry.file_size > 1024**2 and growth > MAX_RATIO:
+            if entry.file_size > LARGE and growth > MAX_RATIO:
                 raise PackageError(f"{archive}: entry '{entry.filename}' would grow {growth:.0f} times; refused")
         self.size, self.entries = left - size, self.entries - len(entries)
 

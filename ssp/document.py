@@ -50,7 +50,8 @@ class Document:
             if isinstance(path, Path) and path.stat().st_size > MAX_XML:
                 raise PackageError(f"{shown}: larger than {MAX_XML // 1024**2} MB; refused")
             parser = etree.XMLParser(
-                resolve_entities=False, no_network=True, load_dtd=False, remove_comments=True, remove_pis=True
+                resolve_entities=False, no_network=True, load_dtd=False, remove_comments=True, remove_pis=True,
+                huge_tree=True,  # its size is bounded above
             )
             tree = etree.parse(str(path) if isinstance(path, Path) else path, parser)
         except OSError:

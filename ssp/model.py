@@ -141,6 +141,8 @@ class System:
     dictionaries: dict[str, dict[str, Type]] = field(default_factory=dict)
     """Entries of the signal dictionaries by dictionary name."""
     where: str = ""
+    outer: dict[str, Type] = field(default_factory=dict)
+    """Types of its connectors as the component says that stands for it; other units than its own are converted."""
 
     def components(self, path: str = "") -> Iterator[tuple[str, Component]]:
         """All components below with their dotted paths, in the order of the file."""

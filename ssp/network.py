@@ -10,12 +10,13 @@ from collections.abc import Iterator
 from dataclasses import dataclass, field, replace
 
 from ..core.errors import PackageError, UnknownNameError, did_you_mean
-from ..core.units import Unit
+from ..core.units import Unit, alike
 from .model import (
     Binding,
     Component,
     Connection,
     Connector,
+    MappingEntry,
     SignalDictionaryReference,
     System,
     SystemStructure,
@@ -30,7 +31,8 @@ EARLY = ("parameter", "structuralParameter", "calculatedParameter")
 """Kinds of connectors whose values flow before a run begins."""
 
 Node = tuple[str, str, str]
-"""(what, path, connector): what is 'component', 'system' or 'dictionary'."""
+"""(what, path, connector): what is 'component', 'system' or 'dictionary', and where their connectors have other units
+outside, 'border' of a system that a component refers to, or 'reference' to a dictionary."""
 
 End = tuple[str, str]
 """(path of a component, variable); the path is '' for a connector of the top-level system."""
@@ -80,6 +82,8 @@ class Setting:
     type: Type
     hops: tuple[Hop, ...] = ()
     where: str = ""
+    name: str = ""
+    """The name in the package, which may stand for several variables."""
 
 
 @dataclass(frozen=True)
@@ -151,6 +155,8 @@ class _Flattener:
     kinds: dict[Node, str] = field(default_factory=dict)
     driver: dict[Node, _Edge] = field(default_factory=dict)
     drives: dict[Node, list[tuple[Node, Connection]]] = field(default_factory=dict)
+    entries: dict[Node, Node] = field(default_factory=dict)
+    """Entries of dictionaries behind the nodes of references that have nodes of their own."""
     bound: set[Node] = field(default_factory=set)
     """Connectors of systems that bindings give values to."""
     remarks: list[str] = field(default_factory=list)
@@ -172,8 +178,13 @@ class _Flattener:
         outputs = {}
         for connector in root.connectors:
             node = ("system", "", connector.name)
-            if connector.kind in GIVES and node in self.driver:
+            if connector.kind in (*GIVES, "inout", "unspecified") and node in self.driver:
                 wire = self.trace(node)
+                if wire is not None and not wire.start[0] and wire.start[1] not in taken:
+                    raise PackageError(
+                        f"{wire.where}: output '{connector.name}' would show '{wire.start[1]}', a parameter of the "
+                        "system; that is not supported"
+                    )
                 if wire is not None:
                     outputs[connector.name] = wire
         driving = {w.start[1] for w in wires if not w.start[0]}
@@ -207,6 +218,7 @@ class _Flattener:
                     self.register(("component", inner, connector.name), connector)
             elif isinstance(element, System):
                 self.walk(element, f"{inner}.", dictionaries)
+                self.border(element, f"{inner}.")
             else:
                 used[element.name] = self.dictionary(element, dictionaries)
         for connection in system.connections:
@@ -226,6 +238,21 @@ class _Flattener:
                     f"{connector.where}: signal dictionary '{element.dictionary}' has no entry '{connector.name}'{hint}"
                 )
         return name, entries
+
+    def border(self, system: System, path: str) -> None:
+        """Nodes of their own for connectors that have other units outside, where a component stands for the system."""
+        for connector in system.connectors:
+            kind, outer = connector.kind, system.outer.get(connector.name)
+            if (kind in GIVES or kind in TAKES) and _differ(outer, connector.type):
+                inside, outside = ("system", path, connector.name), ("border", path, connector.name)
+                self.types[outside], self.kinds[outside] = outer, kind
+                self.join(*((outside, inside) if kind in TAKES else (inside, outside)), connector.where)
+
+    def join(self, source: Node, sink: Node, where: str) -> None:
+        """Lead one node to another, as by a connection."""
+        between = Connection(("", ""), ("", ""), where=where)
+        self.driver[sink] = _Edge(source, between)
+        self.drives.setdefault(source, []).append((sink, between))
 
     def register(self, node: Node, connector: Connector) -> None:
         self.kinds[node], self.types[node] = connector.kind, connector.type
@@ -256,6 +283,10 @@ class _Flattener:
             self.types[node] = entries[name]
             reference = next(e for e in system.elements if e.name == element)
             connector = next((c for c in reference.connectors if c.name == name), None)
+            if connector is not None and _differ(connector.type, entries[name]):
+                self.entries[("reference", inner, name)] = node
+                node = ("reference", inner, name)
+                self.types[node] = connector.type
         else:
             target = next((e for e in system.elements if e.name == element), None)
             if target is None:
@@ -264,7 +295,8 @@ class _Flattener:
                     f"{connection.where}: there is no component '{element}'{did_you_mean(element, known)}"
                 )
             if isinstance(target, System):
-                node = ("system", f"{inner}.", name)
+                node = ("border", f"{inner}.", name)
+                node = node if node in self.kinds else ("system", f"{inner}.", name)
                 if node not in self.kinds:
                     known = [c.name for c in target.connectors]
                     raise PackageError(
@@ -299,13 +331,22 @@ class _Flattener:
         )
         if source == sink:
             raise PackageError(f"{where}: {names} are the same")
-        if sink in self.driver:
-            raise PackageError(
-                f"{where}: {_what(sink)} is already driven by the connection in "
-                f"{_line(self.driver[sink].connection.where, where)}"
-            )
+        if source in self.entries and source not in self.driver:
+            self.join(self.entries[source], source, where)
+        entry = self.entries.get(sink)
+        if entry is not None and sink in self.driver and self.driver[sink].source == entry:  # it was only read till now
+            self.drives[entry] = [d for d in self.drives[entry] if d[0] != sink]
+            del self.driver[sink]
+        for node in filter(None, (sink, entry)):
+            if node in self.driver:
+                raise PackageError(
+                    f"{where}: {_what(node)} is already driven by the connection in "
+                    f"{_line(self.driver[node].connection.where, where)}"
+                )
         self.driver[sink] = _Edge(source, connection)
         self.drives.setdefault(source, []).append((sink, connection))
+        if entry is not None:
+            self.join(sink, entry, where)
 
     def hop(self, node: Node, connection: Connection) -> Hop:
         """What a value meets on a connection that ends at a node."""
@@ -326,8 +367,8 @@ class _Flattener:
             if node in seen:
                 raise PackageError(f"{edge.connection.where}: the connections lead back to {_what(node)}")
             seen.add(node)
-        if node[0] == "dictionary" or (node[0] == "system" and node[1] != ""):
-            if node not in self.bound:
+        if node[0] in ("dictionary", "border") or (node[0] == "system" and node[1] != ""):
+            if ("system", *node[1:]) not in self.bound:
                 told = f"{_what(node)} leads to {_what(sink)}, but nothing gives it a value"
                 self.remarks.append(f"{hops[0].where}: {told}")
             return None
@@ -366,23 +407,29 @@ class _Flattener:
         return f"the system's connector '{path}{name}' {what}; the value is ignored"
 
     def values(self, binding: Binding) -> Iterator[Setting]:
-        """The values of a binding under the names that it gives them in its element."""
-        entries: dict[str, list[int]] = {}
-        for i, entry in enumerate(binding.mapping or ()):
-            entries.setdefault(entry.source, []).append(i)
-        used: set[str] = set()
-        for p in binding.parameters:
-            name = f"{binding.prefix}{p.name}"
-            if name not in entries:
-                yield Setting("", name, p.value, p.type, (), p.where)
+        """The values of a binding under the names it gives them in its element; with a mapping, of what it maps."""
+        parameters = {f"{binding.prefix}{p.name}": p for p in binding.parameters}
+        if binding.mapping is None:
+            for name, p in parameters.items():
+                yield Setting("", name, p.value, p.type, (), p.where, name)
+            return
+        entries: dict[str, list[MappingEntry]] = {}
+        targets: dict[str, str] = {}
+        for entry in binding.mapping:
+            if entry.source not in parameters:
+                self.remarks.append(f"{entry.where}: the parameter set has no '{entry.source}'")
                 continue
-            used.add(name)
-            for i in entries[name]:
-                entry = (binding.mapping or ())[i]
+            entries.setdefault(entry.source, []).append(entry)
+            if (other := targets.setdefault(entry.target, entry.source)) != entry.source:
+                told = f"'{other}' and '{entry.source}' are both mapped to '{entry.target}'; the later parameter counts"
+                self.remarks.append(f"{entry.where}: {told}")
+        for name, p in parameters.items():
+            for entry in entries.get(name, ()):
                 hop = Hop(entry.transformation, entry.suppress_unit_conversion, None, None, entry.where)
-                yield Setting("", entry.target, p.value, p.type, (hop,), p.where)
-        for name in entries.keys() - used:
-            self.remarks.append(f"{(binding.mapping or ())[entries[name][0]].where}: the parameter set has no '{name}'")
+                yield Setting("", entry.target, p.value, p.type, (hop,), p.where, entry.target)
+        if left := [name for name in parameters if name not in entries]:
+            shown = ", ".join(left[:5]) + (f" and {len(left) - 5} more" if len(left) > 5 else "")
+            self.remarks.append(f"{binding.where}: not applied, for the mapping does not name them: {shown}")
 
     def targets(self, system: System, path: str, name: str, hops: tuple[Hop, ...]) -> Iterator[Target]:
         """(component, variable, hops) of everything that a hierarchical name of a system stands for."""
@@ -392,15 +439,13 @@ class _Flattener:
             if path == "" and self.kinds[node] == "input":
                 yield "", name, hops
             yield from self.behind(node, hops)
-            return
-        for element in sorted(system.elements, key=lambda e: -len(e.name)):
+        for element in system.elements:
             if name.startswith(f"{element.name}.") and len(name) > len(element.name) + 1:
                 rest = name[len(element.name) + 1 :]
                 if isinstance(element, Component):
                     yield f"{path}{element.name}", rest, hops
                 elif isinstance(element, System):
                     yield from self.targets(element, f"{path}{element.name}.", rest, hops)
-                return
 
     def behind(self, node: Node, hops: tuple[Hop, ...]) -> Iterator[Target]:
         """Everything that a system's connector leads to."""
@@ -424,9 +469,16 @@ def _shown(end: tuple[str | None, str]) -> str:
 def _what(node: Node) -> str:
     if node[0] == "component":
         return f"input '{node[1]}.{node[2]}'"
-    if node[0] == "dictionary":
+    if node[0] in ("dictionary", "reference"):
         return f"entry '{node[2]}' of signal dictionary '{node[1]}'"
     return f"connector '{node[1]}{node[2]}'"
+
+
+def _differ(one: Type | None, other: Type | None) -> bool:
+    """Whether values have to be converted between two ends of what is one connector."""
+    if one is None or other is None or one.unit is None or other.unit is None or one.unit.name == other.unit.name:
+        return False
+    return not alike(one.unit, other.unit)
 
 
 def _line(where: str, other: str) -> str:

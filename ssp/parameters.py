@@ -68,7 +68,7 @@ class Bindings:
         values = document.child(element, f"{SSD}ParameterValues")
         mapping = document.child(element, f"{SSD}ParameterMapping")
         list(document.children(element, (f"{SSD}ParameterValues", f"{SSD}ParameterMapping")))
-        if element.get("source") is not None:
+        if element.get("source"):  # an empty one is none
             if values is not None:
                 raise document.error(element, "a parameter binding has either a source or ParameterValues, not both")
             where, root = self._open(document, element, of)
@@ -85,7 +85,7 @@ class Bindings:
                 raise document.error(
                     mapping, f"parameter mappings of type '{kind}' are not supported; known: {SSM_TYPE}"
                 )
-            if mapping.get("source") is not None:
+            if mapping.get("source"):
                 entries = self._mapping(*self._open(document, mapping, of))
             else:
                 inline = mapping.find(f"{SSM}ParameterMapping")
@@ -153,6 +153,8 @@ class Bindings:
         entries = []
         for element in document.children(root, (f"{SSM}MappingEntry",)):
             list(document.children(element, TRANSFORMATIONS))
+            if element.get("source") == "":
+                continue  # a template's line that nobody has filled in
             entries.append(
                 MappingEntry(
                     document.name(element, "source"), document.name(element, "target"),

@@ -8,7 +8,8 @@ from pathlib import Path
 
 from lxml import etree
 
-from ..core.errors import PackageError, did_you_mean
+from ..core.errors import PackageError, UsageError, did_you_mean
+from ..core.units import conversion
 from .archive import Budget, extract
 from .document import SSB, SSC, SSD, Document, local, version, violations
 from .model import (
@@ -27,6 +28,8 @@ FMU = "application/x-fmu-sharedlibrary"
 DEFINITION = "application/x-ssp-definition"
 PACKAGE = "application/x-ssp-package"
 DICTIONARY = "application/x-ssp-signal-dictionary"
+USUAL = {".ssp": PACKAGE, ".ssd": DEFINITION}
+"""What a component is by its file that nothing says to be another; else an FMU."""
 
 CONNECTOR_KINDS = (
     "input", "output", "parameter", "calculatedParameter", "structuralParameter", "constant", "local", "inout",
@@ -202,6 +205,11 @@ class _Reader:
                 raise document.error(element, f"connector '{name}' belongs to a clock; clocks are not supported")
             list(document.children(element, (*TYPES, f"{SSC}Dimension")))
             made[name] = Connector(name, kind, type_of(document, element, known), document.where(element))
+        for connector in made.values():
+            for size in connector.type.dimensions if connector.type is not None else ():
+                if isinstance(size, str) and size not in made:
+                    hint = did_you_mean(size, list(made))
+                    raise PackageError(f"{connector.where}: sizeConnector '{size}' is not a connector{hint}")
         return tuple(made.values())
 
     def component(self, document: Document, element: etree._Element, known: Definitions) -> Component | System:
@@ -212,21 +220,25 @@ class _Reader:
                 element,
                 f"component '{name}' has type '{kind}', which is not supported; known: {FMU}, {PACKAGE}, {DEFINITION}",
             )
-        implementation = element.get("implementation", "any")
+        implementation = element.get("implementation") or "any"
         if implementation not in ("any", "CoSimulation"):
             raise document.error(
                 element, f"component '{name}' asks for {implementation}; only CoSimulation is supported"
             )
-        if element.get("source") is None:
+        if not element.get("source"):
             raise document.error(element, f"component '{name}' has no source: nothing to simulate")
         source = element.get("source", "")
         if source.startswith("#"):
             return self._embedded(document, element, known, name, source[1:])
         path, fragment = inside(document, element, source, self.folder, self.root)
+        if path.is_dir():
+            raise document.error(element, f"component '{name}': '{source}' is a folder; an FMU is a zip archive")
         if not path.is_file():
             raise document.error(element, f"component '{name}' needs '{source}', which is missing in the package")
-        if kind == FMU and path.suffix == ".ssp":
-            kind = PACKAGE
+        if kind == FMU:
+            kind = USUAL.get(path.suffix.lower(), FMU)
+        if kind == DEFINITION and path.suffix.lower() in (".fmu", ".ssp"):
+            raise document.error(element, f"component '{name}': '{source}' is no .ssd, as its type '{DEFINITION}' says")
         connectors = self.connectors(document, element, known)
         if fragment and kind != PACKAGE:
             raise document.error(element, f"component '{name}': '#{fragment}' of another file is not supported")
@@ -290,6 +302,7 @@ class _Reader:
         """A system in place of the component that refers to it; the component's bindings come after its own."""
         bindings = self.bindings.read(document, element, known, path)
         there = {c.name: c for c in inner.connectors}
+        outer = dict(inner.outer)
         for connector in self.connectors(document, element, known):
             if connector.name not in there:
                 hint = did_you_mean(connector.name, sorted(there))
@@ -298,8 +311,10 @@ class _Reader:
                     f"not have{hint}"
                 )
             there[connector.name] = _joined(connector, there[connector.name], name)
+            if connector.type is not None and connector.type.unit is not None:
+                outer[connector.name] = connector.type
         return replace(
-            inner, name=name, connectors=tuple(there.values()), bindings=(*inner.bindings, *bindings),
+            inner, name=name, connectors=tuple(there.values()), bindings=(*inner.bindings, *bindings), outer=outer,
             where=document.where(element),
         )  # fmt: skip
 
@@ -325,7 +340,7 @@ class _Reader:
                 raise document.error(
                     element, f"signal dictionaries of type '{kind}' are not supported; known: {DICTIONARY}"
                 )
-            if element.get("source") is not None:
+            if element.get("source"):
                 path, _ = inside(document, element, element.get("source"), self.folder, self.root)
                 file = Document(path, path.name)
                 root, outer = file.root, None
@@ -391,13 +406,16 @@ def _joined(outer: Connector, inner: Connector, component: str) -> Connector:
         raise refuse("of kind", outer.kind, inner.kind)
     if outer.type is None or inner.type is None:
         return replace(inner, type=inner.type or outer.type)
-    same = {"Real": "Float64", "Integer": "Int32"}
+    same = {"Real": "Float64", "Float32": "Float64", "Integer": "Int32"}
     if same.get(outer.type.kind, outer.type.kind) != same.get(inner.type.kind, inner.type.kind):
         raise refuse("a", outer.type.kind, inner.type.kind)
-    units = outer.type.unit, inner.type.unit
-    if None not in units and units[0] != units[1]:
-        raise refuse("in", units[0].name, units[1].name)  # type: ignore[union-attr]
-    unit, items = units[1] or units[0], inner.type.enumeration or outer.type.enumeration
+    unit = inner.type.unit or outer.type.unit
+    if unit is not None and outer.type.unit is not None and unit.name != outer.type.unit.name:
+        try:
+            conversion(outer.type.unit, unit)
+        except UsageError:
+            raise refuse("in", outer.type.unit.name, unit.name) from None
+    items = inner.type.enumeration or outer.type.enumeration
     return replace(inner, type=replace(inner.type, unit=unit, enumeration=items))
 
 

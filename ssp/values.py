@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import binascii
 from dataclasses import replace
+from math import prod
 
 from lxml import etree
 
@@ -72,7 +73,7 @@ class Definitions:
 
     def unit(self, name: str | None) -> Unit | None:
         """The unit of that name: as defined in the file, else the well-known one, else one of no known dimension."""
-        if name is None or name == "":
+        if name in (None, "", "None"):  # OMSimulator writes the last one for what has no unit
             return None
         if name in self.units:
             return self.units[name]
@@ -113,6 +114,8 @@ def typed_as(document: Document, owner: etree._Element, element: etree._Element,
         raise document.error(element, "clocks are not supported")
     sizes: list[int | str | None] = []
     for dimension in owner.findall(f"{SSC}Dimension"):
+        if dimension.get("size") is not None and dimension.get("sizeConnector") is not None:
+            raise document.error(dimension, "a dimension has either a size or a sizeConnector, not both")
         if dimension.get("size") is not None:
             sizes.append(_integer(document, dimension, dimension.get("size"), "UInt64"))
         else:
@@ -162,6 +165,16 @@ def _scalar(document: Document, element: etree._Element, kind: str, text: str) -
 
 def value_of(document: Document, element: etree._Element, type: Type) -> Value:
     """The value of a parameter's typed element; a tuple for an array."""
+    value = _value_of(document, element, type)
+    sizes = [d for d in type.dimensions if isinstance(d, int)]
+    given = len(value) if isinstance(value, tuple) else 1
+    if sizes and len(sizes) == len(type.dimensions) and given != prod(sizes):
+        shape = " x ".join(map(str, sizes))
+        raise document.error(element, f"{given} values do not fill the dimensions of {shape}")
+    return value
+
+
+def _value_of(document: Document, element: etree._Element, type: Type) -> Value:
     entries = [e for e in element if local(e) == "Value"]
     if entries:
         return tuple(_scalar(document, e, type.kind, document.attribute(e, "value")) for e in entries)

@@ -52,7 +52,7 @@ DONE, FAILED, NOT_FINITE, TIME_IS_UP, ENDED = range(5)
 DISCARD, TERMINATED = 2, 3
 """fmi2Discard; fmi2Terminated, the kind of status that tells whether the FMU wants to end the run."""
 
-UNMAPPED, EARLY, TOO_LARGE = 1000, 1001, 1002
+EARLY, TOO_LARGE = 1001, 1002
 """Further statuses: a TABLE does not have the value; an FMU of FMI 3.0 came back early; a value does not fit into its
 target's type."""
 
@@ -143,14 +143,12 @@ def run(
             elif code == UNSTAGE:
                 _unstage(o, integers, reals, i8, u8, i16, u16, i32, u32, f32)
             elif code == TABLE:
-                found = False
+                value = integers[o[2]]
+                integers[o[1]] = value  # what is not mapped is kept
                 for j in range(o[3], o[3] + o[4]):
-                    if tables[j, 0] == integers[o[2]]:
+                    if tables[j, 0] == value:
                         integers[o[1]] = tables[j, 1]
-                        found = True
                         break
-                if not found:
-                    status = UNMAPPED
             elif code == LINE:
                 reals[o[1]] = reals[o[2]] + constants[o[4]] * (step / h) * (reals[o[2]] - reals[o[3]])
             elif code == POSITIVE:

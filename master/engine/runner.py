@@ -91,8 +91,6 @@ class Runner:
         if self.program.error is not None:
             error, self.program.error = self.program.error, None
             raise error
-        if status == loop.UNMAPPED:
-            raise SimulationError(f"{doing}: the mapping has no entry for the value at t = {t:g} s", t)
         if status == loop.TOO_LARGE:
             raise SimulationError(f"{self._too_large(operation)} at t = {t:g} s", t)
         assert slave is not None

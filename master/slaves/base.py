@@ -453,34 +453,6 @@ class Slave(ABC):
         return f"fmi{self.version[0]}" if self.version != "1.0" else "fmi"
 
 
-def description_tree(folder: Path) -> Any:
-    """The XML of an FMU's model description, as lxml reads it from a stranger: no entities, no network.
-
-    Raises `OSError` and `lxml.etree.XMLSyntaxError`.
-    """
-    from lxml import etree
-
-    parser = etree.XMLParser(resolve_entities=False, no_network=True, load_dtd=False)
-    return etree.parse(str(folder / "modelDescription.xml"), parser)
-
-
-def complete(description: Any, tree: Any) -> None:
-    """Fill in what fmpy leaves out: differences, ranges of unsigned numbers, whether FMI 3 gives derivatives."""
-    for element in tree.getroot().iterfind("CoSimulation[@providesDirectionalDerivatives]"):
-        told = element.get("providesDirectionalDerivatives") in ("true", "1")
-        description.coSimulation.providesDirectionalDerivative = told
-    variables = {v.name: v for v in description.modelVariables}
-    for element in tree.getroot().iterfind("ModelVariables/*"):
-        variable = variables.get(element.get("name"))
-        typed = element if element.tag != "ScalarVariable" else next(element.iterchildren("Real"), None)
-        if variable is None or typed is None:
-            continue
-        if typed.get("relativeQuantity") is not None:
-            variable.relativeQuantity = typed.get("relativeQuantity") in ("true", "1")
-        if str(typed.tag).startswith("UInt"):
-            variable.min, variable.max = typed.get("min"), typed.get("max")
-
-
 def address_of(function: Any) -> int:
     """Address of a function of a library."""
     return int(ctypes.cast(function, ctypes.c_void_p).value or 0)

@@ -6,7 +6,8 @@ from pathlib import Path
 from typing import Any
 
 from ...core.errors import PackageError
-from .base import FORMS_1, REAL, Form, Log, address_of, description_tree
+from .base import FORMS_1, REAL, Form, Log, address_of
+from .description import description_tree
 from .library import LibrarySlave
 
 
@@ -34,6 +35,10 @@ class Slave1(LibrarySlave):
                     "may be one"
                 )
         self.negated = frozenset(found)
+        for v in root.iter("ScalarVariable"):  # an output that does not change; fmpy makes it a parameter
+            kind = v.get("causality"), v.get("variability")
+            if kind == ("output", "parameter") and v.get("name") in self.variables:
+                self.variables[v.get("name")].causality = "output"
         self._direct = {
             v.get("name"): [n.get("input") or (n.text or "").strip() for n in v.find("DirectDependency")]
             for v in root.iter("ScalarVariable") if v.find("DirectDependency") is not None
