@@ -142,4 +142,4 @@ def _slope(system: System, output: Link, link: Link) -> float:
             step.once()
     except CosimError:
         return float("nan")
-    return (changed - float(reals[y])) / nudge
+    return (changed - float(reals[y])) / nudge if nudge else float("nan")

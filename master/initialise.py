@@ -72,7 +72,8 @@ class Initialiser:
         try:
             return self.system.slaves[signal.component].get(signal.name)
         except SimulationError:
-            if self.system.slaves[signal.component].version != "1.0":
+            slave = self.system.slaves[signal.component]
+            if slave.version != "1.0" or slave.is_lost:
                 raise
             return (b"" if signal.type == "Binary" else "" if signal.family == TEXT else 0,) * signal.size
 

@@ -13,16 +13,20 @@ from .system import System
 def nudged(system: System, signal: Signal, place: int, size: float) -> Iterator[float]:
     """A slot of an input with another value, within what its FMU allows; the change.
 
-    A real changes by `size`, relative to 1 + its own, a boolean to its opposite and an integer by one.
+    A real changes by `size`, relative to 1 + its own, a boolean to its opposite, an integer by one, an enumeration to a
+    neighbour; by 0 where nothing else is allowed.
     """
-    low, high = system.slaves[signal.component].bounds(signal.name)
+    slave = system.slaves[signal.component]
+    low, high = slave.bounds(signal.name)
+    items = slave.items(signal.name)
     if signal.family == REAL:
         board, change = system.board.reals, size * (1.0 + abs(float(system.board.reals[place])))
     else:
         board, change = system.board.integers, 1
         low, high = (0, 1) if signal.type == "Boolean" else (low, high)
     u = board[place]
-    board[place] = next((v for v in (u + change, u - change) if low <= v <= high), u + change)
+    others = (u + change, u - change) if items is None else sorted({*items.values()} - {u}, key=lambda v: abs(v - u))
+    board[place] = next((v for v in others if low <= v <= high), u)
     try:
         yield float(board[place] - u)
     finally:

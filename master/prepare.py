@@ -23,6 +23,7 @@ from .setup import (
     expanded,
     given_values,
     load_descriptions,
+    mixed_libraries,
     read_package,
     resolve,
     targets,
@@ -91,6 +92,7 @@ def _isolated(
     if options.step_timeout is not None:
         raise UsageError("--step-timeout needs --isolate: only a process of its own can be stopped")
     check_single(slaves)
+    remarks += mixed_libraries(slaves)
     return slaves
 
 

@@ -6,6 +6,7 @@ Everything that can be wrong with a package is found here before anything is loa
 from __future__ import annotations
 
 import atexit
+import filecmp
 import hashlib
 import re
 import shutil
@@ -243,7 +244,7 @@ def load_slaves(slaves: Mapping[str, Slave], stack: ExitStack, log: Log) -> None
 
     def on_log(component: str, status: str, text: str) -> None:
         if component in slaves:
-            slaves[component].messages.append((status, text))
+            slaves[component].take(status, text)
         log(component, status, text)
 
     for slave in slaves.values():
@@ -353,6 +354,25 @@ def check_single(slaves: Mapping[str, Slave]) -> None:
                 "once per process; --isolate gives each a process of its own"
             )
         single[slave.folder] = path
+
+
+def mixed_libraries(slaves: Mapping[str, Slave]) -> Iterator[str]:
+    """Libraries beside those of the FMUs that have one name and different contents: a process loads the first only."""
+    first: dict[str, tuple[str, Path]] = {}
+    folders: dict[Path, str] = {}
+    for path, slave in slaves.items():
+        folders.setdefault(slave.folder, path)
+    for folder, path in folders.items():
+        own = slaves[path].description.coSimulation.modelIdentifier
+        for file in sorted((folder / "binaries" / _platform_folder(slaves[path].version)).glob("*")):
+            if file.stem == own or not file.is_file() or not re.search(r"\.(so|dll|dylib)(\.|$)", file.name):
+                continue
+            other, twin = first.setdefault(file.name, (path, file))
+            if not filecmp.cmp(file, twin, shallow=False):
+                yield (
+                    f"components '{path}' and '{other}' bring different libraries '{file.name}', and one process uses "
+                    "the same for both: --isolate keeps them apart"
+                )
 
 
 def configure(

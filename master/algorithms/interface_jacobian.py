@@ -98,9 +98,12 @@ class _Jacobian:
                 for j in inputs if name in self.at_once else ():
                     told = self._told(stepper.slave, outputs, j)
                     if told is None:
+                        if stepper.slave.has_failed:
+                            stepper.restore(state)
+                            stepper.step(t, h)
                         with nudged(c.system, c.ends[j][1], int(c.targets[j]), NUDGE) as nudge:
                             stepper.answer()
-                        told = (c.outputs[outputs] - base) / nudge
+                        told = (c.outputs[outputs] - base) / (nudge or np.inf)
                     T[outputs, j] = told
                 for j in inputs:
                     stepper.restore(state)
@@ -108,7 +111,7 @@ class _Jacobian:
                         stepper.step(t, h)
                     if name in self.at_once:
                         stepper.answer()
-                    S[outputs, j] = (c.outputs[outputs] - base) / nudge
+                    S[outputs, j] = (c.outputs[outputs] - base) / (nudge or np.inf)
                 stepper.restore(state)
             finally:
                 stepper.slave.drop(state)

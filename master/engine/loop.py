@@ -99,17 +99,23 @@ def run(
                 before = _now(clock, where, spec)
                 part = step / o[4]
                 for j in range(o[4]):
+                    now = t + j * part
+                    if j > 0 and j == o[4] - 1:  # ends with the macro step, and not a rounding error later
+                        part = t + step - now
+                        if now + part > t + step:
+                            part = np.nextafter(part, 0.0)
+                    no_return = 1 if j == 0 else 0  # the state at t may be set again
                     if code == STEP_2:
-                        status = native.step_2(o[1], o[2], t + j * part, part, 1)
+                        status = native.step_2(o[1], o[2], now, part, no_return)
                         if status == DISCARD and o[6] != 0:
                             native.boolean_status(o[6], o[2], TERMINATED, told + o[5])
                             if u8[o[5]] != 0:
                                 ended[0], status = o[3] + 1, 0
                     elif code == STEP_1:
-                        status = native.step_1(o[1], o[2], t + j * part, part, 1)
+                        status = native.step_1(o[1], o[2], now, part, 1)
                     else:
                         status = native.step_3(
-                            o[1], o[2], t + j * part, part, 1, told + o[5], told + o[5] + 1, told + o[5] + 2,
+                            o[1], o[2], now, part, no_return, told + o[5], told + o[5] + 1, told + o[5] + 2,
                             told + o[5] + 8,
                         )  # fmt: skip
                         if status <= DISCARD and u8[o[5] + 1] != 0:

@@ -210,7 +210,7 @@ class Program:
             try:
                 slave.exchange_texts(verb, group.signals, self.board.texts)
             except Exception as error:
-                slave.messages.append(("error", str(error)))
+                slave.take("error", str(error))
                 return 3
             return 0
 

@@ -13,6 +13,7 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from time import perf_counter
+from types import FunctionType
 from typing import Any, ClassVar
 
 import numpy as np
@@ -23,7 +24,7 @@ from ...core.units import BASE, Unit
 from ..engine.loop import F32, I8, I16, I32, U8, U16, U32
 
 STATUS = ("OK", "warning", "discard", "error", "fatal", "pending")
-FATAL = 4
+ERROR, FATAL = 3, 4
 
 REAL, INTEGER, TEXT = "real", "integer", "text"
 """Families: how a signal's values are kept."""
@@ -118,6 +119,10 @@ class Slave(ABC):
         self.variables = {v.name: v for v in description.modelVariables}
         self.messages: deque[tuple[str, str]] = deque(maxlen=100)
         """The last log messages: (status, text)."""
+        self.heard = 0
+        """How many there have been."""
+        self._begun = 0
+        """How many until the run began."""
         self.seconds = 0.0
         """Wall time spent in the FMU's calls outside of steps [s]."""
         self.ratio = 1
@@ -416,34 +421,51 @@ class Slave(ABC):
 
     def call(self, function: Callable[..., Any], *args: Any, doing: str, **kwargs: Any) -> Any:
         """Call a function of fmpy; a failure becomes a `SimulationError` with the FMU's own message."""
-        begin = perf_counter()
-        known = len(self.messages)
+        begin, known = perf_counter(), self.heard
         try:
             return function(*args, **kwargs)
         except Exception as error:
             self.note(getattr(error, "status", None))
-            texts = [text for kind, text in list(self.messages)[known:] if kind != "warning"]
-            reason = texts[-1] if texts else str(error)
+            reason = self._last_since(known) or str(error)
             raise SimulationError(f"component '{self.name}', {doing}: {' '.join(reason.split())}") from None
         finally:
             self.seconds += perf_counter() - begin
+
+    def take(self, status: str, text: str) -> None:
+        """Keep a message."""
+        self.messages.append((status, text))
+        self.heard += 1
+
+    def begin(self) -> None:
+        """The run begins: what was told before is no reason for what goes wrong in it."""
+        self._begun = self.heard
+        self._state = "running"
+
+    def _last_since(self, known: int) -> str | None:
+        """The last message that is more than a warning, of those after the first `known`."""
+        fresh = list(self.messages)[max(0, len(self.messages) - (self.heard - known)) :]
+        return next((text for kind, text in reversed(fresh) if kind != "warning"), None)
 
     @property
     def is_lost(self) -> bool:
         """Whether the FMU has returned fatal, or its process has died: it must not be touched any more."""
         return self._state == "lost"
 
+    @property
+    def has_failed(self) -> bool:
+        """Whether the FMU has returned an error: it may only be put back to a saved state, reset or freed."""
+        return self._state == "failed"
+
     def note(self, status: int | None) -> None:
-        """After fmiFatal the FMU is not touched again."""
+        """What a status means for the calls that are still allowed: after fmiFatal none."""
         if status == FATAL:
             self._state = "lost"
 
     def failure(self, doing: str, status: int, t: float | None = None) -> SimulationError:
         """The error of a call that returned a status, with the FMU's last message."""
         self.note(status)
-        told = [text for kind, text in self.messages if kind != "warning"]
         name = STATUS[status].capitalize() if status < len(STATUS) else str(status)
-        reason = told[-1] if told else f"the FMU returned {self.prefix}{name}"
+        reason = self._last_since(self._begun) or f"the FMU returned {self.prefix}{name}"
         at = "" if t is None else f" at t = {t:g} s"
         return SimulationError(f"component '{self.name}', {doing}{at}: {' '.join(reason.split())}", t)
 
@@ -454,7 +476,9 @@ class Slave(ABC):
 
 
 def address_of(function: Any) -> int:
-    """Address of a function of a library."""
+    """Address of a function of a library; raises `PackageError` for one that it lacks."""
+    if isinstance(function, FunctionType):  # stands for a missing one, and says so
+        function()
     return int(ctypes.cast(function, ctypes.c_void_p).value or 0)
 
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import ctypes
 from pathlib import Path
 from typing import Any
 
@@ -25,11 +26,15 @@ class Slave1(LibrarySlave):
         """What fmpy leaves out: capabilities, and reals that are the negative of their value reference's value."""
         root = description_tree(self.folder).getroot()
         for capabilities in root.iter("Capabilities"):
-            for able in ("canHandleVariableCommunicationStepSize", "canInterpolateInputs"):
+            for able in (
+                "canHandleVariableCommunicationStepSize", "canInterpolateInputs", "canBeInstantiatedOnlyOncePerProcess",
+            ):  # fmt: skip
                 setattr(self.description.coSimulation, able, capabilities.get(able) in ("true", "1"))
         found = [v.get("name") for v in root.iter("ScalarVariable") if v.get("alias") == "negatedAlias"]
-        for variable in (self.variables[name] for name in found if name in self.variables):
-            if variable.causality == "input" or self.forms[variable.type].family != REAL:
+        for variable in [self.variables[name] for name in found if name in self.variables]:
+            if variable.causality == "local" and self.forms[variable.type].family != REAL:
+                del self.variables[variable.name]
+            elif variable.causality == "input" or self.forms[variable.type].family != REAL:
                 raise PackageError(
                     f"component '{self.name}': '{variable.name}' is a negated alias; only real outputs and parameters "
                     "may be one"
@@ -66,10 +71,10 @@ class Slave1(LibrarySlave):
             if v.causality == "input" and v.start not in (None, ""):
                 self.set_start(name, self.start(name))
 
-    def _instantiate(self, log: Log) -> None:
+    def _instantiate(self) -> None:
         from fmpy import fmi1
 
-        callbacks = self._callbacks(fmi1, "fmi1", log)
+        callbacks = self._callbacks(fmi1, "fmi1")
         callbacks.stepFinished = None
         self._make(fmi1.FMU1Slave, self.description.guid)
         self._fmu.instantiate(functions=callbacks, loggingOn=True)
@@ -79,9 +84,13 @@ class Slave1(LibrarySlave):
         self._state = "initialising"
 
     def exit_initialisation(self) -> None:
+        kinds = ctypes.c_void_p, ctypes.c_double, ctypes.c_char, ctypes.c_double
+        initialise = ctypes.CFUNCTYPE(ctypes.c_int, *kinds)(self._address("fmiInitializeSlave"))  # fmpy expects a text
         start, stop = self._times
-        self.call(self._fmu.initialize, tStart=start, stopTime=stop, doing="fmiInitializeSlave")
-        self._state = "running"
+        status = self.call(initialise, self.instance, start, b"\1", stop, doing="fmiInitializeSlave")
+        if status > 1:
+            raise self.failure("fmiInitializeSlave", status)
+        self.begin()
 
     def _address(self, name: str) -> int:
         return address_of(getattr(self._fmu.dll, f"{self.description.coSimulation.modelIdentifier}_{name}"))

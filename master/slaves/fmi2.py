@@ -5,7 +5,7 @@ from __future__ import annotations
 from typing import Any
 
 from ...core.errors import SimulationError
-from .base import FORMS_2, Form, Log, address_of
+from .base import FORMS_2, Form, address_of
 from .library import LibrarySlave
 
 
@@ -15,10 +15,11 @@ class Slave2(LibrarySlave):
     forms = FORMS_2
     version = "2.0"
 
-    def _instantiate(self, log: Log) -> None:
+    def _instantiate(self) -> None:
         from fmpy import fmi2
 
-        callbacks = self._callbacks(fmi2, "fmi2", log)
+        callbacks = self._callbacks(fmi2, "fmi2")
+        callbacks.componentEnvironment = self._number
         self._make(fmi2.FMU2Slave, self.description.guid)
         self._fmu.instantiate(callbacks=callbacks, loggingOn=True)
 
@@ -52,6 +53,8 @@ class Slave2(LibrarySlave):
 
     def restore(self, state: Any) -> None:
         self.call(self._fmu.setFMUstate, state, doing="setFMUstate")
+        if self.has_failed:
+            self._state = "running"
 
     def drop(self, state: Any) -> None:
         self.call(self._fmu.freeFMUstate, state, doing="freeFMUstate")

@@ -5,8 +5,8 @@ from __future__ import annotations
 from collections.abc import Sequence
 from typing import Any, ClassVar
 
-from .base import FORMS_3, LIMITS, Form, Log, Signal, address_of
-from .library import LibrarySlave, tell, text
+from .base import FORMS_3, LIMITS, Form, Signal, address_of
+from .library import LibrarySlave, text
 
 
 class Slave3(LibrarySlave):
@@ -16,11 +16,11 @@ class Slave3(LibrarySlave):
     version = "3.0"
     limits: ClassVar[dict[str, tuple[int, int]]] = {**LIMITS, "Enumeration": LIMITS["Int64"]}
 
-    def _instantiate(self, log: Log) -> None:
+    def _instantiate(self) -> None:
         from fmpy.fmi3 import FMU3Slave
 
         def on_log(_env: Any, status: int, _category: bytes, message: bytes) -> None:
-            tell(log, self.name, status, message)
+            self.hear(status, message)
 
         self._keep.append(on_log)
         self._make(FMU3Slave, self.description.instantiationToken)
@@ -41,6 +41,8 @@ class Slave3(LibrarySlave):
 
     def get(self, name: str) -> Any:
         values = self._exchange("get", name, self.size(name), doing="reading")
+        if self.variables[name].type == "Binary":
+            values = [value or b"" for value in values]
         return tuple(values) if self.variables[name].dimensions else values[0]
 
     def enter_initialisation(self, start: float, stop: float) -> None:
@@ -68,13 +70,15 @@ class Slave3(LibrarySlave):
                     continue
                 values = self.call(getattr(self._fmu, f"get{kind}"), [s.reference], s.size, doing="reading the outputs")
                 for p, value in zip(places, values, strict=True):
-                    texts[p] = text(value) if kind == "String" else value
+                    texts[p] = text(value) if kind == "String" else value or b""
 
     def save(self) -> Any:
         return self.call(self._fmu.getFMUState, doing="getFMUState")
 
     def restore(self, state: Any) -> None:
         self.call(self._fmu.setFMUState, state, doing="setFMUState")
+        if self.has_failed:
+            self._state = "running"
 
     def drop(self, state: Any) -> None:
         self.call(self._fmu.freeFMUState, state, doing="freeFMUState")

@@ -23,7 +23,8 @@ from ...core.errors import CosimError, Interrupted, PackageError, SimulationErro
 from .base import Form, Group, Log, Signal, Slave
 
 KEPT = ("PATH", "LANG", "LC_ALL", "LD_LIBRARY_PATH", "HOME", "TMPDIR", "VIRTUAL_ENV")
-"""Environment variables that a worker gets, beside those that begin with PYTHON, NUMBA or DEEPSEA."""
+KEPT_PARTS = ("PYTHON", "NUMBA", "DEEPSEA", "LICENSE")
+"""Environment variables that a worker gets, and parts of the names of others."""
 
 START_UP = 120.0
 """Time that an FMU has to be loaded and initialised [s]."""
@@ -36,7 +37,8 @@ class IsolatedSlave(Slave):
         super().__init__(real.name, real.folder, real.description)
         self.forms, self.version, self.limits = real.forms, real.version, real.limits  # type: ignore[misc]
         self._structural = real._structural
-        self._kind = type(real)
+        self._kind, self._real = type(real), real
+        self.negated = real.negated
         self._timeout, self._interrupt = step_timeout, interrupt if interrupt is not None else []
         self._process: subprocess.Popen[bytes] | None = None
         self._doing, self._time = "being loaded", 0.0
@@ -47,7 +49,7 @@ class IsolatedSlave(Slave):
     def load(self, log: Log) -> None:
         self._log = log
         ours, theirs = Pipe()
-        environment = {k: v for k, v in os.environ.items() if k in KEPT or k.startswith(("PYTHON", "NUMBA", "DEEPSEA"))}
+        environment = {k: v for k, v in os.environ.items() if k in KEPT or any(part in k for part in KEPT_PARTS)}
         environment["PYTHONPATH"] = os.pathsep.join(p for p in sys.path if p)
         command = [sys.executable, "-m", f"{__package__}.worker", str(theirs.fileno())]
         self._process = subprocess.Popen(
@@ -198,6 +200,13 @@ class IsolatedSlave(Slave):
     @property
     def can_restore(self) -> bool:
         return False
+
+    def settable(self, name: str) -> bool:
+        return self._real.settable(name)
+
+    def feed_through(self, output: str) -> list[str] | None:
+        self._real.answers = self.answers
+        return self._real.feed_through(output)
 
     def exchange_address(self, verb: str, form: Form) -> int:
         raise NotImplementedError

@@ -3,58 +3,99 @@
 from __future__ import annotations
 
 import ctypes
+import os
+import re
 from abc import abstractmethod
 from collections.abc import Callable, Sequence
+from functools import cache
+from itertools import count
 from typing import Any
 
 import numpy as np
 
 from ...core.errors import PackageError, SimulationError
-from .base import STATUS, Log, Signal, Slave
+from .base import ERROR, FATAL, STATUS, Log, Signal, Slave
+
+_live: dict[int, LibrarySlave] = {}
+"""The slaves that are loaded, by what the callbacks of their FMUs bring along."""
+
+_numbers = count(1)
 
 
 class LibrarySlave(Slave):
     """Versions say how an FMU is instantiated and initialised; `_fmu` is fmpy's object."""
 
     def load(self, log: Log) -> None:
+        self._number, self._log = next(_numbers), log
+        _live[self._number] = self
         try:
-            self._instantiate(log)
+            self._instantiate()
+            if not self.instance:
+                raise PackageError("the FMU gave no instance and no reason")
         except Exception as error:
+            del _live[self._number]
             reason = self.messages[-1][1] if self.messages else " ".join(str(error).split())
             raise PackageError(f"component '{self.name}' cannot be instantiated: {reason}") from None
         self._state = "instantiated"
 
     @abstractmethod
-    def _instantiate(self, log: Log) -> None:
+    def _instantiate(self) -> None:
         """Make `_fmu` and instantiate it."""
 
     def _make(self, kind: Callable[..., Any], token: str) -> None:
-        """Make `_fmu`, of a class of fmpy."""
-        self._fmu = kind(
-            guid=token,
-            unzipDirectory=str(self.folder),
-            modelIdentifier=self.description.coSimulation.modelIdentifier,
-            instanceName=self.name,
-        )
+        """Make `_fmu`, of a class of fmpy; what fmpy leaves changed where that fails is put back."""
+        here = os.getcwd()
+        try:
+            self._fmu = _tolerant(kind)(
+                guid=token,
+                unzipDirectory=str(self.folder),
+                modelIdentifier=self.description.coSimulation.modelIdentifier,
+                instanceName=self.name,
+            )
+        finally:
+            os.chdir(here)
 
-    def _callbacks(self, api: Any, prefix: str, log: Log) -> Any:
-        """The callback functions of FMI 1.0 and 2.0, from fmpy's module of the version.
-
-        fmpy's formatting of messages knows one receiver per process: `log` has to go by the name that is given.
-        """
+    def _callbacks(self, api: Any, prefix: str) -> Any:
+        """The callback functions of FMI 1.0 and 2.0, from fmpy's module of the version."""
         from fmpy import calloc, free
         from fmpy.logging import addLoggerProxy
 
-        def on_log(_owner: Any, name: bytes, status: int, _category: bytes, message: bytes) -> None:
-            tell(log, (name or b"").decode("utf-8", "replace") or self.name, status, message)
-
         callbacks = getattr(api, f"{prefix}CallbackFunctions")()
-        callbacks.logger = getattr(api, f"{prefix}CallbackLoggerTYPE")(on_log)
+        callbacks.logger = ctypes.cast(_receiver(), getattr(api, f"{prefix}CallbackLoggerTYPE"))
         callbacks.allocateMemory = getattr(api, f"{prefix}CallbackAllocateMemoryTYPE")(calloc)
         callbacks.freeMemory = getattr(api, f"{prefix}CallbackFreeMemoryTYPE")(free)
         addLoggerProxy(ctypes.byref(callbacks))
-        self._keep += [callbacks, on_log]
+        self._keep.append(callbacks)
         return callbacks
+
+    def hear(self, status: int, message: bytes) -> None:
+        """Hand a message of the FMU to the log, unless all is well."""
+        if status > 0:
+            shown = STATUS[status] if status < len(STATUS) else str(status)
+            self._log(self.name, shown, self._spelled((message or b"").decode("utf-8", "replace").strip()))
+
+    def _spelled(self, message: str) -> str:
+        """A message with the names of variables for #r12# and the like (FMI 1.0 and 2.0), and # for ##."""
+        if "#" not in message or self.version == "3.0":
+            return message
+        kinds = {"r": ("Real",), "i": ("Integer", "Enumeration"), "b": ("Boolean",), "s": ("String",)}
+
+        def name(found: re.Match[str]) -> str:
+            if not found[1]:
+                return "#"
+            meant = (v for v in self.variables.values() if v.type in kinds[found[1]])
+            return next((v.name for v in meant if v.valueReference == int(found[2])), found[0])
+
+        return re.sub(r"#(?:([ribs])(\d+))?#", name, message)
+
+    def note(self, status: int | None) -> None:
+        """After fmiError only its state may be set; after fmiFatal no instance of the FMU is touched again."""
+        if status == FATAL:
+            for slave in [s for s in _live.values() if s.folder == self.folder]:
+                slave._state = "lost"
+        elif status == ERROR and self._state == "running":
+            self._state = "failed"
+        super().note(status)
 
     def _exchange(self, verb: str, name: str, *rest: Any, doing: str) -> Any:
         """fmpy's getXXX or setXXX for one variable."""
@@ -70,7 +111,7 @@ class LibrarySlave(Slave):
 
     def exit_initialisation(self) -> None:
         self.call(self._fmu.exitInitializationMode, doing="exitInitializationMode")
-        self._state = "running"
+        self.begin()
 
     def reset(self) -> None:
         self.call(self._fmu.reset, doing="reset")
@@ -78,6 +119,7 @@ class LibrarySlave(Slave):
         self._state = "instantiated"
 
     def free(self) -> None:
+        _live.pop(getattr(self, "_number", 0), None)
         if self._state in ("new", "lost", "freed"):
             return
         for function in ([self._fmu.terminate] if self._state == "running" else []) + [self._fmu.freeInstance]:
@@ -106,7 +148,12 @@ class LibrarySlave(Slave):
     @property
     def instance(self) -> int:
         component = self._fmu.component
-        return int(getattr(component, "value", component))
+        return int(getattr(component, "value", component) or 0)
+
+    def is_instance(self, address: int | None) -> bool:
+        """Whether that is the address of the instance, as far as it is there already."""
+        fmu = getattr(self, "_fmu", None)
+        return bool(address) and getattr(fmu, "component", None) is not None and self.instance == address
 
     def exchange_texts(self, verb: str, signals: Sequence[Signal], texts: list[Any]) -> None:
         references = [s.reference for s in signals]
@@ -118,11 +165,54 @@ class LibrarySlave(Slave):
             texts[s.place] = text(value)
 
 
-def tell(log: Log, component: str, status: int, message: bytes) -> None:
-    """Hand a message of an FMU to the log, unless all is well."""
-    if status > 0:
-        shown = STATUS[status] if status < len(STATUS) else str(status)
-        log(component, shown, (message or b"").decode("utf-8", "replace").strip())
+@cache
+def _receiver() -> Any:
+    """The one function that hears all FMUs of FMI 1.0 and 2.0; fmpy's formatting of messages knows no other.
+
+    FMI 2.0 hands back what it was given with the callbacks, FMI 1.0 the instance; FMUs that bring neither are known by
+    the instance's name, and else by having been loaded last.
+    """
+
+    @ctypes.CFUNCTYPE(None, ctypes.c_void_p, ctypes.c_char_p, ctypes.c_int, ctypes.c_char_p, ctypes.c_char_p)
+    def hear(owner: int | None, name: bytes | None, status: int, _category: bytes, message: bytes) -> None:
+        slaves = [*_live.values()][::-1]
+        called = (name or b"").decode("utf-8", "replace")
+        found = _live.get(owner or 0) or next((s for s in slaves if s.is_instance(owner)), None)
+        found = found or next((s for s in slaves if s.name == called), slaves[0] if slaves else None)
+        if found is not None:
+            found.hear(status, message)
+
+    return hear
+
+
+class _Library:
+    """A loaded library in which a function may be missing, until it is called."""
+
+    def __init__(self, dll: Any):
+        self._dll = dll
+
+    def __getattr__(self, name: str) -> Any:
+        try:
+            return getattr(self._dll, name)
+        except AttributeError:
+
+            def missing(*_: Any) -> None:
+                raise PackageError(f"its library has no function {name}")
+
+            return missing
+
+
+@cache
+def _tolerant(kind: Callable[..., Any]) -> Callable[..., Any]:
+    """fmpy's class of FMUs, for libraries that lack functions that nobody calls."""
+
+    class Tolerant(kind):  # type: ignore[misc, valid-type]
+        def _loadFunctions(self) -> None:
+            self.dll = _Library(self.dll)
+            super()._loadFunctions()
+
+    Tolerant.__name__ = kind.__name__  # by which fmpy knows the version
+    return Tolerant
 
 
 def text(value: Any) -> Any:

@@ -64,7 +64,7 @@ class Worker:
             self.runners[name] = Runner(program)
 
     def log(self, component: str, status: str, text: str) -> None:
-        self.slave.messages.append((status, text))
+        self.slave.take(status, text)
         self.send("log", (component, status, text))
 
     def obey(self, message: tuple[Any, ...]) -> None:
