@@ -6,7 +6,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from importlib.resources import files
 from itertools import product
-from math import prod
+from math import inf, prod
 from pathlib import Path
 from typing import Any
 
@@ -120,6 +120,10 @@ def read(path: Path | None = None) -> Options:
         raise UsageError(f"{where}: at least one [[require]] and one [[group]] are needed")
     if (count := prod(len(g.choices) for g in made.groups)) > MOST_DESIGNS:
         raise UsageError(f"{where}: {count} combinations of choices; at most {MOST_DESIGNS}")
+    labels = {r.metric.label: str(r.metric) for r in made.requirements}
+    for r in made.requirements:
+        if labels[r.metric.label] != str(r.metric):
+            raise UsageError(f"{where}: [[require]]: two metrics have the label '{r.metric.label}'")
     names = [g.name for g in made.groups]
     if len(set(names)) < len(names):
         raise UsageError(f"{where}: two groups have the same name")
@@ -129,9 +133,11 @@ def read(path: Path | None = None) -> Options:
 def _requirement(take: Tables, table: dict[str, Any], where: str) -> Requirement:
     take.no_strangers(table, ("metric", "at_least", "at_most"), where)
     metric = parse_metric(take.get(table, where, "metric", str))
-    ends = [take.number(table, where, k, d) for k, d in (("at_least", -1e300), ("at_most", 1e300))]
-    if ends == [-1e300, 1e300]:
+    ends = [take.number(table, where, k) if k in table else d for k, d in (("at_least", -inf), ("at_most", inf))]
+    if ends == [-inf, inf]:
         raise UsageError(f"{where}: {metric}: at_least or at_most is missing")
+    if ends[0] > ends[1]:
+        raise UsageError(f"{where}: {metric}: nothing is at least {ends[0]:g} and at most {ends[1]:g}")
     return Requirement(metric, *ends)
 
 

@@ -2,12 +2,12 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
 from typing import Any
 
 from ...core.errors import SimulationError
-from ...master.pool import Pool
+from ...master.pool import DIED, Failure, Pool, WorkerDied
 from ..sweep.run import Settings, Task, measure
 from .options import Design, Options
 
@@ -25,13 +25,14 @@ class Reach:
     """The greatest value of the axis at which everything holds, to within the options' `within`.
 
     None where it does not hold even at the low end; `whole` where it holds up to the high end. `why`: the low end
-    cannot be run; `hole`: a value below at which it does not hold.
+    cannot be run; `hole`: a value below at which it does not hold; `beyond`: runs just beyond fail, and why.
     """
 
     value: float | None
     whole: bool = False
     why: str | None = None
     hole: float | None = None
+    beyond: str | None = None
 
 
 def settings(options: Options) -> Settings:
@@ -66,21 +67,24 @@ def reach(package: str, question: Question) -> Reach:
         return Reach(None)
     low, high = o.low, o.high
     held = {low}
-    whole = holds(o, at(high))
+    last = at(high)
+    whole = holds(o, last)
     if whole:
         low = high
     while high - low > o.within:
         middle = 0.5 * (low + high)
-        if holds(o, at(middle)):
+        entry = at(middle)
+        if holds(o, entry):
             held.add(middle)
             low = middle
         else:
-            high = middle
+            high, last = middle, entry
+    beyond = last.get("failed")
     for k in range(LOOKS, 0, -1):
         x = o.low + k / (LOOKS + 1) * (low - o.low)
         if min(abs(x - known) for known in held) > o.within and not holds(o, at(x)):
-            return Reach(low, whole, hole=x)
-    return Reach(low, whole)
+            return Reach(low, whole, hole=x, beyond=beyond)
+    return Reach(low, whole, beyond=beyond)
 
 
 def reaches(
@@ -89,13 +93,29 @@ def reaches(
 ) -> list[Reach]:  # fmt: skip
     """How far each design goes."""
     found: dict[int, Reach] = {}
-    for k, answer in pool.each(reach, [Question(options, {**fixed, **d.parameters}) for d in designs]):
+    for k, answer in answers(pool, reach, [Question(options, {**fixed, **d.parameters}) for d in designs]):
         found[k] = answer if isinstance(answer, Reach) else Reach(None, why=answer.reason)
         progress()
     if all(r.why for r in found.values()):
         name = ", ".join(designs[0].changes) or "the machine as it is"
         raise SimulationError(f"no design can be run at {options.low:g} {options.unit}; {name}: {found[0].why}")
     return [found[k] for k in range(len(designs))]
+
+
+def answers(pool: Pool, function: Callable[[str, Any], Any], tasks: Sequence[Any]) -> Iterator[tuple[int, Any]]:
+    """As `Pool.each`; a task that takes its process with it is a `Failure`, and what was at work then is run again."""
+    left = dict(enumerate(tasks))
+    try:
+        for k, answer in pool.each(function, tasks):
+            del left[k]
+            yield k, answer
+    except WorkerDied:
+        for k, task in list(left.items()):
+            try:
+                with Pool(pool.package, processes=1) as own:
+                    yield k, next(own.each(function, [task]))[1]
+            except WorkerDied:
+                yield k, Failure(DIED)
 
 
 def cheapest(
@@ -105,7 +125,7 @@ def cheapest(
     for cost in sorted({round(d.cost, 9) for d in designs}):  # 0.1 + 0.2 costs as much as 0.3
         mine = sorted((d for d in designs if round(d.cost, 9) == cost), key=lambda d: len(d.changes))
         tasks = [Task(settings(options), {**fixed, **d.parameters, options.parameter: at}) for d in mine]
-        good = sorted(k for k, entry in pool.each(measure, tasks) if isinstance(entry, dict) and holds(options, entry))
+        good = sorted(k for k, e in answers(pool, measure, tasks) if isinstance(e, dict) and holds(options, e))
         if good:
             return [mine[k] for k in good]
     return []

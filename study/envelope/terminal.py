@@ -39,7 +39,8 @@ def envelope_command(options: argparse.Namespace) -> int:
         check_distinct(session, [*fixed, *used, wanted.parameter])
         first = {**fixed, **every[0].parameters, wanted.parameter: wanted.low}
         others = [c.parameters for g in wanted.groups for c in g.choices]
-        check(session, first, settings(wanted), [*others, {wanted.parameter: wanted.high}])
+        between = wanted.low + 0.382 * (wanted.high - wanted.low)  # bisection takes values that are not whole
+        check(session, first, settings(wanted), [*others, *({wanted.parameter: x} for x in (between, wanted.high))])
     at = wanted.high if options.at is None else options.at
     if not wanted.low <= at <= wanted.high:
         raise UsageError(f"--at {at:g}: it has to be between {wanted.low:g} and {wanted.high:g} {wanted.unit}")
@@ -55,7 +56,8 @@ def envelope_command(options: argparse.Namespace) -> int:
     ):
         found = reaches(pool, wanted, over, {**fixed, **rest}, bar.update)
         bar.set_description("the cheapest change")
-        best = cheapest(pool, wanted, every, at, fixed)
+        with Pool(options.package, executor, options.processes) as pool:  # the other one may have died
+            best = cheapest(pool, wanted, every, at, fixed)
     names = [tuple(c.name for c in d.choices) for d in over]
     reach = dict(zip(names, found, strict=True))
     _write(folder, options, wanted, mapped, reach, best, at)
@@ -77,7 +79,8 @@ def _told(r: Any, wanted: Any) -> str:
         return f"not even {wanted.low:g}"
     places = max(0, -floor(log10(wanted.within)))
     told = f"{wanted.high:g} and more" if r.whole else f"{r.value:.{places}f}"
-    return told if r.hole is None else f"{told}, but not at {r.hole:.{places}f}"
+    told += f", but not at {r.hole:.{places}f}" if r.hole is not None else ""
+    return told + (f"; beyond, runs fail: {r.beyond}" if r.beyond else "")
 
 
 def _write(
@@ -87,20 +90,21 @@ def _write(
     from ...master.output import versions
 
     given = json.loads(json.dumps(asdict(wanted)), parse_constant=lambda _: None)  # no bound: null
-    rows = [[*names, r.value, r.whole] for names, r in reach.items()]
+    rows = [[*names, r.value, r.whole, r.hole, r.why or r.beyond] for names, r in reach.items()]
     content = {
         "package": str(options.package), "sha256": digest(options.package), "set": options.set,
         "options": given, "versions": versions(),
         "axis": wanted.parameter, "unit": wanted.unit,
         "reach": [{**dict(zip((g.name for g in mapped), names, strict=True)), "value": r.value, "whole": r.whole,
-                   "hole": r.hole, "why": r.why}
+                   "hole": r.hole, "why": r.why, "beyond": r.beyond}
                   for names, r in reach.items()],
         "at": at, "cheapest": [{"cost": d.cost, "changes": list(d.changes)} for d in best],
     }  # fmt: skip
     with writing(folder):
         with (folder / "envelope.csv").open("w", newline="", encoding="utf-8") as file:
             writer = csv.writer(file)
-            writer.writerow([*(g.name for g in mapped), f"{wanted.parameter} [{wanted.unit}]", "up to the high end"])
+            heads = f"{wanted.parameter} [{wanted.unit}]", "up to the high end", "not at", "runs fail"
+            writer.writerow([*(g.name for g in mapped), *heads])
             writer.writerows(rows)
         (folder / "envelope.json").write_text(json.dumps(content, indent=1) + "\n", encoding="utf-8")
 

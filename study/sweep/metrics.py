@@ -38,6 +38,7 @@ def _at(t: np.ndarray, x: np.ndarray, when: float) -> float | None:
 
 def reaches(t: np.ndarray, x: np.ndarray, target: float, within: float, after: float = 0.0) -> float | None:
     """Time [s] from `after` until x (n,) at t (n,) is within `within` of `target` for the first time; None if never."""
+    after = max(after, float(t[0]))
     t, x = _from(t, x, after)
     far = x - target
     passed = np.append(False, far[1:] * far[:-1] < 0.0)  # between two points, if not at one
@@ -51,7 +52,12 @@ def reaches(t: np.ndarray, x: np.ndarray, target: float, within: float, after: f
 def _settles(
     t: np.ndarray, x: np.ndarray, target: float, within: float, after: float = 0.0, until: float = np.inf
 ) -> float | None:
-    t, x = _from(t[t <= until], x[t <= until], after)
+    after = max(after, float(t[0]))
+    if until < after:
+        return None
+    if until < t[-1]:  # which need not be a sample's time either
+        t, x = np.append(t[t < until], until), np.append(x[t < until], np.interp(until, t, x))
+    t, x = _from(t, x, after)
     if not len(t):
         return None
     far = x - target
@@ -124,6 +130,15 @@ class Metric:
         if self.function == "integral" and of_signal is not None:
             return "s" if of_signal == "1" else f"{of_signal}.s"
         return of_signal
+
+    def check(self, start: float, stop: float) -> None:
+        """Raise `UsageError` for numbers that no run from `start` to `stop` [s] can have anything to do with."""
+        first = {"at": 0, "reaches": 2, "settles": 2}.get(self.function, len(self.numbers))
+        for when in self.numbers[first : first + 1]:
+            if when > stop or (self.function == "at" and when < start):
+                raise UsageError(f"--metric {self}: {when:g} s is not in the run, from {start:g} to {stop:g} s")
+        if self.function in ("reaches", "settles") and self.numbers[1] < 0.0:
+            raise UsageError(f"--metric {self}: within = {self.numbers[1]:g} is negative")
 
     def of(self, t: np.ndarray, x: np.ndarray) -> float | None:
         """The number for the signal x (n,) at the times t (n,)."""

@@ -76,11 +76,18 @@ def check(session: Session, case: Case, settings: Settings, others: Iterable[Map
 
     others: what may stand in place of some of the case's values.
     """
-    times_of(session.structure, settings.stop, settings.step)
+    start, stop, _, _ = times_of(session.structure, settings.stop, settings.step)
     if not settings.metrics:
         raise UsageError("no connected output is a number; say with --metric what is to be measured")
     for m in settings.metrics:
         session.signal(m.connector)
+        m.check(start, stop)
+    driven = {link.target.home: link.source.address for link in session.system.links}
+    for name in (*settings.fixed, *case):
+        for target in session.targets(name):
+            signal = session.system.inputs.get(target)
+            if signal is not None and signal.home in driven:
+                raise UsageError(f"'{name}' is connected to '{driven[signal.home]}', which counts; it cannot be set")
     for other in ({}, *others):
         session.values({**settings.fixed, **case, **other})
     check_distinct(session, [*settings.fixed, *case])

@@ -39,8 +39,8 @@ class Store:
         self._lock.enter_context(held(self.folder, "another sweep"))
         path = self.folder / FILE
         whole = end = 0
-        if path.exists():
-            for line in path.read_bytes().splitlines(keepends=True):
+        with writing(path):
+            for line in path.read_bytes().splitlines(keepends=True) if path.exists() else ():
                 if not line.endswith(b"\n"):
                     break
                 end += len(line)
@@ -48,8 +48,8 @@ class Store:
                 if entry is not None:
                     self._known[entry.pop("case")] = entry
                     whole = end
-        self._file = path.open("ab")
-        self._file.truncate(whole)
+            self._file = path.open("ab")
+            self._file.truncate(whole)
         return self
 
     def __exit__(

@@ -30,6 +30,9 @@ SHOWN = 5
 def sweep_command(options: argparse.Namespace) -> int:
     """Run the sweep and print what came of it; returns the exit code."""
     axes = [parse_axis(text) for text in options.vary]
+    for axis in axes:
+        if axis.name in ("case", "failed", "warnings"):
+            raise UsageError(f"--vary {axis.name}=...: the table has a column of that name; name its component, too")
     kind, cases = _cases(axes, options)
     if options.dask is not None and options.case_time is not None:
         raise UsageError("--case-time: a process of a Dask cluster cannot be ended from here; leave one of them out")
@@ -95,6 +98,8 @@ def fixed_values(changes: Sequence[str], axes: Sequence[Axis]) -> dict[str, Any]
             raise UsageError(f"--set {text}: expected NAME=VALUE")
         if axis.name in {a.name for a in axes}:
             raise UsageError(f"--set {text}: it is varied")
+        if axis.name in made:
+            raise UsageError(f"--set {text}: it is set already, to {made[axis.name]}")
         made[axis.name] = axis.values[0]
     return made
 
@@ -120,7 +125,7 @@ def _indices(
     axes: Sequence[Axis], kind: str, cases: Sequence[Case], table: Sequence[Mapping[str, Any]], labels: Sequence[str]
 ) -> tuple[dict[str, Any], dict[str, str]]:
     """Sensitivities by metric, and why there are none of the others."""
-    if not find_spec("SALib"):
+    if kind == "saltelli" and not find_spec("SALib"):
         return {}, {"any metric": "this needs SALib: pip install deepsea-cosim[study]"}
     from .sensitivity import sensitivities
 

@@ -181,3 +181,36 @@ def test_a_design_that_cannot_be_run_does_not_hide_the_others(doubled, tmp_path,
     assert "cannot be run at 0: component 'b'" in capsys.readouterr().out
     found = json.loads((tmp_path / "o" / "envelope.json").read_text())["reach"]
     assert [r["why"] is None for r in found] == [True, False, True]
+
+
+def test_an_axis_of_whole_numbers_is_refused(doubled, options, tmp_path, capsys):
+    options.write_text(options.read_text().replace("b.D[1,1]", "b.integer_in"))
+    assert code(main, ["envelope", str(doubled), "--options", str(options), "--out", str(tmp_path / "o")]) == 2
+    assert "integer_in" in capsys.readouterr().err
+
+
+def test_one_label_for_two_metrics_is_refused(options):
+    options.write_text(options.read_text().replace(
+        "[[group]]", '[[require]]\nmetric = "end=final(a.y1)"\nat_most = 100\n[[group]]', 1))  # fmt: skip
+    with pytest.raises(UsageError, match="two metrics have the label 'end'"):
+        read(options)
+
+
+def test_bounds_that_nothing_meets_are_refused(options):
+    options.write_text(options.read_text().replace("at_most", "at_least = 5\nat_most"))
+    with pytest.raises(UsageError, match="at least 5 and at most 2"):
+        read(options)
+
+
+@pytest.mark.parametrize("trouble", [1.0, 3.0])
+def test_runs_that_fail_or_crash_beyond_the_edge_are_told(doubled, options, tmp_path, capsys, trouble):
+    """The FMU of one design fails, or takes its process with it; the others are found all the same."""
+    text = options.read_text().replace('"a.x0[2]" = 0.25', f'"a.x0[2]" = 0.25, "b.trouble" = {trouble}, "b.when" = 0.5')
+    options.write_text(text)
+    assert code(main, ["envelope", str(doubled), "--options", str(options), "--out", str(tmp_path / "o"), "--at", "1",
+                       "--no-plots", "--processes", "1"]) == 0  # fmt: skip
+    found = {r["ramp"]: r for r in json.loads((tmp_path / "o" / "envelope.json").read_text())["reach"]}
+    assert found["slope 1"]["value"] == pytest.approx(2.0, abs=0.01)
+    assert found["slope 0.5"]["value"] == pytest.approx(4.0, abs=0.01)
+    assert found["slope 0.25"]["value"] is None
+    assert found["slope 0.25"]["why"]

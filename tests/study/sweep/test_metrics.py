@@ -36,6 +36,7 @@ def of(text, x, t=T):
         ("reaches(a.x, 0.5004, 1e-6)", RISE, 2.0016),  # passed between two samples
         ("reaches(a.x, 0.5, 0.1, 1.005)", RISE, 0.595),
         ("settles(a.x, 1, 0.1, 1.005)", RISE, 2.595),
+        ("settles(a.x, 1, 0.1, 0, 3.75005)", RISE, 3.6),  # until between two samples
     ],
 )
 def test_closed_forms(text, x, value):

@@ -15,7 +15,7 @@ from deepsea_cosim.core.errors import OutputError, UnknownNameError, UsageError
 from deepsea_cosim.master.session import Session
 from deepsea_cosim.study.cli import main
 from deepsea_cosim.study.sweep.axes import parse_axis
-from deepsea_cosim.study.sweep.cases import grid
+from deepsea_cosim.study.sweep.cases import grid, sample
 from deepsea_cosim.study.sweep.metrics import parse_metric
 from deepsea_cosim.study.sweep.run import Settings, check, default_metrics, sweep
 from deepsea_cosim.study.sweep.sensitivity import sensitivities
@@ -241,8 +241,6 @@ def test_help_is_quick_and_heavy_things_stay_out():
 def test_shares_of_a_sum_of_squares_known_in_closed_form(kind):
     """y = 3 a + b with a, b uniform on [0, 1]: the variances are as 9 to 1."""
     pytest.importorskip("SALib")
-    from deepsea_cosim.study.sweep.cases import sample
-
     axes = [parse_axis("a=0:1"), parse_axis("b=0:1"), parse_axis("c=5:6")]
     cases = sample(axes, kind, 512)
     found = sensitivities(axes, kind, cases, [3 * c["a"] + c["b"] for c in cases])
@@ -254,6 +252,58 @@ def test_shares_of_a_sum_of_squares_known_in_closed_form(kind):
         assert "1 of 4096 cases have no value" in missing
     else:
         assert missing["first order"]["a"]["value"] == pytest.approx(0.9, abs=0.05)
+
+
+@pytest.mark.parametrize("sampling", ["sobol", "lhs"])
+@pytest.mark.parametrize(
+    "texts", [("a=0:1", "b=0:1", "c=0:1"), ("a=0,1", "b=0,1", "c=0,1"), ("a=0:1", "b=0,1,2,3", "c=0:1")]
+)
+@pytest.mark.parametrize("number", [64, 256])
+def test_first_order_shares_of_a_linear_model(sampling, texts, number):
+    """y = 4 a + 2 b + c: shares are those of the terms' variances."""
+    axes = [parse_axis(text) for text in texts]
+    spread = [1 / 12 if a.is_range else float(np.var(a.values)) for a in axes]
+    parts = np.array([16.0, 4.0, 1.0]) * spread
+    worst = []
+    for seed in range(6):
+        cases = sample(axes, sampling, number, seed)
+        found = sensitivities(axes, sampling, cases, [4 * c["a"] + 2 * c["b"] + c["c"] for c in cases])["first order"]
+        errors = [found[n]["value"] - p for n, p in zip("abc", parts / parts.sum(), strict=True)]
+        worst.append(max(map(abs, errors)))
+        assert all(0.0 <= found[n]["half_width"] < 0.3 for n in "abc")
+    assert max(worst) < (0.06 if sampling == "sobol" else 2.4 / number**0.5)  # that of chance
+    assert float(np.mean(worst)) < (0.05 if sampling == "sobol" else 1.2 / number**0.5)
+
+
+def test_first_order_shares_of_ishigamis_function():
+    """Closed form: 0.3139, 0.4424 and 0."""
+    axes = [parse_axis(f"{n}=-3.14159265:3.14159265") for n in "abc"]
+    cases = sample(axes, "sobol", 512)
+    y = [np.sin(c["a"]) + 7 * np.sin(c["b"]) ** 2 + 0.1 * c["c"] ** 4 * np.sin(c["a"]) for c in cases]
+    found = sensitivities(axes, "sobol", cases, y)["first order"]
+    assert [found[n]["value"] for n in "abc"] == pytest.approx([0.3139, 0.4424, 0.0], abs=0.03)
+
+
+@pytest.mark.parametrize(
+    ("vary", "others", "message"),
+    [
+        ("b.u1=1,2", (), "'b.u1' is connected to 'a.y1', which counts"),
+        (f"{GAIN}=1,2", ("--set", "b.x0[1]=1", "--set", "b.x0[1]=2"), "it is set already"),
+        (f"{GAIN}=1,2", ("--metric", "at(b.y1, 70)"), "70 s is not in the run"),
+        (f"{GAIN}=1,2", ("--metric", "reaches(b.y1, 1, -0.1)"), "within = -0.1 is negative"),
+        ("case=1,2", (), "the table has a column of that name"),
+    ],
+)
+def test_what_cannot_be_meant_is_one_line(doubled, tmp_path, capsys, vary, others, message):
+    arguments = ["--vary", vary, *others, "--out", str(tmp_path / "o"), "--quiet"]
+    assert code(main, ["sweep", str(doubled), *arguments]) == 2
+    assert message in capsys.readouterr().err
+
+
+def test_a_list_of_cases_that_is_a_folder_is_one_line(tmp_path):
+    (tmp_path / FILE).mkdir()
+    with pytest.raises(OutputError), Store(tmp_path):
+        pass
 
 
 def test_a_case_that_kills_the_workers_of_a_dask_cluster_has_failed(doubled, tmp_path):
