@@ -172,6 +172,8 @@ def _read_table(path: Path) -> tuple[list[str], np.ndarray]:
         with path.open(newline="", encoding="utf-8-sig") as file:
             rows = csv.reader(file)
             names = [cell.strip() for cell in next(rows, [])]
+            if (twice := next((n for n in names if n and names.count(n) > 1), None)) is not None:
+                raise CampaignError(f"{path}: has two columns '{twice}'")
             for mark, what in ((";", "semicolons"), ("\t", "tabs")):
                 if len(names) == 1 and mark in names[0]:
                     raise CampaignError(f"{path}: is separated by {what}; it needs commas, and points in numbers")
@@ -228,6 +230,8 @@ def _run(table: dict[str, Any], where: str, folder: Path, channels: tuple[Channe
         _check_events(where, events, stop)
         name = take.get(table, where, "name", str, where.rpartition(": ")[2])
         return Run(name, dict(parameters), use, {}, stop, events)
+    if "stop_time" in table:
+        raise CampaignError(f"{where}: 'stop_time' is for runs without a file; this one ends with its file")
     path = take.file(table, where, "file", folder)
     names, data = _read_table(path)
     if names[0] != "time":
@@ -278,6 +282,12 @@ def _run(table: dict[str, Any], where: str, folder: Path, channels: tuple[Channe
                 f"{path.name}: the input '{channel.column}' was measured from {measured[0]:g} s to {measured[-1]:g} s "
                 "only; beyond, its nearest value is held"
             )
+        holes = np.diff(measured)
+        if channel.role == "input" and holes.max() > max(20 * np.median(gaps), 2 * gaps.max()):
+            warnings.append(
+                f"{path.name}: the input '{channel.column}' was not measured for {holes.max():g} s after "
+                f"{measured[int(np.argmax(holes))]:g} s; a straight line is taken"
+            )
         _check_noise(path, channel, values)
         series[channel.connector] = (measured, values)
     moving = [c for c in channels if c.connector in series and np.ptp(series[c.connector][1]) > 0.0]
@@ -297,6 +307,18 @@ def _check_events(where: str, events: tuple[Event, ...], stop: float) -> None:
         if e.after + reading > BEYOND * stop:
             late = f"{e.after + reading:g} s is long after the run's end at {stop:g} s"
             raise CampaignError(f"{where}, event {i}: {late}: is it in seconds?")
+        if e.after >= stop:
+            raise CampaignError(f"{where}, event {i}: 'after' = {e.after:g} s, but the run ends at {stop:g} s")
+    same: dict[tuple[Any, ...], list[Event]] = {}
+    for e in events:
+        same.setdefault((e.connector, e.target, e.within, e.after, e.until, e.first), []).append(e)
+    for alike in same.values():
+        soonest = max((v for e in alike for v in (e.time, e.at_least) if v is not None), default=-inf)
+        latest = min((v for e in alike for v in (e.time, e.at_most) if v is not None), default=inf)
+        slack = 6.0 * max(e.std for e in alike)
+        if soonest > latest + slack:
+            told = f"'{alike[0].connector}' cannot be there after {soonest:g} s at least and {latest:g} s at most"
+            raise CampaignError(f"{where}: two events contradict each other: {told}")
 
 
 def _check_noise(path: Path, channel: Channel, values: np.ndarray) -> None:
@@ -323,6 +345,9 @@ def _event(table: dict[str, Any], where: str) -> Event:
         values["until"] = take.number(table, where, "until")
         if not values["until"] > values["after"]:
             raise CampaignError(f"{where}: 'until' has to be later than 'after'")
+        for key in ("time", "at_least"):
+            if told.get(key, 0.0) + values["after"] > values["until"]:
+                raise CampaignError(f"{where}: '{key}' = {told[key]:g} s, counted from 'after', is later than 'until'")
     for key, value in {**told, "after": values["after"]}.items():
         if value < 0.0:
             raise CampaignError(f"{where}: '{key}' = {value:g} s is negative")
@@ -339,7 +364,11 @@ def si(name: str) -> str:
     from ..core.units import UNITS
 
     here = unit(name)
-    return next(u.name for u in UNITS.values() if u.same_dimension(here) and u.factor == 1.0 and u.offset == 0.0)
+    same = (u.name for u in UNITS.values() if u.same_dimension(here) and u.factor == 1.0 and u.offset == 0.0)
+    found = next(same, None)
+    if found is None:
+        raise CampaignError(f"unit '{name}': the SI unit of that quantity is not known here")
+    return found
 
 
 def read(path: Path) -> Campaign:
@@ -367,7 +396,10 @@ def read(path: Path) -> Campaign:
         tolerance = take.number(table, where, "tolerance")
         if not 0.0 <= tolerance < 1.0:
             raise ParameterError(f"{where}: tolerance = {tolerance:g} has to lie between 0 and 1")
-        base[take.get(table, where, "parameter", str)] = tolerance
+        parameter = take.get(table, where, "parameter", str)
+        if parameter in base:
+            raise CampaignError(f"{where}: '{parameter}' is there twice")
+        base[parameter] = tolerance
     name = take.get(data, str(path), "name", str, path.stem)
     return Campaign(name, system, effects, channels, runs, base, warnings, path)
 

@@ -198,7 +198,12 @@ class _Reader(Tables):
         id, text, group, quantity = (self.get(table, entry, key, str) for key in ("id", "text", "group", "quantity"))
         if quantity not in QUANTITIES:
             raise self.error(f"{entry}: 'quantity' = '{quantity}' is none of {', '.join(QUANTITIES)}")
-        return Sensor(id, text, group, quantity, *self.range(table, entry))
+        neutral, low, high, prior = self.range(table, entry)
+        if neutral != (right := 1.0 if quantity == "scale" else 0.0):
+            raise self.error(f"{entry}: 'neutral' = {neutral:g}; a {quantity} is absent at {right:g}")
+        if quantity in ("lag", "delay") and low < 0.0:
+            raise self.error(f"{entry}: 'bounds' = [{low:g}, {high:g}]; a {quantity} cannot be negative")
+        return Sensor(id, text, group, quantity, neutral, low, high, prior)
 
     def base(self, table: dict[str, Any], entry: str) -> Base:
         self.no_strangers(table, ("parameter", "tolerance"), entry)
@@ -252,11 +257,20 @@ def _catalogue(data: dict[str, Any], shown: str) -> Catalogue:
             raise reader.error(f"{shown}: effect {id}: is listed twice")
         if id in VERDICTS:
             raise reader.error(f"{shown}: effect {id}: that is the name of a verdict; call it otherwise")
+    quantities = [s.quantity for s in sensors]
+    if (twice := next((q for q in quantities if quantities.count(q) > 1), None)) is not None:
+        raise reader.error(f"{shown}: two sensor entries are a {twice}; one is enough for all channels")
     belongs: dict[str, str] = {}
     for e in effects:
-        for address in (a for p in e.parameters for a in (p.address, *p.also)):
+        addresses = [a for p in e.parameters for a in (p.address, *p.also)]
+        if (twice := next((a for a in addresses if addresses.count(a) > 1), None)) is not None:
+            raise reader.error(f"{shown}: effect {e.id}: has '{twice}' twice")
+        for address in addresses:
             if belongs.setdefault(address, e.id) != e.id:
                 raise reader.error(f"{shown}: effects {belongs[address]} and {e.id} both have '{address}'")
+    bases = [b.get("parameter") for b in reader.tables(data, shown, "base")]
+    if (twice := next((b for b in bases if bases.count(b) > 1), None)) is not None:
+        raise reader.error(f"{shown}: base {twice}: is listed twice")
     if not ids:
         raise reader.error(f"{shown}: holds no effects")
     estimation = reader.get(data, shown, "estimation", dict, {})

@@ -31,12 +31,16 @@ may leave then."""
 SPANS = 20.0
 """Spans of model and readings that a reading may lie beyond both."""
 
+MARKS = (999.0, 9999.0, 99999.0, 999999.0)
+"""What is written, or its negative, where there was no reading."""
+
 SWAPPED = 0.3
 """Share of the gap that two columns leave, each taken for the other, when they are swapped."""
 
 
 def check(problem: Problem, delivered: np.ndarray) -> None:
     """Raise `CampaignError` for what cannot be meant; `delivered` is the model's long vector (n,)."""
+    _check_marks(problem)
     _check_inputs(problem)
     _check_swapped(problem, delivered)
     for k, c in enumerate(problem.campaign.outputs):
@@ -44,6 +48,25 @@ def check(problem: Problem, delivered: np.ndarray) -> None:
         if parts:
             _check_readings(problem, c, parts, delivered)
             _check_unit(problem, c, parts, delivered)
+
+
+def _check_marks(problem: Problem) -> None:
+    """No value of a measured input is a usual mark for a missing one, far from all others; a pulse may be far, too."""
+    for info in problem.runs:
+        for c in problem.campaign.inputs:
+            if c.connector not in info.inputs:
+                continue
+            t, x = info.inputs[c.connector]
+            read = convert(x, problem.units[c.connector], c.unit)
+            marked = np.isin(np.abs(np.round(read, 6)), MARKS)
+            rest = read[~marked]
+            if not marked.any() or not len(rest) or np.abs(rest).max() * SPANS > np.abs(read[marked]).min():
+                continue
+            k = int(np.argmax(marked))
+            raise CampaignError(
+                f"run '{info.name}', input '{c.column}': {read[k]:.6g} {c.unit} at {t[k]:g} s is impossible beside "
+                f"{rest.min():.4g} to {rest.max():.4g} {c.unit}; leave empty what was not measured"
+            )
 
 
 def _check_readings(problem: Problem, c: Channel, parts: list[Block], delivered: np.ndarray) -> None:

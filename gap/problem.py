@@ -15,7 +15,7 @@ from typing import Any
 
 import numpy as np
 
-from ..core.errors import CosimError, UnknownNameError, UsageError, did_you_mean
+from ..core.errors import CosimError, ParameterError, UnknownNameError, UsageError, did_you_mean
 from ..core.units import unit
 from ..master.algorithms import NAMES
 from ..master.pool import Failure, Job, Pool
@@ -303,6 +303,9 @@ def pose(campaign: Campaign, catalogue: Catalogue, pool: Pool) -> Problem:
                 values = session.values(run.parameters)
             except CosimError as error:
                 raise CampaignError(f"{campaign.file}: run '{run.name}': {error}") from None
+            meant = [a for name in run.parameters for a in matching(name, values)]
+            if (twice := next((a for a in meant if meant.count(a) > 1), None)) is not None:
+                raise CampaignError(f"{campaign.file}: run '{run.name}': two parameters mean '{twice}'")
             inputs = {}
             for c in campaign.inputs:
                 if c.connector in run.series:
@@ -310,6 +313,12 @@ def pose(campaign: Campaign, catalogue: Catalogue, pool: Pool) -> Problem:
                     inputs[c.connector] = (t, _own(units[c.connector], x))
             runs.append(_RunInfo(run.name, run.stop, dict(run.parameters), inputs, values))
         check_catalogue(catalogue, session)
+        try:
+            session.values(catalogue.estimation)
+        except ParameterError as error:
+            raise CampaignError(f"estimation: {error}") from None
+        except UnknownNameError:
+            pass  # told below
         ends = session.structure.stop_time
     if start != 0.0:
         raise UsageError(f"{campaign.system.name}: starts at {start:g} s; a diagnosis needs a start at 0 s")

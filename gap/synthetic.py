@@ -24,7 +24,7 @@ import numpy as np
 from ..core.files import make_folder, writing
 from ..core.units import unit
 from ..master.session import Session
-from .campaign import MIN_SAMPLES, CampaignError, Channel, channels_of, take
+from .campaign import MIN_SAMPLES, CampaignError, Channel, channels_of, si, take
 from .catalogue import QUANTITIES
 from .sensor import Sensor
 
@@ -114,6 +114,12 @@ def make(template: Path, folder: Path, say: Callable[[str], None] = lambda text:
         if channel.noise_std is not None:
             lines.append(f"noise_std = {channel.noise_std / unit(channel.unit).factor!r}")
     with Session(package) as session:
+        names = session.system.units()
+        owns = {c.connector: unit(names.get(c.connector, si(c.unit))) for c in outputs}
+        for c in outputs:
+            if not unit(c.unit).same_dimension(owns[c.connector]):
+                told = f"it is in {c.unit}, but '{c.connector}' is in {owns[c.connector].name}"
+                raise CampaignError(f"{template}: channel '{c.column}': {told}")
         for i, run in enumerate(runs, 1):
             where = f"{template}: run {i}"
             take.no_strangers(run, ("file", "parameters", "use", "stop_time", "rate"), where)
@@ -131,7 +137,8 @@ def make(template: Path, folder: Path, say: Callable[[str], None] = lambda text:
             at = np.arange(round(stop * rate) + 1) / rate
             columns = [at]
             for k, channel in enumerate(outputs):
-                y = sensors.get(channel.connector, Sensor()).read(t, rows[:, k], at)
+                own = owns[channel.connector]
+                y = sensors.get(channel.connector, Sensor()).read(t, own.factor * rows[:, k] + own.offset, at)
                 y = y + rng.normal(0.0, channel.noise_std or 0.0, len(at))
                 columns.append((y - unit(channel.unit).offset) / unit(channel.unit).factor)
             with writing(folder / name), (folder / name).open("w", newline="", encoding="utf-8") as file:

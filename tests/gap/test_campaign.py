@@ -5,7 +5,7 @@ import tomllib
 import numpy as np
 import pytest
 from deepsea_cosim.core.errors import CosimError
-from deepsea_cosim.gap.campaign import read
+from deepsea_cosim.gap.campaign import CampaignError, read
 from deepsea_cosim.gap.cli import main
 
 CAMPAIGN = """
@@ -92,6 +92,9 @@ def test_copies_are_noticed(campaign, tmp_path):
         (('file = "run1.csv"', 'file = "none.csv"'), None, "cannot be read"),
         (("tolerance = 0.02", "tolerance = 2"), None, "between 0 and 1"),
         (("name", "name ="), None, "not valid TOML"),
+        (("", ""), table().replace("time,x,P", "time,x,x"), "has two columns 'x'"),
+        (('file = "run1.csv"', 'file = "run1.csv"\nstop_time = 3.0'), None, "'stop_time' is for runs without a file"),
+        (('[[base]]', '[[base]]\nparameter = "hydraulics.oil.nu0"\ntolerance = 0.1\n[[base]]'), None, "there twice"),
     ],
 )
 def test_one_line_for_what_is_wrong(campaign, change, run, message):
@@ -148,6 +151,58 @@ def test_synthetic_campaign_reads_back(built, tmp_path, capsys):
     assert answer["truth"]["hydraulics.effect.cylinder_coulomb_friction.F_c"] == 500.0
 
 
+def test_synthetic_readings_are_in_the_channels_unit_whatever_the_fmus_is(built, tmp_path):
+    """The valve's current is in mA in the FMU: at most its rated 10 mA."""
+    text = TEMPLATE.replace("deepsea_11km.ssp", str(built / "deepsea_11km.ssp"))
+    text = text.replace("hydraulics.P1", "hydraulics.u").replace('"MPa"', '"mA"')
+    (tmp_path / "template.toml").write_text(text)
+    assert main(["simulate", str(tmp_path / "template.toml"), "--out", str(tmp_path / "out")]) == 0
+    u = np.genfromtxt(tmp_path / "out" / "deep.csv", delimiter=",", names=True)["P1"]
+    assert 9.0 < np.abs(u).max() < 10.5
+
+
+EVENTS = """
+name = "moments"
+system = "s.ssp"
+[[run]]
+name = "one"
+stop_time = 10
+[[run.event]]
+connector = "arm.x_h"
+target = 0.2
+within = 0.001
+after = 1.0
+std = 0.02
+at_least = 3.0
+[[run.event]]
+connector = "arm.x_h"
+target = 0.2
+within = 0.001
+after = 1.0
+std = 0.02
+at_most = 5.0
+"""
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "message"),
+    [
+        ("at_most = 5.0", "at_most = 1.0", "two events contradict each other"),
+        ("at_most = 5.0", "time = 5.0\nuntil = 4.0", "is later than 'until'"),
+        ("after = 1.0", "after = 20.0", "but the run ends at 10 s"),
+        ("at_most = 5.0", "at_most = 5.0", None),
+    ],
+)
+def test_events_that_cannot_be(tmp_path, old, new, message):
+    (tmp_path / "s.ssp").write_bytes(b"")
+    (tmp_path / "c.toml").write_text(EVENTS.replace(old, new))
+    if message is None:
+        assert len(read(tmp_path / "c.toml").runs[0].events) == 2
+        return
+    with pytest.raises(CampaignError, match=message):
+        read(tmp_path / "c.toml")
+
+
 @pytest.mark.parametrize(
     ("old", "new", "message"),
     [
@@ -161,6 +216,7 @@ def test_synthetic_campaign_reads_back(built, tmp_path, capsys):
         ("= 0.001", '= "x"', "has to be a number"),
         ("F_c\" = 500.0", "F_c\" = nan", "is not finite"),
         ("F_c\" = 500.0", "F_x\" = 5.0", "F_x"),
+        ('unit = "mm"', 'unit = "bar"', "it is in bar, but 'arm.x_h' is in m"),
     ],
 )
 def test_a_bad_template_is_one_line(built, tmp_path, capsys, old, new, message):

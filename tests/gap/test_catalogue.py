@@ -62,3 +62,30 @@ def test_double_and_empty():
         parse(GOOD + GOOD)
     with pytest.raises(PackageError, match="no effects"):
         parse("")
+
+
+SENSOR = """
+[[sensor]]
+id = "late"
+text = "samples arrive late"
+group = "timing"
+quantity = "delay"
+neutral = 0.0
+bounds = [0.0, 0.1]
+prior = 0.015
+"""
+
+
+@pytest.mark.parametrize(
+    ("text", "message"),
+    [
+        (GOOD + SENSOR + SENSOR.replace('"late"', '"later"'), "two sensor entries are a delay"),
+        (GOOD + SENSOR.replace('"delay"', '"scale"'), "a scale is absent at 1"),
+        (GOOD + SENSOR.replace("neutral = 0.0", "neutral = 0.01"), "a delay is absent at 0"),
+        (GOOD + SENSOR.replace("[0.0,", "[-0.1,"), "a delay cannot be negative"),
+        (GOOD + '[[base]]\nparameter = "o.m"\ntolerance = 0.1\n' * 2, "is listed twice"),
+    ],
+)
+def test_entries_that_would_hide_each_other(text, message):
+    with pytest.raises(PackageError, match=message):
+        parse(text)
