@@ -148,13 +148,20 @@ class Pool:
         self.count = 0
         self.limit = limit
         self.progress = progress
-        self._own = executor is None
-        if executor is None:
-            for name in ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS"):
-                os.environ.setdefault(name, "1")
-            context = multiprocessing.get_context("spawn")
-            executor = ProcessPoolExecutor(processes or os.cpu_count() or 1, context, _quiet_worker)
-        self._executor = executor
+        self._own, self._processes = executor is None, processes
+        self._executor = executor or self._started()
+
+    def _started(self) -> Executor:
+        for name in ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS"):
+            os.environ.setdefault(name, "1")
+        context = multiprocessing.get_context("spawn")
+        return ProcessPoolExecutor(self._processes or os.cpu_count() or 1, context, _quiet_worker)
+
+    def restart(self) -> None:
+        """Take new processes after `WorkerDied`."""
+        if self._own:
+            self._executor.shutdown(wait=True, cancel_futures=True)
+            self._executor = self._started()
 
     def __enter__(self) -> Pool:
         return self

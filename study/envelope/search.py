@@ -110,6 +110,7 @@ def answers(pool: Pool, function: Callable[[str, Any], Any], tasks: Sequence[Any
             del left[k]
             yield k, answer
     except WorkerDied:
+        pool.restart()
         for k, task in list(left.items()):
             try:
                 with Pool(pool.package, processes=1) as own:

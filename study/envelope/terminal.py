@@ -56,8 +56,7 @@ def envelope_command(options: argparse.Namespace) -> int:
     ):
         found = reaches(pool, wanted, over, {**fixed, **rest}, bar.update)
         bar.set_description("the cheapest change")
-        with Pool(options.package, executor, options.processes) as pool:  # the other one may have died
-            best = cheapest(pool, wanted, every, at, fixed)
+        best = cheapest(pool, wanted, every, at, fixed)
     names = [tuple(c.name for c in d.choices) for d in over]
     reach = dict(zip(names, found, strict=True))
     _write(folder, options, wanted, mapped, reach, best, at)
