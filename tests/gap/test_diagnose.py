@@ -309,7 +309,7 @@ def test_the_calibrated_parameters_are_those_of_the_machine_alone(toys, tmp_path
     path = campaign(tmp_path, toys, [measure(3, lambda t, x, v: 0.0), measure(4, lambda t, x, v: 0.0)])
     text = path.read_text().replace('"run0.csv"', '"run0.csv"\nparameters = { "o.k" = 75.0, "o.m" = 2.0 }')
     path.write_text(text.replace('"run1.csv"', '"run1.csv"\nparameters = { "o.k" = 76.0, "o.m" = 2.0 }'))
-    d = diagnose(read(path), processes=1)
+    d = diagnose(read(path), processes=1, hurry=lambda: True)
     assert "o.k" in d.chosen.hypothesis.fit.point
     names = set(re.findall(r'Parameter name="([^"]+)"', parameter_set(d)))
     assert names <= set(d.chosen.hypothesis.fit.point) - {"o.k"}

@@ -61,7 +61,8 @@ def options(tmp_path):
 
 
 def run(doubled, options, folder, *more):
-    assert main(["envelope", str(doubled), "--options", str(options), "--out", str(folder), "--quiet", *more]) == 0
+    arguments = ["--options", str(options), "--out", str(folder), "--quiet", "--processes", "1", *more]
+    assert main(["envelope", str(doubled), *arguments]) == 0
     return json.loads((folder / "envelope.json").read_text())
 
 
@@ -91,8 +92,8 @@ def test_what_never_or_always_holds(doubled, options, tmp_path, capsys):
     assert found["cheapest"] == []
     options.write_text(TEXT.format(limit=1e6))
     assert all(r["whole"] for r in run(doubled, options, tmp_path / "always", "--no-plots")["reach"])
-    arguments = ["envelope", str(doubled), "--options", str(options), "--out", str(tmp_path / "c"), "--no-plots"]
-    assert main(arguments) == 0
+    arguments = ["--options", str(options), "--out", str(tmp_path / "c"), "--no-plots", "--processes", "1"]
+    assert main(["envelope", str(doubled), *arguments]) == 0
     told = capsys.readouterr().out
     assert "10 and more" in told
     assert "without a change" in told

@@ -33,7 +33,7 @@ END = Settings((parse_metric("end=final(b.y1)"), parse_metric("at(b.y1, 0.25)"))
 
 def run(package, folder, *axes, settings=END, **options):
     cases = grid([parse_axis(a) for a in axes])
-    return sweep(package, cases, settings, folder, processes=options.pop("processes", 2), **options)
+    return sweep(package, cases, settings, folder, processes=options.pop("processes", 1), **options)
 
 
 def test_numbers_of_every_case(doubled, tmp_path):
