@@ -31,10 +31,14 @@ def library(version: int) -> Path:
     assert compiler
     folder = mkdtemp(prefix="native_")
     atexit.register(shutil.rmtree, folder, ignore_errors=True)
-    target = Path(folder) / f"Linear{version}.so"
-    source = HERE / "fmus" / "linear.c"
+    return compiled(HERE / "fmus" / "linear.c", version, Path(folder) / f"Linear{version}.so")
+
+
+def compiled(source: Path, version: int, target: Path, *more: str) -> Path:
+    """A library of an FMI version from a source like linear.c; `more` options of the compiler."""
+    assert compiler
     command = [compiler, "-O2", "-w", "-shared", "-fPIC", f"-DFMI={version}", str(source), "-o", str(target), "-lm"]
-    subprocess.run(command, check=True)
+    subprocess.run([*command, *more], check=True)
     return target
 
 
@@ -187,12 +191,18 @@ def _depends(reference: int, through: bool | None, version: int) -> str:
 def linear(folder: Path, version: int = 2, name: str = "Linear", **options: object) -> Path:
     """The FMU of a version in a folder."""
     folder.mkdir(parents=True, exist_ok=True)
-    target = folder / f"{name}{version}.fmu"
-    platform = {1: "linux64", 2: "linux64", 3: "x86_64-linux"}[version]
+    return packed(folder / f"{name}{version}.fmu", version, library(version), **options)
+
+
+def packed(target: Path, version: int, built: Path, beside: Path | None = None, **options: object) -> Path:
+    """The FMU of a version around a compiled library, with another library beside that."""
+    folder = {1: "binaries/linux64", 2: "binaries/linux64", 3: "binaries/x86_64-linux"}[version]
     assert sys.platform.startswith("linux")
     with zipfile.ZipFile(target, "w", zipfile.ZIP_DEFLATED) as archive:
         archive.writestr("modelDescription.xml", description(version, **options))  # type: ignore[arg-type]
-        archive.write(library(version), f"binaries/{platform}/Linear.so")
+        archive.write(built, f"{folder}/Linear.so")
+        if beside is not None:
+            archive.write(beside, f"{folder}/{beside.name}")
     return target
 
 

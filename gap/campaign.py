@@ -6,6 +6,7 @@ See docs/gap.md for the format. Values are converted to SI as soon as they are r
 from __future__ import annotations
 
 import csv
+from collections.abc import Mapping
 from dataclasses import dataclass, field
 from math import inf
 from pathlib import Path
@@ -14,6 +15,7 @@ from typing import Any
 import numpy as np
 
 from ..core.errors import CosimError, ParameterError, UsageError, did_you_mean
+from ..core.repeated import repeated
 from ..core.toml_tables import Tables
 from ..core.units import convert, unit
 
@@ -172,7 +174,7 @@ def _read_table(path: Path) -> tuple[list[str], np.ndarray]:
         with path.open(newline="", encoding="utf-8-sig") as file:
             rows = csv.reader(file)
             names = [cell.strip() for cell in next(rows, [])]
-            if (twice := next((n for n in names if n and names.count(n) > 1), None)) is not None:
+            if (twice := repeated([n for n in names if n])) is not None:
                 raise CampaignError(f"{path}: has two columns '{twice}'")
             for mark, what in ((";", "semicolons"), ("\t", "tabs")):
                 if len(names) == 1 and mark in names[0]:
@@ -369,6 +371,14 @@ def si(name: str) -> str:
     if found is None:
         raise CampaignError(f"unit '{name}': the SI unit of that quantity is not known here")
     return found
+
+
+def own_unit(channel: Channel, known: Mapping[str, str], where: str) -> dict[str, str]:
+    """{connector: its unit in the FMU}, that of SI where it has none; raises `CampaignError` for another quantity."""
+    own = known.get(channel.connector, si(channel.unit))
+    if not unit(channel.unit).same_dimension(unit(own)):
+        raise CampaignError(f"{where}: it is in {channel.unit}, but '{channel.connector}' is in {own}")
+    return {channel.connector: own}
 
 
 def read(path: Path) -> Campaign:

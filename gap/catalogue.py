@@ -28,6 +28,7 @@ from typing import Any, TypeVar
 import numpy as np
 
 from ..core.errors import PackageError
+from ..core.repeated import repeated
 from ..core.toml_tables import Tables
 
 T = TypeVar("T")
@@ -257,19 +258,18 @@ def _catalogue(data: dict[str, Any], shown: str) -> Catalogue:
             raise reader.error(f"{shown}: effect {id}: is listed twice")
         if id in VERDICTS:
             raise reader.error(f"{shown}: effect {id}: that is the name of a verdict; call it otherwise")
-    quantities = [s.quantity for s in sensors]
-    if (twice := next((q for q in quantities if quantities.count(q) > 1), None)) is not None:
+    if (twice := repeated([s.quantity for s in sensors])) is not None:
         raise reader.error(f"{shown}: two sensor entries are a {twice}; one is enough for all channels")
     belongs: dict[str, str] = {}
     for e in effects:
         addresses = [a for p in e.parameters for a in (p.address, *p.also)]
-        if (twice := next((a for a in addresses if addresses.count(a) > 1), None)) is not None:
+        if (twice := repeated(addresses)) is not None:
             raise reader.error(f"{shown}: effect {e.id}: has '{twice}' twice")
         for address in addresses:
             if belongs.setdefault(address, e.id) != e.id:
                 raise reader.error(f"{shown}: effects {belongs[address]} and {e.id} both have '{address}'")
-    bases = [b.get("parameter") for b in reader.tables(data, shown, "base")]
-    if (twice := next((b for b in bases if bases.count(b) > 1), None)) is not None:
+    base = all_of("base", "parameter", reader.base)
+    if (twice := repeated([b.parameter for b in base])) is not None:
         raise reader.error(f"{shown}: base {twice}: is listed twice")
     if not ids:
         raise reader.error(f"{shown}: holds no effects")
@@ -278,7 +278,7 @@ def _catalogue(data: dict[str, Any], shown: str) -> Catalogue:
     return Catalogue(
         effects,
         sensors,
-        all_of("base", "parameter", reader.base),
+        base,
         all_of("region", "text", reader.region),
         all_of("experiment", "parameter", reader.experiment),
         all_of("measurable", "connector", reader.measurable),

@@ -50,6 +50,13 @@ def check(problem: Problem, delivered: np.ndarray) -> None:
             _check_unit(problem, c, parts, delivered)
 
 
+def _impossible(where: str, unit: str, t: float, bad: float, least: float, most: float) -> CampaignError:
+    return CampaignError(
+        f"{where}: {bad:.6g} {unit} at {t:g} s is impossible beside {least:.4g} to {most:.4g} {unit}; leave empty what "
+        "was not measured"
+    )
+
+
 def _check_marks(problem: Problem) -> None:
     """No value of a measured input is a usual mark for a missing one, far from all others; a pulse may be far, too."""
     for info in problem.runs:
@@ -63,10 +70,7 @@ def _check_marks(problem: Problem) -> None:
             if not marked.any() or not len(rest) or np.abs(rest).max() * SPANS > np.abs(read[marked]).min():
                 continue
             k = int(np.argmax(marked))
-            raise CampaignError(
-                f"run '{info.name}', input '{c.column}': {read[k]:.6g} {c.unit} at {t[k]:g} s is impossible beside "
-                f"{rest.min():.4g} to {rest.max():.4g} {c.unit}; leave empty what was not measured"
-            )
+            raise _impossible(f"run '{info.name}', input '{c.column}'", c.unit, t[k], read[k], rest.min(), rest.max())
 
 
 def _check_readings(problem: Problem, c: Channel, parts: list[Block], delivered: np.ndarray) -> None:
@@ -81,10 +85,8 @@ def _check_readings(problem: Problem, c: Channel, parts: list[Block], delivered:
         if far.any():
             k, own = int(np.argmax(far)), problem.units[c.connector]
             bad, least, most = (float(convert(np.array([v]), own, c.unit)[0]) for v in (b.y[k], low, high))
-            raise CampaignError(
-                f"run '{problem.runs[b.run].name}', channel '{c.column}': {bad:.6g} {c.unit} at {b.t[k]:g} s is "
-                f"impossible beside {least:.4g} to {most:.4g} {c.unit}; leave empty what was not measured"
-            )
+            where = f"run '{problem.runs[b.run].name}', channel '{c.column}'"
+            raise _impossible(where, c.unit, b.t[k], bad, least, most)
 
 
 def _check_unit(problem: Problem, c: Channel, parts: list[Block], delivered: np.ndarray) -> None:

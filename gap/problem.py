@@ -16,12 +16,13 @@ from typing import Any
 import numpy as np
 
 from ..core.errors import CosimError, ParameterError, UnknownNameError, UsageError, did_you_mean
+from ..core.repeated import repeated
 from ..core.units import unit
 from ..master.algorithms import NAMES
 from ..master.pool import Failure, Job, Pool
 from ..master.session import Session
 from ..master.setup import split
-from .campaign import Campaign, CampaignError, Event, Run, si
+from .campaign import Campaign, CampaignError, Event, Run, own_unit
 from .catalogue import Catalogue, Effect
 from .catalogue import Sensor as SensorEffect
 from .noise import quantum, spread
@@ -285,9 +286,7 @@ def pose(campaign: Campaign, catalogue: Catalogue, pool: Pool) -> Problem:
             if c.role == "input" and (is_output or split(c.connector, session.system.slaves) in connected):
                 why = "an output of the model" if is_output else "connected to another component"
                 raise CampaignError(f"{where}: '{c.connector}' cannot be an input: it is {why}")
-            if c.connector in units and not unit(c.unit).same_dimension(unit(units[c.connector])):
-                raise CampaignError(f"{where}: it is in {c.unit}, but '{c.connector}' is in {units[c.connector]}")
-            units.setdefault(c.connector, si(c.unit))  # a signal without a unit is in that of SI
+            units |= own_unit(c, units, where)
         parameter_units = {
             f"{name}.{v}": own
             for name, slave in session.system.slaves.items()
@@ -304,7 +303,7 @@ def pose(campaign: Campaign, catalogue: Catalogue, pool: Pool) -> Problem:
             except CosimError as error:
                 raise CampaignError(f"{campaign.file}: run '{run.name}': {error}") from None
             meant = [a for name in run.parameters for a in matching(name, values)]
-            if (twice := next((a for a in meant if meant.count(a) > 1), None)) is not None:
+            if (twice := repeated(meant)) is not None:
                 raise CampaignError(f"{campaign.file}: run '{run.name}': two parameters mean '{twice}'")
             inputs = {}
             for c in campaign.inputs:
@@ -409,7 +408,7 @@ def _base(
     made = []
     changed = {a: e.id for e in catalogue.effects for p in e.parameters for a in (p.address, *p.also)}
     told = [a for addresses in tolerances for a in addresses]
-    if (twice := next((a for a in told if told.count(a) > 1), None)) is not None:
+    if (twice := repeated(told)) is not None:
         raise CampaignError(f"{campaign.file}: base: two entries mean '{twice}'; name it in full in one of them only")
     for addresses, tolerance in tolerances.items():
         if tolerance == 0.0:

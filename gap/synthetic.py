@@ -22,9 +22,9 @@ from typing import Any
 import numpy as np
 
 from ..core.files import make_folder, writing
-from ..core.units import unit
+from ..core.units import convert, unit
 from ..master.session import Session
-from .campaign import MIN_SAMPLES, CampaignError, Channel, channels_of, si, take
+from .campaign import MIN_SAMPLES, CampaignError, Channel, channels_of, own_unit, si, take
 from .catalogue import QUANTITIES
 from .sensor import Sensor
 
@@ -115,11 +115,8 @@ def make(template: Path, folder: Path, say: Callable[[str], None] = lambda text:
             lines.append(f"noise_std = {channel.noise_std / unit(channel.unit).factor!r}")
     with Session(package) as session:
         names = session.system.units()
-        owns = {c.connector: unit(names.get(c.connector, si(c.unit))) for c in outputs}
         for c in outputs:
-            if not unit(c.unit).same_dimension(owns[c.connector]):
-                told = f"it is in {c.unit}, but '{c.connector}' is in {owns[c.connector].name}"
-                raise CampaignError(f"{template}: channel '{c.column}': {told}")
+            names |= own_unit(c, names, f"{template}: channel '{c.column}'")
         for i, run in enumerate(runs, 1):
             where = f"{template}: run {i}"
             take.no_strangers(run, ("file", "parameters", "use", "stop_time", "rate"), where)
@@ -137,8 +134,8 @@ def make(template: Path, folder: Path, say: Callable[[str], None] = lambda text:
             at = np.arange(round(stop * rate) + 1) / rate
             columns = [at]
             for k, channel in enumerate(outputs):
-                own = owns[channel.connector]
-                y = sensors.get(channel.connector, Sensor()).read(t, own.factor * rows[:, k] + own.offset, at)
+                own = convert(rows[:, k], names[channel.connector], si(channel.unit))
+                y = sensors.get(channel.connector, Sensor()).read(t, own, at)
                 y = y + rng.normal(0.0, channel.noise_std or 0.0, len(at))
                 columns.append((y - unit(channel.unit).offset) / unit(channel.unit).factor)
             with writing(folder / name), (folder / name).open("w", newline="", encoding="utf-8") as file:

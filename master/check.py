@@ -136,8 +136,7 @@ def _driven(found: Findings, system: System, wanted: Options) -> set[tuple[str, 
 
 
 def _inputs(found: Findings, system: System, others: set[tuple[str, str]]) -> None:
-    driven = {link.target.home for link in system.links}
-    driven |= {signal.home for end, signal in system.inputs.items() if end in others}
+    driven = {signal.home for end, signal in system.inputs.items() if end in others or system.driver(end) is not None}
     for (component, name), signal in system.inputs.items():
         if signal.home not in driven:
             found.notes.append(f"input '{component}.{name}' is driven by nothing; it keeps its start value")

@@ -15,6 +15,7 @@ from contextlib import contextmanager, suppress
 from dataclasses import dataclass, field
 from math import isinf
 from pathlib import Path
+from time import perf_counter
 from types import TracebackType
 from typing import Any
 
@@ -63,8 +64,7 @@ def session(package: str, only: tuple[str, ...] = ()) -> Session:
     """The session of a package in this process, loaded when it is asked for first or an FMU was lost in it."""
     key = (package, only)
     if key in _sessions and _sessions[key].is_lost:
-        with _sessions.pop(key):
-            pass
+        _sessions.pop(key).close()
     if key not in _sessions:
         _sessions[key] = Session(Path(package), only=only)
     return _sessions[key]
@@ -157,12 +157,6 @@ class Pool:
         context = multiprocessing.get_context("spawn")
         return ProcessPoolExecutor(self._processes or os.cpu_count() or 1, context, _quiet_worker)
 
-    def restart(self) -> None:
-        """Take new processes after `WorkerDied`."""
-        if self._own:
-            self._executor.shutdown(wait=True, cancel_futures=True)
-            self._executor = self._started()
-
     def __enter__(self) -> Pool:
         return self
 
@@ -180,6 +174,36 @@ class Pool:
         """The results in the order of the jobs."""
         made: dict[int, np.ndarray | Failure] = dict(self.each(simulate, jobs))
         return [made[k] for k in range(len(jobs))]
+
+    def each_surviving(self, function: Callable[[str, Any], Any], tasks: Sequence[Any]) -> Iterator[tuple[int, Any]]:
+        """As `each`, with a `Failure` for a task that takes its process with it, or that the limit ends.
+
+        Those that may have been at work when a process died are run again one by one, the others go on together.
+        """
+        left = dict(enumerate(tasks))
+        while left:
+            keys = list(left)
+            try:
+                for i, result in self.each(function, list(left.values())):
+                    del left[keys[i]]
+                    yield keys[i], result
+            except WorkerDied:
+                if not self._own:
+                    raise
+                self._executor.shutdown(wait=True, cancel_futures=True)
+                self._executor = self._started()
+                for k in list(left)[: 2 * (self._processes or os.cpu_count() or 1)]:
+                    yield k, self._alone(function, left.pop(k))
+
+    def _alone(self, function: Callable[[str, Any], Any], task: Any) -> Any:
+        """function(package, task) in a process that may die of it."""
+        begin = perf_counter()
+        try:
+            with Pool(self.package, processes=1, limit=self.limit) as own:
+                return next(own.each(function, [task]))[1]
+        except WorkerDied:
+            late = self.limit is not None and perf_counter() - begin > self.limit
+            return Failure(f"it takes longer than {self.limit:g} s" if late else DIED)
 
     def each(self, function: Callable[[str, Any], Any], tasks: Sequence[Any]) -> Iterator[tuple[int, Any]]:
         """(index, function(package, task)) of every task, in the order in which they are done.

@@ -135,12 +135,10 @@ def _inner(slaves: dict[str, Slave], step: float) -> list[str]:
 
 def _overruled(changes: Iterable[tuple[str, str]], system: System) -> list[str]:
     """Changes of inputs that connections give their values."""
-    driven = {link.target.home: link for link in system.links}
     made = []
     for address, value in changes:
         for end in targets(address, system.slaves):
-            link = driven.get(system.inputs[end].home) if end in system.inputs else None
-            if link is not None:
+            if (link := system.driver(end)) is not None:
                 shown = f"'{'.'.join(end)}' is connected to '{link.source.address}', which counts"
                 made.append(f"--set {address}={value}: {shown}")
     return made

@@ -81,6 +81,10 @@ class Session:
     def __exit__(
         self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
     ) -> None:
+        self.close()
+
+    def close(self) -> None:
+        """Free the FMUs; what leaving the `with` block does."""
         self._stack.close()
         self._closed = True
 

@@ -46,10 +46,13 @@ class Value:
 
 def split(address: str, slaves: Mapping[str, Any]) -> tuple[str, str]:
     """(component, name) of an address; component names may hold dots, so the longest counts. ('', address) if none."""
-    for component in sorted(slaves, key=len, reverse=True):
-        if address.startswith(f"{component}.") and len(address) > len(component) + 1:
-            return component, address[len(component) + 1 :]
-    return "", address
+    return max(splits(address, slaves), key=lambda found: len(found[0]), default=("", address))
+
+
+def splits(address: str, slaves: Iterable[str]) -> list[tuple[str, str]]:
+    """Every (component, name) that an address may mean."""
+    begins = [c for c in slaves if address.startswith(f"{c}.") and len(address) > len(c) + 1]
+    return [(c, address[len(c) + 1 :]) for c in begins]
 
 
 def targets(address: str, slaves: Mapping[str, Slave], system: System | None = None) -> list[tuple[str, str]]:
@@ -230,12 +233,11 @@ def with_parameters(network: Network, files: Iterable[Path]) -> Network:
             if network.connectors.get(p.name):
                 settings += [Setting(c, v, p.value, p.type, h, p.where) for c, v, h in network.connectors[p.name]]
                 continue
-            meant = [path for path in network.parts if p.name.startswith(f"{path}.") and p.name != f"{path}."]
+            meant = splits(p.name, network.parts)
             if not meant:
                 hint = did_you_mean(p.name.partition(".")[0], list(network.parts))
                 raise UnknownNameError(f"{p.where}: '{p.name}' names no component of the package{hint}")
-            for path in meant:
-                settings.append(Setting(path, p.name[len(path) + 1 :], p.value, p.type, (), p.where, p.name))
+            settings += [Setting(c, v, p.value, p.type, (), p.where, p.name) for c, v in meant]
     return replace(network, settings=tuple(settings), given=tuple(given), remarks=tuple(remarks))
 
 

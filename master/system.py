@@ -8,7 +8,6 @@ from __future__ import annotations
 from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass, replace
 from heapq import heapify, heappop, heappush
-from math import prod
 from typing import Any
 
 import numpy as np
@@ -74,6 +73,7 @@ class System:
             self._into[link.target.component].append(link)
             if link.target.family == TEXT:
                 slaves[link.target.component].linked_texts.add(link.target.name)
+        self._drivers: dict[tuple[bool, int], Link] = {}
         self._check_aliases()
         early = [wire for wire in (*network.early, *network.wires) if wire not in late]
         self.early = [wire for wire in early if wire.start[0]]
@@ -153,9 +153,8 @@ class System:
     def _own(self, name: str) -> Signal:
         """An input of the whole system; the sizes of an array are the package's, else those of what it leads to."""
         quantity, type = self.input_quantity(name), self.network.inputs[name].type
-        sizes = type.dimensions if type is not None else ()
-        if sizes and all(isinstance(d, int) for d in sizes):
-            size = prod(sizes)
+        size = type.count if type is not None else None
+        if size is not None:
             if size > MOST_VALUES:
                 raise PackageError(f"{self.network.inputs[name].where}: '{name}' has {size:.1e} values; refused")
         else:
@@ -197,21 +196,24 @@ class System:
         if hop is None:
             return end if not any(h.suppress_unit_conversion for h in wire.hops) else replace(end, unit=None)
         unit = None if hop.suppress_unit_conversion else hop.unit or (end.unit if hop is wire.hops[-1] else None)
-        items = hop.enumeration if hop.transformation is None else None
-        return replace(end, unit=unit, items=items if hop.transformation is not None else items or end.items)
+        items = None if hop.transformation is not None else hop.enumeration or end.items
+        return replace(end, unit=unit, items=items)
 
     # connections
 
     def _check_aliases(self) -> None:
         """No two connections lead to one input, by whatever name."""
-        driven: dict[tuple[bool, int], Link] = {}
         for link in self.links:
-            other = driven.setdefault(link.target.home, link)
+            other = self._drivers.setdefault(link.target.home, link)
             if other is not link:
                 self._refuse(
                     f"{link.wire.where}: '{link.target.address}' is another name of '{other.target.address}', "
                     "which is driven already"
                 )
+
+    def driver(self, end: End) -> Link | None:
+        """The connection that drives an input, by whatever name; None for what none drives."""
+        return self._drivers.get(self.inputs[end].home) if end in self.inputs else None
 
     def _refuse(self, told: str) -> None:
         if self._wrong is None:
@@ -222,16 +224,14 @@ class System:
         """Arrays are as large as their connectors say."""
         for path, part in self.network.parts.items():
             for connector in part.component.connectors:
-                sizes = connector.type.dimensions if connector.type is not None else ()
-                variable = self.slaves[path].variables.get(connector.name) if path in self.slaves else None
-                if variable is None or not sizes or not all(isinstance(d, int) for d in sizes):
+                count = connector.type.count if connector.type is not None else None
+                if count is None or path not in self.slaves or connector.name not in self.slaves[path].variables:
                     continue
                 size = self.slaves[path].size(connector.name)
-                if prod(sizes) != size:
-                    shape = " x ".join(map(str, sizes))
+                if count != size:
                     self._refuse(
-                        f"{connector.where}: connector '{path}.{connector.name}' is {shape}, its FMU's variable has "
-                        f"{size} values"
+                        f"{connector.where}: connector '{path}.{connector.name}' is {connector.type.shape}, its FMU's "
+                        f"variable has {size} values"
                     )
 
     def _is_parameter(self, end: End) -> bool:

@@ -7,6 +7,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from dataclasses import dataclass, field
+from math import prod
 from pathlib import Path
 
 from ..core.units import Unit
@@ -31,6 +32,17 @@ class Type:
     """Items of an Enumeration, where the package defines them."""
     dimensions: tuple[int | str | None, ...] = ()
     """Sizes of an array, the name of the connector that gives one, or None where it is not said."""
+
+    @property
+    def count(self) -> int | None:
+        """Values of an array whose sizes are all stated; None for any other and for what is no array."""
+        stated = bool(self.dimensions) and all(isinstance(d, int) for d in self.dimensions)
+        return prod(self.dimensions) if stated else None  # type: ignore[type-var]
+
+    @property
+    def shape(self) -> str:
+        """The dimensions, for people."""
+        return " x ".join(map(str, self.dimensions))
 
 
 @dataclass(frozen=True)

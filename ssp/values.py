@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import binascii
 from dataclasses import replace
-from math import prod
 
 from lxml import etree
 
@@ -166,11 +165,9 @@ def _scalar(document: Document, element: etree._Element, kind: str, text: str) -
 def value_of(document: Document, element: etree._Element, type: Type) -> Value:
     """The value of a parameter's typed element; a tuple for an array."""
     value = _value_of(document, element, type)
-    sizes = [d for d in type.dimensions if isinstance(d, int)]
     given = len(value) if isinstance(value, tuple) else 1
-    if sizes and len(sizes) == len(type.dimensions) and given != prod(sizes):
-        shape = " x ".join(map(str, sizes))
-        raise document.error(element, f"{given} values do not fill the dimensions of {shape}")
+    if type.count not in (None, given):
+        raise document.error(element, f"{given} values do not fill the dimensions of {type.shape}")
     return value
 
 

@@ -53,8 +53,7 @@ DISCARD, TERMINATED = 2, 3
 """fmi2Discard; fmi2Terminated, the kind of status that tells whether the FMU wants to end the run."""
 
 EARLY, TOO_LARGE = 1001, 1002
-"""Further statuses: a TABLE does not have the value; an FMU of FMI 3.0 came back early; a value does not fit into its
-target's type."""
+"""Further statuses: an FMU of FMI 3.0 came back early; a value does not fit into its target's type."""
 
 
 @free_kernel

@@ -2,12 +2,12 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from typing import Any
 
 from ...core.errors import SimulationError
-from ...master.pool import DIED, Failure, Pool, WorkerDied
+from ...master.pool import Pool
 from ..sweep.run import Settings, Task, measure
 from .options import Design, Options
 
@@ -93,30 +93,13 @@ def reaches(
 ) -> list[Reach]:  # fmt: skip
     """How far each design goes."""
     found: dict[int, Reach] = {}
-    for k, answer in answers(pool, reach, [Question(options, {**fixed, **d.parameters}) for d in designs]):
+    for k, answer in pool.each_surviving(reach, [Question(options, {**fixed, **d.parameters}) for d in designs]):
         found[k] = answer if isinstance(answer, Reach) else Reach(None, why=answer.reason)
         progress()
     if all(r.why for r in found.values()):
         name = ", ".join(designs[0].changes) or "the machine as it is"
         raise SimulationError(f"no design can be run at {options.low:g} {options.unit}; {name}: {found[0].why}")
     return [found[k] for k in range(len(designs))]
-
-
-def answers(pool: Pool, function: Callable[[str, Any], Any], tasks: Sequence[Any]) -> Iterator[tuple[int, Any]]:
-    """As `Pool.each`; a task that takes its process with it is a `Failure`, and what was at work then is run again."""
-    left = dict(enumerate(tasks))
-    try:
-        for k, answer in pool.each(function, tasks):
-            del left[k]
-            yield k, answer
-    except WorkerDied:
-        pool.restart()
-        for k, task in list(left.items()):
-            try:
-                with Pool(pool.package, processes=1) as own:
-                    yield k, next(own.each(function, [task]))[1]
-            except WorkerDied:
-                yield k, Failure(DIED)
 
 
 def cheapest(
@@ -126,7 +109,7 @@ def cheapest(
     for cost in sorted({round(d.cost, 9) for d in designs}):  # 0.1 + 0.2 costs as much as 0.3
         mine = sorted((d for d in designs if round(d.cost, 9) == cost), key=lambda d: len(d.changes))
         tasks = [Task(settings(options), {**fixed, **d.parameters, options.parameter: at}) for d in mine]
-        good = sorted(k for k, e in answers(pool, measure, tasks) if isinstance(e, dict) and holds(options, e))
+        good = sorted(k for k, e in pool.each_surviving(measure, tasks) if isinstance(e, dict) and holds(options, e))
         if good:
             return [mine[k] for k in good]
     return []

@@ -8,6 +8,7 @@ from math import floor, isfinite
 from typing import Any
 
 from ...core.errors import UsageError
+from ...core.repeated import repeated
 
 MOST = 100_000
 """Cases that a sweep has at most."""
@@ -88,6 +89,6 @@ def check_names(axes: Sequence[Axis]) -> None:
     if not axes:
         raise UsageError("nothing to vary: give --vary NAME=...")
     names = [a.name for a in axes]
-    twice = next((n for n in names if names.count(n) > 1), None)
+    twice = repeated(names)
     if twice:
         raise UsageError(f"--vary {twice}: it is there twice")

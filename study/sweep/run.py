@@ -2,12 +2,10 @@
 
 from __future__ import annotations
 
-import os
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from concurrent.futures import Executor
 from dataclasses import dataclass, field
 from pathlib import Path
-from time import perf_counter
 from typing import Any
 
 import numpy as np
@@ -15,7 +13,7 @@ import numpy as np
 from ...core.errors import CosimError, UsageError
 from ...master.manifest import digest as digest_of_file
 from ...master.output import versions
-from ...master.pool import DIED, Failure, Pool, WorkerDied
+from ...master.pool import Failure, Pool
 from ...master.pool import session as opened
 from ...master.session import Session
 from ...master.times import times_of
@@ -82,12 +80,10 @@ def check(session: Session, case: Case, settings: Settings, others: Iterable[Map
     for m in settings.metrics:
         session.signal(m.connector)
         m.check(start, stop)
-    driven = {link.target.home: link.source.address for link in session.system.links}
     for name in (*settings.fixed, *case):
         for target in session.targets(name):
-            signal = session.system.inputs.get(target)
-            if signal is not None and signal.home in driven:
-                raise UsageError(f"'{name}' is connected to '{driven[signal.home]}', which counts; it cannot be set")
+            if (link := session.system.driver(target)) is not None:
+                raise UsageError(f"'{name}' is connected to '{link.source.address}', which counts; it cannot be set")
     for other in ({}, *others):
         session.values({**settings.fixed, **case, **other})
     check_distinct(session, [*settings.fixed, *case])
@@ -162,31 +158,7 @@ def sweep(
             count[1] += "failed" in entry
             progress(*count)
 
-        while todo:
-            try:
-                with Pool(package, executor, processes, limit=limit) as pool:
-                    for i, entry in pool.each(measure, [Task(settings, cases[k]) for k in todo]):
-                        done(todo[i], entry)
-            except WorkerDied:
-                if executor is not None:
-                    raise
-            suspects = [k for k in todo if kept[k] is None][: 2 * (processes or os.cpu_count() or 1)]
-            _one_by_one(package, cases, settings, suspects, done, limit)
-            todo = [k for k in todo if kept[k] is None]
+        with Pool(package, executor, processes, limit=limit) as pool:
+            for i, entry in pool.each_surviving(measure, [Task(settings, cases[k]) for k in todo]):
+                done(todo[i], entry)
     return [entry for entry in kept if entry is not None]
-
-
-def _one_by_one(
-    package: Path, cases: Sequence[Case], settings: Settings, todo: Sequence[int],
-    done: Callable[[int, dict[str, Any]], None], limit: float | None,
-) -> None:
-    """The cases that may have been at work when a process died, each in a process that may die."""
-    for k in todo:
-        begin = perf_counter()
-        try:
-            with Pool(package, processes=1, limit=limit) as pool:
-                for _, entry in pool.each(measure, [Task(settings, cases[k])]):
-                    done(k, entry)
-        except WorkerDied:
-            late = limit is not None and perf_counter() - begin > limit
-            done(k, {"failed": f"it takes longer than {limit:g} s" if late else DIED})

@@ -161,27 +161,16 @@ def test_synthetic_readings_are_in_the_channels_unit_whatever_the_fmus_is(built,
     assert 9.0 < np.abs(u).max() < 10.5
 
 
-EVENTS = """
-name = "moments"
-system = "s.ssp"
-[[run]]
-name = "one"
-stop_time = 10
+EVENT = """
 [[run.event]]
 connector = "arm.x_h"
 target = 0.2
 within = 0.001
 after = 1.0
 std = 0.02
-at_least = 3.0
-[[run.event]]
-connector = "arm.x_h"
-target = 0.2
-within = 0.001
-after = 1.0
-std = 0.02
-at_most = 5.0
 """
+MOMENTS = 'name = "moments"\nsystem = "s.ssp"\n[[run]]\nname = "one"\nstop_time = 10\n'
+EVENTS = f"{MOMENTS}{EVENT}at_least = 3.0\n{EVENT}at_most = 5.0\n"
 
 
 @pytest.mark.parametrize(

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import os
 import subprocess
-import zipfile
 
 import numpy as np
 import pytest
@@ -44,15 +43,8 @@ def made(tmp_path):
         folder = tmp_path / f"made_{name}"
         folder.mkdir()
         (folder / "m.c").write_text(before + text)
-        build = [native.compiler, "-O1", "-w", "-shared", "-fPIC", f"-DFMI={version}", "m.c", "-o", "Linear.so", "-lm"]
-        subprocess.run([*build, *more], cwd=folder, check=True)
-        platform = "x86_64-linux" if version == 3 else "linux64"
-        with zipfile.ZipFile(folder / f"{name}.fmu", "w") as archive:
-            archive.writestr("modelDescription.xml", native.description(version, **told))
-            archive.write(folder / "Linear.so", f"binaries/{platform}/Linear.so")
-            if beside is not None:
-                archive.write(beside, f"binaries/{platform}/{beside.name}")
-        return folder / f"{name}.fmu"
+        built = native.compiled(folder / "m.c", version, folder / "Linear.so", *more)
+        return native.packed(folder / f"{name}.fmu", version, built, beside, **told)
 
     return make
 
