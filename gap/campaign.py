@@ -168,8 +168,8 @@ def _channel(table: dict[str, Any], where: str) -> Channel:
     return Channel(column, connector, name, role, noise)
 
 
-def _read_table(path: Path) -> tuple[list[str], np.ndarray]:
-    """Column names and numbers of a CSV file; empty cells and nan are NaN."""
+def _read_table(path: Path) -> tuple[list[str], np.ndarray, list[int]]:
+    """Column names and numbers of a CSV file, and the line of each row; empty cells and nan are NaN."""
     try:
         with path.open(newline="", encoding="utf-8-sig") as file:
             rows = csv.reader(file)
@@ -179,14 +179,16 @@ def _read_table(path: Path) -> tuple[list[str], np.ndarray]:
             for mark, what in ((";", "semicolons"), ("\t", "tabs")):
                 if len(names) == 1 and mark in names[0]:
                     raise CampaignError(f"{path}: is separated by {what}; it needs commas, and points in numbers")
-            data = []
-            for line, row in enumerate(rows, 2):
+            data, lines = [], []
+            for row in rows:
+                line = rows.line_num
                 if not row:
                     continue
                 if len(row) != len(names):
                     raise CampaignError(f"{path}, line {line}: {len(row)} cells where the head has {len(names)}")
                 try:
                     data.append([float(cell) if cell.strip() else np.nan for cell in row])
+                    lines.append(line)
                 except ValueError:
                     bad = next(cell for cell in row if cell.strip() and not _is_number(cell))
                     raise CampaignError(f"{path}, line {line}: '{bad}' is not a number") from None
@@ -201,7 +203,7 @@ def _read_table(path: Path) -> tuple[list[str], np.ndarray]:
         raise CampaignError(f"{path}: is no table of numbers ({error})") from None
     if not names:
         raise CampaignError(f"{path}: is empty")
-    return names, np.array(data, dtype=float).reshape(len(data), len(names))
+    return names, np.array(data, dtype=float).reshape(len(data), len(names)), lines
 
 
 def _is_number(cell: str) -> bool:
@@ -222,9 +224,7 @@ def _run(table: dict[str, Any], where: str, folder: Path, channels: tuple[Channe
                 f"{where}: '{address}' = {value!r} has to be a number, a boolean or a string; "
                 "an address with dots stands in quotes"
             )
-    use = table.get("use")
-    if use not in (None, "fit", "holdout"):
-        raise CampaignError(f"{where}: use = '{use}' is neither fit nor holdout")
+    use = use_of(table, where)
     if events and "file" not in table:
         stop = take.number(table, where, "stop_time")
         if not stop > 0.0:
@@ -235,18 +235,18 @@ def _run(table: dict[str, Any], where: str, folder: Path, channels: tuple[Channe
     if "stop_time" in table:
         raise CampaignError(f"{where}: 'stop_time' is for runs without a file; this one ends with its file")
     path = take.file(table, where, "file", folder)
-    names, data = _read_table(path)
+    names, data, lines = _read_table(path)
     if names[0] != "time":
         raise CampaignError(f"{path}: the first column is '{names[0]}'; it has to be 'time' in seconds")
     if len(data) < MIN_SAMPLES:
         raise CampaignError(f"{path}: {len(data)} samples; at least {MIN_SAMPLES} are needed")
     time = data[:, 0]
     if not np.isfinite(time).all():
-        raise CampaignError(f"{path}, line {int(np.argmin(np.isfinite(time))) + 2}: time is missing")
+        raise CampaignError(f"{path}, line {lines[int(np.argmin(np.isfinite(time)))]}: time is missing")
     if (np.diff(time) <= 0).any():
-        line = int(np.argmax(np.diff(time) <= 0)) + 3
-        before, after = time[line - 3], time[line - 2]
-        raise CampaignError(f"{path}, line {line}: time does not increase ({before:g} s, then {after:g} s)")
+        k = int(np.argmax(np.diff(time) <= 0)) + 1
+        before, after = time[k - 1], time[k]
+        raise CampaignError(f"{path}, line {lines[k]}: time does not increase ({before:g} s, then {after:g} s)")
     if time[0] < 0:
         raise CampaignError(f"{path}: time starts at {time[0]:g} s; it has to start at 0 s, where the model starts")
     if time[0] > LATE * (time[-1] - time[0]):
@@ -267,7 +267,7 @@ def _run(table: dict[str, Any], where: str, folder: Path, channels: tuple[Channe
         raw = data[:, names.index(channel.column)]
         there = np.isfinite(raw)
         if np.isinf(raw).any():
-            line = int(np.argmax(np.isinf(raw))) + 2
+            line = lines[int(np.argmax(np.isinf(raw)))]
             raise CampaignError(f"{path}, line {line}: '{channel.column}' is infinite")
         if there.sum() < MIN_SAMPLES:
             if there.any():
@@ -399,7 +399,14 @@ def read(path: Path) -> Campaign:
         raise CampaignError(f"{path}: there are no runs")
     _distinguish(runs, tables, path)
     _find_duplicates(runs, warnings)
-    base = {}
+    base = base_of(data, path)
+    name = take.get(data, str(path), "name", str, path.stem)
+    return Campaign(name, system, effects, channels, runs, base, warnings, path)
+
+
+def base_of(data: dict[str, Any], path: Path) -> dict[str, float]:
+    """Tolerances of the base parameters, by name; raises `CampaignError` or `ParameterError`."""
+    base: dict[str, float] = {}
     for i, table in enumerate(take.tables(data, str(path), "base"), 1):
         where = f"{path}: base {i}"
         _no_strangers(table, "base", where)
@@ -410,8 +417,15 @@ def read(path: Path) -> Campaign:
         if parameter in base:
             raise CampaignError(f"{where}: '{parameter}' is there twice")
         base[parameter] = tolerance
-    name = take.get(data, str(path), "name", str, path.stem)
-    return Campaign(name, system, effects, channels, runs, base, warnings, path)
+    return base
+
+
+def use_of(table: dict[str, Any], where: str) -> str | None:
+    """What a run is for; raises `CampaignError`."""
+    use = table.get("use")
+    if use not in (None, "fit", "holdout"):
+        raise CampaignError(f"{where}: use = '{use}' is neither fit nor holdout")
+    return use
 
 
 def _distinguish(runs: tuple[Run, ...], tables: list[dict[str, Any]], path: Path) -> None:

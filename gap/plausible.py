@@ -11,22 +11,13 @@ from itertools import combinations
 
 import numpy as np
 
-from ..core.units import UNITS, convert, unit
+from ..core.units import convert, unit
 from ..master.pool import Failure, Job
+from . import mistaken_units
 from .campaign import CampaignError, Channel
 from .noise import rms
 from .observations import Block
 from .problem import Problem
-
-QUIET = 20.0
-"""Floors within which a channel rests: its level is looked at, not its span."""
-
-WRONG = 20.0
-"""Times that a channel may move more or less than the model before another unit is the likelier story."""
-
-DOUBTFUL, FITS, BETTER = 3.0, 0.3, 0.35
-"""Times from which another unit is tried; how near, in its log, the ratio has to be to it; the share of the gap that it
-may leave then."""
 
 SPANS = 20.0
 """Spans of model and readings that a reading may lie beyond both."""
@@ -47,7 +38,7 @@ def check(problem: Problem, delivered: np.ndarray) -> None:
         parts = [b for b in problem.obs.blocks if b.channel == k]
         if parts:
             _check_readings(problem, c, parts, delivered)
-            _check_unit(problem, c, parts, delivered)
+    mistaken_units.check(problem, delivered)
 
 
 def _impossible(where: str, unit: str, t: float, bad: float, least: float, most: float) -> CampaignError:
@@ -87,51 +78,6 @@ def _check_readings(problem: Problem, c: Channel, parts: list[Block], delivered:
             bad, least, most = (float(convert(np.array([v]), own, c.unit)[0]) for v in (b.y[k], low, high))
             where = f"run '{problem.runs[b.run].name}', channel '{c.column}'"
             raise _impossible(where, c.unit, b.t[k], bad, least, most)
-
-
-def _check_unit(problem: Problem, c: Channel, parts: list[Block], delivered: np.ndarray) -> None:
-    measured = max(np.ptp(b.y) for b in parts)
-    noise = max(b.floor for b in parts)
-    modelled = max(np.ptp(delivered[b.place]) for b in parts)
-    word = "moves by"
-    if max(modelled, measured) <= QUIET * noise:
-        word = "is at"
-        measured = max(np.abs(np.median(b.y)) for b in parts)
-        modelled = max(np.abs(np.median(delivered[b.place])) for b in parts)
-    if max(modelled, measured) <= QUIET * noise or min(modelled, measured) <= 0.0:
-        return
-    ratio, own = measured / modelled, problem.units[c.connector]
-    better = None
-    if not 1.0 / WRONG < ratio < WRONG:
-        better = _likelier(c.unit, ratio, 2.0 * BETTER)
-    elif not 1.0 / DOUBTFUL < ratio < DOUBTFUL:
-        better = _likelier(c.unit, ratio, FITS)
-        if better and _left(parts, delivered, own, c.unit, better) > BETTER * _left(parts, delivered, own):
-            better = None
-    if better:
-        shown = convert(measured, own, c.unit), convert(modelled, own, c.unit)
-        raise CampaignError(
-            f"{problem.campaign.file}: channel '{c.column}': it {word} {shown[0]:.4g} {c.unit} where the model {word} "
-            f"{shown[1]:.4g} {c.unit}; is it in {better}?"
-        )
-
-
-def _left(parts: list[Block], delivered: np.ndarray, own: str, given: str = "", better: str = "") -> float:
-    """RMS of the readings less the model, in the connector's unit; of readings in another unit than the given one."""
-    read = [convert(convert(b.y, own, given), better, own) if better else b.y for b in parts]
-    return rms(np.concatenate([y - delivered[b.place] for y, b in zip(read, parts, strict=True)]))
-
-
-def _likelier(given: str, ratio: float, within: float) -> str | None:
-    """The unit of the same quantity whose readings, taken for the given one, would differ by the ratio."""
-    here = unit(given)
-    fitting = [
-        (abs(np.log(ratio * u.factor / here.factor)), u.name)
-        for u in UNITS.values()
-        if u.same_dimension(here) and u.name != given
-    ]
-    best = min(fitting, default=(9.0, ""))
-    return best[1] if best[0] < within else None
 
 
 def _check_swapped(problem: Problem, delivered: np.ndarray) -> None:

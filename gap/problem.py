@@ -125,6 +125,8 @@ class Problem:
     parameter_units: dict[str, str] = field(default_factory=dict)
     signals: frozenset[str] = frozenset()
     """All connectors of the package."""
+    ends: float | None = None
+    """Stop time of the package's scenario [s]."""
     order: int = 0
     """Order of the error of the package's macro step; 0 where that is too small to matter."""
     method: str = NAMES[0]
@@ -361,7 +363,7 @@ def pose(campaign: Campaign, catalogue: Catalogue, pool: Pool) -> Problem:
         _addresses(name, runs[0].values, "estimation")
     return Problem(
         campaign, catalogue, pool, runs, obs, connectors, units, base, candidates, fine, labels, 1, warnings,
-        parameter_units, signals,
+        parameter_units, signals, ends,
     )  # fmt: skip
 
 

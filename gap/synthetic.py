@@ -16,6 +16,7 @@ from __future__ import annotations
 
 import csv
 from collections.abc import Callable
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
@@ -24,7 +25,7 @@ import numpy as np
 from ..core.files import make_folder, writing
 from ..core.units import convert, unit
 from ..master.session import Session
-from .campaign import MIN_SAMPLES, CampaignError, Channel, channels_of, own_unit, si, take
+from .campaign import MIN_SAMPLES, CampaignError, Channel, base_of, channels_of, own_unit, si, take, use_of
 from .catalogue import QUANTITIES
 from .sensor import Sensor
 
@@ -77,6 +78,36 @@ def _check_files(template: Path, runs: list[dict[str, Any]]) -> None:
             raise CampaignError(f"{template}: run {i}: file = '{name}' is written for something else already")
 
 
+@dataclass(frozen=True)
+class _Planned:
+    """A run of the template."""
+
+    file: str
+    known: dict[str, Any]
+    use: str | None
+    stop: float
+    rate: float
+
+    @property
+    def times(self) -> np.ndarray:
+        """Times of the samples [s]."""
+        return np.arange(round(self.stop * self.rate) + 1) / self.rate
+
+
+def _planned(run: dict[str, Any], where: str, ends: float | None) -> _Planned:
+    take.no_strangers(run, ("file", "parameters", "use", "stop_time", "rate"), where)
+    stop = take.number(run, where, "stop_time", ends or 1.0)
+    rate = take.number(run, where, "rate", RATE)
+    if not (stop > 0.0 and rate > 0.0):
+        raise CampaignError(f"{where}: 'stop_time' and 'rate' have to be positive")
+    if stop * rate > MOST_SAMPLES:
+        raise CampaignError(f"{where}: {stop * rate:.1e} samples are more than {MOST_SAMPLES:.0e}")
+    if stop * rate < MIN_SAMPLES - 1:
+        raise CampaignError(f"{where}: {stop * rate:.3g} samples; a diagnosis needs {MIN_SAMPLES}")
+    known = take.get(run, where, "parameters", dict, {})
+    return _Planned(take.get(run, where, "file", str), known, use_of(run, where), stop, rate)
+
+
 def make(template: Path, folder: Path, say: Callable[[str], None] = lambda text: None) -> Path:
     """Run the template's scenario and write the campaign into `folder`; returns its campaign.toml."""
     data = take.load(template)
@@ -96,62 +127,67 @@ def make(template: Path, folder: Path, say: Callable[[str], None] = lambda text:
     seed = take.get(data, str(template), "seed", int, 0)
     if seed < 0:
         raise CampaignError(f"{template}: seed = {seed} has to be 0 or more")
-    rng = np.random.default_rng(seed)
-    runs = take.tables(data, str(template), "run")
-    if not runs:
+    tables = take.tables(data, str(template), "run")
+    if not tables:
         raise CampaignError(f"{template}: there are no runs")
-    _check_files(template, runs)
-    make_folder(folder)
-    with writing(folder):
-        (folder / "answer.toml").write_text("[truth]\n" + "".join(f'"{k}" = {_toml(v)}\n' for k, v in truth.items()))
+    _check_files(template, tables)
+    base_of(data, template)
     outputs = [c for c in channels if c.role == "output"]
-    lines = [f"name = {_toml(str(data.get('name', template.stem)))}", f"system = {_toml(str(package.resolve()))}"]
-    if "effects" in data:
-        lines.append(f"effects = {_toml(str(take.file(data, str(template), 'effects', template.parent).resolve()))}")
-    for channel in outputs:
-        lines += ["", "[[channel]]", f"column = {_toml(channel.column)}", f"connector = {_toml(channel.connector)}"]
-        lines.append(f"unit = {_toml(channel.unit)}")
-        if channel.noise_std is not None:
-            lines.append(f"noise_std = {channel.noise_std / unit(channel.unit).factor!r}")
+    head = _head(data, template, package, outputs)
     with Session(package) as session:
         names = session.system.units()
         for c in outputs:
             names |= own_unit(c, names, f"{template}: channel '{c.column}'")
-        for i, run in enumerate(runs, 1):
-            where = f"{template}: run {i}"
-            take.no_strangers(run, ("file", "parameters", "use", "stop_time", "rate"), where)
-            name = take.get(run, where, "file", str)
-            known = take.get(run, where, "parameters", dict, {})
-            stop = take.number(run, where, "stop_time", session.structure.stop_time or 1.0)
-            rate = take.number(run, where, "rate", RATE)
-            if not (stop > 0.0 and rate > 0.0):
-                raise CampaignError(f"{where}: 'stop_time' and 'rate' have to be positive")
-            if stop * rate > MOST_SAMPLES:
-                raise CampaignError(f"{where}: {stop * rate:.1e} samples are more than {MOST_SAMPLES:.0e}")
-            if stop * rate < MIN_SAMPLES - 1:
-                raise CampaignError(f"{where}: {stop * rate:.3g} samples; a diagnosis needs {MIN_SAMPLES}")
-            t, rows = _converged(session, [c.connector for c in outputs], stop, {**known, **hidden})
-            at = np.arange(round(stop * rate) + 1) / rate
-            columns = [at]
-            for k, channel in enumerate(outputs):
-                own = convert(rows[:, k], names[channel.connector], si(channel.unit))
-                y = sensors.get(channel.connector, Sensor()).read(t, own, at)
-                y = y + rng.normal(0.0, channel.noise_std or 0.0, len(at))
-                columns.append((y - unit(channel.unit).offset) / unit(channel.unit).factor)
-            with writing(folder / name), (folder / name).open("w", newline="", encoding="utf-8") as file:
+        runs = [_planned(t, f"{template}: run {i}", session.structure.stop_time) for i, t in enumerate(tables, 1)]
+        for run in runs:
+            session.values({**run.known, **hidden})
+        make_folder(folder)
+        with writing(folder):
+            answer = "[truth]\n" + "".join(f'"{k}" = {_toml(v)}\n' for k, v in truth.items())
+            (folder / "answer.toml").write_text(answer, encoding="utf-8")
+        rng = np.random.default_rng(seed)
+        for run in runs:
+            t, rows = _converged(session, [c.connector for c in outputs], run.stop, {**run.known, **hidden})
+            columns = [run.times]
+            for k, c in enumerate(outputs):
+                signal = convert(rows[:, k], names[c.connector], si(c.unit))
+                y = sensors.get(c.connector, Sensor()).read(t, signal, run.times)
+                y = y + rng.normal(0.0, c.noise_std or 0.0, len(y))
+                columns.append((y - unit(c.unit).offset) / unit(c.unit).factor)
+            with writing(folder / run.file), (folder / run.file).open("w", newline="", encoding="utf-8") as file:
                 writer = csv.writer(file)
                 writer.writerow(["time", *(c.column for c in outputs)])
                 writer.writerows([f"{v:.9g}" for v in row] for row in np.column_stack(columns))
-            lines += ["", "[[run]]", f"file = {_toml(name)}"]
-            if known:
-                lines.append(f"parameters = {_table(known)}")
-            if "use" in run:
-                lines.append(f"use = {_toml(run['use'])}")
-            say(f"{folder / name}  {len(at)} samples")
-    for base in take.tables(data, str(template), "base"):
-        lines += ["", "[[base]]", *(f"{key} = {_toml(value)}" for key, value in base.items())]
+            say(f"{folder / run.file}  {len(columns[0])} samples")
     target = folder / "campaign.toml"
     with writing(target):
-        target.write_text("\n".join(lines) + "\n", encoding="utf-8")
+        target.write_text("\n".join([*head, *_tail(data, runs)]) + "\n", encoding="utf-8")
     say(str(target))
     return target
+
+
+def _head(data: dict[str, Any], template: Path, package: Path, outputs: list[Channel]) -> list[str]:
+    """Lines of the campaign's name, package, catalogue and channels."""
+    lines = [f"name = {_toml(str(data.get('name', template.stem)))}", f"system = {_toml(str(package.resolve()))}"]
+    if "effects" in data:
+        lines.append(f"effects = {_toml(str(take.file(data, str(template), 'effects', template.parent).resolve()))}")
+    for c in outputs:
+        lines += ["", "[[channel]]", f"column = {_toml(c.column)}", f"connector = {_toml(c.connector)}"]
+        lines.append(f"unit = {_toml(c.unit)}")
+        if c.noise_std is not None:
+            lines.append(f"noise_std = {c.noise_std / unit(c.unit).factor!r}")
+    return lines
+
+
+def _tail(data: dict[str, Any], runs: list[_Planned]) -> list[str]:
+    """Lines of the campaign's runs and base parameters."""
+    lines = []
+    for run in runs:
+        lines += ["", "[[run]]", f"file = {_toml(run.file)}"]
+        if run.known:
+            lines.append(f"parameters = {_table(run.known)}")
+        if run.use is not None:
+            lines.append(f"use = {_toml(run.use)}")
+    for base in data.get("base", []):
+        lines += ["", "[[base]]", *(f"{key} = {_toml(value)}" for key, value in base.items())]
+    return lines

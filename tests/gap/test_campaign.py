@@ -82,6 +82,7 @@ def test_copies_are_noticed(campaign, tmp_path):
         (("", ""), table(time=np.r_[np.arange(49) * 0.1, 1.0]), "line 51: time does not increase"),
         (("", ""), table(1), "1 samples; at least 20"),
         (("", ""), table(x=np.ones(50), P=np.ones(50)), "every channel is constant"),
+        (("", ""), "\n\n".join(table(time=np.r_[np.arange(49) * 0.1, 1.0]).split("\n")), "line 101: time does not"),
         (("", ""), table().replace("x,P", "x,P,Q"), "line 2: 3 cells where the head has 4"),
         (("", ""), table().replace("0.5,5.0", "0.5,five"), "'five' is not a number"),
         (("", ""), table().replace("time", "zeit"), "first column is 'zeit'"),
@@ -206,6 +207,8 @@ def test_events_that_cannot_be(tmp_path, old, new, message):
         ("F_c\" = 500.0", "F_c\" = nan", "is not finite"),
         ("F_c\" = 500.0", "F_x\" = 5.0", "F_x"),
         ('unit = "mm"', 'unit = "bar"', "it is in bar, but 'arm.x_h' is in m"),
+        ('use = "holdout"', 'use = "test"', "is neither fit nor holdout"),
+        ("seed = 5", 'seed = 5\nbase = [{ parameter = "k", tolerance = 7 }]', "has to lie between 0 and 1"),
     ],
 )
 def test_a_bad_template_is_one_line(built, tmp_path, capsys, old, new, message):
@@ -217,6 +220,7 @@ def test_a_bad_template_is_one_line(built, tmp_path, capsys, old, new, message):
     told = capsys.readouterr().err
     assert message in told
     assert told.count("\n") == 1
+    assert not (tmp_path / "out").exists()  # all is looked at before anything is simulated
 
 
 def test_command_line(built, tmp_path, capsys):

@@ -158,6 +158,7 @@ BAD = {
     "a noise of nothing": (lambda text: text.replace("0.2", "1e-300"), "finer than any sensor"),
     "a name that is no name": (lambda text: text.replace('"toy"', "[5]"), "wrong type"),
     "the column of the time": (lambda text: text.replace('column = "x"', 'column = "time"'), "cannot be the column"),
+    "newtons for kilonewtons": (lambda text: text.replace('"N"', '"kN"'), "is it in m, or is the input 'u' in N?"),
     "a number of 400 digits": (lambda text: text.replace("0.2", "9" * 400), "is not finite"),
     "no file": (lambda text: text.replace("run0.csv", "a\\u0000"), "is not the name of a file"),
     "a moment in ms": (
@@ -191,6 +192,9 @@ BAD_RUNS = {
     "a mark in an input": (spoilt(slice(100, 400, 50), 1, -9999.0), "-9999 N at 2 s is impossible beside"),
     "time in ms": (lambda table: table * [1e3, 1.0, 1.0], "is time in seconds?"),
     "time in minutes": (lambda table: table / [60.0, 1.0, 1.0], "is time in minutes?"),
+    "time of a driven run in minutes": (lambda table: table / [60.0, 1.0, 1.0], "movement; is time in minutes?"),
+    "an input in kN": (lambda table: table * [1.0, 1e-3, 1.0], "movement; is the input 'u' in kN?"),
+    "an input in kN, and another channel": (lambda table: table * [1.0, 1e-3, 1.0], "is the input 'u' in kN?"),
     "time since last month": (lambda table: table + np.array([1e6, 0.0, 0.0]), "is time in seconds?"),
     "a number that is none": (spoilt(3, 2, 1e300), "is no quantity of a machine"),
 }
@@ -200,6 +204,12 @@ BAD_RUNS = {
 def test_bad_runs_are_one_line(case, toys, tmp_path, capsys):
     spoil, expected = BAD_RUNS[case]
     path = campaign(tmp_path, toys, [spoil(measure(1, lambda t, x, v: 0.0))])
+    if "another channel" in case:
+        table = np.loadtxt(tmp_path / "run0.csv", delimiter=",", skiprows=1)
+        v = np.gradient(table[:, 2], table[:, 0])
+        np.savetxt(tmp_path / "run0.csv", np.column_stack([table, v]), delimiter=",", header="time,u,x,v", comments="")
+        path.write_text(path.read_text().replace("[[run]]", '[[channel]]\ncolumn = "v"\nconnector = "o.v"\n'
+                                                 'unit = "mm/s"\n[[run]]'))  # fmt: skip
     if case == "time in minutes":  # with a measured input any length can be meant
         path.write_text(path.read_text().replace('role = "input"', 'role = "output"').replace('"o.u"', '"o.v"')
                         .replace('"N"', '"m/s"'))  # fmt: skip

@@ -1,0 +1,182 @@
+"""Whether a channel, an input or the time of a campaign is in another unit than it says.
+
+The model as delivered tells. A factor of ten in a measured input moves every channel, so whatever looks wrong is tried
+on the inputs and the time, too.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass
+
+import numpy as np
+
+from ..core.units import UNITS, Unit, convert, unit
+from ..master.pool import Failure, Job
+from .campaign import CampaignError, Channel
+from .noise import rms
+from .observations import Block
+from .problem import TIMES, Problem
+
+QUIET = 20.0
+"""Floors within which a channel rests: its level is looked at, not its span."""
+
+WRONG = 20.0
+"""Times that a channel may move more or less than the model before another unit is the likelier story."""
+
+DOUBTFUL, FITS, BETTER = 3.0, 0.3, 0.35
+"""Times from which another unit is tried; how near, in its log, the ratio has to be to it; the share of the gap that it
+may leave then."""
+
+LOST = 0.5
+"""Share of what the channels do that the model has to miss for an input or the time to be suspected alone."""
+
+AS_GOOD = 1.5
+"""Times of the gap that the likeliest story leaves, within which another one is told beside it."""
+
+
+@dataclass(frozen=True)
+class _Suspect:
+    """A channel that another unit would bring nearer, and how it moves."""
+
+    channel: Channel
+    better: str
+    text: str
+
+
+def check(problem: Problem, delivered: np.ndarray) -> None:
+    """Raise `CampaignError` for what is likelier in another unit; `delivered` is the model's long vector (n,)."""
+    suspect = next(filter(None, (_suspect(problem, k, delivered) for k in range(len(problem.campaign.outputs)))), None)
+    models = {b.place.start: delivered[b.place] for b in _series(problem)}
+    straight = _missed(problem, models)
+    if suspect is None and not straight > LOST:
+        return
+    stories: list[tuple[float, str]] = list(_stories(problem))
+    if suspect is None:
+        left, text = min(stories, default=(np.inf, ""))
+        if left < BETTER * straight:
+            raise CampaignError(f"{problem.campaign.file}: the model misses the channels' movement; {text}?")
+        return
+    stories = [(_missed(problem, models, suspect), f"is it in {suspect.better}"), *sorted(stories)]
+    least = min(stories)[0]
+    told = [text for left, text in stories if left <= AS_GOOD * least]
+    raise CampaignError(f"{problem.campaign.file}: {suspect.text}; {', or '.join(told[:3])}?")
+
+
+def _series(problem: Problem) -> list[Block]:
+    return problem.obs.series
+
+
+def _suspect(problem: Problem, k: int, delivered: np.ndarray) -> _Suspect | None:
+    """The channel, where the readings move or stand unlike the model as those of another unit would."""
+    c, parts = problem.campaign.outputs[k], [b for b in _series(problem) if b.channel == k]
+    if not parts:
+        return None
+    measured = max(np.ptp(b.y) for b in parts)
+    noise = max(b.floor for b in parts)
+    modelled = max(np.ptp(delivered[b.place]) for b in parts)
+    word = "moves by"
+    if max(modelled, measured) <= QUIET * noise:
+        word = "is at"
+        measured = max(np.abs(np.median(b.y)) for b in parts)
+        modelled = max(np.abs(np.median(delivered[b.place])) for b in parts)
+    if max(modelled, measured) <= QUIET * noise or min(modelled, measured) <= 0.0:
+        return None
+    ratio, own = measured / modelled, problem.units[c.connector]
+    better = None
+    if not 1.0 / WRONG < ratio < WRONG:
+        better = _likelier(c.unit, ratio, 2.0 * BETTER)
+    elif not 1.0 / DOUBTFUL < ratio < DOUBTFUL:
+        better = _likelier(c.unit, ratio, FITS)
+        if better and _left(parts, delivered, own, c.unit, better) > BETTER * _left(parts, delivered, own):
+            better = None
+    if better is None:
+        return None
+    shown = [f"{convert(x, own, c.unit):.4g} {c.unit}" for x in (measured, modelled)]
+    return _Suspect(c, better, f"channel '{c.column}': it {word} {shown[0]} where the model {word} {shown[1]}")
+
+
+def _left(parts: list[Block], delivered: np.ndarray, own: str, given: str = "", better: str = "") -> float:
+    """RMS of the readings less the model, in the connector's unit; of readings in another unit than the given one."""
+    read = [_meant(b.y, own, given, better) if better else b.y for b in parts]
+    return rms(np.concatenate([y - delivered[b.place] for y, b in zip(read, parts, strict=True)]))
+
+
+def _meant(values: np.ndarray, own: str, given: str, better: str) -> np.ndarray:
+    """Values in their own unit, had they been in a better one than the given."""
+    return convert(convert(values, own, given), better, own)
+
+
+def _others(given: str) -> Iterator[Unit]:
+    """The other units of the same quantity, one of each size."""
+    here, seen = unit(given), set()
+    seen.add((here.factor, here.offset))
+    for u in UNITS.values():
+        if u.same_dimension(here) and (u.factor, u.offset) not in seen:
+            seen.add((u.factor, u.offset))
+            yield u
+
+
+def _likelier(given: str, ratio: float, within: float) -> str | None:
+    """The unit of the same quantity whose readings, taken for the given one, would differ by the ratio."""
+    fitting = [(abs(np.log(ratio * u.factor / unit(given).factor)), u.name) for u in _others(given)]
+    best = min(fitting, default=(9.0, ""))
+    return best[1] if best[0] < within else None
+
+
+def _missed(problem: Problem, models: Mapping[int, np.ndarray], suspect: _Suspect | None = None) -> float:
+    """Share of what the channels do that the models (by the start of a block's place) miss, RMS over the channels."""
+    shares = []
+    for k, c in enumerate(problem.campaign.outputs):
+        parts = [b for b in _series(problem) if b.channel == k]
+        if not parts:
+            continue
+        read = [b.y for b in parts]
+        if suspect is not None and suspect.channel == c:
+            read = [_meant(y, problem.units[c.connector], c.unit, suspect.better) for y in read]
+        y, model = np.concatenate(read), np.concatenate([models[b.place.start] for b in parts])
+        shares.append(rms(y - model) / max(float(y.std()), max(b.floor for b in parts)))
+    return rms(np.array(shares)) if shares else 0.0
+
+
+def _stories(problem: Problem) -> Iterator[tuple[float, str]]:
+    """What the models miss with each input in each other unit, and with the time of driven runs in another one."""
+    for c in problem.campaign.inputs:
+        own = problem.units[c.connector]
+        for other in _others(c.unit):
+            inputs = []
+            for info in problem.runs:
+                mine = dict(info.inputs)
+                if c.connector in mine:
+                    t, x = mine[c.connector]
+                    mine[c.connector] = t, _meant(x, own, c.unit, other.name)
+                inputs.append(mine)
+            if (models := _models(problem, inputs)) is not None:
+                yield _missed(problem, models), f"is the input '{c.column}' in {other.name}"
+    if problem.ends is None:
+        return
+    for name, f in TIMES.items():
+        if all(info.inputs and 0.5 < info.stop / (f * problem.ends) < 1.5 for info in problem.runs):
+            inputs = [{c: (t / f, x) for c, (t, x) in info.inputs.items()} for info in problem.runs]
+            if (models := _models(problem, inputs, f)) is not None:
+                yield _missed(problem, models), f"is time in {name}"
+
+
+def _models(
+    problem: Problem, inputs: list[dict[str, tuple[np.ndarray, np.ndarray]]], f: float = 1.0
+) -> dict[int, np.ndarray] | None:
+    """What the model as delivered says of each block with these inputs, for readings of 1/f s; None where it stops."""
+    step = problem.coarse
+    stops = [float(np.ceil(info.stop / f / step) * step) for info in problem.runs]
+    jobs = [
+        Job(tuple(problem.connectors), stop, step, problem.changes(r, {}), given, method=problem.method)
+        for r, (stop, given) in enumerate(zip(stops, inputs, strict=True))
+    ]
+    rows = problem.pool.run(jobs)
+    if any(isinstance(x, Failure) for x in rows):
+        return None
+    made = {}
+    for b in _series(problem):
+        signal = rows[b.run][:, problem.connectors.index(b.connector)]
+        made[b.place.start] = np.interp(b.t / f, np.arange(len(signal)) * step, signal)
+    return made
