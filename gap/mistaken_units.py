@@ -28,11 +28,15 @@ DOUBTFUL, FITS, BETTER = 3.0, 0.3, 0.35
 """Times from which another unit is tried; how near, in its log, the ratio has to be to it; the share of the gap that it
 may leave then."""
 
-LOST = 0.5
-"""Share of what the channels do that the model has to miss for an input or the time to be suspected alone."""
+LOST, FOUND = 0.5, 0.35
+"""Shares of a channel's movement: the model has to miss the one for an input or the time to be suspected alone, and
+less than the other with it in another unit."""
 
-AS_GOOD = 1.5
-"""Times of the gap that the likeliest story leaves, within which another one is told beside it."""
+LEAST, MOST = 0.05, 20.0
+"""Shares of a movement between which they count: neither a perfect channel nor a lost one may speak for all."""
+
+AS_GOOD = 1.0
+"""Sum of the logs of the channels' shares within which two stories are as good as each other."""
 
 
 @dataclass(frozen=True)
@@ -49,18 +53,24 @@ def check(problem: Problem, delivered: np.ndarray) -> None:
     suspect = next(filter(None, (_suspect(problem, k, delivered) for k in range(len(problem.campaign.outputs)))), None)
     models = {b.place.start: delivered[b.place] for b in _series(problem)}
     straight = _missed(problem, models)
-    if suspect is None and not straight > LOST:
+    if suspect is None and max(straight, default=0.0) <= LOST:
         return
-    stories: list[tuple[float, str]] = list(_stories(problem))
+    stories = [(_sum(shares), text, shares) for shares, text in _stories(problem)]
     if suspect is None:
-        left, text = min(stories, default=(np.inf, ""))
-        if left < BETTER * straight:
+        left, text, shares = min(stories, default=(np.inf, "", []))
+        found = any(before > LOST and after < FOUND for before, after in zip(straight, shares, strict=False))
+        if found and left < _sum(straight) - AS_GOOD:
             raise CampaignError(f"{problem.campaign.file}: the model misses the channels' movement; {text}?")
         return
-    stories = [(_missed(problem, models, suspect), f"is it in {suspect.better}"), *sorted(stories)]
+    own = _missed(problem, models, suspect)
+    stories = [(_sum(own), f"is it in {suspect.better}", own), *sorted(stories)]
     least = min(stories)[0]
-    told = [text for left, text in stories if left <= AS_GOOD * least]
+    told = [text for left, text, _ in stories if left <= least + AS_GOOD]
     raise CampaignError(f"{problem.campaign.file}: {suspect.text}; {', or '.join(told[:3])}?")
+
+
+def _sum(shares: list[float]) -> float:
+    return float(np.log(shares).sum())
 
 
 def _series(problem: Problem) -> list[Block]:
@@ -124,22 +134,23 @@ def _likelier(given: str, ratio: float, within: float) -> str | None:
     return best[1] if best[0] < within else None
 
 
-def _missed(problem: Problem, models: Mapping[int, np.ndarray], suspect: _Suspect | None = None) -> float:
-    """Share of what the channels do that the models (by the start of a block's place) miss, RMS over the channels."""
+def _missed(problem: Problem, models: Mapping[int, np.ndarray], suspect: _Suspect | None = None) -> list[float]:
+    """Share of each channel's movement that the models (by the start of a block's place) miss, whatever the bias."""
     shares = []
     for k, c in enumerate(problem.campaign.outputs):
         parts = [b for b in _series(problem) if b.channel == k]
         if not parts:
             continue
-        read = [b.y for b in parts]
+        read, model = [b.y for b in parts], [models[b.place.start] for b in parts]
         if suspect is not None and suspect.channel == c:
             read = [_meant(y, problem.units[c.connector], c.unit, suspect.better) for y in read]
-        y, model = np.concatenate(read), np.concatenate([models[b.place.start] for b in parts])
-        shares.append(rms(y - model) / max(float(y.std()), max(b.floor for b in parts)))
-    return rms(np.array(shares)) if shares else 0.0
+        moved = rms(np.concatenate([y - y.mean() for y in read]))
+        left = rms(np.concatenate([y - x - (y - x).mean() for y, x in zip(read, model, strict=True)]))
+        shares.append(float(np.clip(left / max(moved, *(b.floor for b in parts)), LEAST, MOST)))
+    return shares
 
 
-def _stories(problem: Problem) -> Iterator[tuple[float, str]]:
+def _stories(problem: Problem) -> Iterator[tuple[list[float], str]]:
     """What the models miss with each input in each other unit, and with the time of driven runs in another one."""
     for c in problem.campaign.inputs:
         own = problem.units[c.connector]

@@ -62,7 +62,8 @@ def numerical_gap(problem: Problem) -> tuple[np.ndarray, np.ndarray]:
     name, h = problem.campaign.system.name, problem.fine
     at_step = problem.at_step({}, h)
     if at_step is None:
-        raise SimulationError(f"{name}: the model as delivered does not run the campaign: {problem.failure}")
+        hint = "; are the inputs in the units that the campaign says?" if problem.campaign.inputs else ""
+        raise SimulationError(f"{name}: the model as delivered does not run the campaign: {problem.failure}{hint}")
     half = problem.at_step({}, h / 2.0)
     if half is None:
         raise SimulationError(f"{name}: the model does not run at half its step: {problem.failure}")

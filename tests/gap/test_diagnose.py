@@ -145,7 +145,8 @@ def test_held_out_runs_are_not_fitted(toys, tmp_path):
 
 
 BAD = {
-    "metres for millimetres": (lambda text: text.replace('unit = "mm"', 'unit = "m"'), "is it in mm?"),
+    "metres for millimetres": (
+        lambda text: text.replace('unit = "mm"', 'unit = "m"'), "is it in mm, or is the input 'u' in kN?"),
     "another quantity": (lambda text: text.replace('unit = "mm"', 'unit = "furlong"'), "unknown unit"),
     "an input that is an output": (lambda text: text.replace('"o.u"', '"o.v"'), "cannot be an input"),
     "no such connector": (lambda text: text.replace('"o.x"', '"o.y"'), "no connector 'o.y'"),
