@@ -35,7 +35,7 @@ class Initialiser:
     def __call__(self, values: Sequence[Value], start: float, stop: float) -> None:
         """Set start values, initialise all slaves and leave all signals in agreement at the start."""
         system = self.system
-        system.board.ended[0] = 0
+        system.board.ended[:] = 0
         for v in values:
             if v.component == "":
                 system.put(system.own_inputs[v.variable], v.value)

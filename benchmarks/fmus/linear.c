@@ -110,6 +110,7 @@ static double *real(Model *m, unsigned r) {
 #endif
 
 int EXPORT(SetReal)(Model *m, const unsigned *r, size_t n, const double *v) {
+    if (FMI == 2 && m->ended) return 3; /* not after a step that failed */
     for (size_t k = 0; k < n; k++) {
         double *p = real(m, r[k]);
         if (!p) return 3;
@@ -281,6 +282,7 @@ int EXPORT(DoStep)(Model *m, double t, double h, Bool keep) {
 #endif
 
 static int slopes(Model *m, const unsigned *r, size_t n, const int *order, const double *v) {
+    if (FMI == 2 && m->ended) return 3;
     for (size_t k = 0; k < n; k++) {
         if (r[k] >= N || order[k] != 1) return 3;
         m->slope[r[k]] = v[k];

@@ -100,4 +100,4 @@ class Stepper:
     def restore(self, state: Any) -> None:
         """Back to a state, from which the end of the run has not been asked for."""
         self.slave.restore(state)
-        self._runner.program.board.ended[0] = 0
+        self._runner.program.board.ended[:] = 0

@@ -69,8 +69,9 @@ def run(
     program (operations, OPERANDS); driven (count + 1, columns); rows (count, outputs + inputs) gets the slots `outputs`
     at the start of each step and `inputs` as they are at its end; `finite` are the slots that have to be; seconds
     (slaves,) adds up time in doStep; clock is the address of clock_gettime or 0. Comes back early when more than
-    `budget` seconds have passed, or after a step in which `ended` got the number + 1 of a slave. report: why it came
-    back, steps done, operation, status; while it runs, steps done and operation are already there.
+    `budget` seconds have passed, or after a step in which `ended` got the number + 1 of a slave, and its instance,
+    which is given nothing any more. report: why it came back, steps done, operation, status; while it runs, steps done
+    and operation are already there.
     """
     spec = np.zeros(2, np.int64)
     where, told = spec.ctypes.data, u8.ctypes.data
@@ -87,6 +88,8 @@ def run(
             code = o[0]
             report[2] = i
             if code in (SET, GET):
+                if code == SET and o[2] == ended[1]:
+                    continue
                 status = native.exchange(o[1], o[2], o[3], o[4], o[5])
             elif code == COPY:
                 for j in range(o[3]):
@@ -109,7 +112,7 @@ def run(
                         if status == DISCARD and o[6] != 0:
                             native.boolean_status(o[6], o[2], TERMINATED, told + o[5])
                             if u8[o[5]] != 0:
-                                ended[0], status = o[3] + 1, 0
+                                ended[0], ended[1], status = o[3] + 1, o[2], 0
                     elif code == STEP_1:
                         status = native.step_1(o[1], o[2], now, part, 1)
                     else:
@@ -118,13 +121,15 @@ def run(
                             told + o[5] + 8,
                         )  # fmt: skip
                         if status <= DISCARD and u8[o[5] + 1] != 0:
-                            ended[0], status = o[3] + 1, 0
+                            ended[0], ended[1], status = o[3] + 1, o[2], 0
                         elif status <= 1 and u8[o[5] + 2] != 0:
                             status = EARLY
                     if status > 1 or ended[0] == o[3] + 1:
                         break
                 seconds[o[3]] += _now(clock, where, spec) - before
             elif code in (SET_3, GET_3):
+                if code == SET_3 and o[2] == ended[1]:
+                    continue
                 status = native.exchange_3(o[1], o[2], o[3], o[4], o[5], o[6])
             elif code == INTEGER_TO_REAL:
                 for j in range(o[3]):
@@ -134,6 +139,8 @@ def run(
             elif code == DRIVE_INTEGER:
                 integers[o[1]] = int(driven[k + o[3], o[2]])
             elif code == DERIVATIVES:
+                if o[2] == ended[1]:
+                    continue
                 for j in range(o[4]):
                     reals[o[6] + j] /= h  # the last step had that length, if this one is shorter
                 status = native.derivatives(o[1], o[2], o[3], o[4], o[5], reals.ctypes.data + 8 * o[6])

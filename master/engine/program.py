@@ -23,8 +23,8 @@ class Board:
         self.reals = np.zeros(max(1, slots))
         self.integers = self.reals.view(np.int64)
         self.texts: list[str | bytes] = [""] * texts
-        self.ended = np.zeros(1, np.int64)
-        """Number + 1 of the slave that has asked to end the run."""
+        self.ended = np.zeros(2, np.int64)
+        """Number + 1 of the slave that has asked to end the run, and its instance."""
         self.stages = {width: np.zeros(staged.get(width, 0) + 8, kind) for width, kind in WIDTHS.items()}
 
     def address(self, slot: int) -> int:

@@ -87,6 +87,8 @@ class Worker:
             ended, self.board.ended[0] = bool(self.board.ended[0]), 0
             self.send("values", ([_take(self.board, g) for g in self.slave.output_groups], seconds, ended))
         else:
+            if message[1] == "enter_initialisation":
+                self.board.ended[:] = 0
             self.send("done", getattr(self.slave, message[1])(*message[2]))
 
     def attempt(self, do: Any) -> None:

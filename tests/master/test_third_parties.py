@@ -7,6 +7,7 @@ import zipfile
 import numpy as np
 import pytest
 from deepsea_cosim.core.errors import CosimError
+from deepsea_cosim.master.algorithms import NAMES
 from deepsea_cosim.master.check import check
 from deepsea_cosim.master.engine.runner import last_step
 from deepsea_cosim.master.session import Session
@@ -177,13 +178,16 @@ def test_an_fmu_may_end_the_run(fmus, tmp_path, version, isolate):
         session.run(["a.y1"], 1.0, 0.1)
 
 
+@pytest.mark.parametrize("method", NAMES)
 @pytest.mark.parametrize("version", [2, 3])
-def test_an_fmu_may_end_the_run_under_iteration(fmus, tmp_path, version):
+def test_an_fmu_may_end_the_run_with_every_method(fmus, tmp_path, version, method):
+    """Nothing is given to it afterwards, though others go to the end of the step."""
     ending = {"A[1,2]": 1.0, "x0[2]": 1.0, "C[1,1]": 1.0, "when": 0.4, "trouble": 8.0}
-    a = component("a", "resources/L.fmu", connector("y1", "output"), bindings=bindings(binding(values(ending))))
-    path = package(tmp_path / "p.ssp", system("root", a, gain("b", 2.0), links=(link("a.y1", "b.u1"),)),
-                   with_fmu(fmus, version))  # fmt: skip
-    result = run(path, tmp_path / "out", Options(method="fixed-point"))
+    a = component("a", "resources/L.fmu", connector("y1", "output"), connector("u1", "input"),
+                  bindings=bindings(binding(values(ending))))  # fmt: skip
+    links = (link("a.y1", "b.u1"), link("b.y1", "a.u1"))
+    path = package(tmp_path / "p.ssp", system("root", a, gain("b", 0.5), links=links), with_fmu(fmus, version))
+    result = run(path, tmp_path / "out", Options(method=method))
     assert result.summary["status"] == "ended"
     assert result.frame["time"].iloc[-1] == pytest.approx(0.5)
 
