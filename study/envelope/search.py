@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from typing import Any
 
@@ -88,18 +88,16 @@ def reach(package: str, question: Question) -> Reach:
 
 
 def reaches(
-    pool: Pool, options: Options, designs: Sequence[Design], fixed: dict[str, Any],
-    progress: Callable[[], None] = lambda: None,
-) -> list[Reach]:  # fmt: skip
-    """How far each design goes."""
-    found: dict[int, Reach] = {}
+    pool: Pool, options: Options, designs: Sequence[Design], fixed: dict[str, Any]
+) -> Iterator[tuple[Design, Reach]]:
+    """How far each design goes, as soon as it is known."""
+    why = []
     for k, answer in pool.each_surviving(reach, [Question(options, {**fixed, **d.parameters}) for d in designs]):
-        found[k] = answer if isinstance(answer, Reach) else Reach(None, why=answer.reason)
-        progress()
-    if all(r.why for r in found.values()):
-        name = ", ".join(designs[0].changes) or "the machine as it is"
-        raise SimulationError(f"no design can be run at {options.low:g} {options.unit}; {name}: {found[0].why}")
-    return [found[k] for k in range(len(designs))]
+        found = answer if isinstance(answer, Reach) else Reach(None, why=answer.reason)
+        why.append(found.why and f"{', '.join(designs[k].changes) or 'the machine as it is'}: {found.why}")
+        yield designs[k], found
+    if all(why):
+        raise SimulationError(f"no design can be run at {options.low:g} {options.unit}; {why[0]}")
 
 
 def cheapest(

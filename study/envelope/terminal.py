@@ -11,7 +11,7 @@ from math import floor, log10
 from pathlib import Path
 from typing import Any
 
-from ...core.errors import UsageError
+from ...core.errors import Interrupted, UsageError
 from ...core.files import make_folder, writing
 
 SHOWN = 6
@@ -49,16 +49,26 @@ def envelope_command(options: argparse.Namespace) -> int:
 
     from tqdm import tqdm
 
-    with (
-        cluster(options.dask) as executor,
-        Pool(options.package, executor, options.processes) as pool,
-        tqdm(total=len(over), unit="design", disable=options.quiet, file=sys.stderr) as bar,
-    ):
-        found = reaches(pool, wanted, over, {**fixed, **rest}, bar.update)
-        bar.set_description("the cheapest change")
-        best = cheapest(pool, wanted, every, at, fixed)
+    found: dict[tuple[str, ...], Any] = {}
+    best = None
+    try:
+        with (
+            cluster(options.dask) as executor,
+            Pool(options.package, executor, options.processes) as pool,
+            tqdm(total=len(over), unit="design", disable=options.quiet, file=sys.stderr) as bar,
+        ):
+            for design, answer in reaches(pool, wanted, over, {**fixed, **rest}):
+                found[tuple(c.name for c in design.choices)] = answer
+                bar.update()
+            bar.set_description("the cheapest change")
+            best = cheapest(pool, wanted, every, at, fixed)
+    except KeyboardInterrupt:
+        if not found:
+            raise
+        _write(folder, options, wanted, mapped, found, best, at)
+        raise Interrupted(f"interrupted; {len(found)} of {len(over)} designs are in {folder}") from None
     names = [tuple(c.name for c in d.choices) for d in over]
-    reach = dict(zip(names, found, strict=True))
+    reach = {name: found[name] for name in names}
     _write(folder, options, wanted, mapped, reach, best, at)
     if not options.no_plots:
         from .plots import picture
@@ -97,7 +107,8 @@ def _write(
         "reach": [{**dict(zip((g.name for g in mapped), names, strict=True)), "value": r.value, "whole": r.whole,
                    "hole": r.hole, "why": r.why, "beyond": r.beyond}
                   for names, r in reach.items()],
-        "at": at, "cheapest": [{"cost": d.cost, "changes": list(d.changes)} for d in best],
+        "at": at,
+        "cheapest": None if best is None else [{"cost": d.cost, "changes": list(d.changes)} for d in best],
     }  # fmt: skip
     with writing(folder):
         with (folder / "envelope.csv").open("w", newline="", encoding="utf-8") as file:

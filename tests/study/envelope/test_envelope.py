@@ -85,6 +85,19 @@ def test_the_cheapest_change_is_found_and_its_equals_too(doubled, options, tmp_p
     assert far == [{"cost": 4, "changes": ["gain: quarter"]}]
 
 
+def test_what_is_found_before_an_interrupt_is_kept(doubled, options, tmp_path, monkeypatch, capsys):
+    def interrupted(*_):
+        raise KeyboardInterrupt
+
+    monkeypatch.setattr(search, "cheapest", interrupted)
+    arguments = ["--options", str(options), "--out", str(tmp_path / "out"), "--quiet", "--processes", "1"]
+    assert main(["envelope", str(doubled), *arguments]) == 130
+    assert "interrupted; 3 of 3 designs are in" in capsys.readouterr().err
+    found = json.loads((tmp_path / "out" / "envelope.json").read_text())
+    assert [round(r["value"], 1) for r in found["reach"]] == [2.0, 4.0, 8.0]
+    assert found["cheapest"] is None
+
+
 def test_what_never_or_always_holds(doubled, options, tmp_path, capsys):
     options.write_text(TEXT.format(limit=-1.0))
     found = run(doubled, options, tmp_path / "never", "--no-plots")
