@@ -8,6 +8,7 @@ has a C compiler, the front library that turns faults into fmi2Error.
 from __future__ import annotations
 
 import hashlib
+import html
 import importlib.util
 import io
 import os
@@ -116,7 +117,9 @@ def sources_of(model: Model) -> dict[str, bytes]:
 def _write_zip(target: Path | io.BytesIO, files: Iterable[tuple[str, bytes]]) -> None:
     with zipfile.ZipFile(target, "w", zipfile.ZIP_DEFLATED) as archive:
         for name, content in files:
-            archive.writestr(zipfile.ZipInfo(name, FIXED_DATE), content, zipfile.ZIP_DEFLATED)
+            entry = zipfile.ZipInfo(name, FIXED_DATE)
+            entry.external_attr = (0o100755 if name.endswith(".so") else 0o100644) << 16  # for `unzip`
+            archive.writestr(entry, content, zipfile.ZIP_DEFLATED)
 
 
 def _zipped(files: Iterable[tuple[str, bytes]]) -> bytes:
@@ -232,6 +235,8 @@ def build_fmu(
     starts: start values of the container that differ from the tables'.
     """
     way = way or Way()
+    if way.standalone and c_compiler() is None:
+        raise PackageError("--standalone needs a C compiler for its kernels: install gcc or clang, or let CC name one")
     version = VERSIONS[way.fmi]
     sources = _sources(model, version)
     if starts:
@@ -287,7 +292,9 @@ def _raw(
     documentation = scratch / "documentation"
     documentation.mkdir()
     (documentation / "README.md").write_text(readme(model.name))
-    (documentation / "index.html").write_text('<a href="README.md">README.md</a>\n')
+    text = html.escape(readme(model.name))
+    page = f'<!doctype html><meta charset="utf-8"><title>{model.name}</title><pre>{text}</pre>\n'
+    (documentation / "index.html").write_text(page, encoding="utf-8")
     # in a process of its own: the builder imports the script, and what it imports stays
     script_name, place, code, told = (str(p) for p in (script, scratch, scratch / "code.zip", documentation))
     call = f"build_FMU({script_name!r}, {place!r}, [{code!r}], {told!r})"
@@ -316,6 +323,8 @@ def _add_front(
         if way.standalone:
             from . import standalone
 
+            for name in [n for n in files if n.startswith("binaries/") and not n.startswith(f"binaries/{PLATFORM}/")]:
+                del files[name]  # of systems whose Python it does not carry
             files |= standalone.files(needs)
             text = files["modelDescription.xml"]
             files["modelDescription.xml"] = text.replace(b'needsExecutionTool="true"', b'needsExecutionTool="false"')

@@ -28,8 +28,8 @@ from ..core.errors import PackageError
 from ..core.files import make_folder
 from .build import CONTAINER, HERE, MODELS, PLATFORM, Model, c_compiler, interpreter
 
-STEP, STOP = 1e-3, 2.0
-WRITTEN = 2
+STEP, STOP = 1e-3, 4.0  # the machine begins to move at 2 s
+WRITTEN = 4
 """Steps between the rows of files with outputs: the rules want them below a megabyte."""
 
 TOLERANCE = 1e-6

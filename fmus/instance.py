@@ -26,6 +26,11 @@ import numpy as np
 from ..core.errors import CosimError, ParameterError, SimulationError
 from ..core.variables import Variable, VariableTable
 
+INSTANTIATED, INITIALISING, RUNNING, TERMINATED = (
+    "instantiation", "enterInitializationMode", "exitInitializationMode", "terminate"
+)  # fmt: skip
+"""Phases of an instance's life, named after what began them."""
+
 _thread = threading.local()
 
 
@@ -94,7 +99,7 @@ class Instance:
         """The outputs' part of `values`; the table has them in a row."""
         self._zeros = np.zeros(len(self.out))
         self.time = 0.0
-        self.running = False
+        self.phase = INSTANTIATED
         if self.has_front:
             arrays = (self.values, self._low, self._high, self._roles, self._stale)
             places = " ".join(f"{array.ctypes.data:#x}" for array in arrays)
@@ -130,28 +135,45 @@ class Instance:
             self.modelName, self.table, str(self.guid), self.description or "", {**(model_options or {})}
         )
 
+    @property
+    def running(self) -> bool:
+        """Whether the model stands and takes steps."""
+        return self.phase == RUNNING
+
+    def _expect(self, call: str, *phases: str) -> None:
+        if self.phase not in phases:
+            raise SimulationError(f"{call} was called after {self.phase}")
+
     @reported(None)
-    def setup_experiment(self, start_time: float, *_: Any) -> None:
+    def setup_experiment(self, start_time: float, stop_time: float | None = None, *_: Any) -> None:
+        self._expect("setupExperiment", INSTANTIATED)
+        if not np.isfinite(start_time) or (stop_time is not None and not stop_time >= start_time):
+            raise ParameterError(f"a run from {start_time:g} s to {stop_time} s is none")
         self.time = start_time
         self._stale[0] = 1
 
     @reported(None)
     def enter_initialization_mode(self) -> None:
-        pass
+        self._expect("enterInitializationMode", INSTANTIATED)
+        self.phase = INITIALISING
 
     @reported(None)
     def exit_initialization_mode(self) -> None:
+        self._expect("exitInitializationMode", INITIALISING)
         self._refresh()
-        self.running = True
+        self.phase = RUNNING
 
     @reported(None)
     def terminate(self) -> None:
-        pass
+        self._expect("terminate", INITIALISING, RUNNING)
+        self.phase = TERMINATED
 
     @reported(False)
     def do_step(self, current_time: float, step_size: float) -> bool:
+        keep_thread_state()
         if not self.running:
-            raise SimulationError("doStep was called before the initialization was finished")
+            when = "after terminate" if self.phase == TERMINATED else "before the initialization was finished"
+            raise SimulationError(f"doStep was called {when}")
         if not 0.0 < step_size < float("inf"):
             raise ParameterError(f"communication step size = {step_size:g} s; it has to be positive")
         if not abs(current_time - self.time) <= 1e-9 * max(1.0, abs(self.time)):
@@ -181,7 +203,9 @@ class Instance:
 
     @reported(lambda vrs: [""] * len(vrs))
     def get_string(self, vrs: list[int]) -> list[str]:
-        raise ParameterError("this FMU has no string variables")
+        if vrs:
+            raise ParameterError("this FMU has no string variables")
+        return []
 
     @reported(None)
     def write(self, vrs: list[int], values: list[float]) -> None:
@@ -198,26 +222,40 @@ class Instance:
 
     @reported(None)
     def set_string(self, vrs: list[int], values: list[str]) -> None:
-        raise ParameterError("this FMU has no string variables")
+        if vrs:
+            raise ParameterError("this FMU has no string variables")
 
     @reported(dict)
     def _get_fmu_state(self) -> dict[str, Any]:
+        return self._present()
+
+    def _present(self) -> dict[str, Any]:
+        """All that time changes, and what was set."""
         return {
             "model_name": self.modelName,
             "values": self.values.copy(),
             "time": self.time,
-            "running": self.running,
+            "phase": self.phase,
             "stale": int(self._stale[0]),
             # before the run the model follows from the values
-            "model": self.get_model_state() if self.running else None,
+            "model": self.get_model_state() if self.phase in (RUNNING, TERMINATED) else None,
         }
 
     @reported(None)
     def _set_fmu_state(self, state: dict[str, Any]) -> None:
         if state.get("model_name") != self.modelName or len(state.get("values", ())) != len(self.values):
             raise ParameterError(f"this is not a state of {self.modelName}")
+        before = self._present()
+        try:
+            self._restore(state)
+        except Exception:
+            self._restore(before)
+            raise
+
+    def _restore(self, state: dict[str, Any]) -> None:
+        """Back to what `_present` gave."""
         self.values[:] = state["values"]
-        self.time, self.running = state["time"], state["running"]
+        self.time, self.phase = state["time"], state["phase"]
         if state["model"] is not None:
             self.build(self._parameters())
             self.set_model_state(state["model"])
@@ -231,7 +269,7 @@ class Instance:
     @staticmethod
     def _fmu_state_from_bytes(state: bytes) -> dict[str, Any]:
         try:
-            found = json.loads(state)
+            found = json.loads(state.rstrip(b"\0"))  # what the importer's memory had too much
         except ValueError:
             return {}  # an exception would cost the instance; setting this state reports it
         return found if isinstance(found, dict) else {}
@@ -260,6 +298,8 @@ class Instance:
     def _set(self, vrs: list[int], values: list[Any], kind: str) -> None:
         """Set all the values or, when one of them is wrong, none."""
         self._known(vrs, kind)
+        if self.phase == TERMINATED:
+            raise SimulationError("nothing can be set after terminate")
         for i, value in zip(vrs, values, strict=True):
             variable = self.table[i]
             if kind != "Boolean":
@@ -285,7 +325,7 @@ class Instance:
 
     def _refresh(self) -> None:
         """Bring the outputs up to date with inputs and parameters."""
-        if not self.running:
+        if self.phase in (INSTANTIATED, INITIALISING):
             self.build(self._parameters())
         self.outputs()
         self._settle()

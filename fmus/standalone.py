@@ -63,7 +63,7 @@ def files(packages: Sequence[str]) -> dict[str, bytes]:
             made[f"{lib}/{VERSION}/{inside.as_posix()}"] = _stripped(path)
     for package in packages:
         made |= {f"{lib}/{VERSION}/site-packages/{name}": content for name, content in _package(package).items()}
-    foreign = _foreign_libraries(made)
+    foreign = _foreign_libraries(made, Path(library))
     for path in foreign:
         made[f"{lib}/preload/{path.name}"] = path.read_bytes()
     made |= _licences(packages, foreign)
@@ -94,7 +94,7 @@ def _package(name: str) -> dict[str, bytes]:
 def _licences(packages: Sequence[str], libraries: Sequence[Path]) -> dict[str, bytes]:
     """The licences of all that is carried, as far as this machine has their texts, by path in the FMU."""
     found = {"python": [Path(sysconfig.get_path("stdlib")) / "LICENSE.txt"]}
-    for package in packages:
+    for package in (*packages, "pythonfmu", "deepsea-cosim"):
         files = metadata.files(package) or []
         found[package] = [Path(str(f.locate())) for f in files if LICENCE.search(f.name)]
     for library in libraries:
@@ -135,16 +135,16 @@ SYSTEM = ("libc.so", "libm.so", "libdl.so", "libpthread.so", "librt.so", "libuti
 """What every Linux has."""
 
 
-def _foreign_libraries(made: dict[str, bytes]) -> list[Path]:
-    """Libraries of this system that the standard library's modules need and other systems may not have."""
-    dynload = [name for name in made if "/lib-dynload/" in name]
+def _foreign_libraries(made: dict[str, bytes], library: Path) -> list[Path]:
+    """Libraries of this system that Python's and the standard library's modules need and other systems may not have."""
     folder = Path(sysconfig.get_path("stdlib")) / "lib-dynload"
+    users = [library, *(folder / Path(name).name for name in made if "/lib-dynload/" in name)]
     found: dict[str, Path] = {}
-    for name in dynload:
-        told = subprocess.run(["ldd", str(folder / Path(name).name)], capture_output=True, text=True).stdout
+    for user in users:
+        told = subprocess.run(["ldd", str(user)], capture_output=True, text=True).stdout
         for line in told.splitlines():
-            library, arrow, place = line.partition("=>")
+            name, arrow, place = line.partition("=>")
             path = Path(place.split("(")[0].strip()) if arrow else None
-            if path is not None and path.is_file() and not library.strip().startswith((*SYSTEM, "libpython")):
+            if path is not None and path.is_file() and not name.strip().startswith((*SYSTEM, "libpython")):
                 found[path.name] = path
     return [found[name] for name in sorted(found)]

@@ -3,9 +3,9 @@ declares as such."""
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from dataclasses import dataclass
 from difflib import SequenceMatcher
-from itertools import combinations
 from math import pi
 
 from ..core.errors import PackageError, did_you_mean
@@ -49,9 +49,7 @@ def find_bonds(system: System) -> list[Bond]:
         hint = did_you_mean(address, sorted(known))
         raise PackageError(f"the power bond names '{address}', which drives nothing{hint}")
     bonds, possible = [], []
-    for a, b in combinations([k for k in system.links if _scalar(k)], 2):
-        if (a.start[0], a.end[0]) != (b.end[0], b.start[0]) or a.start[0] == a.end[0]:
-            continue
+    for a, b in _opposite([k for k in system.links if _scalar(k)]):
         ua, ub = unit(a), unit(b)
         factor = ua.factor * ub.factor if ua is not None and ub is not None else 1.0
         if frozenset((a.source.address, b.source.address)) in declared:
@@ -68,6 +66,16 @@ def find_bonds(system: System) -> list[Bond]:
             possible.append(Bond(a, b, factor * (2.0 * pi if turns else 1.0)))
     place = {id(link): i for i, link in enumerate(system.links)}
     return sorted(bonds + _pairs(possible, bonds), key=lambda bond: (place[id(bond.forth)], place[id(bond.back)]))
+
+
+def _opposite(links: list[Link]) -> Iterator[tuple[Link, Link]]:
+    """Pairs of links between the same two components, there and back, the earlier one first."""
+    ways: dict[tuple[str, str], list[tuple[int, Link]]] = {}
+    for place, link in enumerate(links):
+        ways.setdefault((link.start[0], link.end[0]), []).append((place, link))
+    for place, a in enumerate(links):
+        if a.start[0] != a.end[0]:
+            yield from ((a, b) for later, b in ways.get((a.end[0], a.start[0]), ()) if later > place)
 
 
 def _pairs(possible: list[Bond], certain: list[Bond]) -> list[Bond]:

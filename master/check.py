@@ -8,26 +8,29 @@ from dataclasses import dataclass, field
 from itertools import groupby
 from pathlib import Path
 
-from ..core.errors import CosimError
+from ..core.errors import CosimError, ParameterError
 from ..ssp.model import Component, SignalDictionaryReference
 from ..ssp.model import System as Tree
 from ..ssp.network import Network
 from . import stimuli
+from .algorithms import NAMES
 from .loops import loops
 from .options import Options
-from .prepare import set_substeps
+from .prepare import check_coupling, check_options, set_substeps, step_remarks
 from .results.columns import Layout
 from .setup import (
     bound_values,
+    check_single,
     configure,
     foreign_connectors,
     given_values,
+    mixed_libraries,
     of_component,
     read_package,
     resolve,
     with_parameters,
 )
-from .slaves.base import Slave
+from .slaves.base import TEXT, Slave
 from .system import System
 from .times import times_of
 
@@ -54,6 +57,7 @@ def check(package: Path, wanted: Options | None = None) -> Findings:
     """Read a package and everything in it; nothing is raised for what is wrong with it, or with how it is to be run."""
     wanted = wanted or Options()
     found = Findings()
+    _try(found, lambda: check_options(wanted))
     with ExitStack() as stack:
         network = _try(found, lambda: read_package(package, stack, wanted.variant))
         if network is None:
@@ -63,7 +67,10 @@ def check(package: Path, wanted: Options | None = None) -> Findings:
         found.network = network
         structure = network.structure
         if structure.stop_time is not None or wanted.stop_time is not None:
-            _try(found, lambda: times_of(structure, wanted.stop_time, wanted.step))
+            times = _try(found, lambda: times_of(structure, wanted.stop_time, wanted.step))
+        else:
+            times = None
+            found.notes.append("the package has no stop time; a run needs --stop-time")
         violations = set(network.structure.remarks)
         found.errors += network.structure.remarks
         found.warnings += [r for r in network.remarks if r not in violations]
@@ -75,6 +82,13 @@ def check(package: Path, wanted: Options | None = None) -> Findings:
                 _connectors(found, part.component, slave, path)
         if len(slaves) == len(network.parts):
             _try(found, lambda: set_substeps(wanted, slaves))
+            if not wanted.isolate:
+                _try(found, lambda: check_single(slaves))
+                found.warnings += mixed_libraries(slaves)
+            if times is not None:
+                found.warnings += step_remarks(slaves, *times)
+            for path, slave in slaves.items():
+                found.warnings += _starts(path, slave)
         network = _try(found, lambda: configure(network, slaves)[0]) or network
         known = [setting for setting in network.settings if setting.component in slaves]
         for _, settings in groupby(known, lambda setting: (setting.where, setting.name)):
@@ -90,6 +104,8 @@ def check(package: Path, wanted: Options | None = None) -> Findings:
                 if layout is not None:
                     _try(found, lambda: layout.chosen(wanted.record))
                     _try(found, lambda: layout.chosen(wanted.plot, "--plot"))
+                if wanted.method in NAMES:
+                    _try(found, lambda: check_coupling(system, wanted))
                 _inputs(found, system, _driven(found, system, wanted))
                 _loops(found, system)
         elif not network.parts:
@@ -117,6 +133,19 @@ def _connectors(found: Findings, component: Component, slave: Slave, path: str) 
             found.warnings.append(f"{c.where}: connector '{path}.{c.name}' is of kind {c.kind}, its FMU says {cause}")
         if c.type is not None and not _fits(c.type.kind, v.type):
             found.warnings.append(f"{c.where}: connector '{path}.{c.name}' is {c.type.kind}, its FMU says {v.type}")
+
+
+def _starts(path: str, slave: Slave) -> list[str]:
+    """Start values of the model description that are beyond its own limits."""
+    made = []
+    for v in slave.description.modelVariables:
+        if v.start in (None, "") or v.type not in slave.forms or slave.forms[v.type].family == TEXT or v.dimensions:
+            continue
+        try:
+            slave.checked(v.name, v.start, "")
+        except ParameterError as error:
+            made.append(f"the model description of '{path}' contradicts itself: {str(error).removeprefix(': ')}")
+    return made
 
 
 def _fits(said: str, own: str) -> bool:
@@ -163,7 +192,7 @@ def tree(network: Network, system: System | None = None) -> str:
         lines.append(f"variants: {', '.join(structure.variants)}")
     _branch(lines, structure.system, "", network, system)
     lines += ["", "connections"]
-    for wire in network.wires:
+    for wire in (*network.early, *network.wires):
         start = ".".join(filter(None, wire.start))
         lines.append(f"  {start} -> {'.'.join(wire.end)}{_on_the_way(wire)}")
     for name, wire in network.outputs.items():

@@ -19,13 +19,24 @@ from .system import System
 from .wiring import converted
 
 
+def early_order(system: System) -> list[str]:
+    """Components in an order in which each gets the parameters that others calculate; `PackageError` for a circle."""
+    graph: dict[str, set[str]] = {name: set() for name in system.slaves}
+    for wire in system.early:
+        graph[wire.end[0]].add(wire.start[0])
+    try:
+        return list(TopologicalSorter(graph).static_order())
+    except CycleError as error:
+        raise PackageError(f"calculated parameters depend on each other: {' -> '.join(error.args[1])}") from None
+
+
 class Initialiser:
     """The initialisation of a system; may be used again after a reset."""
 
     def __init__(self, system: System):
         self.system = system
         self._agreement = Agreement(system, system.order)
-        self._early = self._early_order()
+        self._early = early_order(system)
         self._visits = self._visit_order()
         self._seen: set[str] = set()
         shown = system.program()
@@ -78,15 +89,6 @@ class Initialiser:
             return (b"" if signal.type == "Binary" else "" if signal.family == TEXT else 0,) * signal.size
 
     # parameters that are computed
-
-    def _early_order(self) -> list[str]:
-        graph: dict[str, set[str]] = {name: set() for name in self.system.slaves}
-        for wire in self.system.early:
-            graph[wire.end[0]].add(wire.start[0])
-        try:
-            return list(TopologicalSorter(graph).static_order())
-        except CycleError as error:
-            raise PackageError(f"calculated parameters depend on each other: {' -> '.join(error.args[1])}") from None
 
     def _compute(self, wire: Wire) -> None:
         source, target = self.system.slaves[wire.start[0]], self.system.slaves[wire.end[0]]

@@ -69,7 +69,7 @@ class Loop:
                 recording.took(start, h, self.done, self.runner.taken + failed_in_step)
                 self._reach(start, stop, h, n)
                 if error.time is None:
-                    error.time = self.time
+                    raise type(error)(f"{error} at t = {self.time:g} s", self.time) from None
                 raise
             recording.took(start, h, self.done, self.runner.taken)
             self._reach(start, stop, h, n)

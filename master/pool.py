@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import multiprocessing
 import os
+import signal
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from concurrent.futures import Executor, ProcessPoolExecutor, as_completed
 from concurrent.futures.process import BrokenProcessPool
@@ -15,7 +16,6 @@ from contextlib import contextmanager, suppress
 from dataclasses import dataclass, field
 from math import isinf
 from pathlib import Path
-from time import perf_counter
 from types import TracebackType
 from typing import Any
 
@@ -42,15 +42,22 @@ class Job:
     """Coupling algorithm."""
 
 
+ALARM = getattr(signal, "SIGALRM", 14)
+"""The signal that ends a process whose run takes too long."""
+
+
 @dataclass(frozen=True)
 class Failure:
-    """A run that had to stop, and why."""
+    """A run that had to stop, and why; `limit`: it took longer than that [s]."""
 
     reason: str
+    limit: float | None = None
 
 
 class WorkerDied(SimulationError):
-    """A process that simulates ended unasked, or was ended because a run took longer than it may."""
+    """A process that simulates ended unasked, or (`late`) was ended because a run took longer than it may."""
+
+    late = False
 
 
 DIED = "the simulation's process died; an FMU may have crashed"
@@ -84,8 +91,6 @@ def _within(limit: float | None, function: Callable[[str, Any], Any], package: s
     """The function's result; a call longer than `limit` [s] ends the process, for an FMU cannot be stopped."""
     if limit is None or isinf(limit):
         return function(package, task)
-    import signal
-
     with suppress(CosimError):  # loading does not count
         session(package)
     signal.setitimer(signal.ITIMER_REAL, min(limit, 1e8))
@@ -97,7 +102,6 @@ def _within(limit: float | None, function: Callable[[str, Any], Any], package: s
 
 def _quiet_worker() -> None:
     """A worker leaves Ctrl-C to the main process and ends with it, however that ends."""
-    import signal
     import threading
 
     signal.signal(signal.SIGINT, signal.SIG_IGN)
@@ -197,13 +201,11 @@ class Pool:
 
     def _alone(self, function: Callable[[str, Any], Any], task: Any) -> Any:
         """function(package, task) in a process that may die of it."""
-        begin = perf_counter()
         try:
             with Pool(self.package, processes=1, limit=self.limit) as own:
                 return next(own.each(function, [task]))[1]
-        except WorkerDied:
-            late = self.limit is not None and perf_counter() - begin > self.limit
-            return Failure(f"it takes longer than {self.limit:g} s" if late else DIED)
+        except WorkerDied as error:
+            return Failure(f"it takes longer than {self.limit:g} s", self.limit) if error.late else Failure(DIED)
 
     def each(self, function: Callable[[str, Any], Any], tasks: Sequence[Any]) -> Iterator[tuple[int, Any]]:
         """(index, function(package, task)) of every task, in the order in which they are done.
@@ -214,19 +216,29 @@ class Pool:
         package = str(self.package)
         submit = self._executor.submit
         futures = {submit(_within, self.limit, function, package, task): k for k, task in enumerate(tasks)}
+        processes = list((getattr(self._executor, "_processes", None) or {}).values())
         try:
             for future in as_completed(futures):
                 try:
                     result = future.result()
                 except Exception as error:
-                    if type(error).__name__ != "KilledWorker":  # of distributed, which need not be installed
+                    kind = type(error).__name__  # of distributed, which need not be installed
+                    if not self._own and kind in ("CancelledError", "FutureCancelledError", "CommClosedError"):
+                        told = "the cluster is gone; what was done is kept"
+                        raise SimulationError(f"{self.package.name}: {told}") from None
+                    if kind != "KilledWorker":
                         raise
                     result = Failure(DIED)
                 self.count += 1
                 self.progress(self.count)
                 yield futures[future], result
         except BrokenProcessPool:
-            raise WorkerDied(f"{self.package.name}: a simulation process died; an FMU may have crashed") from None
+            died = WorkerDied(f"{self.package.name}: a simulation process died; an FMU may have crashed")
+            if self.limit is not None:
+                for process in processes:
+                    process.join(5.0)
+                died.late = any(p.exitcode == -ALARM for p in processes)
+            raise died from None
         finally:
             for future in futures:
                 future.cancel()

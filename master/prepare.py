@@ -10,7 +10,9 @@ from pathlib import Path
 from ..core.errors import UsageError
 from ..ssp.network import Network
 from . import stimuli
-from .algorithms import algorithm
+from .algorithms import algorithm, check_method
+from .bonds import Bond, find_bonds
+from .initialise import early_order
 from .interrupts import Interrupts
 from .options import Options
 from .results import SUFFIXES
@@ -50,16 +52,14 @@ class Prepared:
     """Columns of the layout that are recorded."""
     times: tuple[float, float, float, int]
     """Start, stop and macro step [s], and the number of steps."""
+    bonds: list[Bond]
+    """Power bonds."""
     remarks: list[str]
 
 
 def prepare(package: Path, options: Options, stack: ExitStack, interrupt: Interrupts) -> Prepared:
     """Read the package; what it was unpacked into goes with the stack. Raises `CosimError` for all that is wrong."""
-    algorithm(options.method)  # is there one of that name
-    if options.record_every < 1:
-        raise UsageError(f"--record-every {options.record_every}: it has to be at least 1")
-    if options.results and Path(options.results).suffix.lower() not in SUFFIXES:
-        raise UsageError(f"{options.results}: results can be written as {', '.join(SUFFIXES)}")
+    check_options(options)
     network = with_parameters(read_package(package, stack, options.variant), options.parameters)
     remarks = list(network.remarks)
     times = times_of(network.structure, options.stop_time, options.step)
@@ -73,12 +73,31 @@ def prepare(package: Path, options: Options, stack: ExitStack, interrupt: Interr
     system = System(network, slaves)
     remarks += system.remarks
     values = [*given_values(network, system, remarks.append), *values, *resolve(own, slaves, system=system)]
-    remarks += [*_uneven(slaves, *times), *_inner(slaves, times[2]), *_overruled(changes, system)]
+    remarks += [*step_remarks(slaves, *times), *_overruled(changes, system)]
     layout = Layout(system)
     which = layout.chosen(options.record)
     layout.chosen(options.plot, "--plot")
     drives = stimuli.read(options.stimuli, system) if options.stimuli is not None else []
-    return Prepared(network, slaves, system, values, drives, layout, which, times, remarks)
+    bonds = check_coupling(system, options)
+    return Prepared(network, slaves, system, values, drives, layout, which, times, bonds, remarks)
+
+
+def check_options(options: Options) -> None:
+    """Raise `UsageError` for what no package can do."""
+    algorithm(options.method)  # is there one of that name
+    if options.record_every < 1:
+        raise UsageError(f"--record-every {options.record_every}: it has to be at least 1")
+    if options.results and Path(options.results).suffix.lower() not in SUFFIXES:
+        raise UsageError(f"{options.results}: results can be written as {', '.join(SUFFIXES)}")
+    if options.step_timeout is not None and not options.isolate:
+        raise UsageError("--step-timeout needs --isolate: only a process of its own can be stopped")
+
+
+def check_coupling(system: System, options: Options) -> list[Bond]:
+    """The power bonds; raises `CosimError` for what the coupling needs and the FMUs do not have."""
+    early_order(system)
+    check_method(options.method, system, options.isolate)
+    return find_bonds(system)
 
 
 def _isolated(
@@ -89,8 +108,6 @@ def _isolated(
         if options.method == "extrapolation" and any(s.takes_slopes for s in slaves.values()):
             remarks.append("--isolate: no slopes of inputs are handed over; without it the results differ a little")
         return {n: IsolatedSlave(s, options.step_timeout, interrupt) for n, s in slaves.items()}
-    if options.step_timeout is not None:
-        raise UsageError("--step-timeout needs --isolate: only a process of its own can be stopped")
     check_single(slaves)
     remarks += mixed_libraries(slaves)
     return slaves
@@ -104,6 +121,11 @@ def set_substeps(options: Options, slaves: dict[str, Slave]) -> None:
         if not 1 <= ratio <= 1_000_000:
             raise UsageError(f"--substeps {component}={ratio}: it has to be from 1 to a million")
         slaves[component].ratio = ratio
+
+
+def step_remarks(slaves: dict[str, Slave], start: float, stop: float, step: float, n: int) -> list[str]:
+    """FMUs that the steps do not suit."""
+    return [*_uneven(slaves, start, stop, step, n), *_inner(slaves, step)]
 
 
 def _uneven(slaves: dict[str, Slave], start: float, stop: float, step: float, n: int) -> list[str]:

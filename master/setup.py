@@ -131,18 +131,24 @@ def _not_settable(slave: Slave, name: str, where: str) -> str:
     return f"{where}: '{slave.name}.{name}' cannot be set: {kind}"
 
 
+HINTS = 5
+"""Names without a variable for which a similar one is looked for: a set of parameters may be meant for many FMUs."""
+
+
 def bound_values(
     network: Network, slaves: Mapping[str, Slave], remark: Callable[[str], None] = lambda _: None
 ) -> list[Value]:
     """Values of the package's parameter bindings, in the variables' units. What cannot be set is remarked."""
-    made = []
+    made: list[Value] = []
+    hints = HINTS
     found = {(s.where, s.name) for s in network.settings if s.variable in slaves[s.component].variables}
     for s in network.settings:
         slave = slaves[s.component]
         if s.variable not in slave.variables:
             if s.name and (s.where, s.name) in found:
                 continue  # the name means another variable
-            hint = did_you_mean(s.variable, [n for n in slave.variables if slave.settable(n)])
+            hint = did_you_mean(s.variable, [n for n in slave.variables if slave.settable(n)]) if hints > 0 else ""
+            hints -= 1
             remark(f"{s.where}: component '{s.component}' has no variable '{s.variable}'; the value is ignored{hint}")
             continue
         if s.variable in slave.variables and slave.variables[s.variable].type not in slave.forms:
@@ -300,6 +306,10 @@ def describe_folder(name: str, folder: Path, shown: str = "FMU") -> Slave:
     if not identifier or re.search(r"[/\\\0]|\.\.", identifier):
         raise PackageError(f"{shown}: modelIdentifier '{identifier}' is not a name")
     if not (folder / "binaries" / here / f"{identifier}{sharedLibraryExtension}").is_file():
+        if found := sorted(p.name for p in (folder / "binaries" / here).glob(f"*{sharedLibraryExtension}")):
+            wanted = f"{identifier}{sharedLibraryExtension}"
+            told = f"binaries/{here} has no {wanted}, which is its modelIdentifier; it has {', '.join(found)}"
+            raise PackageError(f"{shown}: {told}")
         there = sorted(p.name for p in (folder / "binaries").glob("*") if p.is_dir())
         raise PackageError(f"{shown}: has no library for this platform ({here}); it has {', '.join(there) or 'none'}")
     names: set[str] = set()

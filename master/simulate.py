@@ -16,7 +16,6 @@ import numpy as np
 
 from ..core.errors import CosimError, Interrupted, OutputError, SimulationError, UsageError
 from .algorithms import AT_START, algorithm
-from .bonds import find_bonds
 from .direct import at_once, probe
 from .engine.program import Program
 from .engine.runner import Runner
@@ -117,7 +116,7 @@ class _Run:
                 load_slaves(prepared.slaves, stack, log)
                 stack.callback(self.interrupt.go, self._abandon_end)
                 program = self._initialised()
-                bonds = find_bonds(prepared.system)
+                bonds = prepared.bonds
                 answers = [at_once(prepared.system, bond) for bond in bonds]
                 if self.interrupt:
                     raise Interrupted("interrupted before the first step", prepared.times[0])

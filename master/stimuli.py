@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import csv
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -95,7 +95,12 @@ def read(path: Path, system: System) -> list[Drive]:
     """The series of a file for inputs of the system, or inputs of components that nothing drives."""
     try:
         with path.open(newline="", encoding="utf-8-sig") as file:
-            rows = [row for row in csv.reader(file) if row and any(cell.strip() for cell in row)]
+            reader = csv.reader(file)
+            rows, lines = [], []
+            for row in reader:
+                if row and any(cell.strip() for cell in row):
+                    rows.append(row)
+                    lines.append(reader.line_num)
     except (OSError, UnicodeDecodeError, csv.Error) as error:
         reason = getattr(error, "strerror", None) or error
         raise UsageError(f"{path}: cannot be read ({reason})") from None
@@ -104,16 +109,17 @@ def read(path: Path, system: System) -> list[Drive]:
     names = [name.strip() for name in rows[0]]
     if names[0] != "time":
         raise UsageError(f"{path}: the first column has to be 'time', not '{names[0]}'")
-    table = _numbers(path, names, rows[1:])
+    targets = [_target(path, name, system) for name in names[1:]]
+    items = [{}, *(_items(signal, system) for signal, _ in targets)]
+    table = _numbers(path, names, rows[1:], lines[1:], items)
     times = table[:, 0]
     if np.any(np.diff(times) < 0.0):
-        row = int(np.argmax(np.diff(times) < 0.0)) + 3
-        raise UsageError(f"{path}, line {row}: time goes back")
+        line = lines[int(np.argmax(np.diff(times) < 0.0)) + 2]
+        raise UsageError(f"{path}, line {line}: time goes back")
     made = []
-    for i, name in enumerate(names[1:], start=1):
-        signal, element = _target(path, name, system)
+    for i, (name, (signal, element)) in enumerate(zip(names[1:], targets, strict=True), start=1):
         if signal.family != REAL:
-            _check_whole(path, name, signal, table[:, i])
+            _check_whole(path, name, signal, table[:, i], lines[1:], items[i])
         made.append(Drive(signal, element, times, table[:, i], _straight(signal, system)))
     if len({(d.signal, d.element) for d in made}) < len(made):
         raise UsageError(f"{path}: a column stands twice")
@@ -124,33 +130,55 @@ def read(path: Path, system: System) -> list[Drive]:
     return made
 
 
-def _check_whole(path: Path, name: str, signal: Signal, values: np.ndarray) -> None:
-    """A column for an integer or boolean holds whole numbers in range, which a double holds exactly."""
+def _items(signal: Signal, system: System) -> dict[str, int]:
+    """Items of an enumeration that a column drives, by name."""
+    if signal.type != "Enumeration":
+        return {}
+    end = signal.component, signal.name
+    return (system.quantity(end) if signal.component else system.input_quantity(signal.name)).items or {}
+
+
+def _check_whole(
+    path: Path, name: str, signal: Signal, values: np.ndarray, lines: Sequence[int], items: Mapping[str, int]
+) -> None:
+    """A column for an integer or boolean holds whole numbers in range, which a double holds exactly, or items."""
     low, high = (0, 1) if signal.type == "Boolean" else LIMITS.get(signal.type, (-(2**63), 2**63 - 1))
     wrong = (values != np.round(values)) | (values < low) | (values > high) | (np.abs(values) > 2.0**53)
+    if items:
+        wrong |= ~np.isin(values, list(items.values()))
     if wrong.any():
         k = int(np.argmax(wrong))
+        known = f"; known: {', '.join(items)}" if items else ""
         raise UsageError(
-            f"{path}, line {k + 2}, column '{name}': {values[k]:.15g} is not a value of type {signal.type} that a "
-            "table can give"
+            f"{path}, line {lines[k]}, column '{name}': {values[k]:.15g} is not a value of type {signal.type} that a "
+            f"table can give{known}"
         )
 
 
-def _numbers(path: Path, names: Sequence[str], rows: Sequence[Sequence[str]]) -> np.ndarray:
+def _numbers(
+    path: Path, names: Sequence[str], rows: Sequence[Sequence[str]], lines: Sequence[int],
+    items: Sequence[Mapping[str, int]],
+) -> np.ndarray:  # fmt: skip
+    """The cells as numbers, names of items as their values."""
     truth = {"true": 1.0, "false": 0.0}
     table = np.empty((len(rows), len(names)))
     for k, row in enumerate(rows):
         if len(row) != len(names):
-            raise UsageError(f"{path}, line {k + 2}: {len(row)} values for {len(names)} columns")
+            raise UsageError(f"{path}, line {lines[k]}: {len(row)} values for {len(names)} columns")
         for i, cell in enumerate(row):
-            text = cell.strip().lower()
+            text = cell.strip()
             try:
-                table[k, i] = truth[text] if text in truth else float(text)
+                if text in items[i]:
+                    table[k, i] = items[i][text]
+                else:
+                    table[k, i] = truth[text.lower()] if text.lower() in truth else float(text)
             except ValueError:
-                raise UsageError(f"{path}, line {k + 2}, column '{names[i]}': '{cell}' is not a number") from None
+                known = f"; known: {', '.join(items[i])}" if items[i] else ""
+                told = f"{path}, line {lines[k]}, column '{names[i]}': '{cell}' is not a number{known}"
+                raise UsageError(told) from None
     if not np.isfinite(table).all():
         k, i = np.argwhere(~np.isfinite(table))[0]
-        raise UsageError(f"{path}, line {k + 2}, column '{names[i]}': not finite")
+        raise UsageError(f"{path}, line {lines[k]}, column '{names[i]}': not finite")
     return table
 
 

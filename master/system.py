@@ -13,7 +13,7 @@ from typing import Any
 import numpy as np
 
 from ..core.errors import CosimError, PackageError, ParameterError, did_you_mean
-from ..core.units import Unit
+from ..core.units import Unit, alike
 from ..ssp.network import End, Network, Wire
 from .engine.loop import U8
 from .engine.program import Board, Cast, Program
@@ -65,7 +65,17 @@ class System:
         """The inputs of the whole system."""
         self.own_outputs: dict[str, Signal] = {}
         """The outputs of the whole system."""
-        late = [wire for wire in network.wires if not self._is_parameter(wire.end)]
+        self._said = {
+            (path, c.name): c.type.unit
+            for path, part in network.parts.items()
+            for c in part.component.connectors
+            if c.type is not None and c.type.unit is not None
+        }
+        """Units that the package's connectors state."""
+        self._compare_units()
+        late, early = [], []
+        for wire in network.wires:
+            (early if self._is_parameter(wire.end) else late).append(wire)
         self.links = self._all(self._link, [(wire,) for wire in late])
         self._into: dict[str, list[Link]] = {name: [] for name in slaves}
         self._sources = {(link.source.component, link.source.name) for link in self.links}
@@ -75,7 +85,7 @@ class System:
                 slaves[link.target.component].linked_texts.add(link.target.name)
         self._drivers: dict[tuple[bool, int], Link] = {}
         self._check_aliases()
-        early = [wire for wire in (*network.early, *network.wires) if wire not in late]
+        early = [*network.early, *early]
         self.early = [wire for wire in early if wire.start[0]]
         """Wires to parameters, which carry what calculated parameters are before the run."""
         self._check_early()
@@ -85,7 +95,9 @@ class System:
                 end = ".".join(wire.end)
                 self._refuse(f"{wire.where}: the input '{wire.start[1]}' cannot drive the parameter '{end}'")
         self.shown = self._all(self._shown, list(network.outputs.items()))
-        spare = 8 * sum(link.target.size for link in (*self.links, *self.shown)) + 64
+        ends = [link.target for link in (*self.links, *self.shown)]
+        others = [s for s in (*self.inputs.values(), *self.own_inputs.values()) if s.family != TEXT]
+        spare = 8 * sum(s.size for s in ends) + 4 * sum(s.size for s in others) + 64
         self._free = self._own_slots = self._count["slots"]
         self.muted: set[str] = set()
         """Own inputs that nobody gives a value: what they are connected to keeps its start value."""
@@ -338,6 +350,19 @@ class System:
         cast = Cast() if target.family == TEXT else way.cast(given, taken, wire.where)
         return Link(source, target, cast, wire)
 
+    def _compare_units(self) -> None:
+        """Remark outputs whose connector states another unit than the FMU; of inputs `passage` does that."""
+        for (component, name), said in self._said.items():
+            slave = self.slaves[component]
+            if name not in slave.variables or slave.variables[name].causality != "output":
+                continue
+            own = slave.unit(name)
+            if own is not None and own.name != said.name and not alike(slave.meant(said, name) or said, own):
+                self.remarks.append(
+                    f"the package says '{component}.{name}' is in {said.name}, its FMU says {own.name}; the package's "
+                    "word counts"
+                )
+
     def _shown(self, name: str, wire: Wire) -> Link:
         source, given = self._source(wire)
         last = wire.hops[-1] if wire.hops else None
@@ -363,7 +388,8 @@ class System:
     def unit_of(self, signal: Signal) -> str | None:
         """Name of a signal's unit."""
         if signal.component:
-            return self.slaves[signal.component].unit_name(signal.name)
+            said = self._said.get((signal.component, signal.name))
+            return said.name if said is not None else self.slaves[signal.component].unit_name(signal.name)
         connectors = {c.name: c for c in self.network.structure.system.connectors}
         type = connectors[signal.name].type
         return type.unit.name if type is not None and type.unit is not None else None

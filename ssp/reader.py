@@ -128,7 +128,7 @@ class _Reader:
         if element is None:
             raise document.error(root, "no <System>")
         self.open.append(shown)
-        system = self.system(document, element, known, root=True)
+        system = self.system(document, element, known)
         self.open.pop()
         experiment = document.child(root, f"{SSD}DefaultExperiment")
         start = stop = step = None
@@ -157,8 +157,10 @@ class _Reader:
                     return document.number(element, attribute)
         return None
 
-    def system(self, document: Document, element: etree._Element, known: Definitions, root: bool = False) -> System:
-        name = element.get("name", "") if root else document.name(element)
+    def system(self, document: Document, element: etree._Element, known: Definitions, level: int = 0) -> System:
+        if level > MOST_LEVELS:
+            raise document.error(element, f"systems are nested more than {MOST_LEVELS} levels deep; refused")
+        name = element.get("name", "") if level == 0 else document.name(element)
         sections = ("Connectors", "ParameterBindings", "Elements", "Connections", "SignalDictionaries")
         list(document.children(element, [f"{SSD}{s}" for s in sections]))
         elements = []
@@ -168,7 +170,7 @@ class _Reader:
             for child in document.children(section, tags):
                 self.budget.element(document.where(child))
                 if child.tag == f"{SSD}System":
-                    elements.append(self.system(document, child, known))
+                    elements.append(self.system(document, child, known, level + 1))
                 elif child.tag == f"{SSD}Component":
                     elements.append(self.component(document, child, known))
                 else:
@@ -286,7 +288,7 @@ class _Reader:
         if len(self.open) + self.depth > MOST_LEVELS:
             raise document.error(element, f"nested more than {MOST_LEVELS} levels deep; refused")
         self.open.append(key)
-        inner = self.system(document, found[0], known, root=True)
+        inner = self.system(document, found[0], known)
         self.open.pop()
         return self._as_element(document, element, known, name, inner, None)
 

@@ -3,8 +3,8 @@
  * It stands between importer and pythonfmu for three reasons. pythonfmu takes it for granted that Python runs in the
  * process, or that its library will be found: `python.c` sees to that. pythonfmu knows only fmi2OK and fmi2Fatal: the
  * FMU's Python code logs a fault with its status and goes on; this library returns the worst status that was logged
- * during a call. It switches the log on for that and passes on what the importer asked for: errors always, the rest
- * with loggingOn. And pythonfmu makes Python lists for every value: the Python code tells this library, by a log message
+ * during a call. It switches the log on for that and passes on what the importer asked for: errors, and what is said of
+ * the Python that was found, always; the rest with loggingOn. And pythonfmu makes Python lists for every value: the Python code tells this library, by a log message
  * of the category "front", where its variables are, and plain reads and writes of reals need no Python at all.
  *
  * pythonfmu's library lies beside this one as <modelIdentifier>_pythonfmu.so (and `quiet.c` as _quiet.so). After
@@ -14,7 +14,9 @@
 #include "fmi2.h"
 #include "python.h"
 
+#include <ctype.h>
 #include <dlfcn.h>
+#include <limits.h>
 #include <pthread.h>
 #include <stdarg.h>
 #include <stddef.h>
@@ -93,17 +95,23 @@ static void on_log(fmi2ComponentEnvironment environment, fmi2String name, fmi2St
     if (status >= fmi2Error || instance->logging) tell(instance, name, status, category, message);
 }
 
+static char own[PATH_MAX]; /* where this library lies */
+
+/* when it is loaded: the importer may have named it by a relative path, and go elsewhere later */
+__attribute__((constructor)) static void look_around(void)
+{
+    Dl_info info;
+    if (!dladdr((void *)&look_around, &info) || !info.dli_fname || !realpath(info.dli_fname, own)) *own = 0;
+}
+
 /* load a library that lies beside this one and whose name continues this one's */
 static void *beside(const char *suffix, int flags)
 {
-    Dl_info info;
-    char path[4096];
-    size_t length;
+    char path[PATH_MAX];
+    size_t length = strlen(own);
     void *handle;
-    if (!dladdr((void *)&beside, &info) || !info.dli_fname) return NULL;
-    length = strlen(info.dli_fname);
     if (length < 3 || length + strlen(suffix) >= sizeof path) return NULL;
-    memcpy(path, info.dli_fname, length - 3); /* without .so */
+    memcpy(path, own, length - 3); /* without .so */
     strcpy(path + length - 3, suffix);
     handle = dlopen(path, flags);
     if (!handle) snprintf(trouble, sizeof trouble, "%s", dlerror());
@@ -147,14 +155,20 @@ static fmi2Status settled(Instance *instance, fmi2Status status)
 EXPORT const char *fmi2GetTypesPlatform(void) { return "default"; }
 EXPORT const char *fmi2GetVersion(void) { return "2.0"; }
 
-/* decode %XX: pythonfmu takes the URI for a path and knows only %20 */
+/* the path of a file URI with %XX decoded, or a plain path as it is: pythonfmu takes a URI for a path and knows only %20 */
 static char *decoded(const char *uri)
 {
     char *plain = uri ? malloc(strlen(uri) + 1) : NULL, *to = plain;
     unsigned code;
+    int is_uri = uri && !strncasecmp(uri, "file:", 5);
     if (!plain) return NULL;
+    if (is_uri) {
+        uri += 5;
+        if (!strncmp(uri, "//", 2)) uri += 2 + strcspn(uri + 2, "/"); /* and the host, if there is one */
+    }
     while (*uri) {
-        if (uri[0] == '%' && sscanf(uri + 1, "%2x", &code) == 1 && code) {
+        if (is_uri && uri[0] == '%' && isxdigit((unsigned char)uri[1]) && isxdigit((unsigned char)uri[2]) &&
+            sscanf(uri + 1, "%2x", &code) == 1 && code) {
             *to++ = (char)code;
             uri += 3;
         } else {
@@ -165,20 +179,15 @@ static char *decoded(const char *uri)
     return plain;
 }
 
-/* the path of a file URI that has been decoded */
-static const char *path_of(const char *uri)
-{
-    if (strncasecmp(uri, "file:", 5)) return uri;
-    uri += 5;
-    if (!strncmp(uri, "//", 2)) uri += 2 + strcspn(uri + 2, "/"); /* and the host, if there is one */
-    return uri;
-}
-
 /* whether the FMU's resources are where the importer says; pythonfmu crashes where they are not */
 static int there(const char *folder)
 {
     char path[4096];
     FILE *file = NULL;
+    if (strstr(folder, "%20")) { /* pythonfmu would take it for a blank */
+        snprintf(trouble, sizeof trouble, "this FMU cannot run from a folder with %%20 in its name: %.4000s", folder);
+        return 0;
+    }
     if (snprintf(path, sizeof path, "%s/slavemodule.txt", folder) < (int)sizeof path) file = fopen(path, "r");
     if (!file) {
         snprintf(trouble, sizeof trouble, "fmuResourceLocation does not lead to this FMU's resources: no %.4000s", path);
@@ -218,7 +227,7 @@ EXPORT fmi2Component fmi2Instantiate(fmi2String name, int type, fmi2String guid,
     fmi2Component (*call)(fmi2String, int, fmi2String, fmi2String, const fmi2CallbackFunctions *, fmi2Boolean,
                           fmi2Boolean);
     Instance *instance = calloc(1, sizeof *instance);
-    char *decoded_uri = decoded(resources), *folder = NULL;
+    char *path = decoded(resources), *folder = NULL;
     if (!instance) return NULL;
     if (!name) name = "";
     if (functions) instance->importer = instance->mine = *functions;
@@ -226,8 +235,7 @@ EXPORT fmi2Component fmi2Instantiate(fmi2String name, int type, fmi2String guid,
     instance->mine.componentEnvironment = instance;
     instance->logging = logging;
     lock();
-    if (decoded_uri && (folder = malloc(strlen(decoded_uri) + 8))) /* as pythonfmu wants it: file:// and the path */
-        sprintf(folder, "file://%s", path_of(decoded_uri));
+    if (path && (folder = malloc(strlen(path) + 8))) sprintf(folder, "file://%s", path); /* as pythonfmu wants it */
     *trouble = 0;
     if (!folder) snprintf(trouble, sizeof trouble, "fmuResourceLocation is missing");
     else if (there(folder + 7) && meant(folder + 7, type, guid) && python_ready(folder + 7, trouble, sizeof trouble)) {
@@ -241,7 +249,7 @@ EXPORT fmi2Component fmi2Instantiate(fmi2String name, int type, fmi2String guid,
     if (!instance->inner) tell(instance, name, fmi2Fatal, "logStatusFatal", trouble);
     unlock();
     free(folder);
-    free(decoded_uri);
+    free(path);
     if (!instance->inner) {
         free(instance);
         return NULL;
@@ -376,13 +384,15 @@ EXPORT fmi2Status fmi2GetFMUstate(fmi2Component c, fmi2FMUstate *state)
     return status;
 }
 
-/* for pythonfmu a state that is none is fatal */
-static fmi2Status no_state(const Instance *instance)
+static fmi2Status refused(const Instance *instance, fmi2String why)
 {
     if (!instance || instance->lost) return fmi2Fatal;
-    tell(instance, "", fmi2Error, "logStatusError", "FMUstate is NULL");
+    tell(instance, "", fmi2Error, "logStatusError", why);
     return fmi2Error;
 }
+
+/* for pythonfmu a state that is none is fatal */
+static fmi2Status no_state(const Instance *instance) { return refused(instance, "FMUstate is NULL"); }
 
 EXPORT fmi2Status fmi2SetFMUstate(fmi2Component c, fmi2FMUstate state)
 {
@@ -396,11 +406,24 @@ EXPORT fmi2Status fmi2SerializedFMUstateSize(fmi2Component c, fmi2FMUstate state
 
 EXPORT fmi2Status fmi2SerializeFMUstate(fmi2Component c, fmi2FMUstate state, fmi2Byte bytes[], size_t size)
 {
-    return state ? forward_serialize(c, state, bytes, size) : no_state(c);
+    size_t needed = 0;
+    fmi2Status status;
+    if (!state) return no_state(c);
+    status = forward_size(c, state, &needed);
+    if (status > fmi2Warning) return status;
+    if (!bytes || size < needed) return refused(c, "the memory for the serialized FMUstate is too small");
+    memset(bytes, 0, size); /* the rest, which DeSerialize leaves away */
+    return forward_serialize(c, state, bytes, needed);
 }
 
-FORWARD(DeSerializeFMUstate, (fmi2Component c, const fmi2Byte bytes[], size_t size, fmi2FMUstate *state),
-        (fmi2Component, const fmi2Byte *, size_t, fmi2FMUstate *), (instance->inner, bytes, size, state))
+CALL(static, forward_deserialize, DeSerializeFMUstate,
+     (fmi2Component c, const fmi2Byte bytes[], size_t size, fmi2FMUstate *state),
+     (fmi2Component, const fmi2Byte *, size_t, fmi2FMUstate *), (instance->inner, bytes, size, state))
+
+EXPORT fmi2Status fmi2DeSerializeFMUstate(fmi2Component c, const fmi2Byte bytes[], size_t size, fmi2FMUstate *state)
+{
+    return state && bytes ? forward_deserialize(c, bytes, size, state) : no_state(c);
+}
 FORWARD(DoStep, (fmi2Component c, fmi2Real t, fmi2Real h, fmi2Boolean keep),
         (fmi2Component, fmi2Real, fmi2Real, fmi2Boolean), (instance->inner, t, h, keep))
 FORWARD(CancelStep, (fmi2Component c), (fmi2Component), (instance->inner))

@@ -11,6 +11,9 @@
 
 #include <dlfcn.h>
 #include <glob.h>
+#include <locale.h>
+#include <pthread.h>
+#include <signal.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
@@ -20,6 +23,20 @@
 #define LENGTH 4096
 
 static void *python; /* the library, or the whole process where Python runs already */
+
+/* Python starts once in a process, which may have loaded several of these libraries: a lock that all of them share,
+ * because the linker makes symbols of this kind one. Where it does not know them, each library has its own. */
+__asm__(".pushsection .data\n"
+        ".balign 16\n"
+        ".globl deepsea_cosim_start_of_python\n"
+        ".type deepsea_cosim_start_of_python, @gnu_unique_object\n"
+        ".size deepsea_cosim_start_of_python, 128\n"
+        "deepsea_cosim_start_of_python: .zero 128\n"
+        ".popsection\n");
+extern pthread_mutex_t deepsea_cosim_start_of_python; /* zeros are an unlocked mutex */
+
+static struct sigaction before; /* what Ctrl-C did before Python was started */
+static int started;             /* this library has just done that */
 
 /* the first line of a file or of a command's output, without its end; 0 if there is none */
 static int first_line(FILE *file, char *line)
@@ -103,10 +120,13 @@ static void preload(const char *carried)
 
 static int start(const char *program, const char *library, const char *carried, char *told, size_t size)
 {
+    char *locale;
     wchar_t *(*decode)(const char *, size_t *);
     void (*name)(const wchar_t *), (*home)(const wchar_t *), (*initialise)(int), *(*release)(void);
     int *flag, (*running)(void);
-    void *opened = dlopen(library, RTLD_NOW | RTLD_GLOBAL);
+    void *opened;
+    if (*carried) preload(carried);
+    opened = dlopen(library, RTLD_NOW | RTLD_GLOBAL);
     if (!opened) {
         snprintf(told, size, "Python's library cannot be opened: %s", dlerror());
         return 0;
@@ -127,7 +147,6 @@ static int start(const char *program, const char *library, const char *carried, 
     if ((flag = dlsym(opened, "Py_UTF8Mode"))) *flag = 1; /* names of files are UTF-8, whatever the locale */
     if (name) name(decode(program, NULL)); /* Python keeps the name */
     if (*carried) {
-        preload(carried);
         *(void **)&home = dlsym(opened, "Py_SetPythonHome");
         if (home) home(decode(carried, NULL));
         /* the user's own Python is another one */
@@ -135,8 +154,13 @@ static int start(const char *program, const char *library, const char *carried, 
         if ((flag = dlsym(opened, "Py_NoUserSiteDirectory"))) *flag = 1;
         if ((flag = dlsym(opened, "Py_DontWriteBytecodeFlag"))) *flag = 1;
     }
-    initialise(0);                         /* the importer's signal handlers stay */
+    locale = setlocale(LC_CTYPE, NULL);
+    if (locale) locale = strdup(locale);
+    started = !sigaction(SIGINT, NULL, &before);
+    initialise(0);
     release();
+    if (locale) setlocale(LC_CTYPE, locale); /* the importer's; Python itself reads and writes UTF-8 */
+    free(locale);
     python = opened;
     return 1;
 }
@@ -189,8 +213,17 @@ static int found(const char *resources, char *told, size_t size)
 static int complete(const char *resources, char *told, size_t size)
 {
     static const char question[] =
-        "import ctypes, importlib.util, os, re, sys\n"
+        "import os, sys\n"
+        "if not os.path.isdir(sys.prefix):\n" /* carried by an FMU whose folder is gone */
+        "    home = os.path.join(resources, 'python', 'lib', 'python%d.%d' % sys.version_info[:2])\n"
+        "    sys.path[:] = [p for p in sys.path if os.path.exists(p)]\n"
+        "    sys.path += [p for p in (home, os.path.join(home, 'lib-dynload')) if os.path.isdir(p) and p not in sys.path]\n"
+        "import ctypes, importlib.util, re, signal\n"
+        "importlib.invalidate_caches()\n"
         "def look():\n"
+        "    if sys.version_info < (3, 11):\n"
+        "        return '!this FMU needs Python 3.11 or a later one; %s is %d.%d' % (sys.executable, *sys.version_info[:2])\n"
+        "    lost = ''\n"
         "    try:\n"
         "        wanted = [line.strip() for line in open(os.path.join(resources, 'requirements.txt')) if line.strip()]\n"
         "    except OSError:\n"
@@ -201,7 +234,10 @@ static int complete(const char *resources, char *told, size_t size)
         "    places = [os.path.join(resources, 'python', tail)]\n"
         "    try:\n"
         "        with open(os.path.join(resources, 'python.txt')) as file:\n"
-        "            places.append(os.path.join(os.path.dirname(os.path.dirname(file.readline().strip())), tail))\n"
+        "            known = file.readline().strip()\n"
+        "        places.append(os.path.join(os.path.dirname(os.path.dirname(known)), tail))\n"
+        "        if os.path.isabs(known) and not os.path.exists(known):\n"
+        "            lost = ' (%s, with which it was built, is gone)' % known\n"
         "    except OSError:\n"
         "        pass\n"
         "    for place in places:\n"
@@ -210,8 +246,8 @@ static int complete(const char *resources, char *told, size_t size)
         "    if gone():\n"
         "        there = sys.executable and os.path.exists(sys.executable)\n"
         "        way = sys.executable if there else 'python3 (of the version that this process runs)'\n"
-        "        return '!%s lacks what this FMU needs: %s -m pip install %s' % (\n"
-        "            sys.prefix, way, ' '.join('\"%s\"' % line for line in gone()))\n"
+        "        return '!%s lacks what this FMU needs%s: %s -m pip install %s' % (\n"
+        "            sys.prefix, lost, way, ' '.join('\"%s\"' % line for line in gone()))\n"
         "    from importlib import metadata\n"
         "    other = []\n"
         "    for line in wanted:\n"
@@ -271,5 +307,16 @@ void python_hold(void *state)
 
 int python_ready(const char *resources, char *told, size_t size)
 {
-    return (python || found(resources, told, size)) && complete(resources, told, size);
+    int ready = 1;
+    if (!python) {
+        pthread_mutex_lock(&deepsea_cosim_start_of_python);
+        ready = found(resources, told, size);
+        pthread_mutex_unlock(&deepsea_cosim_start_of_python);
+    }
+    ready = ready && complete(resources, told, size);
+    if (started) { /* Python takes Ctrl-C for itself as soon as it imports `signal`, which has been done now */
+        sigaction(SIGINT, &before, NULL);
+        started = 0;
+    }
+    return ready;
 }

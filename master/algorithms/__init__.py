@@ -8,7 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from importlib import import_module
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 from ...core.errors import UsageError, did_you_mean
 
@@ -26,6 +26,26 @@ drives the whole system from a table."""
 
 def algorithm(name: str) -> Callable[[System, Program], None]:
     """The `write` function of the algorithm called `name`."""
+    return _module(name).write
+
+
+def check_method(name: str, system: System, isolated: bool) -> None:
+    """Raise `UsageError` where the algorithm needs what the FMUs of the system cannot do.
+
+    An algorithm that takes steps back says of which components, by a function `takes_back(system)`.
+    """
+    takes_back = getattr(_module(name), "takes_back", None)
+    for component in takes_back(system) if takes_back is not None else ():
+        if isolated:
+            raise UsageError(f"--method {name}: FMUs in processes of their own (--isolate) cannot be taken back")
+        if not system.slaves[component].can_restore:
+            raise UsageError(
+                f"--method {name}: component '{component}' cannot restore its state (canGetAndSetFMUstate); choose "
+                "another method"
+            )
+
+
+def _module(name: str) -> Any:
     if name not in NAMES:
         raise UsageError(f"unknown method '{name}'; known: {', '.join(NAMES)}{did_you_mean(name, NAMES)}")
-    return import_module(f".{name.replace('-', '_')}", __package__).write
+    return import_module(f".{name.replace('-', '_')}", __package__)

@@ -6,12 +6,10 @@ from typing import Any
 
 import numpy as np
 
-from ...core.errors import UsageError
 from ..agreement import handles
 from ..engine.program import Program
 from ..engine.runner import Runner
 from ..slaves.base import Slave
-from ..slaves.isolated import IsolatedSlave
 from ..system import Link, System
 
 
@@ -64,14 +62,7 @@ class Coupling:
 class Stepper:
     """One slave's step from its inputs to its outputs, to be taken and taken back by Python code."""
 
-    def __init__(self, system: System, slave: Slave, method: str):
-        if isinstance(slave, IsolatedSlave):
-            raise UsageError(f"--method {method}: FMUs in processes of their own (--isolate) cannot be taken back")
-        if not slave.can_restore:
-            raise UsageError(
-                f"--method {method}: component '{slave.name}' cannot restore its state (canGetAndSetFMUstate); choose "
-                "another method"
-            )
+    def __init__(self, system: System, slave: Slave):
         self.slave = slave
         program = system.program()
         program.advance([slave])

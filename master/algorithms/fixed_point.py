@@ -27,10 +27,15 @@ SMALL = 1e-4
 """Size of an input, in its nominal value, below which changes are compared with that: at rest it is rounding."""
 
 
+def takes_back(system: System) -> list[str]:
+    """Components whose steps are taken back."""
+    return list(system.order)
+
+
 def write(system: System, program: Program) -> None:
     """Write the macro step."""
     coupling = Coupling(system)
-    steppers = [Stepper(system, system.slaves[name], "fixed-point") for name in system.order]
+    steppers = [Stepper(system, system.slaves[name]) for name in takes_back(system)]
     driven = at_end(system, program, stale(system)[0])
     again = system.program()
     refresh(system, again, driven)

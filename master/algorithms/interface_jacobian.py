@@ -36,12 +36,17 @@ NUDGE = 1e-4
 """Change of an input to measure D, relative to 1 + its size."""
 
 
+def takes_back(system: System) -> list[str]:
+    """Components whose steps are taken back: those that take and give."""
+    coupling = Coupling(system)
+    return sorted(set(coupling.takers) & set(coupling.givers))
+
+
 def write(system: System, program: Program) -> None:
     """Write the macro step."""
     coupling = Coupling(system)
-    names = {name for name in coupling.takers if name in coupling.givers}
-    steppers = {n: Stepper(system, system.slaves[n], "interface-jacobian") for n in sorted(names)}
-    jacobian = _Jacobian(coupling, steppers, names & set(stale(system)[0]))
+    steppers = {n: Stepper(system, system.slaves[n]) for n in takes_back(system)}
+    jacobian = _Jacobian(coupling, steppers, set(steppers) & set(stale(system)[0]))
     before = held = np.zeros(0)
     count, whole = 0, 0.0
 

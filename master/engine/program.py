@@ -50,6 +50,11 @@ class Cast:
         return self.factor == 1.0 and self.offset == 0.0 and self.table is None and not self.from_integer
 
 
+def listed(names: Sequence[str]) -> str:
+    """Names for a message: the first few."""
+    return ", ".join(names[:4]) + (f" and {len(names) - 4} more" if len(names) > 4 else "")
+
+
 class Program:
     """A list of operations in the making. Each has a label for messages: (slave, what it does)."""
 
@@ -185,11 +190,12 @@ class Program:
                 buffer = int(stage.ctypes.data) + g.stage * stage.itemsize
                 if verb == "Set":
                     self._add(slave, doing, loop.STAGE, g.form.width, g.place, g.stage, g.count)
+            told = f"{doing} ({listed([s.name for s in g.signals])})"
             code = (loop.SET_3 if verb == "Set" else loop.GET_3) if slave.version == "3.0" else (
                 loop.SET if verb == "Set" else loop.GET)  # fmt: skip
             address = slave.exchange_address(verb, g.form)
             references = int(g.references.ctypes.data)
-            self._add(slave, doing, code, address, slave.instance, references, len(g.references), buffer, g.count)
+            self._add(slave, told, code, address, slave.instance, references, len(g.references), buffer, g.count)
             if g.form.width is not None and verb == "Get":
                 self._add(slave, doing, loop.UNSTAGE, g.form.width, g.place, g.stage, g.count)
             for s in g.signals:

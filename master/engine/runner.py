@@ -98,7 +98,7 @@ class Runner:
             raise SimulationError(
                 f"component '{slave.name}' came back early from its step at t = {t:g} s, which it was not allowed to", t
             )
-        raise slave.failure(doing, status, t if doing == "doStep" else None)
+        raise slave.failure(doing, status, t if h > 0.0 else None)
 
     def stuck(self) -> tuple[int, str]:
         """For another thread, while `run` does not come back: the rows that are complete, and who does not."""

@@ -309,6 +309,8 @@ class Slave(ABC):
             raise ParameterError(
                 f"{shown}{address} = {number:g}{unit} is out of range; allowed: {low:g} to {high:g}{unit}"
             )
+        if limited and items and number not in items.values():
+            raise ParameterError(f"{shown}{address} = {number:g} is none of its items; known: {', '.join(items)}")
         return number
 
     def start(self, name: str) -> Any:

@@ -26,10 +26,15 @@ def picture(path: Path, options: Options, groups: Sequence[Group], found: Mappin
             rest = tuple(c.name for c in (line, panel) if c is not None)
             reach = [found[(c.name, *rest)] for c in along]
             values = [options.low if r.value is None else r.value for r in reach]
-            ax.plot([c.name for c in along], values, "o-", label=line.name if line else None)
+            names = [c.name for c in along]
+            [drawn] = ax.plot(names, values, "-", label=line.name if line else None)
+            for marker, mine in (("o", _edge), ("^", _beyond), ("x", _nowhere)):
+                chosen = [k for k, r in enumerate(reach) if mine(r)]
+                ax.plot([names[k] for k in chosen], [values[k] for k in chosen], marker, color=drawn.get_color())
         ax.set_xlabel(first.name)
         ax.grid(alpha=0.3)
-        ax.set_ylim(options.low, options.high * 1.03)
+        span = options.high - options.low
+        ax.set_ylim(options.low - 0.03 * span, options.high + 0.03 * span)
         if panel is not None:
             ax.set_title(f"{third.name}: {panel.name}" if third else "")
         if k == 0:
@@ -38,6 +43,21 @@ def picture(path: Path, options: Options, groups: Sequence[Group], found: Mappin
                 ax.legend(title=second.name, fontsize=8)
     FigureCanvasAgg(figure)
     figure.savefig(path, dpi=130)
+
+
+def _edge(r: Reach) -> bool:
+    """The edge was found."""
+    return r.value is not None and not r.whole
+
+
+def _beyond(r: Reach) -> bool:
+    """Everything holds up to the high end, and may beyond it."""
+    return r.whole
+
+
+def _nowhere(r: Reach) -> bool:
+    """It does not hold, or cannot be run, even at the low end."""
+    return r.value is None
 
 
 def _by_size(group: Group) -> list:  # type: ignore[type-arg]

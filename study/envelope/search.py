@@ -102,12 +102,18 @@ def reaches(
 
 def cheapest(
     pool: Pool, options: Options, designs: Sequence[Design], at: float, fixed: dict[str, Any]
-) -> list[Design]:
-    """All designs of the least cost that hold at that value of the axis; those with fewer changes first."""
+) -> tuple[list[Design], int]:
+    """All designs of the least cost that hold at that value of the axis, those with fewer changes first; and how many
+    could not be run."""
+    failed = 0
     for cost in sorted({round(d.cost, 9) for d in designs}):  # 0.1 + 0.2 costs as much as 0.3
         mine = sorted((d for d in designs if round(d.cost, 9) == cost), key=lambda d: len(d.changes))
         tasks = [Task(settings(options), {**fixed, **d.parameters, options.parameter: at}) for d in mine]
-        good = sorted(k for k, e in pool.each_surviving(measure, tasks) if isinstance(e, dict) and holds(options, e))
+        good = []
+        for k, entry in pool.each_surviving(measure, tasks):
+            failed += not isinstance(entry, dict) or "failed" in entry
+            if isinstance(entry, dict) and holds(options, entry):
+                good.append(k)
         if good:
-            return [mine[k] for k in good]
-    return []
+            return [mine[k] for k in sorted(good)], failed
+    return [], failed

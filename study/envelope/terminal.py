@@ -22,19 +22,20 @@ def envelope_command(options: argparse.Namespace) -> int:
     """Find the envelope and the cheapest change, write and print them; returns the exit code."""
     from ...master.pool import Pool, cluster
     from ...master.session import Session
-    from ..sweep.run import check, check_distinct
+    from ..sweep.run import check, check_distinct, value_of
     from ..sweep.terminal import fixed_values
     from .options import designs, read
     from .search import cheapest, reaches, settings
 
     wanted = read(options.options)
-    fixed = fixed_values(options.set, ())
+    texts = fixed_values(options.set, ())
     mapped = [g for g in wanted.groups if g.mapped]
     if not 1 <= len(mapped) <= 3:
         raise UsageError(f"{options.options or 'options.toml'}: one to three groups need map = true")
     over, every = designs(mapped), designs(wanted.groups)
     rest = designs([g for g in wanted.groups if not g.mapped])[0].parameters
     with Session(options.package) as session:
+        fixed = {name: value_of(session, name, text) for name, text in texts.items()}
         used = [name for g in wanted.groups for name in {n: None for c in g.choices for n in c.parameters}]
         check_distinct(session, [*fixed, *used, wanted.parameter])
         first = {**fixed, **every[0].parameters, wanted.parameter: wanted.low}
@@ -50,7 +51,7 @@ def envelope_command(options: argparse.Namespace) -> int:
     from tqdm import tqdm
 
     found: dict[tuple[str, ...], Any] = {}
-    best = None
+    best, failed = None, 0
     try:
         with (
             cluster(options.dask) as executor,
@@ -61,7 +62,7 @@ def envelope_command(options: argparse.Namespace) -> int:
                 found[tuple(c.name for c in design.choices)] = answer
                 bar.update()
             bar.set_description("the cheapest change")
-            best = cheapest(pool, wanted, every, at, fixed)
+            best, failed = cheapest(pool, wanted, every, at, fixed)
     except KeyboardInterrupt:
         if not found:
             raise
@@ -77,6 +78,8 @@ def envelope_command(options: argparse.Namespace) -> int:
             picture(folder / "envelope.png", wanted, mapped, reach)
     if not options.quiet:
         _print(wanted, mapped, reach, best, at)
+        if failed:
+            print(f"{failed} of the combinations that were tried cannot be run there; they count as not holding")
         print(f"\n{folder}: envelope.csv, envelope.json{'' if options.no_plots else ', envelope.png'}")
     return 0
 

@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-from dataclasses import dataclass
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, replace
 from math import floor, isfinite
 from typing import Any
 
@@ -22,6 +22,8 @@ class Axis:
     values: tuple[Any, ...] = ()
     low: float = 0.0
     high: float = 0.0
+    texts: tuple[str, ...] = ()
+    """The values as they were written, where they are a list: `settled` takes them for what the parameter is."""
 
     @property
     def is_range(self) -> bool:
@@ -34,14 +36,37 @@ def parse_axis(text: str) -> Axis:
     name, equals, what = (part.strip() for part in text.partition("="))
     if not equals or not name or not what:
         raise UsageError(f"--vary {text}: expected NAME=1,2,3 or NAME=start:stop:step or, with --sample, NAME=low:high")
-    if ":" in what:
+    if _is_range(what):
         return _range(text, name, what.split(":"))
-    values = tuple(_value(v.strip()) for v in what.split(","))
-    if any(v == "" for v in values):
+    texts = tuple(v.strip() for v in what.split(","))
+    if "" in texts:
         raise UsageError(f"--vary {text}: an empty value between commas")
+    values = tuple(_value(v) for v in texts)
     if len({(isinstance(v, bool), v) for v in values}) < len(values):  # 1 and 1.0 are the same, true is not
         raise UsageError(f"--vary {text}: a value is there twice")
-    return Axis(name, values)
+    return Axis(name, values, texts=texts)
+
+
+def settled(axis: Axis, value_of: Callable[[str, str], Any]) -> Axis:
+    """The axis with the values of its list as what the parameter is; value_of(name, text) says that, and raises."""
+    if not axis.texts:
+        return axis
+    values = tuple(value_of(axis.name, text) for text in axis.texts)
+    if len(set(values)) < len(values):
+        raise UsageError(f"--vary {axis.name}={','.join(axis.texts)}: a value is there twice")
+    return replace(axis, values=values)
+
+
+def _is_range(what: str) -> bool:
+    """Whether it is start:stop:step or low:high, and not a text with a colon in it."""
+    if ":" not in what:
+        return False
+    first = what.partition(":")[0].strip()
+    try:
+        float(first)
+    except ValueError:
+        return first == ""
+    return True
 
 
 def _range(text: str, name: str, parts: list[str]) -> Axis:
@@ -77,9 +102,7 @@ def _value(text: str) -> Any:
         except ValueError:
             continue
         if not isfinite(value):
-            raise UsageError(f"a value cannot be {text}")
-        if kind is int and not -(2**63) <= value < 2**63:
-            raise UsageError(f"{text} is no whole number of 64 bits")
+            return text
         return value
     return text
 

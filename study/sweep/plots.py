@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -23,7 +24,9 @@ def picture(
 ) -> None:
     """Write the picture of one metric; units: of the axes, by name, and of the metric, by label."""
     names = [a.name for a in axes]
-    shown = {name: f"{name} [{unit}]" for name, unit in (units or {}).items() if unit != "1"}
+    units = units or {}
+    shown = {name: f"{name} [{units[name]}]" if units.get(name, "1") != "1" else name for name in (*names, label)}
+    shown = {name: text.replace("$", r"\$") for name, text in shown.items()}  # no formula
     if sampled or len(axes) > 2:
         figure = _scatter(names, table, label, indices, shown)
     else:
@@ -37,6 +40,7 @@ def _over(
     figure: Figure, ax: Axes, axes: Sequence[Axis], table: Sequence[Mapping[str, Any]], label: str,
     shown: Mapping[str, str],
 ) -> None:  # fmt: skip
+    axes, table = _sorted(axes, table)
     first, *rest = axes if len(axes[0].values) > 1 else axes[::-1]  # what does not vary is no direction
     ax.set_xlabel(shown.get(first.name, first.name))
     if rest and len(rest[0].values) > FEW and _numbers(first.values) and _numbers(rest[0].values):
@@ -56,6 +60,15 @@ def _over(
         ax.plot(x, y, marker="o", ms=3.5, label=None if value is None else f"{value}")
     if rest:
         ax.legend(title=shown.get(rest[0].name, rest[0].name))
+
+
+def _sorted(
+    axes: Sequence[Axis], table: Sequence[Mapping[str, Any]]
+) -> tuple[list[Axis], list[Mapping[str, Any]]]:
+    """The axes of numbers with their values in order, and the rows of the grid accordingly."""
+    made = [replace(a, values=tuple(sorted(a.values))) if _numbers(a.values) else a for a in axes]
+    places = [{value: k for k, value in enumerate(a.values)} for a in made]
+    return made, sorted(table, key=lambda row: [p[row[a.name]] for a, p in zip(made, places, strict=True)])
 
 
 def _scatter(

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from concurrent.futures import Executor
 from dataclasses import dataclass, field
+from math import inf
 from pathlib import Path
 from typing import Any
 
@@ -47,8 +48,8 @@ def measure(package: str, task: Task) -> dict[str, Any]:
     """{'values': {label: number or None}, 'warnings': what there is to say against it} of a run in this process, or
     {'failed': why}."""
     s = task.settings
+    running = opened(package)  # if it cannot be, no case can
     try:
-        running = opened(package)
         watch = Watch(running)
         record = [*watch.record, *dict.fromkeys(m.connector for m in s.metrics)]
         _, stop, step, _ = times_of(running.structure, s.stop, s.step)
@@ -87,6 +88,13 @@ def check(session: Session, case: Case, settings: Settings, others: Iterable[Map
     for other in ({}, *others):
         session.values({**settings.fixed, **case, **other})
     check_distinct(session, [*settings.fixed, *case])
+
+
+def value_of(session: Session, name: str, text: str) -> Any:
+    """What a text says as the value of a parameter of that name; raises one-line errors."""
+    values = session.values({name: text})
+    component, variable = session.targets(name)[0]
+    return values[f"{component}.{variable}" if component else variable]
 
 
 def check_distinct(session: Session, names: Iterable[str]) -> None:
@@ -134,7 +142,7 @@ def sweep(
     """What `measure` gives for every case, in their order; finished cases of the folder are not run again.
 
     again: run those that failed once more. A run that takes its process with it, or longer than `limit` [s of wall
-    time], is a failed case.
+    time], is a failed case; one that took longer than a smaller limit is run again.
     """
     common = {
         "package": digest_of_file(package), "step": settings.step, "stop": settings.stop, "method": settings.method,
@@ -144,6 +152,7 @@ def sweep(
     names = [digest({**common, "values": case}) for case in cases]
     with Store(folder) as store:
         kept = [store.get(name) for name in names]
+        kept = [None if entry and "limit" in entry and (limit or inf) > entry["limit"] else entry for entry in kept]
         if again:
             kept = [None if entry and "failed" in entry else entry for entry in kept]
         todo = [k for k, entry in enumerate(kept) if entry is None]
@@ -151,7 +160,8 @@ def sweep(
         progress(*count)
 
         def done(k: int, entry: dict[str, Any] | Failure) -> None:
-            entry = {"failed": entry.reason} if isinstance(entry, Failure) else entry
+            if isinstance(entry, Failure):
+                entry = {"failed": entry.reason} | ({"limit": entry.limit} if entry.limit is not None else {})
             store.put(names[k], entry)
             kept[k] = entry
             count[0] += 1

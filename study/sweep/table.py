@@ -11,6 +11,9 @@ from typing import Any
 from ...core.files import writing
 from .cases import Case
 
+FILES = ("sweep.parquet", "sweep.csv")
+"""What `write` may have written."""
+
 
 def rows(cases: Sequence[Case], entries: Sequence[Mapping[str, Any]], labels: Sequence[str]) -> list[dict[str, Any]]:
     """Number, values, metrics (None where one does not exist or the case failed), why it failed, what warns of it."""
@@ -31,7 +34,7 @@ def write(table: Sequence[Mapping[str, Any]], folder: Path, units: Mapping[str, 
         import pyarrow
         from pyarrow import parquet
 
-        path = folder / "sweep.parquet"
+        path = folder / FILES[0]
         columns = {name: _column([row[name] for row in table]) for name in table[0]}
         fields = [
             pyarrow.field(name, c.type, metadata={"unit": (units or {}).get(name, "")}) for name, c in columns.items()
@@ -39,7 +42,7 @@ def write(table: Sequence[Mapping[str, Any]], folder: Path, units: Mapping[str, 
         with writing(path):
             parquet.write_table(pyarrow.table(list(columns.values()), schema=pyarrow.schema(fields)), path)
         return path
-    path = folder / "sweep.csv"
+    path = folder / FILES[1]
     with writing(path), path.open("w", newline="", encoding="utf-8") as file:
         writer = csv.DictWriter(file, list(table[0]))
         writer.writeheader()

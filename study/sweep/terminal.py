@@ -8,13 +8,14 @@ import re
 import sys
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
+from functools import partial
 from importlib.util import find_spec
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from ...core.errors import UsageError
 from ...core.files import writing
-from .axes import Axis, parse_axis
+from .axes import Axis, parse_axis, settled
 from .cases import Case, grid, parse_sample, sample
 from .metrics import parse_metric
 
@@ -22,6 +23,9 @@ if TYPE_CHECKING:  # the simulator is imported when it is needed
     from .run import Settings
 
 SUMMARY = "summary.json"
+
+LONGEST = 80
+"""Letters of a picture's name."""
 
 SHOWN = 5
 """Failed cases that are listed on the terminal."""
@@ -33,19 +37,25 @@ def sweep_command(options: argparse.Namespace) -> int:
     for axis in axes:
         if axis.name in ("case", "failed", "warnings"):
             raise UsageError(f"--vary {axis.name}=...: the table has a column of that name; name its component, too")
-    kind, cases = _cases(axes, options)
+    _cases(axes, options)
     if options.dask is not None and options.case_time is not None:
         raise UsageError("--case-time: a process of a Dask cluster cannot be ended from here; leave one of them out")
     from ...master.pool import cluster
     from ...master.session import Session
-    from .run import Settings, check, default_metrics, sweep, units
-    from .table import rows, write
+    from ...master.times import times_of
+    from .run import Settings, check, default_metrics, sweep, units, value_of
+    from .table import FILES, rows, write
 
     metrics = tuple(parse_metric(text) for text in options.metric)
-    fixed = fixed_values(options.set, axes)
+    texts = fixed_values(options.set, axes)
     with Session(options.package) as session:
+        value = partial(value_of, session)
+        axes = [settled(axis, value) for axis in axes]
+        kind, cases = _cases(axes, options)
+        fixed = {name: value(name, text) for name, text in texts.items()}
         metrics = metrics or default_metrics(session)
-        settings = Settings(metrics, options.step, options.stop_time, options.method, fixed)
+        _, stop, step, _ = times_of(session.structure, options.stop_time, options.step)
+        settings = Settings(metrics, step, stop, options.method, fixed)
         check(session, cases[0], settings, _ends(axes))
         known = units(session, [a.name for a in axes], metrics)
     labels = [m.label for m in metrics]
@@ -55,6 +65,7 @@ def sweep_command(options: argparse.Namespace) -> int:
     if len(set(labels)) < len(labels):
         raise UsageError("two metrics have the same name; give them labels: --metric 'late=at(x, 9)'")
     folder = options.out or Path("results") / f"sweep_{options.package.stem}"
+    _forget(folder, FILES)
     with cluster(options.dask) as executor, _bar(len(cases), options.quiet) as progress:
         entries = sweep(
             options.package, cases, settings, folder, executor, options.processes, progress, options.retry_failed,
@@ -63,14 +74,18 @@ def sweep_command(options: argparse.Namespace) -> int:
     table = rows(cases, entries, labels)
     path = write(table, folder, known)
     indices, silent = _indices(axes, kind, cases, table, labels) if kind else ({}, {})
-    _forget_pictures(folder)
-    pictures = [] if options.no_plots else _pictures(folder, axes, bool(kind), table, labels, indices, known)
-    _summary(folder, options, settings, table, indices, known, pictures)
+    _summary(folder, options, settings, table, indices, known, [])
+    pictures, undrawn = [], {}
+    if not options.no_plots:
+        pictures, undrawn = _pictures(folder, axes, bool(kind), table, labels, indices, known)
+        _summary(folder, options, settings, table, indices, known, pictures)
     made = [path.name, SUMMARY, *pictures]
     if not options.quiet:
         _print(table, labels, indices, known)
         for label, why in silent.items():
             print(f"no sensitivities of {label}: {why}")
+        for label, why in undrawn.items():
+            print(f"no picture of {label}: {why}")
         print(f"\n{folder}: {', '.join(made[:6])}{' ...' if len(made) > 6 else ''}")
     return 0
 
@@ -89,18 +104,18 @@ def _cases(axes: Sequence[Axis], options: argparse.Namespace) -> tuple[str, list
     return kind, sample(axes, kind, number, options.seed)
 
 
-def fixed_values(changes: Sequence[str], axes: Sequence[Axis]) -> dict[str, Any]:
-    """Values of `--set NAME=VALUE`; none of them may be varied too."""
-    made = {}
+def fixed_values(changes: Sequence[str], axes: Sequence[Axis]) -> dict[str, str]:
+    """Values of `--set NAME=VALUE` as they are written; none of them may be varied too."""
+    made: dict[str, str] = {}
     for text in changes:
-        axis = parse_axis(text) if "=" in text else None
-        if axis is None or axis.is_range or len(axis.values) != 1:
+        name, equals, value = (part.strip() for part in text.partition("="))
+        if not equals or not name or not value:
             raise UsageError(f"--set {text}: expected NAME=VALUE")
-        if axis.name in {a.name for a in axes}:
+        if name in {a.name for a in axes}:
             raise UsageError(f"--set {text}: it is varied")
-        if axis.name in made:
-            raise UsageError(f"--set {text}: it is set already, to {made[axis.name]}")
-        made[axis.name] = axis.values[0]
+        if name in made:
+            raise UsageError(f"--set {text}: it is set already, to {made[name]}")
+        made[name] = value
     return made
 
 
@@ -134,8 +149,10 @@ def _indices(
     return told, {label: entry for label, entry in found.items() if isinstance(entry, str)}
 
 
-def _forget_pictures(folder: Path) -> None:
-    """Remove the pictures of an earlier sweep in the folder, which may have had other metrics."""
+def _forget(folder: Path, tables: Sequence[str]) -> None:
+    """Remove table, summary and pictures of an earlier sweep in the folder: if this one is ended, they are not its."""
+    for name in tables:
+        (folder / name).unlink(missing_ok=True)
     try:
         earlier = json.loads((folder / SUMMARY).read_text(encoding="utf-8")).get("pictures", [])
     except (OSError, ValueError, AttributeError):
@@ -143,6 +160,7 @@ def _forget_pictures(folder: Path) -> None:
     for name in earlier:
         if isinstance(name, str) and name.endswith(".png") and name == Path(name).name:
             (folder / name).unlink(missing_ok=True)
+    (folder / SUMMARY).unlink(missing_ok=True)
 
 
 def _summary(
@@ -169,21 +187,28 @@ def _summary(
 def _pictures(
     folder: Path, axes: Sequence[Axis], sampled: bool, table: Sequence[Mapping[str, Any]], labels: Sequence[str],
     indices: Mapping[str, Any], known: Mapping[str, str],
-) -> list[str]:  # fmt: skip
+) -> tuple[list[str], dict[str, str]]:  # fmt: skip
+    """Names of the pictures, and why there are none of other metrics."""
     from .plots import picture
 
     made: list[str] = []
+    undrawn: dict[str, str] = {}
     for label in labels:
         if all(row[label] is None for row in table):
             continue
-        stem = name = re.sub(r"[^\w.-]+", "_", label).strip("_") or "metric"
+        stem = name = re.sub(r"[^\w.-]+", "_", label).strip("_")[:LONGEST] or "metric"
         while f"{name}.png" in made:
             name = f"{stem}_{made.index(f'{name}.png') + 2}"
         name += ".png"
         with writing(folder / name):
-            picture(folder / name, axes, sampled, table, label, indices.get(label), known)
+            try:
+                picture(folder / name, axes, sampled, table, label, indices.get(label), known)
+            except (ValueError, RuntimeError) as error:  # what matplotlib says of what it cannot draw
+                (folder / name).unlink(missing_ok=True)
+                undrawn[label] = " ".join(str(error).split())[:200]
+                continue
         made.append(name)
-    return made
+    return made, undrawn
 
 
 def _print(

@@ -75,6 +75,26 @@ def test_both_versions_compute_the_same(arm, built, tmp_path):
     fmus["three"].rename(arm)
 
 
+def test_a_run_may_start_later(arm):
+    """pythonfmu3 does not hand on the start time: that of the first step counts."""
+    result = fmpy.simulate_fmu(str(arm), start_time=1.0, stop_time=1.1, output_interval=0.01, output=["x_h", "time"])
+    assert len(result) == 11
+    assert np.ptp(result["x_h"]) > 0.0
+    with pytest.raises(Exception, match="fmi3"):  # what it is not at later is refused as before
+        _jumping(arm)
+
+
+def _jumping(arm):
+    folder = fmpy.extract(str(arm))
+    slave = FMU3Slave(guid=fmpy.read_model_description(str(arm)).guid, unzipDirectory=folder,
+                      modelIdentifier="DeepseaArm", instanceName="a")  # fmt: skip
+    slave.instantiate()
+    slave.enterInitializationMode(startTime=1.0)
+    slave.exitInitializationMode()
+    slave.doStep(1.0, 1e-3)
+    slave.doStep(5.0, 1e-3)
+
+
 def test_state_goes_back_bitwise(arm, tmp_path):
     description = fmpy.read_model_description(str(arm))
     folder = fmpy.extract(str(arm), str(tmp_path))

@@ -175,13 +175,19 @@ def test_step_size_must_be_positive(instance):
 
 def test_faults_of_our_own_are_logged_with_a_traceback(instance):
     it = instance("DeepseaHydraulics").start()
+    for k in range(50):
+        it.doStep(1e-3 * k, 1e-3)
     whole = it.getFMUstate()
+    outputs = [v.valueReference for v in it.description.modelVariables if v.causality == "output"]
+    before = it.getReal(outputs)
     short = it.deSerializeFMUstate(re.sub(rb', "model": .*', b"}", it.serializeFMUstate(whole)))
     with pytest.raises(FMICallException):
         it.setFMUstate(short)
     assert it.log[-1][0] == 3
     assert "Traceback" in it.log[-1][1]
     assert "KeyError" in it.log[-1][1]
+    assert it.getReal(outputs) == before  # it is where it was
+    it.doStep(0.05, 1e-3)
 
 
 def test_references_of_nothing_or_of_another_type_are_told(instance):

@@ -2,7 +2,7 @@
 
 import pytest
 from deepsea_cosim.core.errors import UsageError
-from deepsea_cosim.study.sweep.axes import parse_axis
+from deepsea_cosim.study.sweep.axes import parse_axis, settled
 from deepsea_cosim.study.sweep.cases import grid, parse_sample, sample
 
 
@@ -16,8 +16,17 @@ def test_lists_steps_and_ranges():
     assert axis.is_range
 
 
-@pytest.mark.parametrize("text", ["a", "a=", "=1", "a=1,,2", "a=2:1", "a=1:2:0", "a=1:2:3:4", "a=x:1", "a=nan", "a=1,1",
-                                  "a=0:1:1e-9", "a=0:inf", "a=inf"])  # fmt: skip
+def test_a_list_is_what_the_parameter_is():
+    """A text stays as it is written; a colon in it makes no range."""
+    text = settled(parse_axis("a=007,1e3,true,C:/data.csv"), lambda name, text: text)
+    assert text.values == ("007", "1e3", "true", "C:/data.csv")
+    assert settled(parse_axis("a=1,2"), lambda name, text: float(text)).values == (1.0, 2.0)
+    with pytest.raises(UsageError, match="a value is there twice"):
+        settled(parse_axis("a=1,true"), lambda name, text: True)
+
+
+@pytest.mark.parametrize("text", ["a", "a=", "=1", "a=1,,2", "a=2:1", "a=1:2:0", "a=1:2:3:4", "a=1:x", "a=1,1",
+                                  "a=0:1:1e-9", "a=0:inf"])  # fmt: skip
 def test_nonsense_is_refused(text):
     with pytest.raises(UsageError):
         parse_axis(text)

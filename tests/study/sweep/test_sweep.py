@@ -4,20 +4,24 @@ from __future__ import annotations
 
 import json
 import os
+import shutil
 import signal
 import subprocess
 import sys
 import time
+import warnings
 
 import numpy as np
 import pytest
-from deepsea_cosim.core.errors import OutputError, UnknownNameError, UsageError
+from deepsea_cosim.core.errors import CosimError, OutputError, UnknownNameError, UsageError
+from deepsea_cosim.master.pool import DIED, Pool
 from deepsea_cosim.master.session import Session
 from deepsea_cosim.study.cli import main
-from deepsea_cosim.study.sweep.axes import parse_axis
+from deepsea_cosim.study.sweep import plots
+from deepsea_cosim.study.sweep.axes import Axis, parse_axis
 from deepsea_cosim.study.sweep.cases import grid, sample
 from deepsea_cosim.study.sweep.metrics import parse_metric
-from deepsea_cosim.study.sweep.run import Settings, check, default_metrics, sweep
+from deepsea_cosim.study.sweep.run import Settings, Task, check, default_metrics, measure, sweep
 from deepsea_cosim.study.sweep.sensitivity import sensitivities
 from deepsea_cosim.study.sweep.store import FILE, Store
 
@@ -220,7 +224,9 @@ def test_the_command_tells_what_came_out(doubled, tmp_path, capsys):
      ["--vary", "b.D[1,1]=x"], ["--vary", "b.D[1,1]=1", "--set", "b.trouble"],
      ["--vary", "b.D[1,1]=1", "--dask", "tcp://127.0.0.1:1"], ["--vary", "b.D[1,1]=1,1.0"],
      ["--vary", "b.D[1,1]=1,2,x"], ["--vary", "b.D[1,1]=1:2", "--sample", "sobol:\u00b2"],
-     ["--vary", "b.D[1,1]=1:2", "--sample", f"sobol:{10**12}"], ["--vary", f"b.D[1,1]={10**30}"],
+     ["--vary", "b.D[1,1]=1:2", "--sample", f"sobol:{10**12}"],
+     ["--vary", "b.D[1,1]=nan"], ["--vary", "b.D[1,1]=x:1"], ["--vary", "b.D[1,1]=true"],
+     ["--vary", "a.integer_in=1.5"],
      ["--vary", "b.D[1,1]=1:2", "--sample", "lhs:3", "--seed", "-1"], ["--vary", "b.D[1,1]=1", "--case-time", "0"],
      ["--vary", "b.D[1,1]=1", "--case-time", "9", "--dask", "tcp://127.0.0.1:1"]],
 )  # fmt: skip
@@ -229,6 +235,62 @@ def test_bad_arguments_are_one_line(doubled, tmp_path, capsys, arguments):
     told = capsys.readouterr().err.strip().splitlines()
     assert len(told) == 1
     assert told[0].startswith(("cosim-study: ", "cosim-study sweep: "))
+
+
+def test_texts_are_as_they_are_written_and_numbers_as_the_parameter_is(doubled, tmp_path):
+    parquet = pytest.importorskip("pyarrow.parquet")
+    varied = ["--vary", "a.string_in=007,1e3,C:/x.csv", "--set", "b.string_in=a,b:c", "--metric", "end=final(b.y1)"]
+    assert main(["sweep", str(doubled), *varied, "--out", str(tmp_path / "texts"), "--quiet"]) == 0
+    table = parquet.read_table(tmp_path / "texts" / "sweep.parquet")
+    assert table["a.string_in"].to_pylist() == ["007", "1e3", "C:/x.csv"]
+    line = ["sweep", str(doubled), "--metric", "end=final(b.y1)", "--quiet", "--out", str(tmp_path / "numbers")]
+    assert main([*line, "--vary", f"{GAIN}=1,2"]) == 0
+    assert main([*line, "--vary", f"{GAIN}=1:3:1", "--step", "0.01"]) == 0  # the package's step: the same cases
+    assert (tmp_path / "numbers" / FILE).read_bytes().count(b"\n") == 3
+
+
+def test_what_no_case_can_help_ends_the_sweep(doubled, tmp_path):
+    """A package that a worker does not see: nothing is kept as failed."""
+    gone = tmp_path / "gone.ssp"
+    shutil.copy(doubled, gone)
+    with Pool(gone, processes=1) as pool:
+        gone.unlink()
+        with pytest.raises(CosimError, match="no such file"):
+            list(pool.each_surviving(measure, [Task(END, {GAIN: 1.0})]))
+
+
+def test_a_longer_time_tries_again_what_took_too_long(doubled, tmp_path):
+    """And a crash is told as a crash, however long the process took to start."""
+    line = ["sweep", str(doubled), "--vary", "b.trouble=0,3,4", "--metric", "end=final(b.y1)", "--quiet", "--no-plots",
+            "--processes", "1", "--out", str(tmp_path)]  # fmt: skip
+    for limit in ("0.3", "0.6"):
+        assert main([*line, "--case-time", limit]) == 0
+        why = [entry["why"] for entry in json.loads((tmp_path / "summary.json").read_text())["failed"]]
+        assert why[0] == DIED
+        assert why[1] == f"it takes longer than {limit} s"
+
+
+def test_values_out_of_order_are_drawn_in_order(tmp_path):
+    axes = [Axis("p", (3.0, 1.0, 2.0)), Axis("q", tuple(float(k) for k in (9, 1, 8, 2, 7, 3, 6, 4, 5)))]
+    table = [{"p": p, "q": q, "$z^": p + q} for p in axes[0].values for q in axes[1].values]
+    sorted_axes, rows = plots._sorted(axes, table)
+    assert sorted_axes[1].values == tuple(float(k) for k in range(1, 10))
+    assert [row["$z^"] for row in rows] == [p + q for p in (1, 2, 3) for q in range(1, 10)]
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")
+        plots.picture(tmp_path / "map.png", axes, False, table, "$z^")  # and a label is no formula
+    assert (tmp_path / "map.png").stat().st_size > 5000
+
+
+def test_what_cannot_be_drawn_is_told_and_the_rest_is_there(doubled, tmp_path, monkeypatch, capsys):
+    def broken(*_):
+        raise ValueError("no such colour")
+
+    monkeypatch.setattr(plots, "picture", broken)
+    line = ["sweep", str(doubled), "--vary", f"{GAIN}=1,2", "--metric", "end=final(b.y1)", "--out", str(tmp_path)]
+    assert main(line) == 0
+    assert "no picture of end: no such colour" in capsys.readouterr().out
+    assert json.loads((tmp_path / "summary.json").read_text())["cases"] == 2
 
 
 def test_help_is_quick_and_heavy_things_stay_out():
