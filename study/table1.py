@@ -13,6 +13,7 @@ import numpy as np
 
 from ..core.sea import ambient_pressure
 from ..hydraulics_fmu.line import line_derivatives, steady_loss
+from ..hydraulics_fmu.oil import pressure
 
 RHO, BETA = 850.0, 1.4e9
 BASE = {"alpha": 2.2e-8, "nu0": 22e-6, "length": 4.0, "diameter": 4e-3, "depth": 6000.0, "Q": 3e-3 / 60}
@@ -57,6 +58,10 @@ ROWS = (
 )
 
 
+P_VAPOUR = 3000.0
+"""Vapour pressure of the oil [Pa]."""
+
+
 def line_response(
     alpha: float,
     nu0: float,
@@ -83,7 +88,7 @@ def line_response(
     def rate(_t: float, y: np.ndarray) -> np.ndarray:
         f = np.empty_like(y)
         line_derivatives(
-            y, 0, segments, y[-1], P_out, RHO * nu0, alpha, 0.0, variable, 3000.0,
+            y, 0, segments, pressure(y[-1], P_VAPOUR), P_out, RHO * nu0, alpha, 0.0, variable, P_VAPOUR,
             resistance, inertance, stiffness, 0.0, BETA, 0.0, 1.0, f,
         )  # fmt: skip
         f[-1] = 2 * stiffness * (Q - y[0])
@@ -94,7 +99,7 @@ def line_response(
     tolerance = np.where(np.arange(2 * segments) % 2, 1.0, 1e-11)  # pressures [Pa], flows [m3/s]
     times = np.linspace(0.0, stop, points)
     solution = solve_ivp(rate, (0.0, stop), y0, "LSODA", times, rtol=1e-7, atol=tolerance)
-    return solution.t, solution.y[-1] - P_out
+    return solution.t, np.array([pressure(p, P_VAPOUR) for p in solution.y[-1]]) - P_out
 
 
 @dataclass(frozen=True)

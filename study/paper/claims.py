@@ -205,14 +205,22 @@ def _inputs(runs: Runs) -> Iterator[Claim]:
 
 
 def _loads(runs: Runs) -> Iterator[Claim]:
-    force = [r.at("F_h", T_START) for r in runs.of(DEPTHS)]
-    spread = (max(force) - min(force)) / abs(force[0])
+    rest = [[1e-6 * (r.at(p, T_START) - r.at("Pt", T_START)) for p in ("P1", "P2")] for r in runs.of(DEPTHS)]
+    ambient = 1e-6 * (runs[DEEPEST].at("Pt", T_START) - runs.of(DEPTHS)[0].at("Pt", T_START))
+    spread = max(np.ptp(chamber) for chamber in np.transpose(rest))
     yield Claim("Section 4.3.2", "the ambient pressure's load is balanced and needs no attention", "balanced",
-                f"the force at rest is {force[0]:.0f} N at 0 km and {force[-1]:.0f} N at 11 km", spread < NUMBER)
-    by_speed = {float(r.case.parameters["arm.current_speed"]): abs(r.at("M_hd")) for r in runs.of(FIGURES[21][1])}
+                f"at rest P1 and P2 are {rest[0][0]:.2f} and {rest[0][1]:.2f} MPa above the tank at 0 km, "
+                f"{rest[-1][0]:.2f} and {rest[-1][1]:.2f} MPa at 11 km, where that is {ambient:.0f} MPa deeper",
+                bool(spread < NUMBER * ambient))  # fmt: skip
+    by_speed = {float(r.case.parameters["arm.current_speed"]): r for r in runs.of(FIGURES[21][1])}
+    steady = {u: abs(by_speed[u].at("M_hd")) for u in (0.0, 0.5)}
+    mean = {u: float(np.sqrt((by_speed[u]["M_hd"] ** 2).mean())) for u in (0.0, 0.5)}
     yield Claim("Section 4.3.2", "the arm's own motion loads it much less than the current does", "much smaller",
-                f"{by_speed[0.0]:.1f} Nm without a current, {by_speed[0.5]:.0f} Nm with 0.5 m/s",
-                by_speed[0.0] < MUCH_SMALLER * by_speed[0.5])  # fmt: skip
+                f"moving steadily {steady[0.0]:.1f} Nm without a current, {steady[0.5]:.0f} Nm with 0.5 m/s; "
+                f"{mean[0.0]:.1f} and {mean[0.5]:.0f} Nm RMS over the run",
+                max(steady[0.0] / steady[0.5], mean[0.0] / mean[0.5]) < MUCH_SMALLER,
+                "" if mean[0.0] < MUCH_SMALLER * mean[0.5] else "while the arm starts and stops the water's inertia "
+                "loads it as much as the current does; moving steadily the claim holds")  # fmt: skip
 
 
 def _gain(slow: Run, fast: Run) -> str:

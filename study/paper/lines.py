@@ -34,7 +34,7 @@ class Lines:
         return float(self.made[float(km), variable][1][-1])
 
 
-def responses(stop: float = 0.5, points: int = 400) -> Lines:
+def responses(stop: float = 0.5, points: int = 2001) -> Lines:
     """All responses of the figure."""
     made = {}
     for km in DEPTHS:
