@@ -145,6 +145,8 @@ def _table(summary: dict[str, Any], result: Any) -> str:
                 f"  half the step: greatest estimated error {found[1]['relative']:.1e} of its range, {found[0]} "
                 f"({found[1]['error']:.2g} {result.units.get(found[0], '')})".rstrip()
             )
+    if not coupling and result.connected:
+        coupling.append("  no power bond found: nothing says how much error the coupling makes, but --check-step does")
     lines = [
         f"{Path(summary['package']).stem}: {summary['stop_time_s'] - summary['start_time_s']:g} s in "
         f"{summary['steps']} steps of {summary['step_s']:g} s, {summary['method']}",
