@@ -211,7 +211,7 @@ def _loads(runs: Runs) -> Iterator[Claim]:
     yield Claim("Section 4.3.2", "the ambient pressure's load is balanced and needs no attention", "balanced",
                 f"at rest P1 and P2 are {rest[0][0]:.2f} and {rest[0][1]:.2f} MPa above the tank at 0 km, "
                 f"{rest[-1][0]:.2f} and {rest[-1][1]:.2f} MPa at 11 km, where that is {ambient:.0f} MPa deeper",
-                bool(spread < NUMBER * ambient))  # fmt: skip
+                bool(spread < LOSS * ambient))  # fmt: skip
     by_speed = {float(r.case.parameters["arm.current_speed"]): r for r in runs.of(FIGURES[21][1])}
     steady = {u: abs(by_speed[u].at("M_hd")) for u in (0.0, 0.5)}
     mean = {u: float(np.sqrt((by_speed[u]["M_hd"] ** 2).mean())) for u in (0.0, 0.5)}
