@@ -159,6 +159,7 @@ int main(int argc, char **argv)
     } else if (!strcmp(argv[1], "corners")) {
         return corners(load(argv[2]), (unsigned)atoi(argv[5]));
     } else if (!strcmp(argv[1], "interrupted")) {
+        signal(SIGINT, SIG_DFL); /* in the background of a shell it is ignored */
         load(argv[2]);
         life(1, 1e-3, 0, NULL);
         raise(SIGINT);
