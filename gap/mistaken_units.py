@@ -51,7 +51,7 @@ class _Suspect:
 def check(problem: Problem, delivered: np.ndarray) -> None:
     """Raise `CampaignError` for what is likelier in another unit; `delivered` is the model's long vector (n,)."""
     suspect = next(filter(None, (_suspect(problem, k, delivered) for k in range(len(problem.campaign.outputs)))), None)
-    models = {b.place.start: delivered[b.place] for b in _series(problem)}
+    models = {b.place.start: delivered[b.place] for b in problem.obs.series}
     straight = _missed(problem, models)
     if suspect is None and max(straight, default=0.0) <= LOST:
         return
@@ -73,13 +73,9 @@ def _sum(shares: list[float]) -> float:
     return float(np.log(shares).sum())
 
 
-def _series(problem: Problem) -> list[Block]:
-    return problem.obs.series
-
-
 def _suspect(problem: Problem, k: int, delivered: np.ndarray) -> _Suspect | None:
     """The channel, where the readings move or stand unlike the model as those of another unit would."""
-    c, parts = problem.campaign.outputs[k], [b for b in _series(problem) if b.channel == k]
+    c, parts = problem.campaign.outputs[k], [b for b in problem.obs.series if b.channel == k]
     if not parts:
         return None
     measured = max(np.ptp(b.y) for b in parts)
@@ -138,7 +134,7 @@ def _missed(problem: Problem, models: Mapping[int, np.ndarray], suspect: _Suspec
     """Share of each channel's movement that the models (by the start of a block's place) miss, whatever the bias."""
     shares = []
     for k, c in enumerate(problem.campaign.outputs):
-        parts = [b for b in _series(problem) if b.channel == k]
+        parts = [b for b in problem.obs.series if b.channel == k]
         if not parts:
             continue
         read, model = [b.y for b in parts], [models[b.place.start] for b in parts]
@@ -187,7 +183,7 @@ def _models(
     if any(isinstance(x, Failure) for x in rows):
         return None
     made = {}
-    for b in _series(problem):
+    for b in problem.obs.series:
         signal = rows[b.run][:, problem.connectors.index(b.connector)]
         made[b.place.start] = np.interp(b.t / f, np.arange(len(signal)) * step, signal)
     return made

@@ -4,8 +4,9 @@
  * process, or that its library will be found: `python.c` sees to that. pythonfmu knows only fmi2OK and fmi2Fatal: the
  * FMU's Python code logs a fault with its status and goes on; this library returns the worst status that was logged
  * during a call. It switches the log on for that and passes on what the importer asked for: errors, and what is said of
- * the Python that was found, always; the rest with loggingOn. And pythonfmu makes Python lists for every value: the Python code tells this library, by a log message
- * of the category "front", where its variables are, and plain reads and writes of reals need no Python at all.
+ * the Python that was found, always; the rest with loggingOn. And pythonfmu makes Python lists for every value: the
+ * Python code tells this library, by a log message of the category "front", where its variables are, and plain reads and
+ * writes of reals need no Python at all.
  *
  * pythonfmu's library lies beside this one as <modelIdentifier>_pythonfmu.so (and `quiet.c` as _quiet.so). After
  * fmi2Fatal the instance is not touched any more, because pythonfmu has freed parts of it by then.

@@ -37,7 +37,6 @@ def sweep_command(options: argparse.Namespace) -> int:
     for axis in axes:
         if axis.name in ("case", "failed", "warnings"):
             raise UsageError(f"--vary {axis.name}=...: the table has a column of that name; name its component, too")
-    _cases(axes, options)
     if options.dask is not None and options.case_time is not None:
         raise UsageError("--case-time: a process of a Dask cluster cannot be ended from here; leave one of them out")
     from ...master.pool import cluster
