@@ -6,7 +6,7 @@ come from `judge`; what calibrates them stands in `calibration.json`.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -14,6 +14,9 @@ import numpy as np
 from .calibration import Calibration
 from .catalogue import VERDICTS
 from .judge import Judged
+
+Names = tuple[str, ...]
+"""Ids of a cause's effects."""
 
 NONE, UNKNOWN = ((name,) for name in VERDICTS)
 
@@ -51,24 +54,29 @@ def unknown_probability(calibration: Calibration, x: np.ndarray) -> float:
     return float(1.0 - calibration.stuck - (1.0 - calibration.stuck - calibration.misjudged) * known)
 
 
+def probabilities(scored: Iterable[tuple[Names, float]], calibration: Calibration, x: np.ndarray) -> dict[Names, float]:
+    """Probability of every cause, the most probable first, from the effects and the score of every hypothesis."""
+    scored = list(scored)
+    low = min(score for _, score in scored)
+    raw: dict[Names, float] = {}
+    for ids, score in scored:
+        raw[ids or NONE] = raw.get(ids or NONE, 0.0) + float(np.exp(-0.5 * (score - low) / calibration.temperature))
+    total, lapse = sum(raw.values()), calibration.lapse
+    p_unknown = unknown_probability(calibration, x)
+    made = {key: (1.0 - p_unknown) * ((1.0 - lapse) * w / total + lapse / len(raw)) for key, w in raw.items()}
+    (top, first), *others = sorted({**made, UNKNOWN: p_unknown}.items(), key=lambda item: -item[1])
+    sure = calibration.confident(first, others[0][1])
+    scale = (1.0 - sure) / (1.0 - first) if first < 1.0 else 0.0
+    return {top: sure, **{key: p * scale for key, p in others}}
+
+
 def causes(judged: Sequence[Judged], calibration: Calibration, x: np.ndarray) -> list[Cause]:
     """All causes, the most probable first; their probabilities add up to 1."""
-    low = min(j.score for j in judged)
-    raw: dict[tuple[str, ...], float] = {}
-    best: dict[tuple[str, ...], Judged] = {}
+    best: dict[Names, Judged] = {}
     for j in sorted(judged, key=lambda j: j.score):
-        key = j.hypothesis.ids or NONE
-        raw[key] = raw.get(key, 0.0) + float(np.exp(-0.5 * (j.score - low) / calibration.temperature))
-        best.setdefault(key, j)
-    total = sum(raw.values())
-    p_unknown = unknown_probability(calibration, x)
-    known = 1.0 - p_unknown
-    even = calibration.lapse / len(raw)
-    made = [
-        Cause(key, best[key], known * ((1.0 - calibration.lapse) * w / total + even), []) for key, w in raw.items()
-    ]
-    made.append(Cause(UNKNOWN, None, p_unknown, []))
-    made.sort(key=lambda c: -c.probability)
+        best.setdefault(j.hypothesis.ids or NONE, j)
+    told = probabilities(((j.hypothesis.ids, j.score) for j in judged), calibration, x)
+    made = [Cause(key, best.get(key), p, []) for key, p in told.items()]
     for c in made:
         if c.judged is not None and c.effects != NONE:
             c.ambiguous_with = [

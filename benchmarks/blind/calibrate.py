@@ -7,8 +7,8 @@ of the catalogue that are not called unknown; and the weights of "unknown" on al
 which the smallest is taken that is hardly less likely on all cases than the best: it sees the smallest effects. A score
 that is reported is never one of a calibration that has seen its cases.
 
-How often the tool lapses shows only on cases on which the method was not developed: where it was, it is right more
-often. So those (--seen) do not count for that.
+How often the tool lapses, and how sure it may be of its first answer, show only on cases on which the method was not
+developed: where it was, it is right more often. So those (--seen) do not count for that.
 """
 
 from __future__ import annotations
@@ -22,6 +22,7 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
+from deepsea_cosim.gap import verdict
 from deepsea_cosim.gap.calibration import Calibration
 from deepsea_cosim.gap.verdict import features, unknown_probability
 
@@ -60,16 +61,9 @@ def _null(diagnosis: dict[str, Any]) -> float:
 
 def probabilities(diagnosis: dict[str, Any], calibration: Calibration) -> dict[tuple[str, ...], float]:
     """Probability of every cause with that calibration, "none" and "unknown" among them, from the evidence alone."""
-    found = scores(diagnosis, calibration)
-    weights: dict[tuple[str, ...], float] = {}
-    for h, score in zip(diagnosis["evidence"]["hypotheses"], found, strict=True):
-        key = tuple(h["effects"]) or NONE
-        weight = float(np.exp(-0.5 * (score - min(found)) / calibration.temperature))
-        weights[key] = weights.get(key, 0.0) + weight
-    total, lapse = sum(weights.values()), calibration.lapse
-    p = unknown_probability(calibration, features_of(diagnosis, calibration))
-    made = {key: (1.0 - p) * ((1.0 - lapse) * w / total + lapse / len(weights)) for key, w in weights.items()}
-    return {**made, UNKNOWN: p}
+    ids = (tuple(h["effects"]) for h in diagnosis["evidence"]["hypotheses"])
+    scored = zip(ids, scores(diagnosis, calibration), strict=True)
+    return verdict.probabilities(scored, calibration, features_of(diagnosis, calibration))
 
 
 def recalibrated(record: Record, calibration: Calibration | None = None) -> Record:
@@ -84,13 +78,16 @@ def recalibrated(record: Record, calibration: Calibration | None = None) -> Reco
     return record._replace(diagnosis={**record.diagnosis, "verdict": verdict, "causes": causes, "probabilities": {}})
 
 
+def _truth(answer: dict[str, Any]) -> tuple[str, ...]:
+    """What a diagnosis should name."""
+    return UNKNOWN if answer["kind"] == "unknown" else tuple(sorted(e["id"] for e in answer["effects"])) or NONE
+
+
 def _told(answer: dict[str, Any], diagnosis: dict[str, Any], calibration: Calibration) -> tuple[float, float]:
     """Probability of the truth, and that it is not unknown."""
     found = probabilities(diagnosis, calibration)
     known = 1.0 - found[UNKNOWN]
-    if answer["kind"] == "unknown":
-        return found[UNKNOWN], known
-    truth = tuple(sorted(e["id"] for e in answer["effects"])) or NONE
+    truth = _truth(answer)
     return found.get(truth, calibration.lapse / len(found) * known), known
 
 
@@ -145,8 +142,27 @@ def _best(cases: list[Case], calibrations: Iterable[Calibration]) -> Calibration
     return max(calibrations, key=lambda c: likelihood(cases, c))
 
 
+def sureness(cases: list[Case], calibration: Calibration) -> Calibration:
+    """With the slope and the shift that make right and wrong answers most likely."""
+    from scipy.optimize import minimize
+
+    plain = replace(calibration, slope=1.0, shift=0.0)
+    told = [(_truth(answer), list(probabilities(diagnosis, plain).items())) for answer, diagnosis in cases]
+    hit = np.array([truth == found[0][0] for truth, found in told])
+    pairs = [(found[0][1], found[1][1]) for _, found in told]
+
+    def loss(x: np.ndarray) -> float:
+        one = replace(plain, slope=float(x[0]), shift=float(x[1]))
+        p = np.array([one.confident(*pair) for pair in pairs])
+        return float(-np.log(np.where(hit, p, 1.0 - p)).mean())
+
+    best = minimize(loss, (1.0, 0.0), method="Nelder-Mead", bounds=[(0.0, None), (None, None)]).x
+    return replace(plain, slope=float(best[0]), shift=float(best[1]))
+
+
 def fitted(cases: list[Case], seen: list[Case], made: Calibration) -> Calibration:
     """The most likely calibration with the discrepancy of the one given, which is where it starts."""
+    made = replace(made, slope=1.0, shift=0.0)
     for _ in range(3):  # which cases are called unknown depends on the scores, and these on which cases are known
         made = replace(made, unknown=tuple(unknown(cases + seen, made)), misjudged=MISJUDGED, stuck=STUCK)
         known = _known(cases, made)
@@ -154,7 +170,7 @@ def fitted(cases: list[Case], seen: list[Case], made: Calibration) -> Calibratio
         made = _best(every, (replace(made, independent=n, temperature=t)
                              for n, t in product(INDEPENDENT, TEMPERATURE)))  # fmt: skip
         made = _best(known, (replace(made, lapse=p) for p in LAPSE))
-    return made
+    return sureness(cases, made)
 
 
 def main() -> None:

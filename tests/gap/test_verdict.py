@@ -1,8 +1,9 @@
+from dataclasses import replace
 from types import SimpleNamespace
 
 import numpy as np
 import pytest
-from deepsea_cosim.gap.calibration import Calibration
+from deepsea_cosim.gap.calibration import SUREST, Calibration
 from deepsea_cosim.gap.verdict import NONE, UNKNOWN, causes, features, unknown_probability
 
 
@@ -51,3 +52,19 @@ def test_the_same_rest_is_likelier_unknown_where_it_is_more_of_the_gap():
     shipped = Calibration.load()
     small, large = (unknown_probability(shipped, features(shipped, null, 0.5, 5000)) for null in (1.0, 1000.0))
     assert large < 0.3 < 0.5 < small
+
+
+def test_a_surer_or_less_sure_first_answer_stays_the_first():
+    scored = [judged(("a",), 0.0), judged(("b",), 0.5), judged(("c",), 6.0), judged((), 9.0)]
+    plain = causes(scored, PLAIN, np.ones(3))
+    for slope, shift in ((3.0, 2.0), (3.0, -4.0), (0.0, -5.0), (50.0, 0.0)):
+        told = causes(scored, replace(PLAIN, slope=slope, shift=shift), np.ones(3))
+        assert [c.effects for c in told] == [c.effects for c in plain]
+        assert sum(c.probability for c in told) == pytest.approx(1.0)
+        assert told[0].probability > told[1].probability
+        first = plain[0].probability
+        odds = slope * np.log(first / (1.0 - first)) + shift
+        if told[0].probability > told[1].probability * (1.0 + 1e-8):
+            assert told[0].probability == pytest.approx(min(1.0 / (1.0 + np.exp(-odds)), SUREST))
+        else:
+            assert 1.0 / (1.0 + np.exp(-odds)) < told[0].probability, "only as sure as the second when it must be"
