@@ -19,6 +19,9 @@ SUREST = 0.95
 """No answer is surer: of some hundred on which the benchmark's probability was the highest, three to six were wrong."""
 
 
+HALF = 0.5
+"""Probability of a first answer up to which it is not lowered: doubts are told as they are found."""
+
 BARELY = 1e-9
 """By which share the first answer is ahead of the second at least."""
 
@@ -56,14 +59,15 @@ class Calibration:
 
     slope: float = 1.0
     shift: float = 0.0
-    """The log-odds of the most probable answer are multiplied by the one, and the other is added."""
+    """The log-odds of the most probable answer are multiplied by the one, and the other is added, above `HALF`."""
 
     def confident(self, first: float, second: float) -> float:
         """Probability of the most probable answer from those of the first two; the first stays the first."""
         if first >= 1.0 or (self.slope == 1.0 and self.shift == 0.0):
             return first
         odds = self.slope * np.log(first / (1.0 - first)) + self.shift
-        return float(max(min(1.0 / (1.0 + np.exp(-odds)), SUREST), (1.0 + BARELY) * second / (1.0 - first + second)))
+        made = min(1.0 / (1.0 + np.exp(-odds)), SUREST)
+        return float(max(made, min(first, HALF), (1.0 + BARELY) * second / (1.0 - first + second)))
 
     def weight(self, shared: float, readings: int) -> float:
         """What a residual's shared energy counts for as evidence, the less the better.

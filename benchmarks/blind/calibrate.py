@@ -27,6 +27,7 @@ from deepsea_cosim.gap.calibration import Calibration
 from deepsea_cosim.gap.verdict import features, unknown_probability
 
 from .records import NONE, UNKNOWN, Record, load
+from .score import calibration_error, sure_error
 
 INDEPENDENT = (5.0, 7.0, 10.0, 15.0, 20.0, 30.0, 50.0, 75.0, 100.0)
 DISCREPANCY = (0.01, 0.02, 0.03, 0.05, 0.07, 0.1)
@@ -173,15 +174,39 @@ def fitted(cases: list[Case], seen: list[Case], made: Calibration) -> Calibratio
     return sureness(cases, made)
 
 
+def _cases(places: Iterable[Path]) -> list[Case]:
+    """The diagnosed cases of some places; of one that is in several, the first counts."""
+    made: dict[tuple[Any, Any], Case] = {}
+    for place in places:
+        for record in load(place):
+            if record.diagnosis is not None:
+                made.setdefault((record.answer.get("seed"), record.name), (record.answer, record.diagnosis))
+    return list(made.values())
+
+
+def left_out(cases: list[Case], seen: list[Case], made: Calibration, folds: int) -> list[tuple[float, bool]]:
+    """Probability of every case's first answer, and whether that is right, with a calibration fitted without it."""
+    pairs = []
+    order = np.random.default_rng(0).permutation(len(cases))
+    for k in range(folds):
+        mine = set(order[k::folds].tolist())
+        one = fitted([case for i, case in enumerate(cases) if i not in mine], seen, made)
+        for answer, diagnosis in (cases[i] for i in sorted(mine)):
+            first, p = next(iter(probabilities(diagnosis, one).items()))
+            pairs.append((p, first == _truth(answer)))
+    return pairs
+
+
 def main() -> None:
     """Command line."""
     p = argparse.ArgumentParser(prog="benchmarks.blind.calibrate", description="Fits the diagnosis' calibration.")
     p.add_argument("places", type=Path, nargs="+", help="folders of cases with their diagnoses, or files of records")
     p.add_argument("--seen", type=Path, nargs="+", default=[], help="cases on which the method was developed")
     p.add_argument("--out", type=Path)
+    p.add_argument("--folds", type=int, default=0, metavar="N",
+                   help="also fit without a part of the cases, N times, and print the calibration error on that part")
     options = p.parse_args()
-    cases, seen = ([(case.answer, case.diagnosis) for place in places for case in load(place) if case.diagnosis]
-                   for places in (options.places, options.seen))  # fmt: skip
+    cases, seen = (_cases(places) for places in (options.places, options.seen))
     tried = []
     for discrepancy in DISCREPANCY:
         one = fitted(cases, seen, replace(Calibration.load(), discrepancy=discrepancy))
@@ -192,6 +217,10 @@ def main() -> None:
     known = _known(cases, made)
     print(f"{len(cases)} cases, {len(known)} of them judged known; their mean log probability of the truth "
           f"{likelihood(known, made):.3f}, of all {value:.3f}")  # fmt: skip
+    if options.folds > 1:
+        pairs = left_out(cases, seen, made, options.folds)
+        print(f"left out in {options.folds} parts: calibration error {calibration_error(pairs):.3f}; "
+              f"{sure_error([p for p, _ in pairs]):.3f} if the probabilities were right")  # fmt: skip
     print(json.dumps(asdict(made)))
     if options.out:
         options.out.write_text(json.dumps(asdict(made)) + "\n", encoding="utf-8")
