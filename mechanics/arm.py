@@ -7,6 +7,7 @@ slow (its pendulum mode is below 1 Hz), the fast mode of the machine arises from
 from __future__ import annotations
 
 from collections.abc import Mapping
+from functools import lru_cache
 from math import ceil, pi
 
 import mujoco
@@ -26,6 +27,18 @@ MOST_STEPS = 10_000_000
 """Most internal steps in one communication step."""
 
 
+@lru_cache(maxsize=8)
+def compiled(text: str) -> mujoco.MjModel:
+    """The model of an MJCF text without constraints; arms with the same parameters share it, and none changes it.
+
+    An FMU is built several times before its run, and compiling takes longer than a hundred steps.
+    """
+    model = mujoco.MjModel.from_xml_string(text)
+    disable = mujoco.mjtDisableBit
+    model.opt.disableflags |= disable.mjDSBL_CONSTRAINT | disable.mjDSBL_CONTACT
+    return model
+
+
 class Arm:
     """State theta [rad], omega [rad/s] at time t [s], driven by the cylinder force F_h [N]; starts at rest at theta0.
 
@@ -35,10 +48,8 @@ class Arm:
     def __init__(self, p: Mapping[str, float], out: np.ndarray | None = None, t: float = 0.0):
         check_buildable(p["theta0"], p["rod_eye_radius"], p["base_x"], p["base_y"])
         p = {**p, "load_weight": p["load_weight"] * p["effect.payload_error.scale"]}
-        model = mujoco.MjModel.from_xml_string(mjcf(p))
-        disable = mujoco.mjtDisableBit
-        model.opt.disableflags |= disable.mjDSBL_CONSTRAINT | disable.mjDSBL_CONTACT
-        self.model, self.data = model, mujoco.MjData(model)
+        self.model = compiled(mjcf(p))
+        self.data = mujoco.MjData(self.model)
         self._M = np.zeros((3, 3))
         self._qpos, self._qvel = self.data.qpos, self.data.qvel
         self._bias, self._passive = self.data.qfrc_bias, self.data.qfrc_passive
