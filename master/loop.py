@@ -28,7 +28,7 @@ class Loop:
         self.system, self.layout, self.drives = prepared.system, prepared.layout, prepared.drives
         self.recording, self.averaged, self.realtime = recording, averaged, realtime
         system, layout = self.system, self.layout
-        if layout.has_texts:
+        if layout.keeps_texts:
             recording.take_texts(program)
         linked = [link.target for link in system.links]
         finite = [s for s in (*system.outputs.values(), *linked, *system.own_outputs.values()) if s.family == "real"]

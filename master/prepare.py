@@ -77,6 +77,7 @@ def prepare(package: Path, options: Options, stack: ExitStack, interrupt: Interr
     layout = Layout(system)
     which = layout.chosen(options.record)
     layout.chosen(options.plot, "--plot")
+    layout.keep_texts(which)
     drives = stimuli.read(options.stimuli, system) if options.stimuli is not None else []
     bonds = check_coupling(system, options)
     return Prepared(network, slaves, system, values, drives, layout, which, times, bonds, remarks)

@@ -67,7 +67,7 @@ class Recording:
         self._rows[self._filled] = reals[[*self.layout.outputs, *self.layout.inputs]]
         self._times[self._filled] = time
         self._filled += 1
-        if self.layout.has_texts:
+        if self.layout.keeps_texts:
             texts = list(self.system.board.texts)
             self._texts.append((texts, texts))
 
@@ -95,7 +95,7 @@ class Recording:
             return
         rows, times = self._rows[:n], self._times[:n]
         self.energy.add(times, rows)
-        if self.layout.has_texts and len(self._texts) < n:  # a step that failed has not come to its texts
+        if self.layout.keeps_texts and len(self._texts) < n:  # a step that failed has not come to its texts
             self._texts.append((list(self._before), list(self.system.board.texts)))
         texts = self._texts[:n]
         self._filled = 0

@@ -81,8 +81,6 @@ class System:
         self._sources = {(link.source.component, link.source.name) for link in self.links}
         for link in self.links:
             self._into[link.target.component].append(link)
-            if link.target.family == TEXT:
-                slaves[link.target.component].linked_texts.add(link.target.name)
         self._drivers: dict[tuple[bool, int], Link] = {}
         self._check_aliases()
         early = [*network.early, *early]
@@ -95,6 +93,10 @@ class System:
                 end = ".".join(wire.end)
                 self._refuse(f"{wire.where}: the input '{wire.start[1]}' cannot drive the parameter '{end}'")
         self.shown = self._all(self._shown, list(network.outputs.items()))
+        for link in (*self.links, *self.shown):
+            for signal in (link.source, link.target):
+                if signal.family == TEXT and signal.component:
+                    slaves[signal.component].texts.add(signal.name)
         ends = [link.target for link in (*self.links, *self.shown)]
         others = [s for s in (*self.inputs.values(), *self.own_inputs.values()) if s.family != TEXT]
         spare = 8 * sum(s.size for s in ends) + 4 * sum(s.size for s in others) + 64

@@ -86,7 +86,8 @@ def extract(archive: Path, folder: Path, budget: Budget | None = None) -> Path:
                 target = (root / entry.filename).resolve()
                 if "\\" in entry.filename:
                     raise PackageError(
-                        f"{archive}: entry '{entry.filename}' has a backslash where archives have '/'; refused"
+                        f"{archive}: entry '{entry.filename}' has a backslash where archives have '/'; "
+                        "pack it anew with another tool"
                     )
                 if not target.is_relative_to(root):
                     raise PackageError(f"{archive}: entry '{entry.filename}' would leave the package; refused")

@@ -63,6 +63,11 @@ def no_package(files: Collection[str]) -> str:
     """What to say of files of which none is `SystemStructure.ssd`."""
     variants = sorted(name for name in files if name.endswith(".ssd") and "/" not in name)
     more = f"; it has {', '.join(variants)}: choose with --variant" if variants else ""
+    deeper = [name for name in files if name.endswith(f"/{DEFAULT}")]
+    if deeper and not variants:
+        folder = deeper[0].removesuffix(DEFAULT)
+        more = f", but one is in '{folder}'; pack what is inside that folder, not the folder itself"
+        return f"{DEFAULT} is missing at the top of the package{more}"
     if "modelDescription.xml" in files:
         more = " but an FMU; a package with a SystemStructure.ssd has to say how it is run"
     return f"{DEFAULT} is missing: this is not an SSP package{more}"
@@ -92,7 +97,8 @@ class _Reader:
         names = self.variants()
         if variant is None:
             if DEFAULT not in names:
-                raise PackageError(shown + no_package([p.name for p in self.folder.iterdir() if p.is_file()]))
+                files = [p.relative_to(self.folder).as_posix() for p in self.folder.rglob("*") if p.is_file()]
+                raise PackageError(shown + no_package(files))
             return replace(self.description(DEFAULT), variants=tuple(names))
         if variant not in names and f"{variant}.ssd" in names:
             variant = f"{variant}.ssd"

@@ -180,7 +180,7 @@ class Program:
     def _exchange(self, slave: Slave, groups: Sequence[Group], verb: str, doing: str) -> None:
         for g in groups:
             if g.form.family == TEXT:
-                if verb == "Get" or any(s.name in slave.linked_texts for s in g.signals):
+                if any(s.name in slave.texts for s in g.signals):
                     self._texts(slave, g, verb, doing)
                 continue
             if g.form.width is None:

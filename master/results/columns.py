@@ -54,6 +54,8 @@ class Layout:
         self.system = system
         self.outputs: list[int] = []
         self.inputs: list[int] = []
+        self.keeps_texts = False
+        """Whether strings are among the columns that are kept."""
         self.columns: list[Column] = [TIME]
         self._cuts: list[tuple[str, int]] = [("time", 0)]
         units = system.units()
@@ -93,10 +95,12 @@ class Layout:
             found.update(mine)
         return sorted(found)
 
-    @property
-    def has_texts(self) -> bool:
-        """Whether there are strings among the values."""
-        return any(c.type == "text" for c in self.columns)
+    def keep_texts(self, which: Sequence[int]) -> None:
+        """Have the FMUs give the strings among those columns at every step; they do not know of it before loading."""
+        wanted = {self.columns[i].name for i in which if self.columns[i].type == "text"}
+        for slave in self.system.slaves.values():
+            slave.texts.update(s.name for s in slave.outputs if not wanted.isdisjoint(elements(s)))
+        self.keeps_texts = bool(wanted)
 
     def cut(
         self, which: Sequence[int], time: np.ndarray, rows: np.ndarray, texts: list[tuple[list[object], list[object]]]

@@ -131,8 +131,9 @@ class Slave(ABC):
         self.outputs: list[Signal] = []
         self.input_groups: list[Group] = []
         self.output_groups: list[Group] = []
-        self.linked_texts: set[str] = set()
-        """Strings and binaries that something drives; the others are set once, before the run."""
+        self.texts: set[str] = set()
+        """Strings and binaries that are handed over at every step: of the inputs those that something drives (the
+        others are set once, before the run), of the outputs those that are connected or recorded."""
         self.answers: dict[str, list[str]] = {}
         """Inputs that outputs have been found to answer to at once (`direct.probe`)."""
         self.told = 0

@@ -61,7 +61,7 @@ class IsolatedSlave(Slave):
         order = {
             "kind": self._kind, "name": self.name, "folder": self.folder, "structural": self._structural,
             "ratio": self.ratio, "inputs": self.input_groups, "outputs": self.output_groups, "told": self.told,
-            "limits": self._limits(), "linked_texts": self.linked_texts,
+            "limits": self._limits(), "texts": self.texts,
         }  # fmt: skip
         self._pipe.send_bytes(pickle.dumps(order))
         try:

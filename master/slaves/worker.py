@@ -46,7 +46,7 @@ class Worker:
         self.slave._structural = order["structural"]
         self.slave.ratio, self.slave.told = order["ratio"], order["told"]
         self.slave.input_groups, self.slave.output_groups = order["inputs"], order["outputs"]
-        self.slave.linked_texts = order["linked_texts"]
+        self.slave.texts = order["texts"]
         sizes = order["limits"]
         self.board = Board(sizes["slots"][0], sizes["texts"][0], sizes["stages"])
         self.fault: CosimError | None = None

@@ -9,7 +9,7 @@ from deepsea_cosim.master.trust import find_bonds
 
 from benchmarks import native
 
-from ..packages import component, connector, link, package, system
+from ..packages import component, connector, description, link, pack, package, system
 
 pytestmark = pytest.mark.skipif(native.compiler is None, reason="there is no C compiler here")
 
@@ -47,6 +47,33 @@ def test_two_forces_that_act_at_one_speed_are_two_bonds(tmp_path, fmus):
     """The speed of one point, and the two forces that work there."""
     found = bonds(tmp_path, fmus, link("mass.y1", "spring.u1"), *(link(f"spring.y{k}", f"mass.u{k}") for k in (1, 2)))
     assert found == ["mass.y1 x spring.y1", "mass.y1 x spring.y2"]
+
+
+def test_a_declared_bond_counts_beside_what_the_units_say(tmp_path, fmus):
+    """Two forces and two speeds are paired by name, unless the package says which of them belong together."""
+    ports = [connector(u, "input") for u in PORTS[0]] + [connector(y, "output") for y in PORTS[1]]
+    parts = (component(name, f"resources/{name}.fmu", *ports) for name in ("mass", "spring"))
+    links = [link(f"{a}.y{k}", f"{b}.u{k}") for a, b in (("mass", "spring"), ("spring", "mass")) for k in (1, 2)]
+    text = description(system("root", *parts, links=links), stop=1.0, step=0.1)
+    said = text.replace('stepSize="0.1"/>', 'stepSize="0.1"><Bond a="mass.y1" b="spring.y2"/></Master>')
+    assert said != text
+    path = pack(tmp_path / "p.ssp", {"SystemStructure.ssd": said, **fmus})
+    with Session(path) as session:
+        assert sorted(b.name for b in find_bonds(session.system)) == ["mass.y1 x spring.y2", "mass.y2 x spring.y1"]
+
+
+def test_a_declared_bond_needs_no_units(tmp_path, fmus):
+    links = [link("mass.y1", "none.u1"), link("none.y1", "mass.u1")]
+    parts = (
+        component(name, f"resources/{file}.fmu", connector("u1", "input"), connector("y1", "output"))
+        for name, file in (("mass", "mass"), ("none", "none"))
+    )
+    text = description(system("root", *parts, links=links), stop=1.0, step=0.1)
+    files = {**fmus, "resources/none.fmu": native.linear(tmp_path, 2, "none", through=False)}
+    for said, found in (("/>", []), ('><Bond a="mass.y1" b="none.y1"/></Master>', ["mass.y1 x none.y1"])):
+        whole = text.replace('stepSize="0.1"/>', f'stepSize="0.1"{said}')
+        with Session(pack(tmp_path / "p.ssp", {"SystemStructure.ssd": whole, **files})) as session:
+            assert [b.name for b in find_bonds(session.system)] == found
 
 
 @pytest.mark.parametrize(

@@ -413,3 +413,22 @@ def test_sources_that_are_something_else(fmus, tmp_path, given, message):
     path = package(tmp_path / "p.ssp", system("root", component("a", source, **given)), with_fmu(fmus))
     with pytest.raises(CosimError, match=message):
         run(path, tmp_path / "out")
+
+
+@pytest.mark.parametrize("isolate", [False, True])
+def test_strings_are_read_where_somebody_wants_them(fmus, tmp_path, monkeypatch, isolate):
+    """Each reading is a call of Python, eight times what the rest of a step takes."""
+    seen = []
+    kind = type(describe("a", fmus[2]))
+    exchange = kind.exchange_texts
+    monkeypatch.setattr(kind, "exchange_texts", lambda *of: (seen.append(of[1]), exchange(*of))[1])
+    ends = connector("string_in", "input", "String"), connector("string_out", "output", "String")
+    given = bindings(binding(parameter_set(parameter("string_in", "String", "äöü"))))
+    a = component("a", "resources/L.fmu", connector("y1", "output"), *ends, bindings=given)
+    path = package(tmp_path / "p.ssp", system("root", a), with_fmu(fmus), stop=1.0, step=0.01)
+    found = run(path, tmp_path / "some", Options(record=("a.y1",), isolate=isolate)).frame
+    assert "a.string_out" not in found.columns
+    assert seen.count("Get") == 0
+    found = run(path, tmp_path / "all", Options(isolate=isolate)).frame
+    assert set(found["a.string_out"]) == {"äöü"}
+    assert isolate or seen.count("Get") >= 100

@@ -4,6 +4,7 @@ Needs the measured data in ../shared/data; skips without. The causes' sizes come
 """
 
 import importlib.util
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -140,7 +141,11 @@ FOUND = {
 @pytest.mark.parametrize("name", FOUND)
 def test_the_tool_finds_what_is_missing(made, name):
     cause, channel, least = FOUND[name]
-    found = diagnose(reader.read(made / name / "campaign.toml"), processes=2)
+    campaign = reader.read(made / name / "campaign.toml")
+    if name == "servo_cylinder":  # three of its five speeds say the same in half the time
+        campaign = replace(campaign, runs=tuple(run for run in campaign.runs if run.name[:2] in ("1V", "3V", "5V")))
+        assert len(campaign.runs) == 12
+    found = diagnose(campaign, processes=2)
     assert found.causes[0].effects == cause
     near = found.chosen.hypothesis
     assert ("overflow" in near.ids and len(near.ids) == 2) if name == "cascaded_tanks" else near.ids == cause
