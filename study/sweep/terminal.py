@@ -105,11 +105,11 @@ def _cases(axes: Sequence[Axis], options: argparse.Namespace) -> tuple[str, list
 
 def fixed_values(changes: Sequence[str], axes: Sequence[Axis]) -> dict[str, str]:
     """Values of `--set NAME=VALUE` as they are written; none of them may be varied too."""
+    from ...master.options import parse_change
+
     made: dict[str, str] = {}
     for text in changes:
-        name, equals, value = (part.strip() for part in text.partition("="))
-        if not equals or not name or not value:
-            raise UsageError(f"--set {text}: expected NAME=VALUE")
+        name, value = parse_change(text)
         if name in {a.name for a in axes}:
             raise UsageError(f"--set {text}: it is varied")
         if name in made:
