@@ -24,7 +24,7 @@ class Tables:
         except OSError as error:
             raise self.error(f"{path}: cannot be read ({error.strerror})") from None
         except UnicodeDecodeError:
-            raise self.error(f"{path}: is not a text file in UTF-8") from None
+            raise self.error(f"{path}: is not a text file in UTF-8; save it as that") from None
 
     def parse(self, text: str, where: str) -> dict[str, Any]:
         """The data of a TOML text."""

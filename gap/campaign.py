@@ -198,7 +198,7 @@ def _read_table(path: Path) -> tuple[list[str], np.ndarray, list[int]]:
     except OSError as error:
         raise CampaignError(f"{path}: cannot be read ({error.strerror})") from None
     except UnicodeDecodeError:
-        raise CampaignError(f"{path}: is not a text file in UTF-8") from None
+        raise CampaignError(f"{path}: is not a text file in UTF-8; save it as that") from None
     except csv.Error as error:
         raise CampaignError(f"{path}: is no table of numbers ({error})") from None
     if not names:

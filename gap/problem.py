@@ -342,7 +342,7 @@ def pose(campaign: Campaign, catalogue: Catalogue, pool: Pool) -> Problem:
             blocks.append((r, k, c.connector, t, y, floor / np.sqrt(m), None, c.noise_std is not None))
     fine = fine or min([float(np.median(np.diff(b[3]))) for b in blocks] or [1e-2]) / 10.0
     for run in campaign.runs:
-        _check_length(run, ends, fine, bool(campaign.inputs))
+        _check_length(f"{campaign.file}: run '{run.name}'", run, ends, fine, bool(campaign.inputs))
     labels = [c.connector for c in campaign.outputs]
     for r, run in enumerate(campaign.runs):
         for e in run.events:
@@ -406,7 +406,7 @@ def _base(
     for b in catalogue.base:
         tolerances[_addresses(b.parameter, values, f"base {b.parameter}")] = b.tolerance
     for name, tolerance in campaign.base.items():
-        tolerances[_addresses(name, values, f"base {name}")] = tolerance
+        tolerances[_addresses(name, values, f"{campaign.file}: base {name}")] = tolerance
     made = []
     changed = {a: e.id for e in catalogue.effects for p in e.parameters for a in (p.address, *p.also)}
     told = [a for addresses in tolerances for a in addresses]
@@ -472,16 +472,16 @@ def _of_entry(entry: str, session: Session, connector: str) -> tuple[bool, int]:
         raise UnknownNameError(f"{entry}: {error}") from None
 
 
-def _check_length(run: Run, ends: float | None, fine: float, driven: bool) -> None:
+def _check_length(where: str, run: Run, ends: float | None, fine: float, driven: bool) -> None:
     """A run's length betrays a wrong unit of its time."""
     if run.stop / fine > LONGEST:
-        raise CampaignError(f"run '{run.name}' lasts {run.stop:g} s, {run.stop / fine:.1e} steps: is time in seconds?")
+        raise CampaignError(f"{where} lasts {run.stop:g} s, {run.stop / fine:.1e} steps: is time in seconds?")
     if ends is None or driven:
         return
     unit_ = next((u for u, f in TIMES.items() if 0.5 < run.stop / (f * ends) < 1.5), None)
     if unit_ is not None:
         raise CampaignError(
-            f"run '{run.name}' lasts {run.stop:g} s, the scenario {ends:g} s: is time in {unit_}? It has to be in "
+            f"{where} lasts {run.stop:g} s, the scenario {ends:g} s: is time in {unit_}? It has to be in "
             "seconds"
         )
 

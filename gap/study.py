@@ -133,7 +133,8 @@ def study(
     stages: dict[str, float] = {}
     kept = tuple(r for r in campaign.runs if r.use == "holdout")
     if len(kept) == len(campaign.runs):
-        raise CampaignError("every run has use = 'holdout'; there is nothing to fit")
+        told = "every run has use = 'holdout', so there is nothing to fit; take that out of one run at least"
+        raise CampaignError(f"{campaign.file}: {told}")
     learn = replace(campaign, runs=tuple(r for r in campaign.runs if r.use != "holdout"))
 
     cut = ""

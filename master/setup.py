@@ -17,9 +17,9 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
-from ..core.errors import PackageError, ParameterError, UnknownNameError, did_you_mean
+from ..core.errors import PackageError, ParameterError, UnknownNameError, UsageError, did_you_mean
 from ..ssp.archive import extract
-from ..ssp.model import Component
+from ..ssp.model import Component, Table
 from ..ssp.network import Network, Setting, flatten
 from ..ssp.parameters import read_set
 from ..ssp.reader import read
@@ -110,6 +110,15 @@ def expanded(
             slave.variable(name)
             if any(hop.unit is not None or hop.transformation is not None for hop in hops):
                 target = _target(network, slave, name)
+                tables = [h.transformation for h in hops if isinstance(h.transformation, Table)]
+                if any(table.kind == "Enumeration" for table in tables):  # by name: the value is none of the target's
+                    named = next(table for table in tables if table.kind == "Enumeration").entries
+                    if str(value) not in {**named, **(target.items or {})}:
+                        known = ", ".join(map(str, named))
+                        raise UsageError(f"{where}: '{address}' is mapped by the names of its items: {known}")
+                    given = Quantity("Enumeration", None, None, f"'{address}'")
+                    yield f"{component}.{name}", converted(str(value), given, hops, target, where)
+                    continue
                 given = slave.checked(name, value, where, limited=False)
                 reached = converted(given, Quantity(target.type, None, target.items), hops, target, where)
             yield f"{component}.{name}", reached

@@ -8,6 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
+from typing import TypeVar
 
 from ..core.errors import PackageError, ParameterError, UsageError
 from ..core.units import Unit, alike, conversion
@@ -15,6 +16,8 @@ from ..ssp.model import FLOATS, Linear, Scalar, Table, Value
 from ..ssp.network import Hop
 from .engine.program import Cast
 from .slaves.base import INTEGER, REAL, TEXT
+
+T = TypeVar("T")
 
 FAMILY = {"String": TEXT, "Binary": TEXT, **dict.fromkeys(FLOATS, REAL)}
 """Family of the types of SSP; all others are integers."""
@@ -75,6 +78,16 @@ class Passage:
         return value
 
 
+def _ahead(hops: Sequence[Hop], told: Callable[[Hop], T | None], end: T | None) -> T | None:
+    """What a connector that does not say it has from what it leads to, as long as the value passes on as it is."""
+    for k, hop in enumerate(hops):
+        if k > 0 and (hop.transformation is not None or hop.suppress_unit_conversion):
+            return None
+        if (found := told(hop)) is not None:
+            return found
+    return end
+
+
 def passage(source: Quantity, hops: Sequence[Hop], target: Quantity, where: str, strict: bool = True) -> Passage:
     """The way of a value. Raises `PackageError` for units or, if strict, types that do not fit."""
     if strict:
@@ -85,9 +98,13 @@ def passage(source: Quantity, hops: Sequence[Hop], target: Quantity, where: str,
     for i, hop in enumerate(hops):
         last = i == len(hops) - 1
         reached = hop.unit or (target.unit if last else None)
+        if reached is None and isinstance(hop.transformation, Linear):
+            reached = _ahead(hops[i:], lambda h: h.unit, target.unit)
         if reached is not None and not reached.defined:  # a name only: as the ends define it
             reached = next((u for u in (target.unit, source.unit) if u is not None and u.name == reached.name), reached)
         there = hop.enumeration or (target.items if last else None)
+        if there is None and hop.transformation is not None:
+            there = _ahead(hops[i:], lambda h: h.enumeration, target.items)
         told = hop.unit is not None and target.unit is not None and hop.unit.name != target.unit.name
         if last and told and not alike(hop.unit, target.unit):
             remarks.append(

@@ -42,9 +42,13 @@ def type_of(signal: Signal) -> str:
 
 
 def matches(name: str, pattern: str) -> bool:
-    """Whether a pattern of the user's means a column; the name of an array means all its elements."""
+    """Whether a pattern of the user's means a column; the name of an array means all its elements.
+
+    Brackets are those of names: they are no sets of letters.
+    """
     array = name.rpartition("[")[0] or name
-    return name == pattern or array == pattern or fnmatchcase(name, pattern) or fnmatchcase(array, pattern)
+    plain = pattern.replace("[", "[[]")
+    return name == pattern or array == pattern or fnmatchcase(name, plain) or fnmatchcase(array, plain)
 
 
 class Layout:

@@ -92,7 +92,7 @@ class IsolatedSlave(Slave):
                     if end is not None and monotonic() > end:
                         self._kill()
                         doing = f"{self._doing} within {timeout:g} s{self._at()}"
-                        raise SimulationError(f"component '{self.name}' did not come back from {doing}")
+                        raise SimulationError(f"component '{self.name}' did not come back from {doing}", self._when())
                     if self._interrupt:
                         self._kill()
                         raise Interrupted(f"interrupted while component '{self.name}' was in {self._doing}", self._time)
@@ -107,6 +107,9 @@ class IsolatedSlave(Slave):
             else:
                 return content
 
+    def _when(self) -> float | None:
+        return self._time if self._doing == "doStep" else None
+
     def _at(self) -> str:
         return f" at t = {self._time:g} s" if self._doing == "doStep" else ""
 
@@ -118,7 +121,7 @@ class IsolatedSlave(Slave):
         if code < 0:
             with contextlib.suppress(ValueError):
                 how = f"({signal.Signals(-code).name})"
-        return SimulationError(f"component '{self.name}' crashed {how} in {self._doing}{self._at()}")
+        return SimulationError(f"component '{self.name}' crashed {how} in {self._doing}{self._at()}", self._when())
 
     def _kill(self) -> None:
         if self._process is not None:

@@ -81,10 +81,10 @@ def sweep_command(options: argparse.Namespace) -> int:
     made = [path.name, SUMMARY, *pictures]
     if not options.quiet:
         _print(table, labels, indices, known)
-        for label, why in silent.items():
-            print(f"no sensitivities of {label}: {why}")
-        for label, why in undrawn.items():
-            print(f"no picture of {label}: {why}")
+        for what, whys in (("sensitivities", silent), ("picture", undrawn)):
+            for why in dict.fromkeys(whys.values()):
+                mine = [label for label, w in whys.items() if w == why]
+                print(f"no {what} of {mine[0] if len(mine) == 1 else f'{len(mine)} metrics'}: {why}")
         print(f"\n{folder}: {', '.join(made[:6])}{' ...' if len(made) > 6 else ''}")
     return 0
 
