@@ -14,10 +14,8 @@ import numpy as np
 CHANCE = 1.5
 """Standard deviations of the energy that noise shares by chance which are no evidence."""
 
-
 SUREST = 0.95
 """No answer is surer: of some hundred on which the benchmark's probability was the highest, three to six were wrong."""
-
 
 HALF = 0.5
 """Probability of a first answer up to which it is not lowered: doubts are told as they are found."""

@@ -110,17 +110,15 @@ def expanded(
             slave.variable(name)
             if any(hop.unit is not None or hop.transformation is not None for hop in hops):
                 target = _target(network, slave, name)
-                tables = [h.transformation for h in hops if isinstance(h.transformation, Table)]
-                if any(table.kind == "Enumeration" for table in tables):  # by name: the value is none of the target's
-                    named = next(table for table in tables if table.kind == "Enumeration").entries
-                    if str(value) not in {**named, **(target.items or {})}:
-                        known = ", ".join(map(str, named))
-                        raise UsageError(f"{where}: '{address}' is mapped by the names of its items: {known}")
-                    given = Quantity("Enumeration", None, None, f"'{address}'")
-                    yield f"{component}.{name}", converted(str(value), given, hops, target, where)
-                    continue
-                given = slave.checked(name, value, where, limited=False)
-                reached = converted(given, Quantity(target.type, None, target.items), hops, target, where)
+                tables = (h.transformation for h in hops if isinstance(h.transformation, Table))
+                named = next((table.entries for table in tables if table.kind == "Enumeration"), None)
+                if named is None:
+                    given = slave.checked(name, value, where, limited=False)
+                elif (given := str(value)) not in {**named, **(target.items or {})}:  # an item is mapped by its name
+                    known = ", ".join(map(str, named))
+                    raise UsageError(f"{where}: '{address}' is mapped by the names of its items: {known}")
+                kind = target.type if named is None else "Enumeration"
+                reached = converted(given, Quantity(kind, None, target.items), hops, target, where)
             yield f"{component}.{name}", reached
 
 

@@ -83,7 +83,7 @@ def _ahead(hops: Sequence[Hop], told: Callable[[Hop], T | None], end: T | None) 
     for k, hop in enumerate(hops):
         if k > 0 and (hop.transformation is not None or hop.suppress_unit_conversion):
             return None
-        if (found := told(hop)) is not None:
+        if found := told(hop):
             return found
     return end
 
@@ -97,14 +97,12 @@ def passage(source: Quantity, hops: Sequence[Hop], target: Quantity, where: str,
     unit, items = source.unit, source.items
     for i, hop in enumerate(hops):
         last = i == len(hops) - 1
-        reached = hop.unit or (target.unit if last else None)
-        if reached is None and isinstance(hop.transformation, Linear):
-            reached = _ahead(hops[i:], lambda h: h.unit, target.unit)
+        looks = last or isinstance(hop.transformation, Linear)
+        reached = _ahead(hops[i:], lambda h: h.unit, target.unit) if looks else hop.unit
         if reached is not None and not reached.defined:  # a name only: as the ends define it
             reached = next((u for u in (target.unit, source.unit) if u is not None and u.name == reached.name), reached)
-        there = hop.enumeration or (target.items if last else None)
-        if there is None and hop.transformation is not None:
-            there = _ahead(hops[i:], lambda h: h.enumeration, target.items)
+        looks = last or hop.transformation is not None
+        there = _ahead(hops[i:], lambda h: h.enumeration, target.items) if looks else hop.enumeration
         told = hop.unit is not None and target.unit is not None and hop.unit.name != target.unit.name
         if last and told and not alike(hop.unit, target.unit):
             remarks.append(

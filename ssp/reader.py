@@ -65,8 +65,8 @@ def no_package(files: Collection[str]) -> str:
     more = f"; it has {', '.join(variants)}: choose with --variant" if variants else ""
     deeper = [name for name in files if name.endswith(f"/{DEFAULT}")]
     if deeper and not variants:
-        folder = deeper[0].removesuffix(DEFAULT)
-        more = f", but one is in '{folder}'; pack what is inside that folder, not the folder itself"
+        inside = deeper[0].removesuffix(DEFAULT)
+        more = f", but one is in '{inside}'; pack what is inside that folder, not the folder itself"
         return f"{DEFAULT} is missing at the top of the package{more}"
     if "modelDescription.xml" in files:
         more = " but an FMU; a package with a SystemStructure.ssd has to say how it is run"

@@ -22,7 +22,7 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-from deepsea_cosim.gap import verdict
+from deepsea_cosim.gap import verdict as judgement
 from deepsea_cosim.gap.calibration import Calibration
 from deepsea_cosim.gap.verdict import features, unknown_probability
 
@@ -64,7 +64,7 @@ def probabilities(diagnosis: dict[str, Any], calibration: Calibration) -> dict[t
     """Probability of every cause with that calibration, "none" and "unknown" among them, from the evidence alone."""
     ids = (tuple(h["effects"]) for h in diagnosis["evidence"]["hypotheses"])
     scored = zip(ids, scores(diagnosis, calibration), strict=True)
-    return verdict.probabilities(scored, calibration, features_of(diagnosis, calibration))
+    return judgement.probabilities(scored, calibration, features_of(diagnosis, calibration))
 
 
 def recalibrated(record: Record, calibration: Calibration | None = None) -> Record:

@@ -111,7 +111,7 @@ class IsolatedSlave(Slave):
         return self._time if self._doing == "doStep" else None
 
     def _at(self) -> str:
-        return f" at t = {self._time:g} s" if self._doing == "doStep" else ""
+        return "" if (t := self._when()) is None else f" at t = {t:g} s"
 
     def _died(self) -> SimulationError:
         assert self._process is not None

@@ -115,3 +115,10 @@ def test_a_picture_of_nothing_is_refused_before_the_run(fmus, tmp_path, capsys):
     assert main([str(path), "--out", str(tmp_path / "out"), "--plot", "c.*"]) == 2
     assert "--plot 'c.*' matches nothing" in capsys.readouterr().err
     assert not (tmp_path / "out" / "results.csv").exists()
+
+
+def test_a_package_packed_with_its_folder_is_told(tmp_path, capsys):
+    path = pack(tmp_path / "p.ssp", {"machine/SystemStructure.ssd": "<x/>"})
+    assert main([str(path), "--check"]) != 0
+    found = capsys.readouterr()
+    assert "one is in 'machine/'; pack what is inside that folder" in found.out + found.err

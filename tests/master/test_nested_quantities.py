@@ -5,7 +5,6 @@ from __future__ import annotations
 import pytest
 from deepsea_cosim.core.errors import CosimError
 from deepsea_cosim.master.results.columns import matches
-from deepsea_cosim.master.simulate import Options, run
 
 from benchmarks import native
 
@@ -24,6 +23,7 @@ from ..packages import (
     unit,
     values,
 )
+from .parts import last, with_fmu
 
 pytestmark = pytest.mark.skipif(native.compiler is None, reason="there is no C compiler here")
 
@@ -36,18 +36,9 @@ TABLE = """<ssc:EnumerationMappingTransformation><ssc:MapEntry source="slow" tar
 <ssc:MapEntry source="fast" target="green"/></ssc:EnumerationMappingTransformation>"""
 
 
-@pytest.fixture(scope="module")
-def fmu(tmp_path_factory):
-    return {"resources/L.fmu": native.linear(tmp_path_factory.mktemp("fmus"), 2)}
-
-
-def end(path, column, **options):
-    return run(path, path.parent / "out", Options(**options)).frame[column].iloc[-1]
-
-
 @pytest.mark.parametrize("stated", [None, "m"])
 @pytest.mark.parametrize("nested", [False, True])
-def test_a_mapping_shifts_in_the_unit_of_what_the_connector_leads_to(fmu, tmp_path, nested, stated):
+def test_a_mapping_shifts_in_the_unit_of_what_the_connector_leads_to(fmus, tmp_path, nested, stated):
     """1000 mm are 1 m, and half of one more, whether the connector says m or leads to what does."""
     shift = '<ssc:LinearTransformation factor="1" offset="0.5"/>'
     given = parameter_set(
@@ -60,8 +51,8 @@ def test_a_mapping_shifts_in_the_unit_of_what_the_connector_leads_to(fmu, tmp_pa
     one = system("sub" if nested else "root", a, made=made, links=(link("k", "a.u1"),),
                  bindings=bindings(binding(given, mapped)))  # fmt: skip
     root = system("root", one) if nested else one
-    path = package(tmp_path / "p.ssp", root, fmu, after=UNITS, stop=1.0, step=0.1)
-    assert end(path, "sub.a.y1" if nested else "a.y1") == pytest.approx(1.5)
+    path = package(tmp_path / "p.ssp", root, with_fmu(fmus), after=UNITS, stop=1.0, step=0.1)
+    assert last(tmp_path, path, "sub.a.y1" if nested else "a.y1") == pytest.approx(1.5)
 
 
 def lamp(enumeration):
@@ -73,18 +64,18 @@ def lamp(enumeration):
     return system("sub", component("a", "resources/L.fmu", *ends), made=made, links=(inner,))
 
 
-def test_items_that_a_connector_does_not_know_are_those_of_what_it_leads_to(fmu, tmp_path):
+def test_items_that_a_connector_does_not_know_are_those_of_what_it_leads_to(fmus, tmp_path):
     made = (connector("m", "input", "Enumeration", enumeration="Speed"),)
     root = system("root", lamp("Unheard"), made=made, links=(link("m", "sub.mode", TABLE),))
-    path = package(tmp_path / "p.ssp", root, fmu, after=ITEMS, stop=1.0, step=0.1)
-    assert end(path, "sub.a.item_out", changes=(("m", "fast"),)) == 2
+    path = package(tmp_path / "p.ssp", root, with_fmu(fmus), after=ITEMS, stop=1.0, step=0.1)
+    assert last(tmp_path, path, "sub.a.item_out", changes=(("m", "fast"),)) == 2
 
 
-def test_an_item_is_set_at_a_nested_connector_by_its_own_name(fmu, tmp_path):
-    path = package(tmp_path / "p.ssp", system("root", lamp("Speed")), fmu, after=ITEMS, stop=1.0, step=0.1)
-    assert end(path, "sub.a.item_out", changes=(("sub.mode", "fast"),)) == 2
+def test_an_item_is_set_at_a_nested_connector_by_its_own_name(fmus, tmp_path):
+    path = package(tmp_path / "p.ssp", system("root", lamp("Speed")), with_fmu(fmus), after=ITEMS, stop=1.0, step=0.1)
+    assert last(tmp_path, path, "sub.a.item_out", changes=(("sub.mode", "fast"),)) == 2
     with pytest.raises(CosimError, match=r"--set sub.mode=8: 'sub.mode' is mapped by the names .*: slow, fast"):
-        end(path, "sub.a.item_out", changes=(("sub.mode", "8"),))
+        last(tmp_path, path, "sub.a.item_out", changes=(("sub.mode", "8"),))
 
 
 @pytest.mark.parametrize(
