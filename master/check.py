@@ -19,11 +19,13 @@ from .options import Options
 from .prepare import check_coupling, check_options, set_substeps, step_remarks
 from .results.columns import Layout
 from .setup import (
+    Value,
     bound_values,
     check_single,
     configure,
     foreign_connectors,
     given_values,
+    idle,
     mixed_libraries,
     of_component,
     read_package,
@@ -90,10 +92,11 @@ def check(package: Path, wanted: Options | None = None) -> Findings:
             for path, slave in slaves.items():
                 found.warnings += _starts(path, slave)
         network = _try(found, lambda: configure(network, slaves)[0]) or network
+        values: list[Value] = []
         known = [setting for setting in network.settings if setting.component in slaves]
         for _, settings in groupby(known, lambda setting: (setting.where, setting.name)):
             one = Network(network.structure, network.parts, (), (), {}, {}, tuple(settings), ())
-            _try(found, lambda one=one: bound_values(one, slaves, found.warnings.append))
+            values += _try(found, lambda one=one: bound_values(one, slaves, found.warnings.append)) or []
         if len(slaves) == len(network.parts) and slaves:
             system = _try(found, lambda: System(network, slaves, found.errors))
             if system is not None:
@@ -106,6 +109,9 @@ def check(package: Path, wanted: Options | None = None) -> Findings:
                     _try(found, lambda: layout.chosen(wanted.plot, "--plot"))
                 if wanted.method in NAMES:
                     _try(found, lambda: check_coupling(system, wanted))
+                for change in wanted.changes:
+                    values += _try(found, lambda change=change: resolve([change], slaves, system=system)) or []
+                found.warnings += idle(network, values)
                 _inputs(found, system, _driven(found, system, wanted))
                 _loops(found, system)
         elif not network.parts:
@@ -154,9 +160,7 @@ def _fits(said: str, own: str) -> bool:
 
 
 def _driven(found: Findings, system: System, wanted: Options) -> set[tuple[str, str]]:
-    """Check what is set and what a table drives; the inputs that the table drives."""
-    for change in wanted.changes:
-        _try(found, lambda change=change: resolve([change], system.slaves, system=system))
+    """Check what a table drives; the inputs that it drives."""
     if wanted.stimuli is None:
         return set()
     path = wanted.stimuli

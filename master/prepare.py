@@ -24,6 +24,7 @@ from .setup import (
     configure,
     expanded,
     given_values,
+    idle,
     load_descriptions,
     mixed_libraries,
     read_package,
@@ -73,7 +74,7 @@ def prepare(package: Path, options: Options, stack: ExitStack, interrupt: Interr
     system = System(network, slaves)
     remarks += system.remarks
     values = [*given_values(network, system, remarks.append), *values, *resolve(own, slaves, system=system)]
-    remarks += [*step_remarks(slaves, *times), *_overruled(changes, system)]
+    remarks += [*idle(network, values), *step_remarks(slaves, *times), *_overruled(changes, system)]
     layout = Layout(system)
     which = layout.chosen(options.record)
     layout.chosen(options.plot, "--plot")

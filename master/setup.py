@@ -11,7 +11,7 @@ import hashlib
 import re
 import shutil
 import tempfile
-from collections.abc import Callable, Iterable, Iterator, Mapping
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from contextlib import ExitStack
 from dataclasses import dataclass, replace
 from pathlib import Path
@@ -20,7 +20,7 @@ from typing import Any
 from ..core.errors import PackageError, ParameterError, UnknownNameError, UsageError, did_you_mean
 from ..ssp.archive import extract
 from ..ssp.model import Component, Table
-from ..ssp.network import Network, Setting, flatten
+from ..ssp.network import Hop, Network, Setting, flatten
 from ..ssp.parameters import read_set
 from ..ssp.reader import read
 from .slaves.base import Log, Slave
@@ -114,12 +114,18 @@ def expanded(
                 named = next((table.entries for table in tables if table.kind == "Enumeration"), None)
                 if named is None:
                     given = slave.checked(name, value, where, limited=False)
-                elif (given := str(value)) not in {**named, **(target.items or {})}:  # an item is mapped by its name
+                elif (given := _item(hops, value)) not in {**named, **(target.items or {})}:  # mapped by its name
                     known = ", ".join(map(str, named))
                     raise UsageError(f"{where}: '{address}' is mapped by the names of its items: {known}")
                 kind = target.type if named is None else "Enumeration"
                 reached = converted(given, Quantity(kind, None, target.items), hops, target, where)
             yield f"{component}.{name}", reached
+
+
+def _item(hops: Sequence[Hop], value: Any) -> str:
+    """The name of an item of the connector where the hops begin; it may be given by its number."""
+    numbers = {str(number): name for name, number in (hops[0].enumeration or {}).items()}
+    return numbers.get(str(value), str(value))
 
 
 def _checked(slave: Slave, name: str, value: Any, where: str) -> Value:
@@ -168,6 +174,12 @@ def bound_values(
         value = converted(s.value, _quantity(s), s.hops, target, s.where, remark)
         made.append(_checked(slave, s.variable, value, s.where))
     return made
+
+
+def idle(network: Network, values: Iterable[Value]) -> list[str]:
+    """Remarks on inputs at the end of ways that nothing drives and that have not been given a value."""
+    given = {(v.component, v.variable) for v in values}
+    return [told for end, told in network.idle.items() if end not in given]
 
 
 def _target(network: Network, slave: Slave, name: str) -> Quantity:

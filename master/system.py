@@ -429,7 +429,13 @@ class System:
                 self.board.texts[here] = self.board.texts[there]
             elif cast.plain:
                 integers[here] = integers[there]
-            elif cast.table is None and cast.factor:
+            elif cast.table is not None:
+                back = {end: start for start, end in reversed(cast.table)}
+                kept = {start for start, _ in cast.table}
+                for i, value in enumerate(integers[there].tolist(), here.start):
+                    if value in back or value not in kept:  # else nothing leads to it
+                        integers[i] = back.get(value, value)
+            elif cast.factor:
                 values = (reals[there] - cast.offset) / cast.factor
                 if cast.from_integer:
                     integers[here] = np.round(values).astype(np.int64)

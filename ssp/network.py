@@ -116,6 +116,8 @@ class Network:
     """What a value for a connector of a system sets, by its name with the path of its system; not for own inputs."""
     remarks: tuple[str, ...] = ()
     """What is harmless but hardly meant: bindings of names that nothing has, connectors that lead nowhere."""
+    idle: dict[End, str] = field(default_factory=dict)
+    """What to tell of the inputs at the end of ways that nothing drives, unless they are given a value."""
 
     def only(self, paths: list[str]) -> Network:
         """The network with some of its components only."""
@@ -157,9 +159,8 @@ class _Flattener:
     drives: dict[Node, list[tuple[Node, Connection]]] = field(default_factory=dict)
     entries: dict[Node, Node] = field(default_factory=dict)
     """Entries of dictionaries behind the nodes of references that have nodes of their own."""
-    bound: set[Node] = field(default_factory=set)
-    """Connectors of systems that bindings give values to."""
     remarks: list[str] = field(default_factory=list)
+    idle: dict[End, str] = field(default_factory=dict)
 
     def network(self) -> Network:
         root = self.structure.system
@@ -192,7 +193,7 @@ class _Flattener:
         return Network(
             self.structure, self.parts, tuple(wires), tuple(early), outputs, inputs, tuple(settings), tuple(given),
             {name: tuple(self.behind(node, ())) for name, node in self.names().items() if name not in inputs},
-            (*self.structure.remarks, *self.remarks),
+            (*self.structure.remarks, *self.remarks), self.idle,
         )  # fmt: skip
 
     def names(self) -> dict[str, Node]:
@@ -368,9 +369,8 @@ class _Flattener:
                 raise PackageError(f"{edge.connection.where}: the connections lead back to {_what(node)}")
             seen.add(node)
         if node[0] in ("dictionary", "border") or (node[0] == "system" and node[1] != ""):
-            if ("system", *node[1:]) not in self.bound:
-                told = f"{_what(node)} leads to {_what(sink)}, but nothing gives it a value"
-                self.remarks.append(f"{hops[0].where}: {told}")
+            told = f"{_what(node)} leads to {_what(sink)}, but nothing gives it a value"
+            self.idle[sink[1] if sink[0] == "component" else "", sink[2]] = f"{hops[0].where}: {told}"
             return None
         type = self.types.get(node)
         end = (sink[1] if sink[0] == "component" else "", sink[2])
@@ -435,7 +435,6 @@ class _Flattener:
         """(component, variable, hops) of everything that a hierarchical name of a system stands for."""
         if any(c.name == name for c in system.connectors):
             node = ("system", path, name)
-            self.bound.add(node)
             if path == "" and self.kinds[node] == "input":
                 yield "", name, hops
             yield from self.behind(node, hops)
@@ -450,10 +449,9 @@ class _Flattener:
     def behind(self, node: Node, hops: tuple[Hop, ...]) -> Iterator[Target]:
         """Everything that a system's connector leads to."""
         type = self.types.get(node)
-        if type is not None and type.unit is not None and hops:
-            hops = (*hops[:-1], replace(hops[-1], unit=type.unit))
-        elif type is not None and type.unit is not None:
-            hops = (Hop(unit=type.unit),)
+        if type is not None and (type.unit is not None or type.enumeration is not None):
+            last = hops[-1] if hops else Hop()
+            hops = (*hops[:-1], replace(last, unit=type.unit or last.unit, enumeration=type.enumeration))
         for sink, connection in self.drives.get(node, ()):
             further = (*hops, self.hop(sink, connection))
             if sink[0] == "component":

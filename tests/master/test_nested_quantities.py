@@ -71,11 +71,12 @@ def test_items_that_a_connector_does_not_know_are_those_of_what_it_leads_to(fmus
     assert last(tmp_path, path, "sub.a.item_out", changes=(("m", "fast"),)) == 2
 
 
-def test_an_item_is_set_at_a_nested_connector_by_its_own_name(fmus, tmp_path):
+def test_an_item_is_set_at_a_nested_connector_by_its_own_name_or_number(fmus, tmp_path):
     path = package(tmp_path / "p.ssp", system("root", lamp("Speed")), with_fmu(fmus), after=ITEMS, stop=1.0, step=0.1)
     assert last(tmp_path, path, "sub.a.item_out", changes=(("sub.mode", "fast"),)) == 2
-    with pytest.raises(CosimError, match=r"--set sub.mode=8: 'sub.mode' is mapped by the names .*: slow, fast"):
-        last(tmp_path, path, "sub.a.item_out", changes=(("sub.mode", "8"),))
+    assert last(tmp_path, path, "sub.a.item_out", changes=(("sub.mode", "8"),)) == 2
+    with pytest.raises(CosimError, match=r"--set sub.mode=9: 'sub.mode' is mapped by the names .*: slow, fast"):
+        last(tmp_path, path, "sub.a.item_out", changes=(("sub.mode", "9"),))
 
 
 @pytest.mark.parametrize(

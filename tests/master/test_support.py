@@ -216,6 +216,25 @@ def test_mappings_of_booleans_integers_and_enumerations(fmus, tmp_path, version)
     assert last(tmp_path, path, "a.item_out") == 3
 
 
+FLIP = ('<ssc:BooleanMappingTransformation><ssc:MapEntry source="true" target="false"/>'
+        '<ssc:MapEntry source="false" target="true"/></ssc:BooleanMappingTransformation>')  # fmt: skip
+THIRTY = '<ssc:IntegerMappingTransformation><ssc:MapEntry source="3" target="{}"/></ssc:IntegerMappingTransformation>'
+
+
+@pytest.mark.parametrize(
+    ("variable", "type", "table", "shown"),
+    [("boolean", "Boolean", FLIP, 1), ("integer", "Integer", THIRTY.format(0), 3),
+     ("integer", "Integer", THIRTY.format(30), 0)],
+)  # fmt: skip
+def test_an_input_that_nobody_gives_shows_what_its_mapping_makes_the_fmus_own_value(
+    fmus, tmp_path, variable, type, table, shown
+):
+    """The FMU has 0, which the table makes of 3 or true, or of 0 itself."""
+    a = component("a", "resources/L.fmu", connector(f"{variable}_in", "input", type))
+    root = system("root", a, made=(connector("in", "input", type),), links=(link("in", f"a.{variable}_in", table),))
+    assert last(tmp_path, package(tmp_path / "p.ssp", root, with_fmu(fmus)), "in") == shown
+
+
 def test_parameters_of_a_system_connector_reach_what_it_drives(fmus, tmp_path):
     a = component("a", "resources/L.fmu", connector("D[1,1]", "parameter"), connector("u1", "input"),
                   connector("y1", "output"))  # fmt: skip

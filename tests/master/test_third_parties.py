@@ -296,6 +296,15 @@ def test_a_bound_input_of_a_nested_system_is_not_without_value(fmus, tmp_path):
     assert "nothing gives it a value" not in warnings(tmp_path, path)
 
 
+def test_a_nested_input_that_the_user_gives_a_value_is_not_without(fmus, tmp_path):
+    inner = system("in", gain("a", 3.0), made=(connector("i", "input"),), links=(link("i", "a.u1"),))
+    path = package(tmp_path / "p.ssp", system("root", inner), with_fmu(fmus))
+    assert "nothing gives it a value" in warnings(tmp_path, path)
+    for name in ("in.i", "in.a.u1"):
+        assert last(tmp_path, path, "in.a.y1", changes=((name, "2"),)) == 6.0
+        assert "nothing gives it a value" not in warnings(tmp_path, path, changes=((name, "2"),))
+
+
 def test_setting_a_connected_input_is_told(fmus, tmp_path):
     root = system("root", constant("c", 2.0), gain("a", 3.0), links=(link("c.y1", "a.u1"),))
     path = package(tmp_path / "p.ssp", root, with_fmu(fmus))
