@@ -264,7 +264,7 @@ def _run(options: argparse.Namespace) -> int:
 
 def _give_up(said: str) -> NoReturn:
     """The run was asked to end, and an FMU does not come back to let it."""
-    from .setup import forget_unpacked
+    from .slaves.fmu import forget_unpacked
 
     print(f"cosim-master: interrupted: {said}", file=sys.stderr, flush=True)
     forget_unpacked()
@@ -285,8 +285,8 @@ def command() -> NoReturn:
         code = 0
     except SystemExit as stop:
         code = stop.code if isinstance(stop.code, int) else int(stop.code is not None)
-    if setup := sys.modules.get(f"{__package__}.setup"):
-        setup.forget_unpacked()
+    if fmu := sys.modules.get(f"{__package__}.slaves.fmu"):
+        fmu.forget_unpacked()
     sys.stdout.flush()
     sys.stderr.flush()
     os._exit(code)

@@ -24,7 +24,7 @@ import numpy as np
 from ..core.errors import CosimError, SimulationError, UsageError
 from .algorithms import NAMES
 from .session import Series, Session
-from .setup import forget_unpacked
+from .slaves.fmu import forget_unpacked
 
 
 @dataclass(frozen=True)

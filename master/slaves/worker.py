@@ -15,7 +15,7 @@ import numpy as np
 from ...core.errors import CosimError
 from ..engine.program import Board, Program
 from ..engine.runner import Runner
-from ..setup import describe_folder
+from .fmu import describe_folder
 from .isolated import _put, _take
 
 NO_NEW_PRIVILEGES = 38

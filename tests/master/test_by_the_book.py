@@ -5,8 +5,8 @@ from __future__ import annotations
 import pytest
 from deepsea_cosim.core.errors import CosimError
 from deepsea_cosim.master.check import check
-from deepsea_cosim.master.setup import describe
 from deepsea_cosim.master.simulate import Options, run
+from deepsea_cosim.master.slaves.fmu import describe
 
 from benchmarks import native
 

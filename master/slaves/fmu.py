@@ -1,0 +1,135 @@
+"""An FMU file as a slave: unpacked and read once per process, and examined before anything of it is loaded."""
+
+from __future__ import annotations
+
+import atexit
+import hashlib
+import re
+import shutil
+import tempfile
+from collections.abc import Callable
+from functools import lru_cache
+from pathlib import Path
+from typing import Any
+
+from ...core.errors import PackageError
+from ...ssp.archive import extract
+from .base import Slave
+from .description import description_tree, read_description
+from .fmi1 import Slave1
+from .fmi2 import Slave2
+from .fmi3 import Slave3
+
+VERSIONS: dict[str, type[Slave]] = {"1.0": Slave1, "2.0": Slave2, "3.0": Slave3}
+
+_unpacked: dict[str, Path] = {}
+"""Where this process has unpacked FMUs, by the hash of their content."""
+
+
+def unpack(fmu: Path) -> Path:
+    """Unpack an FMU once per process and content, and return its folder.
+
+    A library that is loaded from ever new places stays in memory each time (many libraries cannot be unloaded), so a
+    process that runs a package a thousand times would grow. `forget_unpacked` removes the folders.
+    """
+    content = hashlib.sha256(fmu.read_bytes()).hexdigest()
+    if content not in _unpacked or not _unpacked[content].is_dir():
+        folder = Path(tempfile.mkdtemp(prefix=f"fmu_{_plain(fmu.stem)}_"))
+        try:
+            extract(fmu, folder)
+        except BaseException:
+            shutil.rmtree(folder, ignore_errors=True)
+            raise
+        _unpacked[content] = folder
+    return _unpacked[content]
+
+
+def also_forget(folder: Path) -> Callable[[], object]:
+    """Have `forget_unpacked` remove this folder too, if the process ends before its owner; what takes that back."""
+    _unpacked[str(folder)] = folder
+    return lambda: _unpacked.pop(str(folder), None)
+
+
+@atexit.register
+def forget_unpacked() -> None:
+    """Remove the folders of unpacked FMUs; called when Python shuts down, and by whoever ends the process sooner."""
+    while _unpacked:
+        shutil.rmtree(_unpacked.popitem()[1], ignore_errors=True)
+
+
+def _plain(name: str) -> str:
+    return re.sub(r"[^A-Za-z0-9]", "_", name)[:40]
+
+
+def _tree(folder: Path, shown: str) -> Any:
+    from lxml import etree
+
+    try:
+        tree = description_tree(folder)
+    except OSError:
+        raise PackageError(f"{shown}: holds no modelDescription.xml") from None
+    except etree.XMLSyntaxError as error:
+        raise PackageError(f"{shown}: modelDescription.xml is not well-formed ({error.msg})") from None
+    if tree.docinfo.doctype:
+        raise PackageError(f"{shown}: modelDescription.xml has a document type declaration (DOCTYPE); refused")
+    return tree
+
+
+def platform_folder(version: str) -> str:
+    """The folder in `binaries` of this platform's libraries."""
+    from fmpy import platform, platform_tuple
+
+    return platform_tuple if version == "3.0" else platform
+
+
+def describe(name: str, fmu: Path) -> Slave:
+    """A slave, not loaded yet, from an FMU."""
+    return describe_folder(name, unpack(fmu), fmu.name)
+
+
+def describe_folder(name: str, folder: Path, shown: str = "FMU") -> Slave:
+    """A slave, not loaded yet, from an FMU that has been unpacked; `shown` is its name in messages."""
+    try:
+        changed = (folder / "modelDescription.xml").stat().st_mtime_ns
+    except OSError:
+        changed = 0
+    kind, description = _examined(folder, changed, shown)
+    return kind(name, folder, description)
+
+
+@lru_cache(maxsize=64)
+def _examined(folder: Path, changed: int, shown: str) -> tuple[type[Slave], Any]:
+    """The FMI version's slave and the model description, read once for many components of one FMU."""
+    from fmpy import sharedLibraryExtension
+
+    tree = _tree(folder, shown)
+    version = tree.getroot().get("fmiVersion", "?")
+    known = next((v for v in VERSIONS if version == v or (v == "3.0" and version.startswith("3."))), None)
+    if known is None:
+        raise PackageError(f"{shown}: FMI {version} is not supported; known: {', '.join(VERSIONS)}")
+    try:
+        description = read_description(folder, tree)
+    except Exception as error:
+        reason = str(error).splitlines()[0] if str(error) else type(error).__name__
+        raise PackageError(f"{shown}: modelDescription.xml cannot be read ({reason})") from None
+    if description.coSimulation is None:
+        raise PackageError(f"{shown}: has no co-simulation interface")
+    here = platform_folder(known)
+    identifier = description.coSimulation.modelIdentifier
+    if not identifier or re.search(r"[/\\\0]|\.\.", identifier):
+        raise PackageError(f"{shown}: modelIdentifier '{identifier}' is not a name")
+    if not (folder / "binaries" / here / f"{identifier}{sharedLibraryExtension}").is_file():
+        if found := sorted(p.name for p in (folder / "binaries" / here).glob(f"*{sharedLibraryExtension}")):
+            wanted = f"{identifier}{sharedLibraryExtension}"
+            told = f"binaries/{here} has no {wanted}, which is its modelIdentifier; it has {', '.join(found)}"
+            raise PackageError(f"{shown}: {told}")
+        there = sorted(p.name for p in (folder / "binaries").glob("*") if p.is_dir())
+        raise PackageError(f"{shown}: has no library for this platform ({here}); it has {', '.join(there) or 'none'}")
+    names: set[str] = set()
+    for v in description.modelVariables:
+        if not v.name or v.name in names:
+            raise PackageError(f"{shown}: modelDescription.xml has two variables '{v.name}'")
+        names.add(v.name)
+        if not 0 <= int(v.valueReference) < 2**32:
+            raise PackageError(f"{shown}: '{v.name}' has the valueReference {v.valueReference}; it has to fit 32 bits")
+    return VERSIONS[known], description
