@@ -22,15 +22,18 @@ def picture(path: Path, options: Options, groups: Sequence[Group], found: Mappin
     for k, panel in enumerate(panels):
         ax = figure.add_subplot(1, len(panels), k + 1, sharey=shared)
         shared = shared or ax
-        for line in second.choices if second else (None,):
+        lines = second.choices if second else (None,)
+        for behind, line in zip(reversed(range(len(lines))), lines, strict=True):
             rest = tuple(c.name for c in (line, panel) if c is not None)
             reach = [found[(c.name, *rest)] for c in along]
             values = [options.low if r.value is None else r.value for r in reach]
             names = [c.name for c in along]
-            [drawn] = ax.plot(names, values, "-", label=line.name if line else None)
+            width = 1.5 + 2.0 * behind  # so that designs which reach equally far are seen behind each other
+            [drawn] = ax.plot(names, values, "-", linewidth=width, label=line.name if line else None)
             for marker, mine in (("o", _edge), ("^", _beyond), ("x", _nowhere)):
                 chosen = [k for k, r in enumerate(reach) if mine(r)]
-                ax.plot([names[k] for k in chosen], [values[k] for k in chosen], marker, color=drawn.get_color())
+                at, size = [(names[k], values[k]) for k in chosen], 6 + 3 * behind
+                ax.plot(*zip(*at, strict=True) if at else ((), ()), marker, color=drawn.get_color(), markersize=size)
         ax.set_xlabel(first.name)
         ax.grid(alpha=0.3)
         span = options.high - options.low
@@ -41,6 +44,8 @@ def picture(path: Path, options: Options, groups: Sequence[Group], found: Mappin
             ax.set_ylabel(f"{options.parameter} up to which all holds [{options.unit}]")
             if second:
                 ax.legend(title=second.name, fontsize=8)
+    told = "triangle: holds up to the high end and may beyond it; cross: not even at the low end"
+    figure.supxlabel(told, fontsize=8)
     FigureCanvasAgg(figure)
     figure.savefig(path, dpi=130)
 
