@@ -100,7 +100,13 @@ def _cases(axes: Sequence[Axis], options: argparse.Namespace) -> tuple[str, list
     if not options.sample:
         return "", grid(axes)
     kind, number = parse_sample(options.sample)
-    return kind, sample(axes, kind, number, options.seed)
+    cases = sample(axes, kind, number, options.seed)
+    for axis in axes:
+        drawn = {case[axis.name] for case in cases}
+        if left := [str(value) for value in axis.values if value not in drawn]:
+            told = f"none of the {len(cases)} cases has {axis.name} = {', '.join(left)}; draw more of them"
+            print(f"cosim-study: warning: {told}", file=sys.stderr)
+    return kind, cases
 
 
 def fixed_values(changes: Sequence[str], axes: Sequence[Axis]) -> dict[str, str]:

@@ -237,6 +237,15 @@ def test_bad_arguments_are_one_line(doubled, tmp_path, capsys, arguments):
     assert told[0].startswith(("cosim-study: ", "cosim-study sweep: "))
 
 
+@pytest.mark.parametrize(("number", "told"), [(2, "none of the 2 cases has b.D[1,1] = "), (4, "")])
+def test_values_of_a_list_that_a_sample_leaves_out_are_told(doubled, tmp_path, capsys, number, told):
+    """Four values need four of a Sobol sequence, which are one in each quarter."""
+    arguments = [f"--vary={GAIN}=1,2,3,4", "--sample", f"sobol:{number}", "--no-plots", "--out", str(tmp_path / "o")]
+    assert code(main, ["sweep", str(doubled), *arguments]) == 0
+    assert told in (said := capsys.readouterr().err)
+    assert ("none of" in said) == bool(told)
+
+
 def test_texts_are_as_they_are_written_and_numbers_as_the_parameter_is(doubled, tmp_path):
     parquet = pytest.importorskip("pyarrow.parquet")
     varied = ["--vary", "a.string_in=007,1e3,C:/x.csv", "--set", "b.string_in=a,b:c", "--metric", "end=final(b.y1)"]
