@@ -82,7 +82,7 @@ class Loop:
                 self.ended_by = self.runner.ended
                 stop, n = self.time, self.done
         for drive in self.drives:
-            self.system.put(drive.signal, drive.at(np.array([stop]))[0], drive.element)
+            self.system.put(drive.signal, drive.value(stop), drive.element)
         with interrupt.away(partial(abandon, self._exchange)):
             self._exchange.once()
         recording.last(self.time)

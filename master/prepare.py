@@ -80,6 +80,9 @@ def prepare(package: Path, options: Options, stack: ExitStack, interrupt: Interr
     layout.chosen(options.plot, "--plot")
     layout.keep_texts(which)
     drives = stimuli.read(options.stimuli, system) if options.stimuli is not None else []
+    for drive in drives:
+        if drive.texts and drive.signal.component:
+            slaves[drive.signal.component].texts.add(drive.signal.name)
     bonds = check_coupling(system, options)
     return Prepared(network, slaves, system, values, drives, layout, which, times, bonds, remarks)
 

@@ -145,8 +145,11 @@ class _Run:
         system.mute({v.variable for v in values if not v.component} | {n for c, n in driven if not c})
         for column, drive in enumerate(drives):
             mean = len(drives) + column if method not in AT_START and drive.straight else None
-            program.drive(drive.place, column, drive.signal.family, mean)
-            system.put(drive.signal, drive.at(np.array([start]))[0], drive.element)
+            if drive.texts:
+                program.drive_text(drive.place, column, drive.texts, system.scratch())
+            else:
+                program.drive(drive.place, column, drive.signal.family, mean)
+            system.put(drive.signal, drive.value(start), drive.element)
         Initialiser(system)(values, start, stop)
         self.remarks += probe(system, method)
         algorithm(method)(system, program)

@@ -12,7 +12,7 @@ import numpy as np
 
 from ..core.errors import UsageError, did_you_mean
 from .results.columns import elements
-from .slaves.base import LIMITS, REAL, TEXT, Signal
+from .slaves.base import INTEGER, LIMITS, REAL, TEXT, Signal
 from .system import System
 
 
@@ -20,7 +20,7 @@ from .system import System
 class Drive:
     """An input and its series: times [s] (n,), values (n,), joined by straight lines or held.
 
-    element: which value of an array it is.
+    element: which value of an array it is; texts: what the values stand for where the input takes strings.
     """
 
     signal: Signal
@@ -28,11 +28,17 @@ class Drive:
     times: np.ndarray
     values: np.ndarray
     straight: bool
+    texts: tuple[str, ...] = ()
 
     @property
     def place(self) -> int:
         """Slot of the input."""
         return self.signal.place + self.element
+
+    def value(self, t: float) -> float | str:
+        """What the input has at a time."""
+        value = float(self.at(np.array([t]))[0])
+        return self.texts[int(value)] if self.texts else value
 
     def at(self, t: np.ndarray) -> np.ndarray:
         """Values at times (m,); beyond the ends the nearest is held."""
@@ -111,6 +117,9 @@ def read(path: Path, system: System) -> list[Drive]:
         raise UsageError(f"{path}: the first column has to be 'time', not '{names[0]}'")
     targets = [_target(path, name, system) for name in names[1:]]
     items = [{}, *(_items(signal, system) for signal, _ in targets)]
+    for i, (signal, _) in enumerate(targets, start=1):
+        if signal.family == TEXT:
+            items[i] = {cell: k for k, cell in enumerate(dict.fromkeys(row[i] for row in rows[1:] if i < len(row)))}
     table = _numbers(path, names, rows[1:], lines[1:], items)
     times = table[:, 0]
     if np.any(np.diff(times) < 0.0):
@@ -118,9 +127,10 @@ def read(path: Path, system: System) -> list[Drive]:
         raise UsageError(f"{path}, line {line}: time goes back")
     made = []
     for i, (name, (signal, element)) in enumerate(zip(names[1:], targets, strict=True), start=1):
-        if signal.family != REAL:
+        if signal.family == INTEGER:
             _check_whole(path, name, signal, table[:, i], lines[1:], items[i])
-        made.append(Drive(signal, element, times, table[:, i], _straight(signal, system)))
+        texts = tuple(items[i]) if signal.family == TEXT else ()
+        made.append(Drive(signal, element, times, table[:, i], _straight(signal, system), texts))
     if len({(d.signal, d.element) for d in made}) < len(made):
         raise UsageError(f"{path}: a column stands twice")
     for signal in {d.signal for d in made}:
@@ -159,14 +169,14 @@ def _numbers(
     path: Path, names: Sequence[str], rows: Sequence[Sequence[str]], lines: Sequence[int],
     items: Sequence[Mapping[str, int]],
 ) -> np.ndarray:  # fmt: skip
-    """The cells as numbers, names of items as their values."""
+    """The cells as numbers, names of items as their values and texts as what `items` counts them."""
     truth = {"true": 1.0, "false": 0.0}
     table = np.empty((len(rows), len(names)))
     for k, row in enumerate(rows):
         if len(row) != len(names):
             raise UsageError(f"{path}, line {lines[k]}: {len(row)} values for {len(names)} columns")
         for i, cell in enumerate(row):
-            text = cell.strip()
+            text = cell if cell in items[i] else cell.strip()
             try:
                 if text in items[i]:
                     table[k, i] = items[i][text]
@@ -196,7 +206,7 @@ def _target(path: Path, name: str, system: System) -> tuple[Signal, int]:
     signal, element = known[name]
     if signal.address in driven:
         raise UsageError(f"{path}: column '{name}' is connected and cannot be driven")
-    if signal.family == TEXT:
+    if signal.type == "Binary":
         raise UsageError(f"{path}: column '{name}' is {signal.type} and cannot be driven by a table")
     return signal, element
 

@@ -9,7 +9,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from ...core.errors import CosimError, SimulationError
-from ..slaves.base import REAL, TEXT, WIDTHS, Group, Slave, address_of
+from ..slaves.base import INTEGER, REAL, TEXT, WIDTHS, Group, Slave, address_of
 from ..slaves.isolated import IsolatedSlave
 from . import loop
 
@@ -128,6 +128,17 @@ class Program:
         """The slot gets a column of the driven values at the step's start, or column `mean`, their means over steps."""
         self.drives.append((target, column, family))
         self._drive(target, column if mean is None else mean, family, loop.START)
+
+    def drive_text(self, target: int, column: int, texts: Sequence[str], slot: int) -> None:
+        """The text at place target is the one whose number is driven, which goes through a free slot."""
+        self.drive(slot, column, INTEGER)
+        board = self.board
+
+        def take(_t: float, _h: float) -> int:
+            board.texts[target] = texts[board.integers[slot]]
+            return 0
+
+        self.python(take)
 
     def drive_at_end(self, target: int, column: int, family: str) -> None:
         """The slot gets a column of the driven values at the step's end."""

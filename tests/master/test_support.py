@@ -83,6 +83,22 @@ def test_discrete_stimuli_are_held(fmus, tmp_path):
     assert frame["a.integer_out"].tolist()[6:] == [7] * 5
 
 
+@pytest.mark.parametrize("version", [1, 2, 3])
+@pytest.mark.parametrize("options", [{}, {"isolate": True}, {"method": "nepce"}, {"record": ("a.string_out",)}])
+@pytest.mark.parametrize("column", ["s", "a.string_in"])
+def test_strings_of_stimuli_are_held(fmus, tmp_path, version, options, column):
+    text = component("a", "resources/L.fmu", connector("string_in", "input", "String"))
+    root = system("root", text)
+    if column == "s":
+        root = system("root", text, made=(connector("s", "input", "String"),), links=(link("s", "a.string_in"),))
+    path = package(tmp_path / "p.ssp", root, with_fmu(fmus, version))
+    (tmp_path / "s.csv").write_text(f'time,{column}\n0,down\n0.5," up, ""slowly"" now"\n0.9,\n', encoding="utf-8")
+    frame = run(path, tmp_path / "out", Options(stimuli=tmp_path / "s.csv", **options)).frame
+    assert frame["a.string_out"].fillna("").tolist() == ["down"] * 6 + [' up, "slowly" now'] * 4 + [""]
+    if "record" not in options:
+        assert frame[column].fillna("").tolist() == ["down"] * 5 + [' up, "slowly" now'] * 4 + [""] * 2
+
+
 def test_signal_dictionary(fmus, tmp_path):
     dictionary = (
         '<ssd:SignalDictionaries><ssd:SignalDictionary name="bus" source="resources/bus.ssb"/></ssd:SignalDictionaries>'
