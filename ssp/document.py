@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Collection, Iterator
+from copy import deepcopy
 from functools import lru_cache
 from importlib.resources import files
 from io import BytesIO
@@ -160,18 +161,12 @@ def _schema(tag: str, of: str) -> etree.XMLSchema:
 def violations(document: Document, root: etree._Element, of: str) -> list[str]:
     """What a root element (of a file, or inline) has that the standard's schema does not allow, with its place."""
     schema = _schema(root.tag, of)
-    copy = root
-    if root.getparent() is not None:  # inline: the schema knows it as a root only
-        copy = etree.fromstring(etree.tostring(root, with_tail=False))
-        offset = root.sourceline - 1
-    else:
-        offset = 0
-    if schema.validate(copy):
+    if schema.validate(root if root.getparent() is None else deepcopy(root)):  # the schema knows it as a root only
         return []
     found = []
     for entry in schema.error_log:
         text = entry.message
         for tag, short in SHORT.items():
             text = text.replace(tag, short)
-        found.append(f"{document.shown}, line {entry.line + offset}: {text}")
+        found.append(f"{document.shown}, line {entry.line}: {text}")
     return found

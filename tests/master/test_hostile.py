@@ -179,3 +179,15 @@ def test_packages_in_packages_share_one_budget(tmp_path, capsys, monkeypatch):
     path = package(tmp_path / "p.ssp", root, {"resources/s.ssp": inner, "resources/t.ssp": inner})
     assert main([str(path), "--out", str(tmp_path / "out")]) == 2
     assert "would unpack to" in capsys.readouterr().err
+
+
+def test_an_attribute_that_is_nearly_a_namespace_is_one_line(sound, tmp_path, capsys):
+    """libxml reads `xmlns` with a letter replaced as an attribute, and cannot read again what it writes of that."""
+    text = sound["SystemStructure.ssd"].decode()
+    assert text.count("<ssv:ParameterSet xmlns:ssd=") > 0
+    broken = text.replace("<ssv:ParameterSet xmlns:ssd=", "<ssv:ParameterSet xmln\u00e9ssd=", 1)
+    (tmp_path / "p.ssp").write_bytes(rezip({**sound, "SystemStructure.ssd": broken.encode()}))
+    assert main([str(tmp_path / "p.ssp"), "--check"]) == 2
+    told = capsys.readouterr().err
+    assert "SystemStructure.ssd, line 1" in told
+    assert "Traceback" not in told
