@@ -76,15 +76,15 @@ def exit_code(command: str, work: Callable[[], int], interrupted: str = "interru
         return code
     except OSError as error:
         unread = isinstance(error, BrokenPipeError)  # nobody reads on, as after `| head`
-        if not unread and error.errno != errno.ENOSPC:
-            raise
-        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
+        if unread or error.errno == errno.ENOSPC:
+            os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
         if unread:
             return 0
-        print(f"{command}: {error.strerror}", file=sys.stderr)
+        place = f"{error.filename}: " if error.filename else ""
+        print(f"{command}: {place}{error.strerror or error}", file=sys.stderr)
         return 1
     except CosimError as error:
-        print(f"{command}: {error}", file=sys.stderr)
+        print(f"{command}: {' '.join(str(error).splitlines())}", file=sys.stderr)
         if isinstance(error, Interrupted):
             return 130
         return 1 if isinstance(error, SimulationError) else 2

@@ -280,9 +280,9 @@ def command() -> NoReturn:
     try:
         code = main()
         sys.stdout.flush()
-    except OSError:  # nobody reads what is printed
+    except OSError as error:  # what is printed cannot be written; nobody reads on, as after `| head`, is no fault
         sys.stdout = open(os.devnull, "w")  # noqa: SIM115
-        code = 0
+        code = int(not isinstance(error, BrokenPipeError))
     except SystemExit as stop:
         code = stop.code if isinstance(stop.code, int) else int(stop.code is not None)
     if fmu := sys.modules.get(f"{__package__}.slaves.fmu"):

@@ -58,7 +58,7 @@ class Document:
         except OSError:
             raise PackageError(f"{shown}: missing in the package") from None
         except etree.XMLSyntaxError as error:
-            raise PackageError(f"{shown}: not well-formed XML ({error.msg})") from None
+            raise PackageError(f"{shown}: not well-formed XML ({' '.join(str(error.msg).split())})") from None
         if tree.docinfo.doctype:
             raise PackageError(f"{shown}: has a document type declaration (DOCTYPE); refused")
         self.root = tree.getroot()

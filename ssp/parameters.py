@@ -36,7 +36,10 @@ def inside(document: Document, element: etree._Element, source: str, base: Path,
     path = base / unquote(parts.path)
     try:
         stays = path.resolve().is_relative_to(root.resolve())
-    except (OSError, ValueError):
+        path.exists()
+    except OSError as error:
+        raise document.error(element, f"source '{source[:60]}...' cannot be a file ({error.strerror})") from None
+    except ValueError:
         stays = False
     if not stays:
         raise document.error(element, f"source '{source}' leaves the package")

@@ -69,7 +69,8 @@ def _tree(folder: Path, shown: str) -> Any:
     except OSError:
         raise PackageError(f"{shown}: holds no modelDescription.xml") from None
     except etree.XMLSyntaxError as error:
-        raise PackageError(f"{shown}: modelDescription.xml is not well-formed ({error.msg})") from None
+        told = " ".join(str(error.msg).split())
+        raise PackageError(f"{shown}: modelDescription.xml is not well-formed ({told})") from None
     if tree.docinfo.doctype:
         raise PackageError(f"{shown}: modelDescription.xml has a document type declaration (DOCTYPE); refused")
     return tree
@@ -116,8 +117,8 @@ def _examined(folder: Path, changed: int, shown: str) -> tuple[type[Slave], Any]
         raise PackageError(f"{shown}: has no co-simulation interface")
     here = platform_folder(known)
     identifier = description.coSimulation.modelIdentifier
-    if not identifier or re.search(r"[/\\\0]|\.\.", identifier):
-        raise PackageError(f"{shown}: modelIdentifier '{identifier}' is not a name")
+    if not identifier or re.search(r"[/\\\0]|\.\.|.{201}", identifier):
+        raise PackageError(f"{shown}: modelIdentifier '{identifier[:60]}' is not a name")
     if not (folder / "binaries" / here / f"{identifier}{sharedLibraryExtension}").is_file():
         if found := sorted(p.name for p in (folder / "binaries" / here).glob(f"*{sharedLibraryExtension}")):
             wanted = f"{identifier}{sharedLibraryExtension}"

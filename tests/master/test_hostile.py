@@ -6,6 +6,8 @@ import io
 import os
 import random
 import re
+import subprocess
+import sys
 import zipfile
 
 import pytest
@@ -191,3 +193,23 @@ def test_an_attribute_that_is_nearly_a_namespace_is_one_line(sound, tmp_path, ca
     told = capsys.readouterr().err
     assert "SystemStructure.ssd, line 1" in told
     assert "Traceback" not in told
+
+
+@pytest.mark.parametrize("file", ["SystemStructure.ssd", "modelDescription.xml"])
+def test_a_name_that_no_file_can_have_is_one_line(sound, tmp_path, file):
+    """Run as a command: what the operating system refuses must not end as if all were well."""
+    text = sound["SystemStructure.ssd"].decode()
+    inside = dict(sound)
+    if file.endswith(".ssd"):
+        inside[file] = text.replace("resources/L2.fmu", f"resources/{'a' * 5000}.fmu").encode()
+    else:
+        with zipfile.ZipFile(io.BytesIO(sound["resources/L2.fmu"])) as archive:
+            fmu = {name: archive.read(name) for name in archive.namelist()}
+        long = re.sub(rb'modelIdentifier="\w+"', b'modelIdentifier="' + b"a" * 5000 + b'"', fmu[file])
+        inside["resources/L2.fmu"] = rezip({**fmu, file: long})
+    (tmp_path / "p.ssp").write_bytes(rezip(inside))
+    command = [sys.executable, "-m", "deepsea_cosim.master.cli", tmp_path / "p.ssp", "--out", tmp_path / "out"]
+    done = subprocess.run(command, capture_output=True, text=True)
+    assert done.returncode == 2
+    assert len(done.stderr.strip().splitlines()) == 1
+    assert "too long" in done.stderr or "is not a name" in done.stderr

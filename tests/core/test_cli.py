@@ -1,0 +1,32 @@
+"""What a command leaves behind when its work raises: one line and a code that is not that of success."""
+
+from __future__ import annotations
+
+import pytest
+from deepsea_cosim.core.cli import exit_code
+from deepsea_cosim.core.errors import Interrupted, PackageError, SimulationError
+
+
+@pytest.mark.parametrize(
+    ("error", "code", "told"),
+    [
+        (PackageError("p.ssp: line\nbreaks\r\nin it"), 2, "p.ssp: line breaks in it"),
+        (SimulationError("stopped"), 1, "stopped"),
+        (Interrupted("stopped by you"), 130, "stopped by you"),
+        (OSError(36, "File name too long", "aaaa"), 1, "aaaa: File name too long"),
+        (PermissionError(13, "Permission denied", "/somewhere"), 1, "/somewhere: Permission denied"),
+        (OSError("of no number"), 1, "of no number"),
+        (KeyboardInterrupt(), 130, "interrupted"),
+    ],
+)
+def test_what_is_raised_is_one_line(capsys, error, code, told):
+    def work():
+        raise error
+
+    assert exit_code("cosim-x", work) == code
+    assert capsys.readouterr().err == f"cosim-x: {told}\n"
+
+
+def test_a_fault_of_our_own_is_not_hidden():
+    with pytest.raises(ZeroDivisionError):
+        exit_code("cosim-x", lambda: 1 // 0)
