@@ -16,6 +16,7 @@ from contextlib import contextmanager, suppress
 from dataclasses import dataclass, field
 from math import isinf
 from pathlib import Path
+from time import monotonic, sleep
 from types import TracebackType
 from typing import Any
 
@@ -98,6 +99,15 @@ def _within(limit: float | None, function: Callable[[str, Any], Any], package: s
         return function(package, task)
     finally:
         signal.setitimer(signal.ITIMER_REAL, 0.0)
+
+
+def _end(process: multiprocessing.Process) -> int | None:
+    """How a process has ended. The pool's own thread waits for it too, and one of two is told later."""
+    by = monotonic() + 5.0
+    process.join(5.0)
+    while process.exitcode is None and monotonic() < by:
+        sleep(0.01)
+    return process.exitcode
 
 
 def _quiet_worker() -> None:
@@ -235,9 +245,7 @@ class Pool:
         except BrokenProcessPool:
             died = WorkerDied(f"{self.package.name}: a simulation process died; an FMU may have crashed")
             if self.limit is not None:
-                for process in processes:
-                    process.join(5.0)
-                died.late = any(p.exitcode == -ALARM for p in processes)
+                died.late = any(_end(p) == -ALARM for p in processes)
             raise died from None
         finally:
             for future in futures:
