@@ -5,6 +5,8 @@ from __future__ import annotations
 import hashlib
 import importlib
 import os
+import time
+from collections.abc import Callable
 from pathlib import Path
 
 import pytest
@@ -36,6 +38,26 @@ def pytest_configure(config: pytest.Config) -> None:
         config.option.loadscopereorder = False
 
 
+def made_once(factory: pytest.TempPathFactory, name: str, make: Callable[[Path], object]) -> Path:
+    """A folder that `make` has filled; the workers of one test run share it, and the first of them makes it."""
+    if "PYTEST_XDIST_WORKER" not in os.environ:
+        make(folder := factory.mktemp(name))
+        return folder
+    folder = factory.getbasetemp().parent / name
+    done = folder.with_suffix(".done")
+    try:
+        folder.mkdir()
+    except FileExistsError:
+        for _ in range(6000):
+            if done.exists():
+                return folder
+            time.sleep(0.1)
+        pytest.fail(f"another worker has not made {folder} in ten minutes")
+    make(folder)
+    done.touch()
+    return folder
+
+
 @pytest.fixture(scope="session")
 def built(tmp_path_factory: pytest.TempPathFactory) -> Path:
     """A folder with both FMUs and all scenarios; DEEPSEA_COSIM_BUILD names one that is already there."""
@@ -43,9 +65,7 @@ def built(tmp_path_factory: pytest.TempPathFactory) -> Path:
         return Path(ready)
     from deepsea_cosim.fmus.build import build
 
-    folder = tmp_path_factory.mktemp("build")
-    build(folder)
-    return folder
+    return made_once(tmp_path_factory, "build", build)
 
 
 @pytest.fixture(scope="session")
@@ -54,11 +74,12 @@ def toys(tmp_path_factory: pytest.TempPathFactory) -> Path:
     import subprocess
     import sys
 
-    folder = tmp_path_factory.mktemp("toys")
-    for script in sorted((Path(__file__).parent / "toys").glob("toy_*.py")):
-        command = [sys.executable, "-m", "pythonfmu", "build", "-f", str(script), "-d", str(folder)]
-        subprocess.run(command, check=True, capture_output=True, cwd=folder)
-    return folder
+    def make(folder: Path) -> None:
+        for script in sorted((Path(__file__).parent / "toys").glob("toy_*.py")):
+            command = [sys.executable, "-m", "pythonfmu", "build", "-f", str(script), "-d", str(folder)]
+            subprocess.run(command, check=True, capture_output=True, cwd=folder)
+
+    return made_once(tmp_path_factory, "toys", make)
 
 
 @pytest.fixture(scope="session")

@@ -11,7 +11,6 @@ from benchmarks.blind.score import Outcome, Said, Truth, score
 SEED = 5
 CASES = {
     176: "valve_dead_zone, 0.4 floors",
-    67: "nothing wrong",
     231: "nothing wrong, one channel",
     158: "a valve with play, not in the catalogue",
 }
