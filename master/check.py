@@ -91,7 +91,10 @@ def check(package: Path, wanted: Options | None = None) -> Findings:
                 found.warnings += step_remarks(slaves, *times)
             for path, slave in slaves.items():
                 found.warnings += _starts(path, slave)
-        network = _try(found, lambda: configure(network, slaves)[0]) or network
+        own = [c for c in wanted.changes if c[0] in network.inputs or network.connectors.get(c[0])]
+        others = [c for c in wanted.changes if c not in own] if len(slaves) == len(network.parts) else []
+        network, changes = _try(found, lambda: configure(network, slaves, others)) or (network, others)
+        changes = [*own, *changes]
         values: list[Value] = []
         known = [setting for setting in network.settings if setting.component in slaves]
         for _, settings in groupby(known, lambda setting: (setting.where, setting.name)):
@@ -109,7 +112,7 @@ def check(package: Path, wanted: Options | None = None) -> Findings:
                     _try(found, lambda: layout.chosen(wanted.plot, "--plot"))
                 if wanted.method in NAMES:
                     _try(found, lambda: check_coupling(system, wanted))
-                for change in wanted.changes:
+                for change in changes:
                     values += _try(found, lambda change=change: resolve([change], slaves, system=system)) or []
                 found.warnings += idle(network, values)
                 _inputs(found, system, _driven(found, system, wanted))

@@ -185,7 +185,7 @@ class Session:
         self._fresh = False
         system.reset_inputs()
         for signal, series in driven:
-            system.put(signal, series[0])
+            system.begin_with(signal, series[0])
         self._initialise(values, start, stop)
         probe(system, method)
         system.watched = None

@@ -84,7 +84,7 @@ def resolve(
             if component:
                 made.append(_checked(slaves[component], name, value, where))
             elif system is not None:
-                made.append(Value("", name, system.checked_input(name, value, where), where))
+                made.append(_own(system, name, value, where))
     return made
 
 
@@ -110,7 +110,8 @@ def expanded(
                     known = ", ".join(map(str, named))
                     raise UsageError(f"{where}: '{address}' is mapped by the names of its items: {known}")
                 kind = target.type if named is None else "Enumeration"
-                reached = converted(given, Quantity(kind, None, target.items), hops, target, where)
+                known_items = target.items if named is None else None
+                reached = converted(given, Quantity(kind, None, known_items), hops, target, where)
             yield f"{component}.{name}", reached
 
 
@@ -194,8 +195,15 @@ def given_values(
     made = []
     for s in network.given:
         value = converted(s.value, _quantity(s), s.hops, system.input_quantity(s.variable), s.where, remark)
-        made.append(Value("", s.variable, system.checked_input(s.variable, value, s.where), s.where))
+        made.append(_own(system, s.variable, value, s.where))
     return made
+
+
+def _own(system: System, name: str, value: Any, where: str) -> Value:
+    """The checked value of an input of the whole system."""
+    checked = system.checked_input(name, value, where)
+    system.check_reached(name, checked, where)
+    return Value("", name, checked, where)
 
 
 def read_package(package: Path, stack: ExitStack, variant: str | None = None) -> Network:

@@ -5,7 +5,7 @@ from __future__ import annotations
 import os
 import platform
 import tempfile
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from contextlib import ExitStack, suppress
 from dataclasses import dataclass, field, replace
 from pathlib import Path
@@ -48,6 +48,8 @@ class Result:
     """Names of the outputs that drive an input."""
     outputs: list[str] = field(default_factory=list)
     file: Path | None = None
+    texts: Sequence[str] = ()
+    """Names of the columns that hold texts."""
     stride: int = 1
     """Distance of the sampled points [steps]."""
 
@@ -58,7 +60,7 @@ class Result:
 
         if self.file is None:
             raise UsageError("this run kept no record")
-        made = frame(self.file)
+        made = frame(self.file, self.texts)
         made.attrs["units"] = dict(self.units)
         return made
 
@@ -149,7 +151,7 @@ class _Run:
                 program.drive_text(drive.place, column, drive.texts, system.scratch())
             else:
                 program.drive(drive.place, column, drive.signal.family, mean)
-            system.put(drive.signal, drive.value(start), drive.element)
+            system.begin_with(drive.signal, drive.value(start), drive.element)
         Initialiser(system)(values, start, stop)
         self.remarks += probe(system, method)
         algorithm(method)(system, program)
@@ -194,6 +196,7 @@ class _Run:
             [name for link in system.links for name in elements(link.source)],
             [name for s in (*system.outputs.values(), *system.own_outputs.values()) for name in elements(s)],
             self.file,
+            [c.name for c in self.prepared.layout.columns if c.type == "text"],
             self.stride,
         )
 

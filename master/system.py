@@ -409,6 +409,11 @@ class System:
         for signal in self.own_inputs.values():
             self.put(signal, ("" if signal.family == TEXT else 0,) * signal.size)
 
+    def begin_with(self, signal: Signal, value: object, element: int | None = None) -> None:
+        """Give an input, or one element of it, the value of what drives it; it needs no start value then."""
+        self.put(signal, value, element)
+        self.unstarted.pop(signal.home, None)
+
     def set_input(self, component: str, name: str, value: object) -> None:
         """Set the value that an input has until a connection overwrites it; '' is the whole system."""
         self.put(self.inputs[component, name] if component else self.own_inputs[name], value)
@@ -461,12 +466,28 @@ class System:
             return tuple(self._checked_one(name, quantity, v, where) for v in values)
         return self._checked_one(name, quantity, value, where)
 
+    def check_reached(self, name: str, value: object, where: str) -> None:
+        """Raise `ParameterError` where a value of an own input is none that the variables behind it may take."""
+        source = self.own_inputs[name]
+        for link in self.links:
+            if link.source is not source or source.family == TEXT:
+                continue
+            for one in value if isinstance(value, tuple) else (value,):
+                cast, reached = link.cast, one
+                if cast.table is not None:
+                    reached = dict(cast.table).get(int(one), one)  # type: ignore[call-overload]
+                elif not cast.plain:
+                    reached = cast.factor * float(one) + cast.offset  # type: ignore[arg-type]
+                self.slaves[link.target.component]._scalar(link.target.name, reached, where)
+
     @staticmethod
     def _checked_one(name: str, quantity: Quantity, value: object, where: str) -> object:
         text = str(value).strip()
         try:
+            if quantity.type == "Binary":
+                return value if isinstance(value, bytes) else bytes.fromhex(text)
             if quantity.family == TEXT:
-                return value if isinstance(value, (str, bytes)) else text
+                return value if isinstance(value, str) else text
             if quantity.type == "Boolean":
                 return {"true": 1, "1": 1, "1.0": 1, "false": 0, "0": 0, "0.0": 0}[text.lower()]
             if quantity.items and text in quantity.items:
@@ -482,7 +503,7 @@ class System:
                 raise ValueError
             return whole
         except (KeyError, ValueError):
-            kind = f"one {quantity.type}"
+            kind = f"one {quantity.type}{', hexadecimal digits' if quantity.type == 'Binary' else ''}"
             raise ParameterError(f"{where}: {value!r} is not a value of the system's input '{name}' ({kind})") from None
 
     def put(self, signal: Signal, value: object, element: int | None = None) -> None:

@@ -211,10 +211,9 @@ def converted(
         return value
     if isinstance(value, tuple) and any(isinstance(v, str) for v in value) and source.type == "Enumeration":
         return tuple(_item(v, source, hops, target, where) if isinstance(v, str) else v for v in value)
-    mapped = any(isinstance(h.transformation, Table) for h in hops)
     if source.type == "Boolean" and any(isinstance(h.transformation, Linear) for h in hops):
         raise ParameterError(f"{where}: the value of {target.shown} is a boolean and cannot be scaled")
-    if not mapped and (source.type == "Boolean") != (target.type == "Boolean"):
+    if (source.type == "Boolean") != (target.type == "Boolean"):
         raise ParameterError(f"{where}: the value is {source.type}, {target.shown} is {target.type}")
     way = passage(source, hops or (Hop(where=where),), target, where, strict=False)
     for text in way.remarks:
@@ -228,13 +227,34 @@ def converted(
 
 
 def _item(value: str, source: Quantity, hops: Sequence[Hop], target: Quantity, where: str) -> Scalar:
-    """An enumeration's item by name: mapped by name where a mapping is given, else the target's item of that name."""
-    for hop in hops:
-        if isinstance(hop.transformation, Table) and hop.transformation.kind == "Enumeration":
-            value = str(hop.transformation.entries.get(value, value))
-        elif isinstance(hop.transformation, Table) and source.items and value in source.items:
-            number = source.items[value]
-            return int(hop.transformation.entries.get(number, number))
+    """An enumeration's item by name: mapped by name or number where a mapping is given, else the target's of that name.
+
+    Which number a name has is what the parameter says, else the connectors on the way, else the target.
+    """
+    items, number = source.items, None
+    for i, hop in enumerate(hops):
+        t, place = hop.transformation, hop.where or where
+        items = items or _ahead(hops[i:], lambda h: h.enumeration, target.items)
+        if t is None:
+            if number is None and hop.enumeration and value in hop.enumeration:
+                items = hop.enumeration
+            continue
+        if not isinstance(t, Table) or t.kind == "Boolean":
+            what = "scaled" if isinstance(t, Linear) else "mapped as a boolean"
+            raise ParameterError(f"{place}: the item '{value}' for {target.shown} cannot be {what}")
+        if t.kind == "Enumeration":
+            if number is not None:
+                value = next((name for name, k in (items or {}).items() if k == number), value)
+            value, number = str(t.entries.get(value, value)), None
+        else:
+            if number is None and (items is None or value not in items):
+                known = f"; known: {', '.join(items)}" if items else ""
+                raise ParameterError(f"{place}: the number of the item '{value}' is not known{known}")
+            number = items[value] if number is None else number  # type: ignore[index]
+            number = int(t.entries.get(number, number))
+        items = hop.enumeration
+    if number is not None:
+        return number
     if target.items is not None and value in target.items:
         return target.items[value]
     if target.family == TEXT:

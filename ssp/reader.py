@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Collection
+from contextlib import suppress
 from dataclasses import replace
 from pathlib import Path
 
@@ -107,12 +108,16 @@ class _Reader:
             if len(titled) != 1:
                 hint = did_you_mean(variant, names)
                 there = ", ".join(names) or "none"
+                if titled:
+                    raise PackageError(f"{shown}{', '.join(titled)} are all named '{variant}': give the file's name")
                 raise PackageError(f"{shown}the package has no variant '{variant}'; it has {there}{hint}")
             variant = titled[0]
         return replace(self.description(variant), variants=tuple(names))
 
     def _title(self, name: str) -> str | None:
-        return Document(self.folder / name, name).root.get("name")
+        with suppress(PackageError):  # one that is damaged has none; it need not be the one that is meant
+            return Document(self.folder / name, name).root.get("name")
+        return None
 
     def description(self, name: str) -> SystemStructure:
         """The description in a file of the folder."""

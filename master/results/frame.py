@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import warnings
+from collections.abc import Collection
 from pathlib import Path
 from typing import Any
 
@@ -10,8 +11,11 @@ from ...core.errors import UsageError
 from . import SUFFIXES
 
 
-def frame(path: Path) -> Any:
-    """The record in a file, a column a signal; a file of a run that was killed can be read too."""
+def frame(path: Path, texts: Collection[str] = ()) -> Any:
+    """The record in a file, a column a signal; a file of a run that was killed can be read too.
+
+    texts: columns that hold texts. A table in CSV does not tell that of itself, and 007 would be read as a number.
+    """
     try:
         import pandas
     except ImportError:
@@ -31,4 +35,8 @@ def frame(path: Path) -> Any:
         return pandas.DataFrame({name: c[:length] for name, c in columns.items()})
     with warnings.catch_warnings():
         warnings.simplefilter("ignore")  # the exact reading of decimals is the default of some versions only
-        return pandas.read_csv(path, float_precision="round_trip", keep_default_na=False, na_values=["nan"])
+        names = pandas.read_csv(path, nrows=0).columns
+        return pandas.read_csv(
+            path, float_precision="round_trip", dtype={name: str for name in names if name in texts},
+            keep_default_na=False, na_values={name: ["nan"] for name in names if name not in texts},
+        )  # fmt: skip

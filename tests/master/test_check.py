@@ -6,13 +6,14 @@ import json
 
 import pytest
 from deepsea_cosim.core.errors import CosimError
+from deepsea_cosim.master.check import check
 from deepsea_cosim.master.cli import main
 from deepsea_cosim.master.simulate import Options, run
 
 from benchmarks import native
 
-from ..packages import description, pack, package
-from .parts import two, with_fmu, with_input
+from ..packages import component, connector, description, link, pack, package, system
+from .parts import gain, two, with_fmu, with_input
 
 pytestmark = pytest.mark.skipif(native.compiler is None, reason="there is no C compiler here")
 
@@ -122,3 +123,25 @@ def test_a_package_packed_with_its_folder_is_told(tmp_path, capsys):
     assert main([str(path), "--check"]) != 0
     found = capsys.readouterr()
     assert "one is in 'machine/'; pack what is inside that folder" in found.out + found.err
+
+
+def test_sizes_that_are_set_count(fmus, tmp_path):
+    """Structural parameters of --set decide whether arrays fit, in --check as in a run."""
+    a, b = (component(n, "resources/L.fmu", connector("many_in", "input", "Float64"),
+                      connector("many_out", "output", "Float64")) for n in "ab")  # fmt: skip
+    root = system("root", a, b, links=(link("a.many_out", "b.many_in"),))
+    path = package(tmp_path / "p.ssp", root, {"resources/L.fmu": fmus[3]}, version="2.0")
+    assert not check(path).errors
+    one = check(path, Options(changes=(("a.size", "3"),))).errors
+    assert one
+    assert "'a.many_out' has 3 values and 'b.many_in' 2" in one[0]
+    assert not check(path, Options(changes=(("a.size", "3"), ("b.size", "3")))).errors
+
+
+def test_a_variant_by_name_does_not_ask_for_the_others(fmus, tmp_path):
+    named = [description(system("root", gain("a", 1.0))).replace('name="test"', 'name="V"') for _ in range(2)]
+    files = {"resources/L.fmu": fmus[2], "Good.ssd": named[0], "Bad.ssd": "<no"}
+    path = package(tmp_path / "p.ssp", system("root", gain("a", 1.0)), files)
+    assert not check(path, Options(variant="V")).errors
+    path = package(tmp_path / "q.ssp", system("root", gain("a", 1.0)), {**files, "Bad.ssd": named[1]})
+    assert "Bad.ssd, Good.ssd are all named 'V'" in check(path, Options(variant="V")).errors[0]

@@ -1,0 +1,130 @@
+"""Items of enumerations given by name, through mappings by number or name, by hand; and what no mapping takes."""
+
+from __future__ import annotations
+
+import pytest
+from deepsea_cosim.core.errors import CosimError
+from deepsea_cosim.master.simulate import Options, run
+
+from benchmarks import native
+
+from ..packages import (
+    binding,
+    bindings,
+    component,
+    connector,
+    entry,
+    link,
+    mapping_file,
+    package,
+    parameter,
+    parameter_set,
+    system,
+    values,
+)
+from .parts import last, redescribed, with_fmu, with_input
+
+pytestmark = pytest.mark.skipif(native.compiler is None, reason="there is no C compiler here")
+
+ITEMS = """<ssd:Enumerations>
+<ssc:Enumeration name="Gear"><ssc:Item name="low" value="10"/><ssc:Item name="high" value="30"/></ssc:Enumeration>
+<ssc:Enumeration name="Colour"><ssc:Item name="red" value="1"/><ssc:Item name="green" value="2"/>
+<ssc:Item name="blue" value="3"/></ssc:Enumeration></ssd:Enumerations>"""
+
+
+def numbers(*pairs):
+    inside = "".join(f'<ssc:MapEntry source="{a}" target="{b}"/>' for a, b in pairs)
+    return f"<ssc:IntegerMappingTransformation>{inside}</ssc:IntegerMappingTransformation>"
+
+
+def bound(kind, value, target, transformation):
+    """A component whose variable is bound through a mapping."""
+    ssm = mapping_file(entry("p", target, transformation))
+    one = binding(parameter_set(parameter("p", kind, value)), f"<ssd:ParameterMapping>{ssm}</ssd:ParameterMapping>")
+    return system("root", component("a", "resources/L.fmu", bindings=bindings(one)))
+
+
+def inner(enumeration, transformation, *more):
+    """A nested system whose connector g leads to a component's colours."""
+    made = (connector("g", "parameter", "Enumeration", enumeration=enumeration),)
+    ways = (link("g", "a.item_in", transformation),)
+    return system("i", component("a", "resources/L.fmu"), made=made, links=ways)
+
+
+def test_a_number_of_an_item_is_that_of_the_variable_where_the_parameter_does_not_say(fmus, tmp_path):
+    path = package(tmp_path / "p.ssp", bound("Enumeration", "green", "item_in", numbers((2, 3))), with_fmu(fmus))
+    assert last(tmp_path, path, "a.item_out") == 3
+
+
+@pytest.mark.parametrize(
+    ("enumeration", "item", "table"), [("Colour", "green", numbers((2, 3))), ("Gear", "high", numbers((30, 3)))]
+)
+def test_a_number_of_an_item_is_that_of_the_connector_that_it_is_given_to(fmus, tmp_path, enumeration, item, table):
+    given = bindings(binding(parameter_set(parameter("i.g", "Enumeration", item))))
+    root = system("root", inner(enumeration, table), bindings=given)
+    path = package(tmp_path / "p.ssp", root, with_fmu(fmus), after=ITEMS)
+    assert last(tmp_path, path, "i.a.item_out") == 3
+
+
+def test_an_item_of_a_system_input_is_mapped_to_an_integer(fmus, tmp_path):
+    made = (connector("x", "input", "Enumeration", enumeration="Colour"),)
+    given = bindings(binding(parameter_set(parameter("x", "Enumeration", "blue"))))
+    root = system("root", component("a", "resources/L.fmu"), made=made,
+                  links=(link("x", "a.integer_in", numbers((3, 30))),), bindings=given)  # fmt: skip
+    path = package(tmp_path / "p.ssp", root, with_fmu(fmus), after=ITEMS)
+    assert last(tmp_path, path, "a.integer_out") == 30
+
+
+@pytest.mark.parametrize(
+    ("kind", "value", "target", "transformation", "why"),
+    [
+        ("Enumeration", "green", "u1", '<ssc:LinearTransformation factor="10" offset="1"/>', "cannot be scaled"),
+        ("Enumeration", "green", "item_in", "<ssc:BooleanMappingTransformation>"
+         '<ssc:MapEntry source="true" target="false"/></ssc:BooleanMappingTransformation>', "mapped as a boolean"),
+        ("Boolean", "true", "integer_in", numbers((1, 5)), "is Boolean, 'a.integer_in' is Integer"),
+        ("Enumeration", "green", "integer_in", numbers((2, 3)), "number of the item 'green' is not known"),
+    ],
+)  # fmt: skip
+def test_what_no_mapping_takes_is_refused(fmus, tmp_path, kind, value, target, transformation, why):
+    path = package(tmp_path / "p.ssp", bound(kind, value, target, transformation), with_fmu(fmus))
+    with pytest.raises(CosimError, match=why):
+        run(path, tmp_path / "out", Options())
+
+
+@pytest.mark.parametrize("value", ["11", "-11"])
+def test_a_value_of_a_system_input_is_in_the_range_of_what_it_reaches(fmus, tmp_path, value):
+    """The FMU's integer_in takes -2 ^ 31 and more; 1e6 times the value in it is beyond."""
+    path = package(tmp_path / "p.ssp", with_input(name="u1"), with_fmu(fmus))
+    assert last(tmp_path, path, "a.u1", changes=(("u1", value),)) == float(value)
+    wide = component("a", "resources/L.fmu", connector("integer_in", "input", "Integer"))
+    made = (connector("n", "input", "Integer"),)
+    root = system("root", wide, made=made, links=(link("n", "a.integer_in", numbers((int(value), 2**40))),))
+    path = package(tmp_path / "w.ssp", root, with_fmu(fmus))
+    with pytest.raises(CosimError, match=f"--set n={value}: a.integer_in = .* is out of range"):
+        run(path, tmp_path / "out", Options(changes=(("n", value),)))
+
+
+# texts
+
+
+@pytest.mark.parametrize("text", ["007", "1e3", "nan", "true", " 5", "inf", ""])
+@pytest.mark.parametrize("results", ["results.csv", "results.h5"])
+def test_texts_in_a_frame_are_as_they_are(fmus, tmp_path, text, results):
+    pytest.importorskip("h5py")
+    ends = connector("string_in", "input", "String"), connector("string_out", "output", "String")
+    path = package(tmp_path / "p.ssp", system("root", component("a", "resources/L.fmu", *ends)), with_fmu(fmus))
+    options = Options(changes=(("a.string_in", text),), results=results)
+    frame = run(path, tmp_path / "out", options).frame
+    assert frame["a.string_out"].tolist() == [text] * len(frame)
+    assert frame["a.y1"].dtype == float
+
+
+def test_stimuli_of_an_input_without_start_value_are_there_at_the_start(fmus, tmp_path):
+    """y1 = 3 u1 at once, and inputs of FMI 1.0 need no start value."""
+    told = 'name="u1" valueReference="0" causality="input" variability="continuous"><Real'
+    fmu = redescribed(fmus[1], tmp_path / "N.fmu", (f'{told} start="0"', told))
+    a = component("a", "resources/L.fmu", connector("u1", "input"), bindings=bindings(binding(values({"D[1,1]": 3.0}))))
+    path = package(tmp_path / "p.ssp", system("root", a), {"resources/L.fmu": fmu})
+    (tmp_path / "s.csv").write_text("time,a.u1\n0,2\n1,2\n")
+    frame = run(path, tmp_path / "out", Options(stimuli=tmp_path / "s.csv")).frame
+    assert frame["a.y1"].tolist() == [6.0] * len(frame)
