@@ -16,7 +16,10 @@ from numba import njit
 
 def kernel(function: Callable[..., Any], nogil: bool = False) -> Callable[..., Any]:
     """Compile with IEEE arithmetic (no fast-math), division by zero giving inf, cached on disk."""
-    return njit(cache=True, error_model="numpy", nogil=nogil)(function)
+    made = njit(cache=True, error_model="numpy", nogil=nogil)(function)
+    if not hasattr(made, "py_func"):  # with NUMBA_DISABLE_JIT it is the function itself
+        made.py_func = function
+    return made
 
 
 def free_kernel(function: Callable[..., Any]) -> Callable[..., Any]:

@@ -10,12 +10,14 @@ from ..core.errors import PackageError
 
 def faults(fmu: Path) -> list[str]:
     """What is wrong with an FMU, first by its description, then in a short run; empty where nothing is."""
+    if fmu.is_dir():
+        raise PackageError(f"{fmu}: is a folder; an FMU is a zip archive")
     try:
         found = problems(fmu)
     except zipfile.BadZipFile:
         found = ["not a zip archive or damaged"]
-    except KeyError as error:  # a file that the archive does not hold
-        found = [str(error.args[0])]
+    except KeyError:
+        found = ["is no FMU: it holds no modelDescription.xml"]
     if found:
         return found
     try:

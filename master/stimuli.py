@@ -114,7 +114,9 @@ def read(path: Path, system: System) -> list[Drive]:
         raise UsageError(f"{path}: has no rows")
     names = [name.strip() for name in rows[0]]
     if names[0] != "time":
-        raise UsageError(f"{path}: the first column has to be 'time', not '{names[0]}'")
+        apart = next((mark for mark in (";", "\t") if mark in names[0]), None)
+        hint = f"; columns are separated by commas, not by {'tabs' if apart == chr(9) else apart}" if apart else ""
+        raise UsageError(f"{path}: the first column has to be 'time', not '{names[0]}'{hint}")
     targets = [_target(path, name, system) for name in names[1:]]
     items = [{}, *(_items(signal, system) for signal, _ in targets)]
     for i, (signal, _) in enumerate(targets, start=1):
@@ -131,8 +133,9 @@ def read(path: Path, system: System) -> list[Drive]:
             _check_whole(path, name, signal, table[:, i], lines[1:], items[i])
         texts = tuple(items[i]) if signal.family == TEXT else ()
         made.append(Drive(signal, element, times, table[:, i], _straight(signal, system), texts))
-    if len({(d.signal, d.element) for d in made}) < len(made):
-        raise UsageError(f"{path}: a column stands twice")
+    for k, name in enumerate(names):
+        if name in names[:k]:
+            raise UsageError(f"{path}: column '{name}' stands twice")
     for signal in {d.signal for d in made}:
         missing = set(range(signal.size)) - {d.element for d in made if d.signal == signal}
         if missing:
@@ -141,7 +144,9 @@ def read(path: Path, system: System) -> list[Drive]:
 
 
 def _items(signal: Signal, system: System) -> dict[str, int]:
-    """Items of an enumeration that a column drives, by name."""
+    """Names of values that a column may have: of an enumeration's items, and of those of a boolean."""
+    if signal.type == "Boolean":
+        return {"true": 1, "false": 0, "True": 1, "False": 0, "TRUE": 1, "FALSE": 0}
     if signal.type != "Enumeration":
         return {}
     end = signal.component, signal.name
@@ -154,7 +159,7 @@ def _check_whole(
     """A column for an integer or boolean holds whole numbers in range, which a double holds exactly, or items."""
     low, high = (0, 1) if signal.type == "Boolean" else LIMITS.get(signal.type, (-(2**63), 2**63 - 1))
     wrong = (values != np.round(values)) | (values < low) | (values > high) | (np.abs(values) > 2.0**53)
-    if items:
+    if items and signal.type != "Boolean":
         wrong |= ~np.isin(values, list(items.values()))
     if wrong.any():
         k = int(np.argmax(wrong))
@@ -170,7 +175,6 @@ def _numbers(
     items: Sequence[Mapping[str, int]],
 ) -> np.ndarray:  # fmt: skip
     """The cells as numbers, names of items as their values and texts as what `items` counts them."""
-    truth = {"true": 1.0, "false": 0.0}
     table = np.empty((len(rows), len(names)))
     for k, row in enumerate(rows):
         if len(row) != len(names):
@@ -178,10 +182,9 @@ def _numbers(
         for i, cell in enumerate(row):
             text = cell if cell in items[i] else cell.strip()
             try:
-                if text in items[i]:
-                    table[k, i] = items[i][text]
-                else:
-                    table[k, i] = truth[text.lower()] if text.lower() in truth else float(text)
+                if "_" in text and text not in items[i]:
+                    raise ValueError
+                table[k, i] = items[i][text] if text in items[i] else float(text)
             except ValueError:
                 known = f"; known: {', '.join(items[i])}" if items[i] else ""
                 told = f"{path}, line {lines[k]}, column '{names[i]}': '{cell}' is not a number{known}"

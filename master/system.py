@@ -7,7 +7,6 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass, replace
-from heapq import heapify, heappop, heappush
 from typing import Any
 
 import numpy as np
@@ -17,8 +16,8 @@ from ..core.units import Unit, alike
 from ..ssp.network import End, Network, Wire
 from .engine.loop import U8
 from .engine.program import Board, Cast, Program
+from .order import component_order
 from .slaves.base import LIMITS, MOST_VALUES, REAL, TEXT, Group, Signal, Slave
-from .together import together
 from .wiring import Quantity, passage
 
 
@@ -106,7 +105,7 @@ class System:
         self.watched: frozenset[End] | None = None
         """Outputs that are looked at from outside; None: all."""
         self.board = Board(self._count["slots"] + spare, self._count["texts"], self._staged)
-        self.order = self._component_order()
+        self.order = component_order(slaves, self.links)
         self.reset_inputs()
 
     # places
@@ -578,37 +577,3 @@ class System:
         """Bring the outputs of the whole system up to date."""
         for link in self.shown:
             self.pass_on(program, link)
-
-    def _component_order(self) -> list[str]:
-        """Order of the data flow; within a loop, and where nothing decides, that of the package."""
-        place = {name: i for i, name in enumerate(self.slaves)}
-        drives: dict[str, set[str]] = {name: set() for name in place}
-        for k in self.links:
-            if k.source.component and k.source.component != k.target.component:
-                drives[k.source.component].add(k.target.component)
-        group = {name: {name} for name in place}
-        for members in together(drives):
-            for name in members:
-                group[name] = members
-        waits = {id(g): 0 for g in group.values()}
-        for name, others in drives.items():
-            for other in others:
-                waits[id(group[other])] += group[other] is not group[name]
-        left = {id(g): len(g) for g in group.values()}
-        free = [place[name] for name in place if not waits[id(group[name])]]
-        heapify(free)
-        names, order = list(place), []
-        while free:
-            name = names[heappop(free)]
-            order.append(name)
-            left[id(group[name])] -= 1
-            if left[id(group[name])]:
-                continue  # what comes after a loop comes after all of it
-            for member in group[name]:
-                for other in drives[member]:
-                    if group[other] is not group[name]:
-                        waits[id(group[other])] -= 1
-                        if not waits[id(group[other])]:
-                            for n in group[other]:
-                                heappush(free, place[n])
-        return order

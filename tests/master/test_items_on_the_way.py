@@ -128,3 +128,16 @@ def test_stimuli_of_an_input_without_start_value_are_there_at_the_start(fmus, tm
     (tmp_path / "s.csv").write_text("time,a.u1\n0,2\n1,2\n")
     frame = run(path, tmp_path / "out", Options(stimuli=tmp_path / "s.csv")).frame
     assert frame["a.y1"].tolist() == [6.0] * len(frame)
+
+
+@pytest.mark.parametrize(
+    ("table", "why"),
+    [("time;in\n0;1\n", "columns are separated by commas, not by ;"), ("time\tin\n0\t1\n", "not by tabs"),
+     ("time,in\n0,true\n", "'true' is not a number"), ("time,in\n0,1_0\n", "'1_0' is not a number"),
+     ("time,in,in\n0,1,2\n", "column 'in' stands twice")],
+)  # fmt: skip
+def test_what_is_wrong_with_stimuli_is_told(fmus, tmp_path, table, why):
+    (tmp_path / "s.csv").write_text(table)
+    path = package(tmp_path / "p.ssp", with_input(), with_fmu(fmus))
+    with pytest.raises(CosimError, match=why):
+        run(path, tmp_path / "out", Options(stimuli=tmp_path / "s.csv"))
