@@ -14,7 +14,7 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
-from ..core.errors import PackageError, ParameterError, UnknownNameError, UsageError, did_you_mean
+from ..core.errors import CosimError, PackageError, ParameterError, UnknownNameError, UsageError, did_you_mean
 from ..ssp.model import Component, Table
 from ..ssp.network import Hop, Network, Setting, flatten
 from ..ssp.parameters import read_set
@@ -210,7 +210,16 @@ def read_package(package: Path, stack: ExitStack, variant: str | None = None) ->
     """The network of an SSP file, unpacked into a folder that lives as long as `stack`."""
     scratch = stack.enter_context(tempfile.TemporaryDirectory(prefix="cosim_", ignore_cleanup_errors=True))
     stack.callback(also_forget(Path(scratch)))
-    return flatten(read(package, Path(scratch) / "ssp", variant))
+    return flatten(read(package, Path(scratch) / "ssp", variant), causality)
+
+
+def causality(component: Component, name: str) -> str | None:
+    """What a component's FMU says of a variable; None where it has no such variable or cannot be read."""
+    try:
+        variable = describe(component.name, component.source).variables.get(name)
+    except CosimError:  # told where all FMUs are read
+        return None
+    return variable.causality if variable is not None else None
 
 
 def with_parameters(network: Network, files: Iterable[Path]) -> Network:

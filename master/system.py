@@ -428,23 +428,15 @@ class System:
             if self.speaks(link):
                 continue
             there, here = (slice(s.place, s.place + s.size) for s in (link.target, link.source))
-            cast = link.cast
             if link.target.family == TEXT:
                 self.board.texts[here] = self.board.texts[there]
-            elif cast.plain:
+            elif link.cast.plain:
                 integers[here] = integers[there]
-            elif cast.table is not None:
-                back = {end: start for start, end in reversed(cast.table)}
-                kept = {start for start, _ in cast.table}
-                for i, value in enumerate(integers[there].tolist(), here.start):
-                    if value in back or value not in kept:  # else nothing leads to it
-                        integers[i] = back.get(value, value)
-            elif cast.factor:
-                values = (reals[there] - cast.offset) / cast.factor
-                if cast.from_integer:
-                    integers[here] = np.round(values).astype(np.int64)
-                else:
-                    reals[here] = values
+            else:
+                seen = reals if link.target.family == REAL else integers
+                for i, value in enumerate(seen[there].tolist(), here.start):
+                    if (start := link.cast.back(value)) is not None:
+                        (reals if link.source.family == REAL else integers)[i] = start
 
     def is_read(self, end: End) -> bool:
         """Whether somebody reads an output: another component, or who looks on."""
@@ -472,11 +464,7 @@ class System:
             if link.source is not source or source.family == TEXT:
                 continue
             for one in value if isinstance(value, tuple) else (value,):
-                cast, reached = link.cast, one
-                if cast.table is not None:
-                    reached = dict(cast.table).get(int(one), one)  # type: ignore[call-overload]
-                elif not cast.plain:
-                    reached = cast.factor * float(one) + cast.offset  # type: ignore[arg-type]
+                reached = link.cast.forth(one)  # type: ignore[arg-type]
                 self.slaves[link.target.component]._scalar(link.target.name, reached, where)
 
     @staticmethod

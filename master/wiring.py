@@ -6,16 +6,16 @@ and offset, or one table.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
-from dataclasses import dataclass
+from collections.abc import Callable, Iterator, Sequence
+from dataclasses import dataclass, replace
 from typing import TypeVar
 
 from ..core.errors import PackageError, ParameterError, UsageError
 from ..core.units import Unit, alike, conversion
 from ..ssp.model import FLOATS, Linear, Scalar, Table, Value
 from ..ssp.network import Hop
-from .engine.program import Cast
-from .slaves.base import INTEGER, REAL, TEXT
+from .engine.program import Cast, Mapped, Within
+from .slaves.base import INTEGER, LIMITS, REAL, TEXT
 
 T = TypeVar("T")
 
@@ -40,42 +40,98 @@ class Quantity:
         return FAMILY.get(self.type, INTEGER)
 
 
+Step = tuple[float, float] | dict[int, int]
+"""(factor, offset), or a table of whole numbers."""
+
+
+@dataclass(frozen=True)
+class Stage:
+    """A part of the way: what happens to the value, and what takes it then."""
+
+    steps: tuple[Step, ...] = ()
+    reached: Quantity | None = None
+    """A connector of a system or an entry of a signal dictionary, where its type is given."""
+
+
 @dataclass(frozen=True)
 class Passage:
-    """The way as steps that can be applied to a number: (factor, offset) or a table."""
+    """The way of a value, which can be applied to a number."""
 
-    steps: tuple[tuple[float, float] | dict[int, int], ...] = ()
+    stages: tuple[Stage, ...] = ()
     remarks: tuple[str, ...] = ()
 
     def cast(self, source: Quantity, target: Quantity, where: str) -> Cast:
         """As one operation of the engine."""
-        tables = [s for s in self.steps if isinstance(s, dict)]
-        if not tables:
-            factor, offset = self._line()
-            from_integer = source.family == INTEGER and target.family == REAL
-            if source.family == INTEGER and target.family == INTEGER and (factor, offset) != (1.0, 0.0):
-                raise PackageError(f"{where}: {source.shown} is {source.type}: it cannot be scaled")
-            return Cast(factor, offset, None, from_integer, (source.type == "UInt64") != (target.type == "UInt64"))
-        if len(tables) < len(self.steps):
-            raise PackageError(f"{where}: {source.shown} is {source.type}: it cannot be scaled and mapped")
-        joined = {key: self.apply(key) for table in tables for key in table}
-        return Cast(1.0, 0.0, tuple((int(k), int(v)) for k, v in joined.items()))
-
-    def _line(self) -> tuple[float, float]:
         factor, offset = 1.0, 0.0
-        for step in self.steps:
-            assert not isinstance(step, dict)
-            factor, offset = step[0] * factor, step[0] * offset + step[1]
-        return factor, offset
+        whole: list[Within | Mapped] = []
+        here, have = source, values_of(source)
+        for stage in (*self.stages, Stage(reached=target)):
+            for step in stage.steps:
+                if isinstance(step, dict):
+                    whole.append(Mapped(tuple((int(k), int(v)) for k, v in step.items())))
+                    have = _mapped(have, step)
+                else:
+                    factor, offset = step[0] * factor, step[0] * offset + step[1]
+            at = stage.reached
+            if at is None or here.family != INTEGER:
+                continue
+            if at.family == INTEGER and (factor, offset) != (1.0, 0.0):
+                raise PackageError(f"{where}: {source.shown} is {source.type}: it cannot be scaled")
+            whole += _guard(here, have, at, at is target)
+            here, have = at, values_of(at)
+        return Cast(factor, offset, tuple(whole), source.family == INTEGER and target.family == REAL)
 
-    def apply(self, value: Scalar) -> Scalar:
-        """The value at the end; a table keeps what it does not have."""
-        for step in self.steps:
-            if isinstance(step, dict):
-                value = step.get(int(value), value)
-            elif step != (1.0, 0.0):
-                value = step[0] * float(value) + step[1]
+    def apply(self, value: Scalar, check: Callable[[Scalar, Quantity], None] = lambda _value, _at: None) -> Scalar:
+        """The value at the end; a table keeps what it does not have. `check` is told of what takes it on the way."""
+        for stage in self.stages:
+            for step in stage.steps:
+                if isinstance(step, dict):
+                    value = step.get(int(value), value)
+                elif step != (1.0, 0.0):
+                    value = step[0] * float(value) + step[1]
+            if stage.reached is not None:
+                check(value, stage.reached)
         return value
+
+
+def values_of(quantity: Quantity) -> range | frozenset[int]:
+    """The whole numbers that are values of a quantity."""
+    if quantity.type == "Boolean":
+        return frozenset((0, 1))
+    if quantity.items:
+        return frozenset(quantity.items.values())
+    low, high = LIMITS.get(quantity.type, LIMITS["Int64"])
+    return range(low, high + 1)
+
+
+def _mapped(have: range | frozenset[int], table: dict[int, int]) -> range | frozenset[int]:
+    """What a table makes of values; of a range no less than the range."""
+    if isinstance(have, frozenset):
+        return frozenset(table.get(v, v) for v in have)
+    made = [int(v) for v in table.values()]
+    return range(min(have.start, *made), max(have.stop, *(v + 1 for v in made)))
+
+
+def _guard(here: Quantity, have: range | frozenset[int], at: Quantity, is_end: bool) -> Iterator[Within | Mapped]:
+    """What keeps values away that are none of what takes them; at the end the FMI call does so for narrow types.
+
+    UInt64 lies in the same 64 bits as the others, which agree where the first of them is 0.
+    """
+    may = values_of(at) if at.family == INTEGER else LIMITS_OF_SLOTS
+    if (here.type == "UInt64") != (at.type == "UInt64"):
+        may = may if isinstance(may, frozenset) else range(max(may.start, 0), min(may.stop, LIMITS_OF_SLOTS.stop))
+        have = have if isinstance(have, frozenset) else LIMITS_OF_SLOTS
+    elif is_end and isinstance(may, range) and at.type not in ("Int64", "UInt64"):
+        return
+    if isinstance(may, frozenset):
+        if isinstance(have, range) or not have <= may:
+            yield Mapped(tuple((v, v) for v in sorted(may)), strict=True)
+    elif not all(v in may for v in (have if isinstance(have, frozenset) else (have.start, have.stop - 1))):
+        yield Within(may.start, may.stop - 1)
+
+
+LIMITS_OF_SLOTS = range(LIMITS["Int64"][0], LIMITS["Int64"][1] + 1)
+"""What the engine keeps of whole numbers."""
 
 
 def _ahead(hops: Sequence[Hop], told: Callable[[Hop], T | None], end: T | None) -> T | None:
@@ -90,11 +146,9 @@ def _ahead(hops: Sequence[Hop], told: Callable[[Hop], T | None], end: T | None) 
 
 def passage(source: Quantity, hops: Sequence[Hop], target: Quantity, where: str, strict: bool = True) -> Passage:
     """The way of a value. Raises `PackageError` for units or, if strict, types that do not fit."""
-    if strict:
-        _check_types(source, target, where)
-    steps: list[tuple[float, float] | dict[int, int]] = []
+    stages: list[Stage] = []
     remarks: list[str] = []
-    unit, items = source.unit, source.items
+    unit, here = source.unit, source
     for i, hop in enumerate(hops):
         last = i == len(hops) - 1
         looks = last or isinstance(hop.transformation, Linear)
@@ -102,13 +156,14 @@ def passage(source: Quantity, hops: Sequence[Hop], target: Quantity, where: str,
         if reached is not None and not reached.defined:  # a name only: as the ends define it
             reached = next((u for u in (target.unit, source.unit) if u is not None and u.name == reached.name), reached)
         looks = last or hop.transformation is not None
-        there = _ahead(hops[i:], lambda h: h.enumeration, target.items) if looks else hop.enumeration
+        items = _ahead(hops[i:], lambda h: h.enumeration, target.items) if looks else hop.enumeration
         told = hop.unit is not None and target.unit is not None and hop.unit.name != target.unit.name
         if last and told and not alike(hop.unit, target.unit):
             remarks.append(
                 f"{hop.where or where}: the package says {target.shown} is in {hop.unit.name}, its FMU says "
                 f"{target.unit.name}; the package's word counts"
             )
+        steps: list[Step] = []
         if not hop.suppress_unit_conversion and unit is not None and reached is not None:
             shown = f"{hop.where or where}: {source.shown} -> {target.shown}"
             if unit.name != reached.name:
@@ -124,50 +179,84 @@ def passage(source: Quantity, hops: Sequence[Hop], target: Quantity, where: str,
                 remarks.append(f"{shown}: unit '{unit.name}' is defined in two ways; the value is passed on as it is")
         if reached is not None or hop.suppress_unit_conversion:
             unit = reached
-        steps += _transformation(hop, items, there, source, target, where)
-        items = there or items
-    if strict and not any(isinstance(s, dict) for s in steps):
-        _check_items(source, target, where)
-    return Passage(tuple(steps), tuple(remarks))
+        at = between(hop)
+        takes = at or (target if last else replace(here, shown=target.shown))
+        steps += _transformation(hop, here, replace(takes, items=items), target, hop.where or where)
+        if isinstance(hop.transformation, Linear) and here.type != "Boolean":
+            here = replace(here, type="Real")
+        if isinstance(hop.transformation, Table):
+            here = replace(here, items=items or here.items)
+        if strict and at is not None:
+            _check(here, at, hop.where or where, named=not isinstance(hop.transformation, Table))
+        if at is not None:
+            kept = here.items if at.type == "Enumeration" else None
+            at = here = replace(at, items=items or kept)
+        elif not last:
+            here = replace(here, items=items or here.items)
+        stages.append(Stage(tuple(steps), at))
+    if strict:
+        named = not hops or not isinstance(hops[-1].transformation, Table)
+        _check(here if here.family != TEXT or len(hops) > 1 else source, target, where, named)
+    return Passage(tuple(stages), tuple(remarks))
 
 
-def _transformation(
-    hop: Hop, items: dict[str, int] | None, there: dict[str, int] | None, source: Quantity, target: Quantity, where: str
-) -> list[tuple[float, float] | dict[int, int]]:
+def between(hop: Hop) -> Quantity | None:
+    """What a hop reaches, if that is a connector of a system or an entry of a dictionary and its type is given."""
+    if not hop.between or hop.type is None:
+        return None
+    return Quantity(hop.type.kind, hop.type.unit, hop.type.enumeration, hop.between)
+
+
+def _transformation(hop: Hop, source: Quantity, takes: Quantity, target: Quantity, where: str) -> list[Step]:
+    """The steps of a hop's transformation from what lies before it to what takes the value; `target` is the end."""
     t = hop.transformation
-    place = hop.where or where
     if t is None:
         return []
     if isinstance(t, Linear):
-        if target.family != REAL:
-            raise PackageError(f"{place}: a linear transformation needs real numbers; {target.shown} is {target.type}")
+        whole = next((q for q in (takes, target) if q.family != REAL), None) if between(hop) else (
+            target if target.family != REAL else None)  # fmt: skip
+        if whole is not None:
+            raise PackageError(f"{where}: a linear transformation needs real numbers; {whole.shown} is {whole.type}")
         return [(t.factor, t.offset)] if (t.factor, t.offset) != (1.0, 0.0) else []
     assert isinstance(t, Table)
-    if source.family != INTEGER or target.family != INTEGER:
+    if source.family != INTEGER or takes.family != INTEGER:
         raise PackageError(
-            f"{place}: a mapping of {t.kind} values does not fit {source.shown} ({source.type}) -> {target.shown} "
-            f"({target.type})"
+            f"{where}: a mapping of {t.kind} values does not fit {source.shown} ({source.type}) -> {takes.shown} "
+            f"({takes.type})"
         )
-    if t.kind == "Boolean" and "Boolean" not in (source.type, target.type):
-        raise PackageError(f"{place}: a boolean mapping needs a boolean; {source.shown} is {source.type}")
+    if t.kind == "Boolean" and "Boolean" not in (source.type, takes.type):
+        raise PackageError(f"{where}: a boolean mapping needs a boolean; {source.shown} is {source.type}")
     if t.kind != "Enumeration":
-        return [{int(k): int(v) for k, v in t.entries.items()}]
+        made = {int(k): int(v) for k, v in t.entries.items()}
+        may = values_of(takes)
+        if wrong := next((v for v in made.values() if v not in may), None):
+            known = f"; it has {', '.join(f'{n} ({k})' for n, k in takes.items.items())}" if takes.items else ""
+            raise PackageError(f"{where}: {wrong} is not a value of {takes.shown}, which is {takes.type}{known}")
+        return [made]
     made = {}
+    items, there = source.items, takes.items
     for key, value in t.entries.items():
-        for name, known, which in ((key, items, source), (value, there, target)):
-            if known is None:
-                raise PackageError(f"{place}: the items of {which.shown} are not known, so '{name}' cannot be mapped")
-            if name not in known:
-                raise PackageError(f"{place}: {which.shown} has no item '{name}'; it has {', '.join(known)}")
+        for name, known_items, which in ((key, items, source), (value, there, takes)):
+            if known_items is None:
+                raise PackageError(f"{where}: the items of {which.shown} are not known, so '{name}' cannot be mapped")
+            if name not in known_items:
+                raise PackageError(f"{where}: {which.shown} has no item '{name}'; it has {', '.join(known_items)}")
         assert items is not None
         assert there is not None
         made[items[str(key)]] = there[str(value)]
     for name, number in (items or {}).items():  # what is not mapped keeps its name
         if name not in t.entries:
             if there is None or name not in there:
-                raise PackageError(f"{place}: {target.shown} has no item '{name}', which {source.shown} has unmapped")
+                raise PackageError(f"{where}: {takes.shown} has no item '{name}', which {source.shown} has unmapped")
             made[number] = there[name]
     return [made]
+
+
+def _check(source: Quantity, target: Quantity, where: str, named: bool = True) -> None:
+    """One end gives what the other one takes; `named`: its items mean the same."""
+    _check_types(source, target, where)
+    if named:
+        _check_items(source, target, where)
 
 
 def _check_types(source: Quantity, target: Quantity, where: str) -> None:
@@ -201,7 +290,11 @@ def converted(
     """A parameter's value as it reaches a variable; `remark` is told of units that are defined in two ways."""
     if source.type == "Enumeration" and isinstance(value, str):
         return _item(value, source, hops, target, where)
+    _check_sizes(value, hops, where)
     if target.family == TEXT or source.family == TEXT:
+        for at in filter(None, map(between, hops)):
+            if at.type != source.type and not (at.type == "Enumeration" and target.type == "Enumeration"):
+                raise ParameterError(f"{where}: the value is {source.type}, {at.shown} is {at.type}")
         if any(h.transformation is not None for h in hops):
             raise ParameterError(f"{where}: the value of {target.shown} cannot be transformed: it is {target.type}")
         if source.family != target.family:
@@ -218,12 +311,27 @@ def converted(
     way = passage(source, hops or (Hop(where=where),), target, where, strict=False)
     for text in way.remarks:
         remark(text)
+
+    def check(v: Scalar, at: Quantity) -> None:
+        if at.family == TEXT or (source.type == "Boolean") != (at.type == "Boolean"):
+            raise ParameterError(f"{where}: the value is {source.type}, {at.shown} is {at.type}")
+        if at.family == INTEGER and (int(v) != v or int(v) not in values_of(at)):
+            known = f"; it has {', '.join(at.items)}" if at.items else ""
+            raise ParameterError(f"{where}: {v:g} is not a value of {at.shown}, which is {at.type}{known}")
+
     values = value if isinstance(value, tuple) else (value,)
     made = []
     for v in values:
-        reached = way.apply(v)
+        reached = way.apply(v, check)
         made.append(bool(reached) if isinstance(v, bool) else reached)
     return tuple(made) if isinstance(value, tuple) else made[0]
+
+
+def _check_sizes(value: Value, hops: Sequence[Hop], where: str) -> None:
+    """An array has as many values as the connectors on its way."""
+    for hop in hops if isinstance(value, tuple) else ():
+        if hop.between and hop.type is not None and hop.type.count not in (None, len(value)):
+            raise ParameterError(f"{where}: {len(value)} values do not fill {hop.between}, which is {hop.type.shape}")
 
 
 def _item(value: str, source: Quantity, hops: Sequence[Hop], target: Quantity, where: str) -> Scalar:

@@ -6,7 +6,7 @@ is kept as hops, for only the FMUs know the types and units at the ends.
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass, field, replace
 
 from ..core.errors import PackageError, UnknownNameError, did_you_mean
@@ -44,11 +44,21 @@ class Hop:
 
     transformation: Transformation | None = None
     suppress_unit_conversion: bool = False
-    unit: Unit | None = None
-    """Unit of the connector that is reached, where the package gives one."""
-    enumeration: dict[str, int] | None = None
-    """Items of the connector that is reached, likewise."""
+    type: Type | None = None
+    """Type of the connector that is reached, where the package gives one."""
     where: str = ""
+    between: str = ""
+    """What is reached, for messages; '' for a component's connector, whose FMU knows its type and size."""
+
+    @property
+    def unit(self) -> Unit | None:
+        """Unit of what is reached, where the package gives one."""
+        return self.type.unit if self.type is not None else None
+
+    @property
+    def enumeration(self) -> dict[str, int] | None:
+        """Its items, likewise."""
+        return self.type.enumeration if self.type is not None else None
 
 
 Target = tuple[str, str, tuple[Hop, ...]]
@@ -138,9 +148,16 @@ class Network:
         )
 
 
-def flatten(structure: SystemStructure) -> Network:
-    """The network of a system structure. Raises `PackageError` for what cannot be connected as it says."""
-    return _Flattener(structure).network()
+Causality = Callable[[Component, str], str | None]
+"""What a component's FMU says of a variable: its causality; None where that is not known."""
+
+
+def flatten(structure: SystemStructure, causality: Causality = lambda _component, _name: None) -> Network:
+    """The network of a system structure. Raises `PackageError` for what cannot be connected as it says.
+
+    causality: asked where the package does not say which end of a connection gives the value.
+    """
+    return _Flattener(structure, causality).network()
 
 
 @dataclass
@@ -152,6 +169,7 @@ class _Edge:
 @dataclass
 class _Flattener:
     structure: SystemStructure
+    causality: Causality
     parts: dict[str, Part] = field(default_factory=dict)
     types: dict[Node, Type | None] = field(default_factory=dict)
     kinds: dict[Node, str] = field(default_factory=dict)
@@ -159,12 +177,15 @@ class _Flattener:
     drives: dict[Node, list[tuple[Node, Connection]]] = field(default_factory=dict)
     entries: dict[Node, Node] = field(default_factory=dict)
     """Entries of dictionaries behind the nodes of references that have nodes of their own."""
+    undecided: list[tuple[Node, Node, Connection]] = field(default_factory=list)
+    """Connections between ends that may both give or take."""
     remarks: list[str] = field(default_factory=list)
     idle: dict[End, str] = field(default_factory=dict)
 
     def network(self) -> Network:
         root = self.structure.system
         self.walk(root, "", {})
+        self.decide()
         settings: list[Setting] = []
         given: list[Setting] = []
         self.bind(root, "", settings, given)
@@ -244,10 +265,16 @@ class _Flattener:
         """Nodes of their own for connectors that have other units outside, where a component stands for the system."""
         for connector in system.connectors:
             kind, outer = connector.kind, system.outer.get(connector.name)
-            if (kind in GIVES or kind in TAKES) and _differ(outer, connector.type):
-                inside, outside = ("system", path, connector.name), ("border", path, connector.name)
-                self.types[outside], self.kinds[outside] = outer, kind
-                self.join(*((outside, inside) if kind in TAKES else (inside, outside)), connector.where)
+            if not _differ(outer, connector.type):
+                continue
+            if kind not in GIVES and kind not in TAKES:
+                raise PackageError(
+                    f"{connector.where}: connector '{path}{connector.name}' is of kind {kind} and has another unit "
+                    "where its component is defined; it has to be an input or an output"
+                )
+            inside, outside = ("system", path, connector.name), ("border", path, connector.name)
+            self.types[outside], self.kinds[outside] = outer, kind
+            self.join(*((outside, inside) if kind in TAKES else (inside, outside)), connector.where)
 
     def join(self, source: Node, sink: Node, where: str) -> None:
         """Lead one node to another, as by a connection."""
@@ -307,6 +334,8 @@ class _Flattener:
                 node = ("component", inner, name)
             connector = next((c for c in target.connectors if c.name == name), None)
         kind = connector.kind if connector is not None else "unspecified"
+        if node[0] == "component" and kind not in GIVES and kind not in TAKES:
+            kind = self.causality(self.parts[inner].component, name) or kind
         return node, "gives" if kind in GIVES else "takes" if kind in TAKES else "either"
 
     def connect(
@@ -316,6 +345,8 @@ class _Flattener:
         end, b = self.end(system, path, used, connection, "end")
         where = connection.where
         names = f"'{_shown(connection.start)}' and '{_shown(connection.end)}'"
+        if start == end:
+            raise PackageError(f"{where}: {names} are the same")
         if a == b and a != "either":
             what = "give a value" if a == "gives" else "take one"
             raise PackageError(f"{where}: {names} both {what}; a connection needs one that gives and one that takes")
@@ -323,15 +354,33 @@ class _Flattener:
             raise PackageError(
                 f"{where}: connections of single array elements (startIndices, endIndices) are not supported"
             )
-        source, sink = (
-            (start, end)
-            if a == "gives" or b == "takes"
-            else (end, start)
-            if a == "takes" or b == "gives"
-            else (start, end)
-        )
-        if source == sink:
-            raise PackageError(f"{where}: {names} are the same")
+        if a == b:
+            self.undecided.append((start, end, connection))
+        elif a == "gives" or b == "takes":
+            self.lead(start, end, connection)
+        else:
+            self.lead(end, start, connection)
+
+    def decide(self) -> None:
+        """Find out which end gives a value where both may: the one that gets it from elsewhere."""
+
+        def driven(node: Node) -> bool:
+            return node[0] != "component" and self.entries.get(node, node) in self.driver
+
+        def asked(node: Node) -> bool:
+            wanted = node in self.drives or self.entries.get(node) in self.drives
+            return node[0] != "component" and wanted and not driven(node)
+
+        while self.undecided:
+            known = next((c for c in self.undecided if driven(c[0]) or driven(c[1])), None)
+            start, end, connection = known or self.undecided[0]
+            self.undecided.remove((start, end, connection))
+            back = driven(end) and not driven(start) if known else asked(start) and not asked(end)
+            self.lead(*((end, start) if back else (start, end)), connection)
+
+    def lead(self, source: Node, sink: Node, connection: Connection) -> None:
+        """Have a connection bring the value of one node to another."""
+        where = connection.where
         if source in self.entries and source not in self.driver:
             self.join(self.entries[source], source, where)
         entry = self.entries.get(sink)
@@ -351,10 +400,9 @@ class _Flattener:
 
     def hop(self, node: Node, connection: Connection) -> Hop:
         """What a value meets on a connection that ends at a node."""
-        type = self.types.get(node)
         return Hop(
-            connection.transformation, connection.suppress_unit_conversion, type.unit if type else None,
-            type.enumeration if type else None, connection.where,
+            connection.transformation, connection.suppress_unit_conversion, self.types.get(node), connection.where,
+            _what(node) if node[0] != "component" else "",
         )  # fmt: skip
 
     def trace(self, sink: Node) -> Wire | None:
@@ -425,7 +473,7 @@ class _Flattener:
                 self.remarks.append(f"{entry.where}: {told}")
         for name, p in parameters.items():
             for entry in entries.get(name, ()):
-                hop = Hop(entry.transformation, entry.suppress_unit_conversion, None, None, entry.where)
+                hop = Hop(entry.transformation, entry.suppress_unit_conversion, None, entry.where)
                 yield Setting("", entry.target, p.value, p.type, (hop,), p.where, entry.target)
         if left := [name for name in parameters if name not in entries]:
             shown = ", ".join(left[:5]) + (f" and {len(left) - 5} more" if len(left) > 5 else "")
@@ -449,9 +497,8 @@ class _Flattener:
     def behind(self, node: Node, hops: tuple[Hop, ...]) -> Iterator[Target]:
         """Everything that a system's connector leads to."""
         type = self.types.get(node)
-        if type is not None and (type.unit is not None or type.enumeration is not None):
-            last = hops[-1] if hops else Hop()
-            hops = (*hops[:-1], replace(last, unit=type.unit or last.unit, enumeration=type.enumeration))
+        if type is not None:
+            hops = (*hops[:-1], replace(hops[-1] if hops else Hop(), type=type, between=_what(node)))
         for sink, connection in self.drives.get(node, ()):
             further = (*hops, self.hop(sink, connection))
             if sink[0] == "component":

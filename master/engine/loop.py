@@ -24,7 +24,7 @@ PYTHON = 7
 COPY, LINEAR, INTEGER_TO_REAL = range(8, 11)
 """target, source, count, constant: for LINEAR and INTEGER_TO_REAL target = constants[c] * source + constants[c + 1]."""
 TABLE = 11
-"""target, source, first, entries: target = tables[k, 1] where tables[k, 0] = source."""
+"""target, source, first, entries, strict: target = tables[k, 1] where tables[k, 0] = source, which is one if strict."""
 MIX = 12
 """target, constant, first, terms: the sum of constants[c + k] * the real in slot tables[first + k, 0]."""
 DRIVE, DRIVE_INTEGER = 13, 14
@@ -38,8 +38,8 @@ to the FMU as slopes (fmi2SetRealInputDerivatives)."""
 LINE = 19
 """target, newest, before, constant: the real newest + constants[c] * (newest - before), for a step of full length; a
 shorter one goes as much less far."""
-POSITIVE = 18
-"""slot, count: integers on their way between UInt64 and other types, which agree where none is negative."""
+WITHIN = 18
+"""slot, count, least, greatest: integers on their way to a type that does not have all values of theirs."""
 
 OPERANDS = 8
 
@@ -157,15 +157,19 @@ def run(
             elif code == TABLE:
                 value = integers[o[2]]
                 integers[o[1]] = value  # what is not mapped is kept
+                missing = o[5] != 0
                 for j in range(o[3], o[3] + o[4]):
                     if tables[j, 0] == value:
                         integers[o[1]] = tables[j, 1]
+                        missing = False
                         break
+                if missing:
+                    status = TOO_LARGE
             elif code == LINE:
                 reals[o[1]] = reals[o[2]] + constants[o[4]] * (step / h) * (reals[o[2]] - reals[o[3]])
-            elif code == POSITIVE:
-                for j in range(o[2]):
-                    if integers[o[1] + j] < 0:
+            elif code == WITHIN:
+                for j in range(o[1], o[1] + o[2]):
+                    if integers[j] < o[3] or integers[j] > o[4]:
                         status = TOO_LARGE
             elif code == PYTHON:
                 status = native.python(o[1], t, step)

@@ -33,21 +33,60 @@ class Board:
 
 
 @dataclass(frozen=True)
+class Within:
+    """An integer has to lie between two."""
+
+    least: int
+    greatest: int
+
+
+@dataclass(frozen=True)
+class Mapped:
+    """An integer is replaced as a table says; one that it does not have is kept, or refused if `strict`."""
+
+    entries: tuple[tuple[int, int], ...]
+    strict: bool = False
+
+
+@dataclass(frozen=True)
 class Cast:
-    """One element's way from one slot to another: a copy, factor and offset, or a table of integers."""
+    """One element's way from one slot to another: what happens to an integer, then factor and offset of a real."""
 
     factor: float = 1.0
     offset: float = 0.0
-    table: tuple[tuple[int, int], ...] | None = None
+    whole: tuple[Within | Mapped, ...] = ()
     from_integer: bool = False
     """The source is an integer and the target a real."""
-    positive: bool = False
-    """The value must not be negative: one end is UInt64 and the other is not."""
 
     @property
     def plain(self) -> bool:
         """Whether it copies."""
-        return self.factor == 1.0 and self.offset == 0.0 and self.table is None and not self.from_integer
+        return self.factor == 1.0 and self.offset == 0.0 and not self.whole and not self.from_integer
+
+    def forth(self, value: float) -> float:
+        """The value at the target; one that is refused on the way is kept."""
+        for step in self.whole:
+            if isinstance(step, Mapped):
+                value = dict(step.entries).get(int(value), value)
+        return value if self.factor == 1.0 and self.offset == 0.0 else self.factor * float(value) + self.offset
+
+    def back(self, value: float) -> float | None:
+        """The value at the source, of several the first; None where none leads to it."""
+        if self.factor != 1.0 or self.offset != 0.0:
+            if self.factor == 0.0:
+                return None
+            value = (value - self.offset) / self.factor
+        if self.from_integer:
+            value = round(value)
+        for step in reversed(self.whole):
+            if isinstance(step, Mapped):
+                starts = [start for start, end in step.entries if end == value]
+                if not starts and (step.strict or value in dict(step.entries)):
+                    return None
+                value = starts[0] if starts else value
+            elif not step.least <= value <= step.greatest:
+                return None
+        return value
 
 
 def listed(names: Sequence[str]) -> str:
@@ -84,13 +123,17 @@ class Program:
 
     def cast(self, target: int, source: int, size: int, cast: Cast, doing: str = "") -> None:
         """target = cast(source), `size` slots from each."""
-        if cast.positive:
-            self._add(None, doing, loop.POSITIVE, source, size)
-        if cast.table is not None:
-            first = self._table(cast.table)
+        for step in cast.whole:
+            if isinstance(step, Within):
+                self._add(None, doing, loop.WITHIN, source, size, step.least, step.greatest)
+                continue
+            first = self._table(step.entries)
             for k in range(size):
-                self._add(None, doing, loop.TABLE, target + k, source + k, first, len(cast.table))
-        elif cast.plain:
+                self._add(None, doing, loop.TABLE, target + k, source + k, first, len(step.entries), int(step.strict))
+            source = target
+        if cast.factor == 1.0 and cast.offset == 0.0 and not cast.from_integer:
+            if source == target:
+                return
             if self.rows and self.rows[-1][0] == loop.COPY and self._continues(target, source):
                 _, a, b, count = self.rows[-1]
                 self.rows[-1] = (loop.COPY, a, b, count + size)

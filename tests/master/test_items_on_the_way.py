@@ -93,15 +93,15 @@ def test_what_no_mapping_takes_is_refused(fmus, tmp_path, kind, value, target, t
 
 @pytest.mark.parametrize("value", ["11", "-11"])
 def test_a_value_of_a_system_input_is_in_the_range_of_what_it_reaches(fmus, tmp_path, value):
-    """The FMU's integer_in takes -2 ^ 31 and more; 1e6 times the value in it is beyond."""
+    """The FMU's integer_in takes 32 bits; 11e9 is beyond."""
     path = package(tmp_path / "p.ssp", with_input(name="u1"), with_fmu(fmus))
     assert last(tmp_path, path, "a.u1", changes=(("u1", value),)) == float(value)
     wide = component("a", "resources/L.fmu", connector("integer_in", "input", "Integer"))
-    made = (connector("n", "input", "Integer"),)
-    root = system("root", wide, made=made, links=(link("n", "a.integer_in", numbers((int(value), 2**40))),))
-    path = package(tmp_path / "w.ssp", root, with_fmu(fmus))
-    with pytest.raises(CosimError, match=f"--set n={value}: a.integer_in = .* is out of range"):
-        run(path, tmp_path / "out", Options(changes=(("n", value),)))
+    made = (connector("n", "input", "Int64"),)
+    root = system("root", wide, made=made, links=(link("n", "a.integer_in"),))
+    path = package(tmp_path / "w.ssp", root, with_fmu(fmus), version="2.0")
+    with pytest.raises(CosimError, match=f"--set n={value}.*: a.integer_in = .* is out of range"):
+        run(path, tmp_path / "out", Options(changes=(("n", f"{value}000000000"),)))
 
 
 # texts
@@ -141,3 +141,42 @@ def test_what_is_wrong_with_stimuli_is_told(fmus, tmp_path, table, why):
     path = package(tmp_path / "p.ssp", with_input(), with_fmu(fmus))
     with pytest.raises(CosimError, match=why):
         run(path, tmp_path / "out", Options(stimuli=tmp_path / "s.csv"))
+
+
+# what lies between two FMUs
+
+
+@pytest.mark.parametrize("kind", ["Integer", "Boolean", "String"])
+def test_a_connector_between_two_fmus_takes_values_of_its_type_only(fmus, tmp_path, kind):
+    ends = connector("u1", "input"), connector("y1", "output")
+    inner = system("i", component("b", "resources/L.fmu", *ends), made=(connector("g", "input", kind),),
+                   links=(link("g", "b.u1"),))  # fmt: skip
+    root = system("root", component("a", "resources/L.fmu", *ends), inner, links=(link("a.y1", "i.g"),))
+    path = package(tmp_path / "p.ssp", root, with_fmu(fmus))
+    with pytest.raises(CosimError, match=f"connector 'i.g' is {kind}|'i.g'.* is {kind}"):
+        run(path, tmp_path / "out", Options())
+
+
+def test_a_mapping_of_integers_may_be_followed_by_a_real(fmus, tmp_path):
+    """7 is mapped to 5, which a real connector takes, times 2 and 1 more."""
+    a = component("a", "resources/L.fmu", connector("integer_out", "output", "Integer"),
+                  connector("integer_in", "input", "Integer"))  # fmt: skip
+    b = component("b", "resources/L.fmu", connector("u1", "input"), connector("y1", "output"))
+    inner = system("i", b, made=(connector("g", "input", "Integer"),),
+                   links=(link("g", "b.u1", '<ssc:LinearTransformation factor="2" offset="1"/>'),))  # fmt: skip
+    root = system("root", a, inner, links=(link("a.integer_out", "i.g", numbers((7, 5))),))
+    path = package(tmp_path / "p.ssp", root, with_fmu(fmus))
+    assert last(tmp_path, path, "i.b.u1", changes=(("a.integer_in", "7"),)) == 11.0
+
+
+@pytest.mark.parametrize("back", [False, True])
+def test_a_connection_of_unspecified_ends_goes_to_the_one_that_nothing_else_drives(fmus, tmp_path, back):
+    """y1 = 3 u1, u1 = 2 from the system's input through two connectors that do not say what they are."""
+    own = bindings(binding(values({"D[1,1]": 3.0})))
+    b = component("b", "resources/L.fmu", connector("u1", "input"), connector("y1", "output"), bindings=own)
+    inner = system("i", b, made=(connector("g", "unspecified"),), links=(link("b.u1", "g"),))
+    way = link("g", "i.g") if back else link("i.g", "g")
+    outer = system("o", inner, made=(connector("g", "unspecified"),), links=(way,))
+    root = system("root", outer, made=(connector("x", "input"),), links=(link("o.g", "x"),))
+    path = package(tmp_path / "p.ssp", root, with_fmu(fmus))
+    assert last(tmp_path, path, "o.i.b.y1", changes=(("x", "2"),)) == 6.0
