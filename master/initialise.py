@@ -92,6 +92,8 @@ class Initialiser:
 
     def _compute(self, wire: Wire) -> None:
         source, target = self.system.slaves[wire.start[0]], self.system.slaves[wire.end[0]]
+        if source.version == "1.0" and source._state == "initialising":  # which calculates in fmiInitializeSlave
+            source.exit_initialisation()
         given = self.system.quantity(wire.start, wire.unit, wire.enumeration)
         value = converted(source.get(wire.start[1]), given, wire.hops, self.system.quantity(wire.end), wire.where)
         target.set_start(wire.end[1], target.checked(wire.end[1], value, wire.where))

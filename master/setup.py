@@ -19,6 +19,7 @@ from ..ssp.model import Component, Table
 from ..ssp.network import Hop, Network, Setting, flatten
 from ..ssp.parameters import read_set
 from ..ssp.reader import read
+from .sizes import Extent, check_sizes, stated
 from .slaves.base import Log, Slave
 from .slaves.fmi3 import Slave3
 from .slaves.fmu import also_forget, describe, platform_folder
@@ -164,6 +165,9 @@ def bound_values(
             remark(f"{_not_settable(slave, s.variable, s.where)}; the value is ignored")
             continue
         target = _target(network, slave, s.variable)
+        given, size = stated(s.type, f"the value of '{s.name or s.variable}'"), slave.size(s.variable)
+        if given is not None and given.count == size:
+            check_sizes(given, s.hops, Extent(target.shown, size, slave.shape(s.variable)), s.where)
         value = converted(s.value, _quantity(s), s.hops, target, s.where, remark)
         made.append(_checked(slave, s.variable, value, s.where))
     return made

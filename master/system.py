@@ -17,6 +17,7 @@ from ..ssp.network import End, Network, Wire
 from .engine.loop import U8
 from .engine.program import Board, Cast, Program
 from .order import component_order
+from .sizes import Extent, check_sizes, stated
 from .slaves.base import LIMITS, MOST_VALUES, REAL, TEXT, Group, Signal, Slave
 from .wiring import Quantity, passage
 
@@ -133,7 +134,9 @@ class System:
                     size, key = slave.size(v.name), (form.verb, v.valueReference)
                     is_alias = chosen is inputs and key in places
                     place = places[key] if is_alias else self._place(form.family, size)
-                    signal = Signal(slave.name, v.name, kind, form.family, v.valueReference, place, size)
+                    signal = Signal(
+                        slave.name, v.name, kind, form.family, v.valueReference, place, size, bool(v.dimensions)
+                    )
                     signals.append(signal)
                     if not is_alias:
                         members.append(signal)
@@ -276,12 +279,9 @@ class System:
                     )
                 if not self.slaves[wire.end[0]].settable(wire.end[1]):
                     raise PackageError(f"{wire.where}: '{'.'.join(wire.end)}' cannot be set")
-                counts = [self.slaves[c].size(v) for c, v in (wire.start, wire.end)]
-                if counts[0] != counts[1]:
-                    raise PackageError(
-                        f"{wire.where}: '{'.'.join(wire.start)}' has {counts[0]} values and '{'.'.join(wire.end)}' "
-                        f"{counts[1]}"
-                    )
+                ends = [Extent(f"'{c}.{v}'", self.slaves[c].size(v), self.slaves[c].shape(v))
+                        for c, v in (wire.start, wire.end)]  # fmt: skip
+                check_sizes(ends[0], wire.hops, ends[1], wire.where)
                 given = self.quantity(wire.start, wire.unit, wire.enumeration)
                 self.remarks += passage(given, wire.hops, self.quantity(wire.end), wire.where).remarks
             except CosimError as error:
@@ -336,20 +336,15 @@ class System:
         taken = self.quantity(wire.end)
         way = passage(given, wire.hops, taken, wire.where)
         self.remarks += way.remarks
-        shapes = [
-            tuple(d for d in self.slaves[x.component].shape(x.name) if d != 1) if x.component else None
-            for x in (source, target)
-        ]
-        if None not in shapes and shapes[0] != shapes[1] and source.size == target.size:
-            raise PackageError(
-                f"{wire.where}: '{source.address}' is {shapes[0]} in shape and '{target.address}' {shapes[1]}"
-            )
-        if source.size != target.size:
-            raise PackageError(
-                f"{wire.where}: '{source.address}' has {source.size} values and '{target.address}' {target.size}"
-            )
+        check_sizes(self._extent(source), wire.hops, self._extent(target), wire.where)
         cast = Cast() if target.family == TEXT else way.cast(given, taken, wire.where)
         return Link(source, target, cast, wire)
+
+    def _extent(self, signal: Signal) -> Extent:
+        shown = f"'{signal.address}'"
+        if signal.component:
+            return Extent(shown, signal.size, self.slaves[signal.component].shape(signal.name))
+        return stated(self.network.inputs[signal.name].type, shown) or Extent(shown, signal.size)
 
     def _compare_units(self) -> None:
         """Remark outputs whose connector states another unit than the FMU; of inputs `passage` does that."""
@@ -372,6 +367,7 @@ class System:
         taken = Quantity(kind, last.unit if last else None, last.enumeration if last else None, f"'{name}'")
         way = passage(given, wire.hops, taken, wire.where)
         self.remarks += way.remarks
+        check_sizes(self._extent(source), wire.hops, None, wire.where)
         cast = Cast() if taken.family == TEXT else way.cast(given, taken, wire.where)
         target = Signal("", name, kind, taken.family, 0, self._place(taken.family, source.size), source.size)
         self.own_outputs[name] = target

@@ -15,6 +15,7 @@ from ..core.units import Unit, alike, conversion
 from ..ssp.model import FLOATS, Linear, Scalar, Table, Value
 from ..ssp.network import Hop
 from .engine.program import Cast, Mapped, Within
+from .sizes import Extent, check_sizes
 from .slaves.base import INTEGER, LIMITS, REAL, TEXT
 
 T = TypeVar("T")
@@ -329,9 +330,8 @@ def converted(
 
 def _check_sizes(value: Value, hops: Sequence[Hop], where: str) -> None:
     """An array has as many values as the connectors on its way."""
-    for hop in hops if isinstance(value, tuple) else ():
-        if hop.between and hop.type is not None and hop.type.count not in (None, len(value)):
-            raise ParameterError(f"{where}: {len(value)} values do not fill {hop.between}, which is {hop.type.shape}")
+    if isinstance(value, tuple):
+        check_sizes(Extent("the value", len(value)), hops, None, where)
 
 
 def _item(value: str, source: Quantity, hops: Sequence[Hop], target: Quantity, where: str) -> Scalar:

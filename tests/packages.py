@@ -21,10 +21,12 @@ def attributes(given: Mapping[str, object]) -> str:
 
 
 def connector(
-    name: str, kind: str, type: str | None = "Real", unit: str | None = None, enumeration: str | None = None
-) -> str:
-    """A connector, e.g. connector("u", "input", "Real", "mm")."""
+    name: str, kind: str, type: str | None = "Real", unit: str | None = None, enumeration: str | None = None,
+    sizes: tuple[int, ...] = (),
+) -> str:  # fmt: skip
+    """A connector, e.g. connector("u", "input", "Real", "mm"); sizes are those of an array (SSP 2.0)."""
     inside = f"<ssc:{type}{attributes({'unit': unit, 'name': enumeration})}/>" if type else ""
+    inside += "".join(f'<ssc:Dimension size="{size}"/>' for size in sizes)
     return f'<ssd:Connector name="{name}" kind="{kind}">{inside}</ssd:Connector>'
 
 

@@ -81,6 +81,8 @@ class Signal:
     reference: int
     place: int
     size: int = 1
+    is_array: bool = False
+    """Whether it has dimensions, be they 1."""
 
     @property
     def address(self) -> str:

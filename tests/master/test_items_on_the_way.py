@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import pytest
 from deepsea_cosim.core.errors import CosimError
+from deepsea_cosim.master.check import check
 from deepsea_cosim.master.simulate import Options, run
 
 from benchmarks import native
@@ -180,3 +181,36 @@ def test_a_connection_of_unspecified_ends_goes_to_the_one_that_nothing_else_driv
     root = system("root", outer, made=(connector("x", "input"),), links=(link("o.g", "x"),))
     path = package(tmp_path / "p.ssp", root, with_fmu(fmus))
     assert last(tmp_path, path, "o.i.b.y1", changes=(("x", "2"),)) == 6.0
+
+
+def wide(size):
+    """Two arrays of FMI 3.0 with a nested system's connector of a stated size before the second one."""
+    ends = connector("many_in", "input", "Float64"), connector("many_out", "output", "Float64")
+    made = (connector("g", "input", "Float64", sizes=size),)
+    inner = system("i", component("b", "resources/L.fmu", *ends), made=made, links=(link("g", "b.many_in"),))
+    return system("root", component("a", "resources/L.fmu", *ends), inner, links=(link("a.many_out", "i.g"),))
+
+
+def test_a_connector_on_the_way_of_an_array_has_its_size(fmus, tmp_path):
+    path = package(tmp_path / "p.ssp", wide((2,)), with_fmu(fmus, 3), version="2.0")
+    assert last(tmp_path, path, "i.b.many_in[2]") == last(tmp_path, path, "a.many_out[2]")
+    path = package(tmp_path / "q.ssp", wide((7,)), with_fmu(fmus, 3), version="2.0")
+    with pytest.raises(CosimError, match=r"'a.many_out' has 2 values and connector 'i.g' 7"):
+        run(path, tmp_path / "out", Options())
+    assert "connector 'i.g' 7" in check(path).errors[0]
+
+
+def test_an_output_of_the_system_has_the_size_that_it_states(fmus, tmp_path):
+    a = component("a", "resources/L.fmu", connector("many_out", "output", "Float64"))
+    root = system("root", a, made=(connector("y", "output", "Float64", sizes=(3,)),), links=(link("a.many_out", "y"),))
+    path = package(tmp_path / "p.ssp", root, with_fmu(fmus, 3), version="2.0")
+    with pytest.raises(CosimError, match=r"'a.many_out' has 2 values and connector 'y' 3"):
+        run(path, tmp_path / "out", Options())
+
+
+def test_an_array_of_one_value_is_an_array(fmus, tmp_path):
+    a = component("a", "resources/L.fmu", connector("many_out", "output", "Float64"))
+    path = package(tmp_path / "p.ssp", system("root", a), with_fmu(fmus, 3), version="2.0")
+    frame = run(path, tmp_path / "out", Options(changes=(("a.size", "1"),))).frame
+    assert "a.many_out[1]" in frame.columns
+    assert "a.many_out" not in frame.columns
