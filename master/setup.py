@@ -20,11 +20,11 @@ from ..ssp.network import Hop, Network, Setting, flatten
 from ..ssp.parameters import read_set
 from ..ssp.reader import read
 from .sizes import Extent, check_sizes, stated
-from .slaves.base import Log, Slave
+from .slaves.base import TEXT, Log, Slave
 from .slaves.fmi3 import Slave3
 from .slaves.fmu import also_forget, describe, platform_folder
 from .system import System
-from .wiring import Quantity, converted
+from .wiring import Quantity, between, converted, parsed
 
 
 @dataclass(frozen=True)
@@ -101,19 +101,33 @@ def expanded(
             slave, reached = slaves[component], value
             where = f"{prefix}{address}={value}"
             slave.variable(name)
-            if any(hop.unit is not None or hop.transformation is not None for hop in hops):
+            at = between(hops[0]) if hops else None
+            if at is not None or any(hop.transformation is not None for hop in hops):
                 target = _target(network, slave, name)
                 tables = (h.transformation for h in hops if isinstance(h.transformation, Table))
                 named = next((table.entries for table in tables if table.kind == "Enumeration"), None)
-                if named is None:
+                known_items = target.items if named is None else None
+                if named is None and at is not None:
+                    at = replace(at, unit=None, items=at.items or known_items)
+                    parts = _parts(value, bool(slave.variables[name].dimensions) and at.family != TEXT)
+                    values = [parsed(part, at, at.shown, where) for part in parts]
+                    given = tuple(values) if len(values) > 1 or slave.variables[name].dimensions else values[0]
+                elif named is None:
                     given = slave.checked(name, value, where, limited=False)
                 elif (given := _item(hops, value)) not in {**named, **(target.items or {})}:  # mapped by its name
                     known = ", ".join(map(str, named))
                     raise UsageError(f"{where}: '{address}' is mapped by the names of its items: {known}")
                 kind = target.type if named is None else "Enumeration"
-                known_items = target.items if named is None else None
-                reached = converted(given, Quantity(kind, None, known_items), hops, target, where)
+                source = at if named is None and at is not None else Quantity(kind, None, known_items)
+                reached = converted(given, source, hops, target, where)
             yield f"{component}.{name}", reached
+
+
+def _parts(value: Any, is_array: bool) -> Sequence[Any]:
+    """The values of an array, which a text has one after the other."""
+    if isinstance(value, str) and is_array:
+        return value.replace(",", " ").split()
+    return value if isinstance(value, (tuple, list)) else (value,)
 
 
 def _item(hops: Sequence[Hop], value: Any) -> str:

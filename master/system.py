@@ -18,8 +18,8 @@ from .engine.loop import U8
 from .engine.program import Board, Cast, Program
 from .order import component_order
 from .sizes import Extent, check_sizes, stated
-from .slaves.base import LIMITS, MOST_VALUES, REAL, TEXT, Group, Signal, Slave
-from .wiring import Quantity, passage
+from .slaves.base import MOST_VALUES, REAL, TEXT, Group, Signal, Slave
+from .wiring import Quantity, parsed, passage
 
 
 @dataclass(frozen=True)
@@ -445,13 +445,14 @@ class System:
     def checked_input(self, name: str, value: object, where: str) -> object:
         """A value for an own input in its type, a tuple for an array, or a `ParameterError`."""
         quantity, size = self.input_quantity(name), self.own_inputs[name].size
+        shown = f"the system's input '{name}'"
         if size > 1 or isinstance(value, tuple):
             parts = value.replace(",", " ").split() if isinstance(value, str) else value
             values = list(parts) if isinstance(parts, (tuple, list)) else [parts] * size
             if len(values) != size:
-                raise ParameterError(f"{where}: the system's input '{name}' has {size} values, not {len(values)}")
-            return tuple(self._checked_one(name, quantity, v, where) for v in values)
-        return self._checked_one(name, quantity, value, where)
+                raise ParameterError(f"{where}: {shown} has {size} values, not {len(values)}")
+            return tuple(parsed(v, quantity, shown, where) for v in values)
+        return parsed(value, quantity, shown, where)
 
     def check_reached(self, name: str, value: object, where: str) -> None:
         """Raise `ParameterError` where a value of an own input is none that the variables behind it may take."""
@@ -462,32 +463,6 @@ class System:
             for one in value if isinstance(value, tuple) else (value,):
                 reached = link.cast.forth(one)  # type: ignore[arg-type]
                 self.slaves[link.target.component]._scalar(link.target.name, reached, where)
-
-    @staticmethod
-    def _checked_one(name: str, quantity: Quantity, value: object, where: str) -> object:
-        text = str(value).strip()
-        try:
-            if quantity.type == "Binary":
-                return value if isinstance(value, bytes) else bytes.fromhex(text)
-            if quantity.family == TEXT:
-                return value if isinstance(value, str) else text
-            if quantity.type == "Boolean":
-                return {"true": 1, "1": 1, "1.0": 1, "false": 0, "0": 0, "0.0": 0}[text.lower()]
-            if quantity.items and text in quantity.items:
-                return quantity.items[text]
-            number = float(text)
-            if not np.isfinite(number) or (quantity.family != REAL and number != int(number)):
-                raise ValueError
-            if quantity.family == REAL:
-                return number
-            whole = int(text) if text.lstrip("+-").isdigit() else int(number)
-            low, high = LIMITS.get(quantity.type, (-(2**63), 2**63 - 1))
-            if not low <= whole <= high or (quantity.items and whole not in quantity.items.values()):
-                raise ValueError
-            return whole
-        except (KeyError, ValueError):
-            kind = f"one {quantity.type}{', hexadecimal digits' if quantity.type == 'Binary' else ''}"
-            raise ParameterError(f"{where}: {value!r} is not a value of the system's input '{name}' ({kind})") from None
 
     def put(self, signal: Signal, value: object, element: int | None = None) -> None:
         """Write a value, or a tuple of an array's, to a signal's place; or one element of an array."""

@@ -8,6 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, replace
+from math import isfinite
 from typing import TypeVar
 
 from ..core.errors import PackageError, ParameterError, UsageError
@@ -282,6 +283,33 @@ def _check_items(source: Quantity, target: Quantity, where: str) -> None:
                 f"{repr(there[value]) if value in there else 'missing'} in {target.shown}; give an "
                 "EnumerationMappingTransformation"
             )
+
+
+def parsed(value: object, quantity: Quantity, shown: str, where: str) -> Scalar:
+    """A value that a user gives, in the type of what takes it, or a `ParameterError`."""
+    text = str(value).strip()
+    try:
+        if quantity.type == "Binary":
+            return value if isinstance(value, bytes) else bytes.fromhex(text)
+        if quantity.family == TEXT:
+            return value if isinstance(value, str) else text
+        if quantity.type == "Boolean":
+            return {"true": 1, "1": 1, "1.0": 1, "false": 0, "0": 0, "0.0": 0}[text.lower()]
+        if quantity.items and text in quantity.items:
+            return quantity.items[text]
+        number = float(text)
+        if not isfinite(number) or (quantity.family != REAL and number != int(number)):
+            raise ValueError
+        if quantity.family == REAL:
+            return number
+        whole = int(text) if text.lstrip("+-").isdigit() else int(number)
+        low, high = LIMITS.get(quantity.type, (-(2**63), 2**63 - 1))
+        if not low <= whole <= high or (quantity.items and whole not in quantity.items.values()):
+            raise ValueError
+        return whole
+    except (KeyError, ValueError):
+        kind = f"one {quantity.type}{', hexadecimal digits' if quantity.type == 'Binary' else ''}"
+        raise ParameterError(f"{where}: {value!r} is not a value of {shown} ({kind})") from None
 
 
 def converted(

@@ -214,3 +214,29 @@ def test_an_array_of_one_value_is_an_array(fmus, tmp_path):
     frame = run(path, tmp_path / "out", Options(changes=(("a.size", "1"),))).frame
     assert "a.many_out[1]" in frame.columns
     assert "a.many_out" not in frame.columns
+
+
+@pytest.mark.parametrize(("kind", "value"), [("Integer", "2.5"), ("Boolean", "3"), ("Real", "x"), ("Real", "nan")])
+def test_a_nested_connector_takes_values_of_its_type_only(fmus, tmp_path, kind, value):
+    ends = connector("u1", "input"), connector("y1", "output")
+    inner = system("i", component("b", "resources/L.fmu", *ends), made=(connector("g", "input", kind),),
+                   links=(link("g", "b.u1"),))  # fmt: skip
+    path = package(tmp_path / "p.ssp", system("root", inner), with_fmu(fmus))
+    with pytest.raises(CosimError, match=f"--set i.g={value}: '{value}' is not a value of connector 'i.g' .one {kind}"):
+        run(path, tmp_path / "out", Options(changes=(("i.g", value),)))
+    if kind == "Integer":
+        assert last(tmp_path, path, "i.b.u1", changes=(("i.g", "2"),)) == 2.0
+
+
+def test_a_calculated_parameter_of_fmi_1_drives_a_parameter(fmus, tmp_path):
+    """y2 = 5 from a state that stands still; FMI 1.0 has it after fmiInitializeSlave."""
+    told = 'name="y2" valueReference="11" causality="output" variability='
+    fmu = redescribed(fmus[1], tmp_path / "C.fmu", (f'{told}"continuous"', f'{told}"parameter"'))
+    given = bindings(binding(values({"C[2,1]": 1.0, "x0[1]": 5.0})))
+    a = component("a", "resources/C.fmu", connector("y2", "output"), bindings=given)
+    b = component("b", "resources/L.fmu", connector("D[1,1]", "parameter"), connector("y1", "output"),
+                  bindings=bindings(binding(values({"u1": 2.0}))))  # fmt: skip
+    root = system("root", b, a, links=(link("a.y2", "b.D[1,1]"),))
+    path = package(tmp_path / "p.ssp", root, {"resources/C.fmu": fmu, "resources/L.fmu": fmus[2]})
+    assert last(tmp_path, path, "b.y1") == 10.0
+    assert last(tmp_path, path, "b.y1", isolate=True) == 10.0
