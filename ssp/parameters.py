@@ -46,11 +46,20 @@ def inside(document: Document, element: etree._Element, source: str, base: Path,
     return path, unquote(parts.fragment)
 
 
+def opened_at(document: Document, element: etree._Element, path: Path, shown: str) -> Document:
+    """A file that an element asks for; one that is missing is told with the place that does."""
+    if not path.is_file():
+        raise document.error(element, f"'{element.get('source')}' is missing in the package")
+    return Document(path, shown)
+
+
 class Bindings:
     """Reads the bindings of elements of one system structure description."""
 
-    def __init__(self, folder: Path, root: Path, remark: Remark):
+    def __init__(self, folder: Path, root: Path, remark: Remark, prefix: str = ""):
         self.folder, self.root, self.remark = folder, root, remark
+        self.prefix = prefix
+        """What names of files begin with in messages: the package that this one lies in."""
 
     def read(
         self, document: Document, owner: etree._Element, known: Definitions, source: Path | None = None
@@ -103,7 +112,7 @@ class Bindings:
             raise document.error(element, f"sourceBase '{base}' is not supported; known: SSD, component")
         if base == "SSD":
             path, _ = inside(document, element, source, self.folder, self.root)
-            opened = Document(path, _shown(path, self.root))
+            opened = opened_at(document, element, path, f"{self.prefix}{_shown(path, self.root)}")
         else:
             opened = self._of_component(document, element, source, of)
         return opened, opened.root

@@ -22,7 +22,7 @@ from .model import (
     SystemStructure,
     Type,
 )
-from .parameters import Bindings, inside
+from .parameters import Bindings, inside, opened_at
 from .values import TRANSFORMATIONS, TYPES, Definitions, transformation_of, type_of
 
 FMU = "application/x-fmu-sharedlibrary"
@@ -79,13 +79,15 @@ class _Reader:
 
     def __init__(
         self, folder: Path, budget: Budget, depth: int = 0, remarks: list[str] | None = None,
-        outer: _Reader | None = None,
+        outer: _Reader | None = None, prefix: str = "",
     ):  # fmt: skip
         self.folder, self.budget, self.depth = folder, budget, depth
         self.remarks: list[str] = [] if remarks is None else remarks
         self.root: Path = outer.root if outer is not None else folder
         """The package's folder."""
-        self.bindings = Bindings(folder, self.root, self.remarks.append)
+        self.prefix = outer.prefix if outer is not None else prefix
+        """What names of files begin with in messages: the package that this one lies in."""
+        self.bindings = Bindings(folder, self.root, self.remarks.append, self.prefix)
         self.open: list[str] = outer.open if outer is not None else []
         """Descriptions and referenced systems that are being read, to notice one that contains itself."""
 
@@ -121,7 +123,7 @@ class _Reader:
 
     def description(self, name: str) -> SystemStructure:
         """The description in a file of the folder."""
-        shown = (self.folder / name).resolve().relative_to(self.root.resolve()).as_posix()
+        shown = self.prefix + (self.folder / name).resolve().relative_to(self.root.resolve()).as_posix()
         if shown in self.open:
             raise PackageError(f"{shown}: the system contains itself ({' -> '.join([*self.open, shown])})")
         if len(self.open) + self.depth > MOST_LEVELS:
@@ -284,9 +286,13 @@ class _Reader:
                     element, f"component '{name}': {str(error).replace(f'{path.parent}/', '')}"
                 ) from None
         try:
-            return _Reader(folder, self.budget, self.depth + 1, self.remarks).read(fragment or None).system
+            inner = _Reader(folder, self.budget, self.depth + 1, self.remarks, prefix=f"{self.prefix}{path.name}/")
+            return inner.read(fragment or None).system
         except PackageError as error:
-            raise PackageError(f"{path.name}: {error}") from None
+            told = str(error)
+            if told.startswith(inner.prefix):
+                raise
+            raise document.error(element, f"{path.name}: {told}") from None
 
     def _embedded(self, document: Document, element: etree._Element, known: Definitions, name: str, id: str) -> System:
         """A system of the same file, used once more."""
@@ -355,7 +361,7 @@ class _Reader:
                 )
             if element.get("source"):
                 path, _ = inside(document, element, element.get("source"), self.folder, self.root)
-                file = Document(path, path.name)
+                file = opened_at(document, element, path, f"{self.prefix}{path.name}")
                 root, outer = file.root, None
             else:
                 inline = element.find(f"{SSB}SignalDictionary")

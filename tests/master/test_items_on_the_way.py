@@ -23,7 +23,7 @@ from ..packages import (
     system,
     values,
 )
-from .parts import last, redescribed, with_fmu, with_input
+from .parts import gain, last, redescribed, with_fmu, with_input
 
 pytestmark = pytest.mark.skipif(native.compiler is None, reason="there is no C compiler here")
 
@@ -240,3 +240,20 @@ def test_a_calculated_parameter_of_fmi_1_drives_a_parameter(fmus, tmp_path):
     path = package(tmp_path / "p.ssp", root, {"resources/C.fmu": fmu, "resources/L.fmu": fmus[2]})
     assert last(tmp_path, path, "b.y1") == 10.0
     assert last(tmp_path, path, "b.y1", isolate=True) == 10.0
+
+
+def test_places_in_a_nested_package_name_it(fmus, tmp_path):
+    wrong = system("s", gain("g", 1.0), links=(link("g.y1", "g.u9"), link("g.y1", "nobody.u")))
+    inner = package(tmp_path / "sub.ssp", wrong, with_fmu(fmus))
+    holder = component("i", "resources/sub.ssp", type="application/x-ssp-package")
+    path = package(tmp_path / "p.ssp", system("root", holder), {"resources/sub.ssp": inner})
+    assert "sub.ssp/SystemStructure.ssd, line 1: there is no component 'nobody'" in check(path).errors[0]
+    path = package(tmp_path / "q.ssp", system("root", component("i", "resources/sub.ssp#X", type=
+                   "application/x-ssp-package")), {"resources/sub.ssp": inner})  # fmt: skip
+    assert "SystemStructure.ssd, line 1: sub.ssp: the package has no variant 'X'" in check(path).errors[0]
+
+
+def test_a_missing_parameter_set_is_told_with_who_asks_for_it(fmus, tmp_path):
+    own = bindings(binding(source="no.ssv"))
+    path = package(tmp_path / "p.ssp", system("root", component("a", "resources/L.fmu", bindings=own)), with_fmu(fmus))
+    assert check(path).errors == ["SystemStructure.ssd, line 1: 'no.ssv' is missing in the package"]
