@@ -2,18 +2,19 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterable
 from contextlib import ExitStack
 from dataclasses import dataclass, field
 from itertools import groupby
 from pathlib import Path
 
 from ..core.errors import CosimError, ParameterError
-from ..ssp.model import Component, SignalDictionaryReference
+from ..ssp.model import Binding, Component, Linear, SignalDictionaryReference, Type
 from ..ssp.model import System as Tree
-from ..ssp.network import Network
+from ..ssp.network import Network, Wire
 from . import stimuli
 from .algorithms import NAMES
+from .engine.program import listed
 from .loops import loops
 from .options import Options
 from .prepare import check_coupling, check_options, set_substeps, step_remarks
@@ -106,7 +107,8 @@ def check(package: Path, wanted: Options | None = None) -> Findings:
                 found.system = system
                 found.warnings += system.remarks
                 _try(found, lambda: given_values(network, system, found.warnings.append))
-                layout = _try(found, lambda: Layout(system))
+                told = Findings() if found.errors else found  # what follows from an error is not told
+                layout = _try(told, lambda: Layout(system))
                 if layout is not None:
                     _try(found, lambda: layout.chosen(wanted.record))
                     _try(found, lambda: layout.chosen(wanted.plot, "--plot"))
@@ -199,6 +201,10 @@ def tree(network: Network, system: System | None = None) -> str:
         lines.append(f"variants: {', '.join(structure.variants)}")
     _branch(lines, structure.system, "", network, system)
     lines += ["", "connections"]
+    for name, ways in network.connectors.items():
+        if "." not in name and name not in network.inputs:  # parameters of the whole system
+            for component, variable, hops in ways:
+                lines.append(f"  {name} -> {component}.{variable}{_on_the_way(Wire(('', name), ('', ''), hops[1:]))}")
     for wire in (*network.early, *network.wires):
         start = ".".join(filter(None, wire.start))
         lines.append(f"  {start} -> {'.'.join(wire.end)}{_on_the_way(wire)}")
@@ -207,21 +213,49 @@ def tree(network: Network, system: System | None = None) -> str:
     return "\n".join(lines)
 
 
-def _on_the_way(wire: object) -> str:
-    hops = [h.transformation for h in wire.hops if h.transformation is not None]  # type: ignore[attr-defined]
-    return f"  [{', '.join(type(t).__name__.lower() for t in hops)}]" if hops else ""
+def _sets(bindings: Iterable[Binding], indent: str) -> list[str]:
+    made = []
+    for binding in bindings:
+        names = [f"{binding.prefix}{p.name} = {_brief(p.value)}{_unit(p.type)}" for p in binding.parameters]
+        made.append(f"{indent}sets: {listed(names)}")
+    return made
+
+
+def _unit(type: Type | None) -> str:
+    return f" [{type.unit.name}]" if type is not None and type.unit is not None else ""
+
+
+def _brief(value: object) -> str:
+    """A value in a few characters."""
+    values = value if isinstance(value, tuple) else (value,)
+    shown = [f"{v:g}" if isinstance(v, float) else str(v) for v in values[:4]]
+    return " ".join(shown)[:60] + (" ..." if len(values) > 4 else "")
+
+
+def _on_the_way(wire: Wire) -> str:
+    told = []
+    for hop in wire.hops:
+        t = hop.transformation
+        if isinstance(t, Linear):
+            told.append(f"{t.factor:g} x {'+' if t.offset >= 0 else '-'} {abs(t.offset):g}")
+        elif t is not None:
+            told.append(f"{t.kind.lower()}s " + listed([f"{a} -> {b}" for a, b in t.entries.items()]))
+        if hop.between:
+            told.append(hop.between + _unit(hop.type))
+    return f"  ({'; '.join(told)})" if told else ""
 
 
 def _branch(lines: list[str], tree: Tree, indent: str, network: Network, system: System | None, path: str = "") -> None:
-    for kind in ("input", "output", "parameter"):
-        names = [c.name for c in tree.connectors if c.kind == kind]
-        if names:
-            lines.append(f"{indent}   {kind}s: {', '.join(names)}")
+    for kind in dict.fromkeys(c.kind for c in tree.connectors):
+        names = [c.name + _unit(c.type) for c in tree.connectors if c.kind == kind]
+        lines.append(f"{indent}   {kind}{'' if kind in ('inout', 'unspecified', 'local') else 's'}: {', '.join(names)}")
+    lines += _sets(tree.bindings, f"{indent}   ")
     for i, element in enumerate(tree.elements):
         last = i == len(tree.elements) - 1
         stem, more = ("└─ ", "   ") if last else ("├─ ", "│  ")
         if isinstance(element, Component):
             lines.append(f"{indent}{stem}{element.name}: {_about(element, f'{path}{element.name}', system)}")
+            lines += _sets(element.bindings, f"{indent}{more}   ")
         elif isinstance(element, SignalDictionaryReference):
             lines.append(f"{indent}{stem}{element.name}: signal dictionary {element.dictionary}")
         else:
@@ -236,5 +270,6 @@ def _about(element: Component, path: str, system: System | None) -> str:
     counts: dict[str, int] = {}
     for v in slave.variables.values():
         counts[v.causality or "local"] = counts.get(v.causality or "local", 0) + 1
-    kinds = [f"{counts[k]} {k}s" for k in ("input", "output", "parameter") if k in counts]
+    known = ("input", "output", "parameter", "calculatedParameter", "structuralParameter")
+    kinds = [f"{counts[k]} {k}{'s' if counts[k] > 1 else ''}" for k in known if k in counts]
     return f"{element.source.name} (FMI {slave.version}; {', '.join(kinds)})"

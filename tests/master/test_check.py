@@ -12,7 +12,7 @@ from deepsea_cosim.master.simulate import Options, run
 
 from benchmarks import native
 
-from ..packages import component, connector, description, link, pack, package, system
+from ..packages import binding, bindings, component, connector, description, link, pack, package, system, values
 from .parts import gain, two, with_fmu, with_input
 
 pytestmark = pytest.mark.skipif(native.compiler is None, reason="there is no C compiler here")
@@ -145,3 +145,18 @@ def test_a_variant_by_name_does_not_ask_for_the_others(fmus, tmp_path):
     assert not check(path, Options(variant="V")).errors
     path = package(tmp_path / "q.ssp", system("root", gain("a", 1.0)), {**files, "Bad.ssd": named[1]})
     assert "Bad.ssd, Good.ssd are all named 'V'" in check(path, Options(variant="V")).errors[0]
+
+
+def test_the_tree_shows_what_is_set_and_what_lies_on_the_way(fmus, tmp_path, capsys):
+    shift = '<ssc:LinearTransformation factor="2" offset="-1"/>'
+    made = (connector("k", "parameter"), connector("in", "input", "Real", "mm"))
+    links = link("k", "a.D[1,1]"), link("in", "a.u1", shift)
+    a = component("a", "resources/L.fmu", connector("u1", "input"), connector("D[1,1]", "parameter"),
+                  bindings=bindings(binding(values({"x0[1]": 5.0}), prefix="")))  # fmt: skip
+    path = package(tmp_path / "p.ssp", system("root", a, made=made, links=links), {"resources/L.fmu": fmus[2]})
+    assert main([str(path), "--info"]) == 0
+    shown = capsys.readouterr().out
+    assert "inputs: in [mm]" in shown
+    assert "sets: x0[1] = 5" in shown
+    assert "k -> a.D[1,1]" in shown
+    assert "in -> a.u1  (2 x - 1)" in shown
