@@ -117,7 +117,7 @@ def check(package: Path, wanted: Options | None = None) -> Findings:
                 for change in changes:
                     values += _try(found, lambda change=change: resolve([change], slaves, system=system)) or []
                 found.warnings += idle(network, values)
-                _inputs(found, system, _driven(found, system, wanted))
+                _inputs(found, system, _driven(found, system, wanted, times))
                 _loops(found, system)
         elif not network.parts:
             found.errors.append("the system has no components")
@@ -164,12 +164,16 @@ def _fits(said: str, own: str) -> bool:
     return same.get(said, said) == same.get(own, own)
 
 
-def _driven(found: Findings, system: System, wanted: Options) -> set[tuple[str, str]]:
+def _driven(
+    found: Findings, system: System, wanted: Options, times: tuple[float, float, float, int] | None
+) -> set[tuple[str, str]]:  # fmt: skip
     """Check what a table drives; the inputs that it drives."""
     if wanted.stimuli is None:
         return set()
     path = wanted.stimuli
     drives = _try(found, lambda: stimuli.read(path, system)) or []
+    if times is not None:
+        found.warnings += stimuli.remarks(path, drives, system, times[0], times[1])  # type: ignore[arg-type]
     return {(d.signal.component, d.signal.name) for d in drives}  # type: ignore[attr-defined]
 
 

@@ -80,6 +80,8 @@ def prepare(package: Path, options: Options, stack: ExitStack, interrupt: Interr
     layout.chosen(options.plot, "--plot")
     layout.keep_texts(which)
     drives = stimuli.read(options.stimuli, system) if options.stimuli is not None else []
+    if options.stimuli is not None:
+        remarks += stimuli.remarks(options.stimuli, drives, system, times[0], times[1])
     for drive in drives:
         if drive.texts and drive.signal.component:
             slaves[drive.signal.component].texts.add(drive.signal.name)

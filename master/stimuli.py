@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import csv
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -143,6 +143,27 @@ def read(path: Path, system: System) -> list[Drive]:
     return made
 
 
+def remarks(path: Path, drives: Sequence[Drive], system: System, start: float, stop: float) -> Iterator[str]:
+    """What is hardly meant: a table beside the time of the run, or an input that is held and need not be."""
+    if not drives:
+        return
+    first, last = drives[0].times[0], drives[0].times[-1]
+    if last < start or first > stop:
+        yield (
+            f"{path}: its times, {first:g} to {last:g} s, are all {'before' if last < start else 'after'} the run from "
+            f"{start:g} to {stop:g} s, in which its inputs are constant"
+        )
+    for signal in dict.fromkeys(d.signal for d in drives if d.signal.family == REAL and not d.straight):
+        ends = _ends(signal, system)
+        smooth = [s.address for s in ends if _is_continuous(s, system)]
+        if smooth and len(smooth) < len(ends):
+            held = next(s.address for s in ends if s.address not in smooth)
+            yield (
+                f"{path}: '{signal.address}' is held from row to row, for '{held}' is discrete; '{smooth[0]}' is "
+                "continuous and would be joined by straight lines: give it an input of its own"
+            )
+
+
 def _items(signal: Signal, system: System) -> dict[str, int]:
     """Names of values that a column may have: of an enumeration's items, and of those of a boolean."""
     if signal.type == "Boolean":
@@ -158,7 +179,14 @@ def _check_whole(
 ) -> None:
     """A column for an integer or boolean holds whole numbers in range, which a double holds exactly, or items."""
     low, high = (0, 1) if signal.type == "Boolean" else LIMITS.get(signal.type, (-(2**63), 2**63 - 1))
-    wrong = (values != np.round(values)) | (values < low) | (values > high) | (np.abs(values) > 2.0**53)
+    beyond = (np.abs(values) > 2.0**53) & (values >= low) & (values <= high)
+    if beyond.any():
+        k = int(np.argmax(beyond))
+        raise UsageError(
+            f"{path}, line {lines[k]}, column '{name}': {values[k]:.17g} is beyond 2^53, up to which a table gives "
+            "whole numbers exactly; --set and parameter bindings take all"
+        )
+    wrong = (values != np.round(values)) | (values < low) | (values > high)
     if items and signal.type != "Boolean":
         wrong |= ~np.isin(values, list(items.values()))
     if wrong.any():
@@ -216,8 +244,13 @@ def _target(path: Path, name: str, system: System) -> tuple[Signal, int]:
 
 def _straight(signal: Signal, system: System) -> bool:
     """Whether a signal is continuous: joined by straight lines, else held."""
-    if signal.family != REAL:
-        return False
-    ends = [signal] if signal.component else [k.target for k in system.links if k.source == signal]
-    variables = [system.slaves[s.component].variables[s.name] for s in ends]
-    return all(v.variability in (None, "continuous") for v in variables)
+    return signal.family == REAL and all(_is_continuous(s, system) for s in _ends(signal, system))
+
+
+def _ends(signal: Signal, system: System) -> list[Signal]:
+    """The FMUs' inputs that an input stands for."""
+    return [signal] if signal.component else [k.target for k in system.links if k.source == signal]
+
+
+def _is_continuous(signal: Signal, system: System) -> bool:
+    return system.slaves[signal.component].variables[signal.name].variability in (None, "continuous")

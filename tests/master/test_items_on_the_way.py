@@ -257,3 +257,24 @@ def test_a_missing_parameter_set_is_told_with_who_asks_for_it(fmus, tmp_path):
     own = bindings(binding(source="no.ssv"))
     path = package(tmp_path / "p.ssp", system("root", component("a", "resources/L.fmu", bindings=own)), with_fmu(fmus))
     assert check(path).errors == ["SystemStructure.ssd, line 1: 'no.ssv' is missing in the package"]
+
+
+def test_stimuli_beside_the_run_are_remarked(fmus, tmp_path):
+    (tmp_path / "s.csv").write_text("time,in\n5,1\n6,2\n")
+    path = package(tmp_path / "p.ssp", with_input(), with_fmu(fmus))
+    options = Options(stimuli=tmp_path / "s.csv")
+    told = "its times, 5 to 6 s, are all after the run from 0 to 1 s"
+    assert any(told in r for r in run(path, tmp_path / "out", options).summary["warnings"])
+    assert any(told in r for r in check(path, options).warnings)
+
+
+def test_an_input_of_a_continuous_and_a_discrete_real_is_remarked(fmus, tmp_path):
+    told = 'name="u2" valueReference="1" causality="input" variability='
+    fmu = redescribed(fmus[2], tmp_path / "D.fmu", (f'{told}"continuous"', f'{told}"discrete"'))
+    (tmp_path / "s.csv").write_text("time,in\n0,1\n1,2\n")
+    a = component("a", "resources/L.fmu", connector("u1", "input"), connector("u2", "input"))
+    ways = link("in", "a.u1"), link("in", "a.u2")
+    root = system("root", a, made=(connector("in", "input"),), links=ways)
+    path = package(tmp_path / "p.ssp", root, {"resources/L.fmu": fmu})
+    found = check(path, Options(stimuli=tmp_path / "s.csv")).warnings
+    assert any("'in' is held from row to row, for 'a.u2' is discrete; 'a.u1' is continuous" in w for w in found)
