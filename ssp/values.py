@@ -173,6 +173,8 @@ def value_of(document: Document, element: etree._Element, type: Type) -> Value:
 
 def _value_of(document: Document, element: etree._Element, type: Type) -> Value:
     entries = [e for e in element if local(e) == "Value"]
+    if entries and element.get("value") is not None:
+        raise document.error(element, f"<{local(element)}> has a value and <Value> elements: which one is meant?")
     if entries:
         return tuple(_scalar(document, e, type.kind, document.attribute(e, "value")) for e in entries)
     text = document.attribute(element, "value")

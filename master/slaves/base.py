@@ -7,6 +7,7 @@ Life: `load`, `set_start`, `enter_initialisation`, `exit_initialisation`, steps,
 from __future__ import annotations
 
 import ctypes
+import json
 from abc import ABC, abstractmethod
 from collections import deque
 from collections.abc import Callable, Sequence
@@ -245,6 +246,8 @@ class Slave(ABC):
         family = self.forms[self.variables[name].type].family
         if isinstance(value, str) and self.variables[name].dimensions and family != TEXT:
             value = tuple(value.replace(",", " ").split())
+        elif isinstance(value, str) and self.variables[name].dimensions and value.startswith("["):
+            value = _listed(value)
         if isinstance(value, (tuple, list)) or self.variables[name].dimensions:
             values = list(value) if isinstance(value, (tuple, list)) else [value] * size
             if len(values) != size:
@@ -502,6 +505,15 @@ def _is_number(value: Any) -> bool:
     except (TypeError, ValueError):
         return False
     return True
+
+
+def _listed(text: str) -> Any:
+    """The texts of a list such as ["a", "b"] in JSON; what is none is one text."""
+    try:
+        found = json.loads(text)
+    except (ValueError, RecursionError):
+        return text
+    return tuple(found) if all(isinstance(v, str) for v in found) else text
 
 
 def _whole(value: Any) -> int:

@@ -33,11 +33,13 @@ class Slave3(LibrarySlave):
         self._structural[name] = value
 
     def _configure(self) -> None:
-        self._fmu.enterConfigurationMode()
+        told = ", ".join(f"{name} = {value}" for name, value in self._structural.items())
+        self.call(self._fmu.enterConfigurationMode, doing=f"configuration ({told})")
         for name, value in self._structural.items():
             verb = self.forms[self.variables[name].type].verb
-            getattr(self._fmu, f"set{verb}")([self.variables[name].valueReference], [value])
-        self._fmu.exitConfigurationMode()
+            set_values, reference = getattr(self._fmu, f"set{verb}"), self.variables[name].valueReference
+            self.call(set_values, [reference], [value], doing=f"setting the structural parameter {name} = {value}")
+        self.call(self._fmu.exitConfigurationMode, doing=f"configuration ({told})")
 
     def get(self, name: str) -> Any:
         values = self._exchange("get", name, self.size(name), doing="reading")
@@ -52,7 +54,7 @@ class Slave3(LibrarySlave):
     def reset(self) -> None:
         super().reset()
         if self._structural:
-            self.call(self._configure, doing="configuration")
+            self._configure()
 
     def exchange_address(self, verb: str, form: Form) -> int:
         return address_of(getattr(self._fmu.dll, f"fmi3{verb}{form.verb}"))

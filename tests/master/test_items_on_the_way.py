@@ -6,6 +6,7 @@ import pytest
 from deepsea_cosim.core.errors import CosimError
 from deepsea_cosim.master.check import check
 from deepsea_cosim.master.simulate import Options, run
+from deepsea_cosim.master.slaves.fmu import describe
 
 from benchmarks import native
 
@@ -278,3 +279,30 @@ def test_an_input_of_a_continuous_and_a_discrete_real_is_remarked(fmus, tmp_path
     path = package(tmp_path / "p.ssp", root, {"resources/L.fmu": fmu})
     found = check(path, Options(stimuli=tmp_path / "s.csv")).warnings
     assert any("'in' is held from row to row, for 'a.u2' is discrete; 'a.u1' is continuous" in w for w in found)
+
+
+def test_a_size_that_the_fmu_refuses_is_told_with_its_parameter(fmus, tmp_path):
+    a = component("a", "resources/L.fmu", connector("many_out", "output", "Float64"))
+    path = package(tmp_path / "p.ssp", system("root", a), with_fmu(fmus, 3), version="2.0")
+    with pytest.raises(CosimError, match="setting the structural parameter size = 99999"):
+        run(path, tmp_path / "out", Options(changes=(("a.size", "99999"),)))
+
+
+def test_texts_of_an_array_are_given_as_a_list(fmus, tmp_path):
+    fmu = redescribed(fmus[3], tmp_path / "X.fmu", (
+        '<Float64 name="time"',
+        '<String name="words" valueReference="1600" causality="parameter" variability="fixed"><Dimension start="2"/>'
+        '<Start value="a"/><Start value="b"/></String><Float64 name="time"',
+    ))  # fmt: skip
+    slave = describe("a", fmu)
+    assert slave.checked("words", '["x y", "z"]') == ("x y", "z")
+    assert slave.checked("words", "[x") == ("[x", "[x")
+    with pytest.raises(CosimError, match="words has 2 values, not 3"):
+        slave.checked("words", '["x", "y", "z"]')
+
+
+def test_a_text_with_a_value_and_values_is_refused(fmus, tmp_path):
+    both = '<ssv:Parameter name="s"><ssv:String value="a"><ssv:Value value="b"/></ssv:String></ssv:Parameter>'
+    a = component("a", "resources/L.fmu", bindings=bindings(binding(parameter_set(both))))
+    path = package(tmp_path / "p.ssp", system("root", a), with_fmu(fmus))
+    assert any("has a value and <Value> elements" in text for text in check(path).errors)
