@@ -94,16 +94,26 @@ class Instance:
         self._kinds = tuple(v.kind for v in self.table)
         self._outputs = frozenset(i for i, v in enumerate(self.table) if v.causality == "output")
         self._roles = np.array([_role(v) for v in self.table], dtype=np.uint8)
+        self._inputs = np.flatnonzero(self._roles == 1)
         self._stale = np.ones(1, dtype=np.int32)
         self.out = self.values[min(self._outputs) : max(self._outputs) + 1]
         """The outputs' part of `values`; the table has them in a row."""
         self._zeros = np.zeros(len(self.out))
-        self.time = 0.0
+        self._clock = np.zeros(1)
         self.phase = INSTANTIATED
         if self.has_front:
-            arrays = (self.values, self._low, self._high, self._roles, self._stale)
+            arrays = (self.values, self._low, self._high, self._roles, self._stale, self._clock)
             places = " ".join(f"{array.ctypes.data:#x}" for array in arrays)
             self.log(f"{places} {len(self.values)}", self.statuses.ok, "front")
+
+    @property
+    def time(self) -> float:
+        """Where the instance is [s]; the front library reads it too."""
+        return self._clock.item()
+
+    @time.setter
+    def time(self, value: float) -> None:
+        self._clock[0] = value
 
     # what a subclass provides
 
@@ -167,6 +177,7 @@ class Instance:
     def terminate(self) -> None:
         self._expect("terminate", INITIALISING, RUNNING)
         self.phase = TERMINATED
+        self._admit()
 
     @reported(False)
     def do_step(self, current_time: float, step_size: float) -> bool:
@@ -261,6 +272,11 @@ class Instance:
             self.set_model_state(state["model"])
         self.values[:] = state["values"]
         self._stale[0] = state["stale"]
+        self._admit()
+
+    def _admit(self) -> None:
+        """Let the front library write inputs by itself, but not after terminate."""
+        self._roles[self._inputs] = 3 if self.phase == TERMINATED else 1
 
     @staticmethod
     def _fmu_state_to_bytes(state: dict[str, Any]) -> bytes:

@@ -14,6 +14,7 @@ typedef const char *fmi2String;
 typedef char fmi2Byte;
 typedef int fmi2Status; /* 0 OK, 1 Warning, 2 Discard, 3 Error, 4 Fatal, 5 Pending */
 enum { fmi2OK, fmi2Warning, fmi2Discard, fmi2Error, fmi2Fatal };
+enum { fmi2DoStepStatus, fmi2PendingStatus, fmi2LastSuccessfulTime, fmi2Terminated }; /* what a status is asked of */
 
 typedef void (*Logger)(fmi2ComponentEnvironment, fmi2String, fmi2Status, fmi2String, fmi2String, ...);
 typedef struct {

@@ -34,6 +34,7 @@ typedef struct {
     const double *low, *high;       /* ranges */
     const unsigned char *role;      /* what each variable is */
     int *stale;                     /* set when outputs have to be computed anew before they are read */
+    const double *time;             /* where the instance is [s] */
     int count;
 } Shared;
 
@@ -42,6 +43,7 @@ typedef struct {
     Shared shared;    /* values is NULL until Python has told */
     fmi2CallbackFunctions importer, mine; /* copies: not every importer keeps its own */
     fmi2Boolean logging;
+    unsigned muted;   /* categories that the importer has not asked for, a bit each */
     fmi2Status worst; /* worst status logged during the present call */
     int lost;         /* a call returned fmi2Fatal */
 } Instance;
@@ -64,6 +66,17 @@ static void lock(void)
 
 static void unlock(void) { pthread_mutex_unlock(&inside); }
 
+static const char *const categories[] = {"logStatusWarning", "logStatusError", "logStatusFatal", "logAll"};
+enum { CATEGORIES = sizeof categories / sizeof *categories };
+
+/* the number of a category; CATEGORIES if there is none of that name */
+static unsigned category_of(fmi2String name)
+{
+    unsigned i = 0;
+    while (i < CATEGORIES && (!name || strcmp(name, categories[i]))) i++;
+    return i;
+}
+
 /* hand a text to the importer's logger, for which it is a printf format */
 static void tell(const Instance *instance, fmi2String name, fmi2Status status, fmi2String category, fmi2String text)
 {
@@ -85,15 +98,19 @@ static void on_log(fmi2ComponentEnvironment environment, fmi2String name, fmi2St
                    fmi2String message, ...)
 {
     Instance *instance = environment;
+    unsigned kind;
     if (category && !strcmp(category, "front")) {
         Shared s;
-        if (sscanf(message, "%p %p %p %p %p %d", (void **)&s.values, (void **)&s.low, (void **)&s.high,
-                   (void **)&s.role, (void **)&s.stale, &s.count) == 6)
+        if (sscanf(message, "%p %p %p %p %p %p %d", (void **)&s.values, (void **)&s.low, (void **)&s.high,
+                   (void **)&s.role, (void **)&s.stale, (void **)&s.time, &s.count) == 7)
             instance->shared = s;
         return;
     }
     if (status > instance->worst && status <= fmi2Fatal) instance->worst = status;
-    if (status >= fmi2Error || instance->logging) tell(instance, name, status, category, message);
+    kind = category_of(category);
+    if (kind == CATEGORIES) kind = status == fmi2Warning ? 0 : CATEGORIES - 1; /* pythonfmu's own words */
+    if (status >= fmi2Error || (instance->logging && !(instance->muted >> kind & 1)))
+        tell(instance, name, status, category, message);
 }
 
 static char own[PATH_MAX]; /* where this library lies */
@@ -271,13 +288,36 @@ EXPORT void fmi2FreeInstance(fmi2Component c)
     free(instance);
 }
 
-EXPORT fmi2Status fmi2SetDebugLogging(fmi2Component c, fmi2Boolean on, size_t n, const fmi2String categories[])
+static fmi2Status refused(const Instance *instance, fmi2String why)
+{
+    if (!instance || instance->lost) return fmi2Fatal;
+    tell(instance, "", fmi2Error, "logStatusError", why);
+    return fmi2Error;
+}
+
+/* errors are told whatever is asked for; logAll is all categories */
+EXPORT fmi2Status fmi2SetDebugLogging(fmi2Component c, fmi2Boolean on, size_t n, const fmi2String names[])
 {
     Instance *instance = c;
-    (void)n;
-    (void)categories;
+    unsigned meant = 0, all = (1u << CATEGORIES) - 1;
+    char why[256];
+    size_t i;
     if (!instance) return fmi2Error;
-    instance->logging = on;
+    for (i = 0; names && i < n; i++) {
+        unsigned k = category_of(names[i]);
+        if (k == CATEGORIES) {
+            snprintf(why, sizeof why, "there is no log category '%.100s'", names[i] ? names[i] : "");
+            return refused(instance, why);
+        }
+        meant |= strcmp(names[i], "logAll") ? 1u << k : all;
+    }
+    if (!n || !names) meant = all;
+    if (!on && meant != all && instance->logging) {
+        instance->muted |= meant; /* the others go on */
+    } else {
+        instance->muted = on ? all & ~meant : 0;
+        instance->logging = on;
+    }
     return fmi2OK;
 }
 
@@ -385,13 +425,6 @@ EXPORT fmi2Status fmi2GetFMUstate(fmi2Component c, fmi2FMUstate *state)
     return status;
 }
 
-static fmi2Status refused(const Instance *instance, fmi2String why)
-{
-    if (!instance || instance->lost) return fmi2Fatal;
-    tell(instance, "", fmi2Error, "logStatusError", why);
-    return fmi2Error;
-}
-
 /* for pythonfmu a state that is none is fatal */
 static fmi2Status no_state(const Instance *instance) { return refused(instance, "FMUstate is NULL"); }
 
@@ -444,11 +477,29 @@ FORWARD(GetRealOutputDerivatives,
         (instance->inner, vr, n, order, value))
 FORWARD(GetStatus, (fmi2Component c, int kind, fmi2Status *value), (fmi2Component, int, fmi2Status *),
         (instance->inner, kind, value))
-FORWARD(GetRealStatus, (fmi2Component c, int kind, fmi2Real *value), (fmi2Component, int, fmi2Real *),
-        (instance->inner, kind, value))
+CALL(static, forward_real_status, GetRealStatus, (fmi2Component c, int kind, fmi2Real *value),
+     (fmi2Component, int, fmi2Real *), (instance->inner, kind, value))
 FORWARD(GetIntegerStatus, (fmi2Component c, int kind, fmi2Integer *value), (fmi2Component, int, fmi2Integer *),
         (instance->inner, kind, value))
-FORWARD(GetBooleanStatus, (fmi2Component c, int kind, fmi2Boolean *value), (fmi2Component, int, fmi2Boolean *),
-        (instance->inner, kind, value))
+CALL(static, forward_boolean_status, GetBooleanStatus, (fmi2Component c, int kind, fmi2Boolean *value),
+     (fmi2Component, int, fmi2Boolean *), (instance->inner, kind, value))
+
+/* pythonfmu counts a step that was refused, and takes it for the wish to end the run */
+EXPORT fmi2Status fmi2GetRealStatus(fmi2Component c, int kind, fmi2Real *value)
+{
+    const Instance *instance = c;
+    if (!instance || instance->lost || !instance->shared.values || kind != fmi2LastSuccessfulTime || !value)
+        return forward_real_status(c, kind, value);
+    *value = *instance->shared.time;
+    return fmi2OK;
+}
+
+EXPORT fmi2Status fmi2GetBooleanStatus(fmi2Component c, int kind, fmi2Boolean *value)
+{
+    const Instance *instance = c;
+    if (!instance || instance->lost || kind != fmi2Terminated || !value) return forward_boolean_status(c, kind, value);
+    *value = 0;
+    return fmi2OK;
+}
 FORWARD(GetStringStatus, (fmi2Component c, int kind, fmi2String *value), (fmi2Component, int, fmi2String *),
         (instance->inner, kind, value))

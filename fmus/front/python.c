@@ -22,6 +22,8 @@
 
 #define LENGTH 4096
 
+#define LEAST 311 /* version of Python, times 100 */
+
 static void *python; /* the library, or the whole process where Python runs already */
 
 /* Python starts once in a process, which may have loaded several of these libraries: a lock that all of them share,
@@ -46,13 +48,31 @@ static int first_line(FILE *file, char *line)
     return got && *line;
 }
 
-/* interpreter (its path) and library of an interpreter that can be run */
-static int ask(const char *interpreter, char *program, char *library)
+#define MARK "deepsea-cosim=" /* what an answer begins with: Python may be set up to greet */
+
+/* the next line of an interpreter's output that answers */
+static int answer(FILE *pipe, char *line)
+{
+    size_t length = strlen(MARK);
+    while (pipe && fgets(line, LENGTH, pipe)) {
+        line[strcspn(line, "\r\n")] = 0;
+        if (strncmp(line, MARK, length)) continue;
+        memmove(line, line + length, strlen(line + length) + 1);
+        return *line != 0;
+    }
+    *line = 0;
+    return 0;
+}
+
+/* interpreter (its path), library and version (times 100) of an interpreter that can be run */
+static int ask(const char *interpreter, char *program, char *library, int *version)
 {
     static const char question[] =
-        "import os, sys, sysconfig as c; v = c.get_config_var; print(sys.executable); "
-        "print(next((p for p in (os.path.join(str(v(d)), str(v(n))) for d in ('LIBDIR', 'LIBPL') "
-        "for n in ('INSTSONAME', 'LDLIBRARY')) if '.so' in p and os.path.exists(p)), ''))";
+        "import os, sys, sysconfig as c; v = c.get_config_var; s = '\\n" MARK "'; sys.stdout.write(s + s.join(("
+        "sys.executable, str(sys.version_info[0] * 100 + sys.version_info[1]), "
+        "next((p for p in (os.path.join(str(v(d)), str(v(n))) for d in ('LIBDIR', 'LIBPL') "
+        "for n in ('INSTSONAME', 'LDLIBRARY')) if '.so' in p and os.path.exists(p)), ''))) + '\\n')";
+    char number[LENGTH];
     char command[4 * LENGTH], *to = command;
     FILE *pipe;
     int ok;
@@ -63,8 +83,9 @@ static int ask(const char *interpreter, char *program, char *library)
     }
     sprintf(to, "' -c \"%s\" 2>/dev/null", question);
     pipe = popen(command, "r");
-    ok = first_line(pipe, program);
-    if (!ok || !first_line(pipe, library)) *library = 0;
+    ok = answer(pipe, program) && answer(pipe, number);
+    if (ok) *version = atoi(number);
+    if (!ok || !answer(pipe, library)) *library = 0;
     if (pipe) pclose(pipe);
     return ok && *program == '/' && !access(program, X_OK);
 }
@@ -169,30 +190,35 @@ static int found(const char *resources, char *told, size_t size)
 {
     char program[LENGTH], library[LENGTH], carried[LENGTH] = "", own[LENGTH], other[LENGTH];
     const char *chosen = getenv("DEEPSEA_COSIM_PYTHON");
-    int (*running)(void);
+    int (*running)(void), version = LEAST;
     *(void **)&running = dlsym(RTLD_DEFAULT, "Py_IsInitialized");
     if (running && running()) {
         python = RTLD_DEFAULT;
         return 1;
     }
     if (chosen && *chosen) {
-        if (!ask(chosen, program, library)) {
+        if (!ask(chosen, program, library, &version)) {
             snprintf(told, size, "DEEPSEA_COSIM_PYTHON=%s is not a Python interpreter", chosen);
             return 0;
         }
     } else if (written(resources, program, library, carried)) {
         strcpy(own, program);
-        if (!*carried && !ask(program, own, other)) { /* where it cannot start it would end this process */
+        if (!*carried && !ask(program, own, other, &version)) { /* where it cannot start it would end this process */
             snprintf(told, size, "%s cannot be started%s", program,
                      getenv("PYTHONHOME") || getenv("PYTHONPATH")
                          ? ": the environment's PYTHONHOME or PYTHONPATH are those of another Python"
                          : "");
             return 0;
         }
-    } else if (*carried = 0, !ask("python3", program, library)) {
+    } else if (*carried = 0, !ask("python3", program, library, &version)) {
         snprintf(told, size,
                  "this FMU needs Python 3, which is not found: install it, and let the environment variable "
                  "DEEPSEA_COSIM_PYTHON name the interpreter");
+        return 0;
+    }
+    if (version < LEAST) { /* once opened it would stay in the process */
+        snprintf(told, size, "this FMU needs Python %d.%d or a later one; %s is %d.%d", LEAST / 100, LEAST % 100, program,
+                 version / 100, version % 100);
         return 0;
     }
     if (!*library) {

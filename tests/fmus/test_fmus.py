@@ -421,3 +421,51 @@ def test_many_lives(instance):
         it = instance("DeepseaArm", name="x").start()
         it.doStep(0.0, 1e-3)
     assert np.isfinite(it.all_outputs()).all()
+
+
+# what an importer may ask, and when
+
+
+def test_a_refused_step_is_not_counted(instance):
+    """fmi2LastSuccessfulTime (2) and fmi2Terminated (3) after a step that is refused and a state that is restored."""
+    it = instance("DeepseaArm").start()
+    assert it.getRealStatus(2) == 0.0
+    it.doStep(0.0, 0.001)
+    state = it.getFMUstate()
+    it.doStep(0.001, 0.001)
+    with fails(it, "but the FMU is at"):
+        it.doStep(0.5, 0.001)
+    assert it.getRealStatus(2) == 0.002
+    assert it.getBooleanStatus(3) is False
+    it.setFMUstate(state)
+    assert it.getRealStatus(2) == 0.001
+    it.freeFMUstate(state)
+
+
+def test_nothing_is_set_after_terminate(instance):
+    it = instance("DeepseaArm").start()
+    it.set("F_h", 1.0)
+    it.terminate()
+    with fails(it, "nothing can be set after terminate"):
+        it.set("F_h", 2.0)
+    assert it.get("F_h") == [1.0]
+    it.reset()
+    it.start()
+    it.set("F_h", 3.0)
+    assert it.get("F_h") == [3.0]
+
+
+@pytest.mark.parametrize(
+    ("asked", "told"), [([], True), (["logStatusWarning"], True), (["logAll"], True), (["logStatusFatal"], False)]
+)
+def test_log_categories_that_are_asked_for(instance, asked, told):
+    it = instance("DeepseaHydraulics", logging=False)
+    with fails(it, "there is no log category 'logStatusNothing'"):
+        it.setDebugLogging(True, ["logStatusNothing"])
+    it.setDebugLogging(True, asked)
+    it.set("F_hold", 60000.0)
+    it.start()
+    assert any(status == 1 and "F_hold" in text for status, text in it.log) == told
+    it.setDebugLogging(False, [])
+    with fails(it, "out of range"):  # errors are always told
+        it.set("F_hold", 1e300)

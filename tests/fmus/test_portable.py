@@ -167,6 +167,21 @@ def test_what_is_missing_is_told(native, unpacked, tmp_path):
     assert "(/opt/gone/bin/python3, with which it was built, is gone)" in other.stderr
 
 
+def test_an_interpreter_that_greets_or_is_too_old(native, unpacked, tmp_path):
+    fmu = unpacked["DeepseaArm"]
+    greeting, old = tmp_path / "greeting", tmp_path / "old"
+    greeting.write_text(f'#!/bin/sh\necho hello\nexec {sys.executable} "$@"\n')
+    answers = "".join(f"deepsea-cosim={line}\\n" for line in ("/bin/sh", "207", "/nowhere.so"))
+    old.write_text(f"#!/bin/sh\nprintf '{answers}'\n")
+    for file in (greeting, old):
+        file.chmod(0o755)
+    done = call(native, "cycles", fmu, "1", DEEPSEA_COSIM_PYTHON=str(greeting))
+    assert done.returncode == 0, done.stderr
+    done = call(native, "cycles", fmu, "1", DEEPSEA_COSIM_PYTHON=str(old))
+    assert done.returncode == 1
+    assert "this FMU needs Python 3.11 or a later one; /bin/sh is 2.7" in done.stderr
+
+
 @pytest.mark.parametrize("name", MODELS)
 def test_what_is_legal_and_seldom_done(native, unpacked, name):
     """Reset before the end, states used again, no name, callbacks that do not last, wrong references."""
