@@ -8,6 +8,7 @@ import os
 import sys
 from collections.abc import Callable
 from importlib.util import find_spec
+from pathlib import Path
 from typing import NoReturn
 
 from .errors import CosimError, Interrupted, SimulationError, UsageError
@@ -22,6 +23,26 @@ class OneLineParser(argparse.ArgumentParser):
     def error(self, message: str) -> NoReturn:
         """End the process with code 2 and one line."""
         self.exit(2, f"{self.prog}: {message} (see {self.prog} --help)\n")
+
+
+class _Versions(argparse.Action):
+    def __call__(self, parser: argparse.ArgumentParser, *_: object) -> NoReturn:
+        from .versions import line
+
+        print(line())
+        parser.exit()
+
+
+def add_version(p: argparse.ArgumentParser) -> None:
+    """The option that prints what is installed."""
+    p.add_argument("--version", action=_Versions, nargs=0, help="print the versions and exit")
+
+
+def folder(text: str) -> Path:
+    """An option's folder; an empty name, as of a variable of the shell that is not set, is none."""
+    if not text.strip():
+        raise argparse.ArgumentTypeError("the name of the folder is empty")
+    return Path(text)
 
 
 def positive(text: str) -> int:

@@ -7,7 +7,7 @@ import sys
 from collections.abc import Sequence
 from pathlib import Path
 
-from ..core.cli import OneLineParser, exit_code
+from ..core.cli import OneLineParser, add_version, exit_code, folder
 
 EXAMPLES = """examples:
   cosim-fmus build --out build
@@ -25,18 +25,19 @@ def parser() -> argparse.ArgumentParser:
         description="Build the project's FMUs and pack the scenarios; check FMUs.",
         epilog=EXAMPLES,
     )
+    add_version(p)
     commands = p.add_subparsers(dest="command", required=True, metavar="COMMAND")
     build = commands.add_parser("build", help="build both FMUs and pack every scenario as an .ssp")
-    build.add_argument("--out", metavar="DIR", type=Path, default=Path("build"), help="folder (default: build)")
+    build.add_argument("--out", metavar="DIR", type=folder, default=Path("build"), help="folder (default: build)")
     _ways(build)
     build.add_argument("--quiet", action="store_true", help="print nothing but errors")
     one = commands.add_parser("container", help="build one FMU of a scenario: hydraulics and arm coupled")
     one.add_argument("package", metavar="SCENARIO.ssp", type=Path)
-    one.add_argument("--out", metavar="DIR", type=Path, default=Path("build"), help="folder (default: build)")
+    one.add_argument("--out", metavar="DIR", type=folder, default=Path("build"), help="folder (default: build)")
     _ways(one)
     cross = commands.add_parser("cross-check", help="run the FMUs through several importers and compare")
     cross.add_argument("fmu", metavar="FILE.fmu", type=Path, nargs="+")
-    cross.add_argument("--out", metavar="DIR", type=Path, default=Path("cross-check"), help="default: cross-check")
+    cross.add_argument("--out", metavar="DIR", type=folder, default=Path("cross-check"), help="default: cross-check")
     check = commands.add_parser("check", help="validate FMUs, load, initialise and step them")
     check.add_argument("fmu", metavar="FILE.fmu", type=Path, nargs="+")
     return p

@@ -7,7 +7,7 @@ import sys
 from collections.abc import Sequence
 from pathlib import Path
 
-from ..core.cli import OneLineParser, add_processes, exit_code, seconds
+from ..core.cli import OneLineParser, add_processes, add_version, exit_code, folder, seconds
 
 EXAMPLES = """examples:
   cosim-gap effects build/deepsea_11km.ssp
@@ -25,17 +25,18 @@ def parser() -> argparse.ArgumentParser:
         description="Why does the machine not move like its model? Diagnosis, effects, synthetic campaigns.",
         epilog=EXAMPLES,
     )
+    add_version(p)
     commands = p.add_subparsers(dest="command", required=True, metavar="COMMAND")
     effects = commands.add_parser("effects", help="list the catalogue of effects of a package")
     effects.add_argument("package", metavar="SCENARIO.ssp", type=Path)
     simulate = commands.add_parser("simulate", help="make a synthetic campaign with effects switched on")
     simulate.add_argument("template", metavar="TEMPLATE.toml", type=Path)
-    simulate.add_argument("--out", metavar="DIR", type=Path, required=True, help="folder for the campaign")
+    simulate.add_argument("--out", metavar="DIR", type=folder, required=True, help="folder for the campaign")
     simulate.add_argument("--quiet", action="store_true", help="print nothing but errors")
     diagnose = commands.add_parser("diagnose", help="say where the gap lies, what causes it, how far it shrinks")
     diagnose.add_argument("campaign", metavar="CAMPAIGN.toml", type=Path)
     diagnose.add_argument(
-        "--out", metavar="DIR", type=Path, required=True,
+        "--out", metavar="DIR", type=folder, required=True,
         help="folder for diagnosis.json, report.html and calibrated.ssv",
     )  # fmt: skip
     add_processes(diagnose)

@@ -11,7 +11,7 @@ from pathlib import Path
 from time import perf_counter
 from typing import TYPE_CHECKING, Any, NoReturn
 
-from ..core.cli import OneLineParser, exit_code, positive
+from ..core.cli import OneLineParser, add_version, exit_code, folder, positive
 from .algorithms import NAMES
 
 if TYPE_CHECKING:
@@ -86,7 +86,7 @@ def parser() -> argparse.ArgumentParser:
     )
     run.add_argument("--realtime", action="store_true", help="do not run faster than the clock")
     results = p.add_argument_group("results")
-    results.add_argument("--out", metavar="DIR", type=Path, help="result folder (default: results/<package>)")
+    results.add_argument("--out", metavar="DIR", type=folder, help="result folder (default: results/<package>)")
     results.add_argument(
         "--results", metavar="FILE", default="results.csv",
         help="name of the result file in it: .csv, .parquet or .h5 (default: %(default)s)",
@@ -101,7 +101,7 @@ def parser() -> argparse.ArgumentParser:
     )
     results.add_argument("--no-plot", action="store_true", help="do not draw overview.png")
     p.add_argument("--quiet", action="store_true", help="print nothing but errors")
-    p.add_argument("--version", action="store_true", help="print the versions and exit")
+    add_version(p)
     return p
 
 
@@ -168,13 +168,7 @@ def _table(summary: dict[str, Any], result: Any) -> str:
 
 def main(arguments: Sequence[str] | None = None) -> int:
     """Entry point; returns the exit code."""
-    given = list(sys.argv[1:] if arguments is None else arguments)
-    if "--version" in given:
-        from .output import versions
-
-        print("  ".join(f"{name} {version}" for name, version in versions().items()))
-        return 0
-    options = parser().parse_args(given)
+    options = parser().parse_args(arguments)
     return exit_code("cosim-master", lambda: _run(options))
 
 

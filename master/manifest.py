@@ -11,8 +11,8 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from ..core.files import writing
+from ..core.versions import versions
 from ..ssp.network import Network
-from .output import versions
 
 if TYPE_CHECKING:
     from .options import Options

@@ -1,13 +1,11 @@
-"""Around a run: the result folder, summary.json, versions."""
+"""Around a run: the result folder and summary.json."""
 
 from __future__ import annotations
 
 import json
-import platform
 import shutil
 from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
-from importlib import metadata
 from math import isfinite
 from pathlib import Path
 from typing import Any
@@ -17,17 +15,6 @@ from ..core.files import held, make_folder, writing
 from .results import SUFFIXES
 
 FILES = ("results.csv", "summary.json", "manifest.json", "overview.png")
-
-
-def versions() -> dict[str, str]:
-    """Versions of what a run depends on."""
-    found = {"python": platform.python_version()}
-    for package in ("deepsea-cosim", "fmpy", "numpy", "numba", "mujoco", "pythonfmu"):
-        try:
-            found[package] = metadata.version(package)
-        except metadata.PackageNotFoundError:
-            continue
-    return found
 
 
 def write_summary(folder: Path, summary: Mapping[str, Any]) -> None:

@@ -15,6 +15,7 @@ from typing import Any
 import numpy as np
 
 from ..core.errors import CosimError, Interrupted, OutputError, SimulationError, UsageError
+from ..core.versions import versions
 from .algorithms import AT_START, algorithm
 from .direct import at_once, probe
 from .engine.program import Program
@@ -24,7 +25,7 @@ from .interrupts import Interrupts, interrupts
 from .loop import Loop
 from .manifest import manifest, write_manifest
 from .options import Options, as_path, options_of
-from .output import result_folder, versions, write_summary
+from .output import result_folder, write_summary
 from .prepare import Prepared, prepare
 from .recording import SAMPLE, Recording
 from .results.columns import elements

@@ -7,7 +7,7 @@ import sys
 from collections.abc import Sequence
 from pathlib import Path
 
-from ..core.cli import OneLineParser, add_processes, exit_code, natural, seconds
+from ..core.cli import OneLineParser, add_processes, add_version, exit_code, folder, natural, seconds
 from ..master.algorithms import NAMES
 
 EXAMPLES = """examples:
@@ -54,9 +54,10 @@ def parser() -> argparse.ArgumentParser:
         description="The paper's study as code; many runs of a package: sweeps, samples, and what they say.",
         epilog=EXAMPLES,
     )
+    add_version(p)
     commands = p.add_subparsers(dest="command", required=True, metavar="COMMAND")
     w = commands.add_parser("paper", help="recompute everything that the source paper shows", epilog=PAPER_EXAMPLES)
-    w.add_argument("--out", type=Path, metavar="DIR", default=Path("results/paper"), help="default: results/paper")
+    w.add_argument("--out", type=folder, metavar="DIR", default=Path("results/paper"), help="default: results/paper")
     w.add_argument("--package", type=Path, metavar="deepsea_11km.ssp", help="a built scenario (default: build one)")
     add_processes(w, dask=False)
     w.add_argument("--quiet", action="store_true", help="print nothing but errors")
@@ -74,7 +75,7 @@ def parser() -> argparse.ArgumentParser:
     s.add_argument("--step", type=float, metavar="S", help="macro step [s] (default: the package's)")
     s.add_argument("--stop-time", type=float, metavar="S", help="end of the runs [s] (default: the package's)")
     s.add_argument("--method", choices=NAMES, default=NAMES[0], help="coupling: %(choices)s (default: %(default)s)")
-    s.add_argument("--out", type=Path, metavar="DIR", help="folder for the results (default: results/sweep_NAME)")
+    s.add_argument("--out", type=folder, metavar="DIR", help="folder for the results (default: results/sweep_NAME)")
     add_processes(s)
     s.add_argument("--seed", type=natural, default=0, help="of the sample (default 0)")
     s.add_argument("--case-time", type=seconds, metavar="S",
@@ -90,7 +91,7 @@ def parser() -> argparse.ArgumentParser:
                    "the deep-sea machine's: depth without delay over lines, oil and valve)")  # fmt: skip
     e.add_argument("--at", type=float, metavar="X", help="where the cheapest change has to hold (default: the far end)")
     e.add_argument("--set", metavar="NAME=VALUE", action="append", default=[], help="a parameter for all runs")
-    e.add_argument("--out", type=Path, metavar="DIR", help="folder for the results (default: results/envelope_NAME)")
+    e.add_argument("--out", type=folder, metavar="DIR", help="folder for the results (default: results/envelope_NAME)")
     add_processes(e)
     e.add_argument("--no-plots", action="store_true", help="no picture")
     e.add_argument("--quiet", action="store_true", help="print nothing but errors")

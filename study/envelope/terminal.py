@@ -98,8 +98,8 @@ def _told(r: Any, wanted: Any) -> str:
 def _write(
     folder: Path, options: argparse.Namespace, wanted: Any, mapped: Any, reach: Any, best: Any, at: float
 ) -> None:
+    from ...core.versions import versions
     from ...master.manifest import digest
-    from ...master.output import versions
 
     given = json.loads(json.dumps(asdict(wanted)), parse_constant=lambda _: None)  # no bound: null
     rows = [[*names, r.value, r.whole, r.hole, r.why or r.beyond] for names, r in reach.items()]

@@ -10,7 +10,7 @@ from pathlib import Path
 from typing import Any
 
 from ...core.files import writing
-from ...master.output import versions
+from ...core.versions import versions
 from ..table1 import Result
 from .claims import Claim
 

@@ -12,8 +12,8 @@ from typing import Any
 import numpy as np
 
 from ...core.errors import CosimError, UsageError
+from ...core.versions import versions
 from ...master.manifest import digest as digest_of_file
-from ...master.output import versions
 from ...master.pool import Failure, Pool
 from ...master.pool import session as opened
 from ...master.session import Session

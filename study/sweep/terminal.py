@@ -172,8 +172,8 @@ def _summary(
     folder: Path, options: argparse.Namespace, settings: Settings, table: Sequence[Mapping[str, Any]],
     indices: Mapping[str, Any], known: Mapping[str, str], pictures: Sequence[str],
 ) -> None:  # fmt: skip
+    from ...core.versions import versions
     from ...master.manifest import digest
-    from ...master.output import versions
 
     content = {
         "package": str(options.package), "sha256": digest(options.package), "vary": options.vary,

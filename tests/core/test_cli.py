@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from importlib import import_module
+
 import pytest
 from deepsea_cosim.core.cli import exit_code
 from deepsea_cosim.core.errors import Interrupted, PackageError, SimulationError
@@ -30,3 +32,19 @@ def test_what_is_raised_is_one_line(capsys, error, code, told):
 def test_a_fault_of_our_own_is_not_hidden():
     with pytest.raises(ZeroDivisionError):
         exit_code("cosim-x", lambda: 1 // 0)
+
+
+@pytest.mark.parametrize("command", ["master", "gap", "fmus", "study"])
+def test_every_command_tells_its_version(capsys, command):
+    main = import_module(f"deepsea_cosim.{command}.cli").main
+    with pytest.raises(SystemExit) as ended:
+        main(["--version"])
+    assert ended.value.code == 0
+    assert "deepsea-cosim" in capsys.readouterr().out
+
+
+def test_a_folder_without_a_name_is_refused(capsys):
+    with pytest.raises(SystemExit) as ended:
+        import_module("deepsea_cosim.fmus.cli").main(["build", "--out", ""])
+    assert ended.value.code == 2
+    assert "the name of the folder is empty" in capsys.readouterr().err

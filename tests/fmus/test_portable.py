@@ -241,15 +241,17 @@ def test_a_python_of_others_in_the_environment_is_told(native, unpacked):
     assert "cannot be started: the environment's PYTHONHOME or PYTHONPATH are those of another Python" in done.stderr
 
 
-def test_a_cache_that_was_cleaned_is_filled_again(native, unpacked, tmp_path):
+def test_a_cache_that_was_cleaned_or_damaged_is_filled_again(native, unpacked, tmp_path):
     fmu = unpacked["DeepseaArm"]
     assert call(native, "cycles", fmu, "1", DEEPSEA_COSIM_CACHE=str(tmp_path)).returncode == 0
     files = [path for path in tmp_path.rglob("*.py") if path.stat().st_size]
     for path in files[::2]:
         path.unlink()
+    for path in files[1::2]:
+        path.write_text("def (")
     done = call(native, "cycles", fmu, "1", DEEPSEA_COSIM_CACHE=str(tmp_path))
     assert done.returncode == 0, done.stderr
-    assert all(path.is_file() for path in files)
+    assert all(path.is_file() and path.read_text() != "def (" for path in files)
 
 
 def test_packages_that_another_python_lacks_are_those_of_the_fmu(native, unpacked, tmp_path):
