@@ -306,3 +306,70 @@ def test_a_text_with_a_value_and_values_is_refused(fmus, tmp_path):
     a = component("a", "resources/L.fmu", bindings=bindings(binding(parameter_set(both))))
     path = package(tmp_path / "p.ssp", system("root", a), with_fmu(fmus))
     assert any("has a value and <Value> elements" in text for text in check(path).errors)
+
+
+REV = """<ssd:Enumerations><ssc:Enumeration name="Rev"><ssc:Item name="blue" value="1"/>
+<ssc:Item name="green" value="2"/><ssc:Item name="red" value="3"/></ssc:Enumeration>
+<ssc:Enumeration name="Colour"><ssc:Item name="red" value="1"/>
+<ssc:Item name="green" value="2"/><ssc:Item name="blue" value="3"/></ssc:Enumeration></ssd:Enumerations>"""
+
+
+def colours(between, first="", second=""):
+    """Colours of one component on their way to those of another, through a nested system's connector."""
+    a = component("a", "resources/L.fmu", connector("item_out", "output", "Enumeration", enumeration="Colour"))
+    b = component("b", "resources/L.fmu", connector("item_in", "input", "Enumeration", enumeration="Colour"))
+    inner = system("i", b, made=(connector("g", "input", "Enumeration", enumeration=between),),
+                   links=(link("g", "b.item_in", second),))  # fmt: skip
+    return system("root", a, inner, links=(link("a.item_out", "i.g", first),))
+
+
+def names(*pairs):
+    inside = "".join(f'<ssc:MapEntry source="{a}" target="{b}"/>' for a, b in pairs)
+    return f"<ssc:EnumerationMappingTransformation>{inside}</ssc:EnumerationMappingTransformation>"
+
+
+@pytest.mark.parametrize("first", ["", numbers((1, 3))])
+def test_items_with_other_numbers_in_between_are_refused(fmus, tmp_path, first):
+    path = package(tmp_path / "p.ssp", colours("Rev", first), with_fmu(fmus), after=REV)
+    with pytest.raises(CosimError, match="give an EnumerationMappingTransformation"):
+        run(path, tmp_path / "out", Options())
+
+
+def test_items_with_other_numbers_in_between_are_mapped_there_and_back(fmus, tmp_path):
+    same = [(name, name) for name in ("red", "green", "blue")]
+    path = package(tmp_path / "p.ssp", colours("Rev", names(*same), names(*same)), with_fmu(fmus), after=REV)
+    for item, number in (("red", 1), ("blue", 3)):
+        assert last(tmp_path, path, "i.b.item_in", changes=(("a.item_in", item),)) == number
+
+
+def test_an_integer_that_is_no_item_ends_the_run(fmus, tmp_path):
+    a = component("a", "resources/L.fmu", connector("integer_out", "output", "Integer"))
+    b = component("b", "resources/L.fmu", connector("item_in", "input", "Enumeration"))
+    root = system("root", a, b, links=(link("a.integer_out", "b.item_in"),))
+    path = package(tmp_path / "p.ssp", root, with_fmu(fmus))
+    assert last(tmp_path, path, "b.item_in", changes=(("a.integer_in", "3"),)) == 3
+    with pytest.raises(CosimError, match="does not fit into the type of what it is connected to"):
+        run(path, tmp_path / "out", Options(changes=(("a.integer_in", "7"),)))
+
+
+@pytest.mark.parametrize(("kind", "value"), [("Integer", 2.5), ("Boolean", 1.0), ("UInt8", 300.0)])
+def test_a_parameter_set_gives_a_connector_values_of_its_type(fmus, tmp_path, kind, value):
+    ends = connector("u1", "input"), connector("y1", "output")
+    inner = system("i", component("b", "resources/L.fmu", *ends), made=(connector("g", "parameter", kind),),
+                   links=(link("g", "b.D[1,1]"),))  # fmt: skip
+    path = package(tmp_path / "p.ssp", system("root", inner), with_fmu(fmus), version="2.0")
+    (tmp_path / "v.ssv").write_text(values({"i.g": value}))
+    with pytest.raises(CosimError, match=r"connector 'i\.g'"):
+        run(path, tmp_path / "out", Options(parameters=(tmp_path / "v.ssv",)))
+
+
+def test_a_parameter_of_another_shape_is_refused(fmus, tmp_path):
+    fmu = redescribed(fmus[3], tmp_path / "S.fmu", (
+        '<Float64 name="time"', '<Float64 name="grid" valueReference="1700" causality="parameter" variability="fixed" '
+        'start="0"><Dimension start="4"/><Dimension start="2"/></Float64><Float64 name="time"'))  # fmt: skip
+    given = parameter("grid", "Float64", "1 2 3 4 5 6 7 8").replace(
+        "</ssv:Parameter>", '<ssc:Dimension size="2"/><ssc:Dimension size="4"/></ssv:Parameter>'
+    )
+    a = component("a", "resources/S.fmu", bindings=bindings(binding(parameter_set(given, version="2.0"))))
+    path = package(tmp_path / "p.ssp", system("root", a), {"resources/S.fmu": fmu}, version="2.0")
+    assert any("is 2 x 4 in shape and 'a.grid' 4 x 2" in text for text in check(path).errors)
