@@ -18,6 +18,7 @@ from pathlib import Path
 from tempfile import mkdtemp
 
 import numpy as np
+from deepsea_cosim.core.units import UNITS
 
 HERE = Path(__file__).parent
 N = 6
@@ -69,13 +70,11 @@ def description(
 ) -> str:  # fmt: skip
     """modelDescription.xml.
 
-    units: unit by variable name, of m, mm, N, kN, m/s, 1; through: outputs depend on inputs, None does not say;
+    units: unit by variable name; through: outputs depend on inputs, None does not say;
     plain: see `_variables`; slopes: takes slopes of its inputs; negated: a variable of FMI 1.0 that is a negated
     alias; direct: FMI 1.0 tells on which inputs the outputs depend; derivatives: directional ones are given.
     """
     units = units or {}
-    known = {"m": 'm="1"', "mm": 'm="1" factor="0.001"', "N": 'kg="1" m="1" s="-2"', "m/s": 'm="1" s="-1"', "1": "",
-             "kN": 'kg="1" m="1" s="-2" factor="1000"'}  # fmt: skip
     provides, told = " providesDirectionalDerivative", str(derivatives).lower()
     items = "".join(f'<Item name="{name}" value="{k}"/>' for k, name in enumerate(("red", "green", "blue"), start=1))
     variables = _variables(plain)
@@ -116,7 +115,7 @@ def description(
             for tag in ("Output", "InitialUnknown")
             for r in outputs
         )
-        used = "".join(f'<Unit name="{u}"><BaseUnit {known[u]}/></Unit>' for u in dict.fromkeys(units.values()))
+        used = "".join(_defined(u) for u in dict.fromkeys(units.values()))
         return (
             '<?xml version="1.0" encoding="UTF-8"?><fmiModelDescription fmiVersion="3.0" modelName="Linear" '
             'instantiationToken="{linear}"><CoSimulation modelIdentifier="Linear" '
@@ -152,7 +151,7 @@ def description(
             f'<Capabilities canHandleVariableCommunicationStepSize="true"{interpolates}/></CoSimulation_StandAlone>'
             "</Implementation></fmiModelDescription>"
         )
-    used = "".join(f'<Unit name="{u}"><BaseUnit {known[u]}/></Unit>' for u in dict.fromkeys(units.values()))
+    used = "".join(_defined(u) for u in dict.fromkeys(units.values()))
     unknowns = "".join(
         f'<Unknown index="{i}"{_depends(r, through, 2)}/>'
         for i, (_, r, c, _) in enumerate(variables, 1)
@@ -169,6 +168,13 @@ def description(
         f"<ModelVariables>{''.join(rows)}</ModelVariables><ModelStructure><Outputs>{unknowns}</Outputs><InitialUnknowns>"
         f"{unknowns}</InitialUnknowns></ModelStructure></fmiModelDescription>"
     )
+
+
+def _defined(name: str) -> str:
+    """A unit of the table, as FMI 2.0 and 3.0 write it."""
+    unit = UNITS[name]
+    given = " ".join(f'{k}="{v!r}"' for k, v in {**(unit.exponents or {}), "factor": unit.factor}.items())
+    return f'<Unit name="{name}"><BaseUnit {given}/></Unit>'
 
 
 def _direct(reference: int, direct: bool) -> str:

@@ -6,28 +6,46 @@ from __future__ import annotations
 from collections.abc import Iterator
 from dataclasses import dataclass
 from difflib import SequenceMatcher
-from math import pi
+from math import isclose, pi
 
 from ..core.errors import PackageError, did_you_mean
 from ..core.units import TURNS, UNITS, Unit
 from .slaves.base import REAL
 from .system import Link, System
 
+Line = tuple[float, float]
+"""Factor and offset."""
+
 _POWER = {"kg": 1, "m": 2, "s": -3}
 
 
 @dataclass(frozen=True)
 class Bond:
-    """A pair of links that carry effort and flow in opposite directions; `watts`: the power of 1 x 1 in their units."""
+    """A pair of links that carry effort and flow in opposite directions."""
 
     forth: Link
     back: Link
-    watts: float = 1.0
+    forth_si: Line = (1.0, 0.0)
+    """Factor and offset that bring the output of `forth` to SI units."""
+    back_si: Line = (1.0, 0.0)
+    gear: float = 1.0
+    """What both links multiply by besides the conversion of units, as a gear or a lever does to effort and flow."""
+
+    def to_si(self) -> tuple[Line, Line, Line, Line]:
+        """Factors and offsets that bring to SI units, as the output that drives it would be: the output that a gives,
+        the input that a gets, the input that b gets, the output that b gives."""
+        return self.forth_si, _before(self.back, self.back_si), _before(self.forth, self.forth_si), self.back_si
 
     @property
     def name(self) -> str:
         """The two outputs, e.g. 'hydraulics.F_h x arm.v_h'."""
         return f"{self.forth.source.address} x {self.back.source.address}"
+
+
+def _before(link: Link, si: Line) -> Line:
+    """From what a link's target holds to its source in SI units."""
+    factor = si[0] / link.cast.factor
+    return factor, si[1] - factor * link.cast.offset
 
 
 def _scalar(link: Link) -> bool:
@@ -40,20 +58,30 @@ def find_bonds(system: System) -> list[Bond]:
     def unit(link: Link) -> Unit | None:
         if link.start[0] == "":
             return None
-        found = link.wire.unit or system.slaves[link.start[0]].unit(link.start[1])
+        return known(link.wire.unit or system.slaves[link.start[0]].unit(link.start[1]))
+
+    def multiplied(link: Link) -> float | None:
+        """What a link makes of 1 in SI units, if the units at its ends are known."""
+        hops, slave = link.wire.hops, system.slaves.get(link.end[0])
+        start, end = unit(link), known((hops[-1].unit if hops else None) or (slave and slave.unit(link.end[1])))
+        return abs(link.cast.factor) * end.factor / start.factor if start and end else None
+
+    def known(found: Unit | None) -> Unit | None:
         return found if found is not None and found.exponents is not None else None
 
     declared = {frozenset(pair) for pair in system.network.structure.bonds}
-    known = {k.source.address for k in system.links}
-    for address in sorted(a for pair in declared for a in pair if a not in known):
-        hint = did_you_mean(address, sorted(known))
+    driving = {k.source.address for k in system.links}
+    for address in sorted(a for pair in declared for a in pair if a not in driving):
+        hint = did_you_mean(address, sorted(driving))
         raise PackageError(f"the power bond names '{address}', which drives nothing{hint}")
     bonds, possible = [], []
     for a, b in _opposite([k for k in system.links if _scalar(k)]):
         ua, ub = unit(a), unit(b)
-        factor = ua.factor * ub.factor if ua is not None and ub is not None else 1.0
+        forth, back = multiplied(a), multiplied(b)
+        gear = forth if forth and back and isclose(forth, back, rel_tol=1e-9) else 1.0
         if frozenset((a.source.address, b.source.address)) in declared:
-            bonds.append(Bond(a, b, factor))
+            both = ua is not None and ub is not None
+            bonds.append(Bond(a, b, *((u.factor, u.offset) if both and u else (1.0, 0.0) for u in (ua, ub)), gear))
             continue
         if ua is None or ub is None or ua.offset or ub.offset:
             continue
@@ -62,8 +90,8 @@ def find_bonds(system: System) -> list[Bond]:
         keys = (set(ua.exponents) | set(ub.exponents)) - {"rad"}
         product = {k: p for k in keys if (p := ua.exponents.get(k, 0) + ub.exponents.get(k, 0))}
         if product == _POWER:
-            turns = any(u.name in TURNS and u == UNITS[u.name] for u in (ua, ub))
-            possible.append(Bond(a, b, factor * (2.0 * pi if turns else 1.0)))
+            radians = 2.0 * pi if any(u.name in TURNS and u == UNITS[u.name] for u in (ua, ub)) else 1.0
+            possible.append(Bond(a, b, (ua.factor * radians, 0.0), (ub.factor, 0.0), gear))
     place = {id(link): i for i, link in enumerate(system.links)}
     return sorted(bonds + _pairs(possible, bonds), key=lambda bond: (place[id(bond.forth)], place[id(bond.back)]))
 

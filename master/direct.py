@@ -104,15 +104,17 @@ def _answers(
 
 
 def at_once(system: System, bond: Bond) -> tuple[float, float]:
-    """|dy/dx| of both sides' outputs of a bond; x is what the side gets besides its rate: a position besides its speed.
+    """|dy/dx| of both sides' outputs of a bond, in SI units; x is what the side gets besides its rate: a position
+    besides its speed.
 
     0 where the FMU declares no such dependence. What is nudged is put back.
     """
     made = []
-    for gives, takes in ((bond.forth, bond.back), (bond.back, bond.forth)):
+    for gives, takes, si in ((bond.forth, bond.back, bond.forth_si), (bond.back, bond.forth, bond.back_si)):
         inputs = [link for link in system.links if _integral(system, link, takes)]
         declared = system.slaves[gives.source.component].feed_through(gives.source.name) or []
-        made.append(sum(abs(_slope(system, gives, link)) for link in inputs if link.target.name in declared))
+        slopes = [_slope(system, gives, link) * si[0] for link in inputs if link.target.name in declared]
+        made.append(sum(map(abs, slopes)))
     return made[0], made[1]
 
 
@@ -130,7 +132,8 @@ def _integral(system: System, link: Link, flow: Link) -> bool:
 
 
 def _slope(system: System, output: Link, link: Link) -> float:
-    """dy/du of one output of the component that a link ends at; NaN if that cannot be had."""
+    """dy/du of one output of the component that a link ends at, u in SI units; NaN if that cannot be had."""
+    unit = system.slaves[link.target.component].unit(link.target.name)
     reals, y = system.board.reals, output.source.place
     way = handles(system, link.target.component)
     try:
@@ -142,4 +145,4 @@ def _slope(system: System, output: Link, link: Link) -> float:
             step.once()
     except CosimError:
         return float("nan")
-    return (changed - float(reals[y])) / nudge if nudge else float("nan")
+    return (changed - float(reals[y])) / (nudge * (unit.factor if unit else 1.0)) if nudge else float("nan")

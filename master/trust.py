@@ -63,7 +63,7 @@ NYQUIST = 1.0
 class Swing:
     """Sums over a run for one bond; a is the component that gives the first link."""
 
-    bond: Bond
+    gear: float = 1.0
     at_once: tuple[float, float] = (0.0, 0.0)
     """How much the outputs of a and b answer at once to what the other side's flow is the rate of (`direct`)."""
     sums: np.ndarray = field(default_factory=lambda: np.zeros((2, 3)))
@@ -76,7 +76,7 @@ class Swing:
         self, h: np.ndarray, y: tuple[np.ndarray, np.ndarray], u: tuple[np.ndarray, np.ndarray], lost: np.ndarray,
         drift: tuple[np.ndarray, np.ndarray],
     ) -> None:  # fmt: skip
-        """Take in rows: step lengths (n - 1,), outputs and held inputs (n,) of a and b.
+        """Take in rows, all in SI units: step lengths (n - 1,), outputs and held inputs (n,) of a and b.
 
         lost: the energy that does not arrive at b in the last steps, the new ones [J]; drift: how much of it a constant
         part of y_b makes, and one of y_a, both for 1.
@@ -119,14 +119,12 @@ class Swing:
         seconds, count = pieces[:, 7:].sum(axis=0)
         if a is None or b is None or count < 10:
             return told
-        # through the links: b's input is factor * a's output, and the other way round
-        loop = a * b * self.bond.forth.cast.factor * self.bond.back.cast.factor
+        loop = a * b
         if loop >= 0.0:
             return told
         omega_h = float(np.sqrt(-loop))
         h = float(seconds / count)
-        forth, back = abs(self.bond.forth.cast.factor), abs(self.bond.back.cast.factor)
-        weights = 0.5 * h * self.bond.watts * np.array([back / abs(a), forth / abs(b)])
+        weights = 0.5 * h * self.gear / np.abs([a, b])
 
         def energy_of(these: np.ndarray) -> float:
             """Mean energy of the swing around the mean in these pieces."""
@@ -180,16 +178,17 @@ class ResidualEnergy:
         out = {place: i for i, place in enumerate(outputs)}
         into = {place: len(outputs) + i for i, place in enumerate(inputs)}
         self._columns = [
-            (out[b.forth.source.place], into[b.back.target.place], into[b.forth.target.place],
-             out[b.back.source.place], b.back.cast.factor / b.forth.cast.factor)
+            [out[b.forth.source.place], into[b.back.target.place], into[b.forth.target.place],
+             out[b.back.source.place]]
             for b in bonds
         ]  # fmt: skip
+        self._si = [np.transpose(b.to_si()) for b in bonds]
         self.absolute = np.zeros(len(bonds))
         self.net = np.zeros(len(bonds))
         self.exchanged = np.zeros(len(bonds))
         self._low, self._high = np.full((len(bonds), 2), np.inf), np.full((len(bonds), 2), -np.inf)
         self._last: list[tuple[float, np.ndarray]] = []
-        self.swings = [Swing(b, found) for b, found in zip(bonds, at_once, strict=True)]
+        self.swings = [Swing(b.gear, found) for b, found in zip(bonds, at_once, strict=True)]
 
     def add(self, time: np.ndarray, rows: np.ndarray) -> None:
         """Take in rows (n, outputs + inputs): outputs at times (n,) and inputs held from then on."""
@@ -204,25 +203,23 @@ class ResidualEnergy:
             rows = np.concatenate([[row for _, row in self._last], rows])
         self._last = [(float(t), row.copy()) for t, row in zip(time[-2:], rows[-2:], strict=True)]
         h = np.diff(time)
-        mean = 0.5 * (rows[1:] + rows[:-1])
         fresh = slice(max(0, known - 1), None)  # steps that have not been counted yet
-        for i, (bond, (y_a, u_a, u_b, y_b, ratio)) in enumerate(zip(self.bonds, self._columns, strict=True)):
-            self._low[i] = np.minimum(self._low[i], rows[:, [y_a, y_b]].min(axis=0))
-            self._high[i] = np.maximum(self._high[i], rows[:, [y_a, y_b]].max(axis=0))
-            held = [_held(rows[:, u], sloped) for u, sloped in zip((u_a, u_b), self._sloped[i], strict=True)]
-            left = (bond.watts * mean[:, y_a] * held[0] * h)[fresh]
-            right = (bond.watts * ratio * held[1] * mean[:, y_b] * h)[fresh]
+        for i, bond in enumerate(self.bonds):
+            factors, offsets = self._si[i]
+            y_a, u_a, u_b, y_b = (rows[:, self._columns[i]] * factors + offsets).T
+            both = np.stack([y_a, y_b])
+            self._low[i] = np.minimum(self._low[i], both.min(axis=1))
+            self._high[i] = np.maximum(self._high[i], both.max(axis=1))
+            held = [_held(u, sloped) for u, sloped in zip((u_a, u_b), self._sloped[i], strict=True)]
+            mean = [0.5 * (y[1:] + y[:-1]) for y in (y_a, y_b)]
+            left = (bond.gear * mean[0] * held[0] * h)[fresh]
+            right = (bond.gear * held[1] * mean[1] * h)[fresh]
             self.absolute[i] += np.sum(np.abs(left - right))
             self.net[i] += np.sum(left - right)
             self.exchanged[i] += np.sum(0.5 * np.abs(left + right))
             if len(left):
-                back = bond.back.cast.factor
-                drift = [bond.watts * h * x for x in (
-                    back * mean[:, y_a] - ratio * held[1], held[0] - back * mean[:, y_b])]  # fmt: skip
-                self.swings[i].add(
-                    h, (rows[:, y_a], rows[:, y_b]), (rows[:, u_a], rows[:, u_b]), left - right,
-                    (drift[0][fresh], drift[1][fresh]),
-                )  # fmt: skip
+                drift = [(bond.gear * h * x)[fresh] for x in (mean[0] - held[1], held[0] - mean[1])]
+                self.swings[i].add(h, (y_a, y_b), (u_a, u_b), left - right, (drift[0], drift[1]))
 
     def moves(self, i: int) -> bool:
         """Whether both sides of a bond have changed by more than rounding."""

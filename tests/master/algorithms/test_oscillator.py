@@ -8,8 +8,6 @@ of what drives them (interface Jacobian, fixed point) it is the implicit midpoin
 
 from __future__ import annotations
 
-from types import SimpleNamespace
-
 import numpy as np
 import pytest
 from deepsea_cosim.core.errors import CosimError
@@ -214,15 +212,9 @@ def test_what_the_machine_does_itself_is_not_warned_of(fmus, tmp_path, method, d
     assert not [w for w in result.summary["warnings"] if "grows" in w or "shrinks" in w]
 
 
-def bond():
-    """Unit factors; what the sums need of a bond."""
-    link = SimpleNamespace(cast=SimpleNamespace(factor=1.0))
-    return SimpleNamespace(forth=link, back=link, watts=1.0)
-
-
 def swing(y_a, u_a, u_b, y_b, h):
     """The sums over a run that is given as a record."""
-    made = Swing(bond())
+    made = Swing()
     mean_a, mean_b = (0.5 * (y[1:] + y[:-1]) for y in (y_a, y_b))
     lost = (mean_a * u_a[:-1] - u_b[:-1] * mean_b) * h
     drift = (mean_a - u_b[:-1]) * h, (u_a[:-1] - mean_b) * h
