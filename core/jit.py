@@ -9,14 +9,21 @@ from a folder that is being edited without the tests should delete its *.nbi and
 from __future__ import annotations
 
 from collections.abc import Callable
+from contextlib import suppress
 from typing import Any
 
 from numba import njit
 
 
 def kernel(function: Callable[..., Any], nogil: bool = False) -> Callable[..., Any]:
-    """Compile with IEEE arithmetic (no fast-math), division by zero giving inf, cached on disk."""
-    made = njit(cache=True, error_model="numpy", nogil=nogil)(function)
+    """Compile with IEEE arithmetic (no fast-math), division by zero giving inf, cached on disk.
+
+    Where nothing can be written, neither beside the code nor in the user's cache folder, each process compiles anew.
+    """
+    made = njit(error_model="numpy", nogil=nogil)(function)
+    if hasattr(made, "enable_caching"):
+        with suppress(RuntimeError):  # "no locator available"
+            made.enable_caching()
     if not hasattr(made, "py_func"):  # with NUMBA_DISABLE_JIT it is the function itself
         made.py_func = function
     return made

@@ -24,6 +24,12 @@ from .system import Link, System
 MAX_SWEEPS = 100
 SETTLED = 1e-12
 
+ROUNDING = 1e-15
+"""Share of the largest value below which a value is rounding."""
+
+SMALL = 1.5e-8
+"""Share of a value by which it is changed to see what follows."""
+
 
 def handles(system: System, name: str) -> tuple[Runner, Runner]:
     """What hands a component the inputs on the board, and what reads its outputs."""
@@ -58,6 +64,7 @@ class Agreement:
         everything = [*system.outputs.values(), *system.inputs.values()]
         self._signals = [s for s in everything if s.family == REAL]
         self._reals = _slots(self._signals)
+        self._largest = np.zeros(len(system.board.reals))
         self._whole = _slots([s for s in everything if s.family not in (REAL, TEXT)])
 
     def sweep(self) -> None:
@@ -70,8 +77,10 @@ class Agreement:
             inputs.once()
             outputs.once()
 
-    def settle(self, when: str) -> None:
+    def settle(self, when: str = "") -> None:
         """Sweep until nothing changes; a loop that does not settle so is solved, or the error says which it is.
+
+        when: for the error, where that is not in a step.
 
         Reals count relative to the largest value that a slot has had; whole numbers and texts have to be the same.
         """
@@ -93,15 +102,15 @@ class Agreement:
             last = largest if same else np.inf
         if not any(self._solvable(k) for mine, _, _ in self.visits.values() for k, _ in mine):
             raise SimulationError(
-                f"the algebraic loop {when} through {', '.join(dict.fromkeys(self.names))} does not settle by "
+                f"the algebraic loop{when} through {', '.join(dict.fromkeys(self.names))} does not settle by "
                 "repetition, and its values are no reals that could be solved for"
             )
-        self.solve(change, when)
+        self.solve(change, scale, when)
         whole, texts = board.integers[self._whole].copy(), list(board.texts)
         self.sweep()
         if not (np.array_equal(whole, board.integers[self._whole]) and texts == board.texts):
             raise SimulationError(
-                f"the algebraic loop {when} through {', '.join(dict.fromkeys(self.names))} does not settle: where its "
+                f"the algebraic loop{when} through {', '.join(dict.fromkeys(self.names))} does not settle: where its "
                 "reals agree, its whole numbers or texts do not"
             )
 
@@ -109,8 +118,9 @@ class Agreement:
     def _solvable(link: Link) -> bool:
         return link.target.family == REAL and not link.cast.from_integer and bool(link.source.component)
 
-    def solve(self, change: np.ndarray, when: str) -> None:
-        """Newton's method for the reals that go round; `change` is what the last sweep did to the reals."""
+    def solve(self, change: np.ndarray, scale: np.ndarray, when: str) -> None:
+        """Newton's method for the reals that go round; `change` is what the last sweep did to the reals, `scale` their
+        largest values on the way."""
         from scipy.optimize import root
 
         board = self.system.board
@@ -128,16 +138,32 @@ class Agreement:
 
         start = np.nan_to_num(board.reals[targets], nan=0.0, posinf=0.0, neginf=0.0)
         start[np.abs(start) > 1e12] = 0.0
+        self._largest[self._reals] = np.fmax(self._largest[self._reals], np.where(scale < 1e12, scale, 0.0))
         first = np.abs(left(start))
-        size = max(float(np.max(np.abs(start), initial=0.0)), float(np.max(first[first < 1e29], initial=0.0))) or 1.0
-        # in units of what is in the loop, so that flows of 1e-6 m3/s and pressures of 1e8 Pa are the same to the solver
-        found = root(lambda x: left(x * size) / size, start / size, tol=1e-13)
-        rest = np.abs(left(found.x * size))
-        if not np.all(rest <= 1e-8 * np.maximum(np.abs(found.x) * size, 1e-3 * size)):
+        # each in units of what it was in the run, so that flows of 1e-6 m3/s and pressures of 1e8 Pa are the same to
+        # the solver, and what passes zero is not taken for small
+        size = np.maximum(np.maximum(self._largest[targets], np.abs(start)), np.where(first < 1e29, first, 0.0))
+        size = np.where(size <= ROUNDING * size.max(), size.max() or 1.0, size)
+
+        def slopes(x: np.ndarray) -> np.ndarray:
+            here, made = left(x * size) / size, np.empty((len(x), len(x)))
+            for j, step in enumerate(SMALL * np.maximum(np.abs(x), 1.0)):
+                there = x.copy()
+                there[j] += step
+                made[:, j] = (left(there * size) / size - here) / (there[j] - x[j])
+            return made
+
+        found = root(lambda x: left(x * size) / size, start / size, jac=slopes, tol=1e-13)
+        rest, solved = np.abs(left(found.x * size)) / size, np.abs(found.x)
+        allowed = 1e-8 * np.maximum(solved, 1e-3)
+        if not np.all(rest <= allowed):  # what is the small difference of large values is no more certain than these
+            allowed = np.maximum(allowed, 1e3 * ROUNDING * np.abs(slopes(found.x)) @ solved)
+            rest = np.abs(left(found.x * size)) / size
+        if not np.all(rest <= allowed):
             names = np.array([s.address for s in self._signals for _ in range(s.size)])
             worst = int(np.argmax(np.nan_to_num(change, nan=np.inf)))
             raise SimulationError(
-                f"the algebraic loop {when} does not settle by repetition, and Newton's method finds no "
+                f"the algebraic loop{when} does not settle by repetition, and Newton's method finds no "
                 f"solution; '{names[worst]}' still changes by {change[worst]:g}"
             )
 
@@ -195,8 +221,8 @@ def refresh(system: System, program: Program, driven: dict[int, int] | None = No
             program.cast(slot, end, 1, Cast())
         agreement = Agreement(system, names)
 
-        def settle(t: float, h: float) -> int:
-            agreement.settle(f"at t = {t + h:g} s")
+        def settle(_t: float, _h: float) -> int:
+            agreement.settle()
             return 0
 
         program.python(settle)

@@ -106,7 +106,7 @@ class Initialiser:
             self.sweep([*self._visits, *self.system.order])
             return
         self.sweep(self.system.order)  # after this one all have been seen
-        self._agreement.settle("at the start")
+        self._agreement.settle(" at the start")
 
     def sweep(self, components: Iterable[str]) -> None:
         """Visit the components in turn: take the outputs that others have given as inputs, read the own outputs."""

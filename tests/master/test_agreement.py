@@ -84,6 +84,33 @@ def test_a_loop_without_a_solution_is_refused(fmu, tmp_path):
         run(package(tmp_path / "p.ssp", loop(1.0), fmu), tmp_path / "out")
 
 
+@pytest.mark.parametrize("method", NAMES)
+@pytest.mark.parametrize("zero", [0.1, 0.3, 0.7])
+@pytest.mark.parametrize("gains", [(2.0, 3.0), (2.0, -3.0), (10.0, 0.3)])
+def test_a_loop_whose_values_pass_zero(fmu, tmp_path, method, zero, gains):
+    """What is 1e-16 of rounding in a step is not small: y_a = p y_b + t - t0, y_b = q y_a - (t - t0)."""
+    p, q = gains
+    ramp = {"A": [[0, 1], [0, 0]], "C": [[1, 0]]}
+    a, b = linear("a", **ramp, D=[[p]], x0=[-zero, 1.0]), linear("b", **ramp, D=[[q]], x0=[zero, -1.0])
+    path = package(tmp_path / "p.ssp", system("root", a, b, links=(link("a.y1", "b.u1"), link("b.y1", "a.u1"))), fmu)
+    frame = run(path, tmp_path / "out", Options(method=method)).frame
+    t = frame["time"].to_numpy() - zero
+    assert frame["a.y1"].to_numpy() == pytest.approx(t * (1.0 - p) / (1.0 - p * q), abs=1e-10)
+
+
+@pytest.mark.parametrize("method", ["gauss-seidel", "jacobi", "nepce", "fixed-point"])
+def test_a_loop_that_has_no_solution_later_on_names_one_time(fmu, tmp_path, method):
+    """y_a = y_a + t: every value solves it at t = 0, none does later; the message tells the start of that step."""
+    clock = linear("clock", A=[[0, 1], [0, 0]], C=[[1, 0]], x0=[0, 1])
+    a, b = linear("a", D=[[1.0, 1.0]]), linear("b", D=[[1.0]])
+    links = (link("b.y1", "a.u1"), link("a.y1", "b.u1"), link("clock.y1", "a.u2"))
+    path = package(tmp_path / "p.ssp", system("root", clock, a, b, links=links), fmu)
+    with pytest.raises(CosimError, match="the algebraic loop does not settle") as error:
+        run(path, tmp_path / "out", Options(method=method))
+    assert str(error.value).count(" at t = ") == 1
+    assert str(error.value).endswith("at t = 0 s")
+
+
 def test_the_inputs_in_the_record_are_those_that_were_held(fmu, tmp_path):
     """Jacobi: a step holds what the source was at its start, also where outputs are read again with newer inputs."""
     clock = linear("clock", A=[[0, 1], [0, 0]], C=[[1, 0]], x0=[0, 1])
