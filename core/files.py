@@ -21,6 +21,25 @@ def writing(path: Path) -> Iterator[None]:
         raise OutputError(f"{path}: cannot be written ({error.strerror or error})") from None
 
 
+def working_folder() -> Path:
+    """The folder that this process works in; raises `OutputError` where that has been removed."""
+    try:
+        return Path.cwd()
+    except OSError:
+        raise OutputError("the folder this runs in does not exist any more: change to another") from None
+
+
+@contextmanager
+def returning() -> Iterator[Path]:
+    """Come back to the folder that this process works in, for strangers' code may change it; gives that folder."""
+    here = working_folder()
+    try:
+        yield here
+    finally:
+        with suppress(OSError):
+            os.chdir(here)
+
+
 def exchange(one: Path, other: Path) -> None:
     """Swap two files or folders at once: nobody, however it ends, sees one of them missing.
 

@@ -253,7 +253,7 @@ def _run(options: argparse.Namespace) -> int:
         print()
         for name in files:
             print(f"  {folder / name}")
-    return 0
+    return {"failed": 1, "interrupted": 130}.get(result.summary.get("step_check", {}).get("status"), 0)
 
 
 def _give_up(said: str) -> NoReturn:

@@ -132,7 +132,7 @@ def set_substeps(options: Options, slaves: dict[str, Slave]) -> None:
 
 def step_remarks(slaves: dict[str, Slave], start: float, stop: float, step: float, n: int) -> list[str]:
     """FMUs that the steps do not suit."""
-    return [*_uneven(slaves, start, stop, step, n), *_inner(slaves, step)]
+    return [*_uneven(slaves, start, stop, step, n), *_inner(slaves, step), *_clocked(slaves)]
 
 
 def _uneven(slaves: dict[str, Slave], start: float, stop: float, step: float, n: int) -> list[str]:
@@ -158,6 +158,19 @@ def _inner(slaves: dict[str, Slave], step: float) -> list[str]:
             made.append(
                 f"component '{name}' has an inner step of {float(own):g} s; its step of {step / slave.ratio:g} s is no "
                 "multiple of that"
+            )
+    return made
+
+
+def _clocked(slaves: dict[str, Slave]) -> list[str]:
+    """FMUs with clocks, none of which is ticked from here."""
+    made = []
+    for name, slave in slaves.items():
+        if clocks := [v.name for v in slave.description.modelVariables if v.type == "Clock"]:
+            named = ", ".join(map(repr, clocks[:3])) + (", ..." if len(clocks) > 3 else "")
+            made.append(
+                f"component '{name}' has clocks ({named}); none is ticked here, so what hangs on them runs only if the "
+                "FMU sees to it"
             )
     return made
 

@@ -41,6 +41,8 @@ class Recording:
         self._times = np.zeros(BLOCK + 1)
         self._filled = 0
         self._flushed = 0
+        self.written_to: float | None = None
+        """Time of the last row that stands in the result file [s]."""
         self._rest: list[np.ndarray | list[object]] | None = None
         self._written = perf_counter()
         self._texts: list[tuple[list[object], list[object]]] = []
@@ -105,13 +107,11 @@ class Recording:
         self._written = perf_counter()
         if self._writer is not None:
             kept = slice(-first % self.every, None, self.every)
-            if self.every == 1:
-                self._writer.write(self.layout.cut(self.which, times, rows, texts))
-                return
             self._writer.write(self.layout.cut(self.which, times[kept], rows[kept], texts[kept]))
-            left = (self._flushed - 1) % self.every != 0
-            last = self.layout.cut(self.which, times[-1:].copy(), rows[-1:].copy(), texts[-1:])
-            self._rest = last if left else None
+            self.written_to = float(times[kept][-1]) if len(times[kept]) else self.written_to
+            self._rest = None
+            if (self._flushed - 1) % self.every:
+                self._rest = self.layout.cut(self.which, times[-1:].copy(), rows[-1:].copy(), texts[-1:])
 
     def _keep(self, first: int, times: np.ndarray, rows: np.ndarray) -> None:
         """The sample and the extremes of a block."""

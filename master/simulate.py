@@ -15,6 +15,7 @@ from typing import Any
 import numpy as np
 
 from ..core.errors import CosimError, Interrupted, OutputError, SimulationError, UsageError
+from ..core.files import returning
 from ..core.versions import versions
 from .algorithms import AT_START, algorithm
 from .direct import at_once, probe
@@ -87,6 +88,7 @@ def run(
     begin = perf_counter()
     with ExitStack() as stack:
         interrupt = stack.enter_context(interrupts(give_up is not None))
+        folder = stack.enter_context(returning()) / folder
         prepared = prepare(package, options, stack, interrupt)
         stack.enter_context(result_folder(folder, options.results))
         write_manifest(folder, manifest(package, prepared.network, options))
@@ -169,7 +171,9 @@ class _Run:
             self.recording.finish()
         except OutputError as caught:  # nothing more can be written
             time = self.loop.time
-            failure = SimulationError(f"stopped at t = {time:g} s: {caught}", time)
+            left = self.recording.written_to
+            holds = "no row" if left is None else f"the rows up to t = {left:g} s"
+            failure = SimulationError(f"stopped at t = {time:g} s: {caught}; it holds {holds}", time)
         except CosimError as caught:
             failure = caught
             with suppress(OutputError):
@@ -262,19 +266,28 @@ def _check_step(
     result: Result, package: Path, options: Options, log: Callable[[str, str, str], None],
     progress: Callable[[int, int], None], give_up: Callable[[str], object] | None,
 ) -> None:  # fmt: skip
-    """Run once more with half the step, and put the estimated errors into the summary."""
+    """Run once more with half the step, and put the estimated errors into the summary, or why there are none."""
     from .check_step import estimate, worst
 
     step = 0.5 * result.summary["step_s"]
-    with tempfile.TemporaryDirectory(prefix="cosim_") as scratch:
-        half = replace(options, step=step, results="", check_step=False, realtime=False)
-        again = run(package, Path(scratch), half, log, progress, 2 * result.stride, give_up)
+    half = replace(options, step=step, results="", check_step=False, realtime=False)
+    try:
+        with tempfile.TemporaryDirectory(prefix="cosim_") as scratch:
+            again = run(package, Path(scratch), half, log, progress, 2 * result.stride, give_up)
+    except CosimError as error:
+        ended = "interrupted" if isinstance(error, Interrupted) else "failed"
+        result.summary["step_check"] = {"step_s": step, "errors": {}, "status": ended, "error": str(error)}
+        result.summary["warnings"].append(
+            f"--check-step: the run is complete; its repetition with half the step, {step:g} s, {ended}: {error}"
+        )
+        write_summary(result.folder, result.summary)
+        return
     assert result.sample is not None
     assert again.sample is not None
     errors = estimate(options.method, result.names, result.sample, again.sample)
     outputs = set(result.outputs)  # an input that is held belongs to no point in time
     result.summary["step_check"] = {
-        "step_s": step, "errors": {n: e for n, e in errors.items() if n in outputs},
+        "step_s": step, "errors": {n: e for n, e in errors.items() if n in outputs}, "status": "ok",
     }  # fmt: skip
     found = worst(result.summary["step_check"]["errors"])
     if found is not None and found[1]["relative"] > TRUSTED:

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import json
+
 import pytest
 from deepsea_cosim.core.errors import CosimError
 from deepsea_cosim.master.check import check
@@ -353,6 +355,8 @@ def test_a_clock_of_a_declared_type_that_nothing_uses_does_no_harm(fmus, tmp_pat
     )  # fmt: skip
     path = package(tmp_path / "p.ssp", system("root", gain("a", 2.0)), {"resources/L.fmu": fmu})
     assert last(tmp_path, path, "a.y1", changes=(("a.u1", "3"),)) == 6.0
+    warnings = json.loads((tmp_path / "out" / "summary.json").read_text())["warnings"]
+    assert [w for w in warnings if "'a' has clocks ('clk'); none is ticked" in w]
 
 
 @pytest.mark.parametrize("kind", ["output", "calculatedParameter"])

@@ -11,6 +11,7 @@ import subprocess
 import sys
 import time
 import zipfile
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -252,6 +253,42 @@ def test_full_disk_is_a_clean_end(toys, tmp_path, capsys, monkeypatch):
     c = read_csv(tmp_path / "out")
     assert len(c["time"]) > 100
     assert np.diff(c["time"]) == pytest.approx(0.01)  # whole rows only
+    assert f"it holds the rows up to t = {c['time'][-1]:g} s" in error
+
+
+def test_a_failing_repetition_does_not_spoil_the_run(toys, tmp_path, capsys):
+    """--check-step with an FMU that refuses half the step: the run and its plot are there, and it says what failed."""
+    pack = package(tmp_path / "p.ssp", {"b": toys / "Bomb.fmu"})
+    out = tmp_path / "out"
+    bomb = "--set", "b.how=4", "--set", "b.t_bomb=0"
+    assert main([str(pack), "--out", str(out), "--step", "0.1", "--check-step", *bomb]) == 1
+    told = capsys.readouterr()
+    assert "the run is complete; its repetition with half the step, 0.05 s, failed: component 'b'" in told.err
+    assert "greatest" in told.out
+    summary = json.loads((out / "summary.json").read_text())
+    assert summary["status"] == "ok"
+    assert summary["step_check"]["status"] == "failed"
+    assert (out / "overview.png").exists()
+
+
+def test_an_fmu_that_changes_the_working_folder(toys, tmp_path, monkeypatch):
+    """Everything goes to where it was said, and the caller stays where he was."""
+    monkeypatch.chdir(tmp_path)
+    package(tmp_path / "p.ssp", {"b": toys / "Bomb.fmu"})
+    bomb = "--set", "b.how=5", "--set", "b.t_bomb=0"
+    assert main(["p.ssp", "--step", "0.1", "--out", "out", "--check-step", *bomb]) == 0
+    assert {p.name for p in (tmp_path / "out").iterdir()} == {
+        "results.csv", "summary.json", "manifest.json", "overview.png"}  # fmt: skip
+    assert Path.cwd() == tmp_path
+
+
+def test_a_working_folder_that_is_gone_is_told(toys, tmp_path, capsys, monkeypatch):
+    pack = package(tmp_path / "p.ssp", {"b": toys / "Bomb.fmu"})
+    (tmp_path / "gone").mkdir()
+    monkeypatch.chdir(tmp_path / "gone")
+    (tmp_path / "gone").rmdir()
+    assert main([str(pack), "--out", "out"]) == 2
+    assert "the folder this runs in does not exist any more" in capsys.readouterr().err
 
 
 def test_dotted_component_names(toys, tmp_path):

@@ -1,4 +1,9 @@
-"""Goes wrong at t_bomb: 1 gives NaN, 2 refuses the step, 3 raises. x counts time, y = 2 u + 1."""
+"""Goes wrong at t_bomb: 1 gives NaN, 2 refuses the step, 3 raises, 4 raises in short steps, 5 changes its folder.
+
+x counts time, y = 2 u + 1.
+"""
+
+import os
 
 from pythonfmu import Fmi2Causality, Fmi2Slave, Fmi2Variability, Integer, Real
 
@@ -17,8 +22,12 @@ class Bomb(Fmi2Slave):
     def do_step(self, current_time, step_size):
         self.x = current_time + step_size
         if self.x > self.t_bomb:
-            if self.how == 3:
+            if self.how == 3 or (self.how == 4 and step_size < 0.07):
                 raise RuntimeError("bang")
+            if self.how == 5:
+                os.chdir(os.path.dirname(os.path.abspath(__file__)))
+            if self.how >= 4:
+                return True
             self.x = float("nan")
             return self.how != 2
         return True
