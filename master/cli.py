@@ -11,7 +11,7 @@ from pathlib import Path
 from time import perf_counter
 from typing import TYPE_CHECKING, Any, NoReturn
 
-from ..core.cli import OneLineParser, add_version, exit_code, folder, positive
+from ..core.cli import OneLineParser, add_version, exit_code, folder, positive, seconds
 from .algorithms import NAMES
 
 if TYPE_CHECKING:
@@ -82,7 +82,7 @@ def parser() -> argparse.ArgumentParser:
         "--isolate", action="store_true", help="run each FMU in a process of its own, so that one may crash or hang"
     )
     run.add_argument(
-        "--step-timeout", metavar="S", type=float, help="longest time for a step of an FMU, with --isolate"
+        "--step-timeout", metavar="S", type=seconds, help="longest time for a step of an FMU, with --isolate"
     )
     run.add_argument("--realtime", action="store_true", help="do not run faster than the clock")
     results = p.add_argument_group("results")

@@ -11,7 +11,7 @@ from urllib.parse import unquote, urlsplit
 
 from lxml import etree
 
-from ..core.errors import PackageError
+from ..core.errors import PackageError, did_you_mean
 from .document import MAX_XML, SSC, SSD, SSM, SSV, Document, version, violations
 from .model import KINDS, Binding, MappingEntry, Parameter
 from .values import TRANSFORMATIONS, Definitions, transformation_of, typed_as, value_of
@@ -46,10 +46,17 @@ def inside(document: Document, element: etree._Element, source: str, base: Path,
     return path, unquote(parts.fragment)
 
 
+def nearest(source: str, folder: Path) -> str:
+    """A hint which file of the folder may be meant by a source that is missing."""
+    known = [p.relative_to(folder).as_posix() for p in sorted(folder.rglob("*")) if p.is_file()]
+    return did_you_mean(source.replace("\\", "/"), known)
+
+
 def opened_at(document: Document, element: etree._Element, path: Path, shown: str) -> Document:
     """A file that an element asks for; one that is missing is told with the place that does."""
     if not path.is_file():
-        raise document.error(element, f"'{element.get('source')}' is missing in the package")
+        hint = nearest(path.name, path.parent)
+        raise document.error(element, f"'{element.get('source')}' is missing in the package{hint}")
     return Document(path, shown)
 
 

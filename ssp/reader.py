@@ -22,7 +22,7 @@ from .model import (
     SystemStructure,
     Type,
 )
-from .parameters import Bindings, inside, opened_at
+from .parameters import Bindings, inside, nearest, opened_at
 from .values import TRANSFORMATIONS, TYPES, Definitions, transformation_of, type_of
 
 FMU = "application/x-fmu-sharedlibrary"
@@ -249,7 +249,8 @@ class _Reader:
         if path.is_dir():
             raise document.error(element, f"component '{name}': '{source}' is a folder; an FMU is a zip archive")
         if not path.is_file():
-            raise document.error(element, f"component '{name}' needs '{source}', which is missing in the package")
+            missing = f"'{source}', which is missing in the package{nearest(source, self.folder)}"
+            raise document.error(element, f"component '{name}' needs {missing}")
         if kind == FMU:
             kind = USUAL.get(path.suffix.lower(), FMU)
         if kind == DEFINITION and path.suffix.lower() in (".fmu", ".ssp"):

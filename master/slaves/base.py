@@ -472,8 +472,9 @@ class Slave(ABC):
     def failure(self, doing: str, status: int, t: float | None = None) -> SimulationError:
         """The error of a call that returned a status, with the FMU's last message."""
         self.note(status)
-        name = STATUS[status].capitalize() if status < len(STATUS) else str(status)
-        reason = self._last_since(self._begun) or f"the FMU returned {self.prefix}{name}"
+        name = STATUS[status].capitalize() if status < len(STATUS) else ""
+        told = f"{self.prefix}{name}" if status < len(STATUS) else f"{status}, which is no status of FMI"
+        reason = self._last_since(self._begun) or f"the FMU returned {told}"
         at = "" if t is None else f" at t = {t:g} s"
         return SimulationError(f"component '{self.name}', {doing}{at}: {' '.join(reason.split())}", t)
 

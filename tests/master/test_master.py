@@ -443,6 +443,16 @@ def test_command_line_errors_are_one_line(toys, tmp_path, capsys):
     assert "not a zip archive" in one_line(capsys, 2, [tmp_path / "cut.ssp", *out])
     assert "no such file" in one_line(capsys, 2, [tmp_path / "missing.ssp", *out])
     assert "missing in the package" in one_line(capsys, 2, [tmp_path / "hole.ssp", *out])
+    for wrong in (r"resources\Mass.fmu", "resources/mass.fmu", "Mass.fmu"):
+        with zipfile.ZipFile(tmp_path / "near.ssp", "w") as near, zipfile.ZipFile(good) as whole:
+            text = whole.read("SystemStructure.ssd").decode().replace('"resources/Mass.fmu"', f'"{wrong}"')
+            near.writestr("SystemStructure.ssd", text)
+            near.writestr("resources/Mass.fmu", whole.read("resources/Mass.fmu"))
+        assert "did you mean 'resources/Mass.fmu'?" in one_line(capsys, 2, [tmp_path / "near.ssp", *out])
+    with zipfile.ZipFile(good) as whole:
+        whole.extractall(tmp_path / "unpacked")
+    assert "a zip archive, named .ssp" in one_line(capsys, 2, [tmp_path / "unpacked", *out])
+    assert "a zip archive of it" in one_line(capsys, 2, [tmp_path / "unpacked" / "SystemStructure.ssd", *out])
     assert "x9" in one_line(capsys, 2, [good, "--set", "m.x9=1", *out])
     assert "not a number" in one_line(capsys, 2, [good, "--set", "m.x0=one", *out])
     assert "positive" in one_line(capsys, 2, [good, "--step", "0", *out])
