@@ -29,7 +29,7 @@ from .options import Options, as_path, options_of
 from .output import result_folder, write_summary
 from .prepare import Prepared, prepare
 from .recording import SAMPLE, Recording
-from .results.columns import elements
+from .results.columns import Column, elements
 from .setup import load_slaves
 from .trust import TRUSTED, ResidualEnergy, said, sloped
 
@@ -52,6 +52,8 @@ class Result:
     file: Path | None = None
     texts: Sequence[str] = ()
     """Names of the columns that hold texts."""
+    truths: Sequence[str] = ()
+    """Names of the columns that hold true and false."""
     stride: int = 1
     """Distance of the sampled points [steps]."""
 
@@ -62,7 +64,7 @@ class Result:
 
         if self.file is None:
             raise UsageError("this run kept no record")
-        made = frame(self.file, self.texts)
+        made = frame(self.file, self.texts, self.truths)
         made.attrs["units"] = dict(self.units)
         return made
 
@@ -201,9 +203,13 @@ class _Run:
             [name for link in system.links for name in elements(link.source)],
             [name for s in (*system.outputs.values(), *system.own_outputs.values()) for name in elements(s)],
             self.file,
-            [c.name for c in self.prepared.layout.columns if c.type == "text"],
+            *([c.name for c in self._recorded() if c.type == kind] for kind in ("text", "boolean")),
             self.stride,
         )
+
+    def _recorded(self) -> list[Column]:
+        """The columns of the result file."""
+        return [self.prepared.layout.columns[i] for i in self.prepared.which]
 
     def _summary(self, status: str, error: object) -> dict[str, Any]:
         prepared, loop = self.prepared, self.loop

@@ -11,10 +11,11 @@ from ...core.errors import UsageError
 from . import SUFFIXES
 
 
-def frame(path: Path, texts: Collection[str] = ()) -> Any:
+def frame(path: Path, texts: Collection[str] = (), truths: Collection[str] = ()) -> Any:
     """The record in a file, a column a signal; a file of a run that was killed can be read too.
 
-    texts: columns that hold texts. A table in CSV does not tell that of itself, and 007 would be read as a number.
+    texts, truths: columns that hold texts, and such that hold true and false. A table in CSV does not tell that of
+    itself: 007 would be read as a number, and what is true stands there as 1.
     """
     try:
         import pandas
@@ -36,7 +37,8 @@ def frame(path: Path, texts: Collection[str] = ()) -> Any:
     with warnings.catch_warnings():
         warnings.simplefilter("ignore")  # the exact reading of decimals is the default of some versions only
         names = pandas.read_csv(path, nrows=0).columns
-        return pandas.read_csv(
+        made = pandas.read_csv(
             path, float_precision="round_trip", dtype={name: str for name in names if name in texts},
             keep_default_na=False, na_values={name: ["nan"] for name in names if name not in texts},
         )  # fmt: skip
+    return made.astype(dict.fromkeys(truths, bool))

@@ -103,7 +103,7 @@ class IsolatedSlave(Slave):
                 self._log(*content)
             elif kind == "error":
                 name, text = content
-                raise PackageError(text) if name == "PackageError" else SimulationError(text)
+                raise PackageError(text) if name == "PackageError" else SimulationError(text, self._when())
             else:
                 return content
 

@@ -436,3 +436,14 @@ def test_strings_are_read_where_somebody_wants_them(fmus, tmp_path, monkeypatch,
     found = run(path, tmp_path / "all", Options(isolate=isolate)).frame
     assert set(found["a.string_out"]) == {"äöü"}
     assert isolate or seen.count("Get") >= 100
+
+@pytest.mark.parametrize("suffix", [".csv", ".parquet", ".h5"])
+def test_the_frame_has_the_same_types_whatever_the_file_is(fmus, tmp_path, suffix):
+    """Booleans stand in a CSV as 1 and 0."""
+    pytest.importorskip("h5py" if suffix == ".h5" else "pyarrow" if suffix == ".parquet" else "csv")
+    part = gain("a", 2.0, connector("boolean_out", "output", "Boolean"), connector("boolean_in", "input", "Boolean"))
+    path = package(tmp_path / "p.ssp", system("root", part), with_fmu(fmus))
+    frame = run(path, tmp_path / "out", Options(changes=(("a.boolean_in", "true"),), results=f"r{suffix}")).frame
+    assert frame["a.boolean_out"].dtype == bool
+    assert frame["a.boolean_out"].all()
+    assert frame["a.y1"].dtype == float

@@ -46,6 +46,7 @@ def test_a_failing_fmu_is_named_with_its_time(fmus, tmp_path, fault, isolate):
         run(path, tmp_path / "out", Options(isolate=isolate))
     told = str(error.value)
     assert "b.y1 = nan" in told if fault == "nan" else "component 'b', doStep at t = 0.5" in told
+    assert told.count(" at t = ") == 1
     record = left(tmp_path / "out")
     assert 0.49 <= record["time"].iloc[-1] <= 0.51
     assert record["a.y1"].to_numpy() == pytest.approx(record["time"].to_numpy())
