@@ -146,6 +146,7 @@ def read(path: Path, system: System) -> list[Drive]:
 def remarks(path: Path, drives: Sequence[Drive], system: System, start: float, stop: float) -> Iterator[str]:
     """What is hardly meant: a table beside the time of the run, or an input that is held and need not be."""
     if not drives:
+        yield f"{path}: has no column but time, so it drives nothing"
         return
     first, last = drives[0].times[0], drives[0].times[-1]
     if last < start or first > stop:

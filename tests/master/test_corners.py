@@ -306,3 +306,11 @@ def test_the_trust_report_knows_inputs_that_take_slopes(tmp_path):
 @pytest.mark.parametrize(("declared", "size"), [(None, 1.0), (-20.0, 20.0), (0.0, 1.0), (np.nan, 1.0), (np.inf, 1.0)])
 def test_a_nominal_value_that_is_none_is_1(declared, size):
     assert Slave.nominal(SimpleNamespace(_declared=lambda name, attribute: declared), "x") == size
+
+
+def test_stimuli_without_a_column_are_told(tmp_path):
+    fmu = {"resources/L.fmu": native.linear(tmp_path, 2)}
+    (tmp_path / "s.csv").write_text("time\n0\n1\n")
+    path = package(tmp_path / "p.ssp", system("root", linear("a", D=[[1.0]])), fmu)
+    result = run(path, tmp_path / "out", Options(stimuli=tmp_path / "s.csv"))
+    assert any("has no column but time, so it drives nothing" in w for w in result.summary["warnings"])
