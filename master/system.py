@@ -105,6 +105,8 @@ class System:
         """Own inputs that nobody gives a value: what they are connected to keeps its start value."""
         self.watched: frozenset[End] | None = None
         """Outputs that are looked at from outside; None: all."""
+        self.stop = float("inf")
+        """The end of the run that the FMUs have been told [s]."""
         self.board = Board(self._count["slots"] + spare, self._count["texts"], self._staged)
         self.order = component_order(slaves, self.links)
         self.reset_inputs()

@@ -65,7 +65,9 @@ class Stepper:
     def __init__(self, system: System, slave: Slave):
         self.slave = slave
         program = system.program()
-        program.advance([slave])
+        program.set_inputs(slave)
+        program.do_step(slave, returns=True)
+        program.get_outputs(slave)
         self._runner = Runner(program)
         self._give, self._take = handles(system, slave.name)
         self._rows = np.zeros((1, 0))

@@ -1,18 +1,22 @@
 """One-shot interface Jacobian: inputs that agree with the outputs which they will cause, without iterating.
 
 Held inputs u should be the mean of what drives them over the step, u = F (y_0 + y_1) / 2 + offset. The output at its
-end is foretold from the last step and the inputs' change. An output is what the state gives, which a held input changes
-by S until the end of the step, and what the inputs there give at once, T F y (feed-through):
+end is foretold from the last steps and the inputs' changes du. An output is what the state gives, s, and what the
+inputs there give at once, T F y (feed-through). An input that changes by du at a step's start makes s change by S du
+until the step's end, by E S du in the next step, E^2 S du in the one after that, and so on, with a number E of its own
+for each pair of output and input: 1 where it is integrated, 0 where it has settled within the step, as in a stiff
+machine. So much of a step's change of s is known, w = E w_-1 + S du, and the rest of it is taken to be what it was:
 
-    y_1 = 2 y_0 - y_-1 + D (u - u_-1),   D = (1 - T F)^-1 S
+    s_1 - s_0 = s_0 - s_-1 + (E - 1) w_-1 + S du
 
-That is one linear system for u:
+(sums over the inputs are meant). With D = (1 - T F)^-1 S and B = (1 - T F)^-1 (E - 1) w_-1 that is one linear system
+for u:
 
-    (1 - F D / 2) u = F (1.5 y_0 - 0.5 y_-1) + offset - F D / 2 u_-1
+    (1 - F D / 2) u = F (1.5 y_0 - 0.5 y_-1 + B / 2) + offset - F D / 2 u_-1
 
 For a mass against a spring it is the implicit midpoint rule: no numerical damping, stable for every step (compare
-Sicklinger et al. 2014, who iterate). S is measured with steps that are taken back, at the start and every `EVERY`
-steps; T is what the FMUs say (directional derivatives), else measured too.
+Sicklinger et al. 2014, who iterate). S and E are measured with steps that are taken back, at the start and every
+`EVERY` steps; T is what the FMUs say (directional derivatives), else measured too.
 """
 
 from __future__ import annotations
@@ -30,10 +34,10 @@ from ..system import System
 from ._coupled import Coupling, Stepper
 
 EVERY = 500
-"""Macro steps after which D is measured anew."""
+"""Macro steps after which S, E and T are measured anew."""
 
 NUDGE = 1e-4
-"""Change of an input to measure D, relative to 1 + its size."""
+"""Change of an input to measure them, relative to 1 + its size."""
 
 
 def takes_back(system: System) -> list[str]:
@@ -53,9 +57,9 @@ def write(system: System, program: Program) -> None:
     def begin() -> None:
         nonlocal before, held, count, whole
         before = coupling.outputs
-        whole = 0.0
         held = coupling.given(coupling.outputs)
-        count = 0
+        jacobian.begin()
+        count, whole = 0, 0.0
 
     program.at_start(begin)
 
@@ -68,8 +72,9 @@ def write(system: System, program: Program) -> None:
             system.board.reals[coupling.sources] = y
         count += 1
         whole = max(whole, h)  # the last step may be shorter
-        now = coupling.given(y + 0.5 * (h / whole) * (y - before))
-        u = jacobian.solve(now, held)
+        middle = y + 0.5 * (h / whole) * (y - before + jacobian.own())
+        u = jacobian.solve(coupling.given(middle), held)
+        jacobian.remember(u - held)
         before, held = y, u
         system.board.reals[coupling.targets] = u
         return 0
@@ -81,54 +86,89 @@ def write(system: System, program: Program) -> None:
 
 
 class _Jacobian:
-    """D, and the linear system it makes."""
+    """How outputs answer to inputs, and the linear system that makes; matrices (outputs, inputs)."""
 
     def __init__(self, coupling: Coupling, steppers: dict[str, Stepper], at_once: set[str]):
         """at_once: slaves with feed-through."""
         self.coupling, self.steppers, self.at_once = coupling, steppers, at_once
-        self._half = np.zeros((len(coupling), len(coupling)))
-        self._inverse = np.eye(len(coupling))
+        self._change = np.zeros((len(coupling), len(coupling)))  # S
+        self._through = self._inverse = np.eye(len(coupling))  # (1 - T F)^-1 and (1 - F D / 2)^-1
+        self._half = np.zeros((len(coupling), len(coupling)))  # F D / 2
+        self.begin()
+
+    def begin(self) -> None:
+        """No input has changed yet, and of none it is known how long that lasts."""
+        self._lasting = np.ones((len(self.coupling), len(self.coupling)))  # E
+        self._known = np.zeros((len(self.coupling), len(self.coupling)))  # w
+
+    def remember(self, change: np.ndarray) -> None:
+        """The inputs have changed by that."""
+        self._known = self._lasting * self._known + self._change * change
+
+    def own(self) -> np.ndarray:
+        """What earlier changes of inputs do to a step's change of the outputs, less what they did in the last one."""
+        return self._through @ ((self._lasting - 1.0) * self._known).sum(axis=1)
 
     def measure(self, t: float, h: float) -> None:
-        """Measure D over a step from t with the inputs that are on the board."""
+        """Measure all that over steps from t with the inputs that are on the board."""
         c = self.coupling
         S, T = np.zeros((2, len(c), len(c)))
+        E = self._lasting.copy()
+        steps = 2 if t + 2.5 * h < c.system.stop else 1  # FMUs need not step beyond the end that they were told
         for name, stepper in self.steppers.items():
             state = stepper.save()
+            outputs = [i for i, giver in enumerate(c.givers) if giver == name]
+            inputs = [j for j, taker in enumerate(c.takers) if taker == name]
             try:
-                stepper.step(t, h)
-                outputs = [i for i, giver in enumerate(c.givers) if giver == name]
-                base = c.outputs[outputs]
-                inputs = [j for j, taker in enumerate(c.takers) if taker == name]
+                base, _ = self._steps(stepper, t, h, steps, outputs)
                 for j in inputs if name in self.at_once else ():
                     told = self._told(stepper.slave, outputs, j)
                     if told is None:
                         if stepper.slave.has_failed:
                             stepper.restore(state)
-                            stepper.step(t, h)
+                            self._steps(stepper, t, h, steps, outputs)
                         with nudged(c.system, c.ends[j][1], int(c.targets[j]), NUDGE) as nudge:
                             stepper.answer()
-                        told = (c.outputs[outputs] - base) / (nudge or np.inf)
+                        told = (c.outputs[outputs] - base[-1]) / (nudge or np.inf)
                     T[outputs, j] = told
                 for j in inputs:
                     stepper.restore(state)
-                    with nudged(c.system, c.ends[j][1], int(c.targets[j]), NUDGE) as nudge:
-                        stepper.step(t, h)
-                    if name in self.at_once:
-                        stepper.answer()
-                    S[outputs, j] = (c.outputs[outputs] - base) / (nudge or np.inf)
+                    made, nudge = self._steps(stepper, t, h, steps, outputs, j)
+                    answers = (np.array(made) - base) / (nudge or np.inf)
+                    S[outputs, j] = answers[0]
+                    if steps == 2:
+                        E[outputs, j] = _lasting(*answers)
                 stepper.restore(state)
             finally:
                 stepper.slave.drop(state)
         one = np.eye(len(c))
         try:
-            self._half = 0.5 * c.factors[:, None] * np.linalg.solve(one - T * c.factors, S)
+            self._through = np.linalg.inv(one - T * c.factors)
+            self._half = 0.5 * c.factors[:, None] * (self._through @ S)
             self._inverse = np.linalg.inv(one - self._half)
         except np.linalg.LinAlgError:
             raise SimulationError(
                 f"--method interface-jacobian: inputs and outputs cannot be made to agree at t = {t:g} s; choose "
                 "another method or step", t
             ) from None  # fmt: skip
+        self._change, self._lasting = S, E
+
+    def _steps(
+        self, stepper: Stepper, t: float, h: float, steps: int, outputs: Sequence[int], j: int | None = None
+    ) -> tuple[list[np.ndarray], float]:
+        """What the outputs are after each of the steps, with input j nudged in them; the nudge."""
+        c = self.coupling
+        made, nudge = [], 0.0
+        for k in range(steps):
+            if j is None:
+                stepper.step(t + k * h, h)
+            else:
+                with nudged(c.system, c.ends[j][1], int(c.targets[j]), NUDGE) as nudge:
+                    stepper.step(t + k * h, h)
+                if stepper.slave.name in self.at_once:
+                    stepper.answer()
+            made.append(c.outputs[outputs])
+        return made, nudge
 
     def _told(self, slave: Slave, outputs: Sequence[int], j: int) -> list[float] | None:
         """What an FMU says that its scalar outputs answer at once to an input."""
@@ -141,3 +181,8 @@ class _Jacobian:
         """The inputs that agree with the outputs they will cause."""
         return self._inverse @ (now - self._half @ held)
 
+
+def _lasting(once: np.ndarray, twice: np.ndarray) -> np.ndarray:
+    """E of outputs from what an input's change does to them until the end of one step and of two."""
+    ratio = np.divide(twice - once, once, out=np.ones_like(once), where=once != 0.0)
+    return np.clip(np.nan_to_num(ratio, nan=1.0), 0.0, 1.0)

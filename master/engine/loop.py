@@ -18,7 +18,7 @@ SET, GET, SET_3, GET_3 = range(4)
 """address, component, references, count, buffer, values (FMI 3.0 only)."""
 STEP_1, STEP_2, STEP_3 = range(4, 7)
 """address, component, slave, substeps, place of the out parameters among the bytes of the staging area (FMI 2.0, 3.0),
-address of fmi2GetBooleanStatus (FMI 2.0)."""
+address of fmi2GetBooleanStatus (FMI 2.0), whether a state before the step may be set again."""
 PYTHON = 7
 """address of a callback (t, h) -> status."""
 COPY, LINEAR, INTEGER_TO_REAL = range(8, 11)
@@ -106,7 +106,7 @@ def run(
                         part = t + step - now
                         if now + part > t + step:
                             part = np.nextafter(part, 0.0)
-                    no_return = 1 if j == 0 else 0  # the state at t may be set again
+                    no_return = 1 if j == 0 and o[7] == 0 else 0  # the state at t may be set again
                     if code == STEP_2:
                         status = native.step_2(o[1], o[2], now, part, no_return)
                         if status == DISCARD and o[6] != 0:

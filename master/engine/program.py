@@ -286,15 +286,20 @@ class Program:
 
         self.python(copy)
 
-    def do_step(self, slave: Slave) -> None:
-        """Advance the FMU over the macro step, in as many steps of its own as its ratio says."""
+    def do_step(self, slave: Slave, returns: bool = False) -> None:
+        """Advance the FMU over the macro step, in as many steps of its own as its ratio says.
+
+        returns: a state from before the step may be set after it.
+        """
         if isinstance(slave, IsolatedSlave):
             self._remote(slave, "doStep", slave.send_step)
             return
         ends = slave.ends_address()
         code = {"1.0": loop.STEP_1, "2.0": loop.STEP_2, "3.0": loop.STEP_3}[slave.version]
         index = self.slaves.index(slave)
-        self._add(slave, "doStep", code, slave.step_address(), slave.instance, index, slave.ratio, slave.told, ends)
+        back = int(returns)
+        address = slave.step_address()
+        self._add(slave, "doStep", code, address, slave.instance, index, slave.ratio, slave.told, ends, back)
 
     def set_slopes(self, slave: Slave, references: Sequence[int], changes: int) -> None:
         """Hand the slopes of inputs to the FMU; their changes over the last step lie from the slot `changes` on."""

@@ -93,6 +93,18 @@ def test_order(fmus, tmp_path, name, method):
     assert np.log2(errors[0] / errors[1]) == pytest.approx(1 if method in AT_START else 2, abs=0.2)
 
 
+def test_the_interface_jacobian_knows_that_an_inputs_effect_fades(fmus, tmp_path):
+    """Of second order also where a lag of 50 ms settles within some steps: taken to go on, its answers to the last
+    changes of its input would count twice (order 1.7 at these steps)."""
+    parts, wires = SYSTEMS["chain of gains"]
+    path = written(tmp_path / "p.ssp", fmus, parts, wires)
+    errors = []
+    for h in (0.04, 0.02):
+        frame = run(path, tmp_path / "out", Options(step=h, method="interface-jacobian")).frame
+        errors.append(np.abs(frame["mass.y1"] - exact(parts, wires, frame["time"])[:, 0]).max())
+    assert np.log2(errors[0] / errors[1]) == pytest.approx(2, abs=0.1)
+
+
 SERIES = {
     "a jump at the end of a step": ("0,0\n.5,0\n.5,1\n1,1\n", 0.5),
     "a jump within a step": ("0,0\n.53,0\n.53,1\n1,1\n", 0.47),
