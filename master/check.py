@@ -11,7 +11,7 @@ from pathlib import Path
 from ..core.errors import CosimError, ParameterError
 from ..ssp.model import Binding, Component, Linear, SignalDictionaryReference, Type
 from ..ssp.model import System as Tree
-from ..ssp.network import Network, Wire
+from ..ssp.network import Network, Wire, element
 from . import stimuli
 from .algorithms import NAMES
 from .engine.program import listed
@@ -99,7 +99,7 @@ def check(package: Path, wanted: Options | None = None) -> Findings:
         values: list[Value] = []
         known = [setting for setting in network.settings if setting.component in slaves]
         for _, settings in groupby(known, lambda setting: (setting.where, setting.name)):
-            one = Network(network.structure, network.parts, (), (), {}, {}, tuple(settings), ())
+            one = Network(network.structure, network.parts, (), (), (), {}, tuple(settings), ())
             values += _try(found, lambda one=one: bound_values(one, slaves, found.warnings.append)) or []
         if len(slaves) == len(network.parts) and slaves:
             system = _try(found, lambda: System(network, slaves, found.errors))
@@ -210,11 +210,14 @@ def tree(network: Network, system: System | None = None) -> str:
             for component, variable, hops in ways:
                 lines.append(f"  {name} -> {component}.{variable}{_on_the_way(Wire(('', name), ('', ''), hops[1:]))}")
     for wire in (*network.early, *network.wires):
-        start = ".".join(filter(None, wire.start))
-        lines.append(f"  {start} -> {'.'.join(wire.end)}{_on_the_way(wire)}")
-    for name, wire in network.outputs.items():
-        lines.append(f"  {'.'.join(filter(None, wire.start))} -> {name}{_on_the_way(wire)}")
+        lines.append(_wire(wire))
+    lines += map(_wire, network.outputs)
     return "\n".join(lines)
+
+
+def _wire(wire: Wire) -> str:
+    start, end = (".".join(filter(None, side)) for side in (wire.start, wire.end))
+    return f"  {start}{element(wire.start_at)} -> {end}{element(wire.end_at)}{_on_the_way(wire)}"
 
 
 def _sets(bindings: Iterable[Binding], indent: str) -> list[str]:
@@ -254,17 +257,17 @@ def _branch(lines: list[str], tree: Tree, indent: str, network: Network, system:
         names = [c.name + _unit(c.type) for c in tree.connectors if c.kind == kind]
         lines.append(f"{indent}   {kind}{'' if kind in ('inout', 'unspecified', 'local') else 's'}: {', '.join(names)}")
     lines += _sets(tree.bindings, f"{indent}   ")
-    for i, element in enumerate(tree.elements):
+    for i, part in enumerate(tree.elements):
         last = i == len(tree.elements) - 1
         stem, more = ("└─ ", "   ") if last else ("├─ ", "│  ")
-        if isinstance(element, Component):
-            lines.append(f"{indent}{stem}{element.name}: {_about(element, f'{path}{element.name}', system)}")
-            lines += _sets(element.bindings, f"{indent}{more}   ")
-        elif isinstance(element, SignalDictionaryReference):
-            lines.append(f"{indent}{stem}{element.name}: signal dictionary {element.dictionary}")
+        if isinstance(part, Component):
+            lines.append(f"{indent}{stem}{part.name}: {_about(part, f'{path}{part.name}', system)}")
+            lines += _sets(part.bindings, f"{indent}{more}   ")
+        elif isinstance(part, SignalDictionaryReference):
+            lines.append(f"{indent}{stem}{part.name}: signal dictionary {part.dictionary}")
         else:
-            lines.append(f"{indent}{stem}{element.name}: system")
-            _branch(lines, element, indent + more, network, system, f"{path}{element.name}.")
+            lines.append(f"{indent}{stem}{part.name}: system")
+            _branch(lines, part, indent + more, network, system, f"{path}{part.name}.")
 
 
 def _about(element: Component, path: str, system: System | None) -> str:
