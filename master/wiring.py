@@ -70,7 +70,7 @@ class Passage:
         for stage in (*self.stages, Stage(reached=target)):
             for step in stage.steps:
                 if isinstance(step, dict):
-                    whole.append(Mapped(tuple((int(k), int(v)) for k, v in step.items())))
+                    whole.append(Mapped(tuple((_slot(k), _slot(v)) for k, v in step.items())))
                     have = _mapped(have, step)
                 else:
                     factor, offset = step[0] * factor, step[0] * offset + step[1]
@@ -94,6 +94,11 @@ class Passage:
             if stage.reached is not None:
                 check(value, stage.reached)
         return value
+
+
+def _slot(value: int) -> int:
+    """A whole number as it lies in a slot: those beyond Int64 are negative there."""
+    return value if value <= LIMITS["Int64"][1] else value - 2**64
 
 
 def values_of(quantity: Quantity) -> range | frozenset[int]:
@@ -229,12 +234,14 @@ def _transformation(hop: Hop, source: Quantity, takes: Quantity, target: Quantit
     if t.kind == "Boolean" and "Boolean" not in (source.type, takes.type):
         raise PackageError(f"{where}: a boolean mapping needs a boolean; {source.shown} is {source.type}")
     if t.kind != "Enumeration":
-        made = {int(k): int(v) for k, v in t.entries.items()}
-        may = values_of(takes)
-        if wrong := next((v for v in made.values() if v not in may), None):
+        may, (low, high) = values_of(takes), LIMITS.get(source.type, LIMITS["Int64"])
+        made = {int(k): int(v) for k, v in t.entries.items() if low <= int(k) <= high}  # others are ignored (SSP)
+        if source.type != "UInt64" and (large := next((v for v in made.values() if v >= 2**63), None)):
+            raise PackageError(f"{where}: {large} needs a UInt64, {source.shown} is {source.type}")
+        if (wrong := next((v for v in made.values() if v not in may), None)) is not None:
             known = f"; it has {', '.join(f'{n} ({k})' for n, k in takes.items.items())}" if takes.items else ""
             raise PackageError(f"{where}: {wrong} is not a value of {takes.shown}, which is {takes.type}{known}")
-        return [made]
+        return [made] if made else []
     made = {}
     items, there = source.items, takes.items
     for key, value in t.entries.items():

@@ -12,10 +12,13 @@ from ..core.units import BASE, Unit
 from .document import SSC, Document, local, truth
 from .model import FLOATS, INTEGERS, KINDS, Linear, Scalar, Table, Transformation, Type, Value
 
+MAPPED = "integer"
+"""What a mapping of integers is between: those of all types."""
+
 _RANGES = {
     "Int8": (-(2**7), 2**7 - 1), "UInt8": (0, 2**8 - 1), "Int16": (-(2**15), 2**15 - 1), "UInt16": (0, 2**16 - 1),
     "Int32": (-(2**31), 2**31 - 1), "UInt32": (0, 2**32 - 1), "Int64": (-(2**63), 2**63 - 1), "UInt64": (0, 2**64 - 1),
-    "Integer": (-(2**31), 2**31 - 1),
+    "Integer": (-(2**31), 2**31 - 1), MAPPED: (-(2**63), 2**64 - 1),
 }  # fmt: skip
 
 TYPES = tuple(f"{SSC}{kind}" for kind in KINDS)
@@ -204,7 +207,8 @@ def transformation_of(document: Document, owner: etree._Element) -> Transformati
         pair = []
         for side in ("source", "target"):
             text = document.attribute(entry, side)
-            pair.append(_scalar(document, entry, {"Integer": "Int64"}.get(kind, kind), text))
+            whole = kind == "Integer"
+            pair.append(_integer(document, entry, text, MAPPED) if whole else _scalar(document, entry, kind, text))
         if pair[0] in entries:
             raise document.error(entry, f"the value {entry.get('source')} is mapped twice")
         entries[pair[0]] = pair[1]
