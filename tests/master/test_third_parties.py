@@ -227,6 +227,21 @@ def test_a_rate_per_minute_is_no_angular_velocity(fmus, tmp_path):
     assert last(tmp_path, path("1/s"), "a.y1") == 3.0
 
 
+@pytest.mark.parametrize(
+    ("factor", "expected"), [("0.10471975511965977", 6.283185307179586), ("0.1047", 6.282), ("0.016666666667", None)]
+)
+def test_a_rate_with_the_radians_of_a_turn_in_its_factor_is_an_angular_velocity(fmus, tmp_path, factor, expected):
+    """60 U/min are 60 times its factor in 1/s; with 1 / 60 a turn may be meant, with 2 pi / 60 it is said."""
+    units = f"<ssd:Units>{unit('U/min', s=-1, factor=factor)}{unit('rad/s', rad=1, s=-1)}</ssd:Units>"
+    root = system("root", constant("c", 60.0, unit_out="U/min"), gain("a", 1.0, unit_in="rad/s"),
+                  links=(link("c.y1", "a.u1"),))  # fmt: skip
+    path = package(tmp_path / "p.ssp", root, with_fmu(fmus), after=units)
+    if expected is None:
+        assert any("cannot convert 'U/min' to 'rad/s'" in told for told in check(path).errors)
+    else:
+        assert last(tmp_path, path, "a.y1") == pytest.approx(expected, rel=1e-12)
+
+
 def test_an_enumeration_that_the_package_does_not_define_is_that_of_the_fmu(fmus, tmp_path):
     item = '<ssv:Parameter name="item_in"><ssv:Enumeration name="Colour" value="blue"/></ssv:Parameter>'
     given = parameter_set(item)
