@@ -61,12 +61,16 @@ def check(package: Path, wanted: Options | None = None) -> Findings:
     wanted = wanted or Options()
     found = Findings()
     _try(found, lambda: check_options(wanted))
+    before = len(found.errors)
     with ExitStack() as stack:
-        network = _try(found, lambda: read_package(package, stack, wanted.variant))
+        network = _try(found, lambda: read_package(package, stack, wanted.variant, found.errors))
         if network is None:
             return found
+        parts = found.errors[before:]
+        aside = Findings() if parts else found  # what may follow from parts that are missing is not told
+        places = {error.partition(": ")[0] for error in parts}
         package_alone = network
-        network = _try(found, lambda: with_parameters(package_alone, wanted.parameters)) or package_alone
+        network = _try(aside, lambda: with_parameters(package_alone, wanted.parameters)) or package_alone
         found.network = network
         structure = network.structure
         if structure.stop_time is not None or wanted.stop_time is not None:
@@ -75,7 +79,7 @@ def check(package: Path, wanted: Options | None = None) -> Findings:
             times = None
             found.notes.append("the package has no stop time; a run needs --stop-time")
         violations = set(network.structure.remarks)
-        found.errors += network.structure.remarks
+        found.errors += [r for r in network.structure.remarks if r.partition(": ")[0] not in places]
         found.warnings += [r for r in network.remarks if r not in violations]
         slaves: dict[str, Slave] = {}
         for path, part in network.parts.items():
@@ -84,7 +88,7 @@ def check(package: Path, wanted: Options | None = None) -> Findings:
                 slaves[path] = slave
                 _connectors(found, part.component, slave, path)
         if len(slaves) == len(network.parts):
-            _try(found, lambda: set_substeps(wanted, slaves))
+            _try(aside, lambda: set_substeps(wanted, slaves))
             if not wanted.isolate:
                 _try(found, lambda: check_single(slaves))
                 found.warnings += mixed_libraries(slaves)
@@ -110,16 +114,16 @@ def check(package: Path, wanted: Options | None = None) -> Findings:
                 told = Findings() if found.errors else found  # what follows from an error is not told
                 layout = _try(told, lambda: Layout(system))
                 if layout is not None:
-                    _try(found, lambda: layout.chosen(wanted.record))
-                    _try(found, lambda: layout.chosen(wanted.plot, "--plot"))
+                    _try(aside, lambda: layout.chosen(wanted.record))
+                    _try(aside, lambda: layout.chosen(wanted.plot, "--plot"))
                 if wanted.method in NAMES:
-                    _try(found, lambda: check_coupling(system, wanted))
+                    _try(aside, lambda: check_coupling(system, wanted))
                 for change in changes:
-                    values += _try(found, lambda change=change: resolve([change], slaves, system=system)) or []
-                found.warnings += idle(network, values)
-                _inputs(found, system, _driven(found, system, wanted, times))
+                    values += _try(aside, lambda change=change: resolve([change], slaves, system=system)) or []
+                aside.warnings += idle(network, values)
+                _inputs(aside, system, _driven(aside, system, wanted, times))
                 _loops(found, system)
-        elif not network.parts:
+        elif not network.parts and not found.errors:
             found.errors.append("the system has no components")
     return found
 

@@ -224,11 +224,16 @@ def _own(system: System, name: str, value: Any, where: str) -> Value:
     return Value("", name, checked, where)
 
 
-def read_package(package: Path, stack: ExitStack, variant: str | None = None) -> Network:
-    """The network of an SSP file, unpacked into a folder that lives as long as `stack`."""
+def read_package(
+    package: Path, stack: ExitStack, variant: str | None = None, wrong: list[str] | None = None
+) -> Network:  # fmt: skip
+    """The network of an SSP file, unpacked into a folder that lives as long as `stack`.
+
+    With a list `wrong`, what is wrong with some of its parts goes there instead of being raised.
+    """
     scratch = stack.enter_context(tempfile.TemporaryDirectory(prefix="cosim_", ignore_cleanup_errors=True))
     stack.callback(also_forget(Path(scratch)))
-    return flatten(read(package, Path(scratch) / "ssp", variant), causality)
+    return flatten(read(package, Path(scratch) / "ssp", variant, wrong), causality, wrong)
 
 
 def causality(component: Component, name: str) -> str | None:

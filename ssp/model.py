@@ -155,6 +155,8 @@ class System:
     where: str = ""
     outer: dict[str, Type] = field(default_factory=dict)
     """Types of its connectors as the component says that stands for it; other units than its own are converted."""
+    broken: frozenset[str] = frozenset()
+    """Names of elements that could not be read, where what is wrong is collected."""
 
     def components(self, path: str = "") -> Iterator[tuple[str, Component]]:
         """All components below with their dotted paths, in the order of the file."""

@@ -161,12 +161,15 @@ Causality = Callable[[Component, str], str | None]
 """What a component's FMU says of a variable: its causality; None where that is not known."""
 
 
-def flatten(structure: SystemStructure, causality: Causality = lambda _component, _name: None) -> Network:
+def flatten(
+    structure: SystemStructure, causality: Causality = lambda _component, _name: None, wrong: list[str] | None = None
+) -> Network:
     """The network of a system structure. Raises `PackageError` for what cannot be connected as it says.
 
     causality: asked where the package does not say which end of a connection gives the value.
+    wrong: where this is a list, what is wrong goes there, and the rest is connected.
     """
-    return _Flattener(structure, causality).network()
+    return _Flattener(structure, causality, wrong).network()
 
 
 @dataclass
@@ -191,6 +194,7 @@ class _Way:
 class _Flattener:
     structure: SystemStructure
     causality: Causality
+    wrong: list[str] | None = None
     parts: dict[str, Part] = field(default_factory=dict)
     types: dict[Node, Type | None] = field(default_factory=dict)
     kinds: dict[Node, str] = field(default_factory=dict)
@@ -203,6 +207,12 @@ class _Flattener:
     """Connections between ends that may both give or take."""
     remarks: list[str] = field(default_factory=list)
     idle: dict[End, str] = field(default_factory=dict)
+
+    def refused(self, error: PackageError) -> None:
+        """Collect what is wrong, or raise it."""
+        if self.wrong is None:
+            raise error
+        self.wrong.append(str(error))
 
     def network(self) -> Network:
         root = self.structure.system
@@ -224,12 +234,13 @@ class _Flattener:
             node = ("system", "", connector.name)
             if connector.kind in (*GIVES, "inout", "unspecified") and node in self.drivers:
                 for wire in self.trace(node):
-                    if not wire.start[0] and wire.start[1] not in taken:
-                        raise PackageError(
-                            f"{wire.where}: output '{connector.name}' would show '{wire.start[1]}', a parameter of the "
-                            "system; that is not supported"
-                        )
-                    outputs.append(wire)
+                    if wire.start[0] or wire.start[1] in taken:
+                        outputs.append(wire)
+                        continue
+                    self.refused(PackageError(
+                        f"{wire.where}: output '{connector.name}' would show '{wire.start[1]}', a parameter of the "
+                        "system; that is not supported"
+                    ))  # fmt: skip
         driving = {w.start[1] for w in wires if not w.start[0]}
         inputs = {name: c for name, c in taken.items() if c.kind == "input" or name in driving}
         return Network(
@@ -252,6 +263,7 @@ class _Flattener:
         for connector in system.connectors:
             self.register(("system", path, connector.name), connector)
         used: dict[str, tuple[str, dict[str, Type]]] = {}
+        lost: set[str | None] = set(system.broken)
         for element in system.elements:
             inner = f"{path}{element.name}"
             if isinstance(element, Component):
@@ -264,9 +276,18 @@ class _Flattener:
                 self.walk(element, f"{inner}.", dictionaries)
                 self.border(element, f"{inner}.")
             else:
-                used[element.name] = self.dictionary(element, dictionaries)
+                try:
+                    used[element.name] = self.dictionary(element, dictionaries)
+                except PackageError as error:
+                    self.refused(error)
+                    lost.add(element.name)
         for connection in system.connections:
-            self.connect(system, path, used, connection)
+            if connection.start[0] in lost or connection.end[0] in lost:
+                continue  # what follows from an error is not told
+            try:
+                self.connect(system, path, used, connection)
+            except PackageError as error:
+                self.refused(error)
 
     def dictionary(
         self, element: SignalDictionaryReference, known: dict[str, tuple[str, dict[str, Type]]]
@@ -401,7 +422,10 @@ class _Flattener:
             start, end, connection = known or self.undecided[0]
             self.undecided.remove((start, end, connection))
             back = driven(end) and not driven(start) if known else asked(start) and not asked(end)
-            self.lead(*((end, start) if back else (start, end)), connection, back)
+            try:
+                self.lead(*((end, start) if back else (start, end)), connection, back)
+            except PackageError as error:
+                self.refused(error)
 
     def check_element(self, node: Node, at: At, where: str) -> None:
         """Refuse the indices of what is not an element of an array that may be connected."""
@@ -477,9 +501,14 @@ class _Flattener:
 
     def trace(self, sink: Node) -> list[Wire]:
         """The wires that end at a node; none from what nothing gives a value."""
-        made = []
+        made: list[Wire] = []
         end = (sink[1] if sink[0] == "component" else "", sink[2])
-        for way in self.ways(sink, ()):
+        try:
+            ways = list(self.ways(sink, ()))
+        except PackageError as error:
+            self.refused(error)
+            return made
+        for way in ways:
             node = way.start
             if node == sink:
                 continue
@@ -510,7 +539,7 @@ class _Flattener:
         for binding in system.bindings:
             for setting in self.values(binding):
                 targets = list(self.targets(system, path, setting.variable, setting.hops))
-                if not targets:
+                if not targets and not any(setting.variable.startswith(f"{name}.") for name in system.broken):
                     self.remarks.append(f"{setting.where}: {self.unbound(system, path, setting.variable)}")
                 for component, variable, hops in targets:
                     made = replace(setting, component=component, variable=variable, hops=hops)
