@@ -54,6 +54,8 @@ class Connector:
     kind: str
     type: Type | None = None
     where: str = ""
+    clocked: bool = False
+    """Whether it is a clock or belongs to one."""
 
 
 @dataclass(frozen=True)

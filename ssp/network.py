@@ -203,6 +203,8 @@ class _Flattener:
     drives: dict[Node, list[tuple[Node, Connection]]] = field(default_factory=dict)
     entries: dict[Node, Node] = field(default_factory=dict)
     """Entries of dictionaries behind the nodes of references that have nodes of their own."""
+    clocked: set[Node] = field(default_factory=set)
+    """Connectors that are clocks or belong to one."""
     undecided: list[tuple[Node, Node, Connection]] = field(default_factory=list)
     """Connections between ends that may both give or take."""
     remarks: list[str] = field(default_factory=list)
@@ -223,7 +225,8 @@ class _Flattener:
         self.bind(root, "", settings, given)
         wires: list[Wire] = []
         early: list[Wire] = []
-        taken = {c.name: c for c in root.connectors if c.kind in ("input", "inout", "unspecified")}
+        takes = ("input", "inout", "unspecified")
+        taken = {c.name: c for c in root.connectors if c.kind in takes and not _is_clock(c)}
         for node in list(self.drivers):
             if node[0] == "component":
                 for wire in self.trace(node):
@@ -326,6 +329,10 @@ class _Flattener:
         self.drives.setdefault(source, []).append((sink, between))
 
     def register(self, node: Node, connector: Connector) -> None:
+        if connector.clocked:
+            self.clocked.add(node)
+        if _is_clock(connector):
+            return
         self.kinds[node], self.types[node] = connector.kind, connector.type
 
     def end(
@@ -368,7 +375,7 @@ class _Flattener:
             if isinstance(target, System):
                 node = ("border", f"{inner}.", name)
                 node = node if node in self.kinds else ("system", f"{inner}.", name)
-                if node not in self.kinds:
+                if node not in self.kinds and node not in self.clocked:
                     known = [c.name for c in target.connectors]
                     raise PackageError(
                         f"{connection.where}: system '{element}' has no connector '{name}'{did_you_mean(name, known)}"
@@ -388,6 +395,9 @@ class _Flattener:
         end, b = self.end(system, path, used, connection, "end")
         where = connection.where
         names = f"'{_shown(connection.start)}' and '{_shown(connection.end)}'"
+        if start in self.clocked or end in self.clocked:
+            told = "is a clock or belongs to one; connected clocks are not supported"
+            raise PackageError(f"{where}: one of {names} {told}")
         if start == end:
             raise PackageError(f"{where}: {names} are the same")
         if a == b and a != "either":
@@ -584,7 +594,7 @@ class _Flattener:
         """(component, variable, hops) of everything that a hierarchical name of a system stands for."""
         if any(c.name == name for c in system.connectors):
             node = ("system", path, name)
-            if path == "" and self.kinds[node] == "input":
+            if path == "" and self.kinds.get(node) == "input":
                 yield "", name, hops
             yield from self.behind(node, hops)
         for element in system.elements:
@@ -626,6 +636,11 @@ def _what(node: Node, at: At = ()) -> str:
 def element(at: At) -> str:
     """The indices of an element as they stand behind a name."""
     return f"[{','.join(map(str, at))}]" if at else ""
+
+
+def _is_clock(connector: Connector) -> bool:
+    """Whether it is a clock itself, which has no value."""
+    return connector.type is not None and connector.type.kind == "Clock"
 
 
 def _differ(one: Type | None, other: Type | None) -> bool:

@@ -242,10 +242,10 @@ class _Reader:
                 )
             if name in made:
                 raise document.error(element, f"two connectors are called '{name}'")
-            if element.find(f"{SSD}Clock") is not None:
-                raise document.error(element, f"connector '{name}' belongs to a clock; clocks are not supported")
-            list(document.children(element, (*TYPES, f"{SSC}Dimension")))
-            made[name] = Connector(name, kind, type_of(document, element, known), document.where(element))
+            list(document.children(element, (*TYPES, f"{SSC}Dimension", f"{SSD}Clock")))
+            type = type_of(document, element, known, clocks=True)
+            clocked = element.find(f"{SSD}Clock") is not None or (type is not None and type.kind == "Clock")
+            made[name] = Connector(name, kind, type, document.where(element), clocked)
         for connector in made.values():
             for size in connector.type.dimensions if connector.type is not None else ():
                 if isinstance(size, str) and size not in made:

@@ -91,8 +91,13 @@ class Definitions:
         return self.outer.enumeration(name) if self.outer is not None else None
 
 
-def type_of(document: Document, owner: etree._Element, known: Definitions, required: bool = False) -> Type | None:
-    """The type that stands in a connector, parameter or dictionary entry; None if none does."""
+def type_of(
+    document: Document, owner: etree._Element, known: Definitions, required: bool = False, clocks: bool = False
+) -> Type | None:
+    """The type that stands in a connector, parameter or dictionary entry; None if none does.
+
+    clocks: it may be a clock.
+    """
     typed = [e for e in owner if e.tag in TYPES]
     if not typed:
         strange = [e for e in owner if etree.QName(e).namespace == SSC[1:-1] and local(e) not in ("Dimension",)]
@@ -104,15 +109,17 @@ def type_of(document: Document, owner: etree._Element, known: Definitions, requi
         return None
     if len(typed) > 1:
         raise document.error(typed[1], f"<{local(owner)}> has more than one type")
-    return typed_as(document, owner, typed[0], known)
+    return typed_as(document, owner, typed[0], known, clocks)
 
 
-def typed_as(document: Document, owner: etree._Element, element: etree._Element, known: Definitions) -> Type:
+def typed_as(
+    document: Document, owner: etree._Element, element: etree._Element, known: Definitions, clocks: bool = False
+) -> Type:  # fmt: skip
     """The type that an element such as <Real unit="m"/> states, with the dimensions of its owner."""
     kind = local(element)
     if kind not in KINDS:
         raise document.error(element, f"type {kind} is not supported")
-    if kind == "Clock":
+    if kind == "Clock" and not clocks:
         raise document.error(element, "clocks are not supported")
     sizes: list[int | str | None] = []
     for dimension in owner.findall(f"{SSC}Dimension"):

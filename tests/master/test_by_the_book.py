@@ -359,6 +359,33 @@ def test_a_clock_of_a_declared_type_that_nothing_uses_does_no_harm(fmus, tmp_pat
     assert [w for w in warnings if "'a' has clocks ('clk'); none is ticked" in w]
 
 
+CLOCK = '<ssd:Connector name="clk" kind="input"><ssc:Clock/></ssd:Connector>'
+TICKED = '<ssd:Connector name="u2" kind="input"><ssc:Float64/><ssd:Clock name="clk"/></ssd:Connector>'
+
+
+def ticked(fmus, tmp_path, *links):
+    """2 x 3 by an FMU with a clock, which the package lists, on a system that has one too."""
+    fmu = redescribed(fmus[3], tmp_path / "K.fmu", (
+        '<Float64 name="time"', '<Clock name="clk" valueReference="1500" causality="input" variability="discrete" '
+        'intervalVariability="triggered"/><Float64 name="time"'))  # fmt: skip
+    root = system("root", constant("c", 3.0), gain("a", 2.0, CLOCK, TICKED), made=(CLOCK,),
+                  links=(link("c.y1", "a.u1"), *links))  # fmt: skip
+    return package(tmp_path / "p.ssp", root, {"resources/L.fmu": fmu}, version="2.0")
+
+
+def test_clocks_that_nothing_is_connected_to_do_no_harm(fmus, tmp_path):
+    path = ticked(fmus, tmp_path)
+    assert not check(path).errors
+    assert last(tmp_path, path, "a.y1") == 6.0
+    assert "clk" not in run(path, tmp_path / "out").frame.columns
+
+
+@pytest.mark.parametrize("ends", [("clk", "a.clk"), ("c.y1", "a.u2")])
+def test_connected_clocks_are_refused(fmus, tmp_path, ends):
+    with pytest.raises(CosimError, match="is a clock or belongs to one; connected clocks are not supported"):
+        run(ticked(fmus, tmp_path, link(*ends)), tmp_path / "out")
+
+
 @pytest.mark.parametrize("kind", ["output", "calculatedParameter"])
 def test_an_output_of_fmi_1_that_does_not_change(fmus, tmp_path, kind):
     old = '<ScalarVariable name="y1" valueReference="10" causality="output" variability="continuous">'
