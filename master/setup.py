@@ -370,5 +370,18 @@ def configure(
         slave = slaves[v.component]
         assert isinstance(slave, Slave3)
         slave.configure(v.variable, v.value)
-    others = tuple(s for s in network.settings if not structural(s.component, s.variable))
-    return replace(network, settings=others), left
+    others = [s for s in network.settings if not structural(s.component, s.variable)]
+    return replace(network, settings=tuple(_in_force(others, slaves, left))), left
+
+
+def _in_force(
+    settings: Sequence[Setting], slaves: Mapping[str, Slave], changes: Iterable[tuple[str, Any]]
+) -> Iterator[Setting]:
+    """The settings without those of arrays that others win over, which may be of a size that is not theirs any more."""
+    changed = {split(address, slaves) for address, _ in changes}
+    winning = {(s.component, s.variable): s for s in settings}
+    for s in settings:
+        end = s.component, s.variable
+        variable = slaves[s.component].variables.get(s.variable) if s.component in slaves else None
+        if variable is None or not variable.dimensions or (winning[end] is s and end not in changed):
+            yield s
