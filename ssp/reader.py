@@ -243,7 +243,7 @@ class _Reader:
             if name in made:
                 raise document.error(element, f"two connectors are called '{name}'")
             list(document.children(element, (*TYPES, f"{SSC}Dimension", f"{SSD}Clock")))
-            type = type_of(document, element, known, clocks=True)
+            type = None if _of_modelica(element) else type_of(document, element, known, clocks=True)
             clocked = element.find(f"{SSD}Clock") is not None or (type is not None and type.kind == "Clock")
             made[name] = Connector(name, kind, type, document.where(element), clocked)
         for connector in made.values():
@@ -468,6 +468,12 @@ def _joined(outer: Connector, inner: Connector, component: str) -> Connector:
             raise refuse("in", outer.type.unit.name, unit.name) from None
     items = inner.type.enumeration or outer.type.enumeration
     return replace(inner, type=replace(inner.type, unit=unit, enumeration=items))
+
+
+def _of_modelica(connector: etree._Element) -> bool:
+    """Whether a connector is of a Modelica type, which SSP writes as a Binary: the FMUs know what that is."""
+    binary = connector.find(f"{SSC}Binary")
+    return binary is not None and binary.get("mime-type", "").partition(";")[0].strip() == "text/x-modelica"
 
 
 def _indices(document: Document, element: etree._Element, name: str) -> tuple[int, ...]:

@@ -410,3 +410,26 @@ def test_one_name_or_file_for_many(fmus, tmp_path):
         frame = simulate(path, tmp_path / "out", record="a.y1", plot="a.*", parameters=given).frame
         assert list(frame) == ["time", "a.y1"]
         assert frame["a.y1"].iloc[-1] == 6.0
+
+
+def of_modelica(name, kind):
+    """A connector as Dymola exports one whose type is not one of Modelica's own."""
+    type = '<ssc:Binary mime-type="text/x-modelica; path=Modelica.Units.SI.Time"/>'
+    return f'<ssd:Connector name="{name}" kind="{kind}">{type}</ssd:Connector>'
+
+
+def test_connectors_of_types_of_modelica_are_what_they_lead_to(fmus, tmp_path):
+    """5 through a gain of 3; 7 through the parameter of the nested system."""
+    b = component("b", "resources/L.fmu", of_modelica("u1", "input"), of_modelica("y1", "output"),
+                  bindings=bindings(binding(values({"D[1,1]": 3.0}))))  # fmt: skip
+    made = (of_modelica("u", "input"), of_modelica("p", "parameter"), of_modelica("o", "output"))
+    inner = system("s", b, constant("a", 0.0), made=made, links=(link("u", "b.u1"), link("p", "a.x0[1]"),
+                   link("b.y1", "o")))  # fmt: skip
+    root = system("root", inner, made=(of_modelica("in", "input"), of_modelica("out", "output")),
+                  links=(link("in", "s.u"), link("s.o", "out")),
+                  bindings=bindings(binding(values({"s.p": 7.0, "in": 5.0}))))  # fmt: skip
+    path = package(tmp_path / "p.ssp", root, with_fmu(fmus))
+    found = check(path)
+    assert not found.errors
+    assert not found.warnings
+    assert run(path, tmp_path / "out").frame[["out", "s.a.y1"]].iloc[-1].tolist() == [15.0, 7.0]
