@@ -29,6 +29,7 @@ from .setup import (
     idle,
     mixed_libraries,
     of_component,
+    read_alone,
     read_package,
     resolve,
     with_parameters,
@@ -47,6 +48,8 @@ class Findings:
     notes: list[str] = field(default_factory=list)
     network: Network | None = None
     system: System | None = None
+    incomplete: bool = False
+    """Whether parts of the package are not in `network`, for they could not be read or connected."""
 
     def lines(self) -> list[str]:
         """All of it, a finding a line, the errors first."""
@@ -67,6 +70,7 @@ def check(package: Path, wanted: Options | None = None) -> Findings:
         if network is None:
             return found
         parts = found.errors[before:]
+        found.incomplete = bool(parts)
         aside = Findings() if parts else found  # what may follow from parts that are missing is not told
         places = {error.partition(": ")[0] for error in parts}
         package_alone = network
@@ -84,6 +88,8 @@ def check(package: Path, wanted: Options | None = None) -> Findings:
         slaves: dict[str, Slave] = {}
         for path, part in network.parts.items():
             slave = _try(found, lambda path=path, part=part: of_component(path, part.component))
+            if slave is None:
+                slave = read_alone(path, part.component)
             if slave is not None:
                 slaves[path] = slave
                 _connectors(found, part.component, slave, path)

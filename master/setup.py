@@ -239,7 +239,7 @@ def read_package(
 def causality(component: Component, name: str) -> str | None:
     """What a component's FMU says of a variable; None where it has no such variable or cannot be read."""
     try:
-        variable = describe(component.name, component.source).variables.get(name)
+        variable = describe(component.name, component.source, library=False).variables.get(name)
     except CosimError:  # told where all FMUs are read
         return None
     return variable.causality if variable is not None else None
@@ -284,6 +284,14 @@ def of_component(path: str, component: Component) -> Slave:
     except PackageError as error:
         text = str(error).replace(str(component.source), component.source.name)
         raise PackageError(f"{component.where}: component '{path}': {text}") from None
+
+
+def read_alone(path: str, component: Component) -> Slave | None:
+    """The slave of a component whose FMU may lack a library for this platform, to look at; None if it is unreadable."""
+    try:
+        return describe(path, component.source, library=False)
+    except CosimError:
+        return None
 
 
 def foreign_connectors(component: Component, slave: Slave) -> Iterator[str]:

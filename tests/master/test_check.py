@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import zipfile
 
 import pytest
 from deepsea_cosim.core.errors import CosimError
@@ -198,3 +199,27 @@ def test_several_faults_are_told_at_once_and_nothing_that_follows_from_them(fmus
     assert all("SystemStructure.ssd, line " in error for error in found.errors)
     with pytest.raises(CosimError, match="which is missing in the package"):
         run(tmp_path / "p.ssp", tmp_path / "out")
+
+
+def test_fmus_of_another_platform_are_looked_at_all_the_same(fmus, tmp_path):
+    """Two components of an FMU without a library for this platform, and a string that drives a real."""
+    with zipfile.ZipFile(fmus[2]) as old, zipfile.ZipFile(tmp_path / "W.fmu", "w") as new:
+        new.writestr("modelDescription.xml", old.read("modelDescription.xml"))
+        new.writestr("binaries/vax11/Linear.so", b"")
+    root = system("root", gain("a", 1.0), gain("b", 1.0), links=(link("a.string_out", "b.u1"),))
+    path = package(tmp_path / "p.ssp", root, {"resources/L.fmu": tmp_path / "W.fmu"})
+    told = "\n".join(check(path).errors)
+    assert told.count("has no library for this platform") == 2
+    assert "it has vax11" in told
+    assert "'a.string_out' is String, 'b.u1' is Real: these types do not fit together" in told
+    with pytest.raises(CosimError, match="has no library for this platform"):
+        run(path, tmp_path / "out")
+
+
+def test_what_an_incomplete_system_lacks_is_told_with_its_tree(fmus, tmp_path, capsys):
+    root = system("root", gain("a", 1.0), links=(link("a.y1", "b.u1"),))
+    path = package(tmp_path / "p.ssp", root, with_fmu(fmus))
+    assert main([str(path), "--info"]) == 2
+    said = capsys.readouterr()
+    assert "a: L.fmu (FMI 2.0;" in said.out
+    assert "there is no component 'b'" in said.err
