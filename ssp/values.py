@@ -135,7 +135,9 @@ def typed_as(
 
 def _integer(document: Document, element: etree._Element, text: str | None, kind: str) -> int:
     try:
-        value = int(_plain(text or ""))
+        plain = _plain(text or "")
+        whole, point, zeros = plain.partition(".")
+        value = int(whole if point and not zeros.strip("0") and zeros else plain)  # 5.0, which the schema tells, is 5
     except ValueError:
         raise document.error(element, f"'{text}' is not a value of type {kind}") from None
     low, high = _RANGES[kind]

@@ -433,3 +433,28 @@ def test_connectors_of_types_of_modelica_are_what_they_lead_to(fmus, tmp_path):
     assert not found.errors
     assert not found.warnings
     assert run(path, tmp_path / "out").frame[["out", "s.a.y1"]].iloc[-1].tolist() == [15.0, 7.0]
+
+
+@pytest.mark.parametrize(
+    ("name", "kind", "value", "expected"),
+    [("boolean", "Boolean", "True", 1), ("boolean", "Boolean", "FALSE", 0), ("integer", "Integer", "5.0", 5)],
+)
+def test_values_that_scripts_write_are_taken_and_told(fmus, tmp_path, name, kind, value, expected):
+    """The schema does not allow them, but they leave no doubt."""
+    given = bindings(binding(parameter_set(parameter(f"{name}_in", kind, value))))
+    root = system("root", component("a", "resources/L.fmu", bindings=given))
+    path = package(tmp_path / "p.ssp", root, with_fmu(fmus))
+    assert last(tmp_path, path, f"a.{name}_out") == expected
+    assert f"'{value}' is not a valid value of the atomic type" in warnings(tmp_path, path)
+    assert any(f"'{value}' is not a valid value" in told for told in check(path).errors)
+
+
+@pytest.mark.parametrize(
+    ("kind", "value"), [("Boolean", "yes"), ("Integer", "5.5"), ("Integer", "5."), ("Integer", "")]
+)
+def test_values_that_leave_a_doubt_are_refused(fmus, tmp_path, kind, value):
+    given = bindings(binding(parameter_set(parameter(f"{kind.lower()}_in", kind, value))))
+    root = system("root", component("a", "resources/L.fmu", bindings=given))
+    path = package(tmp_path / "p.ssp", root, with_fmu(fmus))
+    with pytest.raises(CosimError, match=f"'{value}' is not a value of type {kind}"):
+        run(path, tmp_path / "out")
