@@ -171,6 +171,12 @@ def passage(source: Quantity, hops: Sequence[Hop], target: Quantity, where: str,
                 f"{target.unit.name}; the package's word counts"
             )
         steps: list[Step] = []
+        if _shifts_in_doubt(hop, unit, reached, target):
+            assert unit is not None
+            remarks.append(
+                f"{hop.where or where}: {hop.between} does not say its unit, nor does what it leads to at once; the "
+                f"transformation's offset is taken to be in {unit.name}"
+            )
         if not hop.suppress_unit_conversion and unit is not None and reached is not None:
             shown = f"{hop.where or where}: {source.shown} -> {target.shown}"
             if unit.name != reached.name:
@@ -205,6 +211,15 @@ def passage(source: Quantity, hops: Sequence[Hop], target: Quantity, where: str,
         named = not hops or not isinstance(hops[-1].transformation, Table)
         _check(here if here.family != TEXT or len(hops) > 1 else source, target, where, named)
     return Passage(tuple(stages), tuple(remarks))
+
+
+def _shifts_in_doubt(hop: Hop, unit: Unit | None, reached: Unit | None, target: Quantity) -> bool:
+    """Whether an offset is added on the way from one unit to another where the one between them is not known."""
+    if not isinstance(hop.transformation, Linear) or not hop.transformation.offset or hop.suppress_unit_conversion:
+        return False
+    if reached is not None or unit is None or target.unit is None:
+        return False
+    return unit.name != target.unit.name and not alike(unit, target.unit)
 
 
 def between(hop: Hop) -> Quantity | None:
