@@ -173,7 +173,11 @@ class Bindings:
                 if len(typed) > 1:
                     raise document.error(typed[1], f"parameter '{name}' has more than one value")
                 type = typed_as(document, element, typed[0], known)
-                parameters[name] = Parameter(name, type, value_of(document, typed[0], type), document.where(element))
+                value = value_of(document, typed[0], type)
+                if isinstance(value, tuple) and len(value) > 1 and not type.dimensions:
+                    told = f"parameter '{name}' has {len(value)} values and no <ssc:Dimension>; taken for an array"
+                    self.remark(f"{document.where(element)}: {told}")
+                parameters[name] = Parameter(name, type, value, document.where(element))
         return tuple(parameters.values())
 
     def _mapping(self, document: Document, root: etree._Element) -> tuple[MappingEntry, ...]:

@@ -193,7 +193,7 @@ def _value_of(document: Document, element: etree._Element, type: Type) -> Value:
     if type.kind in (*FLOATS, *INTEGERS, "Boolean"):
         parts = text.split()
         if len(parts) != 1 or type.dimensions:
-            if not parts or not type.dimensions:
+            if not parts:
                 raise document.error(element, f"'{text}' is not a value of type {type.kind}")
             return tuple(_scalar(document, element, type.kind, part) for part in parts)
     return _scalar(document, element, type.kind, text)

@@ -313,6 +313,23 @@ def test_values_have_to_fill_their_dimensions(fmus, tmp_path):
         run(path, tmp_path / "out")
 
 
+def test_several_values_without_a_dimension_are_an_array(fmus, tmp_path):
+    """The schema of SSP 2.0 lets them pass; a variable that is none has one value."""
+
+    def path(name):
+        given = f'<ssv:Parameter name="{name}"><ssv:Float64 value="1 2 3"/></ssv:Parameter>'
+        a = component("a", "resources/L.fmu", bindings=bindings(binding(parameter_set(given, version="2.0"))))
+        return package(tmp_path / "p.ssp", system("root", a), with_fmu(fmus, 3), version="2.0")
+
+    told = "parameter 'array_in' has 3 values and no <ssc:Dimension>; taken for an array"
+    result = run(path("array_in"), tmp_path / "out")
+    assert result.frame["a.array_out[3]"].iloc[-1] == 3.0
+    assert any(told in warning for warning in result.summary["warnings"])
+    assert any(told in error for error in check(path("array_in")).errors)
+    with pytest.raises(CosimError):
+        run(path("u1"), tmp_path / "out")
+
+
 def test_a_size_cannot_be_driven(fmus, tmp_path):
     size = '<ssd:Connector name="size" kind="structuralParameter"><ssc:UInt64/></ssd:Connector>'
     c = redescribed(fmus[3], tmp_path / "C.fmu", (
