@@ -11,7 +11,7 @@ from pathlib import Path
 from ..core.errors import CosimError, ParameterError
 from ..ssp.model import Binding, Component, Linear, SignalDictionaryReference, Type
 from ..ssp.model import System as Tree
-from ..ssp.network import Network, Wire, element
+from ..ssp.wires import Network, Wire, shown_at
 from . import stimuli
 from .algorithms import NAMES
 from .engine.program import listed
@@ -227,7 +227,7 @@ def tree(network: Network, system: System | None = None) -> str:
 
 def _wire(wire: Wire) -> str:
     start, end = (".".join(filter(None, side)) for side in (wire.start, wire.end))
-    return f"  {start}{element(wire.start_at)} -> {end}{element(wire.end_at)}{_on_the_way(wire)}"
+    return f"  {start}{shown_at(wire.start_at)} -> {end}{shown_at(wire.end_at)}{_on_the_way(wire)}"
 
 
 def _sets(bindings: Iterable[Binding], indent: str) -> list[str]:

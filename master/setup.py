@@ -16,9 +16,10 @@ from typing import Any
 
 from ..core.errors import CosimError, PackageError, ParameterError, UnknownNameError, UsageError, did_you_mean
 from ..ssp.model import Component, Table
-from ..ssp.network import Hop, Network, Setting, flatten
+from ..ssp.network import flatten
 from ..ssp.parameters import read_set
 from ..ssp.reader import read
+from ..ssp.wires import Hop, Network, Setting
 from .sizes import Extent, check_sizes, stated
 from .slaves.base import TEXT, Log, Slave
 from .slaves.fmi3 import Slave3

@@ -14,7 +14,7 @@ import numpy as np
 from ..core.errors import CosimError, PackageError, ParameterError, did_you_mean
 from ..core.units import Unit, alike
 from ..ssp.model import Connector
-from ..ssp.network import At, End, Network, Wire, element
+from ..ssp.wires import At, End, Network, Wire, shown_at
 from .engine.loop import U8
 from .engine.program import Board, Cast, Program
 from .order import component_order
@@ -352,7 +352,7 @@ class System:
             raise PackageError(f"{where}: {shown} {why}, but indices are given for it")
         if len(at) != len(shape) or not all(1 <= k <= size for k, size in zip(at, shape, strict=True)):
             sizes = " x ".join(map(str, shape))
-            raise PackageError(f"{where}: {shown} is {sizes} in size and has no element {element(at)}")
+            raise PackageError(f"{where}: {shown} is {sizes} in size and has no element {shown_at(at)}")
         return signal.part(int(np.ravel_multi_index([k - 1 for k in at], shape)))
 
     def _apart(self, links: list[Link]) -> list[Link]:

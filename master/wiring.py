@@ -14,7 +14,7 @@ from typing import TypeVar
 from ..core.errors import PackageError, ParameterError, UsageError
 from ..core.units import Unit, alike, conversion
 from ..ssp.model import FLOATS, Linear, Scalar, Table, Value
-from ..ssp.network import Hop
+from ..ssp.wires import Hop
 from .engine.program import Cast, Mapped, Within
 from .sizes import Extent, check_sizes
 from .slaves.base import INTEGER, LIMITS, REAL, TEXT
