@@ -174,6 +174,7 @@ def _defined(name: str) -> str:
     """A unit of the table, as FMI 2.0 and 3.0 write it."""
     unit = UNITS[name]
     scaled = {"factor": unit.factor} if unit.factor != 1.0 else {}
+    scaled |= {"offset": unit.offset} if unit.offset else {}
     given = " ".join(f'{k}="{v!r}"' for k, v in {**(unit.exponents or {}), **scaled}.items())
     return f'<Unit name="{name}"><BaseUnit {given}/></Unit>'
 

@@ -30,10 +30,16 @@ class Unit:
 
     @property
     def counts_turns(self) -> bool:
-        """Whether it counts turns or may do so: a rate of events that is not 1/s, as 1/min is one of revolutions."""
+        """Whether it counts turns or may do so: a rate of events that is not 1/s, as 1/min is one of revolutions.
+
+        One whose factor has the radians of a turn or a degree in it, as 2 pi / 60, does not leave that open.
+        """
         if self.name in TURNS:
             return UNITS[self.name] == self
-        return self.exponents == {"s": -1} and self.factor != 1.0
+        if self.exponents != {"s": -1} or self.factor == 1.0:
+            return False
+        angles = (self.factor * span / angle for span in (1.0, 60.0, 3600.0) for angle in (2.0 * pi, pi / 180.0))
+        return not any(abs(ratio - 1.0) < 1e-3 for ratio in angles)
 
     def same_dimension(self, other: Unit) -> bool:
         """True when both are known to measure the same quantity; an angle may count as a number."""

@@ -16,8 +16,9 @@ from ..core.errors import PackageError
 from ..core.files import make_folder
 from ..core.units import conversion, unit
 from ..core.variables import VariableTable
-from ..ssp.network import Network, flatten
+from ..ssp.network import flatten
 from ..ssp.reader import read
+from ..ssp.wires import Network
 from .build import CONTAINER, MODELS, Model, Way, build_fmu, sources_of
 from .machine import CONNECTED, PARTS, DeepseaMachine
 

@@ -14,7 +14,7 @@ from graphlib import CycleError, TopologicalSorter
 import numpy as np
 
 from ..core.errors import SimulationError
-from ..ssp.network import End
+from ..ssp.wires import End
 from .engine.program import Cast, Program
 from .engine.runner import Runner
 from .loops import graph

@@ -49,6 +49,8 @@ def _before(link: Link, si: Line) -> Line:
 
 
 def _scalar(link: Link) -> bool:
+    if link.source.element is not None or link.target.element is not None:
+        return False
     return link.source.family == link.target.family == REAL and link.source.size == 1 and link.cast.factor != 0.0
 
 

@@ -11,7 +11,7 @@ from pathlib import Path
 from ..core.errors import CosimError, ParameterError
 from ..ssp.model import Binding, Component, Linear, SignalDictionaryReference, Type
 from ..ssp.model import System as Tree
-from ..ssp.network import Network, Wire
+from ..ssp.wires import Network, Wire, shown_at
 from . import stimuli
 from .algorithms import NAMES
 from .engine.program import listed
@@ -29,6 +29,7 @@ from .setup import (
     idle,
     mixed_libraries,
     of_component,
+    read_alone,
     read_package,
     resolve,
     with_parameters,
@@ -47,6 +48,8 @@ class Findings:
     notes: list[str] = field(default_factory=list)
     network: Network | None = None
     system: System | None = None
+    incomplete: bool = False
+    """Whether parts of the package are not in `network`, for they could not be read or connected."""
 
     def lines(self) -> list[str]:
         """All of it, a finding a line, the errors first."""
@@ -61,12 +64,17 @@ def check(package: Path, wanted: Options | None = None) -> Findings:
     wanted = wanted or Options()
     found = Findings()
     _try(found, lambda: check_options(wanted))
+    before = len(found.errors)
     with ExitStack() as stack:
-        network = _try(found, lambda: read_package(package, stack, wanted.variant))
+        network = _try(found, lambda: read_package(package, stack, wanted.variant, found.errors))
         if network is None:
             return found
+        parts = found.errors[before:]
+        found.incomplete = bool(parts)
+        aside = Findings() if parts else found  # what may follow from parts that are missing is not told
+        places = {error.partition(": ")[0] for error in parts}
         package_alone = network
-        network = _try(found, lambda: with_parameters(package_alone, wanted.parameters)) or package_alone
+        network = _try(aside, lambda: with_parameters(package_alone, wanted.parameters)) or package_alone
         found.network = network
         structure = network.structure
         if structure.stop_time is not None or wanted.stop_time is not None:
@@ -75,16 +83,18 @@ def check(package: Path, wanted: Options | None = None) -> Findings:
             times = None
             found.notes.append("the package has no stop time; a run needs --stop-time")
         violations = set(network.structure.remarks)
-        found.errors += network.structure.remarks
+        found.errors += [r for r in network.structure.remarks if r.partition(": ")[0] not in places]
         found.warnings += [r for r in network.remarks if r not in violations]
         slaves: dict[str, Slave] = {}
         for path, part in network.parts.items():
             slave = _try(found, lambda path=path, part=part: of_component(path, part.component))
+            if slave is None:
+                slave = read_alone(path, part.component)
             if slave is not None:
                 slaves[path] = slave
                 _connectors(found, part.component, slave, path)
         if len(slaves) == len(network.parts):
-            _try(found, lambda: set_substeps(wanted, slaves))
+            _try(aside, lambda: set_substeps(wanted, slaves))
             if not wanted.isolate:
                 _try(found, lambda: check_single(slaves))
                 found.warnings += mixed_libraries(slaves)
@@ -99,7 +109,7 @@ def check(package: Path, wanted: Options | None = None) -> Findings:
         values: list[Value] = []
         known = [setting for setting in network.settings if setting.component in slaves]
         for _, settings in groupby(known, lambda setting: (setting.where, setting.name)):
-            one = Network(network.structure, network.parts, (), (), {}, {}, tuple(settings), ())
+            one = Network(network.structure, network.parts, (), (), (), {}, tuple(settings), ())
             values += _try(found, lambda one=one: bound_values(one, slaves, found.warnings.append)) or []
         if len(slaves) == len(network.parts) and slaves:
             system = _try(found, lambda: System(network, slaves, found.errors))
@@ -110,16 +120,16 @@ def check(package: Path, wanted: Options | None = None) -> Findings:
                 told = Findings() if found.errors else found  # what follows from an error is not told
                 layout = _try(told, lambda: Layout(system))
                 if layout is not None:
-                    _try(found, lambda: layout.chosen(wanted.record))
-                    _try(found, lambda: layout.chosen(wanted.plot, "--plot"))
+                    _try(aside, lambda: layout.chosen(wanted.record))
+                    _try(aside, lambda: layout.chosen(wanted.plot, "--plot"))
                 if wanted.method in NAMES:
-                    _try(found, lambda: check_coupling(system, wanted))
+                    _try(aside, lambda: check_coupling(system, wanted))
                 for change in changes:
-                    values += _try(found, lambda change=change: resolve([change], slaves, system=system)) or []
-                found.warnings += idle(network, values)
-                _inputs(found, system, _driven(found, system, wanted, times))
+                    values += _try(aside, lambda change=change: resolve([change], slaves, system=system)) or []
+                aside.warnings += idle(network, values)
+                _inputs(aside, system, _driven(aside, system, wanted, times))
                 _loops(found, system)
-        elif not network.parts:
+        elif not network.parts and not found.errors:
             found.errors.append("the system has no components")
     return found
 
@@ -210,11 +220,14 @@ def tree(network: Network, system: System | None = None) -> str:
             for component, variable, hops in ways:
                 lines.append(f"  {name} -> {component}.{variable}{_on_the_way(Wire(('', name), ('', ''), hops[1:]))}")
     for wire in (*network.early, *network.wires):
-        start = ".".join(filter(None, wire.start))
-        lines.append(f"  {start} -> {'.'.join(wire.end)}{_on_the_way(wire)}")
-    for name, wire in network.outputs.items():
-        lines.append(f"  {'.'.join(filter(None, wire.start))} -> {name}{_on_the_way(wire)}")
+        lines.append(_wire(wire))
+    lines += map(_wire, network.outputs)
     return "\n".join(lines)
+
+
+def _wire(wire: Wire) -> str:
+    start, end = (".".join(filter(None, side)) for side in (wire.start, wire.end))
+    return f"  {start}{shown_at(wire.start_at)} -> {end}{shown_at(wire.end_at)}{_on_the_way(wire)}"
 
 
 def _sets(bindings: Iterable[Binding], indent: str) -> list[str]:
@@ -254,17 +267,17 @@ def _branch(lines: list[str], tree: Tree, indent: str, network: Network, system:
         names = [c.name + _unit(c.type) for c in tree.connectors if c.kind == kind]
         lines.append(f"{indent}   {kind}{'' if kind in ('inout', 'unspecified', 'local') else 's'}: {', '.join(names)}")
     lines += _sets(tree.bindings, f"{indent}   ")
-    for i, element in enumerate(tree.elements):
+    for i, part in enumerate(tree.elements):
         last = i == len(tree.elements) - 1
         stem, more = ("└─ ", "   ") if last else ("├─ ", "│  ")
-        if isinstance(element, Component):
-            lines.append(f"{indent}{stem}{element.name}: {_about(element, f'{path}{element.name}', system)}")
-            lines += _sets(element.bindings, f"{indent}{more}   ")
-        elif isinstance(element, SignalDictionaryReference):
-            lines.append(f"{indent}{stem}{element.name}: signal dictionary {element.dictionary}")
+        if isinstance(part, Component):
+            lines.append(f"{indent}{stem}{part.name}: {_about(part, f'{path}{part.name}', system)}")
+            lines += _sets(part.bindings, f"{indent}{more}   ")
+        elif isinstance(part, SignalDictionaryReference):
+            lines.append(f"{indent}{stem}{part.name}: signal dictionary {part.dictionary}")
         else:
-            lines.append(f"{indent}{stem}{element.name}: system")
-            _branch(lines, element, indent + more, network, system, f"{path}{element.name}.")
+            lines.append(f"{indent}{stem}{part.name}: system")
+            _branch(lines, part, indent + more, network, system, f"{path}{part.name}.")
 
 
 def _about(element: Component, path: str, system: System | None) -> str:

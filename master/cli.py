@@ -179,7 +179,8 @@ def _look(options: argparse.Namespace, settings: Options) -> int:
     found = check(options.package, settings)
     if options.info and found.network is not None:
         print(tree(found.network, found.system))
-    if options.check or found.network is None:
+    lacking = found.network is None or found.incomplete
+    if options.check or lacking:
         for line in found.lines():
             if options.quiet and not line.startswith("error"):
                 continue
@@ -187,7 +188,7 @@ def _look(options: argparse.Namespace, settings: Options) -> int:
         if not options.quiet and options.check:
             counts = f"{len(found.errors)} errors, {len(found.warnings)} warnings"
             print(f"{options.package}: {counts if found.errors or found.warnings else 'nothing wrong'}")
-    return 2 if found.errors and (options.check or found.network is None) else 0
+    return 2 if found.errors and (options.check or lacking) else 0
 
 
 def _run(options: argparse.Namespace) -> int:

@@ -10,7 +10,7 @@ from collections.abc import Iterable, Sequence
 from graphlib import CycleError, TopologicalSorter
 
 from ..core.errors import PackageError, SimulationError
-from ..ssp.network import End, Wire
+from ..ssp.wires import End, Wire
 from .agreement import Agreement, in_turn
 from .engine.runner import Runner
 from .setup import Value

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from ..core.errors import UsageError
-from ..ssp.network import Network
+from ..ssp.wires import Network
 from . import stimuli
 from .algorithms import algorithm, check_method
 from .bonds import Bond, find_bonds

@@ -16,9 +16,10 @@ from typing import Any
 
 from ..core.errors import CosimError, PackageError, ParameterError, UnknownNameError, UsageError, did_you_mean
 from ..ssp.model import Component, Table
-from ..ssp.network import Hop, Network, Setting, flatten
+from ..ssp.network import flatten
 from ..ssp.parameters import read_set
 from ..ssp.reader import read
+from ..ssp.wires import Hop, Network, Setting
 from .sizes import Extent, check_sizes, stated
 from .slaves.base import TEXT, Log, Slave
 from .slaves.fmi3 import Slave3
@@ -224,17 +225,22 @@ def _own(system: System, name: str, value: Any, where: str) -> Value:
     return Value("", name, checked, where)
 
 
-def read_package(package: Path, stack: ExitStack, variant: str | None = None) -> Network:
-    """The network of an SSP file, unpacked into a folder that lives as long as `stack`."""
+def read_package(
+    package: Path, stack: ExitStack, variant: str | None = None, wrong: list[str] | None = None
+) -> Network:  # fmt: skip
+    """The network of an SSP file, unpacked into a folder that lives as long as `stack`.
+
+    With a list `wrong`, what is wrong with some of its parts goes there instead of being raised.
+    """
     scratch = stack.enter_context(tempfile.TemporaryDirectory(prefix="cosim_", ignore_cleanup_errors=True))
     stack.callback(also_forget(Path(scratch)))
-    return flatten(read(package, Path(scratch) / "ssp", variant), causality)
+    return flatten(read(package, Path(scratch) / "ssp", variant, wrong), causality, wrong)
 
 
 def causality(component: Component, name: str) -> str | None:
     """What a component's FMU says of a variable; None where it has no such variable or cannot be read."""
     try:
-        variable = describe(component.name, component.source).variables.get(name)
+        variable = describe(component.name, component.source, library=False).variables.get(name)
     except CosimError:  # told where all FMUs are read
         return None
     return variable.causality if variable is not None else None
@@ -279,6 +285,14 @@ def of_component(path: str, component: Component) -> Slave:
     except PackageError as error:
         text = str(error).replace(str(component.source), component.source.name)
         raise PackageError(f"{component.where}: component '{path}': {text}") from None
+
+
+def read_alone(path: str, component: Component) -> Slave | None:
+    """The slave of a component whose FMU may lack a library for this platform, to look at; None if it is unreadable."""
+    try:
+        return describe(path, component.source, library=False)
+    except CosimError:
+        return None
 
 
 def foreign_connectors(component: Component, slave: Slave) -> Iterator[str]:
@@ -365,5 +379,18 @@ def configure(
         slave = slaves[v.component]
         assert isinstance(slave, Slave3)
         slave.configure(v.variable, v.value)
-    others = tuple(s for s in network.settings if not structural(s.component, s.variable))
-    return replace(network, settings=others), left
+    others = [s for s in network.settings if not structural(s.component, s.variable)]
+    return replace(network, settings=tuple(_in_force(others, slaves, left))), left
+
+
+def _in_force(
+    settings: Sequence[Setting], slaves: Mapping[str, Slave], changes: Iterable[tuple[str, Any]]
+) -> Iterator[Setting]:
+    """The settings without those of arrays that others win over, which may be of a size that is not theirs any more."""
+    changed = {split(address, slaves) for address, _ in changes}
+    winning = {(s.component, s.variable): s for s in settings}
+    for s in settings:
+        end = s.component, s.variable
+        variable = slaves[s.component].variables.get(s.variable) if s.component in slaves else None
+        if variable is None or not variable.dimensions or (winning[end] is s and end not in changed):
+            yield s

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 
 from ..core.errors import PackageError
 from ..ssp.model import Type
-from ..ssp.network import Hop
+from ..ssp.wires import Hop
 
 
 @dataclass(frozen=True)

@@ -250,7 +250,9 @@ def _straight(signal: Signal, system: System) -> bool:
 
 def _ends(signal: Signal, system: System) -> list[Signal]:
     """The FMUs' inputs that an input stands for."""
-    return [signal] if signal.component else [k.target for k in system.links if k.source == signal]
+    if signal.component:
+        return [signal]
+    return [k.target for k in system.links if not k.source.component and k.source.name == signal.name]
 
 
 def _is_continuous(signal: Signal, system: System) -> bool:

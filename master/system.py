@@ -13,7 +13,8 @@ import numpy as np
 
 from ..core.errors import CosimError, PackageError, ParameterError, did_you_mean
 from ..core.units import Unit, alike
-from ..ssp.network import End, Network, Wire
+from ..ssp.model import Connector
+from ..ssp.wires import At, End, Network, Wire, shown_at
 from .engine.loop import U8
 from .engine.program import Board, Cast, Program
 from .order import component_order
@@ -53,7 +54,7 @@ class System:
         self._count = {"slots": 0, "texts": 0}
         self._staged: dict[int, int] = {}
         wanted: dict[str, set[str]] = {name: set() for name in slaves}
-        for wire in (*network.wires, *network.outputs.values()):
+        for wire in (*network.wires, *network.outputs):
             if wire.start[0] in wanted:
                 wanted[wire.start[0]].add(wire.start[1])
         for name, slave in slaves.items():
@@ -76,12 +77,13 @@ class System:
         late, early = [], []
         for wire in network.wires:
             (early if self._is_parameter(wire.end) else late).append(wire)
-        self.links = self._all(self._link, [(wire,) for wire in late])
+        self.links = self._apart(self._all(self._link, [(wire,) for wire in late]))
         self._into: dict[str, list[Link]] = {name: [] for name in slaves}
         self._sources = {(link.source.component, link.source.name) for link in self.links}
         for link in self.links:
             self._into[link.target.component].append(link)
-        self._drivers: dict[tuple[bool, int], Link] = {}
+        self._drivers: dict[tuple[bool, int], dict[int | None, Link]] = {}
+        """What drives an input, or single values of it, by where it lies."""
         self._check_aliases()
         early = [*network.early, *early]
         self.early = [wire for wire in early if wire.start[0]]
@@ -92,7 +94,7 @@ class System:
             if not wire.start[0] and network.inputs[wire.start[1]].kind == "input":
                 end = ".".join(wire.end)
                 self._refuse(f"{wire.where}: the input '{wire.start[1]}' cannot drive the parameter '{end}'")
-        self.shown = self._all(self._shown, list(network.outputs.items()))
+        self.shown = self._all(self._shown, [(wire,) for wire in network.outputs])
         for link in (*self.links, *self.shown):
             for signal in (link.source, link.target):
                 if signal.family == TEXT and signal.component:
@@ -171,15 +173,16 @@ class System:
     def _own(self, name: str) -> Signal:
         """An input of the whole system; the sizes of an array are the package's, else those of what it leads to."""
         quantity, type = self.input_quantity(name), self.network.inputs[name].type
+        parted = any(w.start == ("", name) and w.start_at for w in self.network.wires)
         size = type.count if type is not None else None
         if size is not None:
             if size > MOST_VALUES:
                 raise PackageError(f"{self.network.inputs[name].where}: '{name}' has {size:.1e} values; refused")
         else:
-            ends = (w.end for w in self.network.wires if w.start == ("", name))
+            ends = (w.end for w in self.network.wires if w.start == ("", name) and not w.end_at)
             sizes = [self.slaves[c].size(v) for c, v in ends if c in self.slaves and v in self.slaves[c].variables]
             size = sizes[0] if sizes else 1
-        return Signal("", name, quantity.type, quantity.family, 0, self._place(quantity.family, size), size)
+        return Signal("", name, quantity.type, quantity.family, 0, self._place(quantity.family, size), size, parted)
 
     def input_quantity(self, name: str) -> Quantity:
         """What is known of an input of the whole system."""
@@ -222,16 +225,19 @@ class System:
     def _check_aliases(self) -> None:
         """No two connections lead to one input, by whatever name."""
         for link in self.links:
-            other = self._drivers.setdefault(link.target.home, link)
-            if other is not link:
+            there, which = self._drivers.setdefault(link.target.home, {}), link.target.element
+            other = there.get(which) or there.get(None) or (next(iter(there.values()), None) if which is None else None)
+            there.setdefault(which, link)
+            if other is not None:
                 self._refuse(
                     f"{link.wire.where}: '{link.target.address}' is another name of '{other.target.address}', "
                     "which is driven already"
                 )
 
     def driver(self, end: End) -> Link | None:
-        """The connection that drives an input, by whatever name; None for what none drives."""
-        return self._drivers.get(self.inputs[end].home) if end in self.inputs else None
+        """The connection that drives an input or an element of it, by whatever name; None for what none drives."""
+        there = self._drivers.get(self.inputs[end].home, {}) if end in self.inputs else {}
+        return next(iter(there.values()), None)
 
     def _refuse(self, told: str) -> None:
         if self._wrong is None:
@@ -275,6 +281,8 @@ class System:
                         f"'{'.'.join(wire.end)}'"
                     )
                 target = self.slaves[wire.end[0]].variables[wire.end[1]]
+                if wire.start_at or wire.end_at:
+                    raise PackageError("connections of single elements of parameters are not supported")
                 if target.causality == "structuralParameter":
                     raise PackageError(
                         f"'{'.'.join(wire.end)}' gives arrays their size and cannot be driven; bind its value"
@@ -332,9 +340,43 @@ class System:
             return self.own_inputs[wire.start[1]], self.input_quantity(wire.start[1])
         return self._variable(wire, wire.start, "output"), self.quantity(wire.start, wire.unit, wire.enumeration)
 
+    def _part(self, signal: Signal, at: At, where: str) -> Signal:
+        """One value of an array, which its indices name; () for all of a signal."""
+        if not at:
+            return signal
+        shown = f"'{signal.address}'"
+        if signal.component:
+            shape, why = self.slaves[signal.component].shape(signal.name), "is no array"
+        else:
+            extent = stated(self._connector(signal.name).type, shown)
+            shape, why = (extent.shape if extent else None) or (), "has no sizes in the package (<ssc:Dimension size=>)"
+        if not shape:
+            raise PackageError(f"{where}: {shown} {why}, but indices are given for it")
+        if len(at) != len(shape) or not all(1 <= k <= size for k, size in zip(at, shape, strict=True)):
+            sizes = " x ".join(map(str, shape))
+            raise PackageError(f"{where}: {shown} is {sizes} in size and has no element {shown_at(at)}")
+        return signal.part(int(np.ravel_multi_index([k - 1 for k in at], shape)))
+
+    def _apart(self, links: list[Link]) -> list[Link]:
+        """Links of whole arrays in single values where others carry single values of the same source."""
+        parted = {link.source.address for link in links if link.source.element is not None}
+        made = []
+        for link in links:
+            if link.source.address not in parted or link.source.element is not None:
+                made.append(link)
+                continue
+            for k in range(link.source.size):
+                made.append(replace(link, source=link.source.part(k), target=link.target.part(k)))
+        return made
+
+    def _connector(self, name: str) -> Connector:
+        """A connector of the whole system."""
+        return next(c for c in self.network.structure.system.connectors if c.name == name)
+
     def _link(self, wire: Wire) -> Link:
-        target = self._variable(wire, wire.end, "input")
+        target = self._part(self._variable(wire, wire.end, "input"), wire.end_at, wire.where)
         source, given = self._source(wire)
+        source = self._part(source, wire.start_at, wire.where)
         taken = self.quantity(wire.end)
         way = passage(given, wire.hops, taken, wire.where)
         self.remarks += way.remarks
@@ -344,6 +386,8 @@ class System:
 
     def _extent(self, signal: Signal) -> Extent:
         shown = f"'{signal.address}'"
+        if signal.element is not None:
+            return Extent(f"one element of {shown}", 1)
         if signal.component:
             return Extent(shown, signal.size, self.slaves[signal.component].shape(signal.name))
         return stated(self.network.inputs[signal.name].type, shown) or Extent(shown, signal.size)
@@ -361,19 +405,24 @@ class System:
                     "word counts"
                 )
 
-    def _shown(self, name: str, wire: Wire) -> Link:
+    def _shown(self, wire: Wire) -> Link:
+        name = wire.end[1]
         source, given = self._source(wire)
+        source = self._part(source, wire.start_at, wire.where)
         last = wire.hops[-1] if wire.hops else None
-        connector = next(c for c in self.network.structure.system.connectors if c.name == name)
-        kind = connector.type.kind if connector.type is not None else given.type
+        type = self._connector(name).type
+        kind = type.kind if type is not None else given.type
         taken = Quantity(kind, last.unit if last else None, last.enumeration if last else None, f"'{name}'")
         way = passage(given, wire.hops, taken, wire.where)
         self.remarks += way.remarks
         check_sizes(self._extent(source), wire.hops, None, wire.where)
         cast = Cast() if taken.family == TEXT else way.cast(given, taken, wire.where)
-        target = Signal("", name, kind, taken.family, 0, self._place(taken.family, source.size), source.size)
-        self.own_outputs[name] = target
-        return Link(source, target, cast, wire)
+        target = self.own_outputs.get(name)
+        if target is None:
+            size = (type.count if type is not None else None) or 1 if wire.end_at else source.size
+            target = Signal("", name, kind, taken.family, 0, self._place(taken.family, size), size, bool(wire.end_at))
+            self.own_outputs[name] = target
+        return Link(source, self._part(target, wire.end_at, wire.where), cast, wire)
 
     def passed_on(self, name: str) -> bool:
         """Whether an output of the whole system shows one of its inputs, which belong to a step, not to its start."""
@@ -389,8 +438,7 @@ class System:
         if signal.component:
             said = self._said.get((signal.component, signal.name))
             return said.name if said is not None else self.slaves[signal.component].unit_name(signal.name)
-        connectors = {c.name: c for c in self.network.structure.system.connectors}
-        type = connectors[signal.name].type
+        type = self._connector(signal.name).type
         return type.unit.name if type is not None and type.unit is not None else None
 
     # values
@@ -460,9 +508,10 @@ class System:
         """Raise `ParameterError` where a value of an own input is none that the variables behind it may take."""
         source = self.own_inputs[name]
         for link in self.links:
-            if link.source is not source or source.family == TEXT:
+            if link.source.component or link.source.name != name or source.family == TEXT:
                 continue
-            for one in value if isinstance(value, tuple) else (value,):
+            values = value if isinstance(value, tuple) else (value,)
+            for one in values if link.source.element is None else (values[link.source.element],):
                 reached = link.cast.forth(one)  # type: ignore[arg-type]
                 self.slaves[link.target.component]._scalar(link.target.name, reached, where)
 

@@ -14,7 +14,7 @@ from typing import TypeVar
 from ..core.errors import PackageError, ParameterError, UsageError
 from ..core.units import Unit, alike, conversion
 from ..ssp.model import FLOATS, Linear, Scalar, Table, Value
-from ..ssp.network import Hop
+from ..ssp.wires import Hop
 from .engine.program import Cast, Mapped, Within
 from .sizes import Extent, check_sizes
 from .slaves.base import INTEGER, LIMITS, REAL, TEXT
@@ -70,7 +70,7 @@ class Passage:
         for stage in (*self.stages, Stage(reached=target)):
             for step in stage.steps:
                 if isinstance(step, dict):
-                    whole.append(Mapped(tuple((int(k), int(v)) for k, v in step.items())))
+                    whole.append(Mapped(tuple((_slot(k), _slot(v)) for k, v in step.items())))
                     have = _mapped(have, step)
                 else:
                     factor, offset = step[0] * factor, step[0] * offset + step[1]
@@ -94,6 +94,11 @@ class Passage:
             if stage.reached is not None:
                 check(value, stage.reached)
         return value
+
+
+def _slot(value: int) -> int:
+    """A whole number as it lies in a slot: those beyond Int64 are negative there."""
+    return value if value <= LIMITS["Int64"][1] else value - 2**64
 
 
 def values_of(quantity: Quantity) -> range | frozenset[int]:
@@ -166,6 +171,12 @@ def passage(source: Quantity, hops: Sequence[Hop], target: Quantity, where: str,
                 f"{target.unit.name}; the package's word counts"
             )
         steps: list[Step] = []
+        if _shifts_in_doubt(hop, unit, reached, target):
+            assert unit is not None
+            remarks.append(
+                f"{hop.where or where}: {hop.between} does not say its unit, nor does what it leads to at once; the "
+                f"transformation's offset is taken to be in {unit.name}"
+            )
         if not hop.suppress_unit_conversion and unit is not None and reached is not None:
             shown = f"{hop.where or where}: {source.shown} -> {target.shown}"
             if unit.name != reached.name:
@@ -202,6 +213,15 @@ def passage(source: Quantity, hops: Sequence[Hop], target: Quantity, where: str,
     return Passage(tuple(stages), tuple(remarks))
 
 
+def _shifts_in_doubt(hop: Hop, unit: Unit | None, reached: Unit | None, target: Quantity) -> bool:
+    """Whether an offset is added on the way from one unit to another where the one between them is not known."""
+    if not isinstance(hop.transformation, Linear) or not hop.transformation.offset or hop.suppress_unit_conversion:
+        return False
+    if reached is not None or unit is None or target.unit is None:
+        return False
+    return unit.name != target.unit.name and not alike(unit, target.unit)
+
+
 def between(hop: Hop) -> Quantity | None:
     """What a hop reaches, if that is a connector of a system or an entry of a dictionary and its type is given."""
     if not hop.between or hop.type is None:
@@ -229,12 +249,14 @@ def _transformation(hop: Hop, source: Quantity, takes: Quantity, target: Quantit
     if t.kind == "Boolean" and "Boolean" not in (source.type, takes.type):
         raise PackageError(f"{where}: a boolean mapping needs a boolean; {source.shown} is {source.type}")
     if t.kind != "Enumeration":
-        made = {int(k): int(v) for k, v in t.entries.items()}
-        may = values_of(takes)
-        if wrong := next((v for v in made.values() if v not in may), None):
+        may, (low, high) = values_of(takes), LIMITS.get(source.type, LIMITS["Int64"])
+        made = {int(k): int(v) for k, v in t.entries.items() if low <= int(k) <= high}  # others are ignored (SSP)
+        if source.type != "UInt64" and (large := next((v for v in made.values() if v >= 2**63), None)):
+            raise PackageError(f"{where}: {large} needs a UInt64, {source.shown} is {source.type}")
+        if (wrong := next((v for v in made.values() if v not in may), None)) is not None:
             known = f"; it has {', '.join(f'{n} ({k})' for n, k in takes.items.items())}" if takes.items else ""
             raise PackageError(f"{where}: {wrong} is not a value of {takes.shown}, which is {takes.type}{known}")
-        return [made]
+        return [made] if made else []
     made = {}
     items, there = source.items, takes.items
     for key, value in t.entries.items():

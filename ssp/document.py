@@ -136,8 +136,8 @@ def local_of(tag: str) -> str:
 
 
 def truth(text: str) -> bool | None:
-    """An xs:boolean; None if it is none."""
-    return {"true": True, "1": True, "false": False, "0": False}.get(text.strip())
+    """An xs:boolean, or what Python and others write for one, which the schema tells; None if it is none."""
+    return {"true": True, "1": True, "false": False, "0": False}.get(text.strip().lower())
 
 
 def version(document: Document, root: etree._Element) -> str:

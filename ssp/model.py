@@ -54,6 +54,8 @@ class Connector:
     kind: str
     type: Type | None = None
     where: str = ""
+    clocked: bool = False
+    """Whether it is a clock or belongs to one."""
 
 
 @dataclass(frozen=True)
@@ -155,6 +157,8 @@ class System:
     where: str = ""
     outer: dict[str, Type] = field(default_factory=dict)
     """Types of its connectors as the component says that stands for it; other units than its own are converted."""
+    broken: frozenset[str] = frozenset()
+    """Names of elements that could not be read, where what is wrong is collected."""
 
     def components(self, path: str = "") -> Iterator[tuple[str, Component]]:
         """All components below with their dotted paths, in the order of the file."""

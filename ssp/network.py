@@ -9,8 +9,8 @@ from __future__ import annotations
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass, field, replace
 
-from ..core.errors import PackageError, UnknownNameError, did_you_mean
-from ..core.units import Unit, alike
+from ..core.errors import PackageError, did_you_mean
+from ..core.units import alike
 from .model import (
     Binding,
     Component,
@@ -20,167 +20,80 @@ from .model import (
     SignalDictionaryReference,
     System,
     SystemStructure,
-    Transformation,
     Type,
-    Value,
 )
+from .wires import At, End, Hop, Network, Part, Setting, Target, Wire, shown_at
 
 GIVES = ("output", "calculatedParameter", "local", "constant")
 TAKES = ("input", "parameter", "structuralParameter")
 EARLY = ("parameter", "structuralParameter", "calculatedParameter")
 """Kinds of connectors whose values flow before a run begins."""
 
+MOST_CONNECTORS = 300
+"""Most connectors that a value may pass on its way."""
+
 Node = tuple[str, str, str]
 """(what, path, connector): what is 'component', 'system' or 'dictionary', and where their connectors have other units
 outside, 'border' of a system that a component refers to, or 'reference' to a dictionary."""
-
-End = tuple[str, str]
-"""(path of a component, variable); the path is '' for a connector of the top-level system."""
-
-
-@dataclass(frozen=True)
-class Hop:
-    """One connection or mapping on the way of a value."""
-
-    transformation: Transformation | None = None
-    suppress_unit_conversion: bool = False
-    type: Type | None = None
-    """Type of the connector that is reached, where the package gives one."""
-    where: str = ""
-    between: str = ""
-    """What is reached, for messages; '' for a component's connector, whose FMU knows its type and size."""
-
-    @property
-    def unit(self) -> Unit | None:
-        """Unit of what is reached, where the package gives one."""
-        return self.type.unit if self.type is not None else None
-
-    @property
-    def enumeration(self) -> dict[str, int] | None:
-        """Its items, likewise."""
-        return self.type.enumeration if self.type is not None else None
-
-
-Target = tuple[str, str, tuple[Hop, ...]]
-"""(component, variable, hops on the way to it)."""
-
-
-@dataclass(frozen=True)
-class Wire:
-    """The way of a value from where it is made to where it is used."""
-
-    start: End
-    end: End
-    hops: tuple[Hop, ...]
-    unit: Unit | None = None
-    """Unit at the start, where the package gives one."""
-    enumeration: dict[str, int] | None = None
-
-    @property
-    def where(self) -> str:
-        """The connection at the end."""
-        return self.hops[-1].where if self.hops else ""
-
-
-@dataclass(frozen=True)
-class Setting:
-    """A parameter or start value: `value` has the type `type` and passes the hops before it reaches the variable."""
-
-    component: str
-    variable: str
-    value: Value
-    type: Type
-    hops: tuple[Hop, ...] = ()
-    where: str = ""
-    name: str = ""
-    """The name in the package, which may stand for several variables."""
-
-
-@dataclass(frozen=True)
-class Part:
-    """A component of the flattened system."""
-
-    path: str
-    component: Component
-
-
-@dataclass(frozen=True)
-class Network:
-    """A system of FMUs without hierarchy."""
-
-    structure: SystemStructure
-    parts: dict[str, Part]
-    wires: tuple[Wire, ...]
-    """To inputs, during a run; a start at path '' is an input of the whole system."""
-    early: tuple[Wire, ...]
-    """From calculated parameters to parameters, before it."""
-    outputs: dict[str, Wire]
-    """What the top-level system's outputs show; the end is ('', connector)."""
-    inputs: dict[str, Connector]
-    """The top-level system's inputs."""
-    settings: tuple[Setting, ...]
-    """In the order in which they are made; later ones win."""
-    given: tuple[Setting, ...]
-    """The same for inputs of the top-level system: the component is ''."""
-    connectors: dict[str, tuple[Target, ...]] = field(default_factory=dict)
-    """What a value for a connector of a system sets, by its name with the path of its system; not for own inputs."""
-    remarks: tuple[str, ...] = ()
-    """What is harmless but hardly meant: bindings of names that nothing has, connectors that lead nowhere."""
-    idle: dict[End, str] = field(default_factory=dict)
-    """What to tell of the inputs at the end of ways that nothing drives, unless they are given a value."""
-
-    def only(self, paths: list[str]) -> Network:
-        """The network with some of its components only."""
-        for path in paths:
-            if path not in self.parts:
-                raise UnknownNameError(f"no component '{path}'{did_you_mean(path, list(self.parts))}")
-
-        def kept(wire: Wire) -> bool:
-            return all(path == "" or path in paths for path in (wire.start[0], wire.end[0]))
-
-        return replace(
-            self,
-            parts={path: part for path, part in self.parts.items() if path in paths},
-            wires=tuple(filter(kept, self.wires)),
-            early=tuple(filter(kept, self.early)),
-            outputs={name: wire for name, wire in self.outputs.items() if kept(wire)},
-            settings=tuple(s for s in self.settings if s.component in paths),
-        )
-
 
 Causality = Callable[[Component, str], str | None]
 """What a component's FMU says of a variable: its causality; None where that is not known."""
 
 
-def flatten(structure: SystemStructure, causality: Causality = lambda _component, _name: None) -> Network:
+def flatten(
+    structure: SystemStructure, causality: Causality = lambda _component, _name: None, wrong: list[str] | None = None
+) -> Network:
     """The network of a system structure. Raises `PackageError` for what cannot be connected as it says.
 
     causality: asked where the package does not say which end of a connection gives the value.
+    wrong: where this is a list, what is wrong goes there, and the rest is connected.
     """
-    return _Flattener(structure, causality).network()
+    return _Flattener(structure, causality, wrong).network()
 
 
 @dataclass
 class _Edge:
     source: Node
     connection: Connection
+    at: At = ()
+    """The element of the source that is meant."""
+
+
+@dataclass(frozen=True)
+class _Way:
+    """How a value comes to a node: from `start`, through `hops`, to the element `end_at` of the node."""
+
+    start: Node
+    start_at: At = ()
+    end_at: At = ()
+    hops: tuple[Hop, ...] = ()
 
 
 @dataclass
 class _Flattener:
     structure: SystemStructure
     causality: Causality
+    wrong: list[str] | None = None
     parts: dict[str, Part] = field(default_factory=dict)
     types: dict[Node, Type | None] = field(default_factory=dict)
     kinds: dict[Node, str] = field(default_factory=dict)
-    driver: dict[Node, _Edge] = field(default_factory=dict)
+    drivers: dict[Node, dict[At, _Edge]] = field(default_factory=dict)
+    """What drives a node: all of it, or some elements of an array."""
     drives: dict[Node, list[tuple[Node, Connection]]] = field(default_factory=dict)
     entries: dict[Node, Node] = field(default_factory=dict)
     """Entries of dictionaries behind the nodes of references that have nodes of their own."""
+    clocked: set[Node] = field(default_factory=set)
+    """Connectors that are clocks or belong to one."""
     undecided: list[tuple[Node, Node, Connection]] = field(default_factory=list)
     """Connections between ends that may both give or take."""
     remarks: list[str] = field(default_factory=list)
     idle: dict[End, str] = field(default_factory=dict)
+
+    def refused(self, error: PackageError) -> None:
+        """Collect what is wrong, or raise it."""
+        if self.wrong is None:
+            raise error
+        self.wrong.append(str(error))
 
     def network(self) -> Network:
         root = self.structure.system
@@ -191,28 +104,30 @@ class _Flattener:
         self.bind(root, "", settings, given)
         wires: list[Wire] = []
         early: list[Wire] = []
-        taken = {c.name: c for c in root.connectors if c.kind in ("input", "inout", "unspecified")}
-        for node in list(self.driver):
+        takes = ("input", "inout", "unspecified")
+        taken = {c.name: c for c in root.connectors if c.kind in takes and not _is_clock(c)}
+        for node in list(self.drivers):
             if node[0] == "component":
-                wire = self.trace(node)
-                if wire is not None and (wire.start[0] or wire.start[1] in taken):
-                    (early if self.kinds.get(node) in EARLY else wires).append(wire)
-        outputs = {}
+                for wire in self.trace(node):
+                    if wire.start[0] or wire.start[1] in taken:
+                        (early if self.kinds.get(node) in EARLY else wires).append(wire)
+        outputs: list[Wire] = []
         for connector in root.connectors:
             node = ("system", "", connector.name)
-            if connector.kind in (*GIVES, "inout", "unspecified") and node in self.driver:
-                wire = self.trace(node)
-                if wire is not None and not wire.start[0] and wire.start[1] not in taken:
-                    raise PackageError(
+            if connector.kind in (*GIVES, "inout", "unspecified") and node in self.drivers:
+                for wire in self.trace(node):
+                    if wire.start[0] or wire.start[1] in taken:
+                        outputs.append(wire)
+                        continue
+                    self.refused(PackageError(
                         f"{wire.where}: output '{connector.name}' would show '{wire.start[1]}', a parameter of the "
                         "system; that is not supported"
-                    )
-                if wire is not None:
-                    outputs[connector.name] = wire
+                    ))  # fmt: skip
         driving = {w.start[1] for w in wires if not w.start[0]}
         inputs = {name: c for name, c in taken.items() if c.kind == "input" or name in driving}
         return Network(
-            self.structure, self.parts, tuple(wires), tuple(early), outputs, inputs, tuple(settings), tuple(given),
+            self.structure, self.parts, tuple(wires), tuple(early), tuple(outputs), inputs, tuple(settings),
+            tuple(given),
             {name: tuple(self.behind(node, ())) for name, node in self.names().items() if name not in inputs},
             (*self.structure.remarks, *self.remarks), self.idle,
         )  # fmt: skip
@@ -230,6 +145,7 @@ class _Flattener:
         for connector in system.connectors:
             self.register(("system", path, connector.name), connector)
         used: dict[str, tuple[str, dict[str, Type]]] = {}
+        lost: set[str | None] = set(system.broken)
         for element in system.elements:
             inner = f"{path}{element.name}"
             if isinstance(element, Component):
@@ -242,9 +158,18 @@ class _Flattener:
                 self.walk(element, f"{inner}.", dictionaries)
                 self.border(element, f"{inner}.")
             else:
-                used[element.name] = self.dictionary(element, dictionaries)
+                try:
+                    used[element.name] = self.dictionary(element, dictionaries)
+                except PackageError as error:
+                    self.refused(error)
+                    lost.add(element.name)
         for connection in system.connections:
-            self.connect(system, path, used, connection)
+            if connection.start[0] in lost or connection.end[0] in lost:
+                continue  # what follows from an error is not told
+            try:
+                self.connect(system, path, used, connection)
+            except PackageError as error:
+                self.refused(error)
 
     def dictionary(
         self, element: SignalDictionaryReference, known: dict[str, tuple[str, dict[str, Type]]]
@@ -279,10 +204,14 @@ class _Flattener:
     def join(self, source: Node, sink: Node, where: str) -> None:
         """Lead one node to another, as by a connection."""
         between = Connection(("", ""), ("", ""), where=where)
-        self.driver[sink] = _Edge(source, between)
+        self.drivers.setdefault(sink, {})[()] = _Edge(source, between)
         self.drives.setdefault(source, []).append((sink, between))
 
     def register(self, node: Node, connector: Connector) -> None:
+        if connector.clocked:
+            self.clocked.add(node)
+        if _is_clock(connector):
+            return
         self.kinds[node], self.types[node] = connector.kind, connector.type
 
     def end(
@@ -325,7 +254,7 @@ class _Flattener:
             if isinstance(target, System):
                 node = ("border", f"{inner}.", name)
                 node = node if node in self.kinds else ("system", f"{inner}.", name)
-                if node not in self.kinds:
+                if node not in self.kinds and node not in self.clocked:
                     known = [c.name for c in target.connectors]
                     raise PackageError(
                         f"{connection.where}: system '{element}' has no connector '{name}'{did_you_mean(name, known)}"
@@ -345,27 +274,33 @@ class _Flattener:
         end, b = self.end(system, path, used, connection, "end")
         where = connection.where
         names = f"'{_shown(connection.start)}' and '{_shown(connection.end)}'"
+        if start in self.clocked or end in self.clocked:
+            told = "is a clock or belongs to one; connected clocks are not supported"
+            raise PackageError(f"{where}: one of {names} {told}")
         if start == end:
             raise PackageError(f"{where}: {names} are the same")
         if a == b and a != "either":
             what = "give a value" if a == "gives" else "take one"
             raise PackageError(f"{where}: {names} both {what}; a connection needs one that gives and one that takes")
-        if connection.start_indices or connection.end_indices:
-            raise PackageError(
-                f"{where}: connections of single array elements (startIndices, endIndices) are not supported"
-            )
+        parted = connection.start_indices or connection.end_indices
+        if parted and any(self.kinds.get(node) in EARLY for node in (start, end)):
+            raise PackageError(f"{where}: connections of single elements of parameters are not supported")
+        for node, at, name in (
+            (start, connection.start_indices, "startIndices"), (end, connection.end_indices, "endIndices")
+        ):  # fmt: skip
+            self.check_element(node, at, f'{where}: {name}="{" ".join(map(str, at))}"')
         if a == b:
             self.undecided.append((start, end, connection))
         elif a == "gives" or b == "takes":
             self.lead(start, end, connection)
         else:
-            self.lead(end, start, connection)
+            self.lead(end, start, connection, back=True)
 
     def decide(self) -> None:
         """Find out which end gives a value where both may: the one that gets it from elsewhere."""
 
         def driven(node: Node) -> bool:
-            return node[0] != "component" and self.entries.get(node, node) in self.driver
+            return node[0] != "component" and self.entries.get(node, node) in self.drivers
 
         def asked(node: Node) -> bool:
             wanted = node in self.drives or self.entries.get(node) in self.drives
@@ -376,54 +311,107 @@ class _Flattener:
             start, end, connection = known or self.undecided[0]
             self.undecided.remove((start, end, connection))
             back = driven(end) and not driven(start) if known else asked(start) and not asked(end)
-            self.lead(*((end, start) if back else (start, end)), connection)
+            try:
+                self.lead(*((end, start) if back else (start, end)), connection, back)
+            except PackageError as error:
+                self.refused(error)
 
-    def lead(self, source: Node, sink: Node, connection: Connection) -> None:
-        """Have a connection bring the value of one node to another."""
+    def check_element(self, node: Node, at: At, where: str) -> None:
+        """Refuse the indices of what is not an element of an array that may be connected."""
+        if not at:
+            return
+        if node in self.entries:
+            raise PackageError(f"{where}: single elements of an entry that its reference has in another unit are not "
+                               "supported")  # fmt: skip
+        if min(at) < 1:
+            raise PackageError(f"{where}: indices begin with 1")
+        type = self.types.get(node)
+        if type is None or not type.dimensions:
+            return  # its FMU knows
+        beyond = any(isinstance(d, int) and k > d for k, d in zip(at, type.dimensions, strict=False))
+        if beyond or len(at) != len(type.dimensions):
+            raise PackageError(f"{where}: '{'.'.join(filter(None, node[1:]))}' is {type.shape} in size")
+
+    def lead(self, source: Node, sink: Node, connection: Connection, back: bool = False) -> None:
+        """Have a connection bring the value of one node to another; `back`: from its end to its start."""
         where = connection.where
-        if source in self.entries and source not in self.driver:
+        source_at, sink_at = connection.start_indices, connection.end_indices
+        if back:
+            source_at, sink_at = sink_at, source_at
+        if source in self.entries and source not in self.drivers:
             self.join(self.entries[source], source, where)
         entry = self.entries.get(sink)
-        if entry is not None and sink in self.driver and self.driver[sink].source == entry:  # it was only read till now
+        if entry is not None and sink in self.drivers and self.drivers[sink][()].source == entry:  # only read till now
             self.drives[entry] = [d for d in self.drives[entry] if d[0] != sink]
-            del self.driver[sink]
+            del self.drivers[sink]
         for node in filter(None, (sink, entry)):
-            if node in self.driver:
+            there = self.drivers.get(node, {})
+            other = there.get(sink_at) or there.get(()) or (next(iter(there.values()), None) if not sink_at else None)
+            if other is not None:
                 raise PackageError(
-                    f"{where}: {_what(node)} is already driven by the connection in "
-                    f"{_line(self.driver[node].connection.where, where)}"
+                    f"{where}: {_what(node, sink_at)} is already driven by the connection in "
+                    f"{_line(other.connection.where, where)}"
                 )
-        self.driver[sink] = _Edge(source, connection)
+        self.drivers.setdefault(sink, {})[sink_at] = _Edge(source, connection, source_at)
         self.drives.setdefault(source, []).append((sink, connection))
         if entry is not None:
             self.join(sink, entry, where)
 
-    def hop(self, node: Node, connection: Connection) -> Hop:
-        """What a value meets on a connection that ends at a node."""
+    def hop(self, node: Node, connection: Connection, at: At = ()) -> Hop:
+        """What a value meets on a connection that ends at a node, or at one element of it."""
+        type = self.types.get(node)
         return Hop(
-            connection.transformation, connection.suppress_unit_conversion, self.types.get(node), connection.where,
+            connection.transformation, connection.suppress_unit_conversion,
+            replace(type, dimensions=()) if type is not None and at else type, connection.where,
             _what(node) if node[0] != "component" else "",
         )  # fmt: skip
 
-    def trace(self, sink: Node) -> Wire | None:
-        """The wire that ends at a node; None if nothing gives the value."""
-        hops: list[Hop] = []
-        node, seen = sink, {sink}
-        while node in self.driver:
-            edge = self.driver[node]
-            hops.insert(0, self.hop(node, edge.connection))
-            node = edge.source
-            if node in seen:
+    def ways(self, node: Node, at: At, seen: tuple[tuple[Node, At], ...] = ()) -> Iterator[_Way]:
+        """How values come to a node or one element of it: one way, or one for each element that has a driver."""
+        there = self.drivers.get(node, {})
+        if not there or (at and at not in there and () not in there):
+            yield _Way(node, at)
+            return
+        for own, edge in there.items():
+            if at and own and own != at:
+                continue
+            if len(seen) > MOST_CONNECTORS:
+                raise PackageError(f"{edge.connection.where}: more than {MOST_CONNECTORS} connectors in a row; refused")
+            if (node, own) in seen:
                 raise PackageError(f"{edge.connection.where}: the connections lead back to {_what(node)}")
-            seen.add(node)
-        if node[0] in ("dictionary", "border") or (node[0] == "system" and node[1] != ""):
-            told = f"{_what(node)} leads to {_what(sink)}, but nothing gives it a value"
-            self.idle[sink[1] if sink[0] == "component" else "", sink[2]] = f"{hops[0].where}: {told}"
-            return None
-        type = self.types.get(node)
+            if at and not own and edge.at:
+                raise PackageError(f"{edge.connection.where}: one element drives all of {_what(node)}")
+            for way in self.ways(edge.source, edge.at or (() if own else at), (*seen, (node, own))):
+                if own and way.end_at:
+                    raise PackageError(f"{edge.connection.where}: an array drives one element, {_what(node, own)}")
+                reached = at or own or way.end_at
+                hop = self.hop(node, edge.connection, reached)
+                yield _Way(way.start, way.start_at, () if at else reached, (*way.hops, hop))
+
+    def trace(self, sink: Node) -> list[Wire]:
+        """The wires that end at a node; none from what nothing gives a value."""
+        made: list[Wire] = []
         end = (sink[1] if sink[0] == "component" else "", sink[2])
-        start = (node[1] if node[0] == "component" else "", node[2])
-        return Wire(start, end, tuple(hops), type.unit if type else None, type.enumeration if type else None)
+        try:
+            ways = list(self.ways(sink, ()))
+        except PackageError as error:
+            self.refused(error)
+            return made
+        for way in ways:
+            node = way.start
+            if node == sink:
+                continue
+            if node[0] in ("dictionary", "border") or (node[0] == "system" and node[1] != ""):
+                told = f"{_what(node, way.start_at)} leads to {_what(sink, way.end_at)}, but nothing gives it a value"
+                self.idle[end] = f"{way.hops[0].where}: {told}"
+                continue
+            type = self.types.get(node)
+            start = (node[1] if node[0] == "component" else "", node[2])
+            made.append(Wire(
+                start, end, way.hops, type.unit if type else None, type.enumeration if type else None, way.start_at,
+                way.end_at,
+            ))  # fmt: skip
+        return made
 
     # parameters
 
@@ -440,7 +428,7 @@ class _Flattener:
         for binding in system.bindings:
             for setting in self.values(binding):
                 targets = list(self.targets(system, path, setting.variable, setting.hops))
-                if not targets:
+                if not targets and not any(setting.variable.startswith(f"{name}.") for name in system.broken):
                     self.remarks.append(f"{setting.where}: {self.unbound(system, path, setting.variable)}")
                 for component, variable, hops in targets:
                     made = replace(setting, component=component, variable=variable, hops=hops)
@@ -452,6 +440,8 @@ class _Flattener:
             hint = did_you_mean(name, [e.name for e in system.elements])
             return f"nothing is called '{path}{name}'; the value is ignored{hint}"
         what = "is an output" if kind in GIVES else "leads nowhere"
+        if any(c.start_indices or c.end_indices for _, c in self.drives.get(("system", path, name), ())):
+            what = "leads to single elements of arrays"
         return f"the system's connector '{path}{name}' {what}; the value is ignored"
 
     def values(self, binding: Binding) -> Iterator[Setting]:
@@ -483,7 +473,7 @@ class _Flattener:
         """(component, variable, hops) of everything that a hierarchical name of a system stands for."""
         if any(c.name == name for c in system.connectors):
             node = ("system", path, name)
-            if path == "" and self.kinds[node] == "input":
+            if path == "" and self.kinds.get(node) == "input":
                 yield "", name, hops
             yield from self.behind(node, hops)
         for element in system.elements:
@@ -500,6 +490,8 @@ class _Flattener:
         if type is not None:
             hops = (*hops[:-1], replace(hops[-1] if hops else Hop(), type=type, between=_what(node)))
         for sink, connection in self.drives.get(node, ()):
+            if connection.start_indices or connection.end_indices:
+                continue  # values of parameters and starts are given to all of a variable
             further = (*hops, self.hop(sink, connection))
             if sink[0] == "component":
                 yield sink[1], sink[2], further
@@ -511,12 +503,18 @@ def _shown(end: tuple[str | None, str]) -> str:
     return end[1] if end[0] is None else f"{end[0]}.{end[1]}"
 
 
-def _what(node: Node) -> str:
+def _what(node: Node, at: At = ()) -> str:
+    name = f"{node[2]}{shown_at(at)}"
     if node[0] == "component":
-        return f"input '{node[1]}.{node[2]}'"
+        return f"input '{node[1]}.{name}'"
     if node[0] in ("dictionary", "reference"):
-        return f"entry '{node[2]}' of signal dictionary '{node[1]}'"
-    return f"connector '{node[1]}{node[2]}'"
+        return f"entry '{name}' of signal dictionary '{node[1]}'"
+    return f"connector '{node[1]}{name}'"
+
+
+def _is_clock(connector: Connector) -> bool:
+    """Whether it is a clock itself, which has no value."""
+    return connector.type is not None and connector.type.kind == "Clock"
 
 
 def _differ(one: Type | None, other: Type | None) -> bool:

@@ -63,8 +63,12 @@ def opened_at(document: Document, element: etree._Element, path: Path, shown: st
 class Bindings:
     """Reads the bindings of elements of one system structure description."""
 
-    def __init__(self, folder: Path, root: Path, remark: Remark, prefix: str = ""):
+    def __init__(
+        self, folder: Path, root: Path, remark: Remark, prefix: str = "", wrong: list[str] | None = None
+    ):  # fmt: skip
         self.folder, self.root, self.remark = folder, root, remark
+        self.wrong = wrong
+        """Where this is a list, what is wrong with a binding goes there, and the others are read."""
         self.prefix = prefix
         """What names of files begin with in messages: the package that this one lies in."""
 
@@ -75,10 +79,15 @@ class Bindings:
         section = document.child(owner, f"{SSD}ParameterBindings")
         if section is None:
             return ()
-        return tuple(
-            self._binding(document, element, known, source)
-            for element in document.children(section, (f"{SSD}ParameterBinding",))
-        )
+        made = []
+        for element in document.children(section, (f"{SSD}ParameterBinding",)):
+            try:
+                made.append(self._binding(document, element, known, source))
+            except PackageError as error:
+                if self.wrong is None:
+                    raise
+                self.wrong.append(str(error))
+        return tuple(made)
 
     def _binding(self, document: Document, element: etree._Element, known: Definitions, of: Path | None) -> Binding:
         kind = element.get("type", SSV_TYPE)
@@ -164,7 +173,11 @@ class Bindings:
                 if len(typed) > 1:
                     raise document.error(typed[1], f"parameter '{name}' has more than one value")
                 type = typed_as(document, element, typed[0], known)
-                parameters[name] = Parameter(name, type, value_of(document, typed[0], type), document.where(element))
+                value = value_of(document, typed[0], type)
+                if isinstance(value, tuple) and len(value) > 1 and not type.dimensions:
+                    told = f"parameter '{name}' has {len(value)} values and no <ssc:Dimension>; taken for an array"
+                    self.remark(f"{document.where(element)}: {told}")
+                parameters[name] = Parameter(name, type, value, document.where(element))
         return tuple(parameters.values())
 
     def _mapping(self, document: Document, root: etree._Element) -> tuple[MappingEntry, ...]:

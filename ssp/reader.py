@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Collection
-from contextlib import suppress
+from collections.abc import Collection, Iterator
+from contextlib import contextmanager, suppress
 from dataclasses import replace
 from pathlib import Path
 
@@ -50,14 +50,17 @@ OTHER_STEPS = {"FixedStepMaster": "stepSize", "FixedStepAlgorithm": "baseStepSiz
 """Elements in annotations of OMSimulator, Vico and the Open Simulation Platform, and where they tell the step."""
 
 
-def read(package: Path, folder: Path, variant: str | None = None) -> SystemStructure:
+def read(
+    package: Path, folder: Path, variant: str | None = None, wrong: list[str] | None = None
+) -> SystemStructure:  # fmt: skip
     """Extract the SSP file `package` into `folder` and read one of its system structure descriptions.
 
-    Raises `PackageError` naming file, line and remedy when the package is damaged or uses what is not supported.
+    Raises `PackageError` naming file, line and remedy when the package is damaged or uses what is not supported; with a
+    list `wrong`, what is wrong with an element or a connection goes there, and the others are read.
     """
     budget = Budget()
     extract(package, folder, budget)
-    return _Reader(folder, budget).read(variant, f"{package}: ")
+    return _Reader(folder, budget, wrong=wrong).read(variant, f"{package}: ")
 
 
 def no_package(files: Collection[str]) -> str:
@@ -79,17 +82,33 @@ class _Reader:
 
     def __init__(
         self, folder: Path, budget: Budget, depth: int = 0, remarks: list[str] | None = None,
-        outer: _Reader | None = None, prefix: str = "",
+        outer: _Reader | None = None, prefix: str = "", wrong: list[str] | None = None,
     ):  # fmt: skip
         self.folder, self.budget, self.depth = folder, budget, depth
+        self.wrong = wrong
         self.remarks: list[str] = [] if remarks is None else remarks
         self.root: Path = outer.root if outer is not None else folder
         """The package's folder."""
         self.prefix = outer.prefix if outer is not None else prefix
         """What names of files begin with in messages: the package that this one lies in."""
-        self.bindings = Bindings(folder, self.root, self.remarks.append, self.prefix)
+        self.bindings = Bindings(folder, self.root, self.remarks.append, self.prefix, wrong)
         self.open: list[str] = outer.open if outer is not None else []
         """Descriptions and referenced systems that are being read, to notice one that contains itself."""
+
+    @contextmanager
+    def _opened(self, key: str) -> Iterator[None]:
+        """While a description or a referenced system is read."""
+        self.open.append(key)
+        try:
+            yield
+        finally:
+            self.open.pop()
+
+    def _refuse(self, error: PackageError) -> None:
+        """Collect what is wrong with a part, or raise it."""
+        if self.wrong is None:
+            raise error
+        self.wrong.append(str(error))
 
     def variants(self) -> list[str]:
         """File names of the package's descriptions, the default first."""
@@ -140,9 +159,8 @@ class _Reader:
         element = document.child(root, f"{SSD}System")
         if element is None:
             raise document.error(root, "no <System>")
-        self.open.append(shown)
-        system = self.system(document, element, known)
-        self.open.pop()
+        with self._opened(shown):
+            system = self.system(document, element, known)
         experiment = document.child(root, f"{SSD}DefaultExperiment")
         start = stop = step = None
         bonds: list[tuple[str, str]] = []
@@ -176,23 +194,30 @@ class _Reader:
         name = element.get("name", "") if level == 0 else document.name(element)
         sections = ("Connectors", "ParameterBindings", "Elements", "Connections", "SignalDictionaries")
         list(document.children(element, [f"{SSD}{s}" for s in sections]))
-        elements = []
+        elements: list[Component | System | SignalDictionaryReference] = []
+        broken: set[str] = set()
         section = document.child(element, f"{SSD}Elements")
         if section is not None:
             tags = [f"{SSD}{t}" for t in ("Component", "System", "SignalDictionaryReference")]
             for child in document.children(section, tags):
                 self.budget.element(document.where(child))
-                if child.tag == f"{SSD}System":
-                    elements.append(self.system(document, child, known, level + 1))
-                elif child.tag == f"{SSD}Component":
-                    elements.append(self.component(document, child, known))
-                else:
-                    elements.append(self.reference(document, child, known))
+                try:
+                    if child.tag == f"{SSD}System":
+                        elements.append(self.system(document, child, known, level + 1))
+                    elif child.tag == f"{SSD}Component":
+                        elements.append(self.component(document, child, known))
+                    else:
+                        elements.append(self.reference(document, child, known))
+                except PackageError as error:
+                    self._refuse(error)
+                    broken.add(child.get("name", ""))
         seen: dict[str, str] = {}
-        for e in elements:
+        for e in list(elements):
             if e.name in seen:
-                raise PackageError(f"{e.where}: two components are called '{e.name}', the other one in {seen[e.name]}")
-            seen[e.name] = e.where
+                told = f"two components are called '{e.name}', the other one in {seen[e.name]}"
+                self._refuse(PackageError(f"{e.where}: {told}"))
+                elements.remove(e)
+            seen.setdefault(e.name, e.where)
         return System(
             name,
             self.connectors(document, element, known),
@@ -201,6 +226,7 @@ class _Reader:
             self.bindings.read(document, element, known),
             self.dictionaries(document, element, known),
             document.where(element),
+            broken=frozenset(broken),
         )
 
     def connectors(self, document: Document, owner: etree._Element, known: Definitions) -> tuple[Connector, ...]:
@@ -216,10 +242,10 @@ class _Reader:
                 )
             if name in made:
                 raise document.error(element, f"two connectors are called '{name}'")
-            if element.find(f"{SSD}Clock") is not None:
-                raise document.error(element, f"connector '{name}' belongs to a clock; clocks are not supported")
-            list(document.children(element, (*TYPES, f"{SSC}Dimension")))
-            made[name] = Connector(name, kind, type_of(document, element, known), document.where(element))
+            list(document.children(element, (*TYPES, f"{SSC}Dimension", f"{SSD}Clock")))
+            type = None if _of_modelica(element) else type_of(document, element, known, clocks=True)
+            clocked = element.find(f"{SSD}Clock") is not None or (type is not None and type.kind == "Clock")
+            made[name] = Connector(name, kind, type, document.where(element), clocked)
         for connector in made.values():
             for size in connector.type.dimensions if connector.type is not None else ():
                 if isinstance(size, str) and size not in made:
@@ -271,7 +297,7 @@ class _Reader:
     def _beside(self, path: Path) -> System:
         """A description in this or another folder of the package."""
         reader = self if path.parent == self.folder.resolve() else _Reader(
-            path.parent, self.budget, self.depth, self.remarks, self
+            path.parent, self.budget, self.depth, self.remarks, self, wrong=self.wrong
         )  # fmt: skip
         return reader.description(path.name).system
 
@@ -287,7 +313,8 @@ class _Reader:
                     element, f"component '{name}': {str(error).replace(f'{path.parent}/', '')}"
                 ) from None
         try:
-            inner = _Reader(folder, self.budget, self.depth + 1, self.remarks, prefix=f"{self.prefix}{path.name}/")
+            prefix = f"{self.prefix}{path.name}/"
+            inner = _Reader(folder, self.budget, self.depth + 1, self.remarks, prefix=prefix, wrong=self.wrong)
             return inner.read(fragment or None).system
         except PackageError as error:
             told = str(error)
@@ -305,9 +332,8 @@ class _Reader:
             raise document.error(element, f"component '{name}': the system '{id}' contains itself")
         if len(self.open) + self.depth > MOST_LEVELS:
             raise document.error(element, f"nested more than {MOST_LEVELS} levels deep; refused")
-        self.open.append(key)
-        inner = self.system(document, found[0], known)
-        self.open.pop()
+        with self._opened(key):
+            inner = self.system(document, found[0], known)
         return self._as_element(document, element, known, name, inner, None)
 
     def _as_element(
@@ -397,20 +423,25 @@ class _Reader:
             return ()
         made = []
         for element in document.children(section, (f"{SSD}Connection",)):
-            list(document.children(element, TRANSFORMATIONS))
-            made.append(
-                Connection(
-                    # an empty name is what some tools write for the system itself
-                    (element.get("startElement") or None, document.name(element, "startConnector")),
-                    (element.get("endElement") or None, document.name(element, "endConnector")),
-                    _indices(document, element, "startIndices"),
-                    _indices(document, element, "endIndices"),
-                    transformation_of(document, element),
-                    document.truth(element, "suppressUnitConversion"),
-                    document.where(element),
-                )
-            )
+            try:
+                made.append(self._connection(document, element))
+            except PackageError as error:
+                self._refuse(error)
         return tuple(made)
+
+    @staticmethod
+    def _connection(document: Document, element: etree._Element) -> Connection:
+        list(document.children(element, TRANSFORMATIONS))
+        return Connection(
+            # an empty name is what some tools write for the system itself
+            (element.get("startElement") or None, document.name(element, "startConnector")),
+            (element.get("endElement") or None, document.name(element, "endConnector")),
+            _indices(document, element, "startIndices"),
+            _indices(document, element, "endIndices"),
+            transformation_of(document, element),
+            document.truth(element, "suppressUnitConversion"),
+            document.where(element),
+        )
 
 
 def _joined(outer: Connector, inner: Connector, component: str) -> Connector:
@@ -437,6 +468,12 @@ def _joined(outer: Connector, inner: Connector, component: str) -> Connector:
             raise refuse("in", outer.type.unit.name, unit.name) from None
     items = inner.type.enumeration or outer.type.enumeration
     return replace(inner, type=replace(inner.type, unit=unit, enumeration=items))
+
+
+def _of_modelica(connector: etree._Element) -> bool:
+    """Whether a connector is of a Modelica type, which SSP writes as a Binary: the FMUs know what that is."""
+    binary = connector.find(f"{SSC}Binary")
+    return binary is not None and binary.get("mime-type", "").partition(";")[0].strip() == "text/x-modelica"
 
 
 def _indices(document: Document, element: etree._Element, name: str) -> tuple[int, ...]:

@@ -12,10 +12,13 @@ from ..core.units import BASE, Unit
 from .document import SSC, Document, local, truth
 from .model import FLOATS, INTEGERS, KINDS, Linear, Scalar, Table, Transformation, Type, Value
 
+MAPPED = "integer"
+"""What a mapping of integers is between: those of all types."""
+
 _RANGES = {
     "Int8": (-(2**7), 2**7 - 1), "UInt8": (0, 2**8 - 1), "Int16": (-(2**15), 2**15 - 1), "UInt16": (0, 2**16 - 1),
     "Int32": (-(2**31), 2**31 - 1), "UInt32": (0, 2**32 - 1), "Int64": (-(2**63), 2**63 - 1), "UInt64": (0, 2**64 - 1),
-    "Integer": (-(2**31), 2**31 - 1),
+    "Integer": (-(2**31), 2**31 - 1), MAPPED: (-(2**63), 2**64 - 1),
 }  # fmt: skip
 
 TYPES = tuple(f"{SSC}{kind}" for kind in KINDS)
@@ -88,8 +91,13 @@ class Definitions:
         return self.outer.enumeration(name) if self.outer is not None else None
 
 
-def type_of(document: Document, owner: etree._Element, known: Definitions, required: bool = False) -> Type | None:
-    """The type that stands in a connector, parameter or dictionary entry; None if none does."""
+def type_of(
+    document: Document, owner: etree._Element, known: Definitions, required: bool = False, clocks: bool = False
+) -> Type | None:
+    """The type that stands in a connector, parameter or dictionary entry; None if none does.
+
+    clocks: it may be a clock.
+    """
     typed = [e for e in owner if e.tag in TYPES]
     if not typed:
         strange = [e for e in owner if etree.QName(e).namespace == SSC[1:-1] and local(e) not in ("Dimension",)]
@@ -101,15 +109,17 @@ def type_of(document: Document, owner: etree._Element, known: Definitions, requi
         return None
     if len(typed) > 1:
         raise document.error(typed[1], f"<{local(owner)}> has more than one type")
-    return typed_as(document, owner, typed[0], known)
+    return typed_as(document, owner, typed[0], known, clocks)
 
 
-def typed_as(document: Document, owner: etree._Element, element: etree._Element, known: Definitions) -> Type:
+def typed_as(
+    document: Document, owner: etree._Element, element: etree._Element, known: Definitions, clocks: bool = False
+) -> Type:  # fmt: skip
     """The type that an element such as <Real unit="m"/> states, with the dimensions of its owner."""
     kind = local(element)
     if kind not in KINDS:
         raise document.error(element, f"type {kind} is not supported")
-    if kind == "Clock":
+    if kind == "Clock" and not clocks:
         raise document.error(element, "clocks are not supported")
     sizes: list[int | str | None] = []
     for dimension in owner.findall(f"{SSC}Dimension"):
@@ -125,7 +135,9 @@ def typed_as(document: Document, owner: etree._Element, element: etree._Element,
 
 def _integer(document: Document, element: etree._Element, text: str | None, kind: str) -> int:
     try:
-        value = int(_plain(text or ""))
+        plain = _plain(text or "")
+        whole, point, zeros = plain.partition(".")
+        value = int(whole if point and not zeros.strip("0") and zeros else plain)  # 5.0, which the schema tells, is 5
     except ValueError:
         raise document.error(element, f"'{text}' is not a value of type {kind}") from None
     low, high = _RANGES[kind]
@@ -181,7 +193,7 @@ def _value_of(document: Document, element: etree._Element, type: Type) -> Value:
     if type.kind in (*FLOATS, *INTEGERS, "Boolean"):
         parts = text.split()
         if len(parts) != 1 or type.dimensions:
-            if not parts or not type.dimensions:
+            if not parts:
                 raise document.error(element, f"'{text}' is not a value of type {type.kind}")
             return tuple(_scalar(document, element, type.kind, part) for part in parts)
     return _scalar(document, element, type.kind, text)
@@ -204,7 +216,8 @@ def transformation_of(document: Document, owner: etree._Element) -> Transformati
         pair = []
         for side in ("source", "target"):
             text = document.attribute(entry, side)
-            pair.append(_scalar(document, entry, {"Integer": "Int64"}.get(kind, kind), text))
+            whole = kind == "Integer"
+            pair.append(_integer(document, entry, text, MAPPED) if whole else _scalar(document, entry, kind, text))
         if pair[0] in entries:
             raise document.error(entry, f"the value {entry.get('source')} is mapped twice")
         entries[pair[0]] = pair[1]

@@ -173,7 +173,7 @@ class _Jacobian:
     def _told(self, slave: Slave, outputs: Sequence[int], j: int) -> list[float] | None:
         """What an FMU says that its scalar outputs answer at once to an input."""
         signals = [self.coupling.ends[i][0] for i in outputs]
-        if any(s.size > 1 for s in (*signals, self.coupling.ends[j][1])):
+        if any(s.size > 1 or s.element is not None for s in (*signals, self.coupling.ends[j][1])):
             return None
         return slave.derivatives([s.reference for s in signals], self.coupling.ends[j][1].reference)
 

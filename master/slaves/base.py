@@ -11,7 +11,7 @@ import json
 from abc import ABC, abstractmethod
 from collections import deque
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from time import perf_counter
 from types import FunctionType
@@ -84,6 +84,8 @@ class Signal:
     size: int = 1
     is_array: bool = False
     """Whether it has dimensions, be they 1."""
+    element: int | None = None
+    """Which value of an array it is, where it is only one of them."""
 
     @property
     def address(self) -> str:
@@ -92,8 +94,12 @@ class Signal:
 
     @property
     def home(self) -> tuple[bool, int]:
-        """Where it lies: whether among the texts, and its place. Aliases share it."""
-        return self.family == TEXT, self.place
+        """Where it lies: whether among the texts, and its place. Aliases share it, and the values of an array."""
+        return self.family == TEXT, self.place - (self.element or 0)
+
+    def part(self, element: int) -> Signal:
+        """One value of an array."""
+        return replace(self, place=self.place + element, size=1, element=element)
 
 
 @dataclass

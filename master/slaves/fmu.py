@@ -83,26 +83,40 @@ def platform_folder(version: str) -> str:
     return platform_tuple if version == "3.0" else platform
 
 
-def describe(name: str, fmu: Path) -> Slave:
-    """A slave, not loaded yet, from an FMU."""
-    return describe_folder(name, unpack(fmu), fmu.name)
+def describe(name: str, fmu: Path, library: bool = True) -> Slave:
+    """A slave, not loaded yet, from an FMU; `library`: it has to have one for this platform."""
+    return describe_folder(name, unpack(fmu), fmu.name, library)
 
 
-def describe_folder(name: str, folder: Path, shown: str = "FMU") -> Slave:
+def describe_folder(name: str, folder: Path, shown: str = "FMU", library: bool = True) -> Slave:
     """A slave, not loaded yet, from an FMU that has been unpacked; `shown` is its name in messages."""
     try:
         changed = (folder / "modelDescription.xml").stat().st_mtime_ns
     except OSError:
         changed = 0
     kind, description = _examined(folder, changed, shown)
+    if library:
+        _check_library(folder, description, kind.version, shown)
     return kind(name, folder, description)
+
+
+def _check_library(folder: Path, description: Any, version: str, shown: str) -> None:
+    """Raise `PackageError` where an FMU has no library for this platform."""
+    from fmpy import sharedLibraryExtension
+
+    here, wanted = platform_folder(version), f"{description.coSimulation.modelIdentifier}{sharedLibraryExtension}"
+    if (folder / "binaries" / here / wanted).is_file():
+        return
+    if found := sorted(p.name for p in (folder / "binaries" / here).glob(f"*{sharedLibraryExtension}")):
+        told = f"binaries/{here} has no {wanted}, which is its modelIdentifier; it has {', '.join(found)}"
+        raise PackageError(f"{shown}: {told}")
+    there = sorted(p.name for p in (folder / "binaries").glob("*") if p.is_dir())
+    raise PackageError(f"{shown}: has no library for this platform ({here}); it has {', '.join(there) or 'none'}")
 
 
 @lru_cache(maxsize=64)
 def _examined(folder: Path, changed: int, shown: str) -> tuple[type[Slave], Any]:
     """The FMI version's slave and the model description, read once for many components of one FMU."""
-    from fmpy import sharedLibraryExtension
-
     tree = _tree(folder, shown)
     version = tree.getroot().get("fmiVersion", "?")
     known = next((v for v in VERSIONS if version == v or (v == "3.0" and version.startswith("3."))), None)
@@ -115,17 +129,9 @@ def _examined(folder: Path, changed: int, shown: str) -> tuple[type[Slave], Any]
         raise PackageError(f"{shown}: modelDescription.xml cannot be read ({reason})") from None
     if description.coSimulation is None:
         raise PackageError(f"{shown}: has no co-simulation interface")
-    here = platform_folder(known)
     identifier = description.coSimulation.modelIdentifier
     if not identifier or re.search(r"[/\\\0]|\.\.|.{201}", identifier):
         raise PackageError(f"{shown}: modelIdentifier '{identifier[:60]}' is not a name")
-    if not (folder / "binaries" / here / f"{identifier}{sharedLibraryExtension}").is_file():
-        if found := sorted(p.name for p in (folder / "binaries" / here).glob(f"*{sharedLibraryExtension}")):
-            wanted = f"{identifier}{sharedLibraryExtension}"
-            told = f"binaries/{here} has no {wanted}, which is its modelIdentifier; it has {', '.join(found)}"
-            raise PackageError(f"{shown}: {told}")
-        there = sorted(p.name for p in (folder / "binaries").glob("*") if p.is_dir())
-        raise PackageError(f"{shown}: has no library for this platform ({here}); it has {', '.join(there) or 'none'}")
     names: set[str] = set()
     for v in description.modelVariables:
         if not v.name or v.name in names:

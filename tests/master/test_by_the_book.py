@@ -313,6 +313,23 @@ def test_values_have_to_fill_their_dimensions(fmus, tmp_path):
         run(path, tmp_path / "out")
 
 
+def test_several_values_without_a_dimension_are_an_array(fmus, tmp_path):
+    """The schema of SSP 2.0 lets them pass; a variable that is none has one value."""
+
+    def path(name):
+        given = f'<ssv:Parameter name="{name}"><ssv:Float64 value="1 2 3"/></ssv:Parameter>'
+        a = component("a", "resources/L.fmu", bindings=bindings(binding(parameter_set(given, version="2.0"))))
+        return package(tmp_path / "p.ssp", system("root", a), with_fmu(fmus, 3), version="2.0")
+
+    told = "parameter 'array_in' has 3 values and no <ssc:Dimension>; taken for an array"
+    result = run(path("array_in"), tmp_path / "out")
+    assert result.frame["a.array_out[3]"].iloc[-1] == 3.0
+    assert any(told in warning for warning in result.summary["warnings"])
+    assert any(told in error for error in check(path("array_in")).errors)
+    with pytest.raises(CosimError):
+        run(path("u1"), tmp_path / "out")
+
+
 def test_a_size_cannot_be_driven(fmus, tmp_path):
     size = '<ssd:Connector name="size" kind="structuralParameter"><ssc:UInt64/></ssd:Connector>'
     c = redescribed(fmus[3], tmp_path / "C.fmu", (
@@ -357,6 +374,33 @@ def test_a_clock_of_a_declared_type_that_nothing_uses_does_no_harm(fmus, tmp_pat
     assert last(tmp_path, path, "a.y1", changes=(("a.u1", "3"),)) == 6.0
     warnings = json.loads((tmp_path / "out" / "summary.json").read_text())["warnings"]
     assert [w for w in warnings if "'a' has clocks ('clk'); none is ticked" in w]
+
+
+CLOCK = '<ssd:Connector name="clk" kind="input"><ssc:Clock/></ssd:Connector>'
+TICKED = '<ssd:Connector name="u2" kind="input"><ssc:Float64/><ssd:Clock name="clk"/></ssd:Connector>'
+
+
+def ticked(fmus, tmp_path, *links):
+    """2 x 3 by an FMU with a clock, which the package lists, on a system that has one too."""
+    fmu = redescribed(fmus[3], tmp_path / "K.fmu", (
+        '<Float64 name="time"', '<Clock name="clk" valueReference="1500" causality="input" variability="discrete" '
+        'intervalVariability="triggered"/><Float64 name="time"'))  # fmt: skip
+    root = system("root", constant("c", 3.0), gain("a", 2.0, CLOCK, TICKED), made=(CLOCK,),
+                  links=(link("c.y1", "a.u1"), *links))  # fmt: skip
+    return package(tmp_path / "p.ssp", root, {"resources/L.fmu": fmu}, version="2.0")
+
+
+def test_clocks_that_nothing_is_connected_to_do_no_harm(fmus, tmp_path):
+    path = ticked(fmus, tmp_path)
+    assert not check(path).errors
+    assert last(tmp_path, path, "a.y1") == 6.0
+    assert "clk" not in run(path, tmp_path / "out").frame.columns
+
+
+@pytest.mark.parametrize("ends", [("clk", "a.clk"), ("c.y1", "a.u2")])
+def test_connected_clocks_are_refused(fmus, tmp_path, ends):
+    with pytest.raises(CosimError, match="is a clock or belongs to one; connected clocks are not supported"):
+        run(ticked(fmus, tmp_path, link(*ends)), tmp_path / "out")
 
 
 @pytest.mark.parametrize("kind", ["output", "calculatedParameter"])

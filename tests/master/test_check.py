@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import zipfile
 
 import pytest
 from deepsea_cosim.core.errors import CosimError
@@ -160,3 +161,65 @@ def test_the_tree_shows_what_is_set_and_what_lies_on_the_way(fmus, tmp_path, cap
     assert "sets: x0[1] = 5" in shown
     assert "k -> a.D[1,1]" in shown
     assert "in -> a.u1  (2 x - 1)" in shown
+
+
+def test_several_faults_are_told_at_once_and_nothing_that_follows_from_them(fmus, tmp_path):
+    """Each in a line of its own: missing files, a wrong kind, a wrong factor, two dangling ends, a type."""
+    wrong = (
+        component("b", "resources/M.fmu", connector("y1", "output")),
+        component("c", "resources/L.fmu", connector("u1", "inptu")),
+        system("s", component("d", "resources/N.fmu")),
+    )
+    links = (
+        link("a.y1", "b.u1"),
+        link("c.y1", "a.u1"),
+        link("a.y1", "e.u1"),
+        link("a.y1", "a.u2", '<ssc:LinearTransformation factor="x"/>'),
+        link("a.y9", "a.u3"),
+        link("a.string_out", "a.u4"),
+    )
+    bound = bindings(binding(values({"b.k": 1.0, "c.k": 1.0})), binding(source="resources/p.ssv"))
+    root = system("root", gain("a", 1.0), *wrong, links=links, bindings=bound)
+    text = description(root).replace("<ssd:", "\n<ssd:")
+    found = check(pack(tmp_path / "p.ssp", {"SystemStructure.ssd": text, **with_fmu(fmus)}))
+    told = "\n".join(found.errors)
+    for message in (
+        "'resources/p.ssv' is missing in the package",
+        "component 'b' needs 'resources/M.fmu', which is missing in the package",
+        "connector 'u1': kind 'inptu' is not supported",
+        "component 'd' needs 'resources/N.fmu', which is missing in the package",
+        "there is no component 'e'",
+        'factor="x" is not a number',
+        "component 'a' has no variable 'y9'",
+        "'a.string_out' is String, 'a.u4' is Real: these types do not fit together",
+    ):
+        assert told.count(message) == 1, told
+    assert len(found.errors) == 8
+    assert not found.warnings
+    assert all("SystemStructure.ssd, line " in error for error in found.errors)
+    with pytest.raises(CosimError, match="which is missing in the package"):
+        run(tmp_path / "p.ssp", tmp_path / "out")
+
+
+def test_fmus_of_another_platform_are_looked_at_all_the_same(fmus, tmp_path):
+    """Two components of an FMU without a library for this platform, and a string that drives a real."""
+    with zipfile.ZipFile(fmus[2]) as old, zipfile.ZipFile(tmp_path / "W.fmu", "w") as new:
+        new.writestr("modelDescription.xml", old.read("modelDescription.xml"))
+        new.writestr("binaries/vax11/Linear.so", b"")
+    root = system("root", gain("a", 1.0), gain("b", 1.0), links=(link("a.string_out", "b.u1"),))
+    path = package(tmp_path / "p.ssp", root, {"resources/L.fmu": tmp_path / "W.fmu"})
+    told = "\n".join(check(path).errors)
+    assert told.count("has no library for this platform") == 2
+    assert "it has vax11" in told
+    assert "'a.string_out' is String, 'b.u1' is Real: these types do not fit together" in told
+    with pytest.raises(CosimError, match="has no library for this platform"):
+        run(path, tmp_path / "out")
+
+
+def test_what_an_incomplete_system_lacks_is_told_with_its_tree(fmus, tmp_path, capsys):
+    root = system("root", gain("a", 1.0), links=(link("a.y1", "b.u1"),))
+    path = package(tmp_path / "p.ssp", root, with_fmu(fmus))
+    assert main([str(path), "--info"]) == 2
+    said = capsys.readouterr()
+    assert "a: L.fmu (FMI 2.0;" in said.out
+    assert "there is no component 'b'" in said.err

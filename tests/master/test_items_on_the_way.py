@@ -373,3 +373,41 @@ def test_a_parameter_of_another_shape_is_refused(fmus, tmp_path):
     a = component("a", "resources/S.fmu", bindings=bindings(binding(parameter_set(given, version="2.0"))))
     path = package(tmp_path / "p.ssp", system("root", a), {"resources/S.fmu": fmu}, version="2.0")
     assert any("is 2 x 4 in shape and 'a.grid' 4 x 2" in text for text in check(path).errors)
+
+
+LARGEST = 2**64 - 1
+
+
+@pytest.mark.parametrize(
+    ("kind", "value", "target", "pair", "expected"),
+    [
+        ("huge", LARGEST, "huge", (LARGEST, 7), 7),
+        ("huge", LARGEST, "integer", (LARGEST, 7), 7),
+        ("huge", 5, "huge", (5, LARGEST), LARGEST),
+        ("huge", LARGEST, "huge", (-1, 7), LARGEST),  # no UInt64 is -1, though both look alike in 64 bits
+        ("wide", -1, "wide", (LARGEST, 7), -1),
+    ],
+)
+def test_mappings_of_the_largest_integers(fmus, tmp_path, kind, value, target, pair, expected):
+    """SSP 2.0 maps integers from -2^63 to 2^64 - 1; a source that its type does not have is ignored."""
+    type = {"huge": "UInt64", "wide": "Int64"}[kind]
+    given = bindings(binding(parameter_set(parameter(f"{kind}_in", type, value), version="2.0")))
+    a, b = component("a", "resources/L.fmu", bindings=given), component("b", "resources/L.fmu")
+    root = system("root", a, b, links=(link(f"a.{kind}_out", f"b.{target}_in", numbers(pair)),))
+    path = package(tmp_path / "p.ssp", root, with_fmu(fmus, 3), version="2.0")
+    assert not check(path).errors
+    assert last(tmp_path, path, f"b.{target}_out") == expected
+
+
+@pytest.mark.parametrize(
+    ("ends", "pair", "message"),
+    [
+        (("a.wide_out", "b.huge_in"), (1, LARGEST), f"{LARGEST} needs a UInt64, 'a.wide_out' is Int64"),
+        (("a.integer_out", "b.item_in"), (1, 0), "0 is not a value of 'b.item_in', which is Enumeration; it has red"),
+    ],
+)
+def test_values_that_a_mapping_of_integers_cannot_make(fmus, tmp_path, ends, pair, message):
+    a, b = (component(name, "resources/L.fmu") for name in "ab")
+    path = package(tmp_path / "p.ssp", system("root", a, b, links=(link(*ends, numbers(pair)),)), with_fmu(fmus, 3),
+                   version="2.0")  # fmt: skip
+    assert any(message in told for told in check(path).errors)

@@ -5,6 +5,7 @@ from __future__ import annotations
 import pytest
 from deepsea_cosim.core.errors import CosimError
 from deepsea_cosim.master.results.columns import matches
+from deepsea_cosim.master.simulate import run
 
 from benchmarks import native
 
@@ -53,6 +54,22 @@ def test_a_mapping_shifts_in_the_unit_of_what_the_connector_leads_to(fmus, tmp_p
     root = system("root", one) if nested else one
     path = package(tmp_path / "p.ssp", root, with_fmu(fmus), after=UNITS, stop=1.0, step=0.1)
     assert last(tmp_path, path, "sub.a.y1" if nested else "a.y1") == pytest.approx(1.5)
+
+
+@pytest.mark.parametrize(("stated", "expected"), [("m", 3.0), ("mm", 2.001), (None, 2.001)])
+def test_an_offset_in_a_unit_that_nothing_says_is_told(fmus, tmp_path, stated, expected):
+    """1000 mm, shifted by 0.5 of what the nested connector is in, twice: 2 (1 m + 0.5 m) or 2 (1000 mm + 0.5 mm)."""
+    a = component("a", "resources/L.fmu", connector("u1", "input", "Real", "m"), connector("y1", "output"),
+                  bindings=bindings(binding(values({"D[1,1]": 1.0}))))  # fmt: skip
+    twice, shift = (f'<ssc:LinearTransformation factor="{k}" offset="{d}"/>' for k, d in ((2, 0), (1, 0.5)))
+    sub = system("sub", a, made=(connector("u", "input", "Real", stated),), links=(link("u", "a.u1", twice),))
+    root = system("root", sub, made=(connector("in", "input", "Real", "mm"),), links=(link("in", "sub.u", shift),),
+                  bindings=bindings(binding(values({"in": 1000.0}))))  # fmt: skip
+    path = package(tmp_path / "p.ssp", root, with_fmu(fmus), after=UNITS)
+    result = run(path, tmp_path / "out")
+    assert result.frame["sub.a.y1"].iloc[-1] == pytest.approx(expected)
+    message = "connector 'sub.u' does not say its unit, nor does what it leads to at once"
+    assert (message in " ".join(result.summary["warnings"])) == (stated is None)
 
 
 def lamp(enumeration):

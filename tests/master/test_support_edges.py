@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import pytest
 from deepsea_cosim.core.errors import CosimError
+from deepsea_cosim.master.check import check
 from deepsea_cosim.master.simulate import Options, run
 
 from benchmarks import native
@@ -95,6 +96,26 @@ def test_structural_parameters_give_arrays_their_size(fmus, tmp_path):
     assert many(4, sized(size, four)) == [9.0, 8.0, 7.0, 6.0]
     with pytest.raises(CosimError, match=r"a\.many_in has 2 values, not 4"):
         run(sized(four), tmp_path / "out")
+
+
+def test_an_array_that_a_higher_level_wins_over_need_not_have_the_size_that_counts(fmus, tmp_path):
+    """The component's 2 values are those of its own size; the system's 4 win, and the user's 3 over these."""
+
+    def sized(prefix, n, text):
+        array = f'<ssv:Parameter name="{prefix}many_in"><ssv:Float64 value="{text}"/><ssc:Dimension size="{n}"/>'
+        return bindings(binding(
+            parameter_set(parameter(f"{prefix}size", "UInt64", n), f"{array}</ssv:Parameter>", version="2.0")
+        ))  # fmt: skip
+
+    a = component("a", "resources/L.fmu", bindings=sized("", 2, "9 8"))
+    root = system("root", a, bindings=sized("a.", 4, "5 6 7 8"))
+    path = package(tmp_path / "p.ssp", root, with_fmu(fmus, 3), version="2.0")
+    assert not check(path).errors
+    assert [last(tmp_path, path, f"a.many_out[{k}]") for k in (1, 4)] == [5.0, 8.0]
+    changes = (("a.size", "3"), ("a.many_in", "1 2 3"))
+    assert not check(path, Options(changes=changes)).errors
+    frame = run(path, tmp_path / "out", Options(changes=changes)).frame
+    assert frame[[f"a.many_out[{k}]" for k in (1, 2, 3)]].iloc[-1].tolist() == [1.0, 2.0, 3.0]
 
 
 def test_arrays_as_inputs_and_outputs_of_the_whole_system(fmus, tmp_path):

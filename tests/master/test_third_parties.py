@@ -227,6 +227,21 @@ def test_a_rate_per_minute_is_no_angular_velocity(fmus, tmp_path):
     assert last(tmp_path, path("1/s"), "a.y1") == 3.0
 
 
+@pytest.mark.parametrize(
+    ("factor", "expected"), [("0.10471975511965977", 6.283185307179586), ("0.1047", 6.282), ("0.016666666667", None)]
+)
+def test_a_rate_with_the_radians_of_a_turn_in_its_factor_is_an_angular_velocity(fmus, tmp_path, factor, expected):
+    """60 U/min are 60 times its factor in 1/s; with 1 / 60 a turn may be meant, with 2 pi / 60 it is said."""
+    units = f"<ssd:Units>{unit('U/min', s=-1, factor=factor)}{unit('rad/s', rad=1, s=-1)}</ssd:Units>"
+    root = system("root", constant("c", 60.0, unit_out="U/min"), gain("a", 1.0, unit_in="rad/s"),
+                  links=(link("c.y1", "a.u1"),))  # fmt: skip
+    path = package(tmp_path / "p.ssp", root, with_fmu(fmus), after=units)
+    if expected is None:
+        assert any("cannot convert 'U/min' to 'rad/s'" in told for told in check(path).errors)
+    else:
+        assert last(tmp_path, path, "a.y1") == pytest.approx(expected, rel=1e-12)
+
+
 def test_an_enumeration_that_the_package_does_not_define_is_that_of_the_fmu(fmus, tmp_path):
     item = '<ssv:Parameter name="item_in"><ssv:Enumeration name="Colour" value="blue"/></ssv:Parameter>'
     given = parameter_set(item)
@@ -395,3 +410,51 @@ def test_one_name_or_file_for_many(fmus, tmp_path):
         frame = simulate(path, tmp_path / "out", record="a.y1", plot="a.*", parameters=given).frame
         assert list(frame) == ["time", "a.y1"]
         assert frame["a.y1"].iloc[-1] == 6.0
+
+
+def of_modelica(name, kind):
+    """A connector as Dymola exports one whose type is not one of Modelica's own."""
+    type = '<ssc:Binary mime-type="text/x-modelica; path=Modelica.Units.SI.Time"/>'
+    return f'<ssd:Connector name="{name}" kind="{kind}">{type}</ssd:Connector>'
+
+
+def test_connectors_of_types_of_modelica_are_what_they_lead_to(fmus, tmp_path):
+    """5 through a gain of 3; 7 through the parameter of the nested system."""
+    b = component("b", "resources/L.fmu", of_modelica("u1", "input"), of_modelica("y1", "output"),
+                  bindings=bindings(binding(values({"D[1,1]": 3.0}))))  # fmt: skip
+    made = (of_modelica("u", "input"), of_modelica("p", "parameter"), of_modelica("o", "output"))
+    inner = system("s", b, constant("a", 0.0), made=made, links=(link("u", "b.u1"), link("p", "a.x0[1]"),
+                   link("b.y1", "o")))  # fmt: skip
+    root = system("root", inner, made=(of_modelica("in", "input"), of_modelica("out", "output")),
+                  links=(link("in", "s.u"), link("s.o", "out")),
+                  bindings=bindings(binding(values({"s.p": 7.0, "in": 5.0}))))  # fmt: skip
+    path = package(tmp_path / "p.ssp", root, with_fmu(fmus))
+    found = check(path)
+    assert not found.errors
+    assert not found.warnings
+    assert run(path, tmp_path / "out").frame[["out", "s.a.y1"]].iloc[-1].tolist() == [15.0, 7.0]
+
+
+@pytest.mark.parametrize(
+    ("name", "kind", "value", "expected"),
+    [("boolean", "Boolean", "True", 1), ("boolean", "Boolean", "FALSE", 0), ("integer", "Integer", "5.0", 5)],
+)
+def test_values_that_scripts_write_are_taken_and_told(fmus, tmp_path, name, kind, value, expected):
+    """The schema does not allow them, but they leave no doubt."""
+    given = bindings(binding(parameter_set(parameter(f"{name}_in", kind, value))))
+    root = system("root", component("a", "resources/L.fmu", bindings=given))
+    path = package(tmp_path / "p.ssp", root, with_fmu(fmus))
+    assert last(tmp_path, path, f"a.{name}_out") == expected
+    assert f"'{value}' is not a valid value of the atomic type" in warnings(tmp_path, path)
+    assert any(f"'{value}' is not a valid value" in told for told in check(path).errors)
+
+
+@pytest.mark.parametrize(
+    ("kind", "value"), [("Boolean", "yes"), ("Integer", "5.5"), ("Integer", "5."), ("Integer", "")]
+)
+def test_values_that_leave_a_doubt_are_refused(fmus, tmp_path, kind, value):
+    given = bindings(binding(parameter_set(parameter(f"{kind.lower()}_in", kind, value))))
+    root = system("root", component("a", "resources/L.fmu", bindings=given))
+    path = package(tmp_path / "p.ssp", root, with_fmu(fmus))
+    with pytest.raises(CosimError, match=f"'{value}' is not a value of type {kind}"):
+        run(path, tmp_path / "out")

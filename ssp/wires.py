@@ -1,0 +1,134 @@
+"""What a flattened system is made of: wires, the hops on their way, and what parameters are set to."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field, replace
+
+from ..core.errors import UnknownNameError, did_you_mean
+from ..core.units import Unit
+from .model import Component, Connector, SystemStructure, Transformation, Type, Value
+
+At = tuple[int, ...]
+"""Indices of one element of an array, the first 1; () for all of a connector."""
+
+
+def shown_at(at: At) -> str:
+    """The indices of an element as they stand behind a name."""
+    return f"[{','.join(map(str, at))}]" if at else ""
+
+
+End = tuple[str, str]
+"""(path of a component, variable); the path is '' for a connector of the top-level system."""
+
+
+@dataclass(frozen=True)
+class Hop:
+    """One connection or mapping on the way of a value."""
+
+    transformation: Transformation | None = None
+    suppress_unit_conversion: bool = False
+    type: Type | None = None
+    """Type of the connector that is reached, where the package gives one."""
+    where: str = ""
+    between: str = ""
+    """What is reached, for messages; '' for a component's connector, whose FMU knows its type and size."""
+
+    @property
+    def unit(self) -> Unit | None:
+        """Unit of what is reached, where the package gives one."""
+        return self.type.unit if self.type is not None else None
+
+    @property
+    def enumeration(self) -> dict[str, int] | None:
+        """Its items, likewise."""
+        return self.type.enumeration if self.type is not None else None
+
+
+Target = tuple[str, str, tuple[Hop, ...]]
+"""(component, variable, hops on the way to it)."""
+
+
+@dataclass(frozen=True)
+class Wire:
+    """The way of a value from where it is made to where it is used."""
+
+    start: End
+    end: End
+    hops: tuple[Hop, ...]
+    unit: Unit | None = None
+    """Unit at the start, where the package gives one."""
+    enumeration: dict[str, int] | None = None
+    start_at: At = ()
+    """The element of the start that is meant, and of the end."""
+    end_at: At = ()
+
+    @property
+    def where(self) -> str:
+        """The connection at the end."""
+        return self.hops[-1].where if self.hops else ""
+
+
+@dataclass(frozen=True)
+class Setting:
+    """A parameter or start value: `value` has the type `type` and passes the hops before it reaches the variable."""
+
+    component: str
+    variable: str
+    value: Value
+    type: Type
+    hops: tuple[Hop, ...] = ()
+    where: str = ""
+    name: str = ""
+    """The name in the package, which may stand for several variables."""
+
+
+@dataclass(frozen=True)
+class Part:
+    """A component of the flattened system."""
+
+    path: str
+    component: Component
+
+
+@dataclass(frozen=True)
+class Network:
+    """A system of FMUs without hierarchy."""
+
+    structure: SystemStructure
+    parts: dict[str, Part]
+    wires: tuple[Wire, ...]
+    """To inputs, during a run; a start at path '' is an input of the whole system."""
+    early: tuple[Wire, ...]
+    """From calculated parameters to parameters, before it."""
+    outputs: tuple[Wire, ...]
+    """What the top-level system's outputs show; the end is ('', connector)."""
+    inputs: dict[str, Connector]
+    """The top-level system's inputs."""
+    settings: tuple[Setting, ...]
+    """In the order in which they are made; later ones win."""
+    given: tuple[Setting, ...]
+    """The same for inputs of the top-level system: the component is ''."""
+    connectors: dict[str, tuple[Target, ...]] = field(default_factory=dict)
+    """What a value for a connector of a system sets, by its name with the path of its system; not for own inputs."""
+    remarks: tuple[str, ...] = ()
+    """What is harmless but hardly meant: bindings of names that nothing has, connectors that lead nowhere."""
+    idle: dict[End, str] = field(default_factory=dict)
+    """What to tell of the inputs at the end of ways that nothing drives, unless they are given a value."""
+
+    def only(self, paths: list[str]) -> Network:
+        """The network with some of its components only."""
+        for path in paths:
+            if path not in self.parts:
+                raise UnknownNameError(f"no component '{path}'{did_you_mean(path, list(self.parts))}")
+
+        def kept(wire: Wire) -> bool:
+            return all(path == "" or path in paths for path in (wire.start[0], wire.end[0]))
+
+        return replace(
+            self,
+            parts={path: part for path, part in self.parts.items() if path in paths},
+            wires=tuple(filter(kept, self.wires)),
+            early=tuple(filter(kept, self.early)),
+            outputs=tuple(filter(kept, self.outputs)),
+            settings=tuple(s for s in self.settings if s.component in paths),
+        )
