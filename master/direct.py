@@ -13,6 +13,7 @@ from .bonds import Bond
 from .engine.runner import Runner
 from .loops import graph
 from .nudge import nudged
+from .order import component_order
 from .slaves.base import REAL, TEXT, Signal, Slave
 from .slaves.isolated import IsolatedSlave
 from .system import Link, System
@@ -27,7 +28,8 @@ def probe(system: System, method: str) -> list[str]:
 
     By FMI such an output may depend on every input, which would make loops of all that are connected both ways; so each
     connected number is nudged, and what does not follow, where the FMU is now, counts as not dependent. Only FMUs that
-    can be put back to the state before are asked; Gauss-Seidel needs to know where there may be a loop.
+    can be put back to the state before are asked; Gauss-Seidel needs to know where there may be a loop. What is found
+    counts for the order of the components, too.
 
     Returns a remark where what drives others may depend on more than was found.
     """
@@ -56,6 +58,7 @@ def probe(system: System, method: str) -> list[str]:
         finally:
             if not slave.is_lost:
                 slave.drop(state)
+    system.order = component_order(system.slaves, system.links)
     left = [name for name in unsure if not any(system.slaves[name].answers.values())]
     if not left or method == "gauss-seidel":
         return []
