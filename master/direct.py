@@ -2,12 +2,11 @@
 
 from __future__ import annotations
 
-from contextlib import suppress
 from typing import Any
 
 import numpy as np
 
-from ..core.errors import CosimError, SimulationError
+from ..core.errors import CosimError, Interrupted, SimulationError
 from .agreement import handles
 from .bonds import Bond
 from .engine.runner import Runner
@@ -15,7 +14,6 @@ from .loops import graph
 from .nudge import nudged
 from .order import component_order
 from .slaves.base import REAL, TEXT, Signal, Slave
-from .slaves.isolated import IsolatedSlave
 from .system import Link, System
 from .together import together
 
@@ -43,8 +41,7 @@ def probe(system: System, method: str) -> list[str]:
             unsure.append(name)
         silent = [s for s in slave.outputs if s.family != TEXT and slave.feed_through(s.name) is None]
         inputs = dict.fromkeys(k.target for k in system.links_to(name) if k.target.family != TEXT)
-        able = name in suspects and slave.can_restore and not isinstance(slave, IsolatedSlave)
-        if not silent or not inputs or not able:
+        if not silent or not inputs or name not in suspects or not slave.can_restore:
             continue
         try:
             state = slave.save()
@@ -90,12 +87,17 @@ def _answers(
             if target.family == REAL and not np.isfinite(reals[place]):
                 continue
             for size in (NUDGE, -NUDGE):
-                with nudged(system, target, place, size), suppress(SimulationError):
-                    for step in way:
-                        step.once()
-                    for output, where in places.items():
-                        if target.name not in found[output] and not np.array_equal(bits[where], before[where]):
-                            found[output].append(target.name)
+                with nudged(system, target, place, size):
+                    try:
+                        for step in way:
+                            step.once()
+                        for output, where in places.items():
+                            if target.name not in found[output] and not np.array_equal(bits[where], before[where]):
+                                found[output].append(target.name)
+                    except Interrupted:
+                        raise
+                    except SimulationError:
+                        pass
                 if slave.is_lost:
                     raise SimulationError(
                         f"component '{slave.name}' does not say what its outputs depend on, and a change of "

@@ -17,7 +17,8 @@ from deepsea_cosim.master.simulate import Options, run
 
 from benchmarks import native
 
-from .parts import two
+from ..packages import link, package, system
+from .parts import linear, two
 
 pytestmark = pytest.mark.skipif(native.compiler is None, reason="there is no C compiler here")
 
@@ -36,6 +37,20 @@ def test_isolated_runs_are_the_same(fmus, tmp_path, version):
         run(path, tmp_path / "here", Options(method=method))
         run(path, tmp_path / "apart", Options(method=method, isolate=True))
         assert (tmp_path / "here" / "results.csv").read_bytes() == (tmp_path / "apart" / "results.csv").read_bytes()
+
+
+@pytest.mark.parametrize("version", [2, 3])
+@pytest.mark.parametrize("method", ["gauss-seidel", "jacobi", "nepce"])
+def test_what_answers_at_once_is_found_out_of_isolated_fmus_too(tmp_path, version, method):
+    """A loop of FMUs that do not say what they depend on: y_a = -3 y_b, y_b = y_a + t."""
+    silent = {"resources/L.fmu": native.linear(tmp_path, version, through=None)}
+    clock = linear("clock", A=[[0, 1], [0, 0]], B=[[0], [0]], C=[[1, 0]], x0=[0, 1])
+    root = system("root", clock, linear("a", D=[[-3.0]]), linear("b", D=[[1.0, 1.0]]), links=(
+        link("b.y1", "a.u1"), link("a.y1", "b.u1"), link("clock.y1", "b.u2"), link("a.y1", "clock.u1")))  # fmt: skip
+    path = package(tmp_path / "p.ssp", root, silent)
+    here, apart = (run(path, tmp_path / "out", Options(method=method, isolate=i)).frame for i in (False, True))
+    assert apart["a.y1"].tolist() == pytest.approx((-0.75 * apart["time"]).tolist(), abs=1e-12)
+    assert here.equals(apart)
 
 
 @pytest.mark.parametrize("isolate", [False, True])
