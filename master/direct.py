@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
 
 from ..core.errors import CosimError, Interrupted, SimulationError
 from .agreement import handles
-from .bonds import Bond
+from .bonds import Bond, element, singles
 from .engine.runner import Runner
 from .loops import graph
 from .nudge import nudged
@@ -116,9 +117,9 @@ def at_once(system: System, bond: Bond) -> tuple[float, float]:
     """
     made = []
     for gives, takes, si in ((bond.forth, bond.back, bond.forth_si), (bond.back, bond.forth, bond.back_si)):
-        inputs = [link for link in system.links if _integral(system, link, takes)]
-        declared = system.slaves[gives.source.component].feed_through(gives.source.name) or []
-        slopes = [_slope(system, gives, link) * si[0] for link in inputs if link.target.name in declared]
+        inputs = [link for link in singles(system.links) if _integral(system, link, takes)]
+        declared = system.slaves[gives.source.component].feed_through(gives.start[1]) or []
+        slopes = [_slope(system, gives, link) * si[0] for link in inputs if link.end[1] in declared]
         made.append(sum(map(abs, slopes)))
     return made[0], made[1]
 
@@ -127,9 +128,9 @@ def _integral(system: System, link: Link, flow: Link) -> bool:
     """Whether a link carries what another one between the same components carries the rate of."""
     if (link.source.component, link.target.component) != (flow.source.component, flow.target.component):
         return False
-    if link.target.family != REAL or link.target.size != 1:
+    if element(link) not in ("", element(flow)):
         return False
-    units = [system.slaves[k.target.component].unit(k.target.name) for k in (link, flow)]
+    units = [system.slaves[k.target.component].unit(k.end[1]) for k in (link, flow)]
     if any(u is None or u.exponents is None for u in units):
         return False
     own, rate = ({k: p for k, p in u.exponents.items() if k != "rad"} for u in units)  # type: ignore[union-attr]
@@ -138,11 +139,12 @@ def _integral(system: System, link: Link, flow: Link) -> bool:
 
 def _slope(system: System, output: Link, link: Link) -> float:
     """dy/du of one output of the component that a link ends at, u in SI units; NaN if that cannot be had."""
-    unit = system.slaves[link.target.component].unit(link.target.name)
+    unit = system.slaves[link.target.component].unit(link.end[1])
+    target = replace(link.target, name=link.end[1])
     reals, y = system.board.reals, output.source.place
     way = handles(system, link.target.component)
     try:
-        with nudged(system, link.target, link.target.place, NUDGE) as nudge:
+        with nudged(system, target, target.place, NUDGE) as nudge:
             for step in way:
                 step.once()
             changed = float(reals[y])
