@@ -49,7 +49,7 @@ class Loop:
     ) -> None:  # fmt: skip
         """Take n steps of h from start, the last one to stop; `abandon` is for an FMU that does not come back."""
         recording = self.recording
-        self.time = start
+        self.time, self._h = start, h
         progress(0, n)
         self._check_start(start)
         begin = perf_counter()
@@ -103,7 +103,8 @@ class Loop:
         if slave is None:
             return []
         last = slave.last_successful_time()
-        early = f", and came to t = {last:g} s in its last step" if last is not None and last < self.time else ""
+        inside = last is not None and last < self.time - 1e-9 * self._h
+        early = f", and came to t = {last:g} s in its last step" if inside else ""
         return [f"component '{slave.name}' ended the run at t = {self.time:g} s, before {stop:g} s{early}"]
 
     def _reach(self, start: float, stop: float, h: float, n: int) -> None:

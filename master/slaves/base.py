@@ -141,6 +141,8 @@ class Slave(ABC):
         """Inputs that outputs have been found to answer to at once (`direct.probe`)."""
         self.told = 0
         """Place of doStep's out parameters, or of its status, among the bytes of the staging area."""
+        self.reached = np.full(1, np.nan)
+        """Where doStep of FMI 3.0 says that the FMU has come to [s]."""
         self.negated: frozenset[str] = frozenset()
         """Variables that are the negative of what their value reference stands for; only FMI 1.0 has some."""
         self._structural: dict[str, Any] = {}
@@ -472,8 +474,8 @@ class Slave(ABC):
     def failure(self, doing: str, status: int, t: float | None = None) -> SimulationError:
         """The error of a call that returned a status, with the FMU's last message."""
         self.note(status)
-        name = STATUS[status].capitalize() if status < len(STATUS) else ""
-        told = f"{self.prefix}{name}" if status < len(STATUS) else f"{status}, which is no status of FMI"
+        known = 0 <= status < len(STATUS)
+        told = f"{self.prefix}{STATUS[status].capitalize()}" if known else f"{status}, which is no status of FMI"
         reason = self._last_since(self._begun) or f"the FMU returned {told}"
         at = "" if t is None else f" at t = {t:g} s"
         return SimulationError(f"component '{self.name}', {doing}{at}: {' '.join(reason.split())}", t)
