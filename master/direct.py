@@ -80,9 +80,11 @@ def _answers(
 ) -> dict[str, list[str]]:  # fmt: skip
     """Inputs that each output follows at once; the slave and the board are left as they were."""
     reals, bits = system.board.reals, system.board.integers
-    places = {s.name: slice(s.place, s.place + s.size) for s in outputs}
+    owners = np.full(len(bits), -1)
+    for i, s in enumerate(outputs):
+        owners[s.place : s.place + s.size] = i
     before, texts = bits.copy(), list(system.board.texts)
-    found: dict[str, list[str]] = {s.name: [] for s in outputs}
+    found: dict[str, dict[str, None]] = {s.name: {} for s in outputs}
     for target in inputs:
         for place in range(target.place, target.place + target.size):
             if target.family == REAL and not np.isfinite(reals[place]):
@@ -92,9 +94,8 @@ def _answers(
                     try:
                         for step in way:
                             step.once()
-                        for output, where in places.items():
-                            if target.name not in found[output] and not np.array_equal(bits[where], before[where]):
-                                found[output].append(target.name)
+                        for i in np.unique(owners[(bits != before) & (owners >= 0)]):
+                            found[outputs[i].name][target.name] = None
                     except Interrupted:
                         raise
                     except SimulationError:
@@ -106,7 +107,7 @@ def _answers(
                     )
                 slave.restore(state)
                 bits[:], system.board.texts[:] = before, texts
-    return found
+    return {output: list(names) for output, names in found.items()}
 
 
 def at_once(system: System, bond: Bond) -> tuple[float, float]:

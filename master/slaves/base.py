@@ -139,6 +139,8 @@ class Slave(ABC):
         others are set once, before the run), of the outputs those that are connected or recorded."""
         self.answers: dict[str, list[str]] = {}
         """Inputs that outputs have been found to answer to at once (`direct.probe`)."""
+        self._through: dict[str, list[str]] | None = None
+        """Inputs that outputs depend on at once, where the FMU says it."""
         self.told = 0
         """Place of doStep's out parameters, or of its status, among the bytes of the staging area."""
         self.reached = np.full(1, np.nan)
@@ -233,9 +235,14 @@ class Slave(ABC):
 
     def feed_through(self, output: str) -> list[str] | None:
         """Inputs that an output depends on at once; where the FMU does not say, those that were found, else None."""
-        for unknown in self.description.outputs:
-            if unknown.variable is not None and unknown.variable.name == output and unknown.dependencies is not None:
-                return [v.name for v in unknown.dependencies if v.causality == "input"]
+        if self._through is None:
+            self._through = {}
+            for unknown in self.description.outputs:
+                if unknown.variable is not None and unknown.dependencies is not None:
+                    known = [v.name for v in unknown.dependencies if v.causality == "input"]
+                    self._through.setdefault(unknown.variable.name, known)
+        if output in self._through:
+            return self._through[output]
         return self.answers.get(output)
 
     def checked(self, name: str, value: Any, where: str = "", limited: bool = True) -> Any:
