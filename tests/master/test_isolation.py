@@ -112,6 +112,24 @@ def test_a_timeout_needs_a_process_of_its_own(fmus, tmp_path):
         run(two(tmp_path / "p.ssp", fmus[2]), tmp_path / "out", Options(step_timeout=1.0))
 
 
+@pytest.mark.parametrize("step", [0.5, 0.01])
+def test_a_run_in_real_time_takes_as_long_as_what_it_simulates(fmus, tmp_path, step):
+    path = two(tmp_path / "p.ssp", fmus[2], step=step)
+    summary = run(path, tmp_path / "out", Options(realtime=True)).summary
+    assert (summary["status"], summary["steps"]) == ("ok", round(1.0 / step))
+    assert summary["real_time_factor"] == pytest.approx(1.0, abs=0.2)
+
+
+def test_waiting_for_the_clock_is_interrupted_and_what_there_is_is_written(fmus, tmp_path):
+    path = two(tmp_path / "p.ssp", fmus[2], stop=1000.0, step=100.0)
+    master = _start(path, tmp_path / "out", "--realtime")
+    file = tmp_path / "out" / "results.csv"
+    assert _wait(lambda: file.is_file() and len(left(tmp_path / "out")) == 1)
+    master.send_signal(signal.SIGINT)
+    assert master.wait(5.0) == 130
+    assert json.loads((tmp_path / "out" / "summary.json").read_text())["status"] == "interrupted"
+
+
 def test_workers_end_with_a_killed_master(fmus, tmp_path):
     path = two(tmp_path / "p.ssp", fmus[2], stop=1e6, step=1e-3)
     master = _start(path, tmp_path / "out", "--isolate")
