@@ -48,6 +48,7 @@ class Initialiser:
         """Set start values, initialise all slaves and leave all signals in agreement at the start."""
         system = self.system
         system.board.ended[:] = 0
+        self._agreement.forget()
         for v in values:
             if v.component == "":
                 system.put(system.own_inputs[v.variable], v.value)
