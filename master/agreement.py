@@ -8,7 +8,7 @@ depend on a connected input. Loops are swept until nothing changes, or solved by
 from __future__ import annotations
 
 from collections.abc import Iterable, Iterator, Sequence
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from graphlib import CycleError, TopologicalSorter
 
 import numpy as np
@@ -26,6 +26,15 @@ SETTLED = 1e-12
 
 ROUNDING = 1e-15
 """Share of the largest value below which a value is rounding."""
+
+FEW_SWEEPS = 5
+"""A loop that takes more than these is worth being learned."""
+
+MOST_LEARNED = 64
+"""Inputs of such a loop: each has to be changed once."""
+
+PATIENCE = 20
+"""Points in time after which a loop whose slopes have not helped since is learned anew."""
 
 SMALL = 1.5e-8
 """Share of a value by which it is changed to see what follows."""
@@ -64,8 +73,20 @@ class Agreement:
         everything = [*system.outputs.values(), *system.inputs.values()]
         self._signals = [s for s in everything if s.family == REAL]
         self._reals = _slots(self._signals)
-        self._largest = np.zeros(len(system.board.reals))
         self._whole = _slots([s for s in everything if s.family not in (REAL, TEXT)])
+        every = [found for mine, _, _ in self.visits.values() for found in mine]
+        self._round = [(link, carry) for link, carry in every if self._solvable(link)]
+        self._given = [(link, carry) for link, carry in every if not link.source.component]
+        self._targets = _slots(link.target for link, _ in self._round)
+        all_reals = len(self._round) + len(self._given) == len(every)
+        self._learns = all_reals and 0 < len(self._targets) <= MOST_LEARNED
+        self.forget()
+
+    def forget(self) -> None:
+        """A new run begins: what was learned in the one before does not count."""
+        self._largest = np.zeros(len(self.system.board.reals))
+        self._inverse: np.ndarray | None = None
+        self._tries = 0
 
     def sweep(self) -> None:
         """Visit all components in turn."""
@@ -84,9 +105,11 @@ class Agreement:
 
         Reals count relative to the largest value that a slot has had; whole numbers and texts have to be the same.
         """
+        if self._quickly():
+            return
         board = self.system.board
         scale, change, last = np.abs(board.reals[self._reals]), np.zeros(0), np.inf
-        for _ in range(MAX_SWEEPS):
+        for k in range(MAX_SWEEPS):
             reals, whole, texts = board.reals[self._reals].copy(), board.integers[self._whole].copy(), list(board.texts)
             self.sweep()
             now = board.reals[self._reals]
@@ -95,6 +118,8 @@ class Agreement:
                 scale = np.fmax(scale, np.abs(now))
             same = np.array_equal(whole, board.integers[self._whole]) and texts == board.texts
             if same and np.all(change <= SETTLED * scale):
+                if k > FEW_SWEEPS:
+                    self._learn(scale)
                 return
             largest = float(np.max(change / np.fmax(scale, 1e-300), initial=0.0))
             if not np.isfinite(change).all() or (same and largest > 0.999 * last):
@@ -113,10 +138,62 @@ class Agreement:
                 f"the algebraic loop{when} through {', '.join(dict.fromkeys(self.names))} does not settle: where its "
                 "reals agree, its whole numbers or texts do not"
             )
+        self._learn(scale)
 
     @staticmethod
     def _solvable(link: Link) -> bool:
         return link.target.family == REAL and not link.cast.from_integer and bool(link.source.component)
+
+    def _left(self, x: np.ndarray) -> np.ndarray:
+        """What comes round for inputs x, less these."""
+        reals = self.system.board.reals
+        reals[self._targets] = x
+        for _, inputs, outputs in self.visits.values():
+            inputs.once()
+            outputs.once()
+        for _, carry in self._round:
+            carry.once()
+        return reals[self._targets] - x
+
+    def _quickly(self) -> bool:
+        """Whether a few steps with the slopes of an earlier point in time settle the loop."""
+        if self._inverse is None:
+            return False
+        reals = self.system.board.reals
+        before = reals.copy()
+        for link, carry in (*self._given, *self._round):
+            if self.system.speaks(link):
+                carry.once()
+        x = reals[self._targets].copy()
+        for _ in range(FEW_SWEEPS):
+            with np.errstate(invalid="ignore", over="ignore"):
+                left = self._left(x)
+                if np.all(np.abs(left) <= SETTLED * np.abs(x)):
+                    self._tries = 0
+                    return True
+                x = x - self._inverse @ left
+            if not np.isfinite(x).all():
+                break
+        reals[:] = before
+        return False
+
+    def _learn(self, scale: np.ndarray) -> None:
+        """Keep the slopes of a loop that is settled but took long to, for the steps to come; see `settle` for scale."""
+        self._tries += 1
+        if not self._learns or (self._inverse is not None and 1 < self._tries < PATIENCE):
+            return
+        self._largest[self._reals] = np.fmax(self._largest[self._reals], np.where(scale < 1e12, scale, 0.0))
+        x, largest = self.system.board.reals[self._targets].copy(), self._largest[self._targets]
+        here, slopes = self._left(x), np.empty((len(x), len(x)))
+        for j, size in enumerate(1e-6 * np.where(largest > 0.0, largest, largest.max() or 1.0)):
+            there = x.copy()
+            there[j] += size
+            slopes[:, j] = (self._left(there) - here) / (there[j] - x[j] or np.inf)
+        self._left(x)
+        self._tries, self._inverse = 1, None
+        if np.isfinite(slopes).all():
+            with suppress(np.linalg.LinAlgError):
+                self._inverse = np.linalg.inv(slopes)
 
     def solve(self, change: np.ndarray, scale: np.ndarray, when: str) -> None:
         """Newton's method for the reals that go round; `change` is what the last sweep did to the reals, `scale` their
@@ -220,6 +297,7 @@ def refresh(system: System, program: Program, driven: dict[int, int] | None = No
         for slot, end in driven.items():
             program.cast(slot, end, 1, Cast())
         agreement = Agreement(system, names)
+        program.at_start(agreement.forget)
 
         def settle(_t: float, _h: float) -> int:
             agreement.settle()

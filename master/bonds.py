@@ -1,22 +1,25 @@
 """Power bonds: two opposite connections between two components whose units multiply to a power, or that the package
-declares as such."""
+declares as such. Arrays make one with each element."""
 
 from __future__ import annotations
 
-from collections.abc import Iterator
-from dataclasses import dataclass
+from collections.abc import Iterable, Iterator
+from dataclasses import dataclass, replace
 from difflib import SequenceMatcher
 from math import isclose, pi
 
 from ..core.errors import PackageError, did_you_mean
 from ..core.units import TURNS, UNITS, Unit
-from .slaves.base import REAL
+from .slaves.base import REAL, Signal
 from .system import Link, System
 
 Line = tuple[float, float]
 """Factor and offset."""
 
 _POWER = {"kg": 1, "m": 2, "s": -3}
+
+MOST_ELEMENTS = 24
+"""Of an array of which nothing says that it makes bonds: a field of thousands of values is no list of forces."""
 
 
 @dataclass(frozen=True)
@@ -39,7 +42,13 @@ class Bond:
     @property
     def name(self) -> str:
         """The two outputs, e.g. 'hydraulics.F_h x arm.v_h'."""
-        return f"{self.forth.source.address} x {self.back.source.address}"
+        return f"{self.forth.source.label} x {self.back.source.label}"
+
+    @property
+    def of_elements(self) -> bool:
+        """Whether one side is an element of an array."""
+        ends = (end for link in (self.forth, self.back) for end in (link.source, link.target))
+        return any(end.element is not None for end in ends)
 
 
 def _before(link: Link, si: Line) -> Line:
@@ -48,10 +57,16 @@ def _before(link: Link, si: Line) -> Line:
     return factor, si[1] - factor * link.cast.offset
 
 
-def _scalar(link: Link) -> bool:
-    if link.source.element is not None or link.target.element is not None:
-        return False
-    return link.source.family == link.target.family == REAL and link.source.size == 1 and link.cast.factor != 0.0
+def singles(links: Iterable[Link], declared: Iterable[str] = ()) -> Iterator[Link]:
+    """The links of reals, those of arrays element by element; `declared` are addresses of arrays of any size."""
+    for link in links:
+        if not link.source.family == link.target.family == REAL or link.cast.factor == 0.0:
+            continue
+        if link.source.size == 1:
+            yield link
+        elif link.source.size <= MOST_ELEMENTS or link.source.address in declared:
+            for k in range(link.source.size):
+                yield replace(link, source=link.source.part(k), target=link.target.part(k))
 
 
 def find_bonds(system: System) -> list[Bond]:
@@ -71,17 +86,19 @@ def find_bonds(system: System) -> list[Bond]:
     def known(found: Unit | None) -> Unit | None:
         return found if found is not None and found.exponents is not None else None
 
-    declared = {frozenset(pair) for pair in system.network.structure.bonds}
-    driving = {k.source.address for k in system.links}
+    declared = {_names(*pair) for pair in system.network.structure.bonds}
+    links = list(singles(system.links, {address for pair in declared for address in pair}))
+    driving = {k.source.address for k in system.links} | {k.source.label for k in links}
     for address in sorted(a for pair in declared for a in pair if a not in driving):
         hint = did_you_mean(address, sorted(driving))
         raise PackageError(f"the power bond names '{address}', which drives nothing{hint}")
     bonds, possible = [], []
-    for a, b in _opposite([k for k in system.links if _scalar(k)]):
+    for a, b in _opposite(links):
         ua, ub = unit(a), unit(b)
         forth, back = multiplied(a), multiplied(b)
         gear = forth if forth and back and isclose(forth, back, rel_tol=1e-9) else 1.0
-        if frozenset((a.source.address, b.source.address)) in declared:
+        whole = _names(".".join(a.start), ".".join(b.start))
+        if not declared.isdisjoint((_names(a.source.label, b.source.label), whole)):
             both = ua is not None and ub is not None
             bonds.append(Bond(a, b, *((u.factor, u.offset) if both and u else (1.0, 0.0) for u in (ua, ub)), gear))
             continue
@@ -94,8 +111,12 @@ def find_bonds(system: System) -> list[Bond]:
         if product == _POWER:
             radians = 2.0 * pi if any(u.name in TURNS and u == UNITS[u.name] for u in (ua, ub)) else 1.0
             possible.append(Bond(a, b, (ua.factor * radians, 0.0), (ub.factor, 0.0), gear))
-    place = {id(link): i for i, link in enumerate(system.links)}
+    place = {id(link): i for i, link in enumerate(links)}
     return sorted(bonds + _pairs(possible, bonds), key=lambda bond: (place[id(bond.forth)], place[id(bond.back)]))
+
+
+def _names(a: str, b: str) -> frozenset[str]:
+    return frozenset((a, b))
 
 
 def _opposite(links: list[Link]) -> Iterator[tuple[Link, Link]]:
@@ -105,7 +126,14 @@ def _opposite(links: list[Link]) -> Iterator[tuple[Link, Link]]:
         ways.setdefault((link.start[0], link.end[0]), []).append((place, link))
     for place, a in enumerate(links):
         if a.start[0] != a.end[0]:
-            yield from ((a, b) for later, b in ways.get((a.end[0], a.start[0]), ()) if later > place)
+            for later, b in ways.get((a.end[0], a.start[0]), ()):
+                if later > place and _meet(a.source, b.target) and _meet(a.target, b.source):
+                    yield a, b
+
+
+def _meet(a: Signal, b: Signal) -> bool:
+    """Whether what a component gives and what it takes are the same element, where both are one."""
+    return None in (a.element, b.element) or a.element == b.element
 
 
 def _pairs(possible: list[Bond], certain: list[Bond]) -> list[Bond]:
@@ -121,8 +149,8 @@ def _pairs(possible: list[Bond], certain: list[Bond]) -> list[Bond]:
             ways.setdefault((link.start[0], link.end[0]), {})[id(link)] = link
     place: dict[int, tuple[int, str, str]] = {}  # which one of these a link is, and what tells its ends apart
     for links in ways.values():
-        starts = _apart([k.start[1] for k in links.values()])
-        ends = _apart([k.end[1] for k in links.values()])
+        starts = _apart([k.source.name + k.source.index for k in links.values()])
+        ends = _apart([k.target.name + k.target.index for k in links.values()])
         place |= dict(zip(links, zip(range(len(links)), starts, ends, strict=True), strict=True))
 
     def likeness(bond: Bond) -> tuple[float, int]:

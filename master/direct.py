@@ -2,19 +2,18 @@
 
 from __future__ import annotations
 
-from contextlib import suppress
 from typing import Any
 
 import numpy as np
 
-from ..core.errors import CosimError, SimulationError
+from ..core.errors import CosimError, Interrupted, SimulationError
 from .agreement import handles
-from .bonds import Bond
+from .bonds import Bond, singles
 from .engine.runner import Runner
 from .loops import graph
 from .nudge import nudged
+from .order import component_order
 from .slaves.base import REAL, TEXT, Signal, Slave
-from .slaves.isolated import IsolatedSlave
 from .system import Link, System
 from .together import together
 
@@ -27,7 +26,8 @@ def probe(system: System, method: str) -> list[str]:
 
     By FMI such an output may depend on every input, which would make loops of all that are connected both ways; so each
     connected number is nudged, and what does not follow, where the FMU is now, counts as not dependent. Only FMUs that
-    can be put back to the state before are asked; Gauss-Seidel needs to know where there may be a loop.
+    can be put back to the state before are asked; Gauss-Seidel needs to know where there may be a loop. What is found
+    counts for the order of the components, too.
 
     Returns a remark where what drives others may depend on more than was found.
     """
@@ -41,8 +41,7 @@ def probe(system: System, method: str) -> list[str]:
             unsure.append(name)
         silent = [s for s in slave.outputs if s.family != TEXT and slave.feed_through(s.name) is None]
         inputs = dict.fromkeys(k.target for k in system.links_to(name) if k.target.family != TEXT)
-        able = name in suspects and slave.can_restore and not isinstance(slave, IsolatedSlave)
-        if not silent or not inputs or not able:
+        if not silent or not inputs or name not in suspects or not slave.can_restore:
             continue
         try:
             state = slave.save()
@@ -56,6 +55,7 @@ def probe(system: System, method: str) -> list[str]:
         finally:
             if not slave.is_lost:
                 slave.drop(state)
+    system.order = component_order(system.slaves, system.links)
     left = [name for name in unsure if not any(system.slaves[name].answers.values())]
     if not left or method == "gauss-seidel":
         return []
@@ -79,20 +79,26 @@ def _answers(
 ) -> dict[str, list[str]]:  # fmt: skip
     """Inputs that each output follows at once; the slave and the board are left as they were."""
     reals, bits = system.board.reals, system.board.integers
-    places = {s.name: slice(s.place, s.place + s.size) for s in outputs}
+    owners = np.full(len(bits), -1)
+    for i, s in enumerate(outputs):
+        owners[s.place : s.place + s.size] = i
     before, texts = bits.copy(), list(system.board.texts)
-    found: dict[str, list[str]] = {s.name: [] for s in outputs}
+    found: dict[str, dict[str, None]] = {s.name: {} for s in outputs}
     for target in inputs:
         for place in range(target.place, target.place + target.size):
             if target.family == REAL and not np.isfinite(reals[place]):
                 continue
             for size in (NUDGE, -NUDGE):
-                with nudged(system, target, place, size), suppress(SimulationError):
-                    for step in way:
-                        step.once()
-                    for output, where in places.items():
-                        if target.name not in found[output] and not np.array_equal(bits[where], before[where]):
-                            found[output].append(target.name)
+                with nudged(system, target, place, size):
+                    try:
+                        for step in way:
+                            step.once()
+                        for i in np.unique(owners[(bits != before) & (owners >= 0)]):
+                            found[outputs[i].name][target.name] = None
+                    except Interrupted:
+                        raise
+                    except SimulationError:
+                        pass
                 if slave.is_lost:
                     raise SimulationError(
                         f"component '{slave.name}' does not say what its outputs depend on, and a change of "
@@ -100,7 +106,7 @@ def _answers(
                     )
                 slave.restore(state)
                 bits[:], system.board.texts[:] = before, texts
-    return found
+    return {output: list(names) for output, names in found.items()}
 
 
 def at_once(system: System, bond: Bond) -> tuple[float, float]:
@@ -111,7 +117,7 @@ def at_once(system: System, bond: Bond) -> tuple[float, float]:
     """
     made = []
     for gives, takes, si in ((bond.forth, bond.back, bond.forth_si), (bond.back, bond.forth, bond.back_si)):
-        inputs = [link for link in system.links if _integral(system, link, takes)]
+        inputs = [link for link in singles(system.links) if _integral(system, link, takes)]
         declared = system.slaves[gives.source.component].feed_through(gives.source.name) or []
         slopes = [_slope(system, gives, link) * si[0] for link in inputs if link.target.name in declared]
         made.append(sum(map(abs, slopes)))
@@ -122,7 +128,7 @@ def _integral(system: System, link: Link, flow: Link) -> bool:
     """Whether a link carries what another one between the same components carries the rate of."""
     if (link.source.component, link.target.component) != (flow.source.component, flow.target.component):
         return False
-    if link.target.family != REAL or link.target.size != 1:
+    if link.target.element not in (None, flow.target.element):
         return False
     units = [system.slaves[k.target.component].unit(k.target.name) for k in (link, flow)]
     if any(u is None or u.exponents is None for u in units):

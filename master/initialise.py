@@ -13,6 +13,7 @@ from ..core.errors import PackageError, SimulationError
 from ..ssp.wires import End, Wire
 from .agreement import Agreement, in_turn
 from .engine.runner import Runner
+from .loops import ANY
 from .setup import Value
 from .slaves.base import TEXT, Signal
 from .system import System
@@ -48,6 +49,7 @@ class Initialiser:
         system = self.system
         system.board.ended[:] = 0
         system.stop = stop
+        self._agreement.forget()
         for v in values:
             if v.component == "":
                 system.put(system.own_inputs[v.variable], v.value)
@@ -127,24 +129,23 @@ class Initialiser:
         """Components to visit in turn so that each output is read after the inputs it depends on; None in a loop."""
         system = self.system
         graph: dict[End, set[End]] = {}
+        declared: dict[str, dict[str, set[End]]] = {}
         for link in system.links:
             if link.start[0] == "":
                 continue
             graph.setdefault(link.end, set()).add(link.start)
-            graph.setdefault(link.start, set()).update(self._depends(*link.start))
+            component, output = link.start
+            if component not in declared:
+                slave, connected = system.slaves[component], {k.end for k in system.links_into(component)}
+                declared[component] = {}
+                for unknown in slave.description.initialUnknowns:
+                    if unknown.variable is not None and unknown.dependencies is not None:
+                        known = {(component, v.name) for v in unknown.dependencies} & connected
+                        declared[component].setdefault(unknown.variable.name, known)
+                graph[component, ANY] = connected
+            graph.setdefault(link.start, set()).update(declared[component].get(output, {(component, ANY)}))
         try:
             order = list(TopologicalSorter(graph).static_order())
         except CycleError:
             return None
         return in_turn(node for node in order if node in system.outputs)
-
-    def _depends(self, component: str, output: str) -> set[End]:
-        slave = self.system.slaves[component]
-        connected = {link.end for link in self.system.links_into(component)}
-        for unknown in slave.description.initialUnknowns:
-            if unknown.variable is not None and unknown.variable.name == output:
-                if unknown.dependencies is None:
-                    return connected
-                return {(component, v.name) for v in unknown.dependencies} & connected
-        return connected
-

@@ -20,6 +20,9 @@ from .slaves.base import Slave
 SLICE = 0.05
 """Wall time after which the engine comes back to look for Ctrl-C and to write [s]."""
 
+LISTEN = 0.1
+"""Wall time after which waiting for the clock is interrupted for the same [s]."""
+
 
 class Loop:
     """The macro steps, a slice of time at once."""
@@ -49,14 +52,16 @@ class Loop:
     ) -> None:  # fmt: skip
         """Take n steps of h from start, the last one to stop; `abandon` is for an FMU that does not come back."""
         recording = self.recording
-        self.time = start
+        self.time, self._h = start, h
         progress(0, n)
         self._check_start(start)
         begin = perf_counter()
         while self.done < n:
             count = min(recording.room(), n - self.done)
             if self.realtime:
-                count = self._wait(begin, start, h, count)
+                self._wait(begin + self.done * h, interrupt)
+                count = max(1, min(count, int((perf_counter() - begin) / h) + 1 - self.done))
+                self._heed(interrupt)
             driven = None
             if self.drives:
                 t = np.minimum(start + (self.done + np.arange(count + 1)) * h, stop)
@@ -76,11 +81,12 @@ class Loop:
             if recording.due():
                 recording.flush()
                 progress(self.done, n)
-            if interrupt:
-                raise Interrupted(f"interrupted at t = {self.time:g} s", self.time)
+            self._heed(interrupt)
             if self.runner.ended is not None and self.done < n:
                 self.ended_by = self.runner.ended
                 stop, n = self.time, self.done
+        if self.realtime:
+            self._wait(begin + self.time - start, interrupt)
         for drive in self.drives:
             self.system.put(drive.signal, drive.value(stop), drive.element)
         with interrupt.away(partial(abandon, self._exchange)):
@@ -103,7 +109,8 @@ class Loop:
         if slave is None:
             return []
         last = slave.last_successful_time()
-        early = f", and came to t = {last:g} s in its last step" if last is not None and last < self.time else ""
+        inside = last is not None and last < self.time - 1e-9 * self._h
+        early = f", and came to t = {last:g} s in its last step" if inside else ""
         return [f"component '{slave.name}' ended the run at t = {self.time:g} s, before {stop:g} s{early}"]
 
     def _reach(self, start: float, stop: float, h: float, n: int) -> None:
@@ -115,10 +122,13 @@ class Loop:
         if any(not np.isfinite(reals[s.place : s.place + s.size]).all() for s in self._finite):
             raise self.runner.not_finite(start)
 
-    def _wait(self, begin: float, start: float, h: float, count: int) -> int:
-        """Wait until the next step is due; how many steps may be taken at once."""
-        ahead = self.done * h - (perf_counter() - begin)
-        if ahead > 0.0:
-            sleep(min(ahead, 0.2))
-        due = int((perf_counter() - begin) / h) + 1 - self.done
-        return max(1, min(count, due))
+    def _heed(self, interrupt: Interrupts) -> None:
+        if interrupt:
+            raise Interrupted(f"interrupted at t = {self.time:g} s", self.time)
+
+    def _wait(self, until: float, interrupt: Interrupts) -> None:
+        """Wait for a moment of the clock [s], and write meanwhile what there is."""
+        while not interrupt and (ahead := until - perf_counter()) > 0.0:
+            sleep(min(ahead, LISTEN))
+            if self.recording.due():
+                self.recording.flush()

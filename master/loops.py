@@ -7,6 +7,9 @@ from .together import together
 
 Node = tuple[str, str]
 
+ANY = ""
+"""Stands for all inputs of a component: thousands of outputs and thousands of inputs are no millions of pairs then."""
+
 
 def graph(system: System, doubtful: bool) -> dict[Node, set[Node]]:
     """Who depends on whom at once: links, and the feed-through that the FMUs declare.
@@ -20,8 +23,10 @@ def graph(system: System, doubtful: bool) -> dict[Node, set[Node]]:
         slave = system.slaves[component]
         known = slave.feed_through(output)
         if known is None:
-            known = [s.name for s in slave.inputs] if doubtful else []
+            known = [ANY] if doubtful else []
         made.setdefault((component, output), set()).update((component, name) for name in known)
+    if doubtful:
+        made |= {(name, ANY): {(name, s.name) for s in slave.inputs} for name, slave in system.slaves.items()}
     return made
 
 
@@ -30,8 +35,8 @@ def loops(system: System, doubtful: bool = False) -> list[list[str]]:
     edges = graph(system, doubtful)
     found = []
     for members in together(edges):
-        begin = min(members)
-        found.append([".".join(node) for node in _way_back(edges, begin, members)])
+        begin = min(node for node in members if node[1] != ANY)
+        found.append([".".join(node) for node in _way_back(edges, begin, members) if node[1] != ANY])
     return found
 
 

@@ -295,7 +295,8 @@ class Watch:
     """What there is to say against the runs of a session."""
 
     def __init__(self, session: Session):
-        self.session, self.bonds = session, find_bonds(session.system)
+        self.session = session
+        self.bonds = [bond for bond in find_bonds(session.system) if not bond.of_elements]  # sessions record no arrays
         outputs = [s for b in self.bonds for s in (b.forth.source, b.back.source)]
         inputs = [s for b in self.bonds for s in (b.forth.target, b.back.target)]
         self.record = [s.address for s in (*outputs, *inputs)]

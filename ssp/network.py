@@ -6,8 +6,9 @@ is kept as hops, for only the FMUs know the types and units at the ends.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, field, replace
+from typing import Any
 
 from ..core.errors import PackageError, did_you_mean
 from ..core.units import alike
@@ -88,6 +89,8 @@ class _Flattener:
     """Connections between ends that may both give or take."""
     remarks: list[str] = field(default_factory=list)
     idle: dict[End, str] = field(default_factory=dict)
+    _named: dict[int, tuple[Sequence[Any], dict[str, Any]]] = field(default_factory=dict)
+    """Connectors or elements, and each by its name."""
 
     def refused(self, error: PackageError) -> None:
         """Collect what is wrong, or raise it."""
@@ -214,13 +217,19 @@ class _Flattener:
             return
         self.kinds[node], self.types[node] = connector.kind, connector.type
 
+    def named(self, things: Sequence[Any], name: str) -> Any:
+        """The first of the connectors or elements with that name; None if there is none."""
+        if id(things) not in self._named:
+            self._named[id(things)] = things, {thing.name: thing for thing in reversed(things)}
+        return self._named[id(things)][1].get(name)
+
     def end(
         self, system: System, path: str, used: dict[str, tuple[str, dict[str, Type]]], connection: Connection, side: str
     ) -> tuple[Node, str]:
         """(node, 'gives', 'takes' or 'either') of one end of a connection, seen from inside the system."""
         element, name = getattr(connection, side)
         if element is None:
-            connector = next((c for c in system.connectors if c.name == name), None)
+            connector = self.named(system.connectors, name)
             if connector is None:
                 known = [c.name for c in system.connectors]
                 raise PackageError(
@@ -239,13 +248,13 @@ class _Flattener:
             node = ("dictionary", dictionary, name)
             self.types[node] = entries[name]
             reference = next(e for e in system.elements if e.name == element)
-            connector = next((c for c in reference.connectors if c.name == name), None)
+            connector = self.named(reference.connectors, name)
             if connector is not None and _differ(connector.type, entries[name]):
                 self.entries[("reference", inner, name)] = node
                 node = ("reference", inner, name)
                 self.types[node] = connector.type
         else:
-            target = next((e for e in system.elements if e.name == element), None)
+            target = self.named(system.elements, element)
             if target is None:
                 known = [e.name for e in system.elements]
                 raise PackageError(
@@ -261,7 +270,7 @@ class _Flattener:
                     )
             else:
                 node = ("component", inner, name)
-            connector = next((c for c in target.connectors if c.name == name), None)
+            connector = self.named(target.connectors, name)
         kind = connector.kind if connector is not None else "unspecified"
         if node[0] == "component" and kind not in GIVES and kind not in TAKES:
             kind = self.causality(self.parts[inner].component, name) or kind

@@ -39,6 +39,8 @@ def write(system: System, program: Program) -> None:
     driven = at_end(system, program, stale(system)[0])
     again = system.program()
     refresh(system, again, driven)
+    for function in again.fresh:
+        program.at_start(function)
     agree = Runner(again) if len(again) else None
     size = last = np.zeros(0)
 

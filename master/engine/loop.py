@@ -120,11 +120,11 @@ def run(
                             o[1], o[2], now, part, no_return, told + o[5], told + o[5] + 1, told + o[5] + 2,
                             told + o[5] + 8,
                         )  # fmt: skip
-                        if status <= DISCARD and u8[o[5] + 1] != 0:
+                        if 0 <= status <= DISCARD and u8[o[5] + 1] != 0:
                             ended[0], ended[1], status = o[3] + 1, o[2], 0
-                        elif status <= 1 and u8[o[5] + 2] != 0:
+                        elif 0 <= status <= 1 and u8[o[5] + 2] != 0:
                             status = EARLY
-                    if status > 1 or ended[0] == o[3] + 1:
+                    if not 0 <= status <= 1 or ended[0] == o[3] + 1:
                         break
                 seconds[o[3]] += _now(clock, where, spec) - before
             elif code in (SET_3, GET_3):
@@ -173,12 +173,12 @@ def run(
                         status = TOO_LARGE
             elif code == PYTHON:
                 status = native.python(o[1], t, step)
-            if status > 1:
+            if not 0 <= status <= 1:
                 operation = i
                 break
         for j in range(len(inputs)):
             rows[k, len(outputs) + j] = reals[inputs[j]]
-        if status > 1:
+        if not 0 <= status <= 1:
             report[0], report[1], report[2], report[3] = FAILED, k, operation, status
             return
         for j in range(len(finite)):

@@ -297,6 +297,9 @@ class Program:
         ends = slave.ends_address()
         code = {"1.0": loop.STEP_1, "2.0": loop.STEP_2, "3.0": loop.STEP_3}[slave.version]
         index = self.slaves.index(slave)
+        if slave.version == "3.0":
+            slave.reached = self.board.stages[loop.U8][slave.told + 8 : slave.told + 16].view(np.float64)
+            slave.reached[0] = np.nan
         back = int(returns)
         address = slave.step_address()
         self._add(slave, "doStep", code, address, slave.instance, index, slave.ratio, slave.told, ends, back)

@@ -28,7 +28,7 @@ TIME = Column("time", "float", "s")
 def elements(signal: Signal) -> list[str]:
     """Names of a signal's values: name, or name[1], name[2], ... of an array."""
     if signal.element is not None:
-        return [f"{signal.address}[{signal.element + 1}]"]
+        return [signal.label]
     if signal.size == 1 and not signal.is_array:
         return [signal.address]
     return [f"{signal.address}[{k + 1}]" for k in range(signal.size)]

@@ -93,6 +93,16 @@ class Signal:
         return f"{self.component}.{self.name}" if self.component else self.name
 
     @property
+    def index(self) -> str:
+        """'[2]' where it is the second value of an array; '' where it is a whole signal."""
+        return "" if self.element is None else f"[{self.element + 1}]"
+
+    @property
+    def label(self) -> str:
+        """Its address, with the index where it is one value of an array."""
+        return self.address + self.index
+
+    @property
     def home(self) -> tuple[bool, int]:
         """Where it lies: whether among the texts, and its place. Aliases share it, and the values of an array."""
         return self.family == TEXT, self.place - (self.element or 0)
@@ -145,8 +155,12 @@ class Slave(ABC):
         others are set once, before the run), of the outputs those that are connected or recorded."""
         self.answers: dict[str, list[str]] = {}
         """Inputs that outputs have been found to answer to at once (`direct.probe`)."""
+        self._through: dict[str, list[str]] | None = None
+        """Inputs that outputs depend on at once, where the FMU says it."""
         self.told = 0
         """Place of doStep's out parameters, or of its status, among the bytes of the staging area."""
+        self.reached = np.full(1, np.nan)
+        """Where doStep of FMI 3.0 says that the FMU has come to [s]."""
         self.negated: frozenset[str] = frozenset()
         """Variables that are the negative of what their value reference stands for; only FMI 1.0 has some."""
         self._structural: dict[str, Any] = {}
@@ -237,9 +251,14 @@ class Slave(ABC):
 
     def feed_through(self, output: str) -> list[str] | None:
         """Inputs that an output depends on at once; where the FMU does not say, those that were found, else None."""
-        for unknown in self.description.outputs:
-            if unknown.variable is not None and unknown.variable.name == output and unknown.dependencies is not None:
-                return [v.name for v in unknown.dependencies if v.causality == "input"]
+        if self._through is None:
+            self._through = {}
+            for unknown in self.description.outputs:
+                if unknown.variable is not None and unknown.dependencies is not None:
+                    known = [v.name for v in unknown.dependencies if v.causality == "input"]
+                    self._through.setdefault(unknown.variable.name, known)
+        if output in self._through:
+            return self._through[output]
         return self.answers.get(output)
 
     def checked(self, name: str, value: Any, where: str = "", limited: bool = True) -> Any:
@@ -478,8 +497,8 @@ class Slave(ABC):
     def failure(self, doing: str, status: int, t: float | None = None) -> SimulationError:
         """The error of a call that returned a status, with the FMU's last message."""
         self.note(status)
-        name = STATUS[status].capitalize() if status < len(STATUS) else ""
-        told = f"{self.prefix}{name}" if status < len(STATUS) else f"{status}, which is no status of FMI"
+        known = 0 <= status < len(STATUS)
+        told = f"{self.prefix}{STATUS[status].capitalize()}" if known else f"{status}, which is no status of FMI"
         reason = self._last_since(self._begun) or f"the FMU returned {told}"
         at = "" if t is None else f" at t = {t:g} s"
         return SimulationError(f"component '{self.name}', {doing}{at}: {' '.join(reason.split())}", t)

@@ -5,6 +5,8 @@ from __future__ import annotations
 from collections.abc import Sequence
 from typing import Any, ClassVar
 
+import numpy as np
+
 from .base import FORMS_3, LIMITS, Form, Signal, address_of
 from .library import LibrarySlave, text
 
@@ -61,6 +63,9 @@ class Slave3(LibrarySlave):
 
     def step_address(self) -> int:
         return address_of(self._fmu.dll.fmi3DoStep)
+
+    def last_successful_time(self) -> float | None:
+        return float(self.reached[0]) if np.isfinite(self.reached[0]) else None
 
     def exchange_texts(self, verb: str, signals: Sequence[Signal], texts: list[Any]) -> None:
         for kind in ("String", "Binary"):

@@ -102,7 +102,8 @@ class IsolatedSlave(Slave):
             if kind == "log":
                 self._log(*content)
             elif kind == "error":
-                name, text = content
+                name, text, lost = content
+                self._state = "lost" if lost else self._state
                 raise PackageError(text) if name == "PackageError" else SimulationError(text, self._when())
             else:
                 return content
@@ -202,7 +203,16 @@ class IsolatedSlave(Slave):
 
     @property
     def can_restore(self) -> bool:
-        return False
+        return self._real.can_restore
+
+    def save(self) -> Any:
+        return self._ask("save")  # its number: the state itself stays where it is
+
+    def restore(self, state: Any) -> None:
+        self._ask("restore", state)
+
+    def drop(self, state: Any) -> None:
+        self._ask("drop", state)
 
     def settable(self, name: str) -> bool:
         return self._real.settable(name)

@@ -51,6 +51,7 @@ class Worker:
         self.board = Board(sizes["slots"][0], sizes["texts"][0], sizes["stages"])
         self.fault: CosimError | None = None
         self.rows = np.zeros((1, 0))
+        self.states: dict[int, Any] = {}
 
     def send(self, kind: str, content: Any) -> None:
         self.pipe.send_bytes(pickle.dumps((kind, content)))
@@ -86,6 +87,14 @@ class Worker:
             seconds, stepping.seconds[0] = float(stepping.seconds[0]), 0.0
             ended, self.board.ended[0] = bool(self.board.ended[0]), 0
             self.send("values", ([_take(self.board, g) for g in self.slave.output_groups], seconds, ended))
+        elif message[1] == "save":
+            number = max(self.states, default=-1) + 1
+            self.states[number] = self.slave.save()
+            self.send("done", number)
+        elif message[1] in ("restore", "drop"):
+            number = message[2][0]
+            state = self.states[number] if message[1] == "restore" else self.states.pop(number)
+            self.send("done", getattr(self.slave, message[1])(state))
         else:
             if message[1] == "enter_initialisation":
                 self.board.ended[:] = 0
@@ -116,14 +125,14 @@ def main() -> None:
             try:
                 worker.obey(message)
             except CosimError as error:
-                worker.send("error", (type(error).__name__, str(error)))
+                worker.send("error", (type(error).__name__, str(error), worker.slave.is_lost))
     except (EOFError, OSError):
         os._exit(0)  # the master is gone
     except Exception as error:
         told = str(error) if isinstance(error, CosimError) else f"{type(error).__name__}: {error}"
         text = f"component '{order['name']}': {told}"
         with suppress(OSError):
-            pipe.send_bytes(pickle.dumps(("error", (type(error).__name__, text))))
+            pipe.send_bytes(pickle.dumps(("error", (type(error).__name__, text, True))))
         os._exit(1)
     worker.slave.free()
     os._exit(0)

@@ -2,9 +2,12 @@
 
 from __future__ import annotations
 
+from itertools import permutations
+
 import numpy as np
 import pytest
 from deepsea_cosim.core.errors import CosimError
+from deepsea_cosim.master.agreement import Agreement
 from deepsea_cosim.master.algorithms import NAMES
 from deepsea_cosim.master.session import Session
 from deepsea_cosim.master.simulate import Options, run
@@ -30,6 +33,26 @@ def test_a_chain_of_gains_is_up_to_date(fmu, tmp_path, method):
     root = system("root", *chain, clock, links=(link("clock.y1", "a.u1"), link("a.y1", "b.u1"), link("b.y1", "c.u1")))
     frame = run(package(tmp_path / "p.ssp", root, fmu), tmp_path / "out", Options(method=method)).frame
     assert frame["c.y1"].tolist() == pytest.approx((30.0 * frame["time"]).tolist())
+
+
+@pytest.mark.parametrize("through", [True, None])
+@pytest.mark.parametrize("listed", list(permutations(("m", "a", "b"))), ids="".join)
+def test_a_chain_in_a_circle_is_a_step_old_at_most(tmp_path, through, listed):
+    """A mass whose position goes through two gains and comes back as force: whatever the package lists first, a step
+    holds the force that belongs to its start, as x += v h + F h^2 / 2, v += F h with F = -100 x does."""
+    parts = {
+        "m": linear("m", A=[[0, 1], [0, 0]], B=[[0], [1]], C=[[1, 0]], x0=[1, 0]),
+        "a": linear("a", D=[[2.0]]), "b": linear("b", D=[[-50.0]]),
+    }  # fmt: skip
+    links = (link("m.y1", "a.u1"), link("a.y1", "b.u1"), link("b.y1", "m.u1"))
+    fmu = {"resources/L.fmu": native.linear(tmp_path, 2, through=through)}
+    path = package(tmp_path / "p.ssp", system("root", *(parts[n] for n in listed), links=links), fmu, step=0.02)
+    found = run(path, tmp_path / "out").frame["m.y1"].to_numpy()
+    x, v, h, expected = 1.0, 0.0, 0.02, []
+    for _ in found:
+        expected.append(x)
+        x, v = x + v * h - 50.0 * x * h * h, v - 100.0 * x * h
+    assert found == pytest.approx(np.array(expected))
 
 
 def loop(gain, offset=1.0):
@@ -65,6 +88,23 @@ def test_a_loop_is_found_where_the_fmus_do_not_say(tmp_path, version, method):
     path = package(tmp_path / "p.ssp", root, silent)
     frame = run(path, tmp_path / "out", Options(method=method)).frame
     assert frame["a.y1"].tolist() == pytest.approx((-0.75 * frame["time"]).tolist(), abs=1e-12)
+
+
+@pytest.mark.parametrize("gain", [0.5, 0.9, -3.0])
+def test_a_loop_that_goes_on_from_step_to_step_is_learned(fmu, tmp_path, monkeypatch, gain):
+    """Its slopes are kept, so few sweeps are made in all; y_a = gain (y_a + cos 3 t)."""
+    sweeps, whole = [], Agreement.sweep
+    monkeypatch.setattr(Agreement, "sweep", lambda self: (sweeps.append(0), whole(self))[1])
+    clock = linear("clock", A=[[0, -3], [3, 0]], C=[[1, 0]], x0=[1, 0])
+    root = system("root", clock, linear("a", D=[[gain]]), linear("b", D=[[1.0, 1.0]]),
+                  links=(link("b.y1", "a.u1"), link("a.y1", "b.u1"), link("clock.y1", "b.u2")))  # fmt: skip
+    path = package(tmp_path / "p.ssp", root, fmu, step=0.01)
+    first = run(path, tmp_path / "out").frame
+    assert first["a.y1"].to_numpy() == pytest.approx(gain / (1.0 - gain) * np.cos(3.0 * first["time"].to_numpy()))
+    assert len(sweeps) < 800  # it was 40 to 200 a step
+    with Session(path) as session:  # of which nothing is left in the next run
+        runs = [session.run(["a.y1"], 1.0, 0.01)[1] for _ in range(2)]
+    assert np.array_equal(*runs)
 
 
 def test_a_loop_in_which_whole_numbers_flip_for_ever_is_refused(fmu, tmp_path):

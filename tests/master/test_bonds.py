@@ -2,14 +2,25 @@
 
 from __future__ import annotations
 
+import numpy as np
 import pytest
 from deepsea_cosim.master.bonds import _apart
 from deepsea_cosim.master.session import Session
-from deepsea_cosim.master.trust import find_bonds
+from deepsea_cosim.master.simulate import Options, run
+from deepsea_cosim.master.trust import Watch, find_bonds
 
 from benchmarks import native
 
-from ..packages import component, connector, description, link, pack, package, system
+from ..packages import (
+    component,
+    connector,
+    description,
+    link,
+    pack,
+    package,
+    system,
+)
+from .parts import redescribed
 
 pytestmark = pytest.mark.skipif(native.compiler is None, reason="there is no C compiler here")
 
@@ -74,6 +85,38 @@ def test_a_declared_bond_needs_no_units(tmp_path, fmus):
         whole = text.replace('stepSize="0.1"/>', f'stepSize="0.1"{said}')
         with Session(pack(tmp_path / "p.ssp", {"SystemStructure.ssd": whole, **files})) as session:
             assert [b.name for b in find_bonds(session.system)] == found
+
+
+@pytest.mark.parametrize("method", ["gauss-seidel", "jacobi"])
+def test_arrays_make_a_bond_with_each_element(tmp_path, method):
+    """Three forces for three speeds, as arrays of FMI 3.0; the energies are those of the record."""
+    native.linear(tmp_path, 3, "L", through=False, units={"u1": "N", "u2": "m/s"})
+    units = {"mass": ("N", "m/s"), "spring": ("m/s", "N")}
+
+    def with_units(name, given, made):
+        said = ("in", given), ("out", made)
+        changes = ((f'name="array_{way}"', f'name="array_{way}" unit="{unit}"') for way, unit in said)
+        begin = 'start="0 0 0"', 'start="1 2 3"'
+        return redescribed(tmp_path / "L3.fmu", tmp_path / f"{name}.fmu", *changes, begin)
+
+    files = {f"resources/{name}.fmu": with_units(name, *both) for name, both in units.items()}
+    ports = connector("array_in", "input", None), connector("array_out", "output", None)
+    parts = (component(name, f"resources/{name}.fmu", *ports) for name in units)
+    halved = '<ssc:LinearTransformation factor="0.5" offset="1"/>'
+    links = link("mass.array_out", "spring.array_in", halved), link("spring.array_out", "mass.array_in")
+    path = package(tmp_path / "p.ssp", system("root", *parts, links=links), files, stop=1.0, step=0.1)
+    result = run(path, tmp_path / "out", Options(method=method))
+    told = result.summary["coupling"]
+    assert [b["bond"] for b in told] == [f"mass.array_out[{k}] x spring.array_out[{k}]" for k in (1, 2, 3)]
+    for k, bond in enumerate(told, 1):
+        v, f = (result.frame[f"{name}.array_out[{k}]"].to_numpy() for name in units)
+        held_f, held_v = (result.frame[f"{name}.array_in[{k}]"].to_numpy()[:-1] for name in units)
+        left, right = (v[1:] + v[:-1]) / 2.0 * held_f, (f[1:] + f[:-1]) / 2.0 * (held_v - 1.0) / 0.5
+        assert bond["residual_energy_J"] == pytest.approx(0.1 * np.abs(left - right).sum())
+        assert bond["exchanged_energy_J"] == pytest.approx(0.1 * np.abs(left + right).sum() / 2.0)
+    with Session(path) as session:
+        assert len(find_bonds(session.system)) == 3
+        assert Watch(session).record == []
 
 
 @pytest.mark.parametrize(

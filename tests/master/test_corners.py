@@ -171,6 +171,34 @@ def test_large_systems_are_ordered_in_time(fmus, tmp_path):
     assert perf_counter() - begin < 120.0  # it was days
 
 
+def test_fmus_with_thousands_of_variables_are_set_up_in_time(tmp_path):
+    """Which say nothing of what depends on what, as is usual: every output might on every input."""
+    n = 2500
+    source = (native.HERE / "fmus" / "linear.c").read_text()
+    old = "    if (r < 6) return &m->u[r];\n"
+    assert source.count(old) == 1
+    many = f"    static double many[{n}];\n    if (r >= 10000) return many + (r - 10000) % {n};\n"
+    (tmp_path / "many.c").write_text(source.replace(old, many + old))
+    built = native.compiled(tmp_path / "many.c", 2, tmp_path / "Linear.so")
+    rows = "".join(
+        f'<ScalarVariable name="{cause[0]}{k}" valueReference="{first + k}" causality="{cause}" '
+        f'variability="continuous"><Real{start}/></ScalarVariable>'
+        for cause, first, start in (("input", 10000, ' start="1"'), ("output", 10000 + n, "")) for k in range(n)
+    )  # fmt: skip
+    plain = native.packed(tmp_path / "plain.fmu", 2, built, through=None)
+    begin = native.description(2, through=None).count("<ScalarVariable ") + n + 1
+    outputs = "".join(f'<Unknown index="{begin + k}"/>' for k in range(n))
+    changes = ("</ModelVariables>", rows + "</ModelVariables>"), ("<Outputs>", "<Outputs>" + outputs)
+    fmu = redescribed(plain, tmp_path / "many.fmu", *changes)
+    parts = (component(name, "resources/many.fmu") for name in "ab")
+    links = tuple(link(f"a.o{k}", f"b.i{k}") for k in range(n))
+    path = package(tmp_path / "p.ssp", system("root", *parts, links=links), {"resources/many.fmu": fmu})
+    begin = perf_counter()
+    for method in ("gauss-seidel", "jacobi"):
+        assert run(path, tmp_path / "out", Options(method=method)).summary["status"] == "ok"
+    assert perf_counter() - begin < 45.0  # it was minutes
+
+
 def nested(outer, inner):
     """A gain of 1 in a description of its own; the component's connector `in` is as told, the system's as well."""
     gain = linear("a", D=[[1.0]])

@@ -17,7 +17,8 @@ from deepsea_cosim.master.simulate import Options, run
 
 from benchmarks import native
 
-from .parts import two
+from ..packages import link, package, system
+from .parts import linear, two
 
 pytestmark = pytest.mark.skipif(native.compiler is None, reason="there is no C compiler here")
 
@@ -36,6 +37,20 @@ def test_isolated_runs_are_the_same(fmus, tmp_path, version):
         run(path, tmp_path / "here", Options(method=method))
         run(path, tmp_path / "apart", Options(method=method, isolate=True))
         assert (tmp_path / "here" / "results.csv").read_bytes() == (tmp_path / "apart" / "results.csv").read_bytes()
+
+
+@pytest.mark.parametrize("version", [2, 3])
+@pytest.mark.parametrize("method", ["gauss-seidel", "jacobi", "nepce"])
+def test_what_answers_at_once_is_found_out_of_isolated_fmus_too(tmp_path, version, method):
+    """A loop of FMUs that do not say what they depend on: y_a = -3 y_b, y_b = y_a + t."""
+    silent = {"resources/L.fmu": native.linear(tmp_path, version, through=None)}
+    clock = linear("clock", A=[[0, 1], [0, 0]], B=[[0], [0]], C=[[1, 0]], x0=[0, 1])
+    root = system("root", clock, linear("a", D=[[-3.0]]), linear("b", D=[[1.0, 1.0]]), links=(
+        link("b.y1", "a.u1"), link("a.y1", "b.u1"), link("clock.y1", "b.u2"), link("a.y1", "clock.u1")))  # fmt: skip
+    path = package(tmp_path / "p.ssp", root, silent)
+    here, apart = (run(path, tmp_path / "out", Options(method=method, isolate=i)).frame for i in (False, True))
+    assert apart["a.y1"].tolist() == pytest.approx((-0.75 * apart["time"]).tolist(), abs=1e-12)
+    assert here.equals(apart)
 
 
 @pytest.mark.parametrize("isolate", [False, True])
@@ -95,6 +110,24 @@ def test_a_hang_in_the_masters_own_process_ends_soon_after_it_is_asked_to(fmus, 
 def test_a_timeout_needs_a_process_of_its_own(fmus, tmp_path):
     with pytest.raises(UsageError, match="--step-timeout needs --isolate"):
         run(two(tmp_path / "p.ssp", fmus[2]), tmp_path / "out", Options(step_timeout=1.0))
+
+
+@pytest.mark.parametrize("step", [0.5, 0.01])
+def test_a_run_in_real_time_takes_as_long_as_what_it_simulates(fmus, tmp_path, step):
+    path = two(tmp_path / "p.ssp", fmus[2], step=step)
+    summary = run(path, tmp_path / "out", Options(realtime=True)).summary
+    assert (summary["status"], summary["steps"]) == ("ok", round(1.0 / step))
+    assert summary["real_time_factor"] == pytest.approx(1.0, abs=0.2)
+
+
+def test_waiting_for_the_clock_is_interrupted_and_what_there_is_is_written(fmus, tmp_path):
+    path = two(tmp_path / "p.ssp", fmus[2], stop=1000.0, step=100.0)
+    master = _start(path, tmp_path / "out", "--realtime")
+    file = tmp_path / "out" / "results.csv"
+    assert _wait(lambda: file.is_file() and len(left(tmp_path / "out")) == 1)
+    master.send_signal(signal.SIGINT)
+    assert master.wait(5.0) == 130
+    assert json.loads((tmp_path / "out" / "summary.json").read_text())["status"] == "interrupted"
 
 
 def test_workers_end_with_a_killed_master(fmus, tmp_path):

@@ -104,6 +104,18 @@ def test_an_error_in_a_run_names_variable_and_time(tmp_path, capsys):
         assert " at t = 0." in error
 
 
+@pytest.mark.parametrize("isolate", [False, True])
+@pytest.mark.parametrize("status", [-1, 9])
+def test_a_status_that_is_none_ends_the_run(tmp_path, capsys, status, isolate):
+    source = (native.HERE / "fmus" / "linear.c").read_text()
+    (tmp_path / "odd.c").write_text(source.replace("case 1: return 3;", f"case 1: return {status};"))
+    fmu = native.packed(tmp_path / "odd.fmu", 2, native.compiled(tmp_path / "odd.c", 2, tmp_path / "Linear.so"))
+    path = two(tmp_path / "p.ssp", fmu, 1.0, 0.5)
+    code, error = told(path, tmp_path, capsys, *(["--isolate"] if isolate else []))
+    assert code == 1
+    assert f"component 'b', doStep at t = 0.5 s: the FMU returned {status}, which is no status of FMI" in error
+
+
 def test_systems_inside_each_other_without_end_are_refused(fmus, tmp_path, capsys):
     inner = gain("a", 1.0)
     for k in range(1000):
