@@ -197,6 +197,20 @@ static char *decoded(const char *uri)
     return plain;
 }
 
+/* whether a text is UTF-8, as FMI has it; what is not would crash pythonfmu */
+static int is_utf8(const char *text)
+{
+    const unsigned char *c = (const unsigned char *)text;
+    while (*c) {
+        int more = *c < 0x80 ? 0 : *c >= 0xc2 && *c < 0xe0 ? 1 : (*c & 0xf0) == 0xe0 ? 2 : *c >= 0xf0 && *c < 0xf5 ? 3 : -1;
+        unsigned low = *c == 0xe0 ? 0xa0 : *c == 0xf0 ? 0x90 : 0x80, high = *c == 0xed ? 0x9f : *c == 0xf4 ? 0x8f : 0xbf;
+        if (more < 0) return 0;
+        for (c++; more > 0; more--, c++, low = 0x80, high = 0xbf)
+            if (*c < low || *c > high) return 0;
+    }
+    return 1;
+}
+
 /* whether the FMU's resources are where the importer says; pythonfmu crashes where they are not */
 static int there(const char *folder)
 {
@@ -204,6 +218,10 @@ static int there(const char *folder)
     FILE *file = NULL;
     if (strstr(folder, "%20")) { /* pythonfmu would take it for a blank */
         snprintf(trouble, sizeof trouble, "this FMU cannot run from a folder with %%20 in its name: %.4000s", folder);
+        return 0;
+    }
+    if (!is_utf8(folder)) {
+        snprintf(trouble, sizeof trouble, "this FMU cannot run from a folder whose name is not UTF-8");
         return 0;
     }
     if (snprintf(path, sizeof path, "%s/slavemodule.txt", folder) < (int)sizeof path) file = fopen(path, "r");
@@ -247,7 +265,7 @@ EXPORT fmi2Component fmi2Instantiate(fmi2String name, int type, fmi2String guid,
     Instance *instance = calloc(1, sizeof *instance);
     char *path = decoded(resources), *folder = NULL;
     if (!instance) return NULL;
-    if (!name) name = "";
+    if (!name || !is_utf8(name)) name = "";
     if (functions) instance->importer = instance->mine = *functions;
     instance->mine.logger = on_log;
     instance->mine.componentEnvironment = instance;

@@ -108,6 +108,8 @@ static int corners(void *library, unsigned reference)
     *(void **)&unpack = dlsym(library, "fmi2DeSerializeFMUstate");
     MUST(!instantiate("native", 0, arguments[4], arguments[3], own, 0, 0)); /* model exchange */
     MUST(!instantiate("native", 1, "another", arguments[3], own, 0, 0));
+    MUST(c = instantiate("caf\xe9", 1, arguments[4], arguments[3], own, 0, 0)); /* not UTF-8 */
+    release(c);
     MUST(c = instantiate(NULL, 1, arguments[4], arguments[3], own, 0, 0));
     memset(own, 0x55, sizeof *own);
     free(own);

@@ -235,6 +235,15 @@ def test_where_the_resources_are(native, unpacked, tmp_path):
     assert "cannot run from a folder with %%20 in its name" in done.stderr
 
 
+def test_names_that_are_not_utf8(native, unpacked, tmp_path):
+    """They would crash pythonfmu; an instance's name is left away (`corners` has one), a folder is told."""
+    fmu = Path(os.fsdecode(bytes(tmp_path) + b"/f\xfcr"))
+    shutil.copytree(unpacked["DeepseaArm"], fmu)
+    done = call(native, "cycles", fmu, "1")
+    assert done.returncode == 1
+    assert "[4] this FMU cannot run from a folder whose name is not UTF-8" in done.stderr
+
+
 def test_a_python_of_others_in_the_environment_is_told(native, unpacked):
     done = call(native, "cycles", unpacked["DeepseaArm"], "1", PYTHONHOME="/nowhere")
     assert done.returncode == 1
