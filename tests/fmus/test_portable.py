@@ -8,6 +8,7 @@ import shutil
 import signal
 import subprocess
 import sys
+import venv
 import zipfile
 from pathlib import Path
 from xml.etree import ElementTree
@@ -276,6 +277,16 @@ def test_packages_that_another_python_lacks_are_those_of_the_fmu(native, unpacke
     (resources / "python" / tail / "__init__.py").write_text("")
     done = call(native, "cycles", fmu, "1")
     assert done.returncode == 0, done.stderr
+
+
+def test_the_packages_are_those_of_the_python_that_was_named(native, unpacked, tmp_path):
+    """Not those of the one that built the FMU, of which some may be there too."""
+    bare = tmp_path / "bare"
+    venv.create(bare, symlinks=True)
+    done = call(native, "cycles", unpacked["DeepseaArm"], "1", DEEPSEA_COSIM_PYTHON=str(bare / "bin" / "python"))
+    assert done.returncode == 1
+    assert f"{bare} lacks what this FMU needs: {bare}/bin/python -m pip install " in done.stderr
+    assert '"mujoco==' in done.stderr
 
 
 def test_packages_of_other_versions_are_told(native, unpacked, tmp_path):
