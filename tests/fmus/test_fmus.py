@@ -267,6 +267,18 @@ def test_load_that_cannot_be_held_is_a_warning(instance):
     assert any(status == 1 and "F_hold" in text for status, text in it.log)
 
 
+def test_a_restored_state_is_no_start(instance):
+    """Where F_hold is at that moment is of no matter to a run."""
+    it = instance("DeepseaHydraulics").start()
+    it.doStep(0.0, 1e-3)
+    it.set("F_hold", 60000.0)
+    state = it.getFMUstate()
+    it.doStep(1e-3, 1e-3)
+    it.setFMUstate(state)
+    it.freeFMUstate(state)
+    assert it.log == []
+
+
 @pytest.mark.parametrize("use", [False, True])
 def test_a_command_that_is_not_followed_is_a_warning(instance, use):
     it = instance("DeepseaHydraulics")
