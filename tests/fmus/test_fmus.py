@@ -12,6 +12,7 @@ from pathlib import Path
 import fmpy
 import numpy as np
 import pytest
+from deepsea_cosim.fmus.build import HERE
 from deepsea_cosim.fmus.readme import table_of
 from fmpy import calloc, free
 from fmpy.fmi1 import FMICallException
@@ -481,3 +482,16 @@ def test_log_categories_that_are_asked_for(instance, asked, told):
     it.setDebugLogging(False, [])
     with fails(it, "out of range"):  # errors are always told
         it.set("F_hold", 1e300)
+
+
+def test_a_system_without_a_folder_for_temporary_files(tmp_path, monkeypatch):
+    """Where the code is unpacked does not depend on it."""
+
+    def none():
+        raise FileNotFoundError(2, "No usable temporary directory found")
+
+    space = {"__file__": str(tmp_path / "script.py")}
+    exec((HERE / "entry.py.in").read_text().partition("# pythonfmu 0.7.0 runs")[0], space)
+    monkeypatch.setattr("tempfile.gettempdir", none)
+    monkeypatch.setenv("DEEPSEA_COSIM_CACHE", str(tmp_path / "cache"))
+    assert space["cache_folders"]() == [tmp_path / "cache" / "deepsea-cosim", tmp_path]
