@@ -24,7 +24,7 @@
 
 #define LEAST 311 /* version of Python, times 100 */
 
-static void *python; /* the library, or the whole process where Python runs already */
+static void *_Atomic python; /* the library, or the whole process where Python runs already */
 
 /* Python starts once in a process, which may have loaded several of these libraries: a lock that all of them share,
  * because the linker makes symbols of this kind one. Where it does not know them, each library has its own. */

@@ -348,6 +348,26 @@ def test_the_front_library_under_the_address_sanitizer(sanitized, unpacked, mode
     assert sound(done), done.stderr
 
 
+def test_the_front_library_under_the_thread_sanitizer(unpacked, tmp_path):
+    """Two threads begin, and one of them finds the other starting Python."""
+    flags, front = ("-g", "-fsanitize=thread"), build.HERE / "front"
+    shared = ("-shared", "-fPIC", "-fvisibility=hidden", "-Wl,-z,nodelete")
+    fmu = tmp_path / "fmu"
+    shutil.copytree(unpacked["DeepseaHydraulics"], fmu)
+    place = fmu / "binaries" / "linux64" / "DeepseaHydraulics.so"
+    try:
+        program = compiled(Path(__file__).parent / "native.c", tmp_path / "native", *flags)
+        compiled(front / "front.c", place, *flags, str(front / "python.c"), *shared)
+    except subprocess.CalledProcessError:
+        pytest.skip("this compiler has no thread sanitizer")
+    done = call(program, "threads", fmu, OUTPUT)
+    if "unexpected memory mapping" in done.stderr:
+        pytest.skip("the thread sanitizer does not run with this kernel's memory layout")
+    assert done.returncode == 0, done.stderr
+    assert "ThreadSanitizer" not in done.stderr
+    assert done.stdout
+
+
 @pytest.mark.parametrize(("mode", "last"), [("cycles", "50"), ("threads", "2")])
 def test_the_front_library_leaks_nothing(sanitized, toys, tmp_path, mode, last):
     """With an FMU that imports little: every object that Python leaves at its end is traced."""
