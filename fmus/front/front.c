@@ -17,7 +17,9 @@
 
 #include <ctype.h>
 #include <dlfcn.h>
+#include <fenv.h>
 #include <limits.h>
+#include <math.h>
 #include <pthread.h>
 #include <stdarg.h>
 #include <stddef.h>
@@ -55,16 +57,28 @@ static char trouble[8192]; /* why something could not be loaded */
  * waits must not hold up Python, which the one inside needs. */
 static pthread_mutex_t inside = PTHREAD_RECURSIVE_MUTEX_INITIALIZER_NP;
 
+static fenv_t outside; /* the importer's floating-point environment, where it traps NaN or rounds otherwise */
+static int depth, strange;
+
 static void lock(void)
 {
     void *state;
-    if (!pthread_mutex_trylock(&inside)) return;
-    state = python_let_go();
-    pthread_mutex_lock(&inside);
-    python_hold(state);
+    if (pthread_mutex_trylock(&inside)) {
+        state = python_let_go();
+        pthread_mutex_lock(&inside);
+        python_hold(state);
+    }
+    if (!depth++ && (strange = fegetexcept() || fegetround() != FE_TONEAREST)) {
+        fegetenv(&outside);
+        fesetenv(FE_DFL_ENV);
+    }
 }
 
-static void unlock(void) { pthread_mutex_unlock(&inside); }
+static void unlock(void)
+{
+    if (!--depth && strange) fesetenv(&outside);
+    pthread_mutex_unlock(&inside);
+}
 
 static const char *const categories[] = {"logStatusWarning", "logStatusError", "logStatusFatal", "logAll"};
 enum { CATEGORIES = sizeof categories / sizeof *categories };
@@ -397,7 +411,7 @@ EXPORT fmi2Status fmi2SetReal(fmi2Component c, const fmi2ValueReference vr[], si
         const Shared *s = &instance->shared;
         for (i = 0; i < n; i++)
             if (vr[i] >= (unsigned)s->count || s->role[vr[i]] != INPUT ||
-                !(value[i] >= s->low[vr[i]] && value[i] <= s->high[vr[i]])) /* also true for NaN */
+                !(isgreaterequal(value[i], s->low[vr[i]]) && islessequal(value[i], s->high[vr[i]]))) /* also true for NaN */
                 return forward_set_real(c, vr, n, value);
         for (i = 0; i < n; i++) s->values[vr[i]] = value[i];
         *s->stale = 1;

@@ -27,7 +27,7 @@ OUTPUT = "4"
 
 
 def compiled(source: Path, target: Path, *flags: str) -> Path:
-    command = [build.c_compiler(), "-O1", *flags, *map(str, [source]), "-o", str(target), "-ldl", "-lpthread"]
+    command = [build.c_compiler(), "-O1", *flags, *map(str, [source]), "-o", str(target), "-ldl", "-lpthread", "-lm"]
     subprocess.run(command, check=True, capture_output=True)
     return target
 
@@ -185,7 +185,7 @@ def test_an_interpreter_that_greets_or_is_too_old(native, unpacked, tmp_path):
 
 @pytest.mark.parametrize("name", MODELS)
 def test_what_is_legal_and_seldom_done(native, unpacked, name):
-    """Reset before the end, states used again, no name, callbacks that do not last, wrong references."""
+    """Reset before the end, states used again, no name, callbacks that do not last, wrong references, trapped NaN."""
     for _ in range(5):
         done = call(native, "corners", unpacked[name], OUTPUT)
         assert done.returncode == 0, done.stderr
