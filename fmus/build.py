@@ -151,7 +151,7 @@ def front_library(folder: Path) -> dict[str, bytes]:
             # never unloaded: Python and pythonfmu's library stay in the process, and know this library's functions
             flags = ["-O2", "-shared", "-fPIC", "-fvisibility=hidden", "-Wl,-z,nodelete"]
             files = [str(HERE / "front" / f"{source}.c") for source in sources]
-            command = [compiler, *flags, *files, "-o", str(target), "-ldl", "-lpthread"]
+            command = [compiler, *flags, *files, "-o", str(target), "-ldl", "-lpthread", "-lm"]
             if subprocess.run(command, capture_output=True).returncode:
                 return {}
         elif not target.is_file():

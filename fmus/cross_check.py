@@ -37,7 +37,7 @@ TOLERANCE = 1e-6
 
 
 def _arm(t: float) -> dict[str, float]:
-    return {"F_h": 6882.6 + 400.0 * math.sin(2.0 * math.pi * t)}
+    return {"F_h": 6882.6 + 400.0 * math.cos(2.0 * math.pi * t)}  # by a sine the beam would drift to its dead centre
 
 
 def _hydraulics(t: float) -> dict[str, float]:
@@ -291,7 +291,8 @@ def _readme(name: str) -> str:
     return (
         f"# {name}\n\n`{name}_in.csv`: inputs, set at the time of a row and held for {STEP:g} s. `{name}_ref.csv`: "
         f"outputs at the start and after every {WRITTEN} steps, from the model's Python class without FMI. All "
-        "parameters have their start values. The other files are what importers made of it.\n"
+        "parameters have their start values. The other files are what importers made of it.\n\nThe FMU needs Python "
+        "with the packages of its `resources/requirements.txt`, unless it was built with `--standalone`.\n"
     )
 
 

@@ -101,6 +101,7 @@ class Instance:
         self._zeros = np.zeros(len(self.out))
         self._clock = np.zeros(1)
         self.phase = INSTANTIATED
+        self._restoring = False
         if self.has_front:
             arrays = (self.values, self._low, self._high, self._roles, self._stale, self._clock)
             places = " ".join(f"{array.ctypes.data:#x}" for array in arrays)
@@ -268,7 +269,11 @@ class Instance:
         self.values[:] = state["values"]
         self.time, self.phase = state["time"], state["phase"]
         if state["model"] is not None:
-            self.build(self._parameters())
+            self._restoring = True
+            try:
+                self.build(self._parameters())
+            finally:
+                self._restoring = False
             self.set_model_state(state["model"])
         self.values[:] = state["values"]
         self._stale[0] = state["stale"]
@@ -293,8 +298,9 @@ class Instance:
     # helpers
 
     def warn(self, text: str) -> None:
-        """Log a warning."""
-        self._tell(text, self.statuses.warning)
+        """Log a warning; what is to be said of a start has no meaning where a state is restored."""
+        if not self._restoring:
+            self._tell(text, self.statuses.warning)
 
     def _tell(self, text: str, status: Any) -> None:
         """Log a text, which is a printf format for the importer; the front library sees to that itself."""

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import weakref
 from dataclasses import replace
 from math import ceil
 from typing import Any
@@ -53,8 +54,9 @@ class DeepseaMachine(Slave):
         super().__init__(**kwargs)
         self.description = "Deep-sea valve-controlled hydraulic cylinder and the arm it moves, coupled"
         self.parts = {name: kind(**{**kwargs, "resources": ""}) for name, kind in PARTS.items()}
+        me = weakref.proxy(self)  # a cycle of references would keep a freed instance until Python looks for such
         for part in self.parts.values():
-            part.warn = self.warn  # type: ignore[method-assign]
+            part.warn = lambda text: me.warn(text)  # type: ignore[method-assign]
         # places of the parts' variables, here and there
         self._given = {name: self._places(name, ("input", "parameter")) for name in PARTS}
         self._told = {name: self._places(name, ("output",)) for name in PARTS}

@@ -17,7 +17,9 @@
 
 #include <ctype.h>
 #include <dlfcn.h>
+#include <fenv.h>
 #include <limits.h>
+#include <math.h>
 #include <pthread.h>
 #include <stdarg.h>
 #include <stddef.h>
@@ -55,16 +57,28 @@ static char trouble[8192]; /* why something could not be loaded */
  * waits must not hold up Python, which the one inside needs. */
 static pthread_mutex_t inside = PTHREAD_RECURSIVE_MUTEX_INITIALIZER_NP;
 
+static fenv_t outside; /* the importer's floating-point environment, where it traps NaN or rounds otherwise */
+static int depth, strange;
+
 static void lock(void)
 {
     void *state;
-    if (!pthread_mutex_trylock(&inside)) return;
-    state = python_let_go();
-    pthread_mutex_lock(&inside);
-    python_hold(state);
+    if (pthread_mutex_trylock(&inside)) {
+        state = python_let_go();
+        pthread_mutex_lock(&inside);
+        python_hold(state);
+    }
+    if (!depth++ && (strange = fegetexcept() || fegetround() != FE_TONEAREST)) {
+        fegetenv(&outside);
+        fesetenv(FE_DFL_ENV);
+    }
 }
 
-static void unlock(void) { pthread_mutex_unlock(&inside); }
+static void unlock(void)
+{
+    if (!--depth && strange) fesetenv(&outside);
+    pthread_mutex_unlock(&inside);
+}
 
 static const char *const categories[] = {"logStatusWarning", "logStatusError", "logStatusFatal", "logAll"};
 enum { CATEGORIES = sizeof categories / sizeof *categories };
@@ -197,6 +211,20 @@ static char *decoded(const char *uri)
     return plain;
 }
 
+/* whether a text is UTF-8, as FMI has it; what is not would crash pythonfmu */
+static int is_utf8(const char *text)
+{
+    const unsigned char *c = (const unsigned char *)text;
+    while (*c) {
+        int more = *c < 0x80 ? 0 : *c >= 0xc2 && *c < 0xe0 ? 1 : (*c & 0xf0) == 0xe0 ? 2 : *c >= 0xf0 && *c < 0xf5 ? 3 : -1;
+        unsigned low = *c == 0xe0 ? 0xa0 : *c == 0xf0 ? 0x90 : 0x80, high = *c == 0xed ? 0x9f : *c == 0xf4 ? 0x8f : 0xbf;
+        if (more < 0) return 0;
+        for (c++; more > 0; more--, c++, low = 0x80, high = 0xbf)
+            if (*c < low || *c > high) return 0;
+    }
+    return 1;
+}
+
 /* whether the FMU's resources are where the importer says; pythonfmu crashes where they are not */
 static int there(const char *folder)
 {
@@ -204,6 +232,10 @@ static int there(const char *folder)
     FILE *file = NULL;
     if (strstr(folder, "%20")) { /* pythonfmu would take it for a blank */
         snprintf(trouble, sizeof trouble, "this FMU cannot run from a folder with %%20 in its name: %.4000s", folder);
+        return 0;
+    }
+    if (!is_utf8(folder)) {
+        snprintf(trouble, sizeof trouble, "this FMU cannot run from a folder whose name is not UTF-8");
         return 0;
     }
     if (snprintf(path, sizeof path, "%s/slavemodule.txt", folder) < (int)sizeof path) file = fopen(path, "r");
@@ -247,7 +279,7 @@ EXPORT fmi2Component fmi2Instantiate(fmi2String name, int type, fmi2String guid,
     Instance *instance = calloc(1, sizeof *instance);
     char *path = decoded(resources), *folder = NULL;
     if (!instance) return NULL;
-    if (!name) name = "";
+    if (!name || !is_utf8(name)) name = "";
     if (functions) instance->importer = instance->mine = *functions;
     instance->mine.logger = on_log;
     instance->mine.componentEnvironment = instance;
@@ -379,7 +411,7 @@ EXPORT fmi2Status fmi2SetReal(fmi2Component c, const fmi2ValueReference vr[], si
         const Shared *s = &instance->shared;
         for (i = 0; i < n; i++)
             if (vr[i] >= (unsigned)s->count || s->role[vr[i]] != INPUT ||
-                !(value[i] >= s->low[vr[i]] && value[i] <= s->high[vr[i]])) /* also true for NaN */
+                !(isgreaterequal(value[i], s->low[vr[i]]) && islessequal(value[i], s->high[vr[i]]))) /* also true for NaN */
                 return forward_set_real(c, vr, n, value);
         for (i = 0; i < n; i++) s->values[vr[i]] = value[i];
         *s->stale = 1;

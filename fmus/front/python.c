@@ -24,7 +24,7 @@
 
 #define LEAST 311 /* version of Python, times 100 */
 
-static void *python; /* the library, or the whole process where Python runs already */
+static void *_Atomic python; /* the library, or the whole process where Python runs already */
 
 /* Python starts once in a process, which may have loaded several of these libraries: a lock that all of them share,
  * because the linker makes symbols of this kind one. Where it does not know them, each library has its own. */
@@ -248,7 +248,8 @@ static int complete(const char *resources, char *told, size_t size)
         "importlib.invalidate_caches()\n"
         "def look():\n"
         "    if sys.version_info < (3, 11):\n"
-        "        return '!this FMU needs Python 3.11 or a later one; %s is %d.%d' % (sys.executable, *sys.version_info[:2])\n"
+        "        return '!this FMU needs Python 3.11 or a later one; %s is %d.%d' % (\n"
+        "            sys.executable or 'that of this process', *sys.version_info[:2])\n"
         "    lost = ''\n"
         "    try:\n"
         "        wanted = [line.strip() for line in open(os.path.join(resources, 'requirements.txt')) if line.strip()]\n"
@@ -261,7 +262,8 @@ static int complete(const char *resources, char *told, size_t size)
         "    try:\n"
         "        with open(os.path.join(resources, 'python.txt')) as file:\n"
         "            known = file.readline().strip()\n"
-        "        places.append(os.path.join(os.path.dirname(os.path.dirname(known)), tail))\n"
+        "        if not os.environ.get('DEEPSEA_COSIM_PYTHON'):\n" /* who names an interpreter means its packages */
+        "            places.append(os.path.join(os.path.dirname(os.path.dirname(known)), tail))\n"
         "        if os.path.isabs(known) and not os.path.exists(known):\n"
         "            lost = ' (%s, with which it was built, is gone)' % known\n"
         "    except OSError:\n"

@@ -12,6 +12,7 @@ from pathlib import Path
 import fmpy
 import numpy as np
 import pytest
+from deepsea_cosim.fmus.build import HERE
 from deepsea_cosim.fmus.readme import table_of
 from fmpy import calloc, free
 from fmpy.fmi1 import FMICallException
@@ -267,6 +268,18 @@ def test_load_that_cannot_be_held_is_a_warning(instance):
     assert any(status == 1 and "F_hold" in text for status, text in it.log)
 
 
+def test_a_restored_state_is_no_start(instance):
+    """Where F_hold is at that moment is of no matter to a run."""
+    it = instance("DeepseaHydraulics").start()
+    it.doStep(0.0, 1e-3)
+    it.set("F_hold", 60000.0)
+    state = it.getFMUstate()
+    it.doStep(1e-3, 1e-3)
+    it.setFMUstate(state)
+    it.freeFMUstate(state)
+    assert it.log == []
+
+
 @pytest.mark.parametrize("use", [False, True])
 def test_a_command_that_is_not_followed_is_a_warning(instance, use):
     it = instance("DeepseaHydraulics")
@@ -469,3 +482,16 @@ def test_log_categories_that_are_asked_for(instance, asked, told):
     it.setDebugLogging(False, [])
     with fails(it, "out of range"):  # errors are always told
         it.set("F_hold", 1e300)
+
+
+def test_a_system_without_a_folder_for_temporary_files(tmp_path, monkeypatch):
+    """Where the code is unpacked does not depend on it."""
+
+    def none():
+        raise FileNotFoundError(2, "No usable temporary directory found")
+
+    space = {"__file__": str(tmp_path / "script.py")}
+    exec((HERE / "entry.py.in").read_text().partition("# pythonfmu 0.7.0 runs")[0], space)
+    monkeypatch.setattr("tempfile.gettempdir", none)
+    monkeypatch.setenv("DEEPSEA_COSIM_CACHE", str(tmp_path / "cache"))
+    assert space["cache_folders"]() == [tmp_path / "cache" / "deepsea-cosim", tmp_path]

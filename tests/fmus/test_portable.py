@@ -8,6 +8,7 @@ import shutil
 import signal
 import subprocess
 import sys
+import venv
 import zipfile
 from pathlib import Path
 from xml.etree import ElementTree
@@ -26,7 +27,7 @@ OUTPUT = "4"
 
 
 def compiled(source: Path, target: Path, *flags: str) -> Path:
-    command = [build.c_compiler(), "-O1", *flags, *map(str, [source]), "-o", str(target), "-ldl", "-lpthread"]
+    command = [build.c_compiler(), "-O1", *flags, *map(str, [source]), "-o", str(target), "-ldl", "-lpthread", "-lm"]
     subprocess.run(command, check=True, capture_output=True)
     return target
 
@@ -184,7 +185,7 @@ def test_an_interpreter_that_greets_or_is_too_old(native, unpacked, tmp_path):
 
 @pytest.mark.parametrize("name", MODELS)
 def test_what_is_legal_and_seldom_done(native, unpacked, name):
-    """Reset before the end, states used again, no name, callbacks that do not last, wrong references."""
+    """Reset before the end, states used again, no name, callbacks that do not last, wrong references, trapped NaN."""
     for _ in range(5):
         done = call(native, "corners", unpacked[name], OUTPUT)
         assert done.returncode == 0, done.stderr
@@ -235,6 +236,15 @@ def test_where_the_resources_are(native, unpacked, tmp_path):
     assert "cannot run from a folder with %%20 in its name" in done.stderr
 
 
+def test_names_that_are_not_utf8(native, unpacked, tmp_path):
+    """They would crash pythonfmu; an instance's name is left away (`corners` has one), a folder is told."""
+    fmu = Path(os.fsdecode(bytes(tmp_path) + b"/f\xfcr"))
+    shutil.copytree(unpacked["DeepseaArm"], fmu)
+    done = call(native, "cycles", fmu, "1")
+    assert done.returncode == 1
+    assert "[4] this FMU cannot run from a folder whose name is not UTF-8" in done.stderr
+
+
 def test_a_python_of_others_in_the_environment_is_told(native, unpacked):
     done = call(native, "cycles", unpacked["DeepseaArm"], "1", PYTHONHOME="/nowhere")
     assert done.returncode == 1
@@ -267,6 +277,16 @@ def test_packages_that_another_python_lacks_are_those_of_the_fmu(native, unpacke
     (resources / "python" / tail / "__init__.py").write_text("")
     done = call(native, "cycles", fmu, "1")
     assert done.returncode == 0, done.stderr
+
+
+def test_the_packages_are_those_of_the_python_that_was_named(native, unpacked, tmp_path):
+    """Not those of the one that built the FMU, of which some may be there too."""
+    bare = tmp_path / "bare"
+    venv.create(bare, symlinks=True)
+    done = call(native, "cycles", unpacked["DeepseaArm"], "1", DEEPSEA_COSIM_PYTHON=str(bare / "bin" / "python"))
+    assert done.returncode == 1
+    assert f"{bare} lacks what this FMU needs: {bare}/bin/python -m pip install " in done.stderr
+    assert '"mujoco==' in done.stderr
 
 
 def test_packages_of_other_versions_are_told(native, unpacked, tmp_path):
@@ -326,6 +346,26 @@ def test_the_front_library_under_the_address_sanitizer(sanitized, unpacked, mode
     assert done.returncode == 0, done.stderr
     assert done.stdout
     assert sound(done), done.stderr
+
+
+def test_the_front_library_under_the_thread_sanitizer(unpacked, tmp_path):
+    """Two threads begin, and one of them finds the other starting Python."""
+    flags, front = ("-g", "-fsanitize=thread"), build.HERE / "front"
+    shared = ("-shared", "-fPIC", "-fvisibility=hidden", "-Wl,-z,nodelete")
+    fmu = tmp_path / "fmu"
+    shutil.copytree(unpacked["DeepseaHydraulics"], fmu)
+    place = fmu / "binaries" / "linux64" / "DeepseaHydraulics.so"
+    try:
+        program = compiled(Path(__file__).parent / "native.c", tmp_path / "native", *flags)
+        compiled(front / "front.c", place, *flags, str(front / "python.c"), *shared)
+    except subprocess.CalledProcessError:
+        pytest.skip("this compiler has no thread sanitizer")
+    done = call(program, "threads", fmu, OUTPUT)
+    if "unexpected memory mapping" in done.stderr:
+        pytest.skip("the thread sanitizer does not run with this kernel's memory layout")
+    assert done.returncode == 0, done.stderr
+    assert "ThreadSanitizer" not in done.stderr
+    assert done.stdout
 
 
 @pytest.mark.parametrize(("mode", "last"), [("cycles", "50"), ("threads", "2")])

@@ -4,6 +4,8 @@ from __future__ import annotations
 
 import io
 import re
+import subprocess
+import sys
 import zipfile
 from pathlib import Path
 
@@ -54,3 +56,21 @@ def test_versions_and_foreign_fmus_do_not_touch_each_other(built, toys, tmp_path
     apart = run(path, tmp_path / "apart", Options(changes=force, isolate=True)).frame  # a process for each
     assert together.equals(apart)
     assert together["ours.x_h"].iloc[-1] != together["later.x_h"].iloc[-1]
+
+
+def test_an_fmu_of_others_keeps_its_own_pythonfmu(built, toys, tmp_path):
+    """Which may be an older one, that cannot run with what ours carries."""
+    with zipfile.ZipFile(toys / "Spring.fmu") as archive:
+        files = {name: archive.read(name) for name in archive.namelist()}
+    files["resources/pythonfmu/__init__.py"] += b"\nOLDER = True\n"
+    script = next(name for name in files if name.startswith("resources/toy_"))
+    files[script] = files[script].replace(b"import Fmi2", b"import OLDER, Fmi2")
+    with zipfile.ZipFile(tmp_path / "Spring.fmu", "w") as archive:
+        for name, content in files.items():
+            archive.writestr(name, content)
+    ours = {name: built / f"{name}.fmu" for name in ("DeepseaArm", "DeepseaHydraulics")}
+    fmus = {"arm": ours["DeepseaArm"], "spring": tmp_path / "Spring.fmu", "hydraulics": ours["DeepseaHydraulics"]}
+    path = package(tmp_path / "p.ssp", fmus, stop=0.01, step=1e-3)
+    command = [sys.executable, "-m", "deepsea_cosim.master.cli", str(path), "--out", str(tmp_path / "out")]
+    done = subprocess.run(command, capture_output=True, text=True)  # this process has a pythonfmu
+    assert done.returncode == 0, done.stderr
