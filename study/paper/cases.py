@@ -21,7 +21,7 @@ BASE: Mapping[str, float | bool] = {
     "hydraulics.line.diameter": 4e-3, "hydraulics.valve.q_rated": 5 * L_MIN, "hydraulics.relief.p_crack": 20e6,
     "hydraulics.line.variable_viscosity": True,
     "hydraulics.command.target": TARGET, "hydraulics.command.ramp_time": RAMP,
-    "arm.load_weight": 800.0, "arm.current_speed": 0.5,
+    "arm.load_weight": 800.0, "arm.current_speed": 0.5, "arm.drag_as_printed": False,
 }  # fmt: skip
 """What the machine has where a case says nothing."""
 
