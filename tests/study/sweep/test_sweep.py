@@ -408,13 +408,14 @@ def test_a_list_of_cases_that_is_a_folder_is_one_line(tmp_path):
 def test_a_case_that_kills_the_workers_of_a_dask_cluster_has_failed(doubled, tmp_path):
     distributed = pytest.importorskip("distributed")
     import dask
+    from deepsea_cosim.master.dask_executor import DaskExecutor
 
     with dask.config.set({"distributed.scheduler.allowed-failures": 1}):
         cluster = distributed.LocalCluster(
             n_workers=1, threads_per_worker=1, processes=True, dashboard_address=None, silence_logs=50
         )
     with cluster, distributed.Client(cluster) as client:
-        found = run(doubled, tmp_path, "b.trouble=0,3", executor=client.get_executor())
+        found = run(doubled, tmp_path, "b.trouble=0,3", executor=DaskExecutor(client))
     assert found[0]["values"]["end"] == pytest.approx(2.0)
     assert "died" in found[1]["failed"]
 
@@ -463,6 +464,8 @@ def test_pictures_and_units_of_names_that_look_alike(doubled, tmp_path):
 
 def test_a_dask_cluster_whose_worker_is_killed_gives_the_same(doubled, tmp_path):
     distributed = pytest.importorskip("distributed")
+    from deepsea_cosim.master.dask_executor import DaskExecutor
+
     expected = run(doubled, tmp_path / "here", f"{GAIN}=1:40:1", settings=Settings(END.metrics, step=1e-4))
     cluster = distributed.LocalCluster(
         n_workers=2, threads_per_worker=1, processes=True, dashboard_address=None, silence_logs=50
@@ -476,7 +479,7 @@ def test_a_dask_cluster_whose_worker_is_killed_gives_the_same(doubled, tmp_path)
 
     with cluster, distributed.Client(cluster) as client:
         found = run(doubled, tmp_path / "there", f"{GAIN}=1:40:1", settings=Settings(END.metrics, step=1e-4),
-                    executor=client.get_executor(), progress=progress)  # fmt: skip
+                    executor=DaskExecutor(client), progress=progress)  # fmt: skip
     assert killed
     assert found == expected
     assert np.all([e["values"]["end"] == pytest.approx(k + 1.0) for k, e in enumerate(found)])
