@@ -269,6 +269,14 @@ def test_texts_are_as_they_are_written_and_numbers_as_the_parameter_is(doubled, 
     assert (tmp_path / "numbers" / FILE).read_bytes().count(b"\n") == 3
 
 
+def test_items_of_an_enumeration_keep_their_names(doubled, tmp_path):
+    parquet = pytest.importorskip("pyarrow.parquet")
+    line = ["sweep", str(doubled), "--vary", "a.item_in=blue,red", "--metric", "item=final(a.item_out)", "--quiet"]
+    assert main([*line, "--out", str(tmp_path)]) == 0
+    table = parquet.read_table(tmp_path / "sweep.parquet")
+    assert (table["a.item_in"].to_pylist(), table["item"].to_pylist()) == (["blue", "red"], [3.0, 1.0])
+
+
 def test_a_sweep_of_which_every_case_failed_has_not_succeeded(doubled, tmp_path, capsys):
     line = ["sweep", str(doubled), "--metric", "final(b.y1)", "--out", str(tmp_path), "--quiet", "--no-plots"]
     assert main([*line, "--vary", "b.trouble=1"]) == 1
