@@ -136,6 +136,8 @@ def cluster(address: str | None) -> Iterator[Executor | None]:
         raise UsageError("--dask: the address is empty; give one like tcp://scheduler:8786")
     try:
         from distributed import Client
+
+        from .dask_executor import DaskExecutor
     except ImportError:
         raise UsageError("--dask needs the extra 'distributed': pip install deepsea-cosim[distributed]") from None
     try:
@@ -143,7 +145,7 @@ def cluster(address: str | None) -> Iterator[Executor | None]:
     except (OSError, ValueError) as error:
         raise UsageError(f"--dask {address}: no scheduler answers there ({error})") from None
     with client:
-        yield client.get_executor()
+        yield DaskExecutor(client)
 
 
 class Pool:

@@ -55,7 +55,7 @@ class Arm:
         self._bias, self._passive = self.data.qfrc_bias, self.data.qfrc_passive
         self._p = np.zeros(5)
         self.out = np.zeros(11 + BEAM_STRIPS) if out is None else out
-        self.c = c = np.zeros(23)
+        self.c = c = np.zeros(24)
         c[loads.R_EYE], c[loads.BASE_X], c[loads.BASE_Y] = p["rod_eye_radius"], p["base_x"], p["base_y"]
         c[loads.L_0] = linkage.py_func(p["theta0"], p["rod_eye_radius"], p["base_x"], p["base_y"])[0]
         grown = 2.0 * p["effect.marine_growth.thickness"]
@@ -63,6 +63,7 @@ class Arm:
         c[loads.BARREL_L], c[loads.BARREL_D] = p["barrel_length"], p["barrel_diameter"] + grown
         c[loads.ROD_D], c[loads.RHO], c[loads.C_M] = p["rod_diameter"], p["rho_s"], p["C_M"]
         c[loads.C_D] = p["C_D"] * p["effect.drag_coefficient.scale"]
+        c[loads.PRINTED] = p["drag_as_printed"]
         c[loads.SPEED] = p["current_speed"] + p["effect.current_error.offset"]
         c[loads.AMPLITUDE], c[loads.FREQUENCY] = p["current_amplitude"], p["current_frequency"]
         c[loads.AMPLITUDE_2] = p["effect.current_unsteady.amplitude"]

@@ -38,6 +38,13 @@ def drag(u: float, w: float, l1: float, l2: float, diameter: float, rho: float, 
 
 
 @kernel
+def printed_torque(u: float, w: float, l1: float, l2: float, diameter: float, rho: float, C_D: float) -> float:
+    """Torque [N m] of the drag as the paper prints it: Eq. 29, and Eq. 30 with its factor 1/2, added up."""
+    _, turning = drag(0.0, w, l1, l2, diameter, rho, C_D)
+    return turning + 0.5 * rho * C_D * diameter * u * abs(u) * (l2**2 - l1**2)
+
+
+@kernel
 def inertia_per_length(diameter: float, rho: float, C_M: float) -> float:
     """Inertia coefficient rho C_M pi D^2/4 of a strip [kg/m]: force per length and relative acceleration."""
     return rho * C_M * pi * diameter**2 / 4.0

@@ -13,14 +13,14 @@ from math import cos, pi, sin, tanh
 
 from ..core.jit import kernel
 from ..core.sea import GRAVITY
-from .hydrodynamics import added_inertia, drag, inertia_per_length, wave
+from .hydrodynamics import added_inertia, drag, inertia_per_length, printed_torque, wave
 from .linkage import linkage
 
 (
     R_EYE, BASE_X, BASE_Y, L_0, BEAM_L, BEAM_D, BARREL_L, BARREL_D, ROD_D, RHO, C_D, C_M,
     SPEED, AMPLITUDE, FREQUENCY, WEIGHT_MOMENT,
-    BUOY, TAU_C, TAU_V, OMEGA_0, AMPLITUDE_2, FREQUENCY_2, PHASE_2,
-) = range(23)  # fmt: skip
+    BUOY, TAU_C, TAU_V, OMEGA_0, AMPLITUDE_2, FREQUENCY_2, PHASE_2, PRINTED,
+) = range(24)  # fmt: skip
 """Places of the constants."""
 
 MASS, TORQUE, LEVER, X, V = range(5)
@@ -39,6 +39,15 @@ def current(t: float, c: object) -> tuple[float, float]:
 def pivot_friction(omega: float, c: object) -> float:
     """Torque [N m] of the pivot's friction against omega [rad/s]: Coulomb (regularised) and viscous."""
     return c[TAU_C] * tanh(omega / c[OMEGA_0]) + c[TAU_V] * omega
+
+
+@kernel
+def drag_torque(u: float, w: float, l1: float, l2: float, diameter: float, c: object) -> float:
+    """Torque [N m] about the hinge of the drag between distances l1 and l2 [m] from it."""
+    if c[PRINTED] > 0.0:
+        return printed_torque(u, w, l1, l2, diameter, c[RHO], c[C_D])
+    _, torque = drag(u, w, l1, l2, diameter, c[RHO], c[C_D])
+    return torque
 
 
 @kernel
@@ -61,7 +70,7 @@ def project(
     L, dL, ddL, phi, dphi, ddphi = linkage(theta, c[R_EYE], c[BASE_X], c[BASE_Y])
     v, a = current(t, c)
     # water on the beam, about the pivot
-    _, beam = drag(-v * sin(theta), omega, 0.0, c[BEAM_L], c[BEAM_D], c[RHO], c[C_D])
+    beam = drag_torque(-v * sin(theta), omega, 0.0, c[BEAM_L], c[BEAM_D], c)
     beam += inertia_per_length(c[BEAM_D], c[RHO], c[C_M]) * -a * sin(theta) * c[BEAM_L] ** 2 / 2.0
     beam_inertia = added_inertia(0.0, c[BEAM_L], c[BEAM_D], c[RHO], c[C_M])
     # water on the cylinder, about the base hinge
@@ -98,8 +107,8 @@ def cylinder_water_torque(phi: float, w: float, L: float, v: float, a: float, c:
     """Torque [N m] about the base hinge of drag and of the current's acceleration on barrel and outer rod."""
     u = -v * sin(phi)
     end = min(c[BARREL_L], L)
-    _, barrel = drag(u, w, 0.0, end, c[BARREL_D], c[RHO], c[C_D])
-    _, rod = drag(u, w, end, L, c[ROD_D], c[RHO], c[C_D])
+    barrel = drag_torque(u, w, 0.0, end, c[BARREL_D], c)
+    rod = drag_torque(u, w, end, L, c[ROD_D], c)
     inertia = inertia_per_length(c[BARREL_D], c[RHO], c[C_M]) * end**2 / 2.0
     inertia += inertia_per_length(c[ROD_D], c[RHO], c[C_M]) * (L**2 - end**2) / 2.0
     return barrel + rod - inertia * a * sin(phi)
@@ -112,7 +121,7 @@ def report(theta: float, omega: float, alpha: float, t: float, F_h: float, c: ob
     v, a = current(t, c)
     per_length = inertia_per_length(c[BEAM_D], c[RHO], c[C_M])
     u = -v * sin(theta)
-    _, torque = drag(u, omega, 0.0, c[BEAM_L], c[BEAM_D], c[RHO], c[C_D])
+    torque = drag_torque(u, omega, 0.0, c[BEAM_L], c[BEAM_D], c)
     torque += per_length * (-a * sin(theta) * c[BEAM_L] ** 2 / 2.0 - alpha * c[BEAM_L] ** 3 / 3.0)
     phi_acceleration = dphi * alpha + ddphi * omega * omega
     out[0] = L - c[L_0]

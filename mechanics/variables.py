@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from math import radians
 
-from ..core.variables import Variable, VariableTable, parameter, signal_in, signal_out
+from ..core.variables import Variable, VariableTable, parameter, signal_in, signal_out, switch
 
 BEAM_STRIPS = 8
 
@@ -68,6 +68,8 @@ ARM = VariableTable(
         parameter("rod_diameter", 0.025, "m", 1e-4, 10.0, "diameter of the rod"),
         parameter("C_D", 1.2, "1", 0.0, 20.0, "drag coefficient"),
         parameter("C_M", 2.0, "1", 0.0, 20.0, "inertia coefficient"),
+        switch("drag_as_printed", False, "the drag's torque is the sum of Eqs. 29 and 30 as printed, not that of the "
+               "relative velocity"),
         parameter("rho_s", 1025.0, "kg/m3", 0.0, 2000.0, "density of sea water", 1000.0),
         parameter("current_speed", 0.5, "m/s", -10.0, 10.0, "steady part of the current, positive towards retraction"),
         parameter("current_amplitude", 0.0, "m/s", 0.0, 10.0, "amplitude of the sinusoidal part of the current"),

@@ -17,8 +17,8 @@ EXAMPLES = """examples:
   cosim-study envelope build/deepsea_11km.ssp --at 11000
   cosim-study sweep plant.ssp --vary body.m=1:5 --vary spring.k=100:400 --sample sobol:256
 
-exit codes: 0 done (failed cases are listed), 1 the simulation had to stop, 2 bad input, 130 interrupted (what a
-sweep or an envelope has done is kept)
+exit codes: 0 done (failed cases are listed), 1 the simulation had to stop or every case failed, 2 bad input,
+130 interrupted (what a sweep or an envelope has done is kept)
 """
 
 PAPER_EXAMPLES = """examples:

@@ -19,6 +19,8 @@ def picture(path: Path, options: Options, groups: Sequence[Group], found: Mappin
     panels = third.choices if third else (None,)
     figure = Figure(figsize=(4.2 * len(panels) if third else 6.5, 3.8), layout="constrained")
     shared, along = None, _by_size(first)
+    bottom = min((options.low if r.value is None else r.value for r in found.values()), default=options.low)
+    bottom = bottom if bottom < options.high else options.low
     for k, panel in enumerate(panels):
         ax = figure.add_subplot(1, len(panels), k + 1, sharey=shared)
         shared = shared or ax
@@ -28,7 +30,7 @@ def picture(path: Path, options: Options, groups: Sequence[Group], found: Mappin
             reach = [found[(c.name, *rest)] for c in along]
             values = [options.low if r.value is None else r.value for r in reach]
             names = [c.name for c in along]
-            width = 1.5 + 2.0 * behind  # so that designs which reach equally far are seen behind each other
+            width = 1.5 + 1.4 * behind  # so that designs which reach equally far are seen behind each other
             [drawn] = ax.plot(names, values, "-", linewidth=width, label=line.name if line else None)
             for marker, mine in (("o", _edge), ("^", _beyond), ("x", _nowhere)):
                 chosen = [k for k, r in enumerate(reach) if mine(r)]
@@ -36,8 +38,8 @@ def picture(path: Path, options: Options, groups: Sequence[Group], found: Mappin
                 ax.plot(*zip(*at, strict=True) if at else ((), ()), marker, color=drawn.get_color(), markersize=size)
         ax.set_xlabel(first.name)
         ax.grid(alpha=0.3)
-        span = options.high - options.low
-        ax.set_ylim(options.low - 0.03 * span, options.high + 0.03 * span)
+        span = options.high - bottom
+        ax.set_ylim(bottom - 0.05 * span, options.high + 0.05 * span)
         if panel is not None:
             ax.set_title(f"{third.name}: {panel.name}" if third else "")
         if k == 0:

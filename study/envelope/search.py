@@ -6,7 +6,7 @@ from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from typing import Any
 
-from ...core.errors import SimulationError
+from ...core.errors import SimulationError, UsageError
 from ...master.pool import Pool
 from ..sweep.run import Settings, Task, measure
 from .options import Design, Options
@@ -25,7 +25,8 @@ class Reach:
     """The greatest value of the axis at which everything holds, to within the options' `within`.
 
     None where it does not hold even at the low end; `whole` where it holds up to the high end. `why`: the low end
-    cannot be run; `hole`: a value below at which it does not hold; `beyond`: runs just beyond fail, and why.
+    cannot be run; `hole`: a value below at which it does not hold; `beyond`: runs just beyond fail, and why; `absent`:
+    what is required and has no number at the low end, as an event that never comes.
     """
 
     value: float | None
@@ -33,6 +34,7 @@ class Reach:
     why: str | None = None
     hole: float | None = None
     beyond: str | None = None
+    absent: tuple[str, ...] = ()
 
 
 def settings(options: Options) -> Settings:
@@ -64,7 +66,8 @@ def reach(package: str, question: Question) -> Reach:
     if "failed" in first:
         return Reach(None, why=str(first["failed"]))
     if not holds(o, first):
-        return Reach(None)
+        numbers = first.get("values", {})
+        return Reach(None, absent=tuple(r.metric.label for r in o.requirements if numbers.get(r.metric.label) is None))
     low, high = o.low, o.high
     held = {low}
     last = at(high)
@@ -90,12 +93,16 @@ def reach(package: str, question: Question) -> Reach:
 def reaches(
     pool: Pool, options: Options, designs: Sequence[Design], fixed: dict[str, Any]
 ) -> Iterator[tuple[Design, Reach]]:
-    """How far each design goes, as soon as it is known."""
-    why = []
+    """How far each design goes, as soon as it is known; raises `CosimError` where no design says anything."""
+    why, never = [], {r.metric.label: str(r.metric) for r in options.requirements}
     for k, answer in pool.each_surviving(reach, [Question(options, {**fixed, **d.parameters}) for d in designs]):
         found = answer if isinstance(answer, Reach) else Reach(None, why=answer.reason)
         why.append(found.why and f"{', '.join(designs[k].changes) or 'the machine as it is'}: {found.why}")
+        never = {label: text for label, text in never.items() if label in found.absent}
         yield designs[k], found
+    for text in never.values():
+        raise UsageError(f"{text} has no number in any design at {options.low:g} {options.unit}: what it waits for "
+                         "never comes; is it meant in the connector's unit?")  # fmt: skip
     if all(why):
         raise SimulationError(f"no design can be run at {options.low:g} {options.unit}; {why[0]}")
 

@@ -88,7 +88,7 @@ def _told(r: Any, wanted: Any) -> str:
     if r.why:
         return f"cannot be run at {wanted.low:g}: {r.why}"
     if r.value is None:
-        return f"not even {wanted.low:g}"
+        return f"not even {wanted.low:g}" + (f" ({', '.join(r.absent)}: never)" if r.absent else "")
     places = max(0, -floor(log10(wanted.within)))
     told = f"{wanted.high:g} and more" if r.whole else f"{r.value:.{places}f}"
     told += f", but not at {r.hole:.{places}f}" if r.hole is not None else ""

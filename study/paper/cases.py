@@ -20,7 +20,8 @@ BASE: Mapping[str, float | bool] = {
     "hydraulics.oil.alpha": 2.2e-8, "hydraulics.oil.nu0": 22e-6, "hydraulics.line.length": 4.0,
     "hydraulics.line.diameter": 4e-3, "hydraulics.valve.q_rated": 5 * L_MIN, "hydraulics.relief.p_crack": 20e6,
     "hydraulics.line.variable_viscosity": True,
-    "hydraulics.command.target": TARGET, "arm.load_weight": 800.0, "arm.current_speed": 0.5,
+    "hydraulics.command.target": TARGET, "hydraulics.command.ramp_time": RAMP,
+    "arm.load_weight": 800.0, "arm.current_speed": 0.5, "arm.drag_as_printed": False,
 }  # fmt: skip
 """What the machine has where a case says nothing."""
 
@@ -57,11 +58,14 @@ class Case:
 
 
 def _one(name: str, factor: float, unit: str, values: tuple[float, ...]) -> tuple[Case, ...]:
-    return tuple(Case(f"{v:g} {unit}".strip(), {name: v * factor}) for v in values)
+    """Cases of one parameter; a unit that begins with a power of ten ends the number."""
+    told = unit if unit.startswith("e-") else f" {unit}"
+    return tuple(Case(f"{v:g}{told}", {name: v * factor}) for v in values)
 
 
 CONSTANT = Case("11 km, constant viscosity", {"hydraulics.line.variable_viscosity": False})
 DEEPEST = Case("11 km", {})
+SLOWER = Case("200 mm in 10 s", {"hydraulics.command.ramp_time": 2 * RAMP})
 DEPTHS = _one("depth", KM, "km", (0, 1, 2, 3, 4, 5, 6, 7, 8, 9, 10, 11))
 
 FIGURES: Mapping[int, tuple[str, tuple[Case, ...]]] = {
@@ -80,15 +84,21 @@ FIGURES: Mapping[int, tuple[str, tuple[Case, ...]]] = {
 }
 """Title and curves of each figure that shows runs of the machine."""
 
+PROMPT: Mapping[int, tuple[str, float]] = {
+    9: ("9 km and less", TARGET), 13: ("1.8e-8 1/Pa and less", TARGET), 14: ("10 cSt", TARGET), 15: ("2 m", TARGET),
+    16: ("5 mm", TARGET), 19: ("100 mm", 0.1),
+}  # fmt: skip
+"""What the paper says is not delayed, by figure, and the command's target [m]."""
+
 RECORD = (
     "arm.x_h", "arm.v_h", "arm.theta", "arm.M_hd", "hydraulics.F_h", "hydraulics.P1", "hydraulics.P2", "hydraulics.Pa",
-    "hydraulics.Pb", "hydraulics.Pp", "hydraulics.Pt", "hydraulics.x_v", "hydraulics.x_cmd",
+    "hydraulics.Pb", "hydraulics.Pp", "hydraulics.Pt", "hydraulics.Qrv", "hydraulics.x_v", "hydraulics.x_cmd",
 )  # fmt: skip
 
 
 def all_cases() -> tuple[Case, ...]:
     """Every run once."""
     found: dict[tuple[tuple[str, float], ...], Case] = {}
-    for case in (DEEPEST, *(c for _, cases in FIGURES.values() for c in cases)):
+    for case in (DEEPEST, SLOWER, *(c for _, cases in FIGURES.values() for c in cases)):
         found.setdefault(case.key, case)
     return tuple(found.values())

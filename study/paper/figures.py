@@ -11,7 +11,7 @@ from matplotlib.axes import Axes
 from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
 
-from .cases import CONSTANT, DEEPEST, DEPTHS, FIGURES, T_DOWN, T_START, TARGET, TIMES, VISCOSITY, WITHIN
+from .cases import CONSTANT, DEEPEST, DEPTHS, FIGURES, PROMPT, RAMP, T_DOWN, T_START, TARGET, TIMES, VISCOSITY, WITHIN
 from .lines import STEADY, Lines
 from .runs import Run, Runs
 
@@ -30,7 +30,7 @@ def all_figures(lines: Lines, runs: Runs) -> dict[str, Figure]:
     with rc_context(STYLE):
         made = {"8": _line_losses(lines), "9": _depths(runs), "11": _losses(runs), "12": _cause(runs)}
         for number in range(13, 22):
-            made[str(number)] = _displacements(runs.of(FIGURES[number][1]), FIGURES[number][0])
+            made[str(number)] = _displacements(number, runs.of(FIGURES[number][1]), FIGURES[number][0])
     return made
 
 
@@ -80,6 +80,14 @@ def _published(ax: Axes, variable: bool, shape: str, label: str) -> None:
     ax.plot([T_START + out, T_DOWN + back], done, shape, color=PUBLISHED, ms=6, label=label)
 
 
+def _prompt(ax: Axes, number: int) -> None:
+    """What the paper says comes with its command: where that ends."""
+    if number in PROMPT:
+        what, target = PROMPT[number]
+        at = [T_START + RAMP, T_DOWN + RAMP], [1e3 * (target - WITHIN), 1e3 * WITHIN]
+        ax.plot(*at, "s", color=PUBLISHED, mfc="none", ms=7, mew=1.3, label=f"paper, no delay:\n{what}", zorder=3)
+
+
 def _labels(ax: Axes, title: str) -> None:
     ax.set(xlabel="time [s]", ylabel=DISPLACEMENT, title=title)
     ax.legend(fontsize=8)
@@ -93,12 +101,13 @@ def _depths(runs: Runs) -> Figure:
         _draw(ax, run, color=COLOURS[4] if constant else colour, ls="--" if constant else "-", label=run.case.label)
     for variable, shape in ((True, "v"), (False, "^")):
         _published(ax, variable, shape, f"paper, 11 km,\n{VISCOSITY[variable]} viscosity")
+    _prompt(ax, 9)
     ax.set(xlabel="time [s]", ylabel=DISPLACEMENT, title=FIGURES[9][0])
     figure.legend(fontsize=8, loc="outside right upper")
     return figure
 
 
-def _displacements(runs: Sequence[Run], title: str) -> Figure:
+def _displacements(number: int, runs: Sequence[Run], title: str) -> Figure:
     figure, (ax,) = _new()
     commands = {run.target for run in runs}
     for run, colour in zip(runs, COLOURS, strict=False):
@@ -109,6 +118,7 @@ def _displacements(runs: Sequence[Run], title: str) -> Figure:
             _published(ax, True, "v", f"paper, {run.case.label}")
     if len(commands) == 1:
         _command(ax, runs[0])
+    _prompt(ax, number)
     _labels(ax, f"{title}, 11 km")
     return figure
 
@@ -136,9 +146,13 @@ def _cause(runs: Runs) -> Figure:
         (axes[2], [1e3 * r.at("v_h") for r in found], "speed [mm/s]", COLOURS[0]),
     ):
         ax.plot(km, values, "o-", color=colour)
-        ax.set(xlabel="depth [km]", ylabel=label)
+        ax.set(xlabel="depth [km]", ylabel=label, xticks=km)
         ax.set_ylim(bottom=0)
-    axes[1].axhline(100, color="#777777", ls=":")
-    axes[2].axhline(40, color="#777777", ls=":")
+    for ax, where, value, label in (
+        (axes[1], km[10:], 100, "paper: full open\nfrom 10 km on"),
+        (axes[2], km[:10], 40, "paper: as commanded,\n40 mm/s, to 9 km"),
+    ):
+        ax.plot(where, [value] * len(where), "s", color=PUBLISHED, mfc="none", ms=9, mew=1.3, label=label)
+        ax.legend(fontsize=8, loc="lower left")
     figure.suptitle(FIGURES[12][0])
     return figure

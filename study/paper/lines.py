@@ -7,10 +7,14 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from ..table1 import BASE, ROWS, line_response
+from ...core.sea import ambient_pressure
+from ..table1 import BASE, P_VAPOUR, ROWS, line_response
 
 DEPTHS = (0.0, 3.0, 6.0, 9.0, 11.0)
 """Depths of the figure [km]."""
+
+RESPONSE = 0.1
+"""How long the dynamic response is looked at: at 3 km and more it is over then [s]."""
 
 STEADY: Mapping[bool, float] = {
     True: next(row.simulated for row in ROWS if row.case["depth"] == 1e3 * DEPTHS[-1]), False: 6.6593,
@@ -32,6 +36,16 @@ class Lines:
     def steady(self, km: float, variable: bool) -> float:
         """Loss [Pa] in the end."""
         return float(self.made[float(km), variable][1][-1])
+
+    def apart(self, km: float, until: float = RESPONSE) -> float:
+        """RMS distance of the responses with variable and constant viscosity, of that with constant one's RMS.
+
+        Up to `until` [s], or to where the oil in the line first comes near its vapour's pressure.
+        """
+        (t, variable), (_, constant) = (self.made[float(km), v] for v in (True, False))
+        tears = constant < 2 * P_VAPOUR - ambient_pressure(1e3 * km)
+        end = min(int(np.searchsorted(t, until, "right")), int(tears.argmax()) if tears.any() else len(t))
+        return float(np.sqrt(np.mean((variable - constant)[:end] ** 2) / np.mean(constant[:end] ** 2)))
 
 
 def responses(stop: float = 0.5, points: int = 2001) -> Lines:

@@ -17,8 +17,9 @@ from .claims import Claim
 CAPTIONS = {
     "8": "loss of one line with variable (full) and constant (dashed) viscosity at five depths; the paper's steady "
     "values at 11 km are marked.",
-    "9": "displacement at five depths and with constant viscosity; the paper's four published times are marked, as are "
-    "those of the base case in Figures 13 to 21.",
+    "9": "displacement at five depths and with constant viscosity; the paper's four published times are marked "
+    "(triangles), as are those of the base case in Figures 13 to 21; a square is where the command ends, with which "
+    "the paper says that a curve arrives.",
     "10": "the arm at 0, 100 and 200 mm, drawn by MuJoCo.",
     "11": "losses of both lines three seconds after the start of the extension.",
     "12": "pressure difference over the supplied land, spool and speed at the same time: the spool comes to its end.",

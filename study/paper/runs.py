@@ -83,6 +83,12 @@ class Run:
         return float(np.interp(t, self.t, self[name]))
 
     @property
+    def overflow(self) -> float:
+        """Energy [J] that the flow through the relief valve turns into heat."""
+        power = self["Qrv"] * (self["Pp"] - self["Pt"])
+        return float(np.sum(0.5 * (power[1:] + power[:-1]) * np.diff(self.t)))
+
+    @property
     def losses(self) -> tuple[float, float]:
         """Pressure losses [Pa] of the lines a-1 and 2-b in mid-extension."""
         return self.at("Pa") - self.at("P1"), self.at("P2") - self.at("Pb")

@@ -54,7 +54,13 @@ def settled(axis: Axis, value_of: Callable[[str, str], Any]) -> Axis:
     values = tuple(value_of(axis.name, text) for text in axis.texts)
     if len(set(values)) < len(values):
         raise UsageError(f"--vary {axis.name}={','.join(axis.texts)}: a value is there twice")
-    return replace(axis, values=values)
+    return replace(axis, values=tuple(map(_shown, axis.texts, values)))
+
+
+def _shown(text: str, value: Any) -> Any:
+    """The value as the table has it: an item of an enumeration, which is a whole number, by its name."""
+    named = isinstance(value, int) and not isinstance(value, bool) and isinstance(_value(text), str)
+    return text if named else value
 
 
 def _is_range(what: str) -> bool:

@@ -17,6 +17,7 @@ from ...master.manifest import digest as digest_of_file
 from ...master.pool import Failure, Pool
 from ...master.pool import session as opened
 from ...master.session import Session
+from ...master.slaves.base import TEXT, Signal
 from ...master.times import times_of
 from ...master.trust import Watch
 from .cases import Case
@@ -79,7 +80,9 @@ def check(session: Session, case: Case, settings: Settings, others: Iterable[Map
     if not settings.metrics:
         raise UsageError("no connected output is a number; say with --metric what is to be measured")
     for m in settings.metrics:
-        session.signal(m.connector)
+        _, signal = session.signal(m.connector)
+        if not _is_number(signal):
+            raise UsageError(f"--metric {m}: '{m.connector}' is not a single number")
         m.check(start, stop)
     for name in (*settings.fixed, *case):
         for target in session.targets(name):
@@ -119,9 +122,17 @@ def units(session: Session, names: Iterable[str], metrics: Sequence[Metric]) -> 
     return {name: unit for name, unit in found.items() if unit}
 
 
+def _is_number(signal: Signal) -> bool:
+    """Whether a signal is neither a text nor an array."""
+    return signal.family != TEXT and signal.size == 1
+
+
 def default_metrics(session: Session) -> tuple[Metric, ...]:
-    """Last, least and greatest value of every connected output that is a number."""
-    sources = dict.fromkeys(link.source.address for link in session.system.links if link.source.size == 1)
+    """Last, least and greatest value of every connected output that is a number; the system's own outputs connect."""
+    links = (*session.system.links, *session.system.shown)
+    sources = dict.fromkeys(
+        link.source.address for link in links if link.source.component and _is_number(link.source)
+    )  # fmt: skip
     made = []
     for connector in sources:
         made += [Metric(f"{f}({connector})", f, connector) for f in ("final", "min", "max")]

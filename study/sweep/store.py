@@ -55,8 +55,8 @@ class Store:
     def __exit__(
         self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
     ) -> None:
-        self._file.close()
-        self._lock.close()
+        with self._lock, writing(self.folder / FILE):  # what a full disk did not take is tried once more
+            self._file.close()
 
     def get(self, name: str) -> dict[str, Any] | None:
         """What was kept under that name."""

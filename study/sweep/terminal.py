@@ -14,7 +14,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from ...core.errors import UsageError
-from ...core.files import writing
+from ...core.files import make_folder, writing
 from .axes import Axis, parse_axis, settled
 from .cases import Case, grid, parse_sample, sample
 from .metrics import parse_metric
@@ -64,6 +64,7 @@ def sweep_command(options: argparse.Namespace) -> int:
     if len(set(labels)) < len(labels):
         raise UsageError("two metrics have the same name; give them labels: --metric 'late=at(x, 9)'")
     folder = options.out or Path("results") / f"sweep_{options.package.stem}"
+    make_folder(folder)
     _forget(folder, FILES)
     with cluster(options.dask) as executor, _bar(len(cases), options.quiet) as progress:
         entries = sweep(
@@ -86,6 +87,9 @@ def sweep_command(options: argparse.Namespace) -> int:
                 mine = [label for label, w in whys.items() if w == why]
                 print(f"no {what} of {mine[0] if len(mine) == 1 else f'{len(mine)} metrics'}: {why}")
         print(f"\n{folder}: {', '.join(made[:6])}{' ...' if len(made) > 6 else ''}")
+    if all(row["failed"] for row in table):
+        print(f"cosim-study: every case failed, the first: {table[0]['failed']}", file=sys.stderr)
+        return 1
     return 0
 
 

@@ -40,6 +40,16 @@ def test_linkage_derivatives():
         assert (high[4] - low[4]) / (2 * h) == pytest.approx(mid[5], rel=1e-6)
 
 
+def test_as_printed_the_current_loads_a_standing_arm_twice_as_much():
+    as_is, printed = (Arm(ARM.parameters({"drag_as_printed": flag})) for flag in (False, True))
+    for arm in (as_is, printed):
+        arm.report(arm.F_hold)
+    one, other = outputs(as_is), outputs(printed)
+    for name in ("M_hd", "M_hd_cylinder"):
+        assert other[name] == pytest.approx(2.0 * one[name], rel=1e-6)
+    assert other["strip[3]"] == one["strip[3]"]
+
+
 def test_holding_force_is_the_static_moment():
     arm = Arm(ARM.parameters({**BARE, "barrel_mass": 1e-3}))
     theta = ARM["theta0"].start

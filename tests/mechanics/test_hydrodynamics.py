@@ -1,6 +1,6 @@
 import numpy as np
 import pytest
-from deepsea_cosim.mechanics.hydrodynamics import added_inertia, drag, inertia_per_length, wave
+from deepsea_cosim.mechanics.hydrodynamics import added_inertia, drag, inertia_per_length, printed_torque, wave
 from scipy.integrate import quad
 
 RHO, C_D, C_M, D = 1025.0, 1.2, 2.0, 0.1
@@ -34,6 +34,15 @@ def test_standing_beam_is_eq_30_with_one_quarter():
     a = 0.3
     inertia = inertia_per_length(D, RHO, C_M) * a * np.sin(theta) * (l2**2 - l1**2) / 2
     assert inertia == pytest.approx(RHO * C_M * np.pi * D**2 * np.sin(theta) * a * (l2**2 - l1**2) / 8)
+
+
+@pytest.mark.parametrize(("v", "w"), [(0.5, 0.2), (-0.5, 0.2), (0.5, -0.2)])
+def test_as_printed_it_is_the_sum_of_eqs_29_and_30(v, w):
+    theta, l1, l2 = 0.9, 0.2, 1.5
+    eq29 = RHO * C_D * D * w * abs(w) * (l2**4 - l1**4) / 8
+    eq30 = RHO * C_D * D * v * abs(v) * np.sin(theta) ** 2 * (l2**2 - l1**2) / 2
+    printed = printed_torque(-v * np.sin(theta), w, l1, l2, D, RHO, C_D)  # a current along +x pushes it down
+    assert printed == pytest.approx(-eq29 - eq30)
 
 
 def test_current_and_its_acceleration():

@@ -112,6 +112,17 @@ def test_what_never_or_always_holds(doubled, options, tmp_path, capsys):
     assert "without a change" in told
 
 
+def test_what_never_comes_in_any_design_is_told_before_the_search(doubled, options, tmp_path, capsys):
+    """The slowest design gets to 0.25: one that arrives is enough, none is a mistake."""
+    line = ["--options", str(options), "--out", str(tmp_path / "out"), "--no-plots", "--processes", "1"]
+    for target, end in ((0.75, 0), (200.0, 2)):
+        options.write_text(TEXT.format(limit=2.0).replace("end=final(b.y1)", f"end=reaches(a.y1, {target}, 0.01)"))
+        assert main(["envelope", str(doubled), *line]) == end
+        told = capsys.readouterr()
+        assert ("not even 0 (end: never)" in told.out) == (end == 0)
+    assert "reaches(a.y1, 200, 0.01) has no number in any design at 0" in told.err
+
+
 def test_what_is_shipped_reads_and_its_first_design_is_the_machine(built):
     from deepsea_cosim.master.session import Session
 

@@ -11,7 +11,19 @@ from deepsea_cosim.study import table1
 from deepsea_cosim.study.cli import main
 from deepsea_cosim.study.paper import arm_pictures, runs
 from deepsea_cosim.study.paper import claims as c
-from deepsea_cosim.study.paper.cases import CONSTANT, DEEPEST, DEPTHS, FIGURES, RECORD, T_DOWN, T_START, Case, all_cases
+from deepsea_cosim.study.paper.cases import (
+    CONSTANT,
+    DEEPEST,
+    DEPTHS,
+    FIGURES,
+    L_MIN,
+    RECORD,
+    SLOWER,
+    T_DOWN,
+    T_START,
+    Case,
+    all_cases,
+)
 from deepsea_cosim.study.paper.figures import all_figures
 from deepsea_cosim.study.paper.lines import Lines
 from deepsea_cosim.study.paper.report import page
@@ -52,6 +64,19 @@ def test_losses_are_over_the_lines_from_the_supply_to_the_return():
     assert run.losses == (4e6, 1e6)
 
 
+def test_responses_are_compared_until_the_oil_tears():
+    t = np.linspace(0.0, 0.2, 201)
+    constant = np.where(t < 0.05, 1e6, -101e3)
+    variable = np.where(t < 0.05, 1.01e6, 5e6)
+    lines = Lines({(km, v): (t, variable if v else constant) for km in (0.0, 3.0) for v in (True, False)})
+    assert lines.apart(0.0) == pytest.approx(0.01)
+    assert lines.apart(3.0) > 1.0
+
+
+def test_the_overflow_turns_flow_and_pressure_into_heat():
+    assert machine(DEEPEST, Qrv=1e-4, Pp=30e6, Pt=10e6).overflow == pytest.approx(1e-4 * 20e6 * 22.0)
+
+
 def test_every_run_is_made_once_and_the_base_case_serves_many_figures():
     cases = all_cases()
     assert len({case.key for case in cases}) == len(cases)
@@ -66,10 +91,11 @@ def made():
     """Lines and runs in which everything is as the paper says, in round numbers."""
     depths = (0.0, 3.0, 6.0, 9.0, 11.0)
     gap = dict(zip(depths, (1.0, 1.01, 1.03, 1.05, 1.08), strict=True))
-    t = np.array([0.0, 1.0])
+    t = np.array([0.0, 0.1, 1.0])
     ends = {(km, v): 6.67e6 * (gap[km] if v else 1.0) for km in depths for v in (True, False)}
-    lines = Lines({key: (t, np.array([0.0, end])) for key, end in ends.items()})
-    times = {DEEPEST.key: (7.662, 7.19), CONSTANT.key: (7.214, 6.813), DEPTHS[10].key: (6.1, 6.0)}
+    ends |= {(6.0, True): 6.67e6 * 1.035}
+    lines = Lines({key: (t, np.array([0.0, end, end])) for key, end in ends.items()})
+    times = {DEEPEST.key: (7.662, 7.19), CONSTANT.key: (7.214, 6.813), DEPTHS[10].key: (6.1, 6.0), SLOWER.key: (10, 5)}
     late = {13: (5, 5, 6, None, 9), 14: (5, 6, None, 9), 15: (5, 6, None, 9), 16: (20, 12, None, 6, 5),
             17: (12, None, 6, 5.9, 5.8), 18: (9, None, 6, 5.5), 19: (5, 5.7, None, 8.43), 20: (6, 7, None, 9),
             21: (7, 7.2, 7.4, None, 8)}  # fmt: skip
@@ -84,12 +110,14 @@ def made():
     for case in all_cases():
         km = case.parameters["depth"] / 1e3
         tank = 1e7 * km
-        loss = min(km, 9) + 0.1 * max(km - 9, 0)
+        supply = tank + case.parameters["hydraulics.relief.p_crack"]
+        larger = case.parameters["hydraulics.valve.q_rated"] / L_MIN - 5.0
+        loss = 1.8 * min(km, 9) + 0.1 * max(km - 9, 0) + 0.05 * max(larger, 0.0)
         spool = 0.6 if case.parameters["hydraulics.command.target"] < 0.15 else 1.0 if km >= 10 else 0.1 * km
         current = abs(case.parameters["arm.current_speed"])
         run = machine(
-            case, *times.get(case.key, (5.0, 5.0)), Pa=tank + loss * 1e6, P1=tank, Pp=tank + 2e7, F_h=5e3, Pt=tank,
-            P2=tank + np.where(T_START < T, loss * 1e6, 0.0), Pb=tank + np.where(T < T_DOWN, 0.0, loss * 1e6),
+            case, *times.get(case.key, (5.0, 5.0)), Pa=tank + loss * 1e6, P1=tank, Pp=supply, F_h=5e3, Pt=tank,
+            Qrv=1e-4, P2=tank + np.where(T_START < T, loss * 1e6, 0.0), Pb=tank + np.where(T < T_DOWN, 0.0, loss * 1e6),
             x_v=np.where(T < T_DOWN, spool, -spool),
             M_hd=200.0 * current + 2.0,
         )  # fmt: skip
@@ -111,8 +139,11 @@ def test_what_is_as_published_holds(made):
 
 def test_what_is_not_does_not(made):
     lines, _ = made
-    flat = Lines({key: (t, np.array([0.0, 7e6])) for key, (t, _) in lines.made.items()})
+    flat = Lines({key: (t, np.array([0.0, 7e6, 7e6])) for key, (t, _) in lines.made.items()})
     assert not by_text(c._lines(flat), "differ from 6 km").holds
+    assert not by_text(c._lines(flat), "dynamic responses").holds
+    apart = Lines(dict(lines.made) | {(3.0, True): lines.made[9.0, True]})
+    assert not by_text(c._lines(apart), "dynamic responses").holds
     early = Runs({case.key: machine(case) for case in all_cases()})
     for text in ("delay from 10 km", "extension at 11 km", "40 mm/s"):
         found = [*c._depths(early), *c._cause(early)]
@@ -124,10 +155,14 @@ def test_what_is_not_does_not(made):
     assert not claim.holds
     assert "full open for 100 %" in claim.remark
     assert not by_text(c._cause(late), "the spool opens more").holds
-    for text in ("greater alpha", "longer the lines", "smaller the valve", "little gain"):
+    later = "smaller the valve", "little gain", "loss is not less", "lost by"
+    for text in ("greater alpha", "longer the lines", *later):
         assert not by_text(c._parameters(early), text).holds
     assert not by_text(c._inputs(early), "no delay for 100 mm").holds
     assert not by_text(c._inputs(early), "full open where it is late").holds
+    assert not by_text(c._cause(early), "pump's pressure").holds
+    late = Runs({case.key: machine(case, 10.5) for case in all_cases()})
+    assert not by_text(c._inputs(late), "changes more slowly").holds
     assert not by_text(c._cause(early), "retraction has the same cause").holds
     assert not by_text(c._parameters(early), "as little as 0.5 mm").holds
     deep = {k.key: 1e4 * k.parameters["depth"] for k in all_cases()}
@@ -139,7 +174,13 @@ def test_misprints_are_told_and_explained():
     rows = [table1.Result(row, row.eq22) for row in table1.ROWS]
     found = [x for x in c._table(rows) if not x.holds]
     assert not next(c._table([replace(rows[0], row=replace(rows[0].row, theoretical=2.3))])).holds
-    assert {x.where for x in found} == {"Table 1, alpha 3e-8", "Table 1, D 5 mm"}
+    assert {(x.where, x.text) for x in found} == {
+        ("Table 1, alpha 3e-8", "theoretical loss"), ("Table 1, alpha 3e-8", "simulated loss"),
+        ("Table 1, D 5 mm", "theoretical loss"),
+    }  # fmt: skip
+    off = [table1.Result(row, row.eq22 * (1.06 if row.label == "L 5 m" else 1.0)) for row in table1.ROWS]
+    assert not by_text(c._table(off), "rows without a misprint").holds
+    assert "alpha 3e-8 +10.4 %, D 5 mm -10.1 %" in by_text(c._table(rows), "within 5 %").remark
     assert all("misprint" in x.remark for x in found)
 
 

@@ -10,6 +10,7 @@ import subprocess
 import sys
 import time
 import warnings
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -29,7 +30,7 @@ from benchmarks import native
 
 from ...commands import code
 from ...master.parts import linear
-from ...packages import link, package, system
+from ...packages import component, connector, link, package, system
 
 GAIN = "b.D[1,1]"
 END = Settings((parse_metric("end=final(b.y1)"), parse_metric("at(b.y1, 0.25)")))
@@ -154,6 +155,16 @@ def test_without_metrics_the_connected_outputs_are_measured(opened):
     assert [m.label for m in default_metrics(opened)] == ["final(a.y1)", "min(a.y1)", "max(a.y1)"]
 
 
+def test_without_metrics_what_the_system_gives_is_measured_and_texts_are_not(tmp_path):
+    native.compiler or pytest.skip("there is no C compiler here")
+    one = component("a", "resources/L.fmu", connector("y1", "output"), connector("string_out", "output", "String"))
+    made = (connector("out", "output"), connector("said", "output", "String"))
+    root = system("root", one, made=made, links=(link("a.y1", "out"), link("a.string_out", "said")))
+    path = package(tmp_path / "p.ssp", root, {"resources/L.fmu": native.linear(tmp_path, 2)}, stop=1.0, step=0.1)
+    with Session(path) as session:
+        assert [m.label for m in default_metrics(session)] == ["final(a.y1)", "min(a.y1)", "max(a.y1)"]
+
+
 def test_one_sweep_at_a_time_writes_to_a_folder(tmp_path):
     with Store(tmp_path), pytest.raises(OutputError, match="another sweep"), Store(tmp_path):
         pass
@@ -256,6 +267,30 @@ def test_texts_are_as_they_are_written_and_numbers_as_the_parameter_is(doubled, 
     assert main([*line, "--vary", f"{GAIN}=1,2"]) == 0
     assert main([*line, "--vary", f"{GAIN}=1:3:1", "--step", "0.01"]) == 0  # the package's step: the same cases
     assert (tmp_path / "numbers" / FILE).read_bytes().count(b"\n") == 3
+
+
+def test_items_of_an_enumeration_keep_their_names(doubled, tmp_path):
+    parquet = pytest.importorskip("pyarrow.parquet")
+    line = ["sweep", str(doubled), "--vary", "a.item_in=blue,red", "--metric", "item=final(a.item_out)", "--quiet"]
+    assert main([*line, "--out", str(tmp_path)]) == 0
+    table = parquet.read_table(tmp_path / "sweep.parquet")
+    assert (table["a.item_in"].to_pylist(), table["item"].to_pylist()) == (["blue", "red"], [3.0, 1.0])
+
+
+def test_a_sweep_of_which_every_case_failed_has_not_succeeded(doubled, tmp_path, capsys):
+    line = ["sweep", str(doubled), "--metric", "final(b.y1)", "--out", str(tmp_path), "--quiet", "--no-plots"]
+    assert main([*line, "--vary", "b.trouble=1"]) == 1
+    assert "every case failed, the first: component 'b'" in capsys.readouterr().err
+    assert json.loads((tmp_path / "summary.json").read_text())["failed"]
+    assert main([*line, "--vary", "b.trouble=0,1"]) == 0
+
+
+def test_a_folder_that_is_a_file_is_one_line(doubled, tmp_path, capsys):
+    (tmp_path / "file").write_text("mine")
+    line = ["sweep", str(doubled), "--metric", "final(b.y1)", "--vary", f"{GAIN}=1", "--out", str(tmp_path / "file")]
+    assert main(line) == 2
+    assert "cannot be written" in capsys.readouterr().err
+    assert (tmp_path / "file").read_text() == "mine"
 
 
 def test_what_no_case_can_help_ends_the_sweep(doubled, tmp_path):
@@ -363,6 +398,7 @@ def test_first_order_shares_of_ishigamis_function():
         (f"{GAIN}=1,2", ("--metric", "at(b.y1, 70)"), "70 s is not in the run"),
         (f"{GAIN}=1,2", ("--metric", "reaches(b.y1, 1, -0.1)"), "within = -0.1 is negative"),
         ("case=1,2", (), "the table has a column of that name"),
+        (f"{GAIN}=1,2", ("--metric", "final(a.string_out)"), "'a.string_out' is not a single number"),
     ],
 )
 def test_what_cannot_be_meant_is_one_line(doubled, tmp_path, capsys, vary, others, message):
@@ -380,15 +416,39 @@ def test_a_list_of_cases_that_is_a_folder_is_one_line(tmp_path):
 def test_a_case_that_kills_the_workers_of_a_dask_cluster_has_failed(doubled, tmp_path):
     distributed = pytest.importorskip("distributed")
     import dask
+    from deepsea_cosim.master.dask_executor import DaskExecutor
 
     with dask.config.set({"distributed.scheduler.allowed-failures": 1}):
         cluster = distributed.LocalCluster(
             n_workers=1, threads_per_worker=1, processes=True, dashboard_address=None, silence_logs=50
         )
     with cluster, distributed.Client(cluster) as client:
-        found = run(doubled, tmp_path, "b.trouble=0,3", executor=client.get_executor())
+        found = run(doubled, tmp_path, "b.trouble=0,3", executor=DaskExecutor(client))
     assert found[0]["values"]["end"] == pytest.approx(2.0)
     assert "died" in found[1]["failed"]
+
+
+def test_the_command_sends_its_cases_to_the_cluster_at_an_address(doubled, tmp_path):
+    distributed = pytest.importorskip("distributed")
+    line = [*command(doubled, tmp_path / "there"), "--quiet"]
+    with distributed.LocalCluster(
+        n_workers=2, threads_per_worker=1, processes=True, dashboard_address=None, silence_logs=50
+    ) as cluster:
+        assert main([*line, "--dask", cluster.scheduler_address]) == 0
+    assert main([*command(doubled, tmp_path / "here"), "--quiet"]) == 0
+    tables = [next((tmp_path / place).glob("sweep.*")).read_bytes() for place in ("there", "here")]
+    assert tables[0] == tables[1]
+
+
+def test_a_disk_that_is_full_at_the_end_is_one_line(tmp_path):
+    store = Store(tmp_path)
+    store.__enter__()
+    store._file.close()
+    store._file = Path("/dev/full").open("ab")  # noqa: SIM115
+    with pytest.raises(OutputError, match="No space left"):
+        store.put("x", {"failed": "no"})
+    with pytest.raises(OutputError, match=r"cases\.jsonl: cannot be written \(No space left"):
+        store.__exit__(None, None, None)
 
 
 def test_nothing_to_measure_is_one_line(tmp_path, capsys):
@@ -412,6 +472,8 @@ def test_pictures_and_units_of_names_that_look_alike(doubled, tmp_path):
 
 def test_a_dask_cluster_whose_worker_is_killed_gives_the_same(doubled, tmp_path):
     distributed = pytest.importorskip("distributed")
+    from deepsea_cosim.master.dask_executor import DaskExecutor
+
     expected = run(doubled, tmp_path / "here", f"{GAIN}=1:40:1", settings=Settings(END.metrics, step=1e-4))
     cluster = distributed.LocalCluster(
         n_workers=2, threads_per_worker=1, processes=True, dashboard_address=None, silence_logs=50
@@ -425,7 +487,7 @@ def test_a_dask_cluster_whose_worker_is_killed_gives_the_same(doubled, tmp_path)
 
     with cluster, distributed.Client(cluster) as client:
         found = run(doubled, tmp_path / "there", f"{GAIN}=1:40:1", settings=Settings(END.metrics, step=1e-4),
-                    executor=client.get_executor(), progress=progress)  # fmt: skip
+                    executor=DaskExecutor(client), progress=progress)  # fmt: skip
     assert killed
     assert found == expected
     assert np.all([e["values"]["end"] == pytest.approx(k + 1.0) for k, e in enumerate(found)])
