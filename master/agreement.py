@@ -9,7 +9,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Iterator, Sequence
 from contextlib import contextmanager, suppress
-from graphlib import CycleError, TopologicalSorter
+from graphlib import CycleError
 
 import numpy as np
 
@@ -20,6 +20,7 @@ from .engine.runner import Runner
 from .loops import graph
 from .slaves.base import REAL, TEXT, Signal
 from .system import Link, System
+from .together import in_order
 
 MAX_SWEEPS = 100
 SETTLED = 1e-12
@@ -125,7 +126,7 @@ class Agreement:
             if not np.isfinite(change).all() or (same and largest > 0.999 * last):
                 break  # it does not come nearer: no use to go on
             last = largest if same else np.inf
-        if not any(self._solvable(k) for mine, _, _ in self.visits.values() for k, _ in mine):
+        if not self._round:
             raise SimulationError(
                 f"the algebraic loop{when} through {', '.join(dict.fromkeys(self.names))} does not settle by "
                 "repetition, and its values are no reals that could be solved for"
@@ -200,20 +201,12 @@ class Agreement:
         largest values on the way."""
         from scipy.optimize import root
 
-        board = self.system.board
-        links = [(k, carry) for mine, _, _ in self.visits.values() for k, carry in mine if self._solvable(k)]
-        targets = np.concatenate([np.arange(k.target.place, k.target.place + k.target.size) for k, _ in links])
+        reals, targets = self.system.board.reals, self._targets
 
         def left(x: np.ndarray) -> np.ndarray:
-            board.reals[targets] = x
-            for _, inputs, outputs in self.visits.values():
-                inputs.once()
-                outputs.once()
-            for _, carry in links:
-                carry.once()
-            return np.nan_to_num(board.reals[targets] - x, nan=1e30, posinf=1e30, neginf=-1e30)
+            return np.nan_to_num(self._left(x), nan=1e30, posinf=1e30, neginf=-1e30)
 
-        start = np.nan_to_num(board.reals[targets], nan=0.0, posinf=0.0, neginf=0.0)
+        start = np.nan_to_num(reals[targets], nan=0.0, posinf=0.0, neginf=0.0)
         start[np.abs(start) > 1e12] = 0.0
         self._largest[self._reals] = np.fmax(self._largest[self._reals], np.where(scale < 1e12, scale, 0.0))
         first = np.abs(left(start))
@@ -258,7 +251,7 @@ def stale(system: System) -> tuple[list[str], bool]:
         and any((end[0], name) in driven for name in system.slaves[end[0]].feed_through(end[1]) or ())
     }  # fmt: skip
     try:
-        order = list(TopologicalSorter(graph(system, doubtful=False)).static_order())
+        order = in_order(graph(system, doubtful=False))
     except CycleError:
         members = {component for component, _ in late}
         return [name for name in system.order if name in members], True

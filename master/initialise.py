@@ -7,7 +7,7 @@ changes; a loop that does not settle so is solved by Newton's method, and refuse
 from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
-from graphlib import CycleError, TopologicalSorter
+from graphlib import CycleError
 
 from ..core.errors import PackageError, SimulationError
 from ..ssp.wires import End, Wire
@@ -17,6 +17,7 @@ from .loops import ANY
 from .setup import Value
 from .slaves.base import TEXT, Signal
 from .system import System
+from .together import in_order
 from .wiring import converted
 
 
@@ -26,7 +27,7 @@ def early_order(system: System) -> list[str]:
     for wire in system.early:
         graph[wire.end[0]].add(wire.start[0])
     try:
-        return list(TopologicalSorter(graph).static_order())
+        return in_order(graph)
     except CycleError as error:
         raise PackageError(f"calculated parameters depend on each other: {' -> '.join(error.args[1])}") from None
 
@@ -145,7 +146,7 @@ class Initialiser:
                 graph[component, ANY] = connected
             graph.setdefault(link.start, set()).update(declared[component].get(output, {(component, ANY)}))
         try:
-            order = list(TopologicalSorter(graph).static_order())
+            order = in_order(graph)
         except CycleError:
             return None
         return in_turn(node for node in order if node in system.outputs)

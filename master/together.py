@@ -1,8 +1,9 @@
-"""Which nodes of a graph depend on each other."""
+"""Which nodes of a graph depend on each other, and an order in which none comes before what it depends on."""
 
 from __future__ import annotations
 
 from collections.abc import Iterable, Mapping
+from graphlib import TopologicalSorter
 from typing import TypeVar
 
 Node = TypeVar("Node")
@@ -47,3 +48,11 @@ def together(edges: Mapping[Node, Iterable[Node]]) -> list[set[Node]]:
             elif child in on:
                 low[node] = min(low[node], index[child])
     return found
+
+
+def in_order(edges: Mapping[Node, Iterable[Node]]) -> list[Node]:
+    """All nodes, each after those it depends on, and alike in every process, where sets of texts are not.
+
+    Raises `graphlib.CycleError`.
+    """
+    return list(TopologicalSorter({node: sorted(others) for node, others in edges.items()}).static_order())
