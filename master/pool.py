@@ -194,15 +194,22 @@ class Pool:
     def each_surviving(self, function: Callable[[str, Any], Any], tasks: Sequence[Any]) -> Iterator[tuple[int, Any]]:
         """As `each`, with a `Failure` for a task that takes its process with it, or that the limit ends.
 
-        Those that may have been at work when a process died are run again one by one, the others go on together.
+        Those that may have been at work when a process died are run again one by one, the others go on together. So are
+        those that a cluster has given up: it blames all that its lost workers had been handed.
         """
         left = dict(enumerate(tasks))
         while left:
-            keys = list(left)
+            keys, suspects = list(left), []
             try:
                 for i, result in self.each(function, list(left.values())):
+                    if result == Failure(DIED):
+                        suspects.append(keys[i])
+                        continue
                     del left[keys[i]]
                     yield keys[i], result
+                for k in suspects:
+                    self.count -= 1
+                    yield k, next(self.each(function, [left.pop(k)]))[1]
             except WorkerDied:
                 if not self._own:
                     raise
