@@ -18,7 +18,7 @@ from pathlib import Path
 from tempfile import mkdtemp
 
 import numpy as np
-from deepsea_cosim.core.units import UNITS
+from deepsea_cosim.core.unit_names import named
 
 HERE = Path(__file__).parent
 N = 6
@@ -171,8 +171,8 @@ def description(
 
 
 def _defined(name: str) -> str:
-    """A unit of the table, as FMI 2.0 and 3.0 write it."""
-    unit = UNITS[name]
+    """A unit of a known name, as FMI 2.0 and 3.0 write it."""
+    unit = named(name)
     scaled = {"factor": unit.factor} if unit.factor != 1.0 else {}
     scaled |= {"offset": unit.offset} if unit.offset else {}
     given = " ".join(f'{k}="{v!r}"' for k, v in {**(unit.exponents or {}), **scaled}.items())

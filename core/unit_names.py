@@ -27,6 +27,8 @@ SYMBOLS: dict[str, tuple[float, dict[str, int]]] = {
 
 PLAIN: dict[str, tuple[float, dict[str, int]]] = {
     "min": (60.0, {"s": 1}), "h": (3600.0, {"s": 1}), "d": (86400.0, {"s": 1}), "deg": (pi / 180.0, {"rad": 1}),
+    "lb": (0.45359237, {"kg": 1}), "lbf": (4.4482216152605, {"kg": 1, "m": 1, "s": -2}),
+    "kgf": (9.80665, {"kg": 1, "m": 1, "s": -2}), "ft": (0.3048, {"m": 1}), "in": (0.0254, {"m": 1}),
     "t": (1e3, {"kg": 1}), "atm": (101325.0, {"kg": 1, "m": -1, "s": -2}), "1": (1.0, {}),
 }  # fmt: skip
 """Symbols that take none. Units that count turns stand in the table only (`units.TURNS`)."""

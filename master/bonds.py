@@ -9,7 +9,7 @@ from difflib import SequenceMatcher
 from math import isclose, pi
 
 from ..core.errors import PackageError, did_you_mean
-from ..core.units import TURNS, UNITS, Unit
+from ..core.units import Unit
 from .slaves.base import REAL, Signal
 from .system import Link, System
 
@@ -109,7 +109,7 @@ def find_bonds(system: System) -> list[Bond]:
         keys = (set(ua.exponents) | set(ub.exponents)) - {"rad"}
         product = {k: p for k in keys if (p := ua.exponents.get(k, 0) + ub.exponents.get(k, 0))}
         if product == _POWER:
-            radians = 2.0 * pi if any(u.name in TURNS and u == UNITS[u.name] for u in (ua, ub)) else 1.0
+            radians = 2.0 * pi if ua.counts_turns or ub.counts_turns else 1.0
             possible.append(Bond(a, b, (ua.factor * radians, 0.0), (ub.factor, 0.0), gear))
     place = {id(link): i for i, link in enumerate(links)}
     return sorted(bonds + _pairs(possible, bonds), key=lambda bond: (place[id(bond.forth)], place[id(bond.back)]))

@@ -21,6 +21,8 @@ from deepsea_cosim.core.units import UNITS
         ("r/min", 1.0 / 60.0, {"s": -1}),
         ("m/s^2", 1.0, {"m": 1, "s": -2}),
         ("-", 1.0, {}),
+        ("lbf.ft", 4.4482216152605 * 0.3048, {"kg": 1, "m": 2, "s": -2}),
+        ("lbf/in2", 6894.757293168361, {"kg": 1, "m": -1, "s": -2}),
     ],
 )
 def test_names_say_what_they_measure(name, factor, exponents):

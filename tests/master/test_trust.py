@@ -10,7 +10,7 @@ from math import pi
 
 import numpy as np
 import pytest
-from deepsea_cosim.core.units import UNITS
+from deepsea_cosim.core.unit_names import named
 from deepsea_cosim.master.simulate import simulate
 
 from benchmarks import native
@@ -25,7 +25,7 @@ OMEGA_H = np.sqrt(STIFFNESS / MASS) * H
 
 def side(name, file, of_input, of_output, rate, start, given):
     """y' = rate u, both in SI units; what the FMU speaks are `of_input` and `of_output`."""
-    into, out = UNITS[of_input].factor, UNITS[of_output].factor
+    into, out = named(of_input).factor, named(of_output).factor
     matrices = native.values("", A=[[0.0]], B=[[rate * into / out]], C=[[1.0]], x0=[start / out])
     ports = connector("u1", "input", unit=of_input if given else None), connector("y1", "output")
     inside = binding(values({k.removeprefix("."): v for k, v in matrices.items()}))
@@ -59,8 +59,8 @@ def coupled(build, path, mass=("N", "m/s"), spring=("m/s", "N"), turned=False, f
     fmus = {"resources/mass.fmu": build(*mass), "resources/spring.fmu": build(*spring)}
     made = package(path / "p.ssp", root, fmus, stop=5.0, step=H)
     result = simulate(made, path / "out", method="jacobi")
-    v = result.frame["mass.y1"].to_numpy() * UNITS[mass[1]].factor
-    F = result.frame["spring.y1"].to_numpy() * UNITS[spring[1]].factor
+    v = result.frame["mass.y1"].to_numpy() * named(mass[1]).factor
+    F = result.frame["spring.y1"].to_numpy() * named(spring[1]).factor
     return result.summary["coupling"][0], v, F, result.summary["warnings"]
 
 
@@ -92,9 +92,10 @@ def test_units_at_the_two_ends_do_not_matter(build, tmp_path, mass, spring, turn
 
 
 @pytest.mark.parametrize("turned", [False, True])
-def test_an_angle_in_turns_at_one_end(build, tmp_path, turned):
+@pytest.mark.parametrize("unit", ["rpm", "1/min"])
+def test_an_angle_in_turns_at_one_end(build, tmp_path, unit, turned):
     """rev/min against N.m: a turn is 2 pi, and the product of the units alone is no power."""
-    told, v, F, warnings = coupled(build, tmp_path, ("N.m", "rpm"), ("rpm", "N.m"), turned)
+    told, v, F, warnings = coupled(build, tmp_path, ("N.m", unit), (unit, "N.m"), turned)
     check(told, v, F, warnings, 2.0 * pi)
 
 
