@@ -238,7 +238,7 @@ int EXPORT(GetString)(Model *m, const unsigned *r, size_t n, const char **v COUN
 }
 
 /* 1 error, 2 NaN, 3 crash, 4 hang, 5 fatal, 7 discard, 8 asks to end the run after the step, 9 in the middle of it,
-   10 refuses steps of another length than the first */
+   10 refuses steps of another length than the first, 13 warns without a word */
 static int trouble(Model *m, double t) {
     if (t < m->when - 1e-9) return 0;
     switch ((int)m->trouble) {
@@ -248,20 +248,21 @@ static int trouble(Model *m, double t) {
     case 4: for (;;) { volatile int idle = 0; (void)idle; }
     case 5: return 4;
     case 7: return 2;
+    case 13: return 1;
     default: return 0;
     }
 }
 
 static int take(Model *m, double t, double h) {
     int status = trouble(m, t);
-    if (status) return status;
+    if (status != 0 && status != 1) return status;
     if (m->first == 0.0) m->first = h;
     if (m->trouble == 10.0 && h != m->first) return 3;
     m->ended = (m->trouble == 8.0 || m->trouble == 9.0) && t >= m->when - 1e-9;
     if (m->trouble == 9.0 && m->ended) h *= 0.5;
     m->last = t + h;
     advance(m, h);
-    return 0;
+    return status;
 }
 
 #if FMI == 3

@@ -49,8 +49,8 @@ I8, U8, I16, U16, I32, U32, F32 = range(7)
 DONE, FAILED, NOT_FINITE, TIME_IS_UP, ENDED = range(5)
 """Why the loop came back; ENDED: an FMU has asked to end the run with the step it has taken."""
 
-DISCARD, TERMINATED = 2, 3
-"""fmi2Discard; fmi2Terminated, the kind of status that tells whether the FMU wants to end the run."""
+WARNING, DISCARD, TERMINATED = 1, 2, 3
+"""fmi2Warning, fmi2Discard; fmi2Terminated, the kind of status that tells whether the FMU wants to end the run."""
 
 EARLY, TOO_LARGE = 1001, 1002
 """Further statuses: an FMU of FMI 3.0 came back early; a value does not fit into its target's type."""
@@ -70,7 +70,8 @@ def run(
     at the start of each step and `inputs` as they are at its end; `finite` are the slots that have to be; seconds
     (slaves,) adds up time in doStep; clock is the address of clock_gettime or 0. Comes back early when more than
     `budget` seconds have passed, or after a step in which `ended` got the number + 1 of a slave, and its instance,
-    which is given nothing any more. report: why it came back, steps done, operation, status; while it runs, steps done
+    which is given nothing any more. report: why it came back, steps done, operation, status, and number + 1 and step of
+    the first operation that ended with a warning, or 0; while it runs, steps done
     and operation are already there.
     """
     spec = np.zeros(2, np.int64)
@@ -173,6 +174,8 @@ def run(
                         status = TOO_LARGE
             elif code == PYTHON:
                 status = native.python(o[1], t, step)
+            if status == WARNING and report[4] == 0:
+                report[4], report[5] = i + 1, k
             if not 0 <= status <= 1:
                 operation = i
                 break

@@ -50,7 +50,7 @@ class Runner:
         self._finite = np.array(list(self._names), np.int64)
         self.seconds = np.zeros(max(1, len(program.slaves)))
         """Wall time in doStep of every slave [s]."""
-        self._report = np.zeros(4, np.int64)
+        self._report = np.zeros(6, np.int64)
         self._nothing = np.zeros((1, 0))
         self.timed = True
 
@@ -80,8 +80,12 @@ class Runner:
             _clock() if self.timed else 0, budget, board.ended,
             self._report,
         )  # fmt: skip
-        why, done, operation, status = (int(x) for x in self._report)
+        why, done, operation, status, warned, when = (int(x) for x in self._report)
         self.taken = done
+        if warned:
+            slave, doing = self.program.labels[warned - 1]
+            if slave is not None:
+                slave.hear_warning(f"{doing} at t = {start + (first + when) * h:g} s" if h > 0.0 else doing)
         if why in (loop.DONE, loop.TIME_IS_UP, loop.ENDED):
             return done
         t = start + (first + done) * h if first + done < total else stop

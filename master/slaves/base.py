@@ -136,6 +136,7 @@ class Slave(ABC):
     def __init__(self, name: str, folder: Path, description: Any):
         self.name, self.folder, self.description = name, folder, description
         self.variables = {v.name: v for v in description.modelVariables}
+        self._log: Log = lambda *_: None
         self.messages: deque[tuple[str, str]] = deque(maxlen=100)
         """The last log messages: (status, text)."""
         self.heard = 0
@@ -468,6 +469,11 @@ class Slave(ABC):
         """Keep a message."""
         self.messages.append((status, text))
         self.heard += 1
+
+    def hear_warning(self, doing: str) -> None:
+        """Be told that a call ended with a warning; kept where the FMU has not said a word of it."""
+        if not any(kind == "warning" for kind, _ in self.messages):
+            self._log(self.name, "warning", f"{doing} ended with a warning and no word of why")
 
     def begin(self) -> None:
         """The run begins: what was told before is no reason for what goes wrong in it."""

@@ -42,7 +42,6 @@ class IsolatedSlave(Slave):
         self._timeout, self._interrupt = step_timeout, interrupt if interrupt is not None else []
         self._process: subprocess.Popen[bytes] | None = None
         self._doing, self._time = "being loaded", 0.0
-        self._log: Log = lambda *_: None
 
     # talking
 

@@ -22,7 +22,7 @@ from .parts import linear, two
 
 pytestmark = pytest.mark.skipif(native.compiler is None, reason="there is no C compiler here")
 
-FAULTS = {"error": 1, "nan": 2, "crash": 3, "hang": 4, "fatal": 5, "discard": 7}
+FAULTS = {"error": 1, "nan": 2, "crash": 3, "hang": 4, "fatal": 5, "discard": 7, "warning": 13}
 
 
 def left(folder, file="results.csv"):
@@ -66,6 +66,16 @@ def test_a_failing_fmu_is_named_with_its_time(fmus, tmp_path, fault, isolate):
     assert 0.49 <= record["time"].iloc[-1] <= 0.51
     assert record["a.y1"].to_numpy() == pytest.approx(record["time"].to_numpy())
     assert json.loads((tmp_path / "out" / "summary.json").read_text())["status"] == "failed"
+
+
+@pytest.mark.parametrize("isolate", [False, True])
+@pytest.mark.parametrize("version", [1, 2, 3])
+def test_a_warning_without_a_word_is_told_once(fmus, tmp_path, version, isolate):
+    path = two(tmp_path / "p.ssp", fmus[version], FAULTS["warning"], 0.5)
+    result = run(path, tmp_path / "out", Options(isolate=isolate))
+    assert result.frame["b.y1"].iloc[-1] == pytest.approx(2.0, abs=0.03)
+    told = [text for text in result.summary["warnings"] if "warning" in text]
+    assert told == ["b: doStep at t = 0.5 s ended with a warning and no word of why"]
 
 
 def test_a_crash_is_reported_and_the_rest_kept(fmus, tmp_path):
