@@ -166,3 +166,13 @@ def test_what_is_wrong_with_indices_is_told(fmus, tmp_path, links, message):
     assert message in str(error.value)
     assert "SystemStructure.ssd, line" in str(error.value)
     assert any(message in told for told in check(path).errors)
+
+
+@pytest.mark.parametrize("method", NAMES[1:])
+def test_columns_of_an_array_may_stand_in_any_order(fmus, tmp_path, method):
+    """a passes on the input v of the system, which a table drives to (1, 2, 3) at the end."""
+    root = system("root", A, made=(array("v", "input"),), links=(link("v", "a.array_in"),))
+    (tmp_path / "in.csv").write_text("time,v[3],v[1],v[2]\n0,0,0,0\n1,3,1,2\n")
+    names = [f"a.array_out[{k}]" for k in (1, 2, 3)]
+    found = end(fmus, tmp_path, root, *names, method=method, stimuli=tmp_path / "in.csv")
+    assert found == pytest.approx([1.0, 2.0, 3.0])
