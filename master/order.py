@@ -77,12 +77,14 @@ def _in_time(slaves: Mapping[str, Slave], links: list[Link], circles: list[set[s
 
 def _answering(slaves: Mapping[str, Slave], links: list[Link]) -> list[tuple[int, int]]:
     """Links, by number, with one that their output answers to at once."""
-    into = {k.end: i for i, k in enumerate(links)}
+    into: dict[tuple[str, str], list[int]] = {}
+    for i, k in enumerate(links):
+        into.setdefault(k.end, []).append(i)
     made = []
     for i, k in enumerate(links):
         component, output = k.start
-        found = [into.get((component, name)) for name in slaves[component].feed_through(output) or ()]
-        made += [(i, other) for other in found if other is not None]
+        for name in slaves[component].feed_through(output) or ():
+            made += [(i, other) for other in into.get((component, name), ())]
     return made
 
 
