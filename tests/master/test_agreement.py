@@ -207,3 +207,14 @@ def test_a_session_looks_anew_at_what_answers_at_once(tmp_path, method):
         t, rows = used.run(["a.y1", "i.y1"], 1.0, 0.1, gain, method=method)
         assert np.array_equal(rows, fresh.run(["a.y1", "i.y1"], 1.0, 0.1, gain, method=method)[1])
     assert rows[:, 0].tolist() == pytest.approx((2.0 * t).tolist())
+
+
+def test_a_session_looks_anew_for_loops(tmp_path):
+    """Where the FMUs do not say: gains that make no loop in the first run make one in the second, (1 + t) / (1 + 3)."""
+    path = package(tmp_path / "p.ssp", loop(-3.0), {"resources/L.fmu": native.linear(tmp_path, 2, through=None)})
+    ramp = {"one.A[1,2]": 1.0, "one.x0[2]": 1.0}
+    with Session(path) as used:
+        used.run(["a.y1"], 1.0, 0.1, {**ramp, "a.D[1,1]": 0.0})
+        for _ in range(2):
+            t, rows = used.run(["b.y1"], 1.0, 0.1, ramp)
+            assert rows[:, 0].tolist() == pytest.approx((0.25 + 0.25 * t).tolist())
