@@ -18,7 +18,8 @@ def component_order(slaves: Mapping[str, Slave], links: Iterable[Link]) -> list[
     """Order of the data flow; within a loop, and where nothing decides, that of the package.
 
     A loop in which an output that answers at once would then be more than a step late is gone through so that it is
-    not.
+    not, if what answers can come after what it answers to: components that answer to each other, by different outputs,
+    stay as they are.
     """
     links = [k for k in links if k.source.component]
     place = {name: i for i, name in enumerate(slaves)}
