@@ -236,3 +236,12 @@ def test_a_limit_that_is_no_number_does_not_end_the_check(fmus, tmp_path):
     run(tmp_path / "p.ssp", tmp_path / "out")
     root = system("root", gain("a", 1.0), links=(link("a.nothing", "a.u1"),))
     assert any("nothing" in told for told in check(package(tmp_path / "q.ssp", root, fmu)).errors)
+
+
+def test_a_table_cannot_drive_a_connected_input_by_another_name(fmus, tmp_path):
+    alias = ('name="u2" valueReference="1"', 'name="u2" valueReference="0"')
+    fmu = {"resources/L.fmu": redescribed(fmus[2], tmp_path / "L.fmu", alias)}
+    root = system("root", gain("a", 1.0), gain("b", 1.0), links=(link("a.y1", "b.u1"),))
+    (tmp_path / "in.csv").write_text("time,b.u2\n0,50\n1,50\n")
+    with pytest.raises(CosimError, match=r"column 'b\.u2' is connected and cannot be driven"):
+        run(package(tmp_path / "p.ssp", root, fmu), tmp_path / "out", Options(stimuli=tmp_path / "in.csv"))
