@@ -264,7 +264,7 @@ def at_end(system: System, program: Program, names: Iterable[str]) -> dict[int, 
     signals += [k.source for name in names for k in system.links_to(name)]
     seen = set(_slots(s for s in signals if s.family != TEXT).tolist())
     made = {}
-    for slot, column, family in program.drives:
+    for slot, column, family in sorted(program.drives):  # an array's values side by side, in whatever order they come
         if slot in seen:
             made[slot] = system.scratch()
             program.drive_at_end(made[slot], column, family)

@@ -8,7 +8,7 @@ from dataclasses import dataclass, field
 from itertools import groupby
 from pathlib import Path
 
-from ..core.errors import CosimError, ParameterError
+from ..core.errors import CosimError, PackageError, ParameterError
 from ..ssp.model import Binding, Component, Linear, SignalDictionaryReference, Type
 from ..ssp.model import System as Tree
 from ..ssp.wires import Network, Wire, shown_at
@@ -166,6 +166,8 @@ def _starts(path: str, slave: Slave) -> list[str]:
             slave.checked(v.name, v.start, "")
         except ParameterError as error:
             made.append(f"the model description of '{path}' contradicts itself: {str(error).removeprefix(': ')}")
+        except PackageError as error:  # a run may never ask for that limit
+            made.append(str(error))
     return made
 
 

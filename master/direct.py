@@ -31,12 +31,13 @@ def probe(system: System, method: str) -> list[str]:
 
     Returns a remark where what drives others may depend on more than was found.
     """
+    for slave in system.slaves.values():
+        slave.answers = {}
     suspects = set(system.slaves)
     if method == "gauss-seidel":
         suspects = {component for members in together(graph(system, doubtful=True)) for component, _ in members}
     unsure = []
     for name, slave in system.slaves.items():
-        slave.answers = {}
         if _may_answer(system, name):
             unsure.append(name)
         silent = [s for s in slave.outputs if s.family != TEXT and slave.feed_through(s.name) is None]

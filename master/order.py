@@ -18,7 +18,8 @@ def component_order(slaves: Mapping[str, Slave], links: Iterable[Link]) -> list[
     """Order of the data flow; within a loop, and where nothing decides, that of the package.
 
     A loop in which an output that answers at once would then be more than a step late is gone through so that it is
-    not.
+    not, if what answers can come after what it answers to: components that answer to each other, by different outputs,
+    stay as they are.
     """
     links = [k for k in links if k.source.component]
     place = {name: i for i, name in enumerate(slaves)}
@@ -77,12 +78,14 @@ def _in_time(slaves: Mapping[str, Slave], links: list[Link], circles: list[set[s
 
 def _answering(slaves: Mapping[str, Slave], links: list[Link]) -> list[tuple[int, int]]:
     """Links, by number, with one that their output answers to at once."""
-    into = {k.end: i for i, k in enumerate(links)}
+    into: dict[tuple[str, str], list[int]] = {}
+    for i, k in enumerate(links):
+        into.setdefault(k.end, []).append(i)
     made = []
     for i, k in enumerate(links):
         component, output = k.start
-        found = [into.get((component, name)) for name in slaves[component].feed_through(output) or ()]
-        made += [(i, other) for other in found if other is not None]
+        for name in slaves[component].feed_through(output) or ():
+            made += [(i, other) for other in into.get((component, name), ())]
     return made
 
 

@@ -136,7 +136,7 @@ def read(path: Path, system: System) -> list[Drive]:
     for k, name in enumerate(names):
         if name in names[:k]:
             raise UsageError(f"{path}: column '{name}' stands twice")
-    for signal in {d.signal for d in made}:
+    for signal in dict.fromkeys(d.signal for d in made):
         missing = set(range(signal.size)) - {d.element for d in made if d.signal == signal}
         if missing:
             raise UsageError(f"{path}: column '{elements(signal)[min(missing)]}' is missing")
@@ -226,17 +226,16 @@ def _numbers(
 
 def _target(path: Path, name: str, system: System) -> tuple[Signal, int]:
     """An input and which of its values a column stands for; columns of an array are called name[1], name[2], ..."""
-    driven = {link.target.address for link in system.links}
     signals = [*system.own_inputs.values(), *system.inputs.values()]
     known = {element: (s, k) for s in signals for k, element in enumerate(elements(s))}
     if name not in known:
         whole = next((s for s in signals if s.address == name), None)
         if whole is not None:
             raise UsageError(f"{path}: '{name}' is an array; give columns '{name}[1]' to '{name}[{whole.size}]'")
-        free = [n for n, (s, _) in known.items() if s.address not in driven]
+        free = [n for n, (s, _) in known.items() if system.driver((s.component, s.name)) is None]
         raise UsageError(f"{path}: column '{name}' is not an input of the system{did_you_mean(name, free)}")
     signal, element = known[name]
-    if signal.address in driven:
+    if system.driver((signal.component, signal.name)) is not None:
         raise UsageError(f"{path}: column '{name}' is connected and cannot be driven")
     if signal.type == "Binary":
         raise UsageError(f"{path}: column '{name}' is {signal.type} and cannot be driven by a table")

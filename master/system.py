@@ -424,9 +424,11 @@ class System:
             self.own_outputs[name] = target
         return Link(source, self._part(target, wire.end_at, wire.where), cast, wire)
 
-    def passed_on(self, name: str) -> bool:
-        """Whether an output of the whole system shows one of its inputs, which belong to a step, not to its start."""
-        return any(link.target.name == name and not link.source.component for link in self.shown)
+    def passed_on(self, name: str) -> set[int]:
+        """Which values of an output of the whole system show its inputs, which belong to a step, not to its start."""
+        begin = self.own_outputs[name].place
+        shown = (link.target for link in self.shown if link.target.name == name and not link.source.component)
+        return {target.place - begin + k for target in shown for k in range(target.size)}
 
     def units(self) -> dict[str, str]:
         """Unit of every signal that has one, by address."""

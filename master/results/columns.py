@@ -66,15 +66,17 @@ class Layout:
         self._cuts: list[tuple[str, int]] = [("time", 0)]
         units = system.units()
         groups = [(slave.outputs, slave.inputs) for slave in system.slaves.values()]
-        own = list(system.own_outputs.values())
+        own = {s: system.passed_on(s.name) for s in system.own_outputs.values()}
         groups.append((
-            [s for s in own if not system.passed_on(s.name)],
-            [*(s for s in own if system.passed_on(s.name)), *system.own_inputs.values()],
+            [s for s, passed in own.items() if len(passed) < s.size],
+            [*(s for s, passed in own.items() if len(passed) == s.size), *system.own_inputs.values()],
         ))  # fmt: skip
         for outputs, inputs in groups:
-            for signals, places, where in ((outputs, self.outputs, "output"), (inputs, self.inputs, "input")):
+            for signals, are_outputs in ((outputs, True), (inputs, False)):
                 for s in signals:
                     for k, name in enumerate(elements(s)):
+                        given = are_outputs and k not in own.get(s, ())
+                        where, places = ("output", self.outputs) if given else ("input", self.inputs)
                         self.columns.append(Column(name, type_of(s), units.get(s.address)))
                         if s.family == TEXT:
                             self._cuts.append((f"{where} text", s.place + k))

@@ -129,7 +129,7 @@ def _examined(folder: Path, changed: int, shown: str) -> tuple[type[Slave], Any]
         raise PackageError(f"{shown}: modelDescription.xml cannot be read ({reason})") from None
     if description.coSimulation is None:
         raise PackageError(f"{shown}: has no co-simulation interface")
-    identifier = description.coSimulation.modelIdentifier
+    identifier = description.coSimulation.modelIdentifier or ""
     if not identifier or re.search(r"[/\\\0]|\.\.|.{201}", identifier):
         raise PackageError(f"{shown}: modelIdentifier '{identifier[:60]}' is not a name")
     names: set[str] = set()

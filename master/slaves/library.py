@@ -34,8 +34,10 @@ class LibrarySlave(Slave):
                 raise PackageError("the FMU gave no instance and no reason")
         except Exception as error:
             del _live[self._number]
-            reason = self.messages[-1][1] if self.messages else " ".join(str(error).split())
-            raise PackageError(f"component '{self.name}' cannot be instantiated: {reason}") from None
+            reason = self.messages[-1][1] if self.messages else str(error)
+            raise PackageError(
+                f"component '{self.name}' cannot be instantiated: {' '.join(reason.split())}"
+            ) from None
         self._state = "instantiated"
 
     @abstractmethod

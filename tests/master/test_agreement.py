@@ -14,8 +14,8 @@ from deepsea_cosim.master.simulate import Options, run
 
 from benchmarks import native
 
-from ..packages import connector, link, package, system
-from .parts import gain, linear
+from ..packages import component, connector, link, package, system
+from .parts import gain, linear, redescribed
 
 pytestmark = pytest.mark.skipif(native.compiler is None, reason="there is no C compiler here")
 
@@ -53,6 +53,25 @@ def test_a_chain_in_a_circle_is_a_step_old_at_most(tmp_path, through, listed):
         expected.append(x)
         x, v = x + v * h - 50.0 * x * h * h, v - 100.0 * x * h
     assert found == pytest.approx(np.array(expected))
+
+
+def test_a_chain_through_elements_of_an_array_is_a_step_old_at_most(tmp_path):
+    """The same by way of the first elements of two arrays, while something else drives another element."""
+    said = '<Output valueReference="701" dependencies="700"/>'
+    native_fmu = native.linear(tmp_path, 3, through=False)
+    fmu = redescribed(native_fmu, tmp_path / "L.fmu", ('<Output valueReference="701"/>', said))
+    both = [connector(f"array_{way}", f"{way}put", "Float64", sizes=(3,)) for way in ("in", "out")]
+    a, b = (component(name, "resources/L.fmu", *both) for name in "ab")
+    m = linear("m", A=[[0, 1], [0, 0]], B=[[0], [1]], C=[[1, 0]], x0=[1, 0])
+    links = (
+        link("m.y1", "a.array_in", endIndices="1"),
+        link("a.array_out", "b.array_in", startIndices="1", endIndices="1"),
+        link("b.array_out", "m.u1", '<ssc:LinearTransformation factor="-100"/>', startIndices="1"),
+        link("m.y1", "b.array_in", endIndices="3"),
+    )
+    root = system("root", m, b, a, links=links)
+    path = package(tmp_path / "p.ssp", root, {"resources/L.fmu": fmu}, version="2.0")
+    assert run(path, tmp_path / "out").summary["order"] == ["m", "a", "b"]
 
 
 def loop(gain, offset=1.0):
@@ -188,3 +207,14 @@ def test_a_session_looks_anew_at_what_answers_at_once(tmp_path, method):
         t, rows = used.run(["a.y1", "i.y1"], 1.0, 0.1, gain, method=method)
         assert np.array_equal(rows, fresh.run(["a.y1", "i.y1"], 1.0, 0.1, gain, method=method)[1])
     assert rows[:, 0].tolist() == pytest.approx((2.0 * t).tolist())
+
+
+def test_a_session_looks_anew_for_loops(tmp_path):
+    """Where the FMUs do not say: gains that make no loop in the first run make one in the second, (1 + t) / (1 + 3)."""
+    path = package(tmp_path / "p.ssp", loop(-3.0), {"resources/L.fmu": native.linear(tmp_path, 2, through=None)})
+    ramp = {"one.A[1,2]": 1.0, "one.x0[2]": 1.0}
+    with Session(path) as used:
+        used.run(["a.y1"], 1.0, 0.1, {**ramp, "a.D[1,1]": 0.0})
+        for _ in range(2):
+            t, rows = used.run(["b.y1"], 1.0, 0.1, ramp)
+            assert rows[:, 0].tolist() == pytest.approx((0.25 + 0.25 * t).tolist())

@@ -79,6 +79,14 @@ def test_no_instance_is_an_error(made, tmp_path):
         run(packed(tmp_path, fmu, gain("a", 3.0)), tmp_path / "out")
 
 
+def test_what_an_fmu_says_of_why_there_is_no_instance_is_one_line(made, tmp_path):
+    old = "(void)name; (void)type; (void)guid; (void)where; (void)functions; (void)visible; (void)logging;"
+    says = '((void (**)(void *, const char *, int, const char *, const char *, ...))functions)[0]'
+    fmu = made("told", 2, (old, f'{says}(0, name, 3, "error", "no licence:\\n ask for one"); return NULL;'))
+    with pytest.raises(CosimError, match=r"component 'a' cannot be instantiated: no licence: ask for one$"):
+        run(packed(tmp_path, fmu, gain("a", 3.0)), tmp_path / "out")
+
+
 @pytest.mark.parametrize("method", ["jacobi", "nepce"])
 def test_an_isolated_fmu_has_the_dependencies_that_it_declares(made, tmp_path, method):
     ramp = component("r", "resources/L.fmu", connector("y1", "output"),

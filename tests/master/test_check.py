@@ -14,7 +14,7 @@ from deepsea_cosim.master.simulate import Options, run
 from benchmarks import native
 
 from ..packages import binding, bindings, component, connector, description, link, pack, package, system, values
-from .parts import gain, two, with_fmu, with_input
+from .parts import gain, redescribed, two, with_fmu, with_input
 
 pytestmark = pytest.mark.skipif(native.compiler is None, reason="there is no C compiler here")
 
@@ -223,3 +223,25 @@ def test_what_an_incomplete_system_lacks_is_told_with_its_tree(fmus, tmp_path, c
     said = capsys.readouterr()
     assert "a: L.fmu (FMI 2.0;" in said.out
     assert "there is no component 'b'" in said.err
+
+
+def test_a_limit_that_is_no_number_does_not_end_the_check(fmus, tmp_path):
+    """The run never asks for it, so it is a warning; what else is wrong is told too."""
+    limit = ('name="B[6,3]" valueReference="252" causality="parameter" variability="fixed"><Real start="0"',
+             'name="B[6,3]" valueReference="252" causality="parameter" variability="fixed"><Real min="x" start="0"')
+    fmu = {"resources/L.fmu": redescribed(fmus[2], tmp_path / "L.fmu", limit)}
+    found = check(package(tmp_path / "p.ssp", system("root", gain("a", 1.0)), fmu))
+    assert not found.errors
+    assert any("min=\"x\" of 'B[6,3]' is not a number" in told for told in found.warnings)
+    run(tmp_path / "p.ssp", tmp_path / "out")
+    root = system("root", gain("a", 1.0), links=(link("a.nothing", "a.u1"),))
+    assert any("nothing" in told for told in check(package(tmp_path / "q.ssp", root, fmu)).errors)
+
+
+def test_a_table_cannot_drive_a_connected_input_by_another_name(fmus, tmp_path):
+    alias = ('name="u2" valueReference="1"', 'name="u2" valueReference="0"')
+    fmu = {"resources/L.fmu": redescribed(fmus[2], tmp_path / "L.fmu", alias)}
+    root = system("root", gain("a", 1.0), gain("b", 1.0), links=(link("a.y1", "b.u1"),))
+    (tmp_path / "in.csv").write_text("time,b.u2\n0,50\n1,50\n")
+    with pytest.raises(CosimError, match=r"column 'b\.u2' is connected and cannot be driven"):
+        run(package(tmp_path / "p.ssp", root, fmu), tmp_path / "out", Options(stimuli=tmp_path / "in.csv"))

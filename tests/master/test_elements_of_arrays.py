@@ -11,7 +11,7 @@ from deepsea_cosim.master.simulate import Options, run
 from benchmarks import native
 
 from ..packages import binding, bindings, component, connector, link, package, parameter_set, system, unit
-from .parts import gain, with_fmu
+from .parts import gain, linear, with_fmu
 
 pytestmark = pytest.mark.skipif(native.compiler is None, reason="there is no C compiler here")
 
@@ -166,3 +166,26 @@ def test_what_is_wrong_with_indices_is_told(fmus, tmp_path, links, message):
     assert message in str(error.value)
     assert "SystemStructure.ssd, line" in str(error.value)
     assert any(message in told for told in check(path).errors)
+
+
+@pytest.mark.parametrize("method", NAMES[1:])
+def test_columns_of_an_array_may_stand_in_any_order(fmus, tmp_path, method):
+    """a passes on the input v of the system, which a table drives to (1, 2, 3) at the end."""
+    root = system("root", A, made=(array("v", "input"),), links=(link("v", "a.array_in"),))
+    (tmp_path / "in.csv").write_text("time,v[3],v[1],v[2]\n0,0,0,0\n1,3,1,2\n")
+    names = [f"a.array_out[{k}]" for k in (1, 2, 3)]
+    found = end(fmus, tmp_path, root, *names, method=method, stimuli=tmp_path / "in.csv")
+    assert found == pytest.approx([1.0, 2.0, 3.0])
+
+
+@pytest.mark.parametrize("method", ["gauss-seidel", "jacobi"])
+def test_an_output_of_the_system_with_elements_of_its_inputs_beside_those_of_components(fmus, tmp_path, method):
+    """Each is recorded at its time: o = (t, 10 t) at every point, as clock.y1 and in are."""
+    clock = linear("clock", A=[[0, 1], [0, 0]], B=[[0], [0]], C=[[1, 0]], x0=[0, 1])
+    made = (connector("in", "input", "Float64"), connector("o", "output", "Float64", sizes=(2,)))
+    links = (link("clock.y1", "o", endIndices="1"), link("in", "o", endIndices="2"))
+    path = package_of(fmus, tmp_path, system("root", clock, made=made, links=links))
+    (tmp_path / "in.csv").write_text("time,in\n0,0\n1,10\n")
+    frame = run(path, tmp_path / "out", Options(method=method, stimuli=tmp_path / "in.csv")).frame
+    assert frame["o[1]"].tolist() == frame["clock.y1"].tolist() == pytest.approx(frame["time"].tolist())
+    assert frame["o[2]"].tolist() == frame["in"].tolist() == pytest.approx((10.0 * frame["time"]).tolist())

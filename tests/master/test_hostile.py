@@ -195,6 +195,16 @@ def test_an_attribute_that_is_nearly_a_namespace_is_one_line(sound, tmp_path, ca
     assert "Traceback" not in told
 
 
+def test_an_fmu_without_an_identifier_is_one_line(sound, tmp_path, capsys):
+    with zipfile.ZipFile(io.BytesIO(sound["resources/L2.fmu"])) as archive:
+        fmu = {name: archive.read(name) for name in archive.namelist()}
+    fmu["modelDescription.xml"] = re.sub(rb'modelIdentifier="\w+"', b"", fmu["modelDescription.xml"])
+    (tmp_path / "p.ssp").write_bytes(rezip({**sound, "resources/L2.fmu": rezip(fmu)}))
+    for more in (["--check", "--quiet"], ["--out", str(tmp_path / "out")]):
+        assert main([str(tmp_path / "p.ssp"), *more]) == 2
+        assert "L2.fmu: modelIdentifier '' is not a name" in capsys.readouterr().err
+
+
 @pytest.mark.parametrize("file", ["SystemStructure.ssd", "modelDescription.xml"])
 def test_a_name_that_no_file_can_have_is_one_line(sound, tmp_path, file):
     """Run as a command: what the operating system refuses must not end as if all were well."""
