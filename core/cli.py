@@ -11,7 +11,7 @@ from importlib.util import find_spec
 from pathlib import Path
 from typing import NoReturn
 
-from .errors import CosimError, Interrupted, SimulationError, UsageError
+from .errors import CosimError, Interrupted, SimulationError, UsageError, install
 
 
 class OneLineParser(argparse.ArgumentParser):
@@ -85,7 +85,7 @@ def need(extra: str, *modules: str) -> None:
     """Raise `UsageError` when a library of that extra is not installed."""
     missing = [name for name in modules if find_spec(name) is None]
     if missing:
-        raise UsageError(f"this needs {', '.join(missing)}: pip install deepsea-cosim[{extra}]")
+        raise UsageError(f"this needs {', '.join(missing)}: {install(extra)}")
 
 
 def exit_code(command: str, work: Callable[[], int], interrupted: str = "interrupted") -> int:

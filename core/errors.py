@@ -51,6 +51,11 @@ class Interrupted(SimulationError):
     """The user asked a run to stop."""
 
 
+def install(extra: str) -> str:
+    """How what an extra brings gets installed; the distribution is on no index."""
+    return f'pip install ".[{extra}]" in the clone of deepsea-cosim'
+
+
 def did_you_mean(name: str, known: list[str] | tuple[str, ...]) -> str:
     """A hint `; did you mean 'x'?` with the nearest of the known names, or an empty string."""
     close = get_close_matches(name, known, n=1, cutoff=0.6)

@@ -24,7 +24,7 @@ from dataclasses import dataclass
 from importlib import metadata
 from pathlib import Path
 
-from ..core.errors import PackageError, UsageError
+from ..core.errors import PackageError, UsageError, install
 from ..core.files import make_folder
 from ..ssp import packer
 
@@ -282,7 +282,7 @@ def _raw(
 
     needed = version.builder.partition(".")[0]
     if importlib.util.find_spec(needed) is None:
-        raise UsageError(f"--fmi {version.fmi} needs {needed}: pip install 'deepsea-cosim[fmi3]'")
+        raise UsageError(f"--fmi {version.fmi} needs {needed}: {install('fmi3')}")
     entry = (HERE / "entry.py.in").read_text().replace("@ENTRY@\n", version.entry)
     for place, text in (("@PACKAGE@", package), ("@MODULE@", model.modules[0]), ("@CLASS@", model.name)):
         entry = entry.replace(place, text)

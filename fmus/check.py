@@ -12,13 +12,16 @@ def faults(fmu: Path) -> list[str]:
     """What is wrong with an FMU, first by its description, then in a short run; empty where nothing is."""
     if fmu.is_dir():
         raise PackageError(f"{fmu}: is a folder; an FMU is a zip archive")
-    try:
-        found = problems(fmu)
-    except zipfile.BadZipFile:
-        found = ["not a zip archive or damaged"]
-    except KeyError:
-        found = ["is no FMU: it holds no modelDescription.xml"]
-    if found:
+    if not fmu.is_file():
+        raise PackageError(f"{fmu}: no such file")
+    if not zipfile.is_zipfile(fmu):
+        return ["not a zip archive or damaged"]
+    with zipfile.ZipFile(fmu) as archive:
+        if "modelDescription.xml" not in archive.namelist():
+            package = any(name.endswith(".ssd") for name in archive.namelist())
+            remedy = f"; a package is checked by: cosim-master {fmu} --check" if package else ""
+            return [f"is no FMU: it holds no modelDescription.xml{remedy}"]
+    if found := problems(fmu):
         return found
     try:
         exercise(fmu)
@@ -73,8 +76,6 @@ def exercise(fmu: str | Path, steps: int = 3, step: float = 1e-3) -> None:
 
 def problems(fmu: Path) -> list[str]:
     """What FMPy's validation finds wrong with the FMU."""
-    if not fmu.is_file():
-        raise PackageError(f"{fmu}: no such file")
     from fmpy.validation import validate_fmu
 
     return [str(problem) for problem in validate_fmu(str(fmu))]

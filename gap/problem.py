@@ -285,9 +285,13 @@ def pose(campaign: Campaign, catalogue: Catalogue, pool: Pool) -> Problem:
         for c in campaign.channels:
             where = f"{campaign.file}: channel '{c.column}'"
             is_output, _ = _of_entry(where, session, c.connector)
-            if c.role == "input" and (is_output or split(c.connector, session.system.slaves) in connected):
+            given = is_output or split(c.connector, session.system.slaves) in connected
+            if c.role == "input" and given:
                 why = "an output of the model" if is_output else "connected to another component"
                 raise CampaignError(f"{where}: '{c.connector}' cannot be an input: it is {why}")
+            if c.role == "output" and not given and c.connector not in session.system.own_outputs:
+                remedy = 'what was measured of it drives the model with role = "input"'
+                raise CampaignError(f"{where}: '{c.connector}' is an input that nothing in the model drives; {remedy}")
             units |= own_unit(c, units, where)
         parameter_units = {
             f"{name}.{v}": own

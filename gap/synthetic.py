@@ -78,6 +78,14 @@ def _check_files(template: Path, runs: list[dict[str, Any]]) -> None:
             raise CampaignError(f"{template}: run {i}: file = '{name}' is written for something else already")
 
 
+def _check_folder(template: Path, folder: Path, files: list[str]) -> None:
+    """What is there is replaced only where an earlier call has made it, which leaves an answer.toml."""
+    for name in ("campaign.toml", "answer.toml", *files):
+        there = folder / name
+        if there.exists() and (there.samefile(template) or not (folder / "answer.toml").is_file()):
+            raise CampaignError(f"{there}: is there already and would be replaced; choose another folder with --out")
+
+
 @dataclass(frozen=True)
 class _Planned:
     """A run of the template."""
@@ -116,6 +124,9 @@ def make(template: Path, folder: Path, say: Callable[[str], None] = lambda text:
     if not package.is_file():
         raise CampaignError(f"{template}: system = '{data['system']}': no such file")
     channels = channels_of(data, template)
+    for c in channels:
+        if c.role == "input":
+            raise CampaignError(f"{template}: channel '{c.column}': a template has no channels that drive the model")
     truth = take.get(data, str(template), "truth", dict, {})
     sensors = _sensors(truth, channels, str(template))
     if not truth:
@@ -131,12 +142,12 @@ def make(template: Path, folder: Path, say: Callable[[str], None] = lambda text:
     if not tables:
         raise CampaignError(f"{template}: there are no runs")
     _check_files(template, tables)
+    _check_folder(template, folder, [run["file"] for run in tables])
     base_of(data, template)
-    outputs = [c for c in channels if c.role == "output"]
-    head = _head(data, template, package, outputs)
+    head = _head(data, template, package, channels)
     with Session(package) as session:
         names = session.system.units()
-        for c in outputs:
+        for c in channels:
             names |= own_unit(c, names, f"{template}: channel '{c.column}'")
         runs = [_planned(t, f"{template}: run {i}", session.structure.stop_time) for i, t in enumerate(tables, 1)]
         for run in runs:
@@ -147,16 +158,16 @@ def make(template: Path, folder: Path, say: Callable[[str], None] = lambda text:
             (folder / "answer.toml").write_text(answer, encoding="utf-8")
         rng = np.random.default_rng(seed)
         for run in runs:
-            t, rows = _converged(session, [c.connector for c in outputs], run.stop, {**run.known, **hidden})
+            t, rows = _converged(session, [c.connector for c in channels], run.stop, {**run.known, **hidden})
             columns = [run.times]
-            for k, c in enumerate(outputs):
+            for k, c in enumerate(channels):
                 signal = convert(rows[:, k], names[c.connector], si(c.unit))
                 y = sensors.get(c.connector, Sensor()).read(t, signal, run.times)
                 y = y + rng.normal(0.0, c.noise_std or 0.0, len(y))
                 columns.append((y - unit(c.unit).offset) / unit(c.unit).factor)
             with writing(folder / run.file), (folder / run.file).open("w", newline="", encoding="utf-8") as file:
                 writer = csv.writer(file)
-                writer.writerow(["time", *(c.column for c in outputs)])
+                writer.writerow(["time", *(c.column for c in channels)])
                 writer.writerows([f"{v:.9g}" for v in row] for row in np.column_stack(columns))
             say(f"{folder / run.file}  {len(columns[0])} samples")
     target = folder / "campaign.toml"
@@ -166,12 +177,12 @@ def make(template: Path, folder: Path, say: Callable[[str], None] = lambda text:
     return target
 
 
-def _head(data: dict[str, Any], template: Path, package: Path, outputs: list[Channel]) -> list[str]:
+def _head(data: dict[str, Any], template: Path, package: Path, channels: tuple[Channel, ...]) -> list[str]:
     """Lines of the campaign's name, package, catalogue and channels."""
     lines = [f"name = {_toml(str(data.get('name', template.stem)))}", f"system = {_toml(str(package.resolve()))}"]
     if "effects" in data:
         lines.append(f"effects = {_toml(str(take.file(data, str(template), 'effects', template.parent).resolve()))}")
-    for c in outputs:
+    for c in channels:
         lines += ["", "[[channel]]", f"column = {_toml(c.column)}", f"connector = {_toml(c.connector)}"]
         lines.append(f"unit = {_toml(c.unit)}")
         if c.noise_std is not None:

@@ -31,7 +31,7 @@ exit codes: 0 done, 1 the simulation had to stop (what was recorded is kept), 2 
 """
 
 SHOWN = 30
-"""Most connected signals in the table at the end."""
+"""Most signals in the table at the end: those that are connected, and what the system gives."""
 
 
 def _substeps(text: str) -> tuple[str, int]:
@@ -157,7 +157,8 @@ def _table(summary: dict[str, Any], result: Any) -> str:
         f"  {'signal':<28}{'unit':>7}{'start':>13}{'least':>13}{'greatest':>13}{'end':>13}",
     ]
     places = {name: i for i, name in enumerate(result.names)}
-    numbers = [name for name in dict.fromkeys(result.connected) if not isnan(result.extremes[0][places[name]])]
+    shown = dict.fromkeys((*result.connected, *result.own_outputs))
+    numbers = [name for name in shown if not isnan(result.extremes[0][places[name]])]
     for name in numbers[:SHOWN]:
         values = "".join(f"{row[places[name]]:>13.6g}" for row in result.extremes)
         lines.append(f"  {name:<28}{result.units.get(name, ''):>7}{values}")
@@ -186,7 +187,10 @@ def _look(options: argparse.Namespace, settings: Options) -> int:
                 continue
             print(line, file=sys.stderr if line.startswith("error") else sys.stdout)
         if not options.quiet and options.check:
-            counts = f"{len(found.errors)} errors, {len(found.warnings)} warnings"
+            counts = ", ".join(
+                f"{len(these)} {what}{'s' * (len(these) != 1)}"
+                for these, what in ((found.errors, "error"), (found.warnings, "warning"))
+            )
             print(f"{options.package}: {counts if found.errors or found.warnings else 'nothing wrong'}")
     return 2 if found.errors and (options.check or lacking) else 0
 

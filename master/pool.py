@@ -22,7 +22,7 @@ from typing import Any
 
 import numpy as np
 
-from ..core.errors import CosimError, SimulationError, UsageError
+from ..core.errors import CosimError, SimulationError, UsageError, install
 from .algorithms import NAMES
 from .session import Series, Session
 from .slaves.fmu import forget_unpacked
@@ -139,7 +139,7 @@ def cluster(address: str | None) -> Iterator[Executor | None]:
 
         from .dask_executor import DaskExecutor
     except ImportError:
-        raise UsageError("--dask needs the extra 'distributed': pip install deepsea-cosim[distributed]") from None
+        raise UsageError(f"--dask needs the extra 'distributed': {install('distributed')}") from None
     try:
         client = Client(address, timeout="10s")
     except (OSError, ValueError) as error:

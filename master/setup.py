@@ -79,8 +79,8 @@ def resolve(
         where = f"{prefix}{address}={value}"
         meant = targets(address, slaves, system)
         if not meant:
-            known = [f"{c}.{n}" for c, slave in slaves.items() for n in slave.variables if slave.settable(n)]
-            hint = did_you_mean(address, known)
+            known = [(c, n) for c, slave in slaves.items() for n in slave.variables if slave.settable(n)]
+            hint = did_you_mean(address, [f"{c}.{n}" for c, n in known] + sorted({n for _, n in known}))
             raise UnknownNameError(f"{where}: no component has a parameter '{address}'{hint}")
         for component, name in meant:
             if component:

@@ -49,6 +49,8 @@ class Result:
     connected: list[str] = field(default_factory=list)
     """Names of the outputs that drive an input."""
     outputs: list[str] = field(default_factory=list)
+    own_outputs: list[str] = field(default_factory=list)
+    """Names of the outputs of the system itself."""
     file: Path | None = None
     texts: Sequence[str] = ()
     """Names of the columns that hold texts."""
@@ -202,6 +204,7 @@ class _Run:
             self.recording.extremes(),
             [name for link in system.links for name in elements(link.source)],
             [name for s in (*system.outputs.values(), *system.own_outputs.values()) for name in elements(s)],
+            [name for s in system.own_outputs.values() for name in elements(s)],
             self.file,
             *([c.name for c in self._recorded() if c.type == kind] for kind in ("text", "boolean")),
             self.stride,

@@ -7,7 +7,7 @@ from collections.abc import Collection
 from pathlib import Path
 from typing import Any
 
-from ...core.errors import UsageError
+from ...core.errors import UsageError, install
 from . import SUFFIXES
 
 
@@ -20,7 +20,7 @@ def frame(path: Path, texts: Collection[str] = (), truths: Collection[str] = ())
     try:
         import pandas
     except ImportError:
-        raise UsageError("a frame needs pandas: pip install 'deepsea-cosim[results]'") from None
+        raise UsageError(f"a frame needs pandas: {install('results')}") from None
     kind = SUFFIXES.get(path.suffix.lower())
     if kind == "parquet":
         return pandas.read_parquet(path)

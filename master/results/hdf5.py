@@ -13,7 +13,7 @@ from pathlib import Path
 
 import numpy as np
 
-from ...core.errors import OutputError, UsageError
+from ...core.errors import OutputError, UsageError, install
 from .columns import Column
 
 CHUNK = 4096
@@ -30,7 +30,7 @@ class Hdf5Writer:
         try:
             import h5py
         except ImportError:
-            raise UsageError(f"{path}: HDF5 needs h5py: pip install 'deepsea-cosim[results]'") from None
+            raise UsageError(f"{path}: HDF5 needs h5py: {install('results')}") from None
         self.path = path
         kinds = {
             "float": np.float64, "integer": np.int64, "unsigned": np.uint64, "boolean": np.bool_,

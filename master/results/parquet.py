@@ -10,7 +10,7 @@ from typing import Any
 
 import numpy as np
 
-from ...core.errors import OutputError, UsageError
+from ...core.errors import OutputError, UsageError, install
 from ...core.files import exchange, writing
 from .columns import Column
 
@@ -28,7 +28,7 @@ class ParquetWriter:
         try:
             import pyarrow
         except ImportError:
-            raise UsageError(f"{path}: Parquet needs pyarrow: pip install 'deepsea-cosim[results]'") from None
+            raise UsageError(f"{path}: Parquet needs pyarrow: {install('results')}") from None
         self.path = path
         kinds = {
             "float": pyarrow.float64(), "integer": pyarrow.int64(), "unsigned": pyarrow.uint64(),

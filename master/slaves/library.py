@@ -7,8 +7,10 @@ import os
 import re
 from abc import abstractmethod
 from collections.abc import Callable, Sequence
+from contextlib import suppress
 from functools import cache
 from itertools import count
+from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -20,6 +22,17 @@ _live: dict[int, LibrarySlave] = {}
 """The slaves that are loaded, by what the callbacks of their FMUs bring along."""
 
 _numbers = count(1)
+
+
+@cache
+def _quieten_pythonfmu() -> None:
+    """Keep FMUs that pythonfmu 0.7.0 has made, ours apart, from crashing this process as it ends.
+
+    The library of `fmus/front/quiet.c`, which says why, has to be there before theirs; without it all else works.
+    """
+    library = Path(__file__).parents[2] / "fmus" / "_quiet.abi3.so"
+    with suppress(OSError):
+        ctypes.CDLL(str(library), ctypes.RTLD_GLOBAL)
 
 
 class LibrarySlave(Slave):
@@ -47,6 +60,7 @@ class LibrarySlave(Slave):
     def _make(self, kind: Callable[..., Any], token: str) -> None:
         """Make `_fmu`, of a class of fmpy; what fmpy leaves changed where that fails is put back."""
         here = os.getcwd()
+        _quieten_pythonfmu()
         try:
             self._fmu = _tolerant(kind)(
                 guid=token,

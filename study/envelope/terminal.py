@@ -11,7 +11,7 @@ from math import floor, log10
 from pathlib import Path
 from typing import Any
 
-from ...core.errors import Interrupted, UsageError
+from ...core.errors import Interrupted, UnknownNameError, UsageError
 from ...core.files import make_folder, writing
 
 SHOWN = 6
@@ -41,7 +41,11 @@ def envelope_command(options: argparse.Namespace) -> int:
         first = {**fixed, **every[0].parameters, wanted.parameter: wanted.low}
         others = [c.parameters for g in wanted.groups for c in g.choices]
         between = wanted.low + 0.382 * (wanted.high - wanted.low)  # bisection takes values that are not whole
-        check(session, first, settings(wanted), [*others, *({wanted.parameter: x} for x in (between, wanted.high))])
+        try:
+            check(session, first, settings(wanted), [*others, *({wanted.parameter: x} for x in (between, wanted.high))])
+        except UnknownNameError as error:
+            remedy = "" if options.options else "; these are the deep-sea machine's options, give yours with --options"
+            raise UnknownNameError(f"{options.options or 'options.toml'}: {error}{remedy}") from None
     at = wanted.high if options.at is None else options.at
     if not wanted.low <= at <= wanted.high:
         raise UsageError(f"--at {at:g}: it has to be between {wanted.low:g} and {wanted.high:g} {wanted.unit}")

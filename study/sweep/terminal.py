@@ -13,7 +13,7 @@ from importlib.util import find_spec
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from ...core.errors import UsageError
+from ...core.errors import UsageError, install
 from ...core.files import make_folder, writing
 from .axes import Axis, parse_axis, settled
 from .cases import Case, grid, parse_sample, sample
@@ -150,7 +150,7 @@ def _indices(
 ) -> tuple[dict[str, Any], dict[str, str]]:
     """Sensitivities by metric, and why there are none of the others."""
     if kind == "saltelli" and not find_spec("SALib"):
-        return {}, {"any metric": "this needs SALib: pip install deepsea-cosim[study]"}
+        return {}, {"any metric": f"this needs SALib: {install('study')}"}
     from .sensitivity import sensitivities
 
     found = {label: sensitivities(axes, kind, cases, [row[label] for row in table]) for label in labels}

@@ -127,3 +127,8 @@ def test_another_package_is_refused(toys, tmp_path):
     other = package(tmp_path / "toy.ssp", {"mass": toys / "Mass.fmu"})
     with pytest.raises(PackageError, match=r"toy\.ssp: is no scenario of the deep-sea machine"):
         starts_of(other, DeepseaMachine.table)
+
+
+def test_a_package_is_no_fmu_and_is_told_who_checks_it(built):
+    (told,) = check.faults(built / "deepsea_11km.ssp")
+    assert told.startswith("is no FMU: it holds no modelDescription.xml; a package is checked by: cosim-master ")

@@ -7,6 +7,7 @@ import pytest
 from deepsea_cosim.core.errors import CosimError
 from deepsea_cosim.gap.campaign import CampaignError, read
 from deepsea_cosim.gap.cli import main
+from deepsea_cosim.gap.synthetic import make
 
 CAMPAIGN = """
 name = "pool"
@@ -150,6 +151,23 @@ def test_synthetic_campaign_reads_back(built, tmp_path, capsys):
     assert "bias" not in text
     answer = tomllib.loads((tmp_path / "out" / "answer.toml").read_text())
     assert answer["truth"]["hydraulics.effect.cylinder_coulomb_friction.F_c"] == 500.0
+
+
+def test_a_synthetic_campaign_replaces_no_measurements(built, tmp_path):
+    text = CAMPAIGN.replace("s.ssp", str(built / "deepsea_11km.ssp"))
+    template = tmp_path / "campaign.toml"
+    template.write_text(text)
+    with pytest.raises(CampaignError, match=r"campaign.toml: is there already and would be replaced"):
+        make(template, tmp_path)
+    (tmp_path / "real").mkdir()
+    (tmp_path / "real" / "run1.csv").write_text("time,x\n0,1\n")
+    with pytest.raises(CampaignError, match=r"run1.csv: is there already"):
+        make(template, tmp_path / "real")
+    assert (tmp_path / "real" / "run1.csv").read_text() == "time,x\n0,1\n"
+    driving = '[[channel]]\ncolumn = "r"\nconnector = "hydraulics.x_ref"\nunit = "m"\nrole = "input"\n'
+    template.write_text(text + driving)
+    with pytest.raises(CampaignError, match=r"'r': a template has no channels that drive"):
+        make(template, tmp_path / "new")
 
 
 def test_synthetic_readings_are_in_the_channels_unit_whatever_the_fmus_is(built, tmp_path):

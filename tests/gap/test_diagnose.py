@@ -149,6 +149,8 @@ BAD = {
         lambda text: text.replace('unit = "mm"', 'unit = "m"'), "is it in mm, or is the input 'u' in kN?"),
     "another quantity": (lambda text: text.replace('unit = "mm"', 'unit = "furlong"'), "unknown unit"),
     "an input that is an output": (lambda text: text.replace('"o.u"', '"o.v"'), "cannot be an input"),
+    "an input without its role": (
+        lambda text: text.replace('role = "input"', ""), "'o.u' is an input that nothing in the model drives"),
     "no such connector": (lambda text: text.replace('"o.x"', '"o.y"'), "no connector 'o.y'"),
     "no such column": (lambda text: text.replace('column = "x"', 'column = "z"'), "no column 'z'"),
     "all held out": (lambda text: text.replace(".csv\"", '.csv"\nuse = "holdout"'), "nothing to fit"),

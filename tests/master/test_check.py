@@ -39,6 +39,14 @@ def test_options_are_checked_with_the_package(fmus, tmp_path, capsys, arguments,
     assert bool(told) == bool(said.err)
 
 
+def test_the_table_at_the_end_shows_what_the_system_gives(fmus, tmp_path, capsys):
+    root = system("root", gain("a", 3.0), made=(connector("in", "input"), connector("out", "output")),
+                  links=(link("in", "a.u1"), link("a.y1", "out")))  # fmt: skip
+    path = package(tmp_path / "p.ssp", root, with_fmu(fmus))
+    assert main([str(path), "--set", "in=2", "--no-plot", "--out", str(tmp_path / "out")]) == 0
+    assert ["out", "6", "6", "6", "6"] in [line.split() for line in capsys.readouterr().out.splitlines()]
+
+
 def test_the_packages_own_times_are_checked(fmus, tmp_path, capsys):
     assert main([str(two(tmp_path / "p.ssp", fmus[2], stop=-3)), "--check"]) == 2
     assert "stop time -3 s" in capsys.readouterr().err

@@ -378,6 +378,7 @@ def test_wrong_connections(toys, tmp_path, connections, message):
         (Options(method="euler"), UsageError, "unknown method"),
         (Options(changes=(("m.x00", "1"),)), UnknownNameError, "did you mean 'x0'"),
         (Options(changes=(("nope", "1"),)), UnknownNameError, "no component has"),
+        (Options(changes=(("x00", "1"),)), UnknownNameError, "no component has a parameter 'x00'; did you mean 'x0'"),
         (Options(changes=(("m.x", "1"),)), UnknownNameError, "'m.x' cannot be set: its causality is 'output'"),
     ],
 )

@@ -1,12 +1,16 @@
 """A session gives what a run gives, as often as it is asked."""
 
 import re
+import subprocess
+import sys
+from pathlib import Path
 
 import numpy as np
 import pytest
 from deepsea_cosim.core.errors import SimulationError, UnknownNameError, UsageError
 from deepsea_cosim.master.session import Session
 from deepsea_cosim.master.simulate import Options, run
+from deepsea_cosim.master.slaves import library
 
 from ..toys import package
 
@@ -93,3 +97,22 @@ def test_outputs_that_nobody_reads_change_nothing(built):
         again = session.run(["arm.M_F"], 4.0, 0.004, method="nepce")[1]
     np.testing.assert_array_equal(both[:, :1], alone)
     np.testing.assert_array_equal(both[:, 1:], again)
+
+
+QUIET = Path(library.__file__).parents[2] / "fmus" / "_quiet.abi3.so"
+
+
+@pytest.mark.skipif(not QUIET.is_file(), reason="installed without the front library")
+def test_a_script_that_ran_plain_pythonfmu_fmus_ends_well(toys, tmp_path):
+    """Their libraries free a part of the heap twice as the process ends, which once in a few times aborted it."""
+    pack = package(tmp_path / "p.ssp", {"s": toys / "Spring.fmu", "m": toys / "Mass.fmu"})
+    script = f"""if True:
+        import ctypes
+        from pathlib import Path
+        from deepsea_cosim.master.session import Session
+        with Session(Path({str(pack)!r})) as session:
+            session.run(["m.v"], 0.1, 0.01)
+        assert ctypes.CDLL(None).finalizePythonInterpreter  # the one that does nothing is found before theirs
+    """
+    ran = subprocess.run([sys.executable, "-c", script], capture_output=True, text=True)
+    assert (ran.returncode, ran.stderr) == (0, "")

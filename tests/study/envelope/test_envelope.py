@@ -239,3 +239,8 @@ def test_runs_that_fail_or_crash_beyond_the_edge_are_told(doubled, options, tmp_
     assert found["slope 0.5"]["value"] == pytest.approx(4.0, abs=0.01)
     assert found["slope 0.25"]["value"] is None
     assert found["slope 0.25"]["why"]
+
+
+def test_another_package_is_told_that_it_needs_options_of_its_own(doubled, capsys):
+    assert main(["envelope", str(doubled)]) == 2
+    assert "options.toml: no connector 'arm.x_h'; these are the deep-sea machine's options" in capsys.readouterr().err
