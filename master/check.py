@@ -116,7 +116,7 @@ def check(package: Path, wanted: Options | None = None) -> Findings:
             if system is not None:
                 found.system = system
                 found.warnings += system.remarks
-                _try(found, lambda: given_values(network, system, found.warnings.append))
+                values += _try(found, lambda: given_values(network, system, found.warnings.append)) or []
                 told = Findings() if found.errors else found  # what follows from an error is not told
                 layout = _try(told, lambda: Layout(system))
                 if layout is not None:
@@ -127,7 +127,8 @@ def check(package: Path, wanted: Options | None = None) -> Findings:
                 for change in changes:
                     values += _try(aside, lambda change=change: resolve([change], slaves, system=system)) or []
                 aside.warnings += idle(network, values)
-                _inputs(aside, system, _driven(aside, system, wanted, times))
+                given = {(v.component, v.variable) for v in values if not v.component}
+                _inputs(aside, system, _driven(aside, system, wanted, times) | given)
                 _loops(found, system)
         elif not network.parts and not found.errors:
             found.errors.append("the system has no components")
@@ -194,6 +195,9 @@ def _inputs(found: Findings, system: System, others: set[tuple[str, str]]) -> No
     for (component, name), signal in system.inputs.items():
         if signal.home not in driven:
             found.notes.append(f"input '{component}.{name}' is driven by nothing; it keeps its start value")
+    for name in system.own_inputs:
+        if ("", name) not in others:
+            found.notes.append(f"the system's input '{name}' is given nothing; what it leads to keeps its start value")
 
 
 def _loops(found: Findings, system: System) -> None:

@@ -33,7 +33,7 @@ from .setup import (
     targets,
 )
 from .slaves.base import REAL, TEXT, Signal
-from .stimuli import check_series, means
+from .stimuli import Drive, check_series, means
 from .system import System
 from .times import times_of
 
@@ -136,14 +136,15 @@ class Session:
         changes: Mapping[str, Any] | None = None,
         inputs: Mapping[str, Series] | None = None,
         method: str = NAMES[0],
+        drives: Sequence[Drive] = (),
     ) -> tuple[np.ndarray, np.ndarray]:
         """Times (n,) and recorded signals (n, len(record)) of a run from the package's start time to `stop` [s].
 
         The last step is shorter where `step` does not divide the time.
 
         changes: parameters by address, on top of the package's; inputs: series by address of unconnected inputs, joined
-        by straight lines and held beyond their ends. Raises `SimulationError` when an FMU fails or a recorded value is
-        not finite; the session can be used again afterwards.
+        by straight lines and held beyond their ends; drives: likewise, as `stimuli.read` has them from a file. Raises
+        `SimulationError` when an FMU fails or a recorded value is not finite; the session can be used again afterwards.
         """
         if self._closed:
             raise UsageError("the session is closed: run inside its `with` block")
@@ -172,6 +173,12 @@ class Session:
             driven.append((signal, np.interp(times, t, values)))
             if method not in AT_START:
                 averages.append(np.append(means(t, values, times), 0.0))
+        for d in drives:
+            if d.texts:
+                raise UsageError(f"'{d.signal.address}' takes texts and cannot be driven here")
+            driven.append((d.signal.part(d.element) if d.signal.size > 1 else d.signal, d.at(times)))
+            if method not in AT_START:
+                averages.append(np.append(d.mean(times), 0.0))
         values = [*self._bound, *resolve((changes or {}).items(), system.slaves, "", system)]
         for v in values:
             if v.component and system.slaves[v.component].variables[v.variable].causality == "structuralParameter":

@@ -72,6 +72,8 @@ def parser() -> argparse.ArgumentParser:
     s.add_argument("--metric", metavar="EXPR", action="append", default=[],
                    help="what is measured of a run; default: final, min and max of every connected output")  # fmt: skip
     s.add_argument("--set", metavar="NAME=VALUE", action="append", default=[], help="a parameter for all cases")
+    s.add_argument("--stimuli", type=Path, metavar="FILE.csv",
+                   help="series for the system's inputs in all cases: time, and a column an input")  # fmt: skip
     s.add_argument("--step", type=float, metavar="S", help="macro step [s] (default: the package's)")
     s.add_argument("--stop-time", type=float, metavar="S", help="end of the runs [s] (default: the package's)")
     s.add_argument("--method", choices=NAMES, default=NAMES[0], help="coupling: %(choices)s (default: %(default)s)")

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from concurrent.futures import Executor
 from dataclasses import dataclass, field
+from functools import lru_cache
 from math import inf
 from pathlib import Path
 from typing import Any
@@ -13,11 +14,14 @@ import numpy as np
 
 from ...core.errors import CosimError, UsageError
 from ...core.versions import versions
+from ...master import stimuli
 from ...master.manifest import digest as digest_of_file
 from ...master.pool import Failure, Pool
 from ...master.pool import session as opened
 from ...master.session import Session
 from ...master.slaves.base import TEXT, Signal
+from ...master.stimuli import Drive
+from ...master.system import System
 from ...master.times import times_of
 from ...master.trust import Watch
 from .cases import Case
@@ -35,6 +39,8 @@ class Settings:
     method: str = "gauss-seidel"
     fixed: Mapping[str, Any] = field(default_factory=dict)
     """Parameters that are the same in every case."""
+    stimuli: Path | None = None
+    """What drives the system's inputs: a file as `cosim-master --stimuli` takes it."""
 
 
 @dataclass(frozen=True)
@@ -54,7 +60,8 @@ def measure(package: str, task: Task) -> dict[str, Any]:
         watch = Watch(running)
         record = [*watch.record, *dict.fromkeys(m.connector for m in s.metrics)]
         _, stop, step, _ = times_of(running.structure, s.stop, s.step)
-        t, rows = running.run(record, stop, step, {**s.fixed, **task.case}, method=s.method)
+        drives = _driving(running.system, s.stimuli) if s.stimuli is not None else ()
+        t, rows = running.run(record, stop, step, {**s.fixed, **task.case}, method=s.method, drives=drives)
         warnings = watch.warnings(t, rows[:, : len(watch.record)], s.method)
     except CosimError as error:
         return {"failed": str(error)}
@@ -64,6 +71,11 @@ def measure(package: str, task: Task) -> dict[str, Any]:
     if wrong:
         return {"failed": f"not finite: {', '.join(wrong)}"}
     return {"values": values, "warnings": warnings}
+
+
+@lru_cache(maxsize=4)
+def _driving(system: System, file: Path) -> tuple[Drive, ...]:
+    return tuple(stimuli.read(file, system))
 
 
 def _values(metrics: Sequence[Metric], t: np.ndarray, record: list[str], rows: np.ndarray) -> dict[str, float | None]:
@@ -88,6 +100,13 @@ def check(session: Session, case: Case, settings: Settings, others: Iterable[Map
         for target in session.targets(name):
             if (link := session.system.driver(target)) is not None:
                 raise UsageError(f"'{name}' is connected to '{link.source.address}', which counts; it cannot be set")
+    drives = stimuli.read(settings.stimuli, session.system) if settings.stimuli is not None else []
+    for d in drives:
+        name = d.signal.address
+        if d.texts:
+            raise UsageError(f"{settings.stimuli}: '{name}' takes texts, which cannot be driven in a sweep")
+        if any((d.signal.component, d.signal.name) in session.targets(n) for n in (*settings.fixed, *case)):
+            raise UsageError(f"'{name}' is driven by {settings.stimuli}, which counts; it cannot be set")
     for other in ({}, *others):
         session.values({**settings.fixed, **case, **other})
     check_distinct(session, [*settings.fixed, *case])
@@ -160,6 +179,8 @@ def sweep(
         "fixed": dict(settings.fixed), "metrics": [[m.label, str(m)] for m in settings.metrics],
         "versions": versions(), "entries": "with warnings",
     }  # fmt: skip
+    if settings.stimuli is not None:
+        common["stimuli"] = digest_of_file(settings.stimuli)
     names = [digest({**common, "values": case}) for case in cases]
     with Store(folder) as store:
         kept = [store.get(name) for name in names]

@@ -54,7 +54,8 @@ def sweep_command(options: argparse.Namespace) -> int:
         fixed = {name: value(name, text) for name, text in texts.items()}
         metrics = metrics or default_metrics(session)
         _, stop, step, _ = times_of(session.structure, options.stop_time, options.step)
-        settings = Settings(metrics, step, stop, options.method, fixed)
+        table_of_inputs = options.stimuli and options.stimuli.resolve()
+        settings = Settings(metrics, step, stop, options.method, fixed, table_of_inputs)
         check(session, cases[0], settings, _ends(axes))
         known = units(session, [a.name for a in axes], metrics)
     labels = [m.label for m in metrics]
@@ -182,7 +183,8 @@ def _summary(
     content = {
         "package": str(options.package), "sha256": digest(options.package), "vary": options.vary,
         "sample": options.sample, "seed": options.seed, "set": options.set, "step_s": settings.step,
-        "stop_time_s": settings.stop, "method": settings.method, "cases": len(table),
+        "stop_time_s": settings.stop, "method": settings.method,
+        "stimuli": str(settings.stimuli) if settings.stimuli is not None else None, "cases": len(table),
         "metrics": {m.label: str(m) for m in settings.metrics}, "units": dict(known), "pictures": list(pictures),
         "failed": [{"case": row["case"], "why": row["failed"]} for row in table if row["failed"]],
         "warnings": [{"case": row["case"], "what": row["warnings"]} for row in table if row["warnings"]],

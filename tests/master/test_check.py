@@ -59,6 +59,14 @@ def test_a_table_drives_what_it_names(fmus, tmp_path, capsys):
     told = capsys.readouterr().out
     assert "'a.u3' is driven by nothing" in told
     assert "'a.u2'" not in told
+    assert "is given nothing" not in told
+
+
+@pytest.mark.parametrize(("given", "told"), [((), True), (("--set", "in=2"), False)])
+def test_an_input_of_the_system_that_nothing_drives_is_told(fmus, tmp_path, capsys, given, told):
+    path = package(tmp_path / "p.ssp", with_input(), with_fmu(fmus))
+    assert main([str(path), "--check", *given]) == 0
+    assert ("the system's input 'in' is given nothing" in capsys.readouterr().out) == told
 
 
 SET = """<?xml version="1.0"?>

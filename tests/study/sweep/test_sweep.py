@@ -13,6 +13,7 @@ import warnings
 from pathlib import Path
 
 import numpy as np
+import pandas as pd
 import pytest
 from deepsea_cosim.core.errors import CosimError, OutputError, UnknownNameError, UsageError
 from deepsea_cosim.master.pool import DIED, Pool
@@ -388,6 +389,44 @@ def test_first_order_shares_of_ishigamis_function():
     y = [np.sin(c["a"]) + 7 * np.sin(c["b"]) ** 2 + 0.1 * c["c"] ** 4 * np.sin(c["a"]) for c in cases]
     found = sensitivities(axes, "sobol", cases, y)["first order"]
     assert [found[n]["value"] for n in "abc"] == pytest.approx([0.3139, 0.4424, 0.0], abs=0.03)
+
+
+DRIVEN = "time,in\n0,0\n0.5,1\n0.5,3\n1,3\n"
+
+
+@pytest.mark.parametrize("method", ["gauss-seidel", "nepce"])
+def test_a_table_drives_the_system_in_all_cases(tmp_path, method):
+    """y' = g u, u a line from 0 to 1 in half a second and 3 from then on: y(1) = g (0.25 + 1.5); with values held at
+    each step's start of 0.1 s the line counts 0.2."""
+    part = linear("a", A=[[0]], B=[[1]], C=[[1]])
+    root = system("root", part, made=(connector("in", "input"),), links=(link("in", "a.u1"),))
+    fmu = {"resources/L.fmu": native.linear(tmp_path, 2)}
+    path = package(tmp_path / "p.ssp", root, fmu, stop=1.0, step=0.1)
+    (tmp_path / "s.csv").write_text(DRIVEN)
+    line = ["sweep", str(path), "--vary", "a.B[1,1]=1,2", "--metric", "y=final(a.y1)", "--out", str(tmp_path / "o"),
+            "--quiet", "--no-plots", "--method", method, "--processes", "1"]  # fmt: skip
+    assert main([*line, "--stimuli", str(tmp_path / "s.csv")]) == 0
+    said = json.loads((tmp_path / "o" / "summary.json").read_text())
+    assert said["stimuli"] == str((tmp_path / "s.csv").resolve())
+    once = 1.75 if method == "nepce" else 1.7
+    [table] = (tmp_path / "o").glob("sweep.*")
+    made = pd.read_parquet(table) if table.suffix == ".parquet" else pd.read_csv(table)
+    assert made["y"].tolist() == pytest.approx([once, 2 * once])
+    (tmp_path / "s.csv").write_text("time,in\n0,1\n")  # another table makes other cases
+    assert main([*line, "--stimuli", str(tmp_path / "s.csv")]) == 0
+    made = pd.read_parquet(table) if table.suffix == ".parquet" else pd.read_csv(table)
+    assert made["y"].tolist() == pytest.approx([1.0, 2.0])
+
+
+def test_what_a_table_drives_cannot_be_varied(tmp_path, capsys):
+    root = system("root", linear("a", D=[[1]]), made=(connector("in", "input"),), links=(link("in", "a.u1"),))
+    path = package(tmp_path / "p.ssp", root, {"resources/L.fmu": native.linear(tmp_path, 2)}, stop=1.0, step=0.1)
+    (tmp_path / "s.csv").write_text(DRIVEN)
+    line = ["sweep", str(path), "--metric", "final(a.y1)", "--out", str(tmp_path / "o"), "--vary", "in=1,2", "--quiet"]
+    assert code(main, [*line, "--stimuli", str(tmp_path / "s.csv")]) == 2
+    assert "'in' is driven by" in capsys.readouterr().err
+    assert code(main, [*line, "--stimuli", str(tmp_path / "no.csv")]) == 2
+    assert "no.csv: cannot be read" in capsys.readouterr().err
 
 
 @pytest.mark.parametrize(
