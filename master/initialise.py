@@ -37,7 +37,8 @@ class Initialiser:
 
     def __init__(self, system: System):
         self.system = system
-        self._agreement = Agreement(system, system.order)
+        self._order = list(system.order)  # that of the system changes by what is found out, and later runs are alike
+        self._agreement = Agreement(system, self._order)
         self._early = early_order(system)
         self._visits = self._visit_order()
         self._seen: set[str] = set()
@@ -74,7 +75,7 @@ class Initialiser:
         for slave in system.slaves.values():
             if slave.version != "1.0":
                 slave.exit_initialisation()
-        self.sweep(system.order)
+        self.sweep(self._order)
         system.reflect()
         self.show()
 
@@ -107,9 +108,9 @@ class Initialiser:
     def _propagate(self) -> None:
         self._seen.clear()
         if self._visits is not None:
-            self.sweep([*self._visits, *self.system.order])
+            self.sweep([*self._visits, *self._order])
             return
-        self.sweep(self.system.order)  # after this one all have been seen
+        self.sweep(self._order)  # after this one all have been seen
         self._agreement.settle(" at the start")
 
     def sweep(self, components: Iterable[str]) -> None:
