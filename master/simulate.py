@@ -308,7 +308,11 @@ def _check_step(
 
 
 def simulate(path: str | Path, out: str | Path | None = None, **options: Any) -> Result:
-    """Run a package from Python; `options` are those of `Options`, `changes` may be a mapping.
+    """Run a package from Python; the options are those of the command, with their defaults (see `Options`).
+
+    step, stop_time [s]; method; changes: parameters by address, what --set takes; parameters: .ssv files; variant;
+    stimuli: a CSV file; record: patterns of columns; record_every; results: name of the file, "" for none; substeps: by
+    component; check_step, realtime, isolate: True or False; step_timeout [s].
 
     >>> result = simulate("deepsea_11km.ssp", changes={"arm.load_weight": 1000})   # doctest: +SKIP
     >>> result.frame["arm.x_h"].plot()                                              # doctest: +SKIP
