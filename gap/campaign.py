@@ -384,6 +384,8 @@ def own_unit(channel: Channel, known: Mapping[str, str], where: str) -> dict[str
 def read(path: Path) -> Campaign:
     """The campaign in a TOML file, checked. Raises `CampaignError` or `ParameterError`, one line each."""
     data = take.load(path)
+    if "truth" in data:
+        raise CampaignError(f"{path}: has a [truth]: it is a template; cosim-gap simulate makes a campaign of it")
     _no_strangers(data, "", str(path))
     folder = path.parent
     system = take.file(data, str(path), "system", folder)
