@@ -90,7 +90,7 @@ def test_copies_are_noticed(campaign, tmp_path):
         (("", ""), "", "is empty"),
         (('system = "s.ssp"', 'system = "t.ssp"'), None, "no such file"),
         (('name = "pool"', 'nmae = "pool"'), None, "unknown key 'nmae'; did you mean 'name'"),
-        (('name = "pool"', 'seed = 3\ntruth.a = 1.0'), None, "it is a template; cosim-gap simulate makes a campaign of it"),
+        (('name = "pool"', 'seed = 3\ntruth.a = 1.0'), None, "template; cosim-gap simulate makes a campaign of it"),
         (("noise_std = 0.05", "noise_std = -1"), None, "positive"),
         (('file = "run1.csv"', 'file = "none.csv"'), None, "cannot be read"),
         (("tolerance = 0.02", "tolerance = 2"), None, "between 0 and 1"),
