@@ -18,6 +18,10 @@ run: build
 test *arguments:
     .venv/bin/python -m pytest {{arguments}}
 
+# what takes minutes
+test-slow:
+    .venv/bin/python -m pytest -m slow
+
 lint:
     .venv/bin/ruff check .
 

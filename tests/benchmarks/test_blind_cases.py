@@ -1,6 +1,7 @@
 """Small blind cases from generation to score: one run each, few channels; none of these seeds is reported."""
 
 import json
+from functools import cache
 
 import pytest
 from deepsea_cosim.gap.cli import main
@@ -9,18 +10,18 @@ from benchmarks.blind.generate import write_case
 from benchmarks.blind.score import Outcome, Said, Truth, score
 
 SEED = 5
-CASES = {
-    176: "valve_dead_zone, 0.4 floors",
-    231: "nothing wrong, one channel",
-    158: "a valve with play, not in the catalogue",
-}
+CASES = {176: "valve_dead_zone, 0.4 floors", 231: "nothing wrong, one channel"}
+UNKNOWN = {158: "a valve with play, not in the catalogue"}
+"""Two minutes of CPU time; test_diagnose.py has an effect that a catalogue lacks in small."""
 
 
 @pytest.fixture(scope="module")
-def outcomes(built, tmp_path_factory):
+def diagnosed(built, tmp_path_factory):
+    """What came of a case, by its index."""
     folder = tmp_path_factory.mktemp("blind")
-    made = {}
-    for index in CASES:
+
+    @cache
+    def outcome(index):
         answer = write_case(SEED, index, folder, built / "deepsea_0km.ssp", refit=False)
         assert answer["case"] == index
         name = f"case_{index:04d}"
@@ -28,19 +29,27 @@ def outcomes(built, tmp_path_factory):
         campaign = str(folder / name / "campaign.toml")
         assert main(["diagnose", campaign, "--out", str(out), "--no-report", "--quiet"]) == 0
         sealed = json.loads((folder / "answers" / f"{name}.json").read_text())
-        made[index] = Outcome(name, Truth.of(sealed), Said.of(json.loads((out / "diagnosis.json").read_text())))
-    return made
+        return Outcome(name, Truth.of(sealed), Said.of(json.loads((out / "diagnosis.json").read_text())))
+
+    return outcome
 
 
-@pytest.mark.parametrize("index", [pytest.param(k, id=v) for k, v in CASES.items()])
-def test_right_answer(outcomes, index):
-    assert outcomes[index].exact, outcomes[index].said.names
+@pytest.mark.parametrize("index", [
+    *(pytest.param(k, id=v) for k, v in CASES.items()),
+    *(pytest.param(k, id=v, marks=pytest.mark.slow) for k, v in UNKNOWN.items()),
+])  # fmt: skip
+def test_right_answer(diagnosed, index):
+    assert diagnosed(index).exact, diagnosed(index).said.names
 
 
-def test_scores(outcomes):
-    result = score(list(outcomes.values()))
+def test_scores(diagnosed):
+    result = score([diagnosed(index) for index in CASES])
     assert result["cases"] == len(CASES)
     assert result["failed"] == 0
     assert result["false_alarms"]["hits"] == 0
-    assert result["unknown_recall"]["hits"] == 1
     assert 0.0 <= result["brier"] <= 2.0
+
+
+@pytest.mark.slow
+def test_what_is_not_in_the_catalogue_counts_as_recognised(diagnosed):
+    assert score([diagnosed(index) for index in (*CASES, *UNKNOWN)])["unknown_recall"]["hits"] == 1
