@@ -15,6 +15,8 @@ EXAMPLES = """examples:
   cosim-fmus container build/deepsea_11km.ssp --out build
   cosim-fmus check build/DeepseaArm.fmu
   cosim-fmus cross-check build/DeepseaArm.fmu build/DeepseaHydraulics.fmu
+
+exit codes: 0 done, 1 a check found something wrong, 2 bad input, 130 interrupted
 """
 
 
@@ -32,14 +34,14 @@ def parser() -> argparse.ArgumentParser:
     _ways(build)
     build.add_argument("--quiet", action="store_true", help="print nothing but errors")
     one = commands.add_parser("container", help="build one FMU of a scenario: hydraulics and arm coupled")
-    one.add_argument("package", metavar="SCENARIO.ssp", type=Path)
+    one.add_argument("package", metavar="SCENARIO.ssp", type=Path, help="a built scenario")
     one.add_argument("--out", metavar="DIR", type=folder, default=Path("build"), help="folder (default: build)")
     _ways(one)
     cross = commands.add_parser("cross-check", help="run the FMUs through several importers and compare")
-    cross.add_argument("fmu", metavar="FILE.fmu", type=Path, nargs="+")
+    cross.add_argument("fmu", metavar="FILE.fmu", type=Path, nargs="+", help="FMUs of this project")
     cross.add_argument("--out", metavar="DIR", type=folder, default=Path("cross-check"), help="default: cross-check")
     check = commands.add_parser("check", help="validate FMUs, load, initialise and step them")
-    check.add_argument("fmu", metavar="FILE.fmu", type=Path, nargs="+")
+    check.add_argument("fmu", metavar="FILE.fmu", type=Path, nargs="+", help="any FMUs")
     return p
 
 

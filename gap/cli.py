@@ -28,13 +28,13 @@ def parser() -> argparse.ArgumentParser:
     add_version(p)
     commands = p.add_subparsers(dest="command", required=True, metavar="COMMAND")
     effects = commands.add_parser("effects", help="list the catalogue of effects of a package")
-    effects.add_argument("package", metavar="SCENARIO.ssp", type=Path)
+    effects.add_argument("package", metavar="SCENARIO.ssp", type=Path, help="a package with an effects.toml")
     simulate = commands.add_parser("simulate", help="make a synthetic campaign with effects switched on")
-    simulate.add_argument("template", metavar="TEMPLATE.toml", type=Path)
+    simulate.add_argument("template", metavar="TEMPLATE.toml", type=Path, help="a campaign without data, and a [truth]")
     simulate.add_argument("--out", metavar="DIR", type=folder, required=True, help="folder for the campaign")
     simulate.add_argument("--quiet", action="store_true", help="print nothing but errors")
     diagnose = commands.add_parser("diagnose", help="say where the gap lies, what causes it, how far it shrinks")
-    diagnose.add_argument("campaign", metavar="CAMPAIGN.toml", type=Path)
+    diagnose.add_argument("campaign", metavar="CAMPAIGN.toml", type=Path, help="channels, runs and their files")
     diagnose.add_argument(
         "--out", metavar="DIR", type=folder, required=True,
         help="folder for diagnosis.json, report.html and calibrated.ssv",

@@ -64,7 +64,7 @@ def parser() -> argparse.ArgumentParser:
     s = commands.add_parser(
         "sweep", help="run a package over a grid or a sample of its parameters", epilog=SWEEP_EXAMPLES + METRICS
     )  # fmt: skip
-    s.add_argument("package", metavar="SCENARIO.ssp", type=Path)
+    s.add_argument("package", metavar="SCENARIO.ssp", type=Path, help="any SSP package")
     s.add_argument("--vary", metavar="NAME=SPEC", action="append", default=[],
                    help="1,2,3 or start:stop:step, or low:high with --sample; may be repeated")  # fmt: skip
     s.add_argument("--sample", metavar="KIND:N",
@@ -88,7 +88,7 @@ def parser() -> argparse.ArgumentParser:
     e = commands.add_parser(
         "envelope", help="how far each design goes, and the cheapest change that goes further", epilog=ENVELOPE_EXAMPLES
     )
-    e.add_argument("package", metavar="SCENARIO.ssp", type=Path)
+    e.add_argument("package", metavar="SCENARIO.ssp", type=Path, help="a built scenario, or any with --options")
     e.add_argument("--options", type=Path, metavar="FILE.toml", help="requirements, choices and their costs (default: "
                    "the deep-sea machine's: depth without delay over lines, oil and valve)")  # fmt: skip
     e.add_argument("--at", type=float, metavar="X", help="where the cheapest change has to hold (default: the far end)")
