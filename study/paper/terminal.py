@@ -108,7 +108,7 @@ def _built(folder: Path, quiet: bool) -> Path:
 def _bar(total: int, quiet: bool) -> Any:
     from tqdm import tqdm
 
-    return tqdm(total=total, unit="run", disable=quiet, file=sys.stderr)
+    return tqdm(total=total, unit="run", disable=quiet or None, file=sys.stderr)  # None: not into a file
 
 
 def _draw(

@@ -11,6 +11,7 @@ from contextlib import contextmanager
 from functools import partial
 from importlib.util import find_spec
 from pathlib import Path
+from time import monotonic
 from typing import TYPE_CHECKING, Any
 
 from ...core.errors import UsageError, install
@@ -26,6 +27,9 @@ SUMMARY = "summary.json"
 
 LONGEST = 80
 """Letters of a picture's name."""
+
+BETWEEN = 10.0
+"""Seconds between two signs of progress in a file."""
 
 SHOWN = 5
 """Failed cases that are listed on the terminal."""
@@ -134,13 +138,18 @@ def _bar(total: int, quiet: bool) -> Iterator[Callable[[int, int], None]]:
     from tqdm import tqdm
 
     bar = tqdm(total=total, unit="case", disable=quiet, file=sys.stderr, smoothing=0.05)
+    seldom = 0.0 if sys.stderr.isatty() else BETWEEN
+    shown = 0.0
 
     def progress(done: int, failed: int) -> None:
+        nonlocal shown
         if bar.n == 0 and done > 1:
             bar.initial = done  # what earlier runs did says nothing about the time that is left
         bar.n = done
         bar.set_postfix_str(f"{failed} failed" if failed else "", refresh=False)
-        bar.refresh()
+        if done == total or monotonic() - shown >= seldom:
+            shown = monotonic()
+            bar.refresh()
 
     with bar:
         yield progress
