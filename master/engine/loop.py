@@ -71,8 +71,7 @@ def run(
     (slaves,) adds up time in doStep; clock is the address of clock_gettime or 0. Comes back early when more than
     `budget` seconds have passed, or after a step in which `ended` got the number + 1 of a slave, and its instance,
     which is given nothing any more. report: why it came back, steps done, operation, status, and number + 1 and step of
-    the first operation that ended with a warning, or 0; while it runs, steps done
-    and operation are already there.
+    the first operation that ended with a warning, or 0; while it runs, steps done and operation are already there.
     """
     spec = np.zeros(2, np.int64)
     where, told = spec.ctypes.data, u8.ctypes.data

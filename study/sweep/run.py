@@ -73,8 +73,17 @@ def measure(package: str, task: Task) -> dict[str, Any]:
     return {"values": values, "warnings": warnings}
 
 
-@lru_cache(maxsize=4)
 def _driving(system: System, file: Path) -> tuple[Drive, ...]:
+    """The series of a table, which is read once for many cases of this process."""
+    try:
+        changed = file.stat().st_mtime_ns
+    except OSError:
+        changed = 0
+    return _read(system, file, changed)
+
+
+@lru_cache(maxsize=4)
+def _read(system: System, file: Path, changed: int) -> tuple[Drive, ...]:
     return tuple(stimuli.read(file, system))
 
 
@@ -142,8 +151,8 @@ def units(session: Session, names: Iterable[str], metrics: Sequence[Metric]) -> 
 
 
 def _is_number(signal: Signal) -> bool:
-    """Whether a signal is neither a text nor an array."""
-    return signal.family != TEXT and signal.size == 1
+    """Whether a signal is neither a text nor an array, nor one value of an array, which has no name of its own."""
+    return signal.family != TEXT and signal.size == 1 and signal.element is None
 
 
 def default_metrics(session: Session) -> tuple[Metric, ...]:

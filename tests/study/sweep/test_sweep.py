@@ -394,6 +394,29 @@ def test_first_order_shares_of_ishigamis_function():
 DRIVEN = "time,in\n0,0\n0.5,1\n0.5,3\n1,3\n"
 
 
+def test_elements_of_arrays_are_no_metrics_of_their_own(tmp_path):
+    """A whole array is no number, and neither is one of its values, which its connector's name stands for."""
+    ports = (connector(f"array_{way}", f"{way}put", "Float64", sizes=(3,)) for way in ("in", "out"))
+    ramp = linear("r", A=[[0, 1], [0, 0]], C=[[1, 0]], x0=[0, 1])
+    links = (link("a.array_out", "r.u1", startIndices="2"), link("r.y1", "a.array_in", endIndices="1"))
+    root = system("root", component("a", "resources/L.fmu", *ports), ramp, links=links)
+    path = package(tmp_path / "p.ssp", root, {"resources/L.fmu": native.linear(tmp_path, 3)}, version="2.0", stop=1.0)
+    with Session(path) as session:
+        assert {m.connector for m in default_metrics(session)} == {"r.y1"}
+
+
+def test_a_table_that_changes_is_read_again(tmp_path):
+    root = system("root", linear("a", D=[[1]]), made=(connector("in", "input"),), links=(link("in", "a.u1"),))
+    path = package(tmp_path / "p.ssp", root, {"resources/L.fmu": native.linear(tmp_path, 2)}, stop=1.0, step=0.1)
+    table, found = tmp_path / "s.csv", []
+    settings = Settings((parse_metric("y=final(a.y1)"),), stimuli=table)
+    for k, value in enumerate((1, 2)):
+        table.write_text(f"time,in\n0,{value}\n")
+        os.utime(table, ns=(k, k))
+        found.append(measure(str(path), Task(settings, {}))["values"]["y"])
+    assert found == [1.0, 2.0]
+
+
 @pytest.mark.parametrize("method", ["gauss-seidel", "nepce"])
 def test_a_table_drives_the_system_in_all_cases(tmp_path, method):
     """y' = g u, u a line from 0 to 1 in half a second and 3 from then on: y(1) = g (0.25 + 1.5); with values held at
