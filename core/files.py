@@ -1,4 +1,4 @@
-"""Writing where the user said."""
+"""Writing where the user said, and when a file was written."""
 
 from __future__ import annotations
 
@@ -19,6 +19,14 @@ def writing(path: Path) -> Iterator[None]:
         yield
     except OSError as error:
         raise OutputError(f"{path}: cannot be written ({error.strerror or error})") from None
+
+
+def changed(path: Path) -> int:
+    """When a file was written last [ns]; 0 where that is not known."""
+    try:
+        return path.stat().st_mtime_ns
+    except OSError:
+        return 0
 
 
 def working_folder() -> Path:

@@ -23,6 +23,7 @@ from typing import Any
 import numpy as np
 
 from ..core.errors import CosimError, SimulationError, UsageError, install
+from ..core.files import changed
 from .algorithms import NAMES
 from .session import Series, Session
 from .slaves.fmu import forget_unpacked
@@ -64,18 +65,22 @@ class WorkerDied(SimulationError):
 DIED = "the simulation's process died; an FMU may have crashed"
 
 
-_sessions: dict[tuple[str, tuple[str, ...]], Session] = {}
-"""What this worker process has loaded."""
+_sessions: dict[tuple[str, tuple[str, ...]], tuple[Session, int]] = {}
+"""What this worker process has loaded, and when its package was written [ns]."""
 
 
 def session(package: str, only: tuple[str, ...] = ()) -> Session:
-    """The session of a package in this process, loaded when it is asked for first or an FMU was lost in it."""
-    key = (package, only)
-    if key in _sessions and _sessions[key].is_lost:
-        _sessions.pop(key).close()
-    if key not in _sessions:
-        _sessions[key] = Session(Path(package), only=only)
-    return _sessions[key]
+    """The session of a package in this process, loaded when it is asked for first, and anew where an FMU was lost in it
+    or the package is another one now, for the workers of a cluster outlive who asks them."""
+    key, now = (package, only), changed(Path(package))
+    if key in _sessions:
+        known, when = _sessions[key]
+        if not known.is_lost and now in (when, 0):
+            return known
+        del _sessions[key]
+        known.close()
+    _sessions[key] = Session(Path(package), only=only), now
+    return _sessions[key][0]
 
 
 def simulate(package: str, job: Job) -> np.ndarray | Failure:

@@ -13,6 +13,7 @@ from pathlib import Path
 from typing import Any
 
 from ...core.errors import PackageError
+from ...core.files import changed
 from ...ssp.archive import extract
 from .base import Slave
 from .description import description_tree, read_description
@@ -90,11 +91,7 @@ def describe(name: str, fmu: Path, library: bool = True) -> Slave:
 
 def describe_folder(name: str, folder: Path, shown: str = "FMU", library: bool = True) -> Slave:
     """A slave, not loaded yet, from an FMU that has been unpacked; `shown` is its name in messages."""
-    try:
-        changed = (folder / "modelDescription.xml").stat().st_mtime_ns
-    except OSError:
-        changed = 0
-    kind, description = _examined(folder, changed, shown)
+    kind, description = _examined(folder, changed(folder / "modelDescription.xml"), shown)
     if library:
         _check_library(folder, description, kind.version, shown)
     return kind(name, folder, description)
@@ -115,7 +112,7 @@ def _check_library(folder: Path, description: Any, version: str, shown: str) -> 
 
 
 @lru_cache(maxsize=64)
-def _examined(folder: Path, changed: int, shown: str) -> tuple[type[Slave], Any]:
+def _examined(folder: Path, when: int, shown: str) -> tuple[type[Slave], Any]:
     """The FMI version's slave and the model description, read once for many components of one FMU."""
     tree = _tree(folder, shown)
     version = tree.getroot().get("fmiVersion", "?")

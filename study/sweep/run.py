@@ -13,6 +13,7 @@ from typing import Any
 import numpy as np
 
 from ...core.errors import CosimError, UsageError
+from ...core.files import changed
 from ...core.versions import versions
 from ...master import stimuli
 from ...master.manifest import digest as digest_of_file
@@ -75,15 +76,11 @@ def measure(package: str, task: Task) -> dict[str, Any]:
 
 def _driving(system: System, file: Path) -> tuple[Drive, ...]:
     """The series of a table, which is read once for many cases of this process."""
-    try:
-        changed = file.stat().st_mtime_ns
-    except OSError:
-        changed = 0
-    return _read(system, file, changed)
+    return _read(system, file, changed(file))
 
 
 @lru_cache(maxsize=4)
-def _read(system: System, file: Path, changed: int) -> tuple[Drive, ...]:
+def _read(system: System, file: Path, when: int) -> tuple[Drive, ...]:
     return tuple(stimuli.read(file, system))
 
 

@@ -1,11 +1,12 @@
 """Many runs of a package: in processes, on a Dask cluster, and when one fails."""
 
+import os
 from time import perf_counter, sleep
 
 import numpy as np
 import pytest
 from deepsea_cosim.core.errors import SimulationError
-from deepsea_cosim.master.pool import Failure, Job, Pool
+from deepsea_cosim.master.pool import Failure, Job, Pool, session
 from deepsea_cosim.master.session import Session
 
 from tests.toys import package
@@ -34,6 +35,18 @@ def test_processes_give_what_one_session_gives(spring):
         assert np.array_equal(a, b)
     assert told == [1, 2, 3]
     assert pool.count == 3
+
+
+def test_a_package_that_is_made_anew_is_loaded_anew(toys, tmp_path):
+    """A worker of a cluster lives on; and what only vanished goes on with what is loaded."""
+    path = package(tmp_path / "toy.ssp", {"o": toys / "Oscillator.fmu"}, stop=1.0)
+    first = session(str(path))
+    assert session(str(path)) is first
+    os.utime(path, ns=(1, 1))
+    second = session(str(path))
+    assert second is not first
+    path.unlink()
+    assert session(str(path)) is second
 
 
 def test_a_dask_cluster_gives_the_same(spring):
