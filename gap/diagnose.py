@@ -8,20 +8,20 @@ from concurrent.futures import Executor
 
 from ..core.errors import SimulationError
 from ..master.pool import Pool
-from . import catalogue as catalogues
-from .calibration import Calibration
-from .campaign import Campaign
-from .consistency import check
-from .experiment import Next, ranked
-from .fit import bias, clock
-from .intervals import reduction_interval
-from .noise import rms
-from .problem import Problem
-from .replay import replays
-from .result import Diagnosis
-from .study import Study, study
-from .verdict import NONE, UNKNOWN, Cause, causes, features
-from .where import places, regions
+from .analysis.component_replay import replays
+from .analysis.experiment_design import Next, ranked
+from .analysis.localisation import places, regions
+from .campaign import catalogue as catalogues
+from .campaign.read import Campaign
+from .checks.sensor_consistency import check
+from .estimation.gauss_newton import bias, clock
+from .estimation.uncertainty import reduction_interval
+from .problem.noise import rms
+from .problem.problem import Problem
+from .result.diagnosis import Diagnosis
+from .selection.calibration import Calibration
+from .selection.pipeline import Study, study
+from .selection.posterior import NONE, UNKNOWN, Cause, causes, features
 
 MOST_TOLD = 12
 """Causes of which parameters and gaps are told; all others have their probability alone."""

@@ -16,9 +16,9 @@ def diagnose_command(options: argparse.Namespace) -> int:
     """Run the diagnosis and print it; returns the exit code."""
     need("gap", "scipy", "sklearn", "arch", "ruptures", *(() if options.no_report else ("jinja2", "PIL")))
     from ..master.pool import cluster
-    from .campaign import read
+    from .campaign.read import read
     from .diagnose import diagnose
-    from .result import write
+    from .result.diagnosis import write
 
     campaign = read(options.campaign)
     make_folder(options.out)

@@ -1,6 +1,6 @@
 """Fits the calibration of the diagnosis on cases whose truth is known, and writes it as JSON.
 
-    python -m benchmarks.blind.calibrate DIR|RECORDS... [--seen DIR|RECORDS...] [--out gap/calibration.json]
+    python -m benchmarks.blind.calibrate DIR|RECORDS... [--seen DIR|RECORDS...] [--out gap/selection/calibration.json]
 
 Most likely values of the number of independent pieces and the temperature, on the cases with nothing wrong or effects
 of the catalogue that are not called unknown; and the weights of "unknown" on all; both for every discrepancy, of
@@ -22,9 +22,9 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-from deepsea_cosim.gap import verdict as judgement
-from deepsea_cosim.gap.calibration import Calibration
-from deepsea_cosim.gap.verdict import features, unknown_probability
+from deepsea_cosim.gap.selection import posterior as judgement
+from deepsea_cosim.gap.selection.calibration import Calibration
+from deepsea_cosim.gap.selection.posterior import features, unknown_probability
 
 from .records import NONE, UNKNOWN, Record, load
 from .score import calibration_error, sure_error

@@ -15,10 +15,10 @@ from pathlib import Path
 
 import numpy as np
 from deepsea_cosim.core.errors import SimulationError
-from deepsea_cosim.gap import campaign as reader
-from deepsea_cosim.gap.catalogue import Parameter, Sensor, load_from_package
-from deepsea_cosim.gap.noise import spread
-from deepsea_cosim.gap.sensor import Sensor as Reading
+from deepsea_cosim.gap.campaign import read as reader
+from deepsea_cosim.gap.campaign.catalogue import Parameter, Sensor, load_from_package
+from deepsea_cosim.gap.problem.noise import spread
+from deepsea_cosim.gap.problem.sensors import Sensor as Reading
 from deepsea_cosim.master.session import Session
 from scipy.optimize import least_squares
 

@@ -6,11 +6,11 @@ from typing import Any
 
 import numpy as np
 
-from ..noise import rms
-from ..replay import Replay
-from ..result import Diagnosis
-from ..study import Study
-from ..where import describe, excess
+from ..analysis.component_replay import Replay
+from ..analysis.localisation import describe, excess
+from ..problem.noise import rms
+from ..result.diagnosis import Diagnosis
+from ..selection.pipeline import Study
 from . import series
 from .numbers import floors, percent, short
 

@@ -6,12 +6,12 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from ..heldout import folds
-from ..noise import rms
-from ..observations import Observations
-from ..problem import Problem
-from ..replay import smooth
-from ..result import Diagnosis
+from ..analysis.component_replay import smooth
+from ..estimation.cross_validation import folds
+from ..problem.noise import rms
+from ..problem.observations import Observations
+from ..problem.problem import Problem
+from ..result.diagnosis import Diagnosis
 from .numbers import Shown
 
 

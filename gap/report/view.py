@@ -8,11 +8,11 @@ from typing import Any
 
 import numpy as np
 
-from ..noise import rms
-from ..problem import Problem, Unknown, matching
-from ..result import Diagnosis
-from ..verdict import NONE, UNKNOWN, Cause
-from ..where import excess
+from ..analysis.localisation import excess
+from ..problem.noise import rms
+from ..problem.problem import Problem, Unknown, matching
+from ..result.diagnosis import Diagnosis
+from ..selection.posterior import NONE, UNKNOWN, Cause
 from . import location, series
 from .numbers import change, duration, floors, given, percent, pretty, short, with_interval
 

@@ -4,12 +4,21 @@ from types import SimpleNamespace
 
 import numpy as np
 import pytest
-from deepsea_cosim.gap.fit import correlation_time, dispersion, drive, fit, nuisances, shares, went, wide
-from deepsea_cosim.gap.heldout import folds, left_out
-from deepsea_cosim.gap.intervals import FORM, FORM_OF_BASE, data_std, parameter_std
-from deepsea_cosim.gap.noise import rms
-from deepsea_cosim.gap.observations import gather
-from deepsea_cosim.gap.problem import Unknown
+from deepsea_cosim.gap.estimation.cross_validation import folds, left_out
+from deepsea_cosim.gap.estimation.gauss_newton import (
+    correlation_time,
+    dispersion,
+    drive,
+    fit,
+    nuisances,
+    shares,
+    went,
+    wide,
+)
+from deepsea_cosim.gap.estimation.uncertainty import FORM, FORM_OF_BASE, data_std, parameter_std
+from deepsea_cosim.gap.problem.noise import rms
+from deepsea_cosim.gap.problem.observations import gather
+from deepsea_cosim.gap.problem.problem import Unknown
 
 T = np.linspace(0.0, 10.0, 800)
 

@@ -4,13 +4,13 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from deepsea_cosim.gap import catalogue
-from deepsea_cosim.gap.campaign import CampaignError, read
+from deepsea_cosim.gap.campaign import catalogue
+from deepsea_cosim.gap.campaign.read import CampaignError, read
 from deepsea_cosim.gap.diagnose import diagnose
-from deepsea_cosim.gap.fit import bias
-from deepsea_cosim.gap.problem import pose
-from deepsea_cosim.gap.result import make
-from deepsea_cosim.gap.study import _hold
+from deepsea_cosim.gap.estimation.gauss_newton import bias
+from deepsea_cosim.gap.problem.problem import pose
+from deepsea_cosim.gap.result.diagnosis import make
+from deepsea_cosim.gap.selection.pipeline import _hold
 from deepsea_cosim.master.pool import Pool
 
 from .oscillator import STOP, campaign, measure

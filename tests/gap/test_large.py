@@ -4,10 +4,11 @@ from types import SimpleNamespace
 
 import numpy as np
 import pytest
-from deepsea_cosim.gap import large, steps
-from deepsea_cosim.gap.fit import nuisances, rms
-from deepsea_cosim.gap.observations import gather
-from deepsea_cosim.gap.problem import Candidate, Unknown
+from deepsea_cosim.gap.estimation.gauss_newton import nuisances, rms
+from deepsea_cosim.gap.problem import step_size as steps
+from deepsea_cosim.gap.problem.observations import gather
+from deepsea_cosim.gap.problem.problem import Candidate, Unknown
+from deepsea_cosim.gap.selection import greedy_large as large
 
 T = np.linspace(0.0, 10.0, 800)
 NOISE = 0.01

@@ -1,6 +1,6 @@
 import numpy as np
 import pytest
-from deepsea_cosim.gap.noise import noise_std, quantum, spread
+from deepsea_cosim.gap.problem.noise import noise_std, quantum, spread
 
 T = np.arange(2000) / 100.0
 

@@ -1,8 +1,8 @@
 import numpy as np
 import pytest
-from deepsea_cosim.gap.noise import noise_std
-from deepsea_cosim.gap.observations import Moment, gather, thin
-from deepsea_cosim.gap.sensor import Sensor
+from deepsea_cosim.gap.problem.noise import noise_std
+from deepsea_cosim.gap.problem.observations import Moment, gather, thin
+from deepsea_cosim.gap.problem.sensors import Sensor
 
 T = np.linspace(0.0, 10.0, 1001)
 

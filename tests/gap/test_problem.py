@@ -6,13 +6,13 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 from deepsea_cosim.core.errors import CosimError, UnknownNameError
-from deepsea_cosim.gap import steps
-from deepsea_cosim.gap.campaign import read
-from deepsea_cosim.gap.catalogue import Base, Experiment, Measurable, load, load_from_package
-from deepsea_cosim.gap.judge import prior
-from deepsea_cosim.gap.noise import rms
-from deepsea_cosim.gap.problem import Unknown, _base, check_catalogue, matching, pose
-from deepsea_cosim.gap.steps import choose_difference, lengthen, numerical_gap
+from deepsea_cosim.gap.campaign.catalogue import Base, Experiment, Measurable, load, load_from_package
+from deepsea_cosim.gap.campaign.read import read
+from deepsea_cosim.gap.problem import step_size as steps
+from deepsea_cosim.gap.problem.noise import rms
+from deepsea_cosim.gap.problem.problem import Unknown, _base, check_catalogue, matching, pose
+from deepsea_cosim.gap.problem.step_size import choose_difference, lengthen, numerical_gap
+from deepsea_cosim.gap.selection.evidence import prior
 from deepsea_cosim.master.pool import Pool
 from deepsea_cosim.master.session import Session
 

@@ -3,10 +3,10 @@
 from types import SimpleNamespace
 
 import numpy as np
-from deepsea_cosim.gap.fit import nuisances
-from deepsea_cosim.gap.observations import gather
-from deepsea_cosim.gap.problem import Unknown
-from deepsea_cosim.gap.study import _refit
+from deepsea_cosim.gap.estimation.gauss_newton import nuisances
+from deepsea_cosim.gap.problem.observations import gather
+from deepsea_cosim.gap.problem.problem import Unknown
+from deepsea_cosim.gap.selection.pipeline import _refit
 
 T = np.linspace(0.0, 10.0, 800)
 NOISE = 0.01

@@ -4,12 +4,12 @@ from types import SimpleNamespace
 
 import numpy as np
 import pytest
-from deepsea_cosim.gap import search
-from deepsea_cosim.gap.fit import WIDE, fit, nuisances, went
-from deepsea_cosim.gap.observations import gather
-from deepsea_cosim.gap.problem import Candidate, Unknown
-from deepsea_cosim.gap.search import Hypothesis
-from deepsea_cosim.gap.study import _pairs
+from deepsea_cosim.gap.estimation.gauss_newton import WIDE, fit, nuisances, went
+from deepsea_cosim.gap.problem.observations import gather
+from deepsea_cosim.gap.problem.problem import Candidate, Unknown
+from deepsea_cosim.gap.selection import greedy as search
+from deepsea_cosim.gap.selection.greedy import Hypothesis
+from deepsea_cosim.gap.selection.pipeline import _pairs
 
 T = np.linspace(0.0, 10.0, 800)
 NOISE = 0.01

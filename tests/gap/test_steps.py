@@ -4,11 +4,11 @@ from types import SimpleNamespace
 
 import numpy as np
 import pytest
-from deepsea_cosim.gap import steps
-from deepsea_cosim.gap.fit import fit, nuisances, went
-from deepsea_cosim.gap.observations import gather
-from deepsea_cosim.gap.problem import Unknown
-from deepsea_cosim.gap.search import Hypothesis
+from deepsea_cosim.gap.estimation.gauss_newton import fit, nuisances, went
+from deepsea_cosim.gap.problem import step_size as steps
+from deepsea_cosim.gap.problem.observations import gather
+from deepsea_cosim.gap.problem.problem import Unknown
+from deepsea_cosim.gap.selection.greedy import Hypothesis
 
 T = np.linspace(0.0, 10.0, 800)
 NOISE = 0.01

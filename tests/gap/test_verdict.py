@@ -3,8 +3,8 @@ from types import SimpleNamespace
 
 import numpy as np
 import pytest
-from deepsea_cosim.gap.calibration import HALF, SUREST, Calibration
-from deepsea_cosim.gap.verdict import NONE, UNKNOWN, causes, features, unknown_probability
+from deepsea_cosim.gap.selection.calibration import HALF, SUREST, Calibration
+from deepsea_cosim.gap.selection.posterior import NONE, UNKNOWN, causes, features, unknown_probability
 
 
 def judged(ids, score, gap=1.0):

@@ -2,9 +2,9 @@ from types import SimpleNamespace
 
 import numpy as np
 import pytest
-from deepsea_cosim.gap.catalogue import Region
-from deepsea_cosim.gap.observations import gather
-from deepsea_cosim.gap.where import bands, change_points, describe, places
+from deepsea_cosim.gap.analysis.localisation import bands, change_points, describe, places
+from deepsea_cosim.gap.campaign.catalogue import Region
+from deepsea_cosim.gap.problem.observations import gather
 
 T = np.arange(2000) / 100.0
 

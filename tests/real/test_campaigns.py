@@ -9,10 +9,10 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from deepsea_cosim.gap import campaign as reader
-from deepsea_cosim.gap.catalogue import load
+from deepsea_cosim.gap.campaign import read as reader
+from deepsea_cosim.gap.campaign.catalogue import load
 from deepsea_cosim.gap.diagnose import diagnose
-from deepsea_cosim.gap.result import make
+from deepsea_cosim.gap.result.diagnosis import make
 from deepsea_cosim.master.session import Session
 
 from benchmarks.real import campaigns, check

@@ -13,12 +13,12 @@ from itertools import pairwise
 
 import numpy as np
 
-from ..core.errors import SimulationError
-from ..master.algorithms import NAMES
-from .fit import drive, fit
+from ...core.errors import SimulationError
+from ...master.algorithms import NAMES
+from ..estimation.gauss_newton import drive, fit
+from ..selection.greedy import MOST, Hypothesis
 from .noise import rms
 from .problem import DIFFERENCES, Point, Problem
-from .search import MOST, Hypothesis
 
 NUMERICAL = 0.03
 """RMS change, in floors, that halving the macro step makes and that is worth an extrapolation."""

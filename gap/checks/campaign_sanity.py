@@ -11,13 +11,13 @@ from itertools import combinations
 
 import numpy as np
 
-from ..core.units import convert, unit
-from ..master.pool import Failure, Job
-from . import mistaken_units
-from .campaign import CampaignError, Channel
-from .noise import rms
-from .observations import Block
-from .problem import Problem
+from ...core.units import convert, unit
+from ...master.pool import Failure, Job
+from ..campaign.read import CampaignError, Channel
+from ..problem.noise import rms
+from ..problem.observations import Block
+from ..problem.problem import Problem
+from . import unit_mistakes as mistaken_units
 
 SPANS = 20.0
 """Spans of model and readings that a reading may lie beyond both."""

@@ -10,8 +10,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from .heldout import folds
-from .problem import Problem
+from ..estimation.cross_validation import folds
+from ..problem.problem import Problem
 
 FINE = 300
 """Stretches of time of a run that are left out in turn: short, so that their neighbours have seen the same region."""

@@ -8,17 +8,20 @@ from dataclasses import dataclass, field, replace
 
 import numpy as np
 
-from ..core.errors import SimulationError
-from ..master.pool import Pool
-from . import large, plausible, search, steps
-from .campaign import Campaign, CampaignError
-from .catalogue import Catalogue
-from .fit import Fit, bias, fit, lead, nuisances, penalty, point_of, settle, went
-from .judge import Judged, judge
-from .noise import rms
-from .problem import Candidate, Problem, pose
-from .search import Hypothesis, Secant, settled
-from .unexplained import Structure, structure
+from ...core.errors import SimulationError
+from ...master.pool import Pool
+from ..analysis.residual_structure import Structure, structure
+from ..campaign.catalogue import Catalogue
+from ..campaign.read import Campaign, CampaignError
+from ..checks import campaign_sanity as plausible
+from ..estimation.gauss_newton import Fit, bias, fit, lead, nuisances, penalty, point_of, settle, went
+from ..problem import step_size as steps
+from ..problem.noise import rms
+from ..problem.problem import Candidate, Problem, pose
+from . import greedy as search
+from . import greedy_large as large
+from .evidence import Judged, judge
+from .greedy import Hypothesis, Secant, settled
 
 REFIT = 12
 """Steps of the refit of the base parameters."""

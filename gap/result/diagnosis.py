@@ -9,17 +9,17 @@ from typing import Any
 
 import numpy as np
 
-from ..core.files import make_folder, writing
-from .experiment import Next
-from .heldout import by_run
-from .intervals import WIDTH, parameter_std
-from .judge import Judged
-from .noise import rms
-from .problem import Problem, Unknown, matching
-from .replay import Replay
-from .study import Study
-from .verdict import NONE, UNKNOWN, Cause
-from .where import Place
+from ...core.files import make_folder, writing
+from ..analysis.component_replay import Replay
+from ..analysis.experiment_design import Next
+from ..analysis.localisation import Place
+from ..estimation.cross_validation import by_run
+from ..estimation.uncertainty import WIDTH, parameter_std
+from ..problem.noise import rms
+from ..problem.problem import Problem, Unknown, matching
+from ..selection.evidence import Judged
+from ..selection.pipeline import Study
+from ..selection.posterior import NONE, UNKNOWN, Cause
 
 SCHEMA = 1
 

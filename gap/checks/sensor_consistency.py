@@ -8,9 +8,9 @@ from __future__ import annotations
 
 import numpy as np
 
-from .noise import rms
-from .problem import Problem
-from .replay import rate_pairs, smooth
+from ..analysis.component_replay import rate_pairs, smooth
+from ..problem.noise import rms
+from ..problem.problem import Problem
 
 EXACT = 1e-4
 """Share of a signal's spread that an identity of the model may miss."""

@@ -8,10 +8,10 @@ from typing import Any
 
 import numpy as np
 
-from ..master.pool import Failure, Job
-from .catalogue import Experiment, Measurable
-from .problem import Problem, matching
-from .search import Hypothesis
+from ...master.pool import Failure, Job
+from ..campaign.catalogue import Experiment, Measurable
+from ..problem.problem import Problem, matching
+from ..selection.greedy import Hypothesis
 
 
 @dataclass(frozen=True)

@@ -15,19 +15,19 @@ from typing import Any
 
 import numpy as np
 
-from ..core.errors import CosimError, ParameterError, UnknownNameError, UsageError, did_you_mean
-from ..core.repeated import repeated
-from ..core.units import unit
-from ..master.algorithms import NAMES
-from ..master.pool import Failure, Job, Pool
-from ..master.session import Session
-from ..master.setup import split
-from .campaign import Campaign, CampaignError, Event, Run, own_unit
-from .catalogue import Catalogue, Effect
-from .catalogue import Sensor as SensorEffect
+from ...core.errors import CosimError, ParameterError, UnknownNameError, UsageError, did_you_mean
+from ...core.repeated import repeated
+from ...core.units import unit
+from ...master.algorithms import NAMES
+from ...master.pool import Failure, Job, Pool
+from ...master.session import Session
+from ...master.setup import split
+from ..campaign.catalogue import Catalogue, Effect
+from ..campaign.catalogue import Sensor as SensorEffect
+from ..campaign.read import Campaign, CampaignError, Event, Run, own_unit
 from .noise import quantum, spread
 from .observations import Moment, Observations, gather, thin
-from .sensor import Sensor
+from .sensors import Sensor
 
 DIFFERENCES = (1e-4, 1e-3, 1e-2, 5e-2)
 """Steps of a finite difference, in u: the smallest at which the simulations are smooth is taken."""

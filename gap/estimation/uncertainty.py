@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import numpy as np
 
-from .fit import Fit, Linear
-from .problem import Problem
+from ..problem.problem import Problem
+from .gauss_newton import Fit, Linear
 
 BIN = 0.5
 """Stretch of time [s] that is drawn together at least."""

@@ -13,10 +13,10 @@ from typing import Protocol, TypeVar
 
 import numpy as np
 
+from ..estimation.cross_validation import held_out
+from ..estimation.gauss_newton import Ask, Fit, Linear, drive, fit, penalty, went, wide
+from ..problem.problem import Candidate, Problem
 from .calibration import chance
-from .fit import Ask, Fit, Linear, drive, fit, penalty, went, wide
-from .heldout import held_out
-from .problem import Candidate, Problem
 
 SINGLES = 10
 """Candidates that are fitted after screening."""

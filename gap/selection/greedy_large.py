@@ -12,10 +12,10 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from .fit import Fit, Linear, drive, fit, penalty, point_of
-from .noise import rms
-from .problem import Candidate, Problem, Unknown
-from .search import MOST, TASTE, Hypothesis, as_delivered, best_of_each, carry_on, merit, screened, secants, sizes
+from ..estimation.gauss_newton import Fit, Linear, drive, fit, penalty, point_of
+from ..problem.noise import rms
+from ..problem.problem import Candidate, Problem, Unknown
+from .greedy import MOST, TASTE, Hypothesis, as_delivered, best_of_each, carry_on, merit, screened, secants, sizes
 
 SIZES = (1.0, 2.0, 4.0, 8.0)
 """Sizes, in usual ones, at which an effect is run."""

@@ -11,9 +11,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from ..campaign.catalogue import VERDICTS
 from .calibration import Calibration
-from .catalogue import VERDICTS
-from .judge import Judged
+from .evidence import Judged
 
 Names = tuple[str, ...]
 """Ids of a cause's effects."""

@@ -11,12 +11,12 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from ..core.units import UNITS, Unit, convert, unit
-from ..master.pool import Failure, Job
-from .campaign import CampaignError, Channel
-from .noise import rms
-from .observations import Block
-from .problem import TIMES, Problem
+from ...core.units import UNITS, Unit, convert, unit
+from ...master.pool import Failure, Job
+from ..campaign.read import CampaignError, Channel
+from ..problem.noise import rms
+from ..problem.observations import Block
+from ..problem.problem import TIMES, Problem
 
 QUIET = 20.0
 """Floors within which a channel rests: its level is looked at, not its span."""

@@ -10,9 +10,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from .catalogue import Region
-from .observations import Block
-from .problem import Problem
+from ..campaign.catalogue import Region
+from ..problem.observations import Block
+from ..problem.problem import Problem
 
 BANDS = ((0.0, 0.5), (0.5, 5.0), (5.0, 25.0), (25.0, np.inf))
 """Frequency bands [Hz]."""

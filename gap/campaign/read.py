@@ -14,10 +14,10 @@ from typing import Any
 
 import numpy as np
 
-from ..core.errors import CosimError, ParameterError, UsageError, did_you_mean
-from ..core.repeated import repeated
-from ..core.toml_tables import Tables
-from ..core.units import convert, unit
+from ...core.errors import CosimError, ParameterError, UsageError, did_you_mean
+from ...core.repeated import repeated
+from ...core.toml_tables import Tables
+from ...core.units import convert, unit
 
 MOST = 1e100
 """No quantity of a machine is larger; its square still is a number."""
@@ -363,7 +363,7 @@ def _event(table: dict[str, Any], where: str) -> Event:
 
 def si(name: str) -> str:
     """The SI unit of the same quantity in the project's table."""
-    from ..core.units import UNITS
+    from ...core.units import UNITS
 
     here = unit(name)
     same = (u.name for u in UNITS.values() if u.same_dimension(here) and u.factor == 1.0 and u.offset == 0.0)

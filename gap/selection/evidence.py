@@ -16,12 +16,12 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
+from ..estimation.cross_validation import held_out
+from ..estimation.gauss_newton import Fit
+from ..problem.noise import rms
+from ..problem.problem import Problem
 from .calibration import Calibration
-from .fit import Fit
-from .heldout import held_out
-from .noise import rms
-from .problem import Problem
-from .search import Hypothesis
+from .greedy import Hypothesis
 
 PRIOR_NULL, PRIOR_SINGLE, PRIOR_PAIR = 0.3, 0.5, 0.2
 

@@ -25,9 +25,9 @@ from dataclasses import dataclass, replace
 import numpy as np
 from scipy.optimize import lsq_linear
 
-from ..core.errors import SimulationError
-from .noise import rms
-from .problem import BIAS, BIAS_OF_LEVEL, CLOCK, Point, Problem, Unknown
+from ...core.errors import SimulationError
+from ..problem.noise import rms
+from ..problem.problem import BIAS, BIAS_OF_LEVEL, CLOCK, Point, Problem, Unknown
 
 
 @dataclass(frozen=True)

@@ -12,7 +12,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from .noise import noise_std
-from .sensor import Sensor
+from .sensors import Sensor
 
 MOST = 1500
 """Most samples of a block; what is faster is averaged over neighbours."""

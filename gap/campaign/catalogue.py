@@ -27,9 +27,9 @@ from typing import Any, TypeVar
 
 import numpy as np
 
-from ..core.errors import PackageError
-from ..core.repeated import repeated
-from ..core.toml_tables import Tables
+from ...core.errors import PackageError
+from ...core.repeated import repeated
+from ...core.toml_tables import Tables
 
 T = TypeVar("T")
 
@@ -295,7 +295,7 @@ def load_from_package(package: Path) -> Catalogue:
     """The catalogue packed in an .ssp."""
     import zipfile
 
-    from ..ssp.reader import DEFAULT, no_package
+    from ...ssp.reader import DEFAULT, no_package
 
     if not package.is_file():
         raise PackageError(f"{package}: no such file")

@@ -8,10 +8,10 @@ from __future__ import annotations
 
 import numpy as np
 
-from .fit import Fit, Linear
-from .noise import rms
-from .observations import Observations
-from .problem import Problem
+from ..problem.noise import rms
+from ..problem.observations import Observations
+from ..problem.problem import Problem
+from .gauss_newton import Fit, Linear
 
 FOLDS = 20
 NEAR = 0.5

@@ -12,10 +12,10 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from ..master.pool import Failure, Job
-from ..master.session import Session
-from .noise import rms
-from .problem import Point, Problem
+from ...master.pool import Failure, Job
+from ...master.session import Session
+from ..problem.noise import rms
+from ..problem.problem import Point, Problem
 
 KERNEL = 0.05
 """Standard deviation of the smoothing kernel [s]."""
