@@ -30,3 +30,7 @@ bench: build
     .venv/bin/python benchmarks/deepsea.py build
     .venv/bin/python benchmarks/coupling_error.py build
     .venv/bin/python benchmarks/sweep.py build
+
+# whether the diagnosis says what it said at a commit, to the last digit
+same-diagnoses before *arguments:
+    .venv/bin/python -m benchmarks.same_diagnoses --before {{before}} {{arguments}}

@@ -1,0 +1,78 @@
+"""The comparison of diagnoses; and the code of another tree runs as it is, without modules of the installed one."""
+
+from __future__ import annotations
+
+import subprocess
+import sys
+
+import pytest
+
+from benchmarks.same_diagnoses import commits
+from benchmarks.same_diagnoses.compare import diagnosis_differences, text_differences
+
+DIAGNOSIS = {
+    "gap": {"per_channel": {"arm.x_h": {"rms_after": 0.1}}, "after": 1.0},
+    "causes": [{"effects": ["a"], "gap_after": 1.5}, {"effects": [], "gap_after": float("nan")}],
+    "timing": {"wall_s": 3.0, "stages": {"reading": 0.1}, "simulations": 90},
+}
+
+
+def changed(**parts):
+    return {**DIAGNOSIS, **parts}
+
+
+def test_wall_times_alone_may_differ():
+    later = changed(timing={"wall_s": 4.0, "stages": {"else": 2.0}, "simulations": 90})
+    assert diagnosis_differences(DIAGNOSIS, later) == []
+
+
+@pytest.mark.parametrize(
+    ("later", "field", "before", "after"),
+    [
+        (changed(timing={"wall_s": 3.0, "simulations": 91}), "timing/simulations", "90", "91"),
+        (changed(gap={"per_channel": {"arm.x_h": {"rms_after": 0.1}}, "after": 1}), "gap/after", "1.0", "1"),
+        (changed(more=[]), "more", "(missing)", "[]"),
+        (changed(causes=[DIAGNOSIS["causes"][0], {"effects": [], "gap_after": 0.0}]),
+         "causes/1/gap_after", "nan", "0.0"),
+        (changed(gap={"per_channel": {"arm.x_h": {"rms_after": 0.1 + 2e-17}}, "after": 1.0}),
+         "gap/per_channel/arm.x_h/rms_after", "0.1", "0.10000000000000002"),
+    ],
+)  # fmt: skip
+def test_what_differs_in_the_last_digit_is_told(later, field, before, after):
+    (found,) = diagnosis_differences(DIAGNOSIS, later)
+    assert (found.field, found.before, found.after) == (field, before, after)
+
+
+def test_a_field_may_have_another_name():
+    later = changed(causes=[{"effects": c["effects"], "left": c["gap_after"]} for c in DIAGNOSIS["causes"]])
+    later["budget"] = later.pop("gap")
+    names = {"causes/*/gap_after": "causes/*/left", "gap": "budget"}
+    assert diagnosis_differences(DIAGNOSIS, later, names) == []
+    assert len(diagnosis_differences(DIAGNOSIS, later)) == 8
+
+
+def test_lines_that_differ():
+    (found,) = text_differences("a.ssv", "one\ntwo\n", "one\nthree\n")
+    assert (found.field, found.before, found.after) == ("a.ssv line 2", "two", "three")
+    assert text_differences("a.ssv", "one\n", "one\ntwo\n")[0].before == "(missing)"
+
+
+@pytest.fixture
+def other_tree(tmp_path):
+    """A source tree whose deepsea_cosim.gap has one module only."""
+    (tmp_path / "tree" / "gap").mkdir(parents=True)
+    (tmp_path / "tree" / "gap" / "__init__.py").touch()
+    (tmp_path / "tree" / "gap" / "only_here.py").touch()
+    text = '[tool.setuptools.package-dir]\n"deepsea_cosim.gap" = "gap"\n"deepsea_cosim.gap.report" = "gap/report"\n'
+    (tmp_path / "tree" / "pyproject.toml").write_text(text)
+    return tmp_path / "tree"
+
+
+@pytest.mark.parametrize(
+    ("module", "there"),
+    [("deepsea_cosim.gap.only_here", True), ("deepsea_cosim.gap.cli", False), ("deepsea_cosim.master.cli", False)],
+)
+def test_the_code_of_a_tree_is_not_merged_with_the_installed_code(other_tree, tmp_path, module, there):
+    code = commits.prepared(other_tree, None, tmp_path / "links")
+    done = subprocess.run([sys.executable, "-c", f"import {module}"], env=code.environment, capture_output=True)
+    assert (done.returncode == 0) == there
