@@ -26,7 +26,8 @@ from ..core.files import make_folder, writing
 from ..core.units import convert, unit
 from ..master.session import Session
 from .campaign.catalogue import QUANTITIES
-from .campaign.read import MIN_SAMPLES, CampaignError, Channel, base_of, channels_of, own_unit, si, take, use_of
+from .campaign.campaign import CampaignError, Channel, own_unit, si
+from .campaign.read import MIN_SAMPLES, base_of, channels_of, take, use_of
 from .problem.sensors import Sensor
 
 RATE = 100.0

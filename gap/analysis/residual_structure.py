@@ -13,9 +13,6 @@ import numpy as np
 from ..estimation.cross_validation import folds
 from ..problem.problem import Problem
 
-FINE = 300
-"""Stretches of time of a run that are left out in turn: short, so that their neighbours have seen the same region."""
-
 
 @dataclass(frozen=True)
 class Structure:
@@ -26,11 +23,11 @@ class Structure:
     varies_with: dict[str, str]
 
 
-def features(problem: Problem, rows: list[np.ndarray], step: float) -> tuple[list[str], np.ndarray]:
+def _features(problem: Problem, rows: list[np.ndarray], step: float) -> tuple[list[str], np.ndarray]:
     """Names and values (n, features) at every entry of the long vector, from the rows of a simulation."""
     names = [*problem.connectors, *(f"rate of {c}" for c in problem.connectors)]
-    made = np.empty((len(problem.obs), len(names)))
-    for b in problem.obs.blocks:
+    made = np.empty((len(problem.observations), len(names)))
+    for b in problem.observations.blocks:
         grid = problem.grid(b.run, step)
         for k in range(len(problem.connectors)):
             x = rows[b.run][:, k]
@@ -39,8 +36,8 @@ def features(problem: Problem, rows: list[np.ndarray], step: float) -> tuple[lis
     return names, made
 
 
-def structure(problem: Problem, residual: np.ndarray, rows: list[np.ndarray], step: float) -> Structure:
-    """What of a whitened residual (n,) a flexible model predicts where it has not been trained."""
+def residual_structure(problem: Problem, residual: np.ndarray, rows: list[np.ndarray], step: float) -> Structure:
+    """What of a normalised residual (n,) a flexible model predicts where it has not been trained."""
     from threadpoolctl import threadpool_limits
 
     with threadpool_limits(1):  # the trees are small: more threads only wait for each other
@@ -50,15 +47,16 @@ def structure(problem: Problem, residual: np.ndarray, rows: list[np.ndarray], st
 def _structure(problem: Problem, residual: np.ndarray, rows: list[np.ndarray], step: float) -> Structure:
     from sklearn.ensemble import HistGradientBoostingRegressor
 
-    names, X = features(problem, rows, step)
-    masks = folds(problem.obs, FINE, 5)
+    names, X = _features(problem, rows, step)
+    settings = problem.settings.analysis
+    masks = folds(problem.observations, settings.structure_stretches, 5)
     total = left = 0.0
     channels, varies = {}, {}
     for k, label in enumerate(problem.labels):
-        mine = np.flatnonzero(problem.obs.channel == k)
-        if len(mine) < 100:
+        mine = np.flatnonzero(problem.observations.channel == k)
+        if len(mine) < settings.structure_least:
             continue
-        mine = mine[:: max(1, len(mine) // 4000)]
+        mine = mine[:: max(1, len(mine) // settings.structure_samples)]
         e, x = residual[mine], X[mine]
         predicted = np.zeros(len(e))
         for mask in masks:
@@ -75,18 +73,15 @@ def _structure(problem: Problem, residual: np.ndarray, rows: list[np.ndarray], s
         rest = float((e - predicted) @ (e - predicted))
         total, left = total + energy, left + min(rest, energy)
         channels[label] = max(0.0, 1.0 - rest / energy) if energy > 0 else 0.0
-        varies[label] = _strongest(names, x, e)
+        varies[label] = _strongest(names, x, e, settings.structure_bins)
     return Structure(0.0 if total == 0.0 else 1.0 - left / total, channels, varies)
 
 
-BINS = 40
-
-
-def _strongest(names: list[str], x: np.ndarray, e: np.ndarray) -> str:
+def _strongest(names: list[str], x: np.ndarray, e: np.ndarray, bins: int) -> str:
     """The feature whose bins explain most of the residual."""
     best, name = -1.0, names[0]
     for k, n in enumerate(names):
-        edges = np.unique(np.quantile(x[:, k], np.linspace(0, 1, BINS + 1)[1:-1]))
+        edges = np.unique(np.quantile(x[:, k], np.linspace(0, 1, bins + 1)[1:-1]))
         place = np.digitize(x[:, k], edges)
         counts = np.maximum(np.bincount(place, minlength=len(edges) + 1), 1)
         means = np.bincount(place, e, minlength=len(edges) + 1) / counts

@@ -1,31 +1,24 @@
 """The measurements of a campaign as one long vector, and the model's answer to each of its entries.
 
 Entries are grouped in blocks, one per run and channel. Everything is in the unit of the FMU's variable; residuals are
-divided by the floor of each entry, so they are dimensionless.
+divided by the noise of each entry, so they are dimensionless: normalised.
 """
 
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
+from typing import NamedTuple
 
 import numpy as np
 
-from .noise import noise_std
+from ..settings import NoiseSettings
+from .noise import estimate_noise_std
 from .sensors import Sensor
-
-MOST = 1500
-"""Most samples of a block; what is faster is averaged over neighbours."""
-
-SWINGS = 3.0
-"""Standard deviations, for noise, by which samples have to be more like the second next than like the next to swing."""
-
-JITTER = 0.03
-"""Timing that nobody guarantees, in sample intervals: it enters the floor with the slope of the signal."""
 
 
 @dataclass(frozen=True)
-class Moment:
+class EventObservation:
     """When a signal comes to stay within `within` of `target` until `until` [s], from `after` [s]; a limit clips it.
 
     first: when it comes there for the first time, whether it stays or not.
@@ -63,11 +56,11 @@ class Moment:
         return float(min(max(found, self.low), self.high))
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class Block:
-    """The samples of one channel in one run: times [s], readings, floor, and their place in the long vector.
+    """The samples of one channel in one run: times [s], readings, noise, and their place in the long vector.
 
-    With a `moment` it is a single reading: a duration.
+    With an `event` it is a single reading: a duration.
     """
 
     run: int
@@ -75,11 +68,11 @@ class Block:
     connector: str
     t: np.ndarray
     y: np.ndarray
-    floor: float
+    noise_std: float
     place: slice
-    moment: Moment | None = None
+    event: EventObservation | None = None
     stated: bool = True
-    """The floor is what the campaign says, not what was estimated."""
+    """The noise is what the campaign says, not what was estimated."""
 
     @property
     def interval(self) -> float:
@@ -87,13 +80,13 @@ class Block:
         return float(np.median(np.diff(self.t))) if len(self.t) > 1 else 0.0
 
 
-@dataclass
+@dataclass(frozen=True, eq=False)
 class Observations:
-    """All blocks, the readings and floors of all entries, and which run, channel and time each entry has."""
+    """All blocks, readings and noise of all entries (n,), and which run, channel and time each entry has."""
 
-    blocks: list[Block]
+    blocks: tuple[Block, ...]
     y: np.ndarray
-    floor: np.ndarray
+    noise_std: np.ndarray
     run: np.ndarray
     channel: np.ndarray
     time: np.ndarray
@@ -101,11 +94,12 @@ class Observations:
     """Largest minus smallest reading of each channel over all runs."""
     level: np.ndarray
     """Largest magnitude of a reading of each channel."""
+    settings: NoiseSettings = field(default_factory=NoiseSettings)
 
     @property
     def series(self) -> list[Block]:
         """The blocks that are time series."""
-        return [b for b in self.blocks if b.moment is None]
+        return [b for b in self.blocks if b.event is None]
 
     def __len__(self) -> int:
         return len(self.y)
@@ -122,8 +116,8 @@ class Observations:
         for b in self.blocks:
             x = rows[b.run][:, columns[b.connector]]
             sensor = (sensors or {}).get(b.connector)
-            if b.moment is not None:
-                made[b.place] = b.moment.read(grids[b.run], x)
+            if b.event is not None:
+                made[b.place] = b.event.read(grids[b.run], x)
             elif sensor is None:
                 made[b.place] = np.interp(b.t, grids[b.run], x)
             else:
@@ -131,15 +125,15 @@ class Observations:
         return made
 
     def whiten(self, model: np.ndarray) -> np.ndarray:
-        """Readings minus a long vector, in floors."""
-        return (self.y - model) / self.floor
+        """Readings minus a long vector, divided by the noise: the normalised residual (n,)."""
+        return (self.y - model) / self.noise_std
 
-    def shared(self, residual: np.ndarray) -> float:
-        """Energy per reading, in floors squared, that a residual (n,) shares from one reading to the next.
+    def structured_energy(self, residual: np.ndarray) -> float:
+        """Energy per reading that a normalised residual (n,) shares from one reading to the next.
 
-        Noise shares none, however large its floor was taken; what a model leaves unexplained is slower than the
+        Noise shares none, however large it was taken; what a model leaves unexplained is slower than the
         samples, or swings with them. Zero to within 1/sqrt(n) if only noise is left. Of readings that stand alone it is
-        what they have beyond the floor; and a channel whose noise is stated has no more than that either: what repeats
+        what they have beyond the noise; and a channel whose noise is stated has no more than that either: what repeats
         from reading to reading but not from test to test is part of such a noise.
         """
         total = 0.0
@@ -147,12 +141,15 @@ class Observations:
         for b in self.blocks:
             x = residual[b.place]
             beyond = float(x @ x) - len(x)
-            if b.moment is not None:
+            if b.event is not None:
                 total += beyond
             elif b.stated:
-                channels.setdefault(b.channel, np.zeros(2))[:] += _with_neighbours(x), beyond
+                channels.setdefault(b.channel, np.zeros(2))[:] += (
+                    _with_neighbours(x, self.settings.swing_evidence),
+                    beyond,
+                )
             else:
-                total += _with_neighbours(x)
+                total += _with_neighbours(x, self.settings.swing_evidence)
         for energy, beyond in channels.values():
             total += min(energy, max(0.0, beyond))
         return float(total) / len(self)
@@ -165,32 +162,38 @@ class Observations:
         """Rate of change [unit/s] of a long vector along each block."""
         made = np.zeros(len(self.y))
         for b in self.blocks:
-            if b.moment is None:
+            if b.event is None:
                 made[b.place] = np.gradient(model[b.place], b.t)
         return made
 
-    def mend(self, model: np.ndarray) -> None:
-        """Take out of estimated floors what the same estimate makes of the model, which has no noise."""
+    def with_numerical_error(self, model: np.ndarray, error: np.ndarray) -> Observations:
+        """The same with a noise that has timing jitter on the model's slopes and the model's numerical error in it.
+
+        model, error: (n,), in the unit of the readings.
+        """
+        made, settings = self.without_model_roughness(model), self.settings
+        slope, noise = made.slope(model), made.noise_std.copy()
+        for b in made.blocks:
+            rough = np.sqrt(_smooth(slope[b.place] ** 2, b.t, settings.smoothing))
+            numerical = np.sqrt(_smooth(error[b.place] ** 2, b.t, settings.smoothing))
+            jitter = settings.clock_jitter * b.interval * rough
+            noise[b.place] = np.sqrt(b.noise_std**2 + jitter**2 + numerical**2)
+        return replace(made, noise_std=noise)
+
+    def without_model_roughness(self, model: np.ndarray) -> Observations:
+        """The same without, in estimated noise, what the same estimate makes of the model, which has no noise."""
         made = []
         for b in self.blocks:
-            rough = noise_std(model[b.place]) if not b.stated else 0.0
-            made.append(replace(b, floor=float(max(np.sqrt(max(b.floor**2 - rough**2, 0.0)), 0.2 * b.floor))))
-        self.blocks = made
-
-    def widen(self, model: np.ndarray, numerical: np.ndarray) -> None:
-        """Take timing jitter on the model's slopes and the model's numerical error into the floor."""
-        self.mend(model)
-        slope = self.slope(model)
-        for b in self.blocks:
-            rough = np.sqrt(_smooth(slope[b.place] ** 2, b.t, 0.05))
-            error = np.sqrt(_smooth(numerical[b.place] ** 2, b.t, 0.05))
-            self.floor[b.place] = np.sqrt(b.floor**2 + (JITTER * b.interval * rough) ** 2 + error**2)
+            rough = estimate_noise_std(model[b.place]) if not b.stated else 0.0
+            left = float(np.sqrt(max(b.noise_std**2 - rough**2, 0.0)))
+            made.append(replace(b, noise_std=float(max(left, self.settings.least_share * b.noise_std))))
+        return replace(self, blocks=tuple(made))
 
 
-def _with_neighbours(x: np.ndarray) -> float:
+def _with_neighbours(x: np.ndarray, evidence: float) -> float:
     """Energy that samples (n,) share with the next one, or with the second next where they swing too fast for that."""
     first, second = float(x[1:] @ x[:-1]), float(abs(x[2:] @ x[:-2]))
-    return second if second > first + SWINGS * np.sqrt(len(x)) else first
+    return second if second > first + evidence * np.sqrt(len(x)) else first
 
 
 def _smooth(x: np.ndarray, t: np.ndarray, width: float) -> np.ndarray:
@@ -200,7 +203,7 @@ def _smooth(x: np.ndarray, t: np.ndarray, width: float) -> np.ndarray:
     return np.maximum((total[high] - total[low]) / (high - low), 0.0)
 
 
-def thin(t: np.ndarray, y: np.ndarray, most: int = MOST) -> tuple[np.ndarray, np.ndarray, int]:
+def decimate(t: np.ndarray, y: np.ndarray, most: int) -> tuple[np.ndarray, np.ndarray, int]:
     """Times and readings averaged over m neighbours so that at most `most` are left; and m."""
     m = -(-len(t) // most)
     if m == 1:
@@ -209,26 +212,41 @@ def thin(t: np.ndarray, y: np.ndarray, most: int = MOST) -> tuple[np.ndarray, np
     return t[:n].reshape(-1, m).mean(1), y[:n].reshape(-1, m).mean(1), m
 
 
-def gather(blocks: list[tuple[int, int, str, np.ndarray, np.ndarray, float, Moment | None, bool]]) -> Observations:
-    """Observations from (run, channel, connector, times, readings, floor, moment, stated) of every block."""
+class RawBlock(NamedTuple):
+    """A block before it has its place in the long vector: see `Block`."""
+
+    run: int
+    channel: int
+    connector: str
+    t: np.ndarray
+    y: np.ndarray
+    noise_std: float
+    event: EventObservation | None
+    stated: bool
+
+
+def gather(blocks: Sequence[RawBlock], settings: NoiseSettings | None = None) -> Observations:
+    """The observations of all blocks."""
     made, place = [], 0
-    for run, channel, connector, t, y, floor, moment, stated in blocks:
-        made.append(Block(run, channel, connector, t, y, floor, slice(place, place + len(t)), moment, stated))
-        place += len(t)
+    for b in blocks:
+        end = place + len(b.t)
+        made.append(Block(b.run, b.channel, b.connector, b.t, b.y, b.noise_std, slice(place, end), b.event, b.stated))
+        place = end
     channels = 1 + max(b.channel for b in made)
     span, level = np.zeros(channels), np.zeros(channels)
     for c in range(channels):
-        parts = [b.y for b in made if b.channel == c and b.moment is None]
+        parts = [b.y for b in made if b.channel == c and b.event is None]
         if parts:
             span[c] = max(np.max([p.max() for p in parts]) - np.min([p.min() for p in parts]), 1e-300)
             level[c] = max(float(np.abs(p).max()) for p in parts)
     return Observations(
-        made,
+        tuple(made),
         np.concatenate([b.y for b in made]),
-        np.concatenate([np.full(len(b.t), b.floor) for b in made]),
+        np.concatenate([np.full(len(b.t), b.noise_std) for b in made]),
         np.concatenate([np.full(len(b.t), b.run) for b in made]),
         np.concatenate([np.full(len(b.t), b.channel) for b in made]),
         np.concatenate([b.t for b in made]),
         span,
         level,
+        settings or NoiseSettings(),
     )

@@ -11,8 +11,7 @@ from importlib.resources import files
 
 import numpy as np
 
-CHANCE = 1.5
-"""Standard deviations of the energy that noise shares by chance which are no evidence."""
+from ..settings import EvidenceSettings
 
 SUREST = 0.95
 """No answer is surer: of some hundred on which the benchmark's probability was the highest, three to six were wrong."""
@@ -24,9 +23,9 @@ BARELY = 1e-9
 """By which share the first answer is ahead of the second at least."""
 
 
-def chance(readings: int) -> float:
-    """Energy that the residuals of so many readings may share, in floors squared, when nothing but noise is left."""
-    return float(CHANCE / np.sqrt(readings))
+def chance(readings: int, deviations: float = EvidenceSettings.chance) -> float:
+    """Energy per reading that normalised residuals of so many readings may share when nothing but noise is left."""
+    return float(deviations / np.sqrt(readings))
 
 
 @dataclass(frozen=True)

@@ -12,10 +12,16 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from ..estimation.gauss_newton import Fit, Linear, drive, fit, penalty, point_of
+from ..estimation.fit import Fit
+from ..estimation.gauss_newton import fit
+from ..estimation.linear import Linear
+from ..estimation.scheduler import run_fits
 from ..problem.noise import rms
-from ..problem.problem import Candidate, Problem, Unknown
-from .greedy import MOST, TASTE, Hypothesis, as_delivered, best_of_each, carry_on, merit, screened, secants, sizes
+from ..problem.parameters import EffectCandidate, EstimatedParameter, penalty, point_of
+from ..problem.problem import Problem
+from .greedy import MOST, TASTE, continue_fits
+from .greedy_screening import nominal_fit, response_curves, screened, sizes
+from .hypothesis import Hypothesis, best_of_each, penalised_deviance
 
 SIZES = (1.0, 2.0, 4.0, 8.0)
 """Sizes, in usual ones, at which an effect is run."""
@@ -27,18 +33,18 @@ BEGUN, KEPT = 6, 3
 """Starts that are fitted, and those that are carried to the end."""
 
 NEARLY = 0.25
-"""How far behind the best fit a start may be, as a share of what that has gained over the null."""
+"""How far behind the best fit a start may be, as a share of what that has gained over the baseline."""
 
 
-@dataclass
+@dataclass(frozen=True, eq=False)
 class Start:
     """Where a fit of one effect begins: its size and the base parameters that go with it."""
 
-    candidate: Candidate
-    unknowns: tuple[Unknown, ...]
-    u: np.ndarray
-    merit: float
-    """What `Hypothesis.merit` would be there if the base parameters acted linearly."""
+    candidate: EffectCandidate
+    parameters: tuple[EstimatedParameter, ...]
+    normalised: np.ndarray
+    penalised_deviance: float
+    """That of the hypothesis there, if the base parameters acted linearly."""
 
     @property
     def label(self) -> str:
@@ -48,38 +54,40 @@ class Start:
     @property
     def point(self) -> dict[str, float]:
         """In the problem's terms."""
-        return point_of(self.unknowns, self.u)
+        return point_of(self.parameters, self.normalised)
 
 
-def scan(problem: Problem, N: np.ndarray) -> list[Start]:
-    """The best start of each effect, the most promising first; a long macro step is shortened to `SCAN`."""
-    problem.factor = min(problem.factor, SCAN)
-    delivered = as_delivered(problem, N)
-    plain = [c for c in problem.candidates if len(c.unknowns) == 1 and c.unknowns[0].kind == "effect"]
+def scan(problem: Problem, nuisance_jacobian: np.ndarray) -> list[Start]:
+    """The best start of each effect, the most promising first; a long step of the fit is shortened to `SCAN`."""
+    problem = problem.with_discretisation(coarsening=min(problem.discretisation.coarsening, SCAN))
+    nominal = nominal_fit(problem, nuisance_jacobian)
+    plain = [c for c in problem.candidates if len(c.parameters) == 1 and c.parameters[0].kind == "effect"]
     wanted = dict.fromkeys((c, s) for c in plain for size in SIZES for s in sizes(c, size))
     made = [
-        _start(problem, delivered, s.candidate, s.size, delivered.model + s.slope * s.size, N)
-        for s in secants(problem, delivered, list(wanted))
+        _start(problem, nominal, s.candidate, s.size, nominal.model + s.slope * s.size, nuisance_jacobian)
+        for s in response_curves(problem, nominal, list(wanted))
     ]
-    return best_of_each(made, lambda s: s.merit)
+    return best_of_each(made, lambda s: s.penalised_deviance)
 
 
 def _start(
-    problem: Problem, delivered: Fit, candidate: Candidate, size: float, model: np.ndarray, N: np.ndarray
-) -> Start:
-    line = Linear(problem, delivered.u, model, delivered.jacobian, N, screened(problem))
-    phi = max(1.0, delivered.phi * (rms(line.r) / max(delivered.rms, 1e-150)) ** 2)
-    d, q = line.step(delivered.unknowns, phi, np.ones(len(delivered.u)))
-    unknowns, u = (*delivered.unknowns, *candidate.unknowns), np.append(d, size)
-    cost = penalty(unknowns, u, q[: delivered.channels])
-    return Start(candidate, unknowns, u, merit(rms(line.left(d, q)), cost))
+    problem: Problem, nominal: Fit, candidate: EffectCandidate, size: float, model: np.ndarray,
+    nuisance_jacobian: np.ndarray,
+) -> Start:  # fmt: skip
+    rows = screened(problem)
+    line = Linear.around(problem, nominal.normalised, model, nominal.jacobian, nuisance_jacobian, rows)
+    dispersion = max(1.0, nominal.dispersion * (rms(line.r) / max(nominal.rms, 1e-150)) ** 2)
+    step = line.step(nominal.parameters, dispersion, np.ones(len(nominal.normalised)))
+    parameters, u = (*nominal.parameters, *candidate.parameters), np.append(step.d, size)
+    cost = penalty(parameters, u, step.q[: nominal.channels])
+    return Start(candidate, parameters, u, penalised_deviance(rms(line.predicted_residual(step)), cost))
 
 
-def fits(problem: Problem, starts: Sequence[Start], N: np.ndarray) -> list[Hypothesis]:
+def fits(problem: Problem, starts: Sequence[Start], nuisance_jacobian: np.ndarray) -> list[Hypothesis]:
     """Fits from the starts, the best first; the better ones are carried to the end."""
-    begun = drive(problem, [fit(problem, s.unknowns, s.u, N, 1) for s in starts])
+    begun = run_fits(problem, [fit(problem, s.parameters, s.normalised, nuisance_jacobian, 1) for s in starts])
     made = [Hypothesis((s.candidate,), f) for s, f in zip(starts, begun, strict=True) if f is not None]
     for kept, steps in ((KEPT, TASTE), (KEPT - 1, MOST)):
-        made.sort(key=lambda h: h.merit)
-        carry_on(problem, made[:kept], N, steps)
-    return sorted(made, key=lambda h: h.merit)
+        made.sort(key=lambda h: h.penalised_deviance)
+        made[:kept] = continue_fits(problem, made[:kept], nuisance_jacobian, steps)
+    return sorted(made, key=lambda h: h.penalised_deviance)

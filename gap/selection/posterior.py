@@ -7,13 +7,13 @@ come from `judge`; what calibrates them stands in `calibration.json`.
 from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
 from ..campaign.catalogue import VERDICTS
 from .calibration import Calibration
-from .evidence import Judged
+from .evidence import RankedHypothesis
 
 Names = tuple[str, ...]
 """Ids of a cause's effects."""
@@ -24,19 +24,19 @@ PLAIN = 0.3
 """Energy [floors squared] that is plainly left: of more, only its share in the gap tells whether it is unknown."""
 
 
-@dataclass
+@dataclass(frozen=True, eq=False)
 class Cause:
     """A set of effect ids, its best hypothesis (none for "unknown") and its probability."""
 
     effects: tuple[str, ...]
-    judged: Judged | None
+    ranked: RankedHypothesis | None
     probability: float
-    ambiguous_with: list[tuple[str, ...]]
+    ambiguous_with: tuple[tuple[str, ...], ...]
     told: bool = True
     """Whether more than its probability is told."""
 
 
-def features(calibration: Calibration, null: float, best: float, readings: int) -> np.ndarray:
+def features(calibration: Calibration, baseline: float, best: float, readings: int) -> np.ndarray:
     """What "unknown" is judged by, from the energy that the refit's and the best hypothesis' residuals share.
 
     A constant; the logarithm of what the best leaves beyond chance, with what right models may leave, and from `PLAIN`
@@ -44,7 +44,7 @@ def features(calibration: Calibration, null: float, best: float, readings: int) 
     which leaves floors of a gap of dozens, is no unknown one. How much a flexible model can predict is reported, but
     says less: a vibration is not predictable and yet no noise.
     """
-    refit, left = (calibration.beyond(x, readings) for x in (null, best))
+    refit, left = (calibration.beyond(x, readings) for x in (baseline, best))
     return np.array([1.0, np.log(left / (1.0 + left / PLAIN)), min(0.0, np.log(left / refit))])
 
 
@@ -70,19 +70,22 @@ def probabilities(scored: Iterable[tuple[Names, float]], calibration: Calibratio
     return {top: sure, **{key: p * scale for key, p in others}}
 
 
-def causes(judged: Sequence[Judged], calibration: Calibration, x: np.ndarray) -> list[Cause]:
+def causes(ranked: Sequence[RankedHypothesis], calibration: Calibration, x: np.ndarray) -> list[Cause]:
     """All causes, the most probable first; their probabilities add up to 1."""
-    best: dict[Names, Judged] = {}
-    for j in sorted(judged, key=lambda j: j.score):
-        best.setdefault(j.hypothesis.ids or NONE, j)
-    told = probabilities(((j.hypothesis.ids, j.score) for j in judged), calibration, x)
-    made = [Cause(key, best.get(key), p, []) for key, p in told.items()]
-    for c in made:
-        if c.judged is not None and c.effects != NONE:
-            c.ambiguous_with = [
-                o.effects
-                for o in made
-                if o is not c and o.judged is not None and o.effects != NONE
-                and o.probability > 0.05 * c.probability and len(o.effects) <= len(c.effects)
-            ]  # fmt: skip
-    return made
+    best: dict[Names, RankedHypothesis] = {}
+    for r in sorted(ranked, key=lambda r: r.neg2_log_posterior):
+        best.setdefault(r.hypothesis.ids or NONE, r)
+    told = probabilities(((r.hypothesis.ids, r.neg2_log_posterior) for r in ranked), calibration, x)
+    made = [Cause(key, best.get(key), p, ()) for key, p in told.items()]
+    return [replace(c, ambiguous_with=_ambiguous(c, made)) for c in made]
+
+
+def _ambiguous(c: Cause, made: Sequence[Cause]) -> tuple[Names, ...]:
+    """The causes that a campaign can hardly tell from one."""
+    if c.ranked is None or c.effects == NONE:
+        return ()
+    return tuple(
+        o.effects for o in made
+        if o is not c and o.ranked is not None and o.effects != NONE
+        and o.probability > 0.05 * c.probability and len(o.effects) <= len(c.effects)
+    )  # fmt: skip
