@@ -176,6 +176,8 @@ class Observations:
         for b in made.blocks:
             rough = np.sqrt(_smooth(slope[b.place] ** 2, b.t, settings.smoothing))
             numerical = np.sqrt(_smooth(error[b.place] ** 2, b.t, settings.smoothing))
+            share = float(np.sqrt(np.mean(error[b.place] ** 2))) / b.noise_std
+            numerical *= min(1.0, settings.step_error_share / max(share, 1e-300))
             jitter = settings.clock_jitter * b.interval * rough
             noise[b.place] = np.sqrt(b.noise_std**2 + jitter**2 + numerical**2)
         return replace(made, noise_std=noise)
