@@ -22,7 +22,7 @@ def diagnosed(built, tmp_path_factory):
 
     @cache
     def outcome(index):
-        answer = write_case(SEED, index, folder, built / "deepsea_0km.ssp", refit=False)
+        answer = write_case(SEED, index, folder, built / "deepsea_0km.ssp", refit=False, edition=1)
         assert answer["case"] == index
         name = f"case_{index:04d}"
         out = folder / "diagnoses" / name
