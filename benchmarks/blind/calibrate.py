@@ -26,8 +26,8 @@ from deepsea_cosim.gap.selection import posterior as judgement
 from deepsea_cosim.gap.selection.calibration import Calibration
 from deepsea_cosim.gap.selection.posterior import features, unknown_probability
 
-from .neg2_log_posterior import calibration_error, sure_error
 from .records import NONE, UNKNOWN, Record, load
+from .scoring.calibration import calibration_error, sure_error
 
 INDEPENDENT = (5.0, 7.0, 10.0, 15.0, 20.0, 30.0, 50.0, 75.0, 100.0)
 DISCREPANCY = (0.01, 0.02, 0.03, 0.05, 0.07, 0.1)
