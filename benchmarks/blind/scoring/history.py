@@ -7,7 +7,7 @@ from __future__ import annotations
 
 from typing import Any
 
-from .said import NAN, Hypothesis, Part, Said
+from .said import NAN, Hypothesis, Part, Said, values
 
 NO_EFFECT = ("none", "unknown")
 
@@ -21,7 +21,8 @@ def said_of_causes(diagnosis: dict[str, Any]) -> Said:
             probabilities[name] = probabilities.get(name, 0.0) + float(cause["probability"])
     fits = {tuple(h["effects"]): float(h["fit_rms"]) for h in diagnosis.get("evidence", {}).get("hypotheses", [])}
     hypotheses = tuple(
-        Hypothesis(tuple(c["effects"]), float(c["probability"]), fits.get(tuple(c["effects"]), NAN)) for c in causes
+        Hypothesis(tuple(c["effects"]), float(c["probability"]), fits.get(tuple(c["effects"]), NAN), values(c))
+        for c in causes
     )
     gap = diagnosis.get("gap", {})
     return Said(

@@ -27,11 +27,12 @@ class Part:
 
 @dataclass(frozen=True)
 class Hypothesis:
-    """A set of effects, its probability, and the RMS that it leaves in noise."""
+    """A set of effects, its probability, the RMS that it leaves in noise, and its parameters' values where told."""
 
     effects: Names
     probability: float
     left: float
+    parameters: dict[str, float] = field(default_factory=dict)
 
 
 @dataclass(frozen=True)
@@ -90,7 +91,7 @@ def said(diagnosis: dict[str, Any] | None) -> Said:
         {name: float(e["inclusion_probability"]) for name, e in diagnosis.get("effects", {}).items()},
         tuple(_part(p) for p in budget.get("parts", [])),
         tuple(
-            Hypothesis(tuple(h["effects"]), float(h["probability"]), float(h["left"]))
+            Hypothesis(tuple(h["effects"]), float(h["probability"]), float(h["left"]), values(h))
             for h in diagnosis.get("hypotheses", [])
         ),
         float(budget.get("calibrated", NAN)),
@@ -99,6 +100,12 @@ def said(diagnosis: dict[str, Any] | None) -> Said:
         float(timing.get("first_budget_s", NAN)),
         float(timing.get("wall_s", NAN)),
     )
+
+
+def values(entry: dict[str, Any]) -> dict[str, float]:
+    """Values of an entry's parameters, which are numbers or tables with a value."""
+    told = entry.get("parameters", {})
+    return {a: float(p["value"] if isinstance(p, dict) else p) for a, p in told.items()}
 
 
 def _part(entry: dict[str, Any]) -> Part:
