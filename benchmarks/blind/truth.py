@@ -24,6 +24,7 @@ from .effect_forms import FORMS
 from .effects import by_id
 from .measure import KINDS, Channel
 from .readings import Readings
+from .records import load, merge
 
 Subset = tuple[int, ...]
 """Places of effects in a case's list, ascending."""
@@ -148,6 +149,21 @@ def update(files: Sequence[Path], processes: int) -> None:
             print(future.result(), flush=True)
 
 
+def into_records(files: Sequence[Path], records: Path) -> int:
+    """Put the budgets of answer files into the cases of a file of records; returns how many it has of them."""
+    known = {}
+    for answer in (json.loads(file.read_text("utf-8")) for file in files):
+        if "budget" in answer:
+            known[answer["seed"], answer["case"]] = answer["budget"]
+    made = []
+    for record in load(records):
+        found = known.get((record.answer["seed"], record.answer["case"]))
+        if found is not None:
+            made.append(record._replace(answer={**record.answer, "budget": found}))
+    merge(records, made)
+    return len(made)
+
+
 def main() -> None:
     """Command line."""
     p = argparse.ArgumentParser(prog="benchmarks.blind.truth", description="Adds the true budgets to the answers.")
@@ -161,6 +177,8 @@ def main() -> None:
     todo = [file for file in files if "budget" not in json.loads(file.read_text("utf-8"))]
     print(f"{len(files)} answers, {len(files) - len(todo)} with their budget", flush=True)
     update(todo, options.processes)
+    for records in options.records:
+        print(f"{records}: {into_records(files, records)} budgets", flush=True)
 
 
 if __name__ == "__main__":

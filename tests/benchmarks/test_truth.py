@@ -10,6 +10,7 @@ import pytest
 from benchmarks.blind import readings, truth
 from benchmarks.blind.draw import draw
 from benchmarks.blind.generate import answer
+from benchmarks.blind.records import Record, load, merge
 from benchmarks.blind.ruler import Ruler
 from benchmarks.blind.truth import budget, case_of, complete, left_by_subset, shapley, subsets, told
 
@@ -112,6 +113,12 @@ def test_command_completes_answers_and_goes_on(tmp_path, monkeypatch, capsys):
     assert "2 answers, 0 with their budget" in capsys.readouterr().out
     assert json.loads((folder / "case_0002.json").read_text())["budget"]["shares"] == [1.0]
     assert json.loads((folder / "case_0003.json").read_text())["budget"]["shares"] == []
+    record = {"case": 2, "seed": 1, "kind": "single", "size": 5.0, "effects": []}
+    merge(tmp_path / "r.jsonl", [Record("case_0002", record, None), Record("case_0009", record | {"case": 9}, None)])
+    monkeypatch.setattr(sys, "argv", ["truth", str(tmp_path), "--records", str(tmp_path / "r.jsonl")])
     truth.main()
     assert "2 answers, 2 with their budget" in capsys.readouterr().out
+    first, other = load(tmp_path / "r.jsonl")
+    assert first.answer["budget"]["shares"] == [1.0]
+    assert "budget" not in other.answer
     assert told({"effects": []}) == {}
