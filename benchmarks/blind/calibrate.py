@@ -26,8 +26,8 @@ from deepsea_cosim.gap.selection import posterior as judgement
 from deepsea_cosim.gap.selection.calibration import Calibration
 from deepsea_cosim.gap.selection.posterior import features, unknown_probability
 
-from .neg2_log_posterior import calibration_error, sure_error
 from .records import NONE, UNKNOWN, Record, load
+from .score import calibration_error, sure_error
 
 INDEPENDENT = (5.0, 7.0, 10.0, 15.0, 20.0, 30.0, 50.0, 75.0, 100.0)
 DISCREPANCY = (0.01, 0.02, 0.03, 0.05, 0.07, 0.1)
@@ -184,7 +184,7 @@ def _cases(places: Iterable[Path]) -> list[Case]:
     return list(made.values())
 
 
-def left_out_residual(cases: list[Case], seen: list[Case], made: Calibration, folds: int) -> list[tuple[float, bool]]:
+def left_out(cases: list[Case], seen: list[Case], made: Calibration, folds: int) -> list[tuple[float, bool]]:
     """Probability of every case's first answer, and whether that is right, with a calibration fitted without it."""
     pairs = []
     order = np.random.default_rng(0).permutation(len(cases))
@@ -218,7 +218,7 @@ def main() -> None:
     print(f"{len(cases)} cases, {len(known)} of them judged known; their mean log probability of the truth "
           f"{likelihood(known, made):.3f}, of all {value:.3f}")  # fmt: skip
     if options.folds > 1:
-        pairs = left_out_residual(cases, seen, made, options.folds)
+        pairs = left_out(cases, seen, made, options.folds)
         print(f"left out in {options.folds} parts: calibration error {calibration_error(pairs):.3f}; "
               f"{sure_error([p for p, _ in pairs]):.3f} if the probabilities were right")  # fmt: skip
     print(json.dumps(asdict(made)))

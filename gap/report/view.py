@@ -195,7 +195,7 @@ def _pictures(d: Diagnosis, best_name: str | None) -> dict[str, Any]:
             for t in chosen
         ]  # fmt: skip
         made[i] = {
-            "name": run.name, "held": run.holdout, "figures": figures, "missing": len(run.traces) - len(figures),
+            "name": run.name, "held": run.held, "figures": figures, "missing": len(run.traces) - len(figures),
             "first": place == 0, "seconds": short(run.seconds), "before": floors(run.before),
             "refitted": floors(run.refitted), "after": floors(run.after),
             "conditions": [_condition(k, v, units) for k, v in run.conditions.items()],

@@ -9,6 +9,7 @@ import pytest
 from deepsea_cosim.gap.campaign.read import read
 from deepsea_cosim.gap.cli import main
 from deepsea_cosim.gap.diagnose import diagnose
+from deepsea_cosim.gap.problem.stop import StopToken
 from deepsea_cosim.gap.result.diagnosis import make, parameter_set
 from deepsea_cosim.gap.terminal import _Patience
 from deepsea_cosim.master.session import Session
@@ -96,7 +97,7 @@ def test_an_effect_that_the_catalogue_lacks(toys, tmp_path):
 def test_what_has_been_found_is_judged_when_time_is_up(toys, tmp_path, stage):
     path = campaign(tmp_path, toys, [measure(1, lambda t, x, v: -0.4 * np.tanh(v / 0.01))])
     said = []
-    d = diagnose(read(path), say=said.append, processes=1, hurry=lambda: stage in said)
+    d = diagnose(read(path), say=said.append, processes=1, stop=StopToken(lambda: stage in said))
     data = make(d)
     assert data["causes"][0]["effects"] == ["friction"]
     assert data["gap"]["reduction"] > 0.5
@@ -137,7 +138,7 @@ def test_held_out_runs_are_not_fitted(toys, tmp_path):
     path.write_text(text)
     d = diagnose(read(path), processes=1)
     data = make(d)
-    assert len(d.study.problem.runs) == 1
+    assert len(d.state.problem.runs) == 1
     assert data["gap"]["held_out"] == "runs that the campaign holds out"
     assert list(data["gap"]["per_run"]) == ["run1"]
     assert data["causes"][0]["effects"] == ["cubic_spring"]
@@ -311,7 +312,7 @@ def test_the_calibrated_parameters_stand_there_once(toys, tmp_path):
     path = campaign(tmp_path, toys, [measure(3, lambda t, x, v: 0.0)])
     path.write_text(path.read_text().replace('"run0.csv"', '"run0.csv"\nparameters = { k = 75.0 }'))
     d = diagnose(read(path), processes=1)
-    assert "o.k" in d.chosen.hypothesis.fit.point
+    assert "o.k" in d.state.chosen.hypothesis.fit.point
     assert parameter_set(d).count('name="o.k"') == 1
     k = float(re.search(r'name="o.k"><ssv:Real value="([^"]+)"', parameter_set(d))[1])
     assert k == pytest.approx(78.0, rel=0.01)
@@ -322,10 +323,10 @@ def test_the_calibrated_parameters_are_those_of_the_machine_alone(toys, tmp_path
     path = campaign(tmp_path, toys, [measure(3, lambda t, x, v: 0.0), measure(4, lambda t, x, v: 0.0)])
     text = path.read_text().replace('"run0.csv"', '"run0.csv"\nparameters = { "o.k" = 75.0, "o.m" = 2.0 }')
     path.write_text(text.replace('"run1.csv"', '"run1.csv"\nparameters = { "o.k" = 76.0, "o.m" = 2.0 }'))
-    d = diagnose(read(path), processes=1, hurry=lambda: True)
-    assert "o.k" in d.chosen.hypothesis.fit.point
+    d = diagnose(read(path), processes=1, stop=StopToken(lambda: True))
+    assert "o.k" in d.state.chosen.hypothesis.fit.point
     names = set(re.findall(r'Parameter name="([^"]+)"', parameter_set(d)))
-    assert names <= set(d.chosen.hypothesis.fit.point) - {"o.k"}
+    assert names <= set(d.state.chosen.hypothesis.fit.point) - {"o.k"}
     assert sum("calibrated.ssv" in w for w in make(d)["warnings"]) == 1
 
 

@@ -2,7 +2,6 @@
 
 import re
 from concurrent.futures import Executor, Future
-from copy import copy
 from dataclasses import replace
 from html.parser import HTMLParser
 
@@ -59,9 +58,10 @@ def rubbing(toys, tmp_path_factory):
 
 def with_verdict(d, effects):
     """The same diagnosis with another cause first."""
-    top = next(c for c in d.causes if c.effects == effects)
-    rest = [replace(c, probability=0.1 / (len(d.causes) - 1)) for c in d.causes if c is not top]
-    return replace(d, causes=[replace(top, probability=0.9), *rest])
+    causes = d.state.causes
+    top = next(c for c in causes if c.effects == effects)
+    rest = [replace(c, probability=0.1 / (len(causes) - 1)) for c in causes if c is not top]
+    return replace(d, state=replace(d.state, causes=(replace(top, probability=0.9), *rest)))
 
 
 class Page(HTMLParser):
@@ -165,9 +165,8 @@ def test_a_folder_that_cannot_be_written(rubbing, tmp_path):
 
 def test_bare_diagnosis(rubbing, tmp_path):
     """No regions, replays, screening, next run, warnings: every section still reads."""
-    s = copy(rubbing.study)
-    s.screened = []
-    d = replace(rubbing, study=s, masks={}, replays=[], next=None, warnings=[])
+    bare = replace(rubbing.state, curves=(), masks={}, replays=(), next_measurements=(), warnings=())
+    d = replace(rubbing, state=bare)
     assert "could explain as much as 1%" in write_report(d, make(d), tmp_path).read_text(encoding="utf-8")
 
 

@@ -1,14 +1,24 @@
+"""Probabilities of causes from scores, with "none" and "unknown" among them."""
+
 from dataclasses import replace
-from types import SimpleNamespace
 
 import numpy as np
 import pytest
+from deepsea_cosim.gap.estimation.fit import Fit
+from deepsea_cosim.gap.problem.parameters import EffectCandidate, EstimatedParameter
 from deepsea_cosim.gap.selection.calibration import HALF, SUREST, Calibration
+from deepsea_cosim.gap.selection.evidence import RankedHypothesis
+from deepsea_cosim.gap.selection.hypothesis import Hypothesis
 from deepsea_cosim.gap.selection.posterior import NONE, UNKNOWN, causes, features, unknown_probability
 
 
-def ranked(ids, score, gap=1.0):
-    return SimpleNamespace(hypothesis=SimpleNamespace(ids=ids, candidates=ids), score=score, gap=gap)
+FIT = Fit((), *[np.zeros(0)] * 4, 0, np.zeros(0), np.zeros(0), 1.0)
+
+
+def ranked(ids, score):
+    """A hypothesis of these effects with its -2 log posterior."""
+    candidates = (EffectCandidate(id, id, id, (EstimatedParameter(id, "effect", 0.0, 1.0, -1.0, 1.0, 1.0),)) for id in ids)
+    return RankedHypothesis(Hypothesis(tuple(candidates), FIT), np.ones(10), 0.0, score)
 
 
 PLAIN = Calibration(20.0, 0.05, 1.0, 0.0, (-30.0, 0.0, 0.0))
@@ -30,7 +40,7 @@ def test_a_sensor_in_two_channels_is_one_cause():
 def test_near_rivals_are_named():
     scores = {("a",): 0.0, ("b",): 1.0, ("c",): 40.0, (): 60.0}
     found = causes([ranked(ids, score) for ids, score in scores.items()], PLAIN, np.ones(3))
-    assert found[0].ambiguous_with == [("b",)]
+    assert found[0].ambiguous_with == (("b",),)
 
 
 def test_unknown_takes_its_share():
