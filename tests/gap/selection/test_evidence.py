@@ -1,13 +1,14 @@
 """Prior probabilities of hypotheses."""
 
 import numpy as np
+from deepsea_cosim.gap.estimation.fit import Fit
 from deepsea_cosim.gap.problem.parameters import EffectCandidate, EstimatedParameter
 from deepsea_cosim.gap.selection.evidence import prior
 from deepsea_cosim.gap.selection.hypothesis import Hypothesis
 
 from tests.gap.formula import FormulaProblem, one_channel
 
-from .test_posterior import FIT
+FIT = Fit((), *[np.zeros(0)] * 4, 0, np.zeros(0), np.zeros(0), 1.0)
 
 
 def test_prior_of_one_sensors_effect_in_two_channels():
