@@ -10,7 +10,7 @@ from deepsea_cosim.gap.diagnose import diagnose
 from deepsea_cosim.gap.estimation.nuisances import usual_bias
 from deepsea_cosim.gap.pipeline.holdout import pose_holdout
 from deepsea_cosim.gap.problem.build import build_problem
-from deepsea_cosim.gap.result.diagnosis import make
+from deepsea_cosim.gap.result.document import document
 from deepsea_cosim.master.pool import Pool
 
 from tests.gap.oscillator import STOP, campaign, measure
@@ -36,10 +36,10 @@ def uneven(toys, tmp_path):
 
 def test_a_channel_that_the_held_out_run_lacks(uneven):
     d = diagnose(read(uneven), processes=1)
-    data = make(d)
-    assert data["causes"][0]["effects"] == ["cubic_spring"]
-    assert set(data["gap"]["per_channel"]) == {"o.x"}
-    assert data["gap"]["after"] < 1.3
+    data = document(d)
+    assert data["hypotheses"][0]["effects"] == ["cubic_spring"]
+    assert set(data["budget"]["per_channel"]) == {"o.x"}
+    assert data["budget"]["explained"] < 1.3
     holdout, problem = d.state.holdout, d.state.problem
     fit = d.state.chosen.hypothesis.fit
     moved = replace(fit, nuisances=fit.nuisances + np.eye(len(fit.nuisances))[0])
