@@ -27,6 +27,11 @@ class NoiseSettings:
     """Timing that nobody guarantees, in sample intervals: it enters the noise with the slope of the signal."""
     smoothing: float = 0.05
     """Time over which slopes and step errors are averaged when they widen the noise [s]."""
+    step_error_share: float = 0.5
+    """Macro step's error, in a channel's noise, by which most of its readings may be widened at most (12 % in all):
+    what the step changes beyond that is no noise, and is told."""
+    step_error_quantile: float = 0.75
+    """Share of a channel's readings that are most of them."""
     least_share: float = 0.2
     """Share of an estimated noise that is kept whatever the model itself would be estimated to have."""
     swing_evidence: float = 3.0
