@@ -3,15 +3,7 @@
 import numpy as np
 import pytest
 from deepsea_cosim.gap.selection.calibration import Calibration
-from deepsea_cosim.gap.selection.posterior import (
-    SUREST,
-    Evidence,
-    inclusion,
-    inclusion_features,
-    inclusions,
-    temper,
-    weigh,
-)
+from deepsea_cosim.gap.selection.posterior import Evidence, inclusion, inclusion_features, inclusions, temper, weigh
 from deepsea_cosim.gap.settings import PosteriorSettings
 
 READINGS = 5000
@@ -90,7 +82,7 @@ def test_an_effect_is_in_all_hypotheses_that_contain_it():
 def test_inclusion_grows_with_the_evidence(calibration):
     found = [included("a", {(): 8.0, ("a",): e, ("b",): 4.0}, calibration) for e in (7.0, 5.0, 3.0, 1.0, 0.1)]
     assert found == sorted(found)
-    assert found[0] < 0.3 < 0.5 < found[-1] <= SUREST
+    assert found[0] < 0.3 < 0.5 < found[-1] <= PosteriorSettings.surest
     dear = [included("a", {(): 8.0, ("a",): 1.0, ("b",): 4.0}, calibration, price) for price in (0.0, 10.0, 40.0)]
     assert dear == sorted(dear, reverse=True)
 
