@@ -176,6 +176,8 @@ class EvidenceSettings:
     """Structured energy beyond chance, per reading, with which nothing is left to explain."""
     chance: float = 1.5
     """Standard deviations of the energy that noise shares by chance which are no evidence."""
+    deviance_readings: float = 150.0
+    """Readings that count in the penalised deviance by which the greedy search ranks fits until they are judged."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -193,6 +195,10 @@ class PosteriorSettings:
     explanation (inches declared as mm were "94 % sure" so)."""
     unfinished: float = 0.3
     """Odds of all effects are multiplied by it when the search was cut off."""
+    least: float = 1e-6
+    """Of a raw probability and of its complement, so that its odds are finite."""
+    surest: float = 0.99
+    """Of a calibrated probability: among the surest 2 to 3 in 100 were wrong."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -345,6 +351,18 @@ class Settings:
         """All values by name, for a result; JSON has no infinity."""
         made = asdict(self)
         return {name: {key: _finite(value) for key, value in values.items()} for name, values in made.items()}
+
+
+@dataclass(frozen=True, kw_only=True)
+class SyntheticSettings:
+    """Synthetic campaigns; no part of a diagnosis."""
+
+    rate: float = 100.0
+    """Samples a second unless a run says otherwise [1/s]."""
+    step: float = 0.25e-3
+    """Macro step of the finer of the two runs from which that of no macro step is extrapolated [s]."""
+    max_samples: float = 1e7
+    """Samples of a run above which a rate or a time is taken for a mistake."""
 
 
 def _finite(value: Any) -> Any:

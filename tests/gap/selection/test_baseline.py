@@ -1,25 +1,19 @@
 """The refit of the base parameters where the way to the data is not straight."""
 
-from types import SimpleNamespace
-
 import numpy as np
-from deepsea_cosim.gap.estimation.gauss_newton import nuisance_columns
-from deepsea_cosim.gap.problem.observations import gather
-from deepsea_cosim.gap.problem.problem import EstimatedParameter
-from deepsea_cosim.gap.selection.pipeline import _refit
+from deepsea_cosim.gap.estimation.nuisances import nuisance_columns
+from deepsea_cosim.gap.problem.parameters import EstimatedParameter
+from deepsea_cosim.gap.selection.baseline import refit_base
+
+from tests.gap.formula import FormulaProblem, at_any_step, measured
 
 T = np.linspace(0.0, 10.0, 800)
-NOISE = 0.01
 BASE = tuple(EstimatedParameter(name, "base", 1.0, 0.05, -1.0, 1.0, 0.6) for name in "ab")
 
 
 def refit(machine, truth):
-    y = machine(truth) + np.random.default_rng(0).normal(0.0, NOISE, len(T))
-    observations = gather([(0, 0, "m.x", T, y, NOISE, None, True)])
-    p = SimpleNamespace(observations=observations, runs=[0], difference=1e-4, smooth={}, hurry=lambda: False, base=BASE, factor=1)
-    p.evaluate = lambda points: [machine(q) for q in points]
-    p.answer = lambda a, b: (p.evaluate(a), p.evaluate(b))
-    return _refit(p, nuisance_columns(p, machine({"a": 0.0, "b": 0.0}))).fit
+    p = FormulaProblem(at_any_step(machine), measured(machine, truth, T), BASE)
+    return refit_base(p, nuisance_columns(p, machine({"a": 0.0, "b": 0.0}))).fit
 
 
 def test_a_swing_is_no_wall():

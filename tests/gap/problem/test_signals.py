@@ -1,6 +1,8 @@
+"""Smoothing of measured signals."""
+
 import numpy as np
 import pytest
-from deepsea_cosim.gap.analysis.component_replay import smooth
+from deepsea_cosim.gap.problem.signals import smooth
 
 
 def test_smoothing_keeps_straight_lines_and_their_slope():

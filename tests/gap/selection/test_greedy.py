@@ -1,18 +1,21 @@
 """Steps of the search on formulas, so that the answer is known."""
 
-from types import SimpleNamespace
+from dataclasses import replace
 
 import numpy as np
 import pytest
-from deepsea_cosim.gap.estimation.gauss_newton import WIDE, fit, nuisance_columns, run_fit
-from deepsea_cosim.gap.problem.observations import gather
-from deepsea_cosim.gap.problem.problem import EffectCandidate, EstimatedParameter
-from deepsea_cosim.gap.selection import greedy as search
-from deepsea_cosim.gap.selection.greedy import Hypothesis
-from deepsea_cosim.gap.selection.pipeline import _pairs
+from deepsea_cosim.gap.estimation.gauss_newton import fit
+from deepsea_cosim.gap.estimation.nuisances import nuisance_columns
+from deepsea_cosim.gap.estimation.scheduler import run_fit
+from deepsea_cosim.gap.problem.parameters import EffectCandidate, EstimatedParameter
+from deepsea_cosim.gap.selection.greedy import HARDLY, QUICK, drop_effect
+from deepsea_cosim.gap.selection.greedy_screening import MUCH, screen_effects
+from deepsea_cosim.gap.selection.greedy_stages import fit_pairs
+from deepsea_cosim.gap.selection.hypothesis import Hypothesis
+
+from tests.gap.formula import FormulaProblem, at_any_step, measured
 
 T = np.linspace(0.0, 10.0, 800)
-NOISE = 0.01
 BASE = (EstimatedParameter("a", "base", 1.0, 0.05, -1.0, 1.0, 0.6),)
 
 
@@ -21,12 +24,7 @@ def effect(name):
 
 
 def problem(machine, truth, candidates):
-    y = machine(truth) + np.random.default_rng(0).normal(0.0, NOISE, len(T))
-    observations = gather([(0, 0, "m.x", T, y, NOISE, None, True)])
-    p = SimpleNamespace(observations=observations, runs=[0], difference=1e-4, smooth={}, hurry=lambda: False, base=BASE, factor=1)
-    p.candidates = candidates
-    p.evaluate = p.exact = lambda points: [machine(q) for q in points]
-    p.answer = lambda a, b: (p.evaluate(a), p.exact(b))
+    p = FormulaProblem(at_any_step(machine), measured(machine, truth, T), BASE, candidates)
     return p, nuisance_columns(p, machine({}))
 
 
@@ -46,22 +44,27 @@ def test_an_effect_that_is_hardly_there_gives_way_to_a_base_parameter_that_does_
     p, nuisance_jacobian = problem(machine, {"a": 0.3}, (leak,))
     winner = fitted(p, nuisance_jacobian, (leak,), [0.0, 0.02])
     assert winner.fit.rms < 1.1
-    assert winner.fit.normalised[1] < search.HARDLY
+    assert winner.fit.normalised[1] < HARDLY
     assert fitted(p, nuisance_jacobian, (), [winner.fit.normalised[0]]).fit.rms > 2.0
-    left = search.drop_effect(p, winner, leak, nuisance_jacobian, search.QUICK)
+    left = drop_effect(p, winner, leak, nuisance_jacobian, QUICK)
     assert left.candidates == ()
     assert left.fit.rms < 1.1
 
 
 def test_without_a_large_effect_nothing_else_is_tried():
     leak = effect("leak")
-    p, nuisance_jacobian = problem(lambda p: np.sin(T) + 0.3 * p.get("leak", 0.0) * np.cos(3.0 * T), {"leak": 1.0}, (leak,))
+
+    def machine(p):
+        return np.sin(T) + 0.3 * p.get("leak", 0.0) * np.cos(3.0 * T)
+
+    p, nuisance_jacobian = problem(machine, {"leak": 1.0}, (leak,))
     winner = fitted(p, nuisance_jacobian, (leak,), [0.0, 0.5])
-    points = []
-    p.evaluate = lambda q: points.extend(q) or [np.sin(T) for _ in q]
-    search.drop_effect(p, winner, leak, nuisance_jacobian, search.QUICK)
+    still = replace(p, model=lambda point, step: np.sin(T), asked=[])
+    drop_effect(still, winner, leak, nuisance_jacobian, QUICK)
+    points = [point for coarse, exact in still.asked for point in (*coarse, *exact)]
     assert points
-    assert all(abs(q["a"] - winner.fit.normalised[0]) <= WIDE for q in points)
+    wide = p.settings.fit.wide_step
+    assert all(abs(point["a"] - winner.fit.normalised[0]) <= wide for point in points)
 
 
 def test_a_second_effect_that_shows_only_beside_the_first_is_found():
@@ -75,9 +78,10 @@ def test_a_second_effect_that_shows_only_beside_the_first_is_found():
 
     p, nuisance_jacobian = problem(machine, {"line": 3.0, "valve": 2.0}, candidates)
     baseline, single = fitted(p, nuisance_jacobian, (), [0.0]), fitted(p, nuisance_jacobian, (line,), [0.0, 1.0])
-    assert baseline.fit.rms > search.MUCH
-    found = search.screen_effects(p, baseline.fit, nuisance_jacobian)
+    assert baseline.fit.rms > MUCH
+    found = screen_effects(p, baseline.fit, nuisance_jacobian)
     assert not any(s.label == "valve" and s.gain > 0.01 for s in found)
-    best = min(_pairs(p, baseline, [single], found, nuisance_jacobian), key=lambda h: h.penalised_deviance)
+    pairs = fit_pairs(p, baseline, [single], found, nuisance_jacobian)
+    best = min(pairs, key=lambda h: h.penalised_deviance)
     assert best.ids == ("line", "valve")
     assert best.fit.point["valve"] == pytest.approx(2.0, rel=0.05)

@@ -7,13 +7,13 @@ import pytest
 from deepsea_cosim.gap.campaign import catalogue
 from deepsea_cosim.gap.campaign.read import CampaignError, read
 from deepsea_cosim.gap.diagnose import diagnose
-from deepsea_cosim.gap.estimation.gauss_newton import bias
-from deepsea_cosim.gap.problem.problem import build_problem
-from deepsea_cosim.gap.result.diagnosis import make
-from deepsea_cosim.gap.selection.pipeline import pose_holdout
+from deepsea_cosim.gap.estimation.nuisances import usual_bias
+from deepsea_cosim.gap.pipeline.holdout import pose_holdout
+from deepsea_cosim.gap.problem.build import build_problem
+from deepsea_cosim.gap.result.document import document
 from deepsea_cosim.master.pool import Pool
 
-from .oscillator import STOP, campaign, measure
+from tests.gap.oscillator import STOP, campaign, measure
 
 SPEED = '[[channel]]\ncolumn = "v"\nconnector = "o.v"\nunit = "m/s"\nnoise_std = 0.02\n'
 
@@ -36,17 +36,17 @@ def uneven(toys, tmp_path):
 
 def test_a_channel_that_the_held_out_run_lacks(uneven):
     d = diagnose(read(uneven), processes=1)
-    data = make(d)
-    assert data["causes"][0]["effects"] == ["cubic_spring"]
-    assert set(data["gap"]["per_channel"]) == {"o.x"}
-    assert data["gap"]["after"] < 1.3
-    study = d.study
-    fit = d.chosen.hypothesis.fit
-    moved = replace(fit, q=fit.nuisances + np.eye(len(fit.nuisances))[0])
-    shift = study.holdout.after(moved, study.problem) - study.holdout.after(fit, study.problem)
-    x = study.holdout.problem.observations
+    data = document(d)
+    assert data["hypotheses"][0]["effects"] == ["cubic_spring"]
+    assert set(data["budget"]["per_channel"]) == {"o.x"}
+    assert data["budget"]["explained"] < 1.3
+    holdout, problem = d.state.holdout, d.state.problem
+    fit = d.state.chosen.hypothesis.fit
+    moved = replace(fit, nuisances=fit.nuisances + np.eye(len(fit.nuisances))[0])
+    shift = holdout.after(moved, problem) - holdout.after(fit, problem)
+    x = holdout.problem.observations
     # the sensor is the one of the learned runs, whose span says what its usual bias is; the clock takes next to nothing
-    assert np.median(-shift * x.noise_std) == pytest.approx(bias(study.problem, 0), rel=0.05)
+    assert np.median(-shift * x.noise_std) == pytest.approx(usual_bias(problem, 0), rel=0.05)
 
 
 def test_a_mark_for_a_missing_value_in_a_held_out_run(uneven):

@@ -1,3 +1,5 @@
+"""What a channel reads of a signal."""
+
 import numpy as np
 import pytest
 from deepsea_cosim.gap.problem.sensors import Sensor, first_order_lag
