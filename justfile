@@ -25,6 +25,10 @@ test-slow:
 lint:
     .venv/bin/ruff check .
 
+# types, strictly, of the packages named in pyproject.toml
+types:
+    .venv/bin/python .ci/types.py
+
 # speed and accuracy
 bench: build
     .venv/bin/python benchmarks/deepsea.py build

@@ -12,6 +12,7 @@ CosimError
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from difflib import get_close_matches
 
 
@@ -56,7 +57,7 @@ def install(extra: str) -> str:
     return f'pip install ".[{extra}]" in the clone of deepsea-cosim'
 
 
-def did_you_mean(name: str, known: list[str] | tuple[str, ...]) -> str:
+def did_you_mean(name: str, known: Sequence[str]) -> str:
     """A hint `; did you mean 'x'?` with the nearest of the known names, or an empty string."""
     close = get_close_matches(name, known, n=1, cutoff=0.6)
     return f"; did you mean '{close[0]}'?" if close else ""

@@ -67,7 +67,7 @@ class Tables:
 
     def file(self, table: dict[str, Any], where: str, key: str, folder: Path) -> Path:
         """A path, relative to a folder."""
-        name = self.get(table, where, key, str)
+        name: str = self.get(table, where, key, str)
         if "\0" in name or not name.strip():
             raise self.error(f"{where}: '{key}' = {name!r} is not the name of a file")
         return folder / name

@@ -61,7 +61,8 @@ def _parse(text: str) -> tuple[float, dict[str, int]] | None:
         return None  # a.b/c.d leaves open what d is
     if "/" in below:
         return None
-    factor, powers = 1.0, {}
+    factor = 1.0
+    powers: dict[str, int] = {}
     for part, sign in ((above, 1), (below, -1)):
         for operand in part.split(".") if part else ([] if sign < 0 and not slash else [""]):
             found = _operand(operand)

@@ -55,10 +55,18 @@ def _unit(name: str, factor: float = 1.0, offset: float = 0.0, **exponents: int)
     return Unit(name, {b: exponents[b] for b in BASE if exponents.get(b)}, factor, offset)
 
 
-TURNS = ("Hz", "kHz", "rev/s", "rev/min", "r/min", "rpm", "m3/rev", "mL/rev")
+TURNS = ("Hz", "kHz", "rev/s", "rev/min", "r/min", "rpm", "m3/rev", "mL/rev", "cm3/rev", "in3/rev")
 """Units of the table that count turns."""
 
+INCH, FOOT, POUND, US_GALLON = 0.0254, 0.3048, 0.45359237, 3.785411784e-3
+"""International inch [m], foot [m] and pound [kg], exact since 1959; the gallon of the United States [m3]."""
+
+POUND_FORCE = POUND * 9.80665
+"""Weight of a pound in standard gravity [N]."""
+
 _PRESSURE = {"kg": 1, "m": -1, "s": -2}
+_FORCE = {"kg": 1, "m": 1, "s": -2}
+_TORQUE = {"kg": 1, "m": 2, "s": -2}
 _FLOW = {"m": 3, "s": -1}
 
 UNITS: dict[str, Unit] = {
@@ -70,9 +78,14 @@ UNITS: dict[str, Unit] = {
         _unit("mm", 1e-3, m=1),
         _unit("cm", 1e-2, m=1),
         _unit("km", 1e3, m=1),
+        _unit("um", 1e-6, m=1),
+        *(_unit(name, INCH, m=1) for name in ("in", "inch")),
+        _unit("ft", FOOT, m=1),
         _unit("s", s=1),
         _unit("ms", 1e-3, s=1),
+        _unit("us", 1e-6, s=1),
         _unit("min", 60.0, s=1),
+        _unit("h", 3600.0, s=1),
         _unit("Hz", s=-1),
         _unit("kHz", 1e3, s=-1),
         _unit("1/s", s=-1),
@@ -82,32 +95,48 @@ UNITS: dict[str, Unit] = {
         _unit("kg", kg=1),
         _unit("g", 1e-3, kg=1),
         _unit("t", 1e3, kg=1),
+        _unit("lb", POUND, kg=1),
         _unit("kg/m3", kg=1, m=-3),
         _unit("kg.m2", kg=1, m=2),
         _unit("m/s", m=1, s=-1),
         _unit("mm/s", 1e-3, m=1, s=-1),
+        _unit("cm/s", 1e-2, m=1, s=-1),
+        *(_unit(name, INCH, m=1, s=-1) for name in ("in/s", "inch/s")),
+        _unit("in/min", INCH / 60, m=1, s=-1),
+        _unit("ft/s", FOOT, m=1, s=-1),
+        _unit("ft/min", FOOT / 60, m=1, s=-1),
         _unit("m/s2", m=1, s=-2),
+        _unit("ft/s2", FOOT, m=1, s=-2),
         _unit("rad", rad=1),
         _unit("deg", pi / 180, rad=1),
         _unit("rad/s", rad=1, s=-1),
         _unit("deg/s", pi / 180, rad=1, s=-1),
         _unit("rad/s2", rad=1, s=-2),
-        _unit("N", kg=1, m=1, s=-2),
-        _unit("kN", 1e3, kg=1, m=1, s=-2),
-        _unit("N.m", kg=1, m=2, s=-2),
+        _unit("N", **_FORCE),
+        _unit("kN", 1e3, **_FORCE),
+        _unit("lbf", POUND_FORCE, **_FORCE),
+        _unit("kgf", 9.80665, **_FORCE),
+        _unit("N.m", **_TORQUE),
+        *(_unit(name, POUND_FORCE * FOOT, **_TORQUE) for name in ("lbf.ft", "ft.lbf")),
+        *(_unit(name, POUND_FORCE * INCH, **_TORQUE) for name in ("lbf.in", "in.lbf")),
         _unit("N/m", kg=1, s=-2),
         _unit("N/mm", 1e3, kg=1, s=-2),
+        _unit("lbf/in", POUND_FORCE / INCH, kg=1, s=-2),
+        _unit("lbf/ft", POUND_FORCE / FOOT, kg=1, s=-2),
         _unit("N.s/m", kg=1, s=-1),
         _unit("N.m.s/rad", kg=1, m=2, s=-1, rad=-1),
         _unit("J", kg=1, m=2, s=-2),
         _unit("W", kg=1, m=2, s=-3),
         _unit("kW", 1e3, kg=1, m=2, s=-3),
+        _unit("hp", 550 * FOOT * POUND_FORCE, kg=1, m=2, s=-3),
         _unit("Pa", **_PRESSURE),
         _unit("kPa", 1e3, **_PRESSURE),
         _unit("MPa", 1e6, **_PRESSURE),
         _unit("GPa", 1e9, **_PRESSURE),
         _unit("bar", 1e5, **_PRESSURE),
+        _unit("mbar", 1e2, **_PRESSURE),
         _unit("psi", 6894.757293168361, **_PRESSURE),
+        _unit("ksi", 6894757.293168361, **_PRESSURE),
         _unit("1/Pa", kg=-1, m=1, s=2),
         _unit("Pa.s/m3", kg=1, m=-4, s=-1),
         _unit("m2/s", m=2, s=-1),
@@ -115,14 +144,26 @@ UNITS: dict[str, Unit] = {
         _unit("Pa.s", kg=1, m=-1, s=-1),
         _unit("m2", m=2),
         _unit("mm2", 1e-6, m=2),
+        _unit("cm2", 1e-4, m=2),
+        _unit("in2", INCH**2, m=2),
+        _unit("ft2", FOOT**2, m=2),
         _unit("m3", m=3),
-        _unit("L", 1e-3, m=3),
-        _unit("mL", 1e-6, m=3),
+        *(_unit(name, 1e-3, m=3) for name in ("L", "l")),
+        *(_unit(name, 1e-6, m=3) for name in ("mL", "ml", "cm3")),
+        _unit("in3", INCH**3, m=3),
+        _unit("ft3", FOOT**3, m=3),
+        _unit("gal", US_GALLON, m=3),
         _unit("m3/rev", m=3),
-        _unit("mL/rev", 1e-6, m=3),
+        *(_unit(name, 1e-6, m=3) for name in ("mL/rev", "cm3/rev")),
+        _unit("in3/rev", INCH**3, m=3),
         _unit("m3/s", **_FLOW),
-        _unit("L/s", 1e-3, **_FLOW),
-        _unit("L/min", 1e-3 / 60, **_FLOW),
+        _unit("m3/h", 1 / 3600, **_FLOW),
+        *(_unit(name, 1e-3, **_FLOW) for name in ("L/s", "l/s")),
+        *(_unit(name, 1e-3 / 60, **_FLOW) for name in ("L/min", "l/min")),
+        _unit("cm3/s", 1e-6, **_FLOW),
+        _unit("in3/s", INCH**3, **_FLOW),
+        _unit("in3/min", INCH**3 / 60, **_FLOW),
+        *(_unit(name, US_GALLON / 60, **_FLOW) for name in ("gal/min", "gpm")),
         _unit("m3/(s.Pa)", kg=-1, m=4, s=1),
         _unit("A", A=1),
         _unit("mA", 1e-3, A=1),
@@ -130,9 +171,11 @@ UNITS: dict[str, Unit] = {
         _unit("mA/s", 1e-3, A=1, s=-1),
         _unit("A.s", A=1, s=1),
         _unit("mA.s", 1e-3, A=1, s=1),
+        _unit("mV", 1e-3, kg=1, m=2, s=-3, A=-1),
         _unit("V", kg=1, m=2, s=-3, A=-1),
         _unit("K", K=1),
         _unit("degC", 1.0, 273.15, K=1),
+        _unit("degF", 5 / 9, 459.67 * 5 / 9, K=1),
     )
 }
 

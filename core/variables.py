@@ -57,6 +57,8 @@ class Variable:
 class VariableTable(tuple[Variable, ...]):
     """The variables of one FMU in the order of their value references."""
 
+    _index: dict[str, int]
+
     def __new__(cls, variables: Iterable[Variable]) -> VariableTable:
         table = super().__new__(cls, tuple(variables))
         names = [v.name for v in table]
@@ -85,7 +87,7 @@ class VariableTable(tuple[Variable, ...]):
 
     def defaults(self) -> dict[str, float]:
         """Start value of every parameter."""
-        return {v.name: v.start for v in self.of("parameter")}
+        return {v.name: v.start for v in self.of("parameter") if v.start is not None}
 
     def parameters(self, changed: Mapping[str, float] | None = None) -> dict[str, float]:
         """The parameters with `changed` applied; each is checked against its range."""

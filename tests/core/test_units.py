@@ -34,3 +34,40 @@ def test_unknown_unit_names_the_nearest():
 def test_other_quantity_is_refused():
     with pytest.raises(UsageError, match="different quantities"):
         convert(1.0, "N", "Pa")
+
+
+@pytest.mark.parametrize(
+    ("value", "source", "target", "expected"),
+    [
+        (10.0, "in", "mm", 254.0),
+        (1.0, "inch", "in", 1.0),
+        (3.0, "ft", "in", 36.0),
+        (1.0, "ft/s", "in/s", 12.0),
+        (60.0, "in/min", "mm/s", 25.4),
+        (3000.0, "psi", "bar", 206.84271879504),
+        (1.0, "ksi", "psi", 1000.0),
+        (1.0, "gal/min", "L/min", 3.785411784),
+        (1.0, "gpm", "gal/min", 1.0),
+        (231.0, "in3", "gal", 1.0),
+        (231.0, "in3/min", "gpm", 1.0),
+        (1.0, "in3/s", "cm3/s", 16.387064),
+        (1.0, "in3/rev", "cm3/rev", 16.387064),
+        (1.0, "lbf", "N", 4.4482216152605),
+        (1.0, "lbf.ft", "N.m", 1.3558179483314004),
+        (12.0, "lbf.in", "ft.lbf", 1.0),
+        (1.0, "lb", "kg", 0.45359237),
+        (1.0, "hp", "W", 745.6998715822702),
+        (212.0, "degF", "degC", 100.0),
+        (-40.0, "degF", "degC", -40.0),
+        (0.0, "degF", "K", 255.3722222222222),
+        (1.0, "lbf/in", "N/m", 175.12683524647636),
+        (3.6, "m3/h", "L/s", 1.0),
+    ],
+)
+def test_inch_pound_units(value, source, target, expected):
+    """Expected values from NIST Special Publication 811, appendix B."""
+    assert convert(value, source, target) == pytest.approx(expected, rel=1e-13, abs=1e-11)
+
+
+def test_pound_and_inch_pressures_agree():
+    assert UNITS["psi"].factor == pytest.approx(UNITS["lbf"].factor / UNITS["in2"].factor, rel=1e-14)
