@@ -7,8 +7,14 @@ from __future__ import annotations
 
 from dataclasses import dataclass, field
 from math import pi
+from typing import TYPE_CHECKING, Any, TypeVar
 
 from .errors import UsageError, did_you_mean
+
+if TYPE_CHECKING:
+    import numpy as np
+
+Value = TypeVar("Value", float, "np.ndarray[Any, np.dtype[np.float64]]")
 
 BASE = ("kg", "m", "s", "A", "K", "mol", "cd", "rad")
 """The base units of FMI 2.0 and SSP 1.0, in the order of the standards."""
@@ -212,7 +218,7 @@ def alike(source: Unit, target: Unit) -> bool:
         return False
 
 
-def convert(value: float, source: str, target: str) -> float:
+def convert(value: Value, source: str, target: str) -> Value:
     """`value` in unit `source` expressed in unit `target` (scalars and arrays)."""
     a, b = unit(source), unit(target)
     if not a.same_dimension(b):

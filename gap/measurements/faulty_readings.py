@@ -12,7 +12,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from .fault_settings import FaultSettings
+from ..settings import FaultSettings
 from .glitches import Scale, Stretch, dropout_candidates, glitch_candidates
 from .machine_events import has_event, kinks
 from .stuck_sensor import constant_stretches, is_stuck_in_motion, is_stuck_in_noise, leaves_with_a_jump
@@ -22,9 +22,6 @@ Mask = NDArray[np.bool_]
 
 FEWEST = 30
 """Readings below which nothing is said about a channel."""
-
-MOVES = 0.02
-"""Share of its span that a channel moves where the machine does not rest."""
 
 
 @dataclass(frozen=True)
@@ -39,6 +36,10 @@ class FaultyReadings:
     def any(self) -> Mask:
         """Those of any kind (n,)."""
         return np.asarray(self.glitches | self.dropouts | self.stuck)
+
+    def without(self, kept: Mask) -> FaultyReadings:
+        """The same where `kept` (n,) is not true."""
+        return FaultyReadings(self.glitches & ~kept, self.dropouts & ~kept, self.stuck & ~kept)
 
     def counts(self) -> dict[str, int]:
         """Number of readings by kind, of kinds that there are."""
@@ -85,7 +86,7 @@ def _prepare(t: FloatArray, y: FloatArray, settings: FaultSettings) -> _Channel:
     dropouts = [s for s in dropout_candidates(t, y, scale, settings) if not taken[s.first - 1 : s.last + 1].any()]
     good = ~(taken | _mask(len(y), dropouts))
     filled = np.interp(t, t[good], y[good])
-    return _Channel(t, y, scale, kinks(t, filled, settings.event_window), glitches, dropouts)
+    return _Channel(t, y, scale, kinks(t, filled, settings), glitches, dropouts)
 
 
 def _judge(channels: Mapping[str, _Channel], name: str, settings: FaultSettings) -> FaultyReadings:
@@ -118,16 +119,16 @@ def _is_stuck(channels: Mapping[str, _Channel], name: str, stretch: Stretch, set
     own = channels[name]
     if is_stuck_in_motion(own.t, own.y, stretch, own.scale, settings):
         return True
-    if not is_stuck_in_noise(own.y, stretch, own.scale):
+    if not is_stuck_in_noise(own.y, stretch, own.scale, settings):
         return False
     begin, end = own.t[stretch.first], own.t[stretch.last - 1]
-    others = (_moves(c, begin, end) for other, c in channels.items() if other != name)
+    others = (_moves(c, begin, end, settings) for other, c in channels.items() if other != name)
     return leaves_with_a_jump(own.y, stretch, own.scale) or any(others)
 
 
-def _moves(c: _Channel, begin: float, end: float) -> bool:
+def _moves(c: _Channel, begin: float, end: float, settings: FaultSettings) -> bool:
     inside = c.y[(c.t >= begin) & (c.t <= end)]
-    return len(inside) > 1 and float(np.ptp(inside)) > max(MOVES * c.scale.span, 10.0 * c.scale.noise)
+    return len(inside) > 1 and float(np.ptp(inside)) > max(settings.rests_within * c.scale.span, 10.0 * c.scale.noise)
 
 
 def _mask(n: int, stretches: list[Stretch]) -> Mask:

@@ -7,7 +7,7 @@ from itertools import pairwise
 
 import numpy as np
 
-from .fault_settings import FaultSettings
+from ..settings import FaultSettings
 from .table import FloatArray
 
 

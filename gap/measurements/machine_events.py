@@ -4,26 +4,17 @@ from __future__ import annotations
 
 import numpy as np
 
-from .fault_settings import FaultSettings
+from ..settings import FaultSettings
 from .table import FloatArray
 
-VICINITY = 60
-"""Samples on each side over which the usual kink of a channel is taken."""
 
-AT = 2
-"""Samples by which a kink may be off: it is where the two lines fit least."""
-
-HOLE = 3.0
-"""Usual intervals that readings may be apart; beyond, nothing is said of what the channel did meanwhile."""
-
-
-def kinks(t: FloatArray, y: FloatArray, window: int) -> FloatArray:
+def kinks(t: FloatArray, y: FloatArray, settings: FaultSettings) -> FloatArray:
     """How much the course of readings y (n,) at times t (n,) changes before each of them (n,) [unit of y].
 
-    The larger of the jump between the straight lines through the `window` readings before and after, and of the
-    difference of their slopes times `window`. Near the ends, and where readings are missing, 0.
+    The larger of the jump between the straight lines through the readings of a window before and after, and of the
+    difference of their slopes times its length. Near the ends, and where readings are missing, 0.
     """
-    n, w = len(y), window
+    n, w = len(y), settings.event_window
     made = np.zeros(n)
     if n < 2 * w + 1:
         return made
@@ -35,17 +26,18 @@ def kinks(t: FloatArray, y: FloatArray, window: int) -> FloatArray:
     ahead = w / 2.0  # from a window's middle to the middle between both
     jump = np.abs(mean[after] - slope[after] * ahead - (mean[before] + slope[before] * ahead))
     made[w : n - w + 1] = np.maximum(jump, np.abs(slope[after] - slope[before]) * w)
-    for hole in np.flatnonzero(np.diff(t) > HOLE * np.median(np.diff(t))):
+    for hole in np.flatnonzero(np.diff(t) > settings.hole * np.median(np.diff(t))):
         made[max(hole + 2 - w, 0) : hole + 1 + w] = 0.0
     return made
 
 
 def has_event(kink: FloatArray, k: int, noise: float, settings: FaultSettings) -> bool:
     """Whether the course of a channel changes unusually at its sample k, and most just there; `noise` in its unit."""
-    near = kink[max(k - AT, 0) : k + AT + 1]
+    at, vicinity = settings.event_at, settings.event_vicinity
+    near = kink[max(k - at, 0) : k + at + 1]
     if not len(near):
         return False
-    around = np.r_[kink[max(k - VICINITY, 0) : max(k - 10, 0)], kink[k + 10 : k + VICINITY]]
+    around = np.r_[kink[max(k - vicinity, 0) : max(k - 10, 0)], kink[k + 10 : k + vicinity]]
     usual = float(np.median(around)) if len(around) else 0.0
     w = settings.event_window
     is_peak = float(near.max()) >= 0.8 * float(kink[max(k - w, 0) : k + w + 1].max())

@@ -6,28 +6,9 @@ from itertools import pairwise
 
 import numpy as np
 
-from .fault_settings import FaultSettings
+from ..settings import FaultSettings
 from .glitches import Scale, Stretch
 from .table import FloatArray
-
-RESTLESS = 0.3
-"""Share of readings that turn round; of white noise it is two thirds, of a smooth course next to none."""
-
-SELDOM = 0.3
-"""Share of readings that equal the next one, where noise is at least as large as the converter's step."""
-
-NEAR = 30
-"""Samples before and after a stretch that tell whether the channel is noisy there."""
-
-SAME_COURSE = (0.5, 1.6)
-"""Least and largest jump at the end of a stuck stretch, as a share of what the speeds before and after foretell."""
-
-JUMP_OVER_STEPS = 5.0
-"""Times the usual change from sample to sample that this jump is at least."""
-
-
-MOVING = 5.0
-"""Noise and steps of the converter that the channel travels just before and after, where it moves."""
 
 
 def constant_stretches(t: FloatArray, y: FloatArray, settings: FaultSettings) -> list[Stretch]:
@@ -40,24 +21,26 @@ def constant_stretches(t: FloatArray, y: FloatArray, settings: FaultSettings) ->
     ]
 
 
-def is_stuck_in_noise(y: FloatArray, stretch: Stretch, scale: Scale) -> bool:
+def is_stuck_in_noise(y: FloatArray, stretch: Stretch, scale: Scale, settings: FaultSettings) -> bool:
     """Whether noise of several steps of the converter before and after is missing in the stretch.
 
     A reading at either end of the channel's range is one that cannot go further, and no stuck sensor.
     """
-    sides = (y[max(stretch.first - NEAR, 0) : stretch.first], y[stretch.last : stretch.last + NEAR])
+    near = settings.stuck_vicinity
+    sides = (y[max(stretch.first - near, 0) : stretch.first], y[stretch.last : stretch.last + near])
     value = y[stretch.first]
     margin = 0.01 * scale.span
     if not y.min() + margin < value < y.max() - margin:
         return False
-    return scale.noise >= 2.0 * scale.resolution and all(_is_noisy(side) for side in sides)
+    return scale.noise >= 2.0 * scale.resolution and all(_is_noisy(side, settings) for side in sides)
 
 
-def _is_noisy(side: FloatArray) -> bool:
-    if len(side) < NEAR // 2:
+def _is_noisy(side: FloatArray, settings: FaultSettings) -> bool:
+    if len(side) < settings.stuck_vicinity // 2:
         return False
     steps = np.diff(side)
-    return bool(np.mean(steps[1:] * steps[:-1] < 0.0) > RESTLESS and np.mean(steps == 0.0) < SELDOM)
+    turns = np.mean(steps[1:] * steps[:-1] < 0.0)
+    return bool(turns > settings.restless and np.mean(steps == 0.0) < settings.seldom_equal)
 
 
 def leaves_with_a_jump(y: FloatArray, stretch: Stretch, scale: Scale) -> bool:
@@ -79,11 +62,11 @@ def is_stuck_in_motion(
     jump = float(y[j] - y[i])
     usual = np.abs(np.r_[np.diff(y[before]), np.diff(y[after])])
     travelled = [abs(v) * float(np.ptp(t[part])) for v, part in zip(speeds, (before, after), strict=True)]
-    if min(travelled) < MOVING * (scale.noise + scale.resolution):
+    if min(travelled) < settings.stuck_moving * (scale.noise + scale.resolution):
         return False
     if speeds[0] * speeds[1] <= 0.0 or min(map(abs, speeds)) < 0.3 * max(map(abs, speeds)):
         return False
     least = max(settings.share_of_span * scale.span, settings.above_resolution * scale.resolution)
-    if abs(jump) <= max(least, JUMP_OVER_STEPS * float(usual.max())):
+    if abs(jump) <= max(least, settings.stuck_jump_over_steps * float(usual.max())):
         return False
-    return SAME_COURSE[0] <= jump / expected <= SAME_COURSE[1]
+    return settings.stuck_jump[0] <= jump / expected <= settings.stuck_jump[1]
