@@ -268,11 +268,17 @@ class SanitySettings:
     wrong_ratio: float = 20.0
     """Times that a channel may move more or less than the model before another unit is the likelier story."""
     doubtful_ratio: float = 3.0
-    """Times from which another unit is tried."""
+    """Times from which another unit is asked about where it explains the channel better: few effects do as much."""
+    possible_ratio: float = 2.0
+    """Times from which it is asked about where it explains the channel much better: inches and centimetres are 2.5."""
     ratio_fits: float = 0.3
     """How near, in its logarithm, the ratio has to be to that of the units."""
     better_share: float = 0.35
-    """Share of the gap that the other unit may leave."""
+    """Share of the gap that the other unit may leave to be better."""
+    much_better_share: float = 0.2
+    """The same to be much better."""
+    zero_beyond: float = 5.0
+    """Times the span of a channel that lie between the zeros of two units where no effect can have shifted it so."""
     movement_lost: float = 0.5
     """Share of a channel's movement that the model has to miss for an input or the time to be suspected."""
     movement_found: float = 0.35

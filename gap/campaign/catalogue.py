@@ -255,7 +255,7 @@ def _catalogue(data: dict[str, Any], shown: str) -> Catalogue:
 
     effects = all_of("effect", "id", reader.effect)
     sensors = all_of("sensor", "id", reader.sensor)
-    ids = [e.id for e in (*effects, *sensors)]
+    ids = [*(e.id for e in effects), *(s.id for s in sensors)]
     for id in ids:
         if ids.count(id) > 1:
             raise reader.error(f"{shown}: effect {id}: is listed twice")

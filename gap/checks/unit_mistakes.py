@@ -60,10 +60,16 @@ def _sum(shares: list[float]) -> float:
 
 def _suspect(problem: Problem, k: int, nominal: np.ndarray) -> _Suspect | None:
     """The channel, where the readings move or stand unlike the model as those of another unit would."""
-    settings = problem.settings.sanity
-    c, parts = problem.campaign.outputs[k], [b for b in problem.observations.series if b.channel == k]
+    parts = [b for b in problem.observations.series if b.channel == k]
     if not parts:
         return None
+    channel = problem.campaign.outputs[k]
+    return _of_another_size(problem, channel, parts, nominal) or _of_another_zero(problem, channel, parts, nominal)
+
+
+def _of_another_size(problem: Problem, c: Channel, parts: list[Block], nominal: np.ndarray) -> _Suspect | None:
+    """Where the readings are larger or smaller than the model's by what is between two units."""
+    settings = problem.settings.sanity
     measured = max(np.ptp(b.y) for b in parts)
     noise = max(b.noise_std for b in parts)
     modelled = max(np.ptp(nominal[b.place]) for b in parts)
@@ -75,17 +81,39 @@ def _suspect(problem: Problem, k: int, nominal: np.ndarray) -> _Suspect | None:
     if max(modelled, measured) <= settings.quiet * noise or min(modelled, measured) <= 0.0:
         return None
     ratio, own = measured / modelled, problem.units[c.connector]
-    better = None
-    if not 1.0 / settings.wrong_ratio < ratio < settings.wrong_ratio:
+    size, better = abs(float(np.log(ratio))), None
+    if size > np.log(settings.wrong_ratio):
         better = _likelier(c.unit, ratio, 2.0 * settings.better_share)
-    elif not 1.0 / settings.doubtful_ratio < ratio < settings.doubtful_ratio:
+    elif size > np.log(settings.possible_ratio):
         better = _likelier(c.unit, ratio, settings.ratio_fits)
-        if better and _left(parts, nominal, own, c.unit, better) > settings.better_share * _left(parts, nominal, own):
+        doubtful = size > np.log(settings.doubtful_ratio)
+        share = settings.better_share if doubtful else settings.much_better_share
+        if better and _left(parts, nominal, own, c.unit, better) > share * _left(parts, nominal, own):
             better = None
     if better is None:
         return None
-    shown = [f"{convert(x, own, c.unit):.4g} {c.unit}" for x in (measured, modelled)]
+    shown = [f"{convert(float(x), own, c.unit):.4g} {c.unit}" for x in (measured, modelled)]
     return _Suspect(c, better, f"channel '{c.column}': it {word} {shown[0]} where the model {word} {shown[1]}")
+
+
+def _of_another_zero(problem: Problem, c: Channel, parts: list[Block], nominal: np.ndarray) -> _Suspect | None:
+    """Where the readings stand off the model by what is between the zeros of two units, as of K and degC."""
+    settings, own = problem.settings.sanity, problem.units[c.connector]
+    given = _left(parts, nominal, own)
+    if given <= settings.quiet * max(b.noise_std for b in parts):
+        return None
+    readings = np.concatenate([b.y for b in parts])
+    model = np.concatenate([nominal[b.place] for b in parts])
+    moves = max(float(np.ptp(readings)), float(np.ptp(model)))
+    for other in _others(c.unit):
+        shift = float(np.median(np.abs(_meant(readings, own, c.unit, other.name) - readings)))
+        beyond = shift > settings.zero_beyond * moves
+        share = settings.better_share if beyond else settings.much_better_share / 2.0
+        if other.offset == unit(c.unit).offset or _left(parts, nominal, own, c.unit, other.name) > share * given:
+            continue
+        shown = [f"{convert(float(np.median(x)), own, c.unit):.4g} {c.unit}" for x in (readings, model)]
+        return _Suspect(c, other.name, f"channel '{c.column}': it is at {shown[0]} where the model is at {shown[1]}")
+    return None
 
 
 def _left(parts: list[Block], nominal: np.ndarray, own: str, given: str = "", better: str = "") -> float:
@@ -100,10 +128,10 @@ def _meant(values: np.ndarray, own: str, given: str, better: str) -> np.ndarray:
 
 
 def _others(given: str) -> Iterator[Unit]:
-    """The other units of the same quantity, one of each size."""
-    here, seen = unit(given), set()
-    seen.add((here.factor, here.offset))
-    for u in UNITS.values():
+    """The other units of the same quantity, one of each size; those that are angles too, of an angle, come first."""
+    here = unit(given)
+    seen = {(here.factor, here.offset)}
+    for u in sorted(UNITS.values(), key=lambda u: u.exponents != here.exponents):
         if u.same_dimension(here) and (u.factor, u.offset) not in seen:
             seen.add((u.factor, u.offset))
             yield u

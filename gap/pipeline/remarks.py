@@ -21,7 +21,7 @@ def remarks(state: State) -> list[str]:
 def _base_at_tolerance(state: State) -> list[str]:
     fit = state.chosen.hypothesis.fit
     return [
-        f"{x.name} is at the end of its tolerance of {x.scale:.0%}; it may lie beyond"
+        f"{x.name} is at the end of its tolerance of {x.tolerance_text}; it may lie beyond"
         for x, u in zip(fit.parameters, fit.normalised, strict=True) if x.kind == "base" and abs(u) > 0.999
     ]  # fmt: skip
 

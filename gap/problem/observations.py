@@ -73,6 +73,8 @@ class Block:
     event: EventObservation | None = None
     stated: bool = True
     """The noise is what the campaign says, not what was estimated."""
+    clock_jitter: float | None = None
+    """Standard deviation of the readings' times [s]; None: the usual share of a sample interval."""
 
     @property
     def interval(self) -> float:
@@ -174,11 +176,16 @@ class Observations:
         made, settings = self.without_model_roughness(model), self.settings
         slope, noise = made.slope(model), made.noise_std.copy()
         for b in made.blocks:
-            rough = np.sqrt(_smooth(slope[b.place] ** 2, b.t, settings.smoothing))
             numerical = np.sqrt(_smooth(error[b.place] ** 2, b.t, settings.smoothing))
-            jitter = settings.clock_jitter * b.interval * rough
+            jitter = made.noise_of_jitter(b, slope)
             noise[b.place] = np.sqrt(b.noise_std**2 + jitter**2 + numerical**2)
         return replace(made, noise_std=noise)
+
+    def noise_of_jitter(self, block: Block, slope: np.ndarray) -> np.ndarray:
+        """What the uncertain times of a block's readings make of the slope (n,) of a long vector (its length,)."""
+        rough: np.ndarray = np.sqrt(_smooth(slope[block.place] ** 2, block.t, self.settings.smoothing))
+        usual = self.settings.clock_jitter * block.interval
+        return rough * (usual if block.clock_jitter is None else block.clock_jitter)
 
     def without_model_roughness(self, model: np.ndarray) -> Observations:
         """The same without, in estimated noise, what the same estimate makes of the model, which has no noise."""
@@ -223,6 +230,7 @@ class RawBlock(NamedTuple):
     noise_std: float
     event: EventObservation | None
     stated: bool
+    clock_jitter: float | None = None
 
 
 def gather(blocks: Sequence[RawBlock], settings: NoiseSettings | None = None) -> Observations:
@@ -230,7 +238,10 @@ def gather(blocks: Sequence[RawBlock], settings: NoiseSettings | None = None) ->
     made, place = [], 0
     for b in blocks:
         end = place + len(b.t)
-        made.append(Block(b.run, b.channel, b.connector, b.t, b.y, b.noise_std, slice(place, end), b.event, b.stated))
+        at = slice(place, end)
+        made.append(
+            Block(b.run, b.channel, b.connector, b.t, b.y, b.noise_std, at, b.event, b.stated, b.clock_jitter)
+        )
         place = end
     channels = 1 + max(b.channel for b in made)
     span, level = np.zeros(channels), np.zeros(channels)
