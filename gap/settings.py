@@ -234,6 +234,44 @@ class EvidenceSettings:
 
 
 @dataclass(frozen=True, kw_only=True)
+class PosteriorSettings:
+    """Which probabilities a verdict needs, and what lowers them."""
+
+    plain_energy: float = 0.3
+    """Energy per reading that is plainly left: of more, only its share in the gap tells how sure an effect is."""
+    named: float = 0.5
+    """Inclusion probability from which an effect is named."""
+    sure: float = 0.8
+    """Inclusion probability from which an effect explains a part of the gap."""
+    at_bound: float = 0.2
+    """Odds of an effect whose parameter stands at its bound are multiplied by it: sizes that make no sense are no
+    explanation (inches declared as mm were "94 % sure" so)."""
+    unfinished: float = 0.3
+    """Odds of all effects are multiplied by it when the search was cut off."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class BudgetSettings:
+    """How the gap is divided."""
+
+    alternatives: int = 5
+    """Hypotheses over which shares are averaged."""
+    least_probability: float = 0.03
+    """Probability beside the best one's from which a hypothesis is one of them."""
+    minor: float = 0.05
+    """Share below which a part is minor and in no headline."""
+    bin: float = 0.5
+    """Stretch of time that is drawn together at least in the bootstrap [s]."""
+    draws: int = 400
+    """Draws of the bootstrap."""
+    seed: int = 0
+    """Of the bootstrap."""
+    adequate_excess: float = 0.1
+    """Squared normalised residual above noise and stated scatter with which a gap counts as explained: 5 % in RMS,
+    about how well a noise is known."""
+
+
+@dataclass(frozen=True, kw_only=True)
 class UncertaintySettings:
     """Intervals of parameters and of the reduction."""
 
@@ -304,8 +342,10 @@ class SanitySettings:
 class AnalysisSettings:
     """Where the gap lies and what it follows."""
 
-    causes_told: int = 12
-    """Causes of which parameters and gaps are told; all others have their probability alone."""
+    hypotheses_told: int = 20
+    """Hypotheses that are listed, the most probable first."""
+    parameters_told: int = 8
+    """Of these, those whose parameters are told."""
     bands: tuple[float, ...] = (0.0, 0.5, 5.0, 25.0, float("inf"))
     """Edges of the frequency bands [Hz]."""
     change_point_bins: int = 200
@@ -329,6 +369,12 @@ class AnalysisSettings:
     """Standard deviation of the kernel that smooths a measured signal before it drives a component [s]."""
     replay_copies: int = 3
     """Disturbed copies from which the noise that a component passes on is estimated."""
+    frequency_share: float = 0.7
+    """Share of a residual's energy that the range of frequencies holds which is told."""
+    structure_told: float = 0.1
+    """Predictable share of a channel's residual from which is told what it varies with."""
+    nearest: int = 3
+    """Effects that are told as nearest to what is left."""
     structure_stretches: int = 300
     """Stretches of time of a run that are left out in turn when what is left is predicted from the signals."""
     structure_samples: int = 4000
@@ -351,13 +397,22 @@ class Settings:
     baseline: BaselineSettings = field(default_factory=BaselineSettings)
     validation: ValidationSettings = field(default_factory=ValidationSettings)
     evidence: EvidenceSettings = field(default_factory=EvidenceSettings)
+    posterior: PosteriorSettings = field(default_factory=PosteriorSettings)
+    budget: BudgetSettings = field(default_factory=BudgetSettings)
     uncertainty: UncertaintySettings = field(default_factory=UncertaintySettings)
     sanity: SanitySettings = field(default_factory=SanitySettings)
     analysis: AnalysisSettings = field(default_factory=AnalysisSettings)
 
     def as_dict(self) -> dict[str, Any]:
-        """All values by name, for a result."""
-        return asdict(self)
+        """All values by name, for a result; JSON has no infinity."""
+        made = asdict(self)
+        return {name: {key: _finite(value) for key, value in values.items()} for name, values in made.items()}
+
+
+def _finite(value: Any) -> Any:
+    if isinstance(value, tuple):
+        return [_finite(v) for v in value]
+    return "inf" if value == float("inf") else value
 
 
 DEFAULT = Settings()

@@ -25,8 +25,8 @@ import numpy as np
 from ..core.files import make_folder, writing
 from ..core.units import convert, unit
 from ..master.session import Session
-from .campaign.catalogue import QUANTITIES
 from .campaign.campaign import CampaignError, Channel, own_unit, si
+from .campaign.catalogue import QUANTITIES
 from .campaign.read import MIN_SAMPLES, base_of, channels_of, take, use_of
 from .problem.sensors import Sensor
 

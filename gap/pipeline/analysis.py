@@ -1,67 +1,42 @@
-"""Stages after the search: probabilities, where the gap lies, what to measure next."""
+"""Stages after the budget: where the gap lies, what is left, what to measure next."""
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from dataclasses import replace
 
 import numpy as np
 
-from ...core.errors import SimulationError
+from ..analysis.character import describe_rest
 from ..analysis.component_replay import replay_components
-from ..analysis.experiment_design import NextMeasurement, rank_measurements
+from ..analysis.experiment_design import rank_measurements
 from ..analysis.localisation import localise, regions
 from ..analysis.residual_structure import residual_structure
 from ..checks.sensor_consistency import check_sensors
 from ..estimation.uncertainty import reduction_interval
-from ..selection.calibration import Calibration
-from ..selection.posterior import NONE, UNKNOWN, Cause, causes, features
 from .remarks import remarks
 from .state import State
 
 
 def look_at_rest(state: State) -> State:
-    """What of the best hypothesis' residual follows something."""
-    problem, best = state.problem, state.ranked[0]
+    """What of the most probable hypothesis' residual follows something."""
+    problem, best = state.problem, state.chosen
     rows = problem.rows([best.hypothesis.fit.point], problem.fit_step)[0]
-    assert rows is not None
+    if rows is None:
+        return state
     return replace(state, structure=residual_structure(problem, best.held_out, rows, problem.fit_step))
 
 
-def weigh_causes(state: State) -> State:
-    """Probabilities."""
-    calibration = Calibration.load()
-    energies = state.ranked_baseline.structured_energy, state.ranked[0].structured_energy
-    x = features(calibration, *energies, len(state.problem.observations))
-    found = causes(state.ranked, calibration, x)
-    most = state.problem.settings.analysis.causes_told
-    found = [replace(c, told=k < most or c.effects in (NONE, UNKNOWN)) for k, c in enumerate(found)]
-    warnings = state.warnings
-    if state.unfinished:
-        told = f"ended before everything was tried, while {state.unfinished}: probabilities are too sure"
-        warnings = (*warnings, told)
-    return replace(state, causes=tuple(found), features=tuple(float(v) for v in x), warnings=warnings)
-
-
 def locate(state: State) -> State:
-    """Where the gap lies, and which component has it."""
-    state = replace(state, masks=_masks(state))
-    found, failed = [], []
-    for cause in state.causes:
-        if cause.ranked is not None and cause.told and cause.ranked is not state.chosen:
-            try:
-                state.gap(cause.ranked)  # simulates the held-out runs
-            except SimulationError as error:
-                cause = replace(cause, told=False)
-                failed.append(f"{' + '.join(cause.effects)}: {error}")
-        found.append(cause)
-    state = replace(state, causes=tuple(found))
-    places = localise(state.scoring, state.after(state.ranked_baseline), state.masks)
+    """Where the gap lies, which component has it, and the character of what is unexplained."""
+    masks, scoring = _masks(state), state.scoring
+    left = state.after(state.chosen)
+    places = localise(scoring, state.after(state.ranked_baseline), masks)
+    character = describe_rest(scoring, left, localise(scoring, left, masks), state.structure)
     replays = replay_components(state.problem, state.refit.fit.point)
-    warnings = [*state.warnings, *failed, *check_sensors(state.problem, state.nominal), *remarks(state)]
-    interval = reduction_interval(state.scoring, state.before, state.after(state.chosen))
+    warnings = [*state.warnings, *check_sensors(state.problem, state.nominal), *remarks(state)]
     return replace(
-        state, places=tuple(places), replays=tuple(replays), warnings=tuple(warnings), reduction_ci=interval
+        state, masks=masks, places=tuple(places), character=character, replays=tuple(replays),
+        warnings=tuple(warnings), reduction_ci=reduction_interval(scoring, state.before, left),
     )  # fmt: skip
 
 
@@ -76,15 +51,9 @@ def _masks(state: State) -> dict[str, np.ndarray]:
 
 
 def design_experiment(state: State) -> State:
-    """What to measure next."""
-    return replace(state, next_measurements=tuple(_next(state, state.causes)))
-
-
-def _next(state: State, found: Sequence[Cause]) -> list[NextMeasurement]:
-    known = [c.ranked for c in found if c.ranked is not None]
-    if len(known) < 2:
-        return []
-    first = known[0]
-    others = [r for r in known[1:] if not set(r.hypothesis.ids or NONE) & set(first.hypothesis.ids or NONE)]
-    second = others[0] if others else known[1]
-    return rank_measurements(state.problem, first.hypothesis, second.hypothesis)
+    """What to measure next to tell the most probable hypothesis from the next one that is about something else."""
+    if len(state.ranked) < 2:
+        return state
+    first, *others = [r.hypothesis for r in state.ranked]
+    second = next((h for h in others if not set(h.ids or ("",)) & set(first.ids or ("",))), others[0])
+    return replace(state, next_measurements=tuple(rank_measurements(state.problem, first, second)))

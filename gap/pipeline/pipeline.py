@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from . import analysis, preparation, search
+from . import analysis, preparation, probabilities, search
 from .stage import Stage
 
 PIPELINE = (
@@ -18,8 +18,9 @@ PIPELINE = (
     Stage("finishing the best", search.finish_best, always=True),
     Stage("trying what is alike", search.try_alike),
     Stage("trying the best without its effects", search.drop_each),
+    Stage("weighing the hypotheses", probabilities.weigh_hypotheses, always=True),
+    Stage("sharing out the gap", probabilities.share_gap, always=True),
     Stage("looking at what is left", analysis.look_at_rest, always=True),
-    Stage("weighing the causes", analysis.weigh_causes, always=True),
     Stage("where the gap lies", analysis.locate, always=True),
-    Stage("what to measure next", analysis.design_experiment, always=True),
+    Stage("what to measure next", analysis.design_experiment),
 )

@@ -4,26 +4,33 @@ from __future__ import annotations
 
 from ..estimation.nuisances import usual_bias, usual_clock_error
 from ..problem.noise import rms
-from ..selection.posterior import NONE, UNKNOWN
 from .state import State
 
 
 def remarks(state: State) -> list[str]:
-    """Warnings about the chosen hypothesis."""
-    made = [*_base_at_tolerance(state), *_sensors(state), *_step(state)]
-    top = state.causes[0]
-    if top.effects not in (NONE, UNKNOWN) and top.ambiguous_with:
-        names = ", ".join(" + ".join(e) for e in top.ambiguous_with)
-        made.append(f"this campaign can hardly tell {' + '.join(top.effects)} from {names}")
-    return made
+    """Warnings about the most probable hypothesis."""
+    return [*_unfinished(state), *_base_at_tolerance(state), *_sensors(state), *_experiments(state), *_step(state)]
+
+
+def _unfinished(state: State) -> list[str]:
+    if not state.unfinished:
+        return []
+    return [f"stopped before everything was tried, while {state.unfinished}: the probabilities allow for that"]
+
+
+def base_at_tolerance(state: State) -> list[str]:
+    """Base parameters that stand at the end of their tolerance in the most probable hypothesis."""
+    fit = state.chosen.hypothesis.fit
+    ends = zip(fit.parameters, fit.normalised, strict=True)
+    return [x.name for x, u in ends if x.kind == "base" and abs(u) > 0.999 * min(-x.low, x.high)]
 
 
 def _base_at_tolerance(state: State) -> list[str]:
-    fit = state.chosen.hypothesis.fit
+    tolerance = {x.name: x.tolerance_text for x in state.problem.base}
     return [
-        f"{x.name} is at the end of its tolerance of {x.tolerance_text}; it may lie beyond"
-        for x, u in zip(fit.parameters, fit.normalised, strict=True) if x.kind == "base" and abs(u) > 0.999
-    ]  # fmt: skip
+        f"{name} is at the end of its tolerance of {tolerance[name]}; it may lie beyond"
+        for name in base_at_tolerance(state)
+    ]
 
 
 def _sensors(state: State) -> list[str]:
@@ -43,8 +50,15 @@ def _sensors(state: State) -> list[str]:
     return made
 
 
+def _experiments(state: State) -> list[str]:
+    catalogue = state.problem.catalogue
+    if catalogue.experiments or catalogue.measurables:
+        return []
+    return ["the catalogue lists no experiments and no measurables, so nothing can be said of what to measure next"]
+
+
 def _step(state: State) -> list[str]:
-    change = rms(state.step_change / state.problem.observations.noise_std)
+    change = rms(state.step_change / state.problem.observations.noise_std) if len(state.step_change) else 0.0
     if change < state.problem.settings.numerics.told_step_error:
         return []
-    return [f"halving the model's step moves it by {change:.2f} noise floors: take a shorter step"]
+    return [f"halving the model's step moves it by {change:.2f} times the noise: take a shorter step"]

@@ -9,10 +9,13 @@ from typing import Any
 import numpy as np
 
 from ...master.pool import Pool
+from ..analysis.budget import Alternative, Budget
+from ..analysis.character import Character
 from ..analysis.component_replay import Replay
 from ..analysis.experiment_design import NextMeasurement
 from ..analysis.localisation import Place
 from ..analysis.residual_structure import Structure
+from ..analysis.verdict import verdict
 from ..campaign.campaign import Campaign, CampaignError
 from ..campaign.catalogue import Catalogue
 from ..problem.build import build_problem
@@ -21,14 +24,22 @@ from ..problem.problem import Problem
 from ..problem.stop import StopToken
 from ..selection.evidence import RankedHypothesis
 from ..selection.greedy_screening import ResponseCurve
-from ..selection.hypothesis import Hypothesis
-from ..selection.posterior import NONE, UNKNOWN, Cause
+from ..selection.hypothesis import Hypothesis, is_adequate
 from ..settings import DEFAULT, Settings
 from .holdout import HoldoutRuns, split_runs
 
 
 def _not_yet() -> np.ndarray:
     return np.zeros(0)
+
+
+@dataclass(frozen=True)
+class Inclusion:
+    """Calibrated probability that an effect, or any effect of a group, is in the machine."""
+
+    effects: Mapping[str, float]
+    groups: Mapping[str, float]
+    group_of: Mapping[str, str]
 
 
 @dataclass(frozen=True, eq=False)
@@ -59,17 +70,24 @@ class State:
     ranked: tuple[RankedHypothesis, ...] = ()
     """All hypotheses, the best first."""
     structure: Structure | None = None
-    causes: tuple[Cause, ...] = ()
-    features: tuple[float, ...] = ()
-    """What the probability of "unknown" was found from."""
+    probabilities: tuple[float, ...] = ()
+    """Of the ranked hypotheses, which are then in their order; they add up to 1."""
+    inclusion: Inclusion = field(default_factory=lambda: Inclusion({}, {}, {}))
+    alternatives: tuple[Alternative, ...] = ()
+    """Plausible hypotheses with what every subset of their effects leaves on the scoring data."""
+    budget: Budget | None = None
     masks: Mapping[str, np.ndarray] = field(default_factory=dict)
     """Regions of the scoring data, by name."""
     places: tuple[Place, ...] = ()
     replays: tuple[Replay, ...] = ()
     reduction_ci: tuple[float, float] = (0.0, 0.0)
+    character: Character | None = None
+    """Of what is unexplained."""
     next_measurements: tuple[NextMeasurement, ...] = ()
     """Changes of conditions and channels to add, the best first."""
     warnings: tuple[str, ...] = ()
+    noise_widened: str = ""
+    """What is to be said where the noise was widened beyond what is stated or estimated."""
     unfinished: str = ""
     """The stage in which the diagnosis was asked to stop."""
     seconds: Mapping[str, float] = field(default_factory=dict)
@@ -109,21 +127,33 @@ class State:
         """The refit of the base parameters among the ranked."""
         return next(r for r in self.ranked if not r.hypothesis.candidates)
 
-    @property
-    def verdict(self) -> str:
-        """The most probable: explained, no_significant_gap or unknown_effect."""
-        top = self.causes[0].effects
-        return "no_significant_gap" if top == NONE else "unknown_effect" if top == UNKNOWN else "explained"
+    def is_named(self, id: str) -> bool:
+        """Whether an effect is probable enough to be named, itself or as a member of its group."""
+        least, inclusion = self.problem.settings.posterior.named, self.inclusion
+        return max(inclusion.effects[id], inclusion.groups[inclusion.group_of[id]]) >= least
 
     @property
     def chosen(self) -> RankedHypothesis:
-        """The hypothesis whose figures are reported: the best cause's, or what comes nearest where none is."""
-        if self.verdict == "no_significant_gap":
-            return self.ranked_baseline
-        if self.verdict == "unknown_effect":  # nearest in what it leaves, however unlikely its effects are
-            return min(self.ranked, key=lambda j: j.terms["fit"] + j.terms["penalty"])
-        known = [c.ranked for c in self.causes if c.ranked is not None and c.effects != NONE]
-        return known[0] if known else self.ranked_baseline
+        """The most probable hypothesis of named effects only, else the baseline: its parameters are reported."""
+        named = (r for r in self.ranked if all(self.is_named(id) for id in r.hypothesis.ids))
+        return next(named, self.ranked_baseline)
+
+    @property
+    def verdict(self) -> str:
+        """explained, explained_in_part, no_significant_gap or unexplained."""
+        settings, inclusion = self.problem.settings, self.inclusion
+        adequate = is_adequate(self.problem, self.ranked_baseline.hypothesis.fit)
+        scatter = self.problem.stated_scatter
+        return verdict(
+            self.shared_out, inclusion.effects, inclusion.groups, adequate, scatter, settings.posterior, settings.budget
+        )  # fmt: skip
+
+    @property
+    def shared_out(self) -> Budget:
+        """The budget; a stage that comes before it has no use of it."""
+        if self.budget is None:
+            raise ValueError("the gap has not been shared out yet")
+        return self.budget
 
     def after(self, ranked: RankedHypothesis) -> np.ndarray:
         """Normalised residual of a hypothesis on the scoring data."""

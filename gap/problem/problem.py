@@ -14,6 +14,7 @@ from typing import Any
 
 import numpy as np
 
+from ...core.units import unit
 from ...master.pool import Failure, Job
 from ..campaign.campaign import Campaign
 from ..campaign.catalogue import Catalogue
@@ -80,6 +81,17 @@ class Problem:
     def fit_step(self) -> float:
         """Macro step of a fit's runs [s]."""
         return self.discretisation.fit_step
+
+    @property
+    def stated_scatter(self) -> float:
+        """Mean square of the scatter of the model's form that the campaign states, in noise; 0 where it states none."""
+        stated = np.zeros(len(self.observations))
+        for k, c in enumerate(self.campaign.outputs):
+            scatter = getattr(c, "model_form_scatter", None)
+            if scatter is not None:
+                own = scatter / unit(self.units[c.connector]).factor
+                stated[self.observations.channel == k] = own
+        return float(np.mean((stated / self.observations.noise_std) ** 2))
 
     @property
     def stop_requested(self) -> bool:

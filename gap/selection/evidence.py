@@ -82,7 +82,7 @@ def rank_hypotheses(
     made = []
     for h, (residual, energy) in zip(hypotheses, left_out, strict=True):
         terms = {
-            "fit": calibration.weight(energy, len(problem.observations)),
+            "fit": calibration.deviance(energy, 0.0, len(problem.observations)),
             "penalty": h.fit.penalty(),
             "occam": occam_factor(problem, h.fit, dispersion),
             "prior": -2.0 * float(np.log(prior(problem, h))),

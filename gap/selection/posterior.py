@@ -1,91 +1,106 @@
-"""The verdict: causes with calibrated probabilities, "none" and "unknown" among them.
+"""From evidence to probabilities: of every hypothesis that was looked at, and of every effect to be in the machine.
 
-A cause gathers all hypotheses with the same effect ids (a sensor's effect in whichever channel). The raw probabilities
-come from `judge`; what calibrates them stands in `calibration.json`.
+The raw probability of an effect is the sum over all hypotheses that contain it. It is calibrated per effect: a logistic
+function of it and of what the best hypothesis leaves, fitted on benchmark cases whose truth was known. So an effect
+that only comes nearest, where the real cause is in no catalogue, does not look sure.
 """
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Sequence
-from dataclasses import dataclass, replace
+from collections.abc import Mapping, Sequence
+from typing import NamedTuple
 
 import numpy as np
 
-from ..campaign.catalogue import VERDICTS
 from .calibration import Calibration
-from .evidence import RankedHypothesis
 
-Names = tuple[str, ...]
-"""Ids of a cause's effects."""
+Ids = tuple[str, ...]
+"""Sorted ids of a hypothesis' effects."""
 
-NONE, UNKNOWN = ((name,) for name in VERDICTS)
-
-PLAIN = 0.3
-"""Energy [floors squared] that is plainly left: of more, only its share in the gap tells whether it is unknown."""
+LEAST, SUREST = 1e-6, 0.99
+"""Of a raw probability, so that its odds are finite; of a calibrated one: among the surest 2 to 3 in 100 were wrong."""
 
 
-@dataclass(frozen=True, eq=False)
-class Cause:
-    """A set of effect ids, its best hypothesis (none for "unknown") and its probability."""
+class Evidence(NamedTuple):
+    """What is known of a hypothesis: its effects, the structured energy that it leaves on held-out data, its price."""
 
-    effects: tuple[str, ...]
-    ranked: RankedHypothesis | None
-    probability: float
-    ambiguous_with: tuple[tuple[str, ...], ...]
-    told: bool = True
-    """Whether more than its probability is told."""
+    ids: Ids
+    energy: float
+    """Per reading, in units of its spread."""
+    price: float
+    """What parameters, prior and the volume that the data rule out cost, in -2 log posterior."""
 
 
-def features(calibration: Calibration, baseline: float, best: float, readings: int) -> np.ndarray:
-    """What "unknown" is judged by, from the energy that the refit's and the best hypothesis' residuals share.
+class Posterior(NamedTuple):
+    """Probabilities of hypotheses in the order of their evidence, and what inclusion is calibrated from."""
 
-    A constant; the logarithm of what the best leaves beyond chance, with what right models may leave, and from `PLAIN`
-    on no more of it; and that of its share in what the refit leaves. So a cause of another law than the library's,
-    which leaves floors of a gap of dozens, is no unknown one. How much a flexible model can predict is reported, but
-    says less: a vibration is not predictable and yet no noise.
-    """
-    refit, left = (calibration.beyond(x, readings) for x in (baseline, best))
-    return np.array([1.0, np.log(left / (1.0 + left / PLAIN)), min(0.0, np.log(left / refit))])
-
-
-def unknown_probability(calibration: Calibration, x: np.ndarray) -> float:
-    """Probability that the cause is not in the catalogue."""
-    known = 1.0 / (1.0 + np.exp(np.clip(x @ np.array(calibration.unknown), -30, 30)))
-    return float(1.0 - calibration.stuck - (1.0 - calibration.stuck - calibration.misjudged) * known)
+    evidence: tuple[Evidence, ...]
+    neg2_log: np.ndarray
+    probability: np.ndarray
+    baseline: float
+    """Energy beyond chance that the refit of the base parameters leaves."""
+    left: float
+    """Energy beyond chance that the best hypothesis leaves."""
 
 
-def probabilities(scored: Iterable[tuple[Names, float]], calibration: Calibration, x: np.ndarray) -> dict[Names, float]:
-    """Probability of every cause, the most probable first, from the effects and the score of every hypothesis."""
-    scored = list(scored)
-    low = min(score for _, score in scored)
-    raw: dict[Names, float] = {}
-    for ids, score in scored:
-        raw[ids or NONE] = raw.get(ids or NONE, 0.0) + float(np.exp(-0.5 * (score - low) / calibration.temperature))
-    total, lapse = sum(raw.values()), calibration.lapse
-    p_unknown = unknown_probability(calibration, x)
-    made = {key: (1.0 - p_unknown) * ((1.0 - lapse) * w / total + lapse / len(raw)) for key, w in raw.items()}
-    (top, first), *others = sorted({**made, UNKNOWN: p_unknown}.items(), key=lambda item: -item[1])
-    sure = calibration.confident(first, others[0][1])
-    scale = (1.0 - sure) / (1.0 - first) if first < 1.0 else 0.0
-    return {top: sure, **{key: p * scale for key, p in others}}
-
-
-def causes(ranked: Sequence[RankedHypothesis], calibration: Calibration, x: np.ndarray) -> list[Cause]:
-    """All causes, the most probable first; their probabilities add up to 1."""
-    best: dict[Names, RankedHypothesis] = {}
-    for r in sorted(ranked, key=lambda r: r.neg2_log_posterior):
-        best.setdefault(r.hypothesis.ids or NONE, r)
-    told = probabilities(((r.hypothesis.ids, r.neg2_log_posterior) for r in ranked), calibration, x)
-    made = [Cause(key, best.get(key), p, ()) for key, p in told.items()]
-    return [replace(c, ambiguous_with=_ambiguous(c, made)) for c in made]
-
-
-def _ambiguous(c: Cause, made: Sequence[Cause]) -> tuple[Names, ...]:
-    """The causes that a campaign can hardly tell from one."""
-    if c.ranked is None or c.effects == NONE:
-        return ()
-    return tuple(
-        o.effects for o in made
-        if o is not c and o.ranked is not None and o.effects != NONE
-        and o.probability > 0.05 * c.probability and len(o.effects) <= len(c.effects)
+def weigh(evidence: Sequence[Evidence], calibration: Calibration, readings: int) -> Posterior:
+    """Probabilities of all hypotheses; they add up to 1. One of them has no effects."""
+    energies = np.array([e.energy for e in evidence])
+    least = calibration.beyond_chance(float(energies.min()), readings) - calibration.discrepancy
+    scatter = calibration.scatter * least
+    neg2 = np.array([calibration.deviance(e.energy, scatter, readings) + e.price for e in evidence])
+    weight = np.exp(-0.5 * (neg2 - neg2.min()) / calibration.temperature)
+    baseline = next(e.energy for e in evidence if not e.ids)
+    best = evidence[int(np.argmin(neg2))].energy
+    return Posterior(
+        tuple(evidence), neg2, weight / weight.sum(), calibration.beyond_chance(baseline, readings),
+        calibration.beyond_chance(best, readings),
     )  # fmt: skip
+
+
+def inclusion_features(posterior: Posterior, members: frozenset[str], plain: float) -> np.ndarray:
+    """What the inclusion of any of some effects is judged by.
+
+    A constant; the log-odds of the raw probability; the logarithm of what the best hypothesis leaves, up to `plain`,
+    for of more only its share tells; the logarithm of its share in what the refit leaves; and of the share that the
+    effects explain.
+    """
+    have = np.array([bool(members & set(e.ids)) for e in posterior.evidence])
+    raw = float(posterior.probability[have].sum())
+    energies = np.array([e.energy for e in posterior.evidence])
+    without, with_them = energies[~have].min(), energies[have].min() if have.any() else np.inf
+    share = max(0.0, float(without - min(with_them, without))) / posterior.baseline
+    left = posterior.left
+    return np.array([
+        1.0, np.log((raw + LEAST) / (1.0 - raw + LEAST)), np.log(left / (1.0 + left / plain)),
+        min(0.0, float(np.log(left / posterior.baseline))), np.log(share + 0.01),
+    ])  # fmt: skip
+
+
+def inclusion(posterior: Posterior, members: frozenset[str], calibration: Calibration, plain: float) -> float:
+    """Calibrated probability that any of some effects is in the machine; 0 where none of them was looked at."""
+    if not any(members & set(e.ids) for e in posterior.evidence):
+        return 0.0
+    odds = inclusion_features(posterior, members, plain) @ np.array(calibration.inclusion)
+    return float(min(1.0 / (1.0 + np.exp(-np.clip(odds, -30.0, 30.0))), SUREST))
+
+
+def temper(probability: float, doubts: Sequence[float]) -> float:
+    """A probability whose odds are multiplied by each doubt (below 1)."""
+    odds = probability / max(1.0 - probability, LEAST) * float(np.prod(doubts))
+    return odds / (1.0 + odds)
+
+
+def inclusions(
+    posterior: Posterior, groups: Mapping[str, str], calibration: Calibration, plain: float
+) -> tuple[dict[str, float], dict[str, float]]:
+    """Calibrated probability of every effect, and of every group; groups: of each effect by its id."""
+    effects = {id: inclusion(posterior, frozenset([id]), calibration, plain) for id in groups}
+    members: dict[str, set[str]] = {}
+    for id, group in groups.items():
+        members.setdefault(group, set()).add(id)
+    of_groups = {
+        group: max(inclusion(posterior, frozenset(ids), calibration, plain), *(effects[id] for id in ids))
+        for group, ids in members.items()
+    }
+    return effects, of_groups
