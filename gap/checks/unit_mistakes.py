@@ -205,6 +205,8 @@ def _models(
         return None
     made = {}
     for b in problem.observations.series:
-        signal = rows[b.run][:, problem.connectors.index(b.connector)]
+        run = rows[b.run]
+        assert not isinstance(run, Failure)  # or this would have returned above
+        signal = run[:, problem.connectors.index(b.connector)]
         made[b.place.start] = np.interp(b.t / f, np.arange(len(signal)) * step, signal)
     return made

@@ -311,15 +311,14 @@ def _forest(d: Diagnosis, data: dict[str, Any]) -> dict[str, Any] | None:
             {
                 "name": name, "stated": f"{stated} {own}".strip(), "value": f"{value}{factor}" if one else f"× {value}",
                 "interval": interval, "at": p["value"] / unit - 1.0,
-                "low": ends[0], "high": ends[1], "at_bound": p["at_bound"],
-                "tolerance": (x.value(-1.0) - 1.0, x.value(1.0) - 1.0), "tolerance_text": ("±" if x.factor is None else "") + x.tolerance_text,
-                "beyond": not x.value(-1.15) <= p["value"] / unit <= x.value(1.15),
-                "loose": ends[1] - ends[0] > 0.8 * (x.value(1.96 * x.sd) - x.value(-1.96 * x.sd)),
+                "low": ends[0], "high": ends[1], "tolerance": x.scale, "at_bound": p["at_bound"],
+                "beyond": abs(p["value"] / unit - 1.0) > 1.15 * x.scale,
+                "loose": ends[1] - ends[0] > 0.8 * 2.0 * 1.96 * x.sd * x.scale,
             }
         )  # fmt: skip
     if not rows:
         return None
-    reach = 1.05 * max(max(abs(r["low"]), abs(r["high"]), 1.3 * r["tolerance"][1]) for r in rows)
+    reach = 1.05 * max(max(abs(r["low"]), abs(r["high"]), 1.3 * r["tolerance"]) for r in rows)
 
     def place(v: float) -> float:
         return float(np.clip(50.0 + 50.0 * v / reach, 0.0, 100.0))
@@ -330,7 +329,8 @@ def _forest(d: Diagnosis, data: dict[str, Any]) -> dict[str, Any] | None:
         r["change"] = change(r["at"])
         for key, v in (("x", r["at"]), ("x0", r["low"]), ("x1", r["high"])):
             r[key] = place(v)
-        r["t0"], r["t1"] = (place(v) for v in r["tolerance"])
+        r["t0"], r["t1"] = place(-r["tolerance"]), place(r["tolerance"])
+        r["tolerance_text"] = f"±{100 * r['tolerance']:.3g}%"
     return {
         "rows": rows,
         "ticks": [{"x": place(t), "text": f"{100 * t:+.3g}%".replace("-", "−") if t else "0"} for t in ticks],
