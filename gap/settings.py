@@ -27,6 +27,9 @@ class NoiseSettings:
     """Timing that nobody guarantees, in sample intervals: it enters the noise with the slope of the signal."""
     smoothing: float = 0.05
     """Time over which slopes and step errors are averaged when they widen the noise [s]."""
+    step_error_share: float = 0.5
+    """RMS of the macro step's error, in a channel's noise, by which that may be widened at most (12 % in all): what
+    the step changes beyond that is no noise, and is told."""
     least_share: float = 0.2
     """Share of an estimated noise that is kept whatever the model itself would be estimated to have."""
     swing_evidence: float = 3.0

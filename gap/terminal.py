@@ -19,7 +19,7 @@ def diagnose_command(options: argparse.Namespace) -> int:
     from .campaign.read import read
     from .diagnose import diagnose
     from .problem.stop import StopToken
-    from .result.diagnosis import write
+    from .result.write import write
 
     campaign = read(options.campaign)
     make_folder(options.out)

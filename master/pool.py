@@ -10,7 +10,7 @@ import multiprocessing
 import os
 import signal
 from collections.abc import Callable, Iterator, Mapping, Sequence
-from concurrent.futures import Executor, ProcessPoolExecutor, as_completed
+from concurrent.futures import FIRST_COMPLETED, Executor, Future, ProcessPoolExecutor, as_completed, wait
 from concurrent.futures.process import BrokenProcessPool
 from contextlib import contextmanager, suppress
 from dataclasses import dataclass, field
@@ -61,6 +61,16 @@ class WorkerDied(SimulationError):
 
     late = False
 
+
+class Abandoned(Exception):
+    """What runs was given up, for whoever asked for it has been asked to stop."""
+
+
+GRACE = 0.5
+"""Time that processes have to clean up once they are told to end [s]."""
+
+LOOKS = 0.2
+"""Time after which it is looked whether to stop [s]."""
 
 DIED = "the simulation's process died; an FMU may have crashed"
 
@@ -115,11 +125,17 @@ def _end(process: multiprocessing.Process) -> int | None:
     return process.exitcode
 
 
+def _end_cleanly(*_: object) -> None:
+    forget_unpacked()
+    os._exit(143)
+
+
 def _quiet_worker() -> None:
     """A worker leaves Ctrl-C to the main process and ends with it, however that ends."""
     import threading
 
     signal.signal(signal.SIGINT, signal.SIG_IGN)
+    signal.signal(signal.SIGTERM, _end_cleanly)
     parent = multiprocessing.parent_process()
 
     def follow() -> None:
@@ -170,6 +186,7 @@ class Pool:
         self.limit = limit
         self.progress = progress
         self._own, self._processes = executor is None, processes
+        self._abandoned = False
         self._executor = executor or self._started()
 
     def _started(self) -> Executor:
@@ -186,14 +203,21 @@ class Pool:
     ) -> None:
         if not self._own:
             return
-        if kind is not None and not issubclass(kind, Exception):  # Ctrl-C: do not wait for what is being simulated
-            for process in list((getattr(self._executor, "_processes", None) or {}).values()):
+        processes = list((getattr(self._executor, "_processes", None) or {}).values())
+        if self._abandoned or (kind is not None and not issubclass(kind, Exception)):
+            for process in processes:  # do not wait for what is being simulated
+                process.terminate()
+            by = monotonic() + GRACE
+            for process in processes:
+                process.join(max(0.0, by - monotonic()))
                 process.kill()
         self._executor.shutdown(wait=True, cancel_futures=True)
 
-    def run(self, jobs: Sequence[Job]) -> list[np.ndarray | Failure]:
-        """The results in the order of the jobs."""
-        made: dict[int, np.ndarray | Failure] = dict(self.each(simulate, jobs))
+    def run(
+        self, jobs: Sequence[Job], stop: Callable[[], bool] | None = None
+    ) -> list[np.ndarray | Failure]:
+        """The results in the order of the jobs; raises `Abandoned` as soon as `stop` is true."""
+        made: dict[int, np.ndarray | Failure] = dict(self.each(simulate, jobs, stop))
         return [made[k] for k in range(len(jobs))]
 
     def each_surviving(self, function: Callable[[str, Any], Any], tasks: Sequence[Any]) -> Iterator[tuple[int, Any]]:
@@ -231,7 +255,22 @@ class Pool:
         except WorkerDied as error:
             return Failure(f"it takes longer than {self.limit:g} s", self.limit) if error.late else Failure(DIED)
 
-    def each(self, function: Callable[[str, Any], Any], tasks: Sequence[Any]) -> Iterator[tuple[int, Any]]:
+    def _done(self, futures: Sequence[Future[Any]], stop: Callable[[], bool] | None) -> Iterator[Future[Any]]:
+        """The futures as they are done, until `stop` is true."""
+        if stop is None:
+            yield from as_completed(futures)
+            return
+        left = set(futures)
+        while left:
+            if stop():
+                self._abandoned = True
+                raise Abandoned
+            done, left = wait(left, LOOKS, FIRST_COMPLETED)
+            yield from done
+
+    def each(
+        self, function: Callable[[str, Any], Any], tasks: Sequence[Any], stop: Callable[[], bool] | None = None
+    ) -> Iterator[tuple[int, Any]]:
         """(index, function(package, task)) of every task, in the order in which they are done.
 
         A `Failure` instead where a Dask cluster gives a task up because its workers died of it; processes of this
@@ -242,7 +281,7 @@ class Pool:
         futures = {submit(_within, self.limit, function, package, task): k for k, task in enumerate(tasks)}
         processes = list((getattr(self._executor, "_processes", None) or {}).values())
         try:
-            for future in as_completed(futures):
+            for future in self._done(list(futures), stop):
                 try:
                     result = future.result()
                 except Exception as error:

@@ -84,7 +84,7 @@ def _replay(problem: Problem, component: _Component, whole: _Whole) -> Replay | 
     for r in range(len(problem.runs)):
         for copy in range(copies):
             jobs.append(_job(problem, component, whole, r, rng if copy else None, assumed))
-    rows = [x for x in problem.simulator.pool.run(jobs) if not isinstance(x, Failure)]
+    rows = [x for x in problem.simulator.simulate(jobs) if not isinstance(x, Failure)]
     if len(rows) < len(jobs):
         return None
     missed, amplification = {}, {}

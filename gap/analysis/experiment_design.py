@@ -79,7 +79,7 @@ def _simulated(
         for h in hypotheses:
             stop = problem.grid(0, step)[-1]
             jobs.append(Job(record, stop, step, trial.changes(0, h.fit.point), inputs, method=method))
-    return problem.simulator.pool.run(jobs)
+    return problem.simulator.simulate(jobs)
 
 
 def _same(a: Any, b: Any) -> bool:

@@ -122,7 +122,7 @@ def _check_inputs(problem: Problem) -> list[str]:
         jobs = [
             Job(record, stop, step, changes, given, method=problem.discretisation.method) for given in still.values()
         ]
-        found = problem.simulator.pool.run(jobs)
+        found = problem.simulator.simulate(jobs)
         idle = [
             c for c, rows in zip(moving, found, strict=True)
             if not isinstance(rows, Failure) and np.array_equal(rows, nominal[r])

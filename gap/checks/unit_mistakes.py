@@ -200,7 +200,7 @@ def _models(
         Job(tuple(problem.connectors), stop, step, problem.changes(r, {}), given, method=problem.discretisation.method)
         for r, (stop, given) in enumerate(zip(stops, inputs, strict=True))
     ]
-    rows = problem.simulator.pool.run(jobs)
+    rows = problem.simulator.simulate(jobs)
     if any(isinstance(x, Failure) for x in rows):
         return None
     made = {}

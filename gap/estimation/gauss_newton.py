@@ -28,6 +28,7 @@ import numpy as np
 from ..problem.noise import rms
 from ..problem.parameters import EstimatedParameter, point_of
 from ..problem.problem import Problem
+from ..problem.stop import StopRequested
 from .differences import Differences
 from .dispersion import estimate_dispersion, robust_weights
 from .fit import Fit, FitFailed, FitTask, SimulationAnswer, SimulationRequest
@@ -70,18 +71,20 @@ class _Descent:
         self.best = _Best(np.inf, self.u, self.model, self.correction)
 
     def run(self, iterations: int) -> Steps:
-        """At most so many steps."""
+        """At most so many steps; where it is asked to stop, it ends where it stands."""
         yield from self._start()
-        for i in range(iterations):
-            if i and self.problem.stop_requested:
-                self.unfinished = True
-                break
-            yield from self._correct()
-            share = np.ones(len(self.residual)) if self.unweighted else robust_weights(self.problem, self.residual)
-            dispersion = estimate_dispersion(self.problem, share * self.residual)
-            yield from self._differentiate(self._difference_step(share * self.residual))
-            if (yield from self._step(share, dispersion)):
-                break
+        try:
+            for i in range(iterations):
+                if i and self.problem.stop_requested:
+                    raise StopRequested
+                yield from self._correct()
+                share = np.ones(len(self.residual)) if self.unweighted else robust_weights(self.problem, self.residual)
+                dispersion = estimate_dispersion(self.problem, share * self.residual)
+                yield from self._differentiate(self._difference_step(share * self.residual))
+                if (yield from self._step(share, dispersion)):
+                    break
+        except StopRequested:
+            self.unfinished = True
 
     def _start(self) -> Steps:
         """The model where the fit begins; half way to what is delivered where that does not run."""
@@ -256,8 +259,11 @@ def with_wide_differences(problem: Problem, at: Fit, nuisance_jacobian: np.ndarr
     coarse = at.model - at.correction
     every = range(len(at.normalised))
     differences = Differences(problem, at.parameters, at.normalised, every, coarse)
-    jacobian = yield from differences.find(problem.settings.fit.wide_step)
-    model = (yield SimulationRequest([], [at.point])).exact[0]
+    try:
+        jacobian = yield from differences.find(problem.settings.fit.wide_step)
+        model = (yield SimulationRequest([], [at.point])).exact[0]
+    except StopRequested:
+        return replace(at, unfinished=True)
     if model is None:
         raise FitFailed
     q, residual = profile_nuisances(problem, model, nuisance_jacobian, at.dispersion)

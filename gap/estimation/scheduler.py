@@ -3,9 +3,11 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from contextlib import suppress
 
 from ...core.errors import SimulationError
 from ..problem.problem import Problem
+from ..problem.stop import StopRequested
 from .fit import Fit, FitFailed, FitTask, SimulationAnswer, SimulationRequest
 
 
@@ -23,13 +25,26 @@ def run_fits(problem: Problem, fits: Sequence[FitTask]) -> list[Fit | None]:
         except FitFailed:
             waiting.pop(i, None)
 
+    def give_up(i: int) -> None:
+        """The fit where it stands, if it has begun."""
+        with suppress(FitFailed, StopRequested):
+            try:
+                fits[i].throw(StopRequested())
+            except StopIteration as done:
+                results[i] = done.value
+
     for i in range(len(fits)):
         forward(i, None)
     while waiting:
         asked = dict(waiting)
-        coarse, exact = problem.answer(
-            [p for w in asked.values() for p in w.coarse], [p for w in asked.values() for p in w.exact]
-        )
+        try:
+            coarse, exact = problem.answer(
+                [p for w in asked.values() for p in w.coarse], [p for w in asked.values() for p in w.exact]
+            )
+        except StopRequested:
+            for i in waiting:
+                give_up(i)
+            break
         for i, w in asked.items():
             answer = SimulationAnswer(coarse[: len(w.coarse)], exact[: len(w.exact)])
             coarse, exact = coarse[len(w.coarse) :], exact[len(w.exact) :]
@@ -40,6 +55,8 @@ def run_fits(problem: Problem, fits: Sequence[FitTask]) -> list[Fit | None]:
 def run_fit(problem: Problem, task: FitTask) -> Fit:
     """The outcome of one fit; raises `SimulationError` where no point near its start can be simulated."""
     found = run_fits(problem, [task])[0]
+    if found is None and problem.stop_requested:
+        raise StopRequested
     if found is None:
         failure = problem.simulator.failure
         raise SimulationError(f"{problem.campaign.system.name}: a refit cannot be simulated: {failure}")

@@ -32,19 +32,25 @@ def locate(state: State) -> State:
     left = state.after(state.chosen)
     places = localise(scoring, state.after(state.ranked_baseline), masks)
     character = describe_rest(scoring, left, localise(scoring, left, masks), state.structure)
-    replays = replay_components(state.problem, state.refit.fit.point)
-    warnings = [*state.warnings, *check_sensors(state.problem, state.nominal), *remarks(state)]
+    interval = reduction_interval(scoring, state.before, left)
     return replace(
-        state, masks=masks, places=tuple(places), character=character, replays=tuple(replays),
-        warnings=tuple(warnings), reduction_ci=reduction_interval(scoring, state.before, left),
+        state, masks=masks, places=tuple(places), character=character, reduction_ci=interval,
+        warnings=(*state.warnings, *remarks(state)),
     )  # fmt: skip
+
+
+def replay(state: State) -> State:
+    """Each component alone, driven with what was measured; and whether sensors contradict each other."""
+    replays = replay_components(state.problem, state.refit.fit.point)
+    warnings = (*state.warnings, *check_sensors(state.problem, state.nominal))
+    return replace(state, replays=tuple(replays), warnings=warnings)
 
 
 def _masks(state: State) -> dict[str, np.ndarray]:
     scoring, step = state.scoring, state.problem.fit_step
     wanted = state.problem.catalogue.regions
     record = tuple(dict.fromkeys(r.signal for r in wanted if r.signal in scoring.signals))
-    if not record:
+    if not record or state.problem.stop_requested:
         return regions(scoring, (), (), [], scoring.fit_step)
     rows = scoring.rows([state.refit.fit.point], step, record, keep=False)[0]
     return {} if rows is None else regions(scoring, wanted, record, rows, step)

@@ -18,7 +18,8 @@ def assess_steps(state: State) -> State:
     problem = choose_fit_step(assessed.problem, assessed.nominal, state.package_step)
     return replace(
         state, problem=problem, nominal=assessed.nominal, step_change=assessed.change, chosen_step=problem.macro_step,
-        warnings=(*state.warnings, *warnings),
+        warnings=(*state.warnings, *warnings, *([assessed.unresolved] if assessed.unresolved else [])),
+        noise_widened=assessed.unresolved,
     )  # fmt: skip
 
 

@@ -9,6 +9,7 @@ import numpy as np
 
 from ...core.errors import SimulationError
 from ..analysis.budget import Alternative, budget
+from ..problem.stop import StopRequested
 from ..selection.calibration import Calibration
 from ..selection.evidence import RankedHypothesis
 from ..selection.posterior import Evidence, inclusions, temper, weigh
@@ -61,12 +62,17 @@ def at_bound(r: RankedHypothesis, members: frozenset[str]) -> list[str]:
 def share_gap(state: State) -> State:
     """The budget, averaged over the plausible hypotheses, each with all subsets of its effects refitted."""
     settings = state.problem.settings.budget
+    if state.unfinished:  # the held-out runs would have to be simulated
+        state = replace(state, holdout=None)
     least = settings.least_probability * state.probabilities[0]
     plausible = [(r, p) for r, p in zip(state.ranked, state.probabilities, strict=True) if p >= least]
     alternatives: list[Alternative] = []
     warnings = list(state.warnings)
     for r, p in plausible[: settings.alternatives]:
         try:
+            alternatives.append(Alternative(p, _residuals(state, r)))
+        except StopRequested:
+            state = replace(state, holdout=None)
             alternatives.append(Alternative(p, _residuals(state, r)))
         except SimulationError as error:  # of held-out runs
             warnings.append(f"{r.hypothesis.label}: {error}")

@@ -4,8 +4,11 @@ from __future__ import annotations
 
 from dataclasses import replace
 
+from ...core.errors import SimulationError
+from ..estimation.nuisances import nuisance_columns
 from ..selection import greedy_stages
-from ..selection.baseline import refit_base
+from ..selection.baseline import refit_base, unfitted_base
+from ..selection.evidence import rank_hypotheses
 from ..selection.greedy import finish_fit
 from ..selection.greedy_screening import screen_effects
 from ..selection.greedy_steps import refine_macro_step
@@ -79,6 +82,17 @@ def finish_best(state: State) -> State:
     state = replace(state, baseline=baseline, holdout=holdout, warnings=tuple(warnings))
     ranked = greedy_stages.finish_best(problem, state.hypotheses, state.nuisance_jacobian)
     return replace(state, ranked=tuple(ranked))
+
+
+def rank_what_is_there(state: State) -> State:
+    """What was fitted before it was asked to stop, as it stands: no simulation is begun for it."""
+    if not len(state.nominal):
+        system = state.problem.campaign.system.name
+        raise SimulationError(f"{system}: stopped before the model as delivered had run once; nothing can be said")
+    N = state.nuisance_jacobian if len(state.nuisance_jacobian) else nuisance_columns(state.problem, state.nominal)
+    baseline = state.baseline or unfitted_base(state.problem, state.nominal, N)
+    state = replace(state, nuisance_jacobian=N, baseline=baseline, holdout=None)
+    return replace(state, ranked=tuple(rank_hypotheses(state.problem, state.hypotheses, N)))
 
 
 def try_alike(state: State) -> State:

@@ -6,6 +6,7 @@ import time
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 
+from ..problem.stop import StopRequested
 from .state import State
 
 
@@ -19,23 +20,26 @@ class Stage:
     when: Callable[[State], bool] = lambda state: True
     """Whether it has anything to do."""
     always: bool = False
-    """Also when the diagnosis has been asked to stop: it judges what is there."""
+    """Also when the diagnosis has been asked to stop: it judges what is there, without a simulation."""
 
 
 def run_pipeline(stages: Sequence[Stage], state: State, say: Callable[[str], None] = lambda text: None) -> State:
     """The state after all stages; `say` is told the name of each that is run.
 
-    A stage that is asked to stop returns what it has; later ones that only search are left out.
+    Once it is asked to stop no simulation is begun: what a stage then lacks is left out, and the state is marked as
+    unfinished with the stage that was cut off.
     """
-    last = ""
+    stop = state.problem.simulator.stop
     for stage in stages:
-        if not stage.always and state.problem.stop_requested:
-            state = replace(state, unfinished=state.unfinished or last or stage.name)
+        if (stop.requested and not stage.always) or not stage.when(state):
             continue
-        if not stage.when(state):
-            continue
-        begin, last = time.perf_counter(), stage.name
+        begin = time.perf_counter()
         say(stage.name)
-        state = stage.run(state)
+        try:
+            state = stage.run(state)
+        except StopRequested:
+            state = replace(state, unfinished=state.unfinished or stage.name)
+        if stop.requested:
+            state = replace(state, unfinished=state.unfinished or stage.name)
         state = replace(state, seconds={**state.seconds, stage.name: time.perf_counter() - begin})
     return state

@@ -168,6 +168,10 @@ class Observations:
                 made[b.place] = np.gradient(model[b.place], b.t)
         return made
 
+    def clock_jitter(self, block: Block) -> float:
+        """Standard deviation of the times of a block's readings [s]: as stated, else a share of their interval."""
+        return self.settings.clock_jitter * block.interval if block.clock_jitter is None else block.clock_jitter
+
     def with_numerical_error(self, model: np.ndarray, error: np.ndarray) -> Observations:
         """The same with a noise that has timing jitter on the model's slopes and the model's numerical error in it.
 
@@ -176,16 +180,13 @@ class Observations:
         made, settings = self.without_model_roughness(model), self.settings
         slope, noise = made.slope(model), made.noise_std.copy()
         for b in made.blocks:
+            rough = np.sqrt(_smooth(slope[b.place] ** 2, b.t, settings.smoothing))
             numerical = np.sqrt(_smooth(error[b.place] ** 2, b.t, settings.smoothing))
-            jitter = made.noise_of_jitter(b, slope)
+            share = float(np.sqrt(np.mean(error[b.place] ** 2))) / b.noise_std
+            numerical *= min(1.0, settings.step_error_share / max(share, 1e-300))
+            jitter = self.clock_jitter(b) * rough
             noise[b.place] = np.sqrt(b.noise_std**2 + jitter**2 + numerical**2)
         return replace(made, noise_std=noise)
-
-    def noise_of_jitter(self, block: Block, slope: np.ndarray) -> np.ndarray:
-        """What the uncertain times of a block's readings make of the slope (n,) of a long vector (its length,)."""
-        rough: np.ndarray = np.sqrt(_smooth(slope[block.place] ** 2, block.t, self.settings.smoothing))
-        usual = self.settings.clock_jitter * block.interval
-        return rough * (usual if block.clock_jitter is None else block.clock_jitter)
 
     def without_model_roughness(self, model: np.ndarray) -> Observations:
         """The same without, in estimated noise, what the same estimate makes of the model, which has no noise."""

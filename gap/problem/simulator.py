@@ -3,12 +3,12 @@
 from __future__ import annotations
 
 from collections import OrderedDict
-from collections.abc import Hashable, Mapping
+from collections.abc import Hashable, Mapping, Sequence
 
 import numpy as np
 
-from ...master.pool import Failure, Job, Pool
-from .stop import StopToken
+from ...master.pool import Abandoned, Failure, Job, Pool
+from .stop import StopRequested, StopToken
 
 Rows = np.ndarray | Failure
 
@@ -33,7 +33,7 @@ class Simulator:
         """Signals (n, len(record)) or the failure of every job; names: of their runs, for messages."""
         known = {key: self._kept[key] for key in jobs if key in self._kept}
         fresh_keys = [key for key in jobs if key not in known]
-        fresh = dict(zip(fresh_keys, self.pool.run([jobs[key] for key in fresh_keys]), strict=True))
+        fresh = dict(zip(fresh_keys, self.simulate([jobs[key] for key in fresh_keys]), strict=True))
         for key, result in fresh.items():
             if isinstance(result, Failure):
                 self.failure = f"run '{names[key]}': {result.reason}"
@@ -42,3 +42,12 @@ class Simulator:
             while len(self._kept) > self._capacity:
                 self._kept.popitem(last=False)
         return {**known, **fresh}
+
+    def simulate(self, jobs: Sequence[Job]) -> list[Rows]:
+        """The results in the order of the jobs; raises `StopRequested` once the diagnosis is asked to stop."""
+        if jobs and self.stop.requested:
+            raise StopRequested
+        try:
+            return self.pool.run(jobs, lambda: self.stop.requested)
+        except Abandoned:
+            raise StopRequested from None

@@ -26,7 +26,9 @@ class StepAssessment:
     nominal: np.ndarray
     """The model as delivered (n,)."""
     change: np.ndarray
-    """How far halving the package's step moves each entry (n,)."""
+    """How far halving the package's step moves each entry (n,); empty where it does not run at half of it."""
+    unresolved: str = ""
+    """What is to be said where the step changes more than the noise may be widened by."""
 
 
 def assess_step_error(problem: Problem) -> StepAssessment:
@@ -42,7 +44,9 @@ def assess_step_error(problem: Problem) -> StepAssessment:
         raise SimulationError(f"{name}: the model as delivered does not run the campaign: {failure}{hint}")
     half = problem.at_step({}, h / 2.0)
     if half is None:
-        raise SimulationError(f"{name}: the model does not run at half its step: {problem.simulator.failure}")
+        unknown = "The model does not run at half its step, so what its step changes is unknown."
+        widened = _widened(problem, at_step, np.zeros_like(at_step))
+        return StepAssessment(widened, at_step, np.zeros(0), unknown)
     numerical = left = at_step - half
     change = rms(numerical / problem.observations.noise_std)
     if change > settings.second_order_from and (better := _second_order(problem, change)) is not None:
@@ -53,7 +57,22 @@ def assess_step_error(problem: Problem) -> StepAssessment:
         problem = problem.with_discretisation(richardson_order=2 if doubled > 2.0**1.5 * change else 1)
         richardson = problem.discretisation.richardson
         left = richardson(double, at_step) - richardson(at_step, half)
-    return StepAssessment(_widened(problem, at_step, left), at_step, numerical)
+    return StepAssessment(_widened(problem, at_step, left), at_step, numerical, _unresolved(problem, at_step, left))
+
+
+def _unresolved(problem: Problem, model: np.ndarray, error: np.ndarray) -> str:
+    """In which channels the step's error is more than their noise may be widened by."""
+    most = problem.settings.noise.step_error_share
+    worst: dict[str, float] = {}
+    for b in problem.observations.without_model_roughness(model).blocks:
+        share = rms(error[b.place]) / b.noise_std
+        if share > most:
+            label = problem.labels[b.channel]
+            worst[label] = max(worst.get(label, 0.0), share)
+    if not worst:
+        return ""
+    told = ", ".join(f"{label} by {share:.1f} times its noise" for label, share in worst.items())
+    return f"The model's step of {1e3 * problem.macro_step:g} ms alone changes {told}: what it changes is no gap."
 
 
 def simulate_as_chosen(problem: Problem, chosen: Problem) -> StepAssessment:
@@ -64,6 +83,8 @@ def simulate_as_chosen(problem: Problem, chosen: Problem) -> StepAssessment:
     runs = [problem.at_step({}, d.macro_step * k) for k in factors]
     found = [run for run in runs if run is not None]
     if len(found) < len(runs):
+        if len(found) and not d.richardson_order:  # not at half its step
+            return StepAssessment(_widened(problem, found[0], np.zeros_like(found[0])), found[0], np.zeros(0))
         name, failure = problem.campaign.system.name, problem.simulator.failure
         raise SimulationError(f"{name}: the model as delivered does not run what is held out: {failure}")
     limits = [d.richardson(a, b) for a, b in pairwise(found)] if d.richardson_order else found

@@ -5,6 +5,10 @@ from __future__ import annotations
 from collections.abc import Callable
 
 
+class StopRequested(Exception):
+    """Work was given up because the diagnosis has been asked to stop."""
+
+
 class StopToken:
     """Asked wherever work begins; once it has been true it stays so."""
 

@@ -6,6 +6,8 @@ from dataclasses import replace
 
 import numpy as np
 
+from ..estimation.dispersion import estimate_dispersion
+from ..estimation.fit import Fit
 from ..estimation.gauss_newton import fit, robust_fit
 from ..estimation.linear import profile_nuisances
 from ..estimation.scheduler import run_fit
@@ -50,6 +52,17 @@ def fitted_base(problem: Problem, u: np.ndarray, nuisance_jacobian: np.ndarray) 
     """The baseline as a fit from the normalised base parameters u (k,)."""
     iterations = problem.settings.baseline.iterations
     return Hypothesis((), run_fit(problem, fit(problem, problem.base, u, nuisance_jacobian, iterations)))
+
+
+def unfitted_base(problem: Problem, nominal: np.ndarray, nuisance_jacobian: np.ndarray) -> Hypothesis:
+    """The model as delivered (n,) in place of a refit for which there was no time."""
+    q, residual = profile_nuisances(problem, nominal, nuisance_jacobian, 1.0)
+    count, dispersion = len(problem.base), estimate_dispersion(problem, residual)
+    fit = Fit(
+        problem.base, np.zeros(count), nominal, np.zeros((len(nominal), count)), q, len(problem.observations.span),
+        residual, np.zeros(len(nominal)), dispersion, unfinished=True,
+    )  # fmt: skip
+    return Hypothesis((), fit)
 
 
 def _nearer_points(problem: Problem, baseline: Hypothesis, nuisance_jacobian: np.ndarray) -> list[np.ndarray]:

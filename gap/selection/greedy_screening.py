@@ -17,6 +17,7 @@ from ..estimation.linear import Linear
 from ..estimation.scheduler import run_fit
 from ..problem.parameters import EffectCandidate, penalty
 from ..problem.problem import Problem
+from ..problem.stop import StopRequested
 from .hypothesis import READINGS, best_of_each
 
 SINGLES = 10
@@ -120,6 +121,8 @@ def estimate_savings(
     lines: list[tuple[Fit, Linear]] = []
     made = []
     for s in found:
+        if problem.stop_requested:
+            raise StopRequested
         line = next((line for at, line in lines if at is s.at), None)
         if line is None:
             at, rows = s.at, screened(problem)
