@@ -84,8 +84,6 @@ class Run:
     series: dict[str, tuple[np.ndarray, np.ndarray]]
     stop: float
     events: tuple[Event, ...] = ()
-    starts_at: float = 0.0
-    """Time of the first reading [s], where the campaign does not say what that is on the model's clock."""
 
 
 @dataclass

@@ -99,10 +99,10 @@ def _run(
         raise CampaignError(f"{path}: every channel is constant; there is nothing to learn from this run")
     if not any(c.role == "output" and c.connector in series for c in channels):
         raise CampaignError(f"{path}: no output channel was measured")
-    first, last = (f(float(t[k]) for t, _ in series.values()) for f, k in ((min, 0), (max, -1)))
+    last = max(float(t[-1]) for t, _ in series.values())
     check_events(where, events, last)
     name = take.get(table, where, "name", str, path.stem)
-    return Run(name, dict(parameters), use, series, last, events, first if form.start is None else 0.0)
+    return Run(name, dict(parameters), use, series, last, events)
 
 
 def read(path: Path) -> Campaign:

@@ -45,13 +45,20 @@ def check_units(problem: Problem, nominal: np.ndarray) -> None:
             for before, after in zip(straight, shares, strict=False)
         )
         if found and left < _sum(straight) - settings.as_good:
-            raise CampaignError(f"{problem.campaign.file}: the model misses the channels' movement; {text}?")
+            raise CampaignError(
+                f"{problem.campaign.file}: the model misses the channels' movement; {text}? {_remedy([text])}"
+            )
         return
     own = _missed(problem, models, suspect)
     stories = [(_sum(own), f"is it in {suspect.better}", own), *sorted(stories)]
     least = min(stories)[0]
-    told = [text for left, text, _ in stories if left <= least + settings.as_good]
-    raise CampaignError(f"{problem.campaign.file}: {suspect.text}; {', or '.join(told[:3])}?")
+    told = [text for left, text, _ in stories if left <= least + settings.as_good][:3]
+    raise CampaignError(f"{problem.campaign.file}: {suspect.text}; {', or '.join(told)}? {_remedy(told)}")
+
+
+def _remedy(told: list[str]) -> str:
+    keys = {"'time_unit'" if text.startswith("is time") else "the channel's 'unit'" for text in told}
+    return f"Then {' or '.join(sorted(keys, reverse=True))} has to say so"
 
 
 def _sum(shares: list[float]) -> float:

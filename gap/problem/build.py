@@ -27,6 +27,9 @@ from .stop import StopToken
 TIME_UNITS = {"ms": 1e3, "us": 1e6, "ns": 1e9, "minutes": 1.0 / 60.0, "hours": 1.0 / 3600.0}
 """Units that times are found in, as multiples that a number of them is of one in seconds."""
 
+TIME_UNIT_KEYS = {"minutes": "min", "hours": "h"}
+"""What `time_unit` calls them, where that is another name."""
+
 
 @dataclass(frozen=True)
 class _Package:
@@ -206,17 +209,15 @@ def _own(own: str, values: np.ndarray) -> np.ndarray:
 
 def _check_length(where: str, run: Run, scenario: float | None, step: float, driven: bool, settings: Settings) -> None:
     """A run's length betrays a wrong unit of its time."""
+    fitting = [u for u, f in TIME_UNITS.items() if scenario is not None and 0.5 < run.stop / (f * scenario) < 1.5]
+    keys = [f'time_unit = "{TIME_UNIT_KEYS.get(u, u)}"' for u in fitting]
     if run.stop / step > settings.numerics.max_steps:
+        remedy = f"{keys[0]} makes it as long as the scenario" if keys else "'time_unit' says another unit"
         raise CampaignError(
-            f"{where} lasts {run.stop:g} s, {run.stop / step:.1e} steps: is time in seconds? 'time_unit' says another "
-            "unit, 'start' where in the file the model starts"
+            f"{where} lasts {run.stop:g} s, {run.stop / step:.1e} steps: is time in seconds? {remedy}, 'start' where in "
+            "the file the model starts"
         )
-    if scenario is None or driven:
-        return
-    name = next((u for u, f in TIME_UNITS.items() if 0.5 < run.stop / (f * scenario) < 1.5), None)
-    if name is not None:
-        key = {"minutes": "min", "hours": "h"}.get(name, name)
+    if fitting and not driven:
         raise CampaignError(
-            f"{where} lasts {run.stop:g} s, the scenario {scenario:g} s: is time in {name}? Then it needs time_unit = "
-            f'"{key}"'
+            f"{where} lasts {run.stop:g} s, the scenario {scenario:g} s: is time in {fitting[0]}? Then it needs {keys[0]}"
         )
