@@ -311,13 +311,15 @@ class SanitySettings:
     doubtful_ratio: float = 3.0
     """Times from which another unit is asked about where it explains the channel better: few effects do as much."""
     possible_ratio: float = 2.0
-    """Times from which it is asked about where it explains the channel much better: inches and centimetres are 2.5."""
+    """Times from which it is remarked on where it explains the channel much better: inches and centimetres are 2.5."""
     ratio_fits: float = 0.3
     """How near, in its logarithm, the ratio has to be to that of the units."""
     better_share: float = 0.35
     """Share of the gap that the other unit may leave to be better."""
     much_better_share: float = 0.2
     """The same to be much better."""
+    shape_missed: float = 0.5
+    """Share of the readings' movement, in the other unit, that the model may miss for that unit to explain them."""
     zero_beyond: float = 5.0
     """Times the span of a channel that lie between the zeros of two units where no effect can have shifted it so."""
     movement_lost: float = 0.5

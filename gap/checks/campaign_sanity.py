@@ -29,8 +29,7 @@ def check_campaign(problem: Problem, nominal: np.ndarray) -> list[str]:
         parts = [b for b in problem.observations.blocks if b.channel == k]
         if parts:
             _check_readings(problem, c, parts, nominal)
-    check_units(problem, nominal)
-    return warnings
+    return [*warnings, *check_units(problem, nominal)]
 
 
 def _impossible(where: str, unit: str, t: float, bad: float, least: float, most: float) -> CampaignError:

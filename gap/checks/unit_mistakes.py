@@ -27,16 +27,23 @@ class _Suspect:
     channel: Channel
     better: str
     text: str
+    sure: bool = True
+    """No machine differs from its model by so much; else it is only remarked on."""
 
 
-def check_units(problem: Problem, nominal: np.ndarray) -> None:
-    """Raise `CampaignError` for what is likelier in another unit; `delivered` is the model's long vector (n,)."""
+def check_units(problem: Problem, nominal: np.ndarray) -> list[str]:
+    """Raise `CampaignError` for what is likelier in another unit; returns warnings of what may be.
+
+    nominal: the long vector (n,) of the model as delivered.
+    """
     settings = problem.settings.sanity
-    suspect = next(filter(None, (_suspect(problem, k, nominal) for k in range(len(problem.campaign.outputs)))), None)
+    suspects = [x for k in range(len(problem.campaign.outputs)) if (x := _suspect(problem, k, nominal)) is not None]
+    suspect = next((x for x in suspects if x.sure), None)
+    warnings = [f"{x.text}; is it in {x.better}? {_remedy([''])}" for x in suspects if not x.sure]
     models = {b.place.start: nominal[b.place] for b in problem.observations.series}
     straight = _missed(problem, models)
     if suspect is None and max(straight, default=0.0) <= settings.movement_lost:
-        return
+        return warnings
     stories = [(_sum(shares), text, shares) for shares, text in _stories(problem)]
     if suspect is None:
         left, text, shares = min(stories, default=(np.inf, "", []))
@@ -48,7 +55,7 @@ def check_units(problem: Problem, nominal: np.ndarray) -> None:
             raise CampaignError(
                 f"{problem.campaign.file}: the model misses the channels' movement; {text}? {_remedy([text])}"
             )
-        return
+        return warnings
     own = _missed(problem, models, suspect)
     stories = [(_sum(own), f"is it in {suspect.better}", own), *sorted(stories)]
     least = min(stories)[0]
@@ -89,38 +96,56 @@ def _of_another_size(problem: Problem, c: Channel, parts: list[Block], nominal: 
         return None
     ratio, own = measured / modelled, problem.units[c.connector]
     size, better = abs(float(np.log(ratio))), None
+    doubtful = size > np.log(settings.doubtful_ratio)
     if size > np.log(settings.wrong_ratio):
         better = _likelier(c.unit, ratio, 2.0 * settings.better_share)
     elif size > np.log(settings.possible_ratio):
         better = _likelier(c.unit, ratio, settings.ratio_fits)
-        doubtful = size > np.log(settings.doubtful_ratio)
         share = settings.better_share if doubtful else settings.much_better_share
-        if better and _left(parts, nominal, own, c.unit, better) > share * _left(parts, nominal, own):
+        if better and not _explains(problem, c, parts, nominal, better, share, word == "moves by"):
             better = None
     if better is None:
         return None
     shown = [f"{convert(float(x), own, c.unit):.4g} {c.unit}" for x in (measured, modelled)]
-    return _Suspect(c, better, f"channel '{c.column}': it {word} {shown[0]} where the model {word} {shown[1]}")
+    text = f"channel '{c.column}': it {word} {shown[0]} where the model {word} {shown[1]}"
+    return _Suspect(c, better, text, doubtful)
+
+
+def _explains(
+    problem: Problem, c: Channel, parts: list[Block], nominal: np.ndarray, better: str, share: float, moves: bool
+) -> bool:
+    """Whether the model misses far less of the readings in the better unit, and little of them themselves.
+
+    Large readings that have nothing of the model become smaller in a larger unit, too.
+    """
+    own = problem.units[c.connector]
+    after = _left(parts, nominal, own, c.unit, better)
+    if after > share * _left(parts, nominal, own):
+        return False
+    read = [_meant(b.y, own, c.unit, better) for b in parts]
+    whole = rms(np.concatenate([y - y.mean() if moves else y for y in read]))
+    return after <= problem.settings.sanity.shape_missed * whole
 
 
 def _of_another_zero(problem: Problem, c: Channel, parts: list[Block], nominal: np.ndarray) -> _Suspect | None:
     """Where the readings stand off the model by what is between the zeros of two units, as of K and degC."""
     settings, own = problem.settings.sanity, problem.units[c.connector]
     given = _left(parts, nominal, own)
-    if given <= settings.quiet * max(b.noise_std for b in parts):
+    others = [u for u in _others(c.unit) if u.offset != unit(c.unit).offset]
+    if not others or given <= settings.quiet * max(b.noise_std for b in parts):
         return None
     readings = np.concatenate([b.y for b in parts])
     model = np.concatenate([nominal[b.place] for b in parts])
     moves = max(float(np.ptp(readings)), float(np.ptp(model)))
-    for other in _others(c.unit):
-        shift = float(np.median(np.abs(_meant(readings, own, c.unit, other.name) - readings)))
-        beyond = shift > settings.zero_beyond * moves
-        share = settings.better_share if beyond else settings.much_better_share / 2.0
-        if other.offset == unit(c.unit).offset or _left(parts, nominal, own, c.unit, other.name) > share * given:
-            continue
-        shown = [f"{convert(float(np.median(x)), own, c.unit):.4g} {c.unit}" for x in (readings, model)]
-        return _Suspect(c, other.name, f"channel '{c.column}': it is at {shown[0]} where the model is at {shown[1]}")
-    return None
+    left = {u.name: _left(parts, nominal, own, c.unit, u.name) for u in others}
+    better = min(left, key=left.__getitem__)
+    shift = float(np.median(np.abs(_meant(readings, own, c.unit, better) - readings)))
+    share = settings.better_share if shift > settings.zero_beyond * moves else settings.much_better_share
+    if left[better] > share * given:
+        return None
+    shown = [f"{convert(float(np.median(x)), own, c.unit):.4g} {c.unit}" for x in (readings, model)]
+    absolute = (unit(c.unit).offset == 0.0) != (unit(better).offset == 0.0)  # 255 K apart, degC and degF about 40
+    return _Suspect(c, better, f"channel '{c.column}': it is at {shown[0]} where the model is at {shown[1]}", absolute)
 
 
 def _left(parts: list[Block], nominal: np.ndarray, own: str, given: str = "", better: str = "") -> float:
