@@ -12,6 +12,7 @@ import numpy as np
 from ...core.errors import UsageError, did_you_mean
 from ...core.unit_names import named
 from ...core.units import convert, unit
+from ..measurements.clock import clock_jitter, jitters
 from ..measurements.faulty_readings import find_faulty_readings
 from ..measurements.read_table import read_table
 from ..measurements.table import Column, FloatArray, MeasurementError, MeasurementTable, TextFormat, TimeStamp
@@ -31,9 +32,6 @@ MIN_SAMPLES = 20
 
 HOLE = 20.0
 """Usual sample intervals without a reading that are told."""
-
-JITTER = 0.015
-"""Standard deviation of the time stamps, in sample intervals, from which a clock is told to jitter: that of +-3 %."""
 
 Series = dict[str, tuple[FloatArray, FloatArray]]
 """Times [s] and values [SI] by connector."""
@@ -156,8 +154,8 @@ def _model_time(table: MeasurementTable, raw: FloatArray, form: FileFormat, warn
     if gaps.max() > HOLE * np.median(gaps):
         at = kept[int(np.argmax(gaps))]
         warnings.append(f"{table.file.name}: nothing was measured for {gaps.max():g} s after {at:g} s")
-    jitter = clock_jitter(kept)
-    if jitter > JITTER * np.median(gaps):
+    if jitters(kept):
+        jitter = clock_jitter(kept)
         warnings.append(
             f"{table.file.name}: its clock jitters by {jitter:.2g} s, {jitter / np.median(gaps):.1%} of a sample "
             "interval; its times are taken as they stand: 'clock_jitter' [s] of a channel says how far they may be off"
@@ -226,14 +224,6 @@ def _check_start(table: MeasurementTable, seconds: FloatArray, form: FileFormat,
         raise CampaignError(f"{table.file}: time starts at {first:g} s and the run is {length:g} s long; {remedy}")
     if first > LATE * length:
         warnings.append(f"{table.file.name}: time starts at {first:g} s; {remedy}")
-
-
-def clock_jitter(seconds: FloatArray) -> float:
-    """Standard deviation [s] of times (n,) around an even clock; holes and slow drift do not count."""
-    steps = np.diff(seconds)
-    usual = np.median(steps)
-    near = steps[(steps > 0.5 * usual) & (steps < 1.5 * usual)]
-    return float(near.std()) / np.sqrt(2.0) if len(near) > 0.5 * len(steps) else 0.0
 
 
 def _readings(

@@ -146,8 +146,9 @@ def _series(campaign: Campaign, units: dict[str, str], settings: Settings) -> li
     for k, c in enumerate(campaign.outputs):
         for run in campaign.runs:
             if c.connector in run.series:
-                readings = _own(units[c.connector], run.series[c.connector][1])
-                estimated.setdefault(k, []).append(estimate_channel_noise(readings))
+                t, readings = run.series[c.connector]
+                readings = _own(units[c.connector], readings)
+                estimated.setdefault(k, []).append(estimate_channel_noise(readings, t=t))
     blocks = []
     for r, run in enumerate(campaign.runs):
         for k, c in enumerate(campaign.outputs):

@@ -192,7 +192,7 @@ class Observations:
         """The same without, in estimated noise, what the same estimate makes of the model, which has no noise."""
         made = []
         for b in self.blocks:
-            rough = estimate_noise_std(model[b.place]) if not b.stated else 0.0
+            rough = estimate_noise_std(model[b.place], t=b.t) if not b.stated else 0.0
             left = float(np.sqrt(max(b.noise_std**2 - rough**2, 0.0)))
             made.append(replace(b, noise_std=float(max(left, self.settings.least_share * b.noise_std))))
         return replace(self, blocks=tuple(made))
