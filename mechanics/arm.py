@@ -16,6 +16,7 @@ import numpy as np
 from ..core.errors import ParameterError
 from ..core.sea import GRAVITY, ambient_pressure
 from . import loads
+from .effects import with_effects
 from .linkage import check_buildable, linkage
 from .mjcf import mjcf
 from .variables import BEAM_STRIPS
@@ -47,7 +48,7 @@ class Arm:
 
     def __init__(self, p: Mapping[str, float], out: np.ndarray | None = None, t: float = 0.0):
         check_buildable(p["theta0"], p["rod_eye_radius"], p["base_x"], p["base_y"])
-        p = {**p, "load_weight": p["load_weight"] * p["effect.payload_error.scale"]}
+        p = with_effects(p)
         self.model = compiled(mjcf(p))
         self.data = mujoco.MjData(self.model)
         self._M = np.zeros((3, 3))
@@ -62,9 +63,7 @@ class Arm:
         c[loads.BEAM_L], c[loads.BEAM_D] = p["beam_length"], p["beam_diameter"] + grown
         c[loads.BARREL_L], c[loads.BARREL_D] = p["barrel_length"], p["barrel_diameter"] + grown
         c[loads.ROD_D], c[loads.RHO], c[loads.C_M] = p["rod_diameter"], p["rho_s"], p["C_M"]
-        c[loads.C_D] = p["C_D"] * p["effect.drag_coefficient.scale"]
-        c[loads.PRINTED] = p["drag_as_printed"]
-        c[loads.SPEED] = p["current_speed"] + p["effect.current_error.offset"]
+        c[loads.C_D], c[loads.PRINTED], c[loads.SPEED] = p["C_D"], p["drag_as_printed"], p["current_speed"]
         c[loads.AMPLITUDE], c[loads.FREQUENCY] = p["current_amplitude"], p["current_frequency"]
         c[loads.AMPLITUDE_2] = p["effect.current_unsteady.amplitude"]
         c[loads.FREQUENCY_2] = p["effect.current_unsteady.frequency"]

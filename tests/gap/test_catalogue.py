@@ -1,3 +1,6 @@
+import tomllib
+import zipfile
+
 import pytest
 from deepsea_cosim.core.errors import PackageError
 from deepsea_cosim.gap.campaign.catalogue import load_from_package, parse
@@ -30,8 +33,11 @@ def test_reading():
 
 
 def test_shipped_catalogue(built):
+    with zipfile.ZipFile(built / "deepsea_11km.ssp") as package:
+        shipped = tomllib.loads(package.read("resources/effects.toml").decode())
     catalogue = load_from_package(built / "deepsea_11km.ssp")
-    assert len(catalogue.effects) == 30
+    assert [e.id for e in catalogue.effects] == [e["id"] for e in shipped["effect"]]
+    assert len(catalogue.effects) >= 30
     assert len(catalogue.sensors) == 4
     assert catalogue.effect("current_unsteady").main.address == "arm.effect.current_unsteady.amplitude"
 
