@@ -18,9 +18,10 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from . import commits
-from .campaigns import CAMPAIGNS, Made, Small, build_toys
+from .campaigns import CAMPAIGNS, Small
 from .commits import Code, CodeError, move
 from .compare import differences
+from .made import Made, build_toys
 
 REPOSITORY = Path(__file__).parents[2]
 
@@ -30,7 +31,10 @@ AT_ONCE = 2
 SHOWN = 5
 """Differing fields of a campaign that are printed."""
 
-SOURCES = ("benchmarks/same_diagnoses/campaigns.py", "benchmarks/blind", "tests/gap/oscillator.py", "tests/toys")
+SOURCES = (
+    "benchmarks/same_diagnoses/toy.py", "benchmarks/same_diagnoses/machine.py", "benchmarks/same_diagnoses/made.py",
+    "benchmarks/blind", "tests/gap/oscillator.py", "tests/toys",
+)  # fmt: skip
 """What the measurements depend on, beside the deep-sea package."""
 
 
