@@ -80,7 +80,8 @@ def test_the_code_of_a_tree_is_not_merged_with_the_installed_code(other_tree, tm
 
 
 def test_a_catalogue_is_cut_to_a_few_effects():
-    text = '# head\n[[base]]\nparameter = "a"\n[[base]]\nparameter = "b"\n[[effect]]\nid = "one"\n[[effect.parameter]]\n'
-    text += 'address = "x"\n[[effect]]\nid = "two"\n[[effect.parameter]]\naddress = "y"\n[[sensor]]\nid = "late"\n[[region]]\n'
-    left = '# head\n[[base]]\nparameter = "b"\n[[effect]]\nid = "two"\n[[effect.parameter]]\naddress = "y"\n[[region]]\n'
-    assert cut(text, ("two",), ("b",)) == left
+    one = '[[effect]]\nid = "one"\n[[effect.parameter]]\naddress = "x"\n'
+    two = '[[effect]]\nid = "two"\n[[effect.parameter]]\naddress = "y"\n'
+    a, b = '[[base]]\nparameter = "a"\n', '[[base]]\nparameter = "b"\n'
+    late, region = '[[sensor]]\nid = "late"\n', "[[region]]\n"
+    assert cut(f"# head\n{a}{b}{one}{two}{late}{region}", ("two",), ("b",)) == f"# head\n{b}{two}{region}"
