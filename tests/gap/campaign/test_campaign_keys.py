@@ -150,12 +150,14 @@ WRONG = {
     "time unit": ("", "", 'time_unit = "bar"\n', "time_unit = 'bar' is no unit of time; there are s, ms"),
     "start": ("", "", 'start = "noon"\n', "start = 'noon' is neither seconds"),
     "start after the end": ("", "", "start = 100\n", "before 'start'"),
-    "a stamp for numbers": ("", "", "start = 2024-05-31T13:45:00\n", "is a time stamp, but the file has times as numbers"),
+    "a stamp for numbers": ("", "", "start = 2024-05-31T13:45:00\n", "but the file has times as numbers"),
 }
 
 
 @pytest.mark.parametrize("case", WRONG)
-def test_one_line_for_a_wrong_key(written: Written, tmp_path: Path, capsys: pytest.CaptureFixture[str], case: str) -> None:
+def test_one_line_for_a_wrong_key(
+    written: Written, tmp_path: Path, capsys: pytest.CaptureFixture[str], case: str
+) -> None:
     old, new, head, told = WRONG[case]
     path = written(old, new, head=head)
     assert main(["diagnose", str(path), "--out", str(tmp_path / "out")]) == 2
@@ -165,7 +167,9 @@ def test_one_line_for_a_wrong_key(written: Written, tmp_path: Path, capsys: pyte
     assert error.strip().count("\n") == 0
 
 
-@pytest.mark.parametrize(("time", "key"), [(T + 1e5, "start = 100000"), (T - 5.0, "start = -5"), (T + 30.0, "start = 30")])
+@pytest.mark.parametrize(
+    ("time", "key"), [(T + 1e5, "start = 100000"), (T - 5.0, "start = -5"), (T + 30.0, "start = 30")]
+)
 def test_time_that_starts_elsewhere_is_asked_about(written: Written, time: np.ndarray, key: str) -> None:
     with pytest.raises(CosimError, match=key):
         read(written(run=table(time)))
