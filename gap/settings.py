@@ -28,8 +28,10 @@ class NoiseSettings:
     smoothing: float = 0.05
     """Time over which slopes and step errors are averaged when they widen the noise [s]."""
     step_error_share: float = 0.5
-    """RMS of the macro step's error, in a channel's noise, by which that may be widened at most (12 % in all): what
-    the step changes beyond that is no noise, and is told."""
+    """Macro step's error, in a channel's noise, by which most of its readings may be widened at most (12 % in all):
+    what the step changes beyond that is no noise, and is told."""
+    step_error_quantile: float = 0.75
+    """Share of a channel's readings that are most of them."""
     least_share: float = 0.2
     """Share of an estimated noise that is kept whatever the model itself would be estimated to have."""
     swing_evidence: float = 3.0
@@ -234,6 +236,8 @@ class EvidenceSettings:
     """Structured energy beyond chance, per reading, with which nothing is left to explain."""
     chance: float = 1.5
     """Standard deviations of the energy that noise shares by chance which are no evidence."""
+    deviance_readings: float = 150.0
+    """Readings that count in the penalised deviance by which the greedy search ranks fits until they are judged."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -251,6 +255,10 @@ class PosteriorSettings:
     explanation (inches declared as mm were "94 % sure" so)."""
     unfinished: float = 0.3
     """Odds of all effects are multiplied by it when the search was cut off."""
+    least: float = 1e-6
+    """Of a raw probability and of its complement, so that its odds are finite."""
+    surest: float = 0.99
+    """Of a calibrated probability: among the surest 2 to 3 in 100 were wrong."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -412,6 +420,18 @@ class Settings:
         """All values by name, for a result; JSON has no infinity."""
         made = asdict(self)
         return {name: {key: _finite(value) for key, value in values.items()} for name, values in made.items()}
+
+
+@dataclass(frozen=True, kw_only=True)
+class SyntheticSettings:
+    """Synthetic campaigns; no part of a diagnosis."""
+
+    rate: float = 100.0
+    """Samples a second unless a run says otherwise [1/s]."""
+    step: float = 0.25e-3
+    """Macro step of the finer of the two runs from which that of no macro step is extrapolated [s]."""
+    max_samples: float = 1e7
+    """Samples of a run above which a rate or a time is taken for a mistake."""
 
 
 def _finite(value: Any) -> Any:

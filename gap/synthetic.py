@@ -9,7 +9,7 @@ The template is a campaign.toml whose runs need not exist yet. Beyond the campai
     seed                    of the noise; default 0
 
 Written are campaign.toml, the run files and, apart from them, answer.toml with the truth. A machine has no macro step:
-the readings are what runs at `STEP` and at twice that tend to.
+the readings are what runs at `SyntheticSettings.step` and at twice that tend to.
 """
 
 from __future__ import annotations
@@ -29,10 +29,9 @@ from .campaign.campaign import CampaignError, Channel, own_unit, si
 from .campaign.catalogue import QUANTITIES
 from .campaign.read import MIN_SAMPLES, base_of, channels_of, take, use_of
 from .problem.sensors import Sensor
+from .settings import SyntheticSettings
 
-RATE = 100.0
-STEP = 0.25e-3
-MOST_SAMPLES = 1e7
+SETTINGS = SyntheticSettings()
 
 
 def _sensors(truth: dict[str, Any], channels: tuple[Channel, ...], where: str) -> dict[str, Sensor]:
@@ -66,8 +65,8 @@ def _converged(
     session: Session, record: list[str], stop: float, parameters: dict[str, Any]
 ) -> tuple[np.ndarray, np.ndarray]:
     """(times (n,), signals (n, k)) of a run without the macro step's error of first order, at every second step."""
-    t, double = session.run(record, stop, 2.0 * STEP, parameters)
-    fine, single = session.run(record, stop, STEP, parameters)
+    t, double = session.run(record, stop, 2.0 * SETTINGS.step, parameters)
+    fine, single = session.run(record, stop, SETTINGS.step, parameters)
     return t, np.stack([2.0 * np.interp(t, fine, y) - z for y, z in zip(single.T, double.T, strict=True)], axis=1)
 
 
@@ -108,11 +107,11 @@ class _Planned:
 def _planned(run: dict[str, Any], where: str, ends: float | None) -> _Planned:
     take.no_strangers(run, ("file", "parameters", "use", "stop_time", "rate"), where)
     stop = take.number(run, where, "stop_time", ends or 1.0)
-    rate = take.number(run, where, "rate", RATE)
+    rate = take.number(run, where, "rate", SETTINGS.rate)
     if not (stop > 0.0 and rate > 0.0):
         raise CampaignError(f"{where}: 'stop_time' and 'rate' have to be positive")
-    if stop * rate > MOST_SAMPLES:
-        raise CampaignError(f"{where}: {stop * rate:.1e} samples are more than {MOST_SAMPLES:.0e}")
+    if stop * rate > SETTINGS.max_samples:
+        raise CampaignError(f"{where}: {stop * rate:.1e} samples are more than {SETTINGS.max_samples:.0e}")
     if stop * rate < MIN_SAMPLES - 1:
         raise CampaignError(f"{where}: {stop * rate:.3g} samples; a diagnosis needs {MIN_SAMPLES}")
     known = take.get(run, where, "parameters", dict, {})

@@ -23,6 +23,22 @@ ALLOWED = {
 }
 """What each package may import of ours. `master`, `ssp` and `gap` never import physics."""
 
+GAP = REPOSITORY / "gap"
+ROOMS = (
+    "settings", "measurements", "campaign", "problem", "estimation", "checks", "selection", "analysis", "pipeline",
+    "result", "report",
+)  # fmt: skip
+"""Of the diagnosis: each imports only those before it. What stands beside them (the commands, `diagnose`) may import
+all."""
+
+MOST_LINES, MOST_LINES_OF_A_FUNCTION = 400, 60
+SEARCH = "selection/greedy"
+"""The greedy search will be replaced as a whole; until then it keeps its shape and the numbers it was tuned with."""
+TABLES = {"SCHEMA", "TIME_UNITS"}
+"""Numbers that nobody tunes: a format's version, units of time."""
+TO_BE_MENDED = ("report/", "campaign/", "measurements/", "terminal.py")
+"""Where functions, modules and numbers do not keep these rules yet."""
+
 
 def imported_packages(path: Path, package: str) -> set[str]:
     """Our packages that a module imports, relative or absolute."""
@@ -49,7 +65,7 @@ def test_imports_go_one_way(package):
 
 def test_every_folder_with_code_is_in_the_distribution():
     listed = tomllib.loads((REPOSITORY / "pyproject.toml").read_text())["tool"]["setuptools"]["packages"]
-    elsewhere = {"tests", "build", "dist"}
+    elsewhere = {"benchmarks", "tests", "build", "dist"}
     for init in REPOSITORY.rglob("__init__.py"):
         parts = init.parent.relative_to(REPOSITORY).parts
         if parts[0] not in elsewhere and not parts[0].startswith("."):
@@ -65,3 +81,100 @@ def test_modules_stay_small():
         if (count := len(path.read_text().splitlines())) > 600
     }
     assert not long
+
+
+def gap_modules():
+    """Syntax of each module of gap/ by its path there."""
+    return {str(path.relative_to(GAP)): ast.parse(path.read_text()) for path in sorted(GAP.rglob("*.py"))}
+
+
+def imported_modules(path, tree, modules):
+    """Paths of the modules of gap/ that the one at that path imports, at its top or in a function."""
+    folder = path.split("/")[:-1]
+    found = set()
+    for node in ast.walk(tree):
+        if not isinstance(node, ast.ImportFrom) or not 0 < node.level <= len(folder) + 1:
+            continue
+        base = folder[: len(folder) + 1 - node.level] + (node.module.split(".") if node.module else [])
+        for alias in node.names:
+            candidates = ("/".join([*base, alias.name]) + ".py", "/".join(base) + ".py", "/".join([*base, "__init__.py"]))
+            found |= {next((name for name in candidates if name in modules), path)}
+    return found - {path}
+
+
+def room(path):
+    """The folder or the module at the top of gap/ that a path belongs to."""
+    return path.split("/")[0].removesuffix(".py")
+
+
+def test_rooms_of_the_diagnosis_import_one_way():
+    modules = gap_modules()
+    order = {name: k for k, name in enumerate(ROOMS)}
+    beside = len(ROOMS)
+    wrong = [
+        f"{path} imports {other}"
+        for path, tree in modules.items()
+        if room(path) in order
+        for other in imported_modules(path, tree, modules)
+        if order.get(room(other), beside) > order[room(path)]
+    ]
+    assert not wrong
+    assert {room(path) for path in modules if "/" in path} <= set(ROOMS)
+
+
+def test_settings_import_nothing_of_the_diagnosis():
+    modules = gap_modules()
+    assert not imported_modules("settings.py", modules["settings.py"], modules)
+
+
+def test_no_module_imports_itself_by_others():
+    modules = gap_modules()
+    waiting = {path: imported_modules(path, tree, modules) - {"__init__.py"} for path, tree in modules.items()}
+    while free := [path for path, others in waiting.items() if not others & set(waiting)]:
+        for path in free:
+            del waiting[path]
+    assert not waiting, "each of these imports another of them"
+
+
+def checked_modules():
+    return {path: tree for path, tree in gap_modules().items() if not path.startswith((SEARCH, *TO_BE_MENDED))}
+
+
+def test_functions_of_the_diagnosis_stay_short():
+    long = {
+        f"{path}: {node.name}": count
+        for path, tree in checked_modules().items()
+        for node in ast.walk(tree)
+        if isinstance(node, ast.FunctionDef) and (count := node.end_lineno - node.lineno + 1) > MOST_LINES_OF_A_FUNCTION
+    }
+    assert not long
+
+
+def test_modules_of_the_diagnosis_stay_short():
+    texts = {path: (GAP / path).read_text() for path in checked_modules() if path != "settings.py"}  # that is a table
+    long = {path: count for path, text in texts.items() if (count := len(text.splitlines())) > MOST_LINES}
+    assert not long
+
+
+def is_number(node):
+    """Whether an expression is a number, or a tuple, list, set or dict with one in it."""
+    if isinstance(node, ast.UnaryOp):
+        return is_number(node.operand)
+    if isinstance(node, ast.BinOp):
+        return is_number(node.left) or is_number(node.right)
+    if isinstance(node, ast.Tuple | ast.List | ast.Set):
+        return any(map(is_number, node.elts))
+    if isinstance(node, ast.Dict):
+        return any(map(is_number, node.values))
+    return isinstance(node, ast.Constant) and type(node.value) in (int, float)
+
+
+def test_numbers_of_the_diagnosis_stand_in_its_settings():
+    wrong = []
+    for path, tree in checked_modules().items():
+        for node in tree.body if path != "settings.py" else ():
+            targets = node.targets if isinstance(node, ast.Assign) else [getattr(node, "target", None)]
+            names = {n.id for t in targets if t is not None for n in ast.walk(t) if isinstance(n, ast.Name)}
+            if isinstance(node, ast.Assign | ast.AnnAssign) and node.value is not None and is_number(node.value):
+                wrong += [f"{path}: {name}" for name in sorted(names - TABLES)]
+    assert not wrong

@@ -1,73 +1,76 @@
-"""Three simple ways to name a cause, for comparison, from what a diagnosis has computed anyway.
+"""Three simple ways to name effects, for comparison, from what a diagnosis has computed anyway.
 
     python -m benchmarks.blind.baselines DIR|RECORDS [--diagnoses FOLDER] [--markdown FILE]
 
 * refit: base parameters are to blame for everything; no effect is ever named.
-* residual: whichever effect explains most of the refitted model's residual in the linear screening, if that residual is
-  above 1.1 floors.
-* BIC: the single effect, or none, with the least n ln(mean square) + k ln n of the fit, all readings independent.
+* probable: the effect with the greatest inclusion probability, alone, if calibration leaves more than 1.1 noises.
+* least left: the single effect whose hypothesis leaves least, or none if that gains less than 10 %.
 """
 
 from __future__ import annotations
 
 import argparse
-from collections.abc import Sequence
-from math import log
+from collections.abc import Callable, Sequence
 from pathlib import Path
-from typing import Any
 
 from .records import Record, load
-from .score import NONE, Names, Outcome, Said, Truth, score
+from .scoring.names import Names
+from .scoring.outcome import Outcome, outcomes
+from .scoring.said import Said
+from .scoring.table import score
 
 ABOVE = 1.1
+"""RMS that calibration leaves, in noise, from which something is named."""
+
+GAIN = 0.9
+"""Share of what calibration leaves that the least may be to be named."""
 
 
-def refit(diagnosis: dict[str, Any]) -> Names:
+def refit(o: Outcome) -> Names:
     """Never an effect."""
-    return NONE
+    return ()
 
 
-def residual(diagnosis: dict[str, Any]) -> Names:
-    """The effect that screening likes best."""
-    screening = diagnosis["evidence"]["screening"]
-    if diagnosis["gap"]["after_calibration"] < ABOVE or not screening:
-        return NONE
-    return (screening[0]["effect"],)
+def probable(o: Outcome) -> Names:
+    """The most probable effect."""
+    if not o.said.probabilities or not o.said.calibrated > ABOVE:
+        return ()
+    return (max(o.said.probabilities, key=lambda name: o.said.probabilities[name]),)
 
 
-def bic(diagnosis: dict[str, Any]) -> Names:
-    """The single effect with the least BIC."""
-    evidence = diagnosis["evidence"]
-    n = evidence["readings"]
-    simple = [h for h in evidence["hypotheses"] if len(h["effects"]) <= 1]
-    best = min(simple, key=lambda h: n * log(h["fit_rms"] ** 2) + h["unknowns"] * log(n))
-    return tuple(best["effects"]) or NONE
+def least_left(o: Outcome) -> Names:
+    """The single effect that leaves least."""
+    singles = [h for h in o.said.hypotheses if len(h.effects) == 1 and h.left == h.left]
+    best = min(singles, key=lambda h: h.left, default=None)
+    return best.effects if best and best.left < GAIN * o.said.calibrated else ()
 
 
-BASELINES = {"refit of base parameters": refit, "largest residual": residual, "BIC, single effects": bic}
+BASELINES: dict[str, Callable[[Outcome], Names]] = {
+    "refit of base parameters": refit,
+    "most probable effect": probable,
+    "least left, single effects": least_left,
+}
 
 
-def outcomes(cases: Sequence[Record], name: str) -> list[Outcome]:
+def stated(cases: Sequence[Record], name: str) -> list[Outcome]:
     """What a baseline says of every diagnosed case; its probability is 1."""
-    made, nan = [], float("nan")
-    for case in cases:
-        if case.diagnosis is not None:
-            said = BASELINES[name](case.diagnosis)
-            statement = Said(said, (), ((said, 1.0),), {}, nan, nan, nan)
-            made.append(Outcome(case.name, Truth.of(case.answer), statement))
+    made = []
+    for o in outcomes([case for case in cases if case.diagnosis is not None]):
+        said = Said("baseline", dict.fromkeys(BASELINES[name](o), 1.0))
+        made.append(Outcome(o.case, o.true, said, {}))
     return made
 
 
-KEYS = ("all_exact", "exact_top1_clear", "group_top1_clear", "false_alarms", "unknown_recall")
+KEYS = ("false_alarms", "recall", "precision", "exact_single", "exact_several")
 
 
 def table(cases: Sequence[Record]) -> list[list[str]]:
     """Head and a row per baseline."""
-    rows = [["baseline", "right, all cases", "exact, clear", "group, clear", "false alarms", "unknown found", "Brier"]]
+    rows = [["baseline", "false alarms", "recall", "precision", "exact, one", "exact, several"]]
     for name in BASELINES:
-        result = score(outcomes(cases, name))
+        result = score(stated(cases, name))
         shares = [result[key]["share"] for key in KEYS]
-        rows.append([name, *("-" if s is None else f"{s:.0%}" for s in shares), f"{result['brier']:.2f}"])
+        rows.append([name, *("-" if s is None else f"{s:.0%}" for s in shares)])
     return rows
 
 
@@ -80,7 +83,7 @@ def main() -> None:
     options = p.parse_args()
     rows = table(load(options.place, options.diagnoses))
     for row in rows:
-        print(f"{row[0]:<26}" + "".join(f"{cell:>18}" for cell in row[1:]))
+        print(f"{row[0]:<28}" + "".join(f"{cell:>18}" for cell in row[1:]))
     if options.markdown:
         lines = [" | ".join(row) for row in rows]
         lines.insert(1, " | ".join(["---"] * len(rows[0])))

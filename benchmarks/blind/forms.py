@@ -52,20 +52,20 @@ def segment_viscosity(c, eta0: float, p_i: float, p_o: float) -> float:
 def oil_compliance(c, P: float) -> float:
     """Relative volume change per pressure (1/Pa) of oil with free air, part of which dissolves (Henry's law).
 
-    Bubbles follow P V^1.1 = const. Half of the air is dissolved at 40 MPa. The modulus may stiffen with pressure.
+    Bubbles follow P V^n = const; half of the air is dissolved at `air_half`. The modulus may stiffen with pressure.
     """
     compliance = 1.0 / (c.beta + c.stiffening * (P - ATMOSPHERE))
     if c.air > 0.0:
-        free = c.air / (1.0 + max(P - ATMOSPHERE, 0.0) / 40e6)
-        compliance += free * (ATMOSPHERE / P) ** (1.0 / 1.1) / (1.1 * P)
+        free = c.air / (1.0 + max(P - ATMOSPHERE, 0.0) / c.air_half)
+        compliance += free * (ATMOSPHERE / P) ** (1.0 / c.air_exponent) / (c.air_exponent * P)
     return compliance
 
 
 @kernel
 def wall_compliance(c, P: float) -> float:
-    """Relative widening per pressure (1/Pa) of a hose: 10 % more without pressure, stiffer as it fills."""
+    """Relative widening per pressure (1/Pa) of a hose: `hose` at 10 MPa above ambient, stiffer as it fills."""
     x = max(P - c.p_am, 0.0) / 10e6
-    return c.hose * (1.1 - 0.2 * x / (1.0 + x))
+    return c.hose * (1.0 + 0.5 * c.hose_fade - c.hose_fade * x / (1.0 + x))
 
 
 @kernel
@@ -75,24 +75,72 @@ def turn(v: float, v_0: float) -> float:
 
 
 @kernel
-def friction(c, p1: float, p2: float, x: float, v: float, z: float) -> float:
-    """Friction (N) of the piston beyond the plain viscous one, against v.
+def friction_level(c, p1: float, p2: float, x: float, v: float) -> float:
+    """Greatest friction (N) that resists sliding at v: Coulomb, Stribeck, of seals, of a scored place of the barrel.
 
-    Coulomb; Stribeck with a Gaussian (Armstrong-Helouvry); seals pressed on by |p1 - p2|, rounded at 0.03 MPa; a wrong
-    viscous factor, thinning with speed; a scored place of the barrel; soft LuGre bristles deflected by z (m).
+    Stribeck with a Gaussian (Armstrong-Helouvry) or another exponent; seals pressed on by |p1 - p2|, rounded at
+    0.03 MPa.
     """
     level = 0.0
     if c.coulomb != 0.0:
         level += c.coulomb
     if c.stribeck != 0.0:
-        level += c.stribeck * np.exp(-((v / c.stribeck_velocity) ** 2))
+        if c.stribeck_exponent == 2.0:
+            level += c.stribeck * np.exp(-((v / c.stribeck_velocity) ** 2))
+        else:
+            level += c.stribeck * np.exp(-(((v / c.stribeck_velocity) ** 2 + 1e-8) ** (0.5 * c.stribeck_exponent)))
     if c.seal_friction != 0.0:
         level += c.seal_friction * (np.sqrt((p1 - p2) ** 2 + 1e9) - 3.2e4)
     if c.scoring != 0.0:
         level += c.scoring * np.exp(-(((x - c.scoring_place) / c.scoring_width) ** 2))
-    force = level * turn(v, c.friction_velocity) if level != 0.0 else 0.0
+    return level
+
+
+@kernel
+def directed(c, level: float, v: float) -> float:
+    """That friction (N) with its unevenness: greater extending, less retracting."""
+    return level * (1.0 + c.friction_uneven * turn(v, c.friction_velocity))
+
+
+@kernel
+def bristle_rate(c, p1: float, p2: float, x: float, v: float, z: float) -> float:
+    """Rate (m/s) of the deflection z (m) of the bristles of presliding (LuGre): they yield at the level of friction.
+
+    z' = v - |v| z/z_s, with z_s = `presliding` times the level there relative to that near rest.
+    """
+    rest = max(friction_level(c, p1, p2, x, 0.0), 1.0)
+    share = max(directed(c, friction_level(c, p1, p2, x, v), v) / rest, 1e-3)
+    return v - abs(v) * z / (c.presliding * share)
+
+
+@kernel
+def bristle_force(c, p1: float, p2: float, x: float, v: float, z: float) -> float:
+    """Friction (N) of the bristles: their stiffness, and a damping that fades with speed so that none is driven."""
+    rest = max(friction_level(c, p1, p2, x, 0.0), 1.0)
+    time = c.presliding_time * np.exp(-((v / 2e-3) ** 2))
+    return rest / c.presliding * (z + time * bristle_rate(c, p1, p2, x, v, z))
+
+
+@kernel
+def friction(c, p1: float, p2: float, x: float, v: float, z: float) -> float:
+    """Friction (N) of the piston beyond the plain viscous one, against v.
+
+    What `friction_level` says, turning its sign with v or by bristles; a wrong viscous factor, thinning with speed or a
+    power of it, right at 0.05 m/s; soft LuGre bristles deflected by z (m).
+    """
+    if c.presliding > 0.0:
+        force = bristle_force(c, p1, p2, x, v, z)
+    else:
+        level = friction_level(c, p1, p2, x, v)
+        if c.friction_uneven != 0.0:
+            level = directed(c, level, v)
+        force = level * turn(v, c.friction_velocity) if level != 0.0 else 0.0
     if c.viscous_scale != 1.0:
-        force += (c.viscous_scale - 1.0) * c.cylinder_damping * v / (1.0 + 0.5 * abs(v))
+        if c.viscous_power == 1.0:
+            force += (c.viscous_scale - 1.0) * c.cylinder_damping * v / (1.0 + 0.5 * abs(v))
+        else:
+            bent = ((v * v + 1e-8) / 0.05**2) ** (0.5 * (c.viscous_power - 1.0))
+            force += (c.viscous_scale - 1.0) * c.cylinder_damping * v * bent
     if c.bristle > 0.0:
         force += c.bristle * z / c.bristle_length
     return force
@@ -109,6 +157,40 @@ def opening(c, x_v: float) -> float:
     shut = 0.5 * (-c.overlap + np.sqrt(c.overlap**2 + bend**2))
     value = (0.5 * (s - c.overlap + gap) - shut) / (1.0 - c.overlap)
     return value if x_v >= 0.0 else -value
+
+
+@kernel
+def edge(s: float, overlap: float) -> float:
+    """Opening of one land, s (-1..1) towards opening, with an overlap of its own; negative: underlap."""
+    bend = 0.1 * max(abs(overlap), 1e-3)
+    gap = np.sqrt((s - overlap) ** 2 + bend**2)
+    shut = 0.5 * (-overlap + np.sqrt(overlap**2 + bend**2)) if overlap > 0.0 else 0.0
+    return max((0.5 * (s - overlap + gap) - shut) / (1.0 - overlap), 0.0)
+
+
+@kernel
+def notched(c, s: float) -> float:
+    """Opening (0..1) that passes what notches do: the flow gain is wrong up to `notch`, its slope right beyond."""
+    return s if s <= c.notch else c.notch + (s - c.notch) / c.flow_gain
+
+
+@kernel
+def lands(c, x_v: float) -> tuple[float, float, float, float]:
+    """Openings (0..1) of the lands p-a, a-t, p-b, b-t at spool position x_v; in the plain form two of them."""
+    if c.lands_apart != 0.0:
+        o = c.overlap
+        pa, at = edge(x_v, o * c.overlap_pa), edge(-x_v, o * c.overlap_at)
+        pb, bt = edge(-x_v, o * c.overlap_pb), edge(x_v, o * c.overlap_bt)
+    else:
+        s = opening(c, x_v)
+        pa = bt = max(s, 0.0)
+        at = pb = max(-s, 0.0)
+    if c.notch < 1.0:
+        pa, at, pb, bt = notched(c, pa), notched(c, at), notched(c, pb), notched(c, bt)
+    if c.gain_retract != 1.0:
+        back = (1.0 + (c.flow_gain - 1.0) * c.gain_retract) / c.flow_gain
+        at, pb = back * at, back * pb
+    return pa, at, pb, bt
 
 
 @kernel
@@ -135,9 +217,31 @@ def land_leak(c, s: float) -> float:
 
 
 @kernel
+def leak(k: float, dp: float, turbulent: float) -> float:
+    """Leakage (m3/s) at dp (Pa): k dp, of which a share is turbulent and grows with the root, the same at 10 MPa.
+
+    The root is rounded below 0.05 MPa.
+    """
+    if turbulent == 0.0:
+        return k * dp
+    return k * dp * (1.0 - turbulent + turbulent * np.sqrt(10e6 / np.sqrt(dp * dp + 2.5e9)))
+
+
+@kernel
+def piston_leak(c, dp: float) -> float:
+    """Leakage (m3/s) of the piston at dp (Pa); what it leaks beyond the data sheet may be turbulent or open with dp."""
+    if c.piston_turbulent == 0.0 and c.piston_opening == 0.0:
+        return c.leakage * c.leakage_scale * dp
+    further = leak(c.leakage * (c.leakage_scale - 1.0), dp, c.piston_turbulent)
+    return c.leakage * dp + further * (1.0 + c.piston_opening * abs(dp) / 10e6)
+
+
+@kernel
 def relief_pressure(c, t: float, p_t: float) -> float:
     """Pressure (Pa) at which the relief valve opens: set pressure, droop, hunting of the valve, a dip of the supply."""
     share = 1.0 - c.droop
+    if c.droop_time > 0.0:
+        share = 1.0 + c.droop * np.expm1(-max(t, 0.0) / c.droop_time)
     if c.hunting != 0.0:
         share += c.hunting * np.sin(2.0 * np.pi * c.hunting_frequency * t)
     if c.dip != 0.0:
@@ -147,13 +251,18 @@ def relief_pressure(c, t: float, p_t: float) -> float:
 
 @kernel
 def pump_flow(c, eta0: float, p_p: float, p_t: float) -> float:
-    """Flow (m3/s) that the pump delivers against p_p (Pa): what slips is laminar, Q = n v_p - k dp/eta (Wilson 1950).
+    """Flow (m3/s) that the pump delivers against p_p (Pa): what slips is laminar, Q = n v_p - k dp/eta (Wilson 1950);
+    a share of it may be turbulent and grow with the root of the pressure.
 
     The viscosity is that in the middle between both pressures.
     """
     if c.slip == 0.0:
         return c.q_pump
     thicker = viscosity(c, eta0, 0.5 * (p_p + p_t)) / (c.rho * c.nu0)
+    if c.slip_turbulent > 0.0:
+        x = max((p_p - p_t) / c.relief_pressure, 0.0)
+        bent = (1.0 - c.slip_turbulent) * x / thicker + c.slip_turbulent * x / np.sqrt(x + 1e-3)
+        return c.q_pump * max(1.0 - c.slip * bent, 0.05)
     return c.q_pump * max(1.0 - c.slip * (p_p - p_t) / c.relief_pressure / thicker, 0.05)
 
 
@@ -165,7 +274,7 @@ def relief_flow(c, over: float) -> float:
     """
     x = over / (c.override * c.q_pump) - 0.01
     soft = 0.5 * (x + np.sqrt(x * x + 1e-5))
-    return c.q_pump * soft * (1.0 + 0.08 * (1.0 - soft) / (1.0 + soft)) / 0.99
+    return c.q_pump * soft * (1.0 + c.override_bend * (1.0 - soft) / (1.0 + soft)) / 0.99
 
 
 @kernel

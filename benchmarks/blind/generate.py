@@ -12,12 +12,15 @@ import json
 import os
 import time
 from concurrent.futures import ProcessPoolExecutor, as_completed
+from functools import partial
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
-from .case import BASE, GRID, Array, Case, Conditions, Wrong, draw, erring, machine_of, span_of
+from . import truth
+from .case import BASE, GRID, Array, Case, Conditions, Wrong, erring, machine_of, span_of
+from .draw import KINDS_OF_CASE, LATEST, draw
 from .effects import alike
 from .machine import Machine
 from .measure import ideal, measured
@@ -50,13 +53,15 @@ def _effect_answer(w: Wrong, case: Case, spans: dict[str, float]) -> dict[str, A
     entry: dict[str, Any] = {"id": w.effect.id, "group": w.effect.group, "alike": alike(w.effect.id)}
     entry |= {"size": w.size, "size_linear": w.size_linear, "size_net": w.size_net, "size_wanted": w.wanted}
     entry["plant"] = w.plant
-    if w.column is None:
-        entry["library"] = w.effect.library(w.plant)
+    if w.form is not None:
+        entry["form"] = w.form.id
+    if w.column is None:  # in another form the library's parameter does not mean the same
+        entry["library"] = w.effect.library(w.plant) if w.form is None else {}
         return entry
     kind = next(c.kind for c in case.channels if c.kind.key == w.column)
     entry["channel"] = kind.connector
     entry["library"] = {}
-    if w.effect.knob != "wave":
+    if w.effect.knob != "wave" and w.form is None:
         value = w.plant[w.effect.knob]
         address = f"sensor.{kind.connector}.{w.effect.knob}"
         entry["library"] = {address: value * spans[w.column] if w.effect.knob == "bias" else value}
@@ -68,9 +73,11 @@ def _effect_answer(w: Wrong, case: Case, spans: dict[str, float]) -> dict[str, A
 def answer(case: Case, spans: dict[str, float], before: float) -> dict[str, Any]:
     """The sealed answer of a case."""
     sizes = [w.size for w in case.wrong]
+    edition = {"edition": case.edition} if case.edition > 1 else {}
     return {
         "case": case.index,
         "seed": case.seed,
+        **edition,
         "kind": case.kind,
         "effects": [_effect_answer(w, case, spans) for w in case.wrong],
         "size": min(sizes, default=0.0),
@@ -97,9 +104,11 @@ def _run(run: Conditions, machine: Machine) -> Array:
     return simulate(machine, np.arange(round(run.stop / GRID) + 1) * GRID)
 
 
-def write_case(seed: int, index: int, out: Path, package: Path, refit: bool = True) -> dict[str, Any]:
-    """Draw, simulate and write one case; returns its answer."""
-    case = draw(seed, index, refit)
+def write_case(
+    seed: int, index: int, out: Path, package: Path, refit: bool = True, edition: int = LATEST
+) -> dict[str, Any]:
+    """Draw, simulate and write one case; returns its answer, since edition 2 with its budget if sizes are refitted."""
+    case = draw(seed, index, refit, edition)
     signals = [_run(run, machine_of(run, case.factors, case.wrong)) for run in case.runs]
     delivered = [_run(run, run.machine()) for run in case.runs]
     # the bias is a share of the channel's span in the machine without the effect
@@ -125,14 +134,20 @@ def write_case(seed: int, index: int, out: Path, package: Path, refit: bool = Tr
                 file.write(f"{t:.6g}," + ",".join("" if np.isnan(v) else f"{v:.7g}" for v in row) + "\n")
     before = float(np.sqrt(np.mean(np.concatenate(gap) ** 2)))
     result = answer(case, spans, before)
+    if refit and edition > 1:
+        result = truth.complete(result)
     (answers / f"{name}.json").write_text(json.dumps(result, indent=1) + "\n", encoding="utf-8")
     system = package if package.is_absolute() else Path(os.path.relpath(package, folder))
     (folder / "campaign.toml").write_text(campaign_text(case, str(system)), encoding="utf-8")
     return result
 
 
+def _form(entry: dict[str, Any]) -> str:
+    return f", {entry['form']}" if "form" in entry else ""
+
+
 def _line(result: dict[str, Any]) -> str:
-    effects = " + ".join(f"{e['id']} ({e['size']:.2g})" for e in result["effects"]) or "-"
+    effects = " + ".join(f"{e['id']}{_form(e)} ({e['size']:.2g})" for e in result["effects"]) or "-"
     return (
         f"case_{result['case']:04d}  {result['kind']:<8} {len(result['runs'])} runs {len(result['channels'])} channels"
         f"  gap {result['gap_before']:6.1f}  {effects}"
@@ -148,6 +163,8 @@ def main() -> None:
     p.add_argument("--out", type=Path, required=True)
     p.add_argument("--package", type=Path, required=True, help="package that the diagnosis is to use")
     p.add_argument("--processes", type=int, default=1)
+    p.add_argument("--edition", type=int, default=LATEST, choices=list(KINDS_OF_CASE),
+                   help="of the benchmark; 1 reproduces the seeds up to 20261126")
     options = p.parse_args()
     if not options.package.is_file():
         p.error(f"--package {options.package}: no such file")
@@ -155,13 +172,13 @@ def main() -> None:
     todo = [k for k in wanted if not (options.out / f"case_{k:04d}" / "campaign.toml").exists()]
     print(f"{len(wanted) - len(todo)} cases are there already, {len(todo)} to make", flush=True)
     begin = time.perf_counter()
-    jobs = (options.seed, options.out, options.package)
+    make = partial(write_case, options.seed, out=options.out, package=options.package, edition=options.edition)
     if options.processes == 1:
         for k in todo:
-            print(_line(write_case(jobs[0], k, *jobs[1:])), flush=True)
+            print(_line(make(k)), flush=True)
     else:
         with ProcessPoolExecutor(options.processes) as pool:
-            futures = [pool.submit(write_case, jobs[0], k, *jobs[1:]) for k in todo]
+            futures = [pool.submit(make, k) for k in todo]
             for future in as_completed(futures):
                 print(_line(future.result()), flush=True)
     print(f"{time.perf_counter() - begin:.0f} s", flush=True)

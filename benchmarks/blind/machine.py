@@ -142,6 +142,40 @@ class Machine:
     sampling: float = 0.0  # s
     roelands: float = 0.0  # 0: Barus, 1: Roelands with the same slope at no pressure
 
+    # Other forms of these effects; at the defaults each effect has its plain form, see `effect_forms`
+    friction_uneven: float = 0.0  # share by which friction is greater extending and less retracting
+    stribeck_exponent: float = 2.0
+    presliding: float = 0.0  # m, deflection of the bristles (LuGre) at full Coulomb, Stribeck or seal friction
+    presliding_time: float = 3e-3  # s, damping of the bristles near rest over their stiffness
+    viscous_power: float = 1.0  # exponent of the velocity in the wrong viscous friction
+    joint_uneven: float = 0.0  # share by which the pivot's friction is greater upwards and less downwards
+    air_exponent: float = 1.1  # polytropic exponent of the bubbles
+    air_half: float = 40e6  # Pa above atmospheric, at which half of the air is dissolved
+    hose_fade: float = 0.2  # compliance that a full hose has lost, share of that at 10 MPa
+    overlap_pa: float = 1.0  # overlap of each land relative to `overlap`; negative: underlap, returns only
+    overlap_at: float = 1.0
+    overlap_pb: float = 1.0
+    overlap_bt: float = 1.0
+    leak_pa: float = 1.0  # leakage of each land relative to `valve_leak`
+    leak_at: float = 1.0
+    leak_pb: float = 1.0
+    leak_bt: float = 1.0
+    leak_turbulent: float = 0.0  # share of the valve's leakage, at 10 MPa, that is turbulent
+    gain_retract: float = 1.0  # share of the flow gain's deviation that retraction has
+    notch: float = 1.0  # opening up to which the flow gain deviates; its slope is right beyond
+    piston_turbulent: float = 0.0  # share of the piston's further leakage, at 10 MPa, that is turbulent
+    piston_opening: float = 0.0  # growth of the piston's further leakage over 10 MPa
+    slip_turbulent: float = 0.0  # share of the slip, at the relief pressure, that is turbulent
+    override_bend: float = 0.08  # bend of the relief valve's characteristic
+    droop_time: float = 0.0  # s, in which the supply droops after the start
+    minor_b: float = 1.0  # minor losses of line b relative to line a
+    minor_back: float = 1.0  # minor losses of flow towards the tank relative to flow from the pump
+    line_share: float = 1.0  # share of the oil's temperature error that the lines' oil has
+    load_place: float = 1.0  # place of what the load is too much, share of the beam's length
+    outer_from: float = 0.0  # place on the beam beyond which growth and wrong drag are, share of its length
+    current_shear: float = 0.0  # how much more of the current's error there is at the beam's end than in its middle
+    swing_harmonic: float = 0.1  # second harmonic of the swinging current
+
     # Effects that the catalogue does not know
     scoring: float = 0.0  # N, friction of a scored place of the barrel
     scoring_place: float = 0.08  # m
@@ -187,7 +221,7 @@ class Machine:
 _DERIVED = (
     "p_am", "eta0", "comp_area", "q_pump", "k_q", "land_diameter", "area1", "area2", "line_area", "segment",
     "segment_loss", "half_volume", "length0", "velocity_head", "vogel0", "roelands_z", "beam_d", "barrel_d",
-    "drag_factor", "load", "flex_k", "flex_d",
+    "drag_factor", "load", "flex_k", "flex_d", "inner_drag", "load_moved", "line_thinner", "lands_apart", "leaks_apart",
 )  # fmt: skip
 RECORD = np.dtype([(f.name, np.float64) for f in fields(Machine)] + [(name, np.float64) for name in _DERIVED])
 SEGMENTS = 5
@@ -227,6 +261,28 @@ def constants(m: Machine) -> np.void:
     rough = 1.0 + 0.2 * (1.0 - exp(-m.growth / 0.02))  # growth is rough: more drag than a smooth thicker cylinder
     c["drag_factor"] = m.drag_coefficient * m.drag_scale * rough
     c["load"] = m.load_weight * m.payload_scale
+    c["load_moved"] = c["load"]
+    if m.load_place != 1.0:
+        more = m.load_weight * (m.payload_scale - 1.0)
+        c["load"], c["load_moved"] = m.load_weight + more * m.load_place, m.load_weight + more * m.load_place**2
+    # of the beam's inner part, without growth: diameter times drag coefficient, relative to `drag_factor`
+    c["inner_drag"] = m.beam_diameter * m.drag_coefficient / c["drag_factor"]
+    # a form of an effect that is not there is nothing
+    if not (m.coulomb or m.stribeck or m.seal_friction):
+        c["presliding"] = 0.0
+    if m.growth == 0.0 and m.drag_scale == 1.0:
+        c["outer_from"] = 0.0
+    if m.current_offset == 0.0:
+        c["current_shear"] = 0.0
+    if m.flow_gain == 1.0:
+        c["notch"] = 1.0
+    c["line_thinner"] = 1.0
+    if m.line_share != 1.0:
+        c["line_thinner"] = vogel(313.15 + m.line_share * (m.temperature - 313.15)) / vogel(m.temperature)
+    lands = (m.overlap_pa, m.overlap_at, m.overlap_pb, m.overlap_bt)
+    c["lands_apart"] = float(m.overlap != 0.0 and lands != (1.0, 1.0, 1.0, 1.0))
+    leaks = (m.leak_pa, m.leak_at, m.leak_pb, m.leak_bt, 1.0 + m.leak_turbulent)
+    c["leaks_apart"] = float(leaks != (1.0, 1.0, 1.0, 1.0, 1.0))
     if m.flexibility > 0.0:  # damping ratio 3 % of the load against a held beam
         c["flex_k"] = 1.0 / m.flexibility
         c["flex_d"] = 2 * 0.03 * np.sqrt(c["flex_k"] * c["load"] / m.gravity) * m.beam_length

@@ -56,7 +56,7 @@ class Channel:
     noise: float
     bias: float
     error: Mapping[str, float] = field(default_factory=dict)
-    """bias (SI), scale, lag (s), delay (s), wave (SI) and wave_length (SI)."""
+    """bias (SI), scale, lag (s), its order (1 or 2), delay (s), its jitter (share), wave (SI) and wave_length (SI)."""
 
     @property
     def step(self) -> float:
@@ -94,6 +94,12 @@ def lagged(t: Array, x: Array, tau: float) -> Array:
     return y
 
 
+def scatter(n: int) -> Array:
+    """So many numbers, even between -1 and 1, in an order without a pattern; always the same (multiples of the golden
+    ratio)."""
+    return 2.0 * np.modf(0.5 * (np.sqrt(5.0) - 1.0) * np.arange(n) ** 2)[0] - 1.0
+
+
 def ideal(channel: Channel, grid: Array, signals: Array, at: Array, delay: float = 0.0) -> Array:
     """Readings (SI) at the times `at` with the channel's error and the common delay (s), nothing random."""
     x = signals[:, KEYS.index(channel.kind.key)]
@@ -101,8 +107,14 @@ def ideal(channel: Channel, grid: Array, signals: Array, at: Array, delay: float
     if e.get("wave"):
         x = x + e["wave"] * np.sin(2.0 * np.pi * x / e["wave_length"])
     if e.get("lag"):
-        x = lagged(grid, x, e["lag"])
-    return e.get("scale", 1.0) * np.interp(at - delay - e.get("delay", 0.0), grid, x) + e.get("bias", 0.0)
+        if e.get("order", 1.0) == 2.0:
+            x = lagged(grid, lagged(grid, x, 0.5 * e["lag"]), 0.5 * e["lag"])
+        else:
+            x = lagged(grid, x, e["lag"])
+    late = e.get("delay", 0.0)
+    if e.get("jitter"):
+        late = late * (1.0 + e["jitter"] * scatter(at.size))
+    return e.get("scale", 1.0) * np.interp(at - delay - late, grid, x) + e.get("bias", 0.0)
 
 
 def measured(channel: Channel, reading: Array, rng: np.random.Generator) -> Array:

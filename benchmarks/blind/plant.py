@@ -29,7 +29,7 @@ def active_states(m: Machine) -> NDArray[np.int64]:
         extra.append(SUPPLY)
     if m.play > 0.0:
         extra.append(PLAY)
-    if m.bristle > 0.0:
+    if m.bristle > 0.0 or constants(m)["presliding"] > 0.0:
         extra.append(BRISTLE)
     if m.flexibility > 0.0:
         extra += [BEND, BEND + 1]

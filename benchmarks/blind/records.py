@@ -11,9 +11,14 @@ from collections.abc import Iterable
 from pathlib import Path
 from typing import Any, NamedTuple
 
-ANSWER = ("case", "seed", "kind", "size")
-EFFECT = ("id", "group", "alike", "channel", "library")
+ANSWER = ("case", "seed", "edition", "kind", "size")
+EFFECT = ("id", "group", "alike", "channel", "form", "size", "library")
+BUDGET = ("calibrated", "shares")
 HYPOTHESIS = ("effects", "held_out_shared", "fit_rms", "unknowns")
+PART = ("kind", "group", "effects", "share", "ci95", "inclusion_probability", "within_group", "form", "rms")
+PARAMETER = ("value", "ci95", "at_bound")
+FIT = ("effects", "left", "deviance")
+TRIED = ("effects", "structured_energy", "fit_rms", "status")
 TERMS = ("penalty", "occam", "prior")
 NONE, UNKNOWN = ("none",), ("unknown",)
 """What a diagnosis names where it names no effect."""
@@ -23,11 +28,12 @@ DIGITS = 5
 
 
 class Record(NamedTuple):
-    """A case: its name, the answer, and the diagnosis, None where that failed or is missing."""
+    """A case: its name, the answer, the diagnosis, None where that failed or is missing, and what the oracle found."""
 
     name: str
     answer: dict[str, Any]
     diagnosis: dict[str, Any] | None
+    oracle: dict[str, Any] | None = None
 
 
 def load(place: Path, diagnoses: Path | None = None, missing: bool = False) -> list[Record]:
@@ -37,16 +43,20 @@ def load(place: Path, diagnoses: Path | None = None, missing: bool = False) -> l
     """
     if place.is_file():
         rows = [json.loads(line) for line in place.read_text("utf-8").splitlines()]
-        return [Record(row["case"], row["answer"], row["diagnosis"]) for row in rows]
+        return [Record(row["case"], row["answer"], row["diagnosis"], row.get("oracle")) for row in rows]
     made = []
     for path in sorted((place / "answers").glob("case_*.json")):
         told = (diagnoses or place / "diagnoses") / path.stem
         file = told / "diagnosis.json"
-        if file.exists():
-            made.append(Record(path.stem, json.loads(path.read_text("utf-8")), json.loads(file.read_text("utf-8"))))
-        elif missing or (told / "failed.txt").exists():
-            made.append(Record(path.stem, json.loads(path.read_text("utf-8")), None))
+        if file.exists() or missing or (told / "failed.txt").exists():
+            answer, oracle = json.loads(path.read_text("utf-8")), _read(told / "oracle.json")
+            made.append(Record(path.stem, answer, _read(file), oracle))
     return made
+
+
+def _read(file: Path) -> Any:
+    """The contents of a file of JSON, None where there is none."""
+    return json.loads(file.read_text("utf-8")) if file.exists() else None
 
 
 def merge(file: Path, fresh: Iterable[Record]) -> None:
@@ -55,6 +65,8 @@ def merge(file: Path, fresh: Iterable[Record]) -> None:
     lines = []
     for _, record in sorted(rows.items()):
         row = {"case": record.name, "answer": _answer(record.answer), "diagnosis": _diagnosis(record.diagnosis)}
+        if record.oracle is not None:
+            row["oracle"] = {key: _some(record.oracle[key], FIT) for key in ("true", "said") if key in record.oracle}
         lines.append(json.dumps(_rounded(row), separators=(",", ":")))
     file.write_text("".join(f"{line}\n" for line in lines), encoding="utf-8")
 
@@ -64,12 +76,38 @@ def _some(entry: dict[str, Any], keys: Iterable[str]) -> dict[str, Any]:
 
 
 def _answer(answer: dict[str, Any]) -> dict[str, Any]:
-    return {**_some(answer, ANSWER), "effects": [_some(e, EFFECT) for e in answer["effects"]]}
+    kept = {**_some(answer, ANSWER), "effects": [_some(e, EFFECT) for e in answer["effects"]]}
+    return kept | ({"budget": _some(answer["budget"], BUDGET)} if "budget" in answer else {})
 
 
 def _diagnosis(diagnosis: dict[str, Any] | None) -> dict[str, Any] | None:
     if diagnosis is None:
         return None
+    return _causes(diagnosis) if "causes" in diagnosis else _budget(diagnosis)
+
+
+def _budget(diagnosis: dict[str, Any]) -> dict[str, Any]:
+    """Of a diagnosis of schema 2: the budget, every effect, every hypothesis with its plain numbers, times."""
+    made = _some(diagnosis, ("schema", "verdict", "finished", "effects", "numerics", "timing", "reduction", "warnings"))
+    budget = diagnosis["budget"]
+    made["budget"] = {**_some(budget, ("noise", "delivered", "calibrated", "explained")), "parts": []}
+    for part in budget["parts"]:
+        kept = _some(part, PART)
+        if "parameters" in part:
+            kept["parameters"] = {a: _some(p, PARAMETER) for a, p in part["parameters"].items()}
+        made["budget"]["parts"].append(kept)
+    if evidence := diagnosis.get("evidence"):
+        tried = [{**_some(h, TRIED), "terms": _some(h["terms"], TERMS)} for h in evidence["hypotheses"]]
+        made["evidence"] = {"readings": evidence["readings"], "hypotheses": tried}
+    made["hypotheses"] = [
+        {k: v for k, v in h.items() if k == "effects" or isinstance(v, (bool, int, float, str))}
+        for h in diagnosis.get("hypotheses", [])
+    ]
+    return made
+
+
+def _causes(diagnosis: dict[str, Any]) -> dict[str, Any]:
+    """Of a diagnosis of schema 1: the causes and the evidence."""
     causes = [_some(c, ("effects", "probability")) for c in diagnosis["causes"]]
     named = [k for k, c in enumerate(causes) if tuple(c["effects"]) not in (NONE, UNKNOWN)]
     for k in named[:1]:  # of the others nobody asks more than the probability

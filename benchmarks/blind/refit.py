@@ -37,19 +37,20 @@ ITERATIONS, LITTLE = 8, 0.03
 
 def left_by_refit(
     model: Callable[[Array], Array], target: Array, start: Array, tolerance: float, parts: Sequence[tuple[int, float]],
-    enough: float = 0.0,
+    enough: float = 0.0, scan: int = SCAN,
 ) -> float:  # fmt: skip
     """RMS (in floors) of what the best point found within 1 +- tolerance leaves of the target readings (n,).
 
     model: readings (n,) at factors (k,), may raise `PlantError`; start: a point known; parts: number of readings and
-    rate (1/s) of each series among them, in their order; the search ends where `enough` or less is left.
+    rate (1/s) of each series among them, in their order; scan: values at which each parameter is tried alone; the
+    search ends where `enough` or less is left.
     """
     spread = tolerance / np.sqrt(3.0)
 
     def cost(left: Array, b: Array) -> float:
         return float(left @ left + np.sum(((b - 1.0) / spread) ** 2))
 
-    found = [(cost(target - y, b), b, y) for b, y in _alone(model, start, tolerance)]
+    found = [(cost(target - y, b), b, y) for b, y in _alone(model, start, tolerance, scan)]
     found.sort(key=lambda entry: entry[0])
     least = min(float(np.mean((target - y) ** 2)) for _, _, y in found)
     for _, b, y in found[:STARTS]:
@@ -61,11 +62,11 @@ def left_by_refit(
     return float(np.sqrt(least))
 
 
-def _alone(model: Callable[[Array], Array], start: Array, tolerance: float) -> list[tuple[Array, Array]]:
+def _alone(model: Callable[[Array], Array], start: Array, tolerance: float, scan: int) -> list[tuple[Array, Array]]:
     """The start, and for each parameter the points that differ from it in that one only, with their readings."""
     points = [start]
     for k in range(len(start)):
-        for value in np.linspace(1.0 - tolerance, 1.0 + tolerance, SCAN):
+        for value in np.linspace(1.0 - tolerance, 1.0 + tolerance, scan):
             points.append(np.where(np.arange(len(start)) == k, value, start))
     made = []
     for b in points:

@@ -25,13 +25,16 @@ import numpy as np
 
 from .compiled import kernel
 from .forms import (
+    bristle_rate,
     delayed,
     friction,
     land,
     land_leak,
+    lands,
+    leak,
     oil_compliance,
-    opening,
     physical,
+    piston_leak,
     pump_flow,
     relief_flow,
     relief_pressure,
@@ -40,7 +43,7 @@ from .forms import (
     wall_compliance,
 )
 from .machine import SEGMENTS
-from .water import arm, current_at, linkage, other_torque
+from .water import arm, current_at, linkage, other_torque, uneven_arm
 
 LINE_A, LINE_B = 6, 6 + 2 * SEGMENTS + 1
 SPOOL, DELAY, SUPPLY, PLAY, BRISTLE, BEND = 28, 30, 34, 35, 36, 37
@@ -122,34 +125,37 @@ def valve(c, eta0: float, x_v: float, p_a: float, p_b: float, p_t: float, p_reli
     Without override the relief valve is ideal: the flow to the machine is the pump's at most, and P_p is the relief
     pressure. With it P_p is a state of its own, `p_state`.
     """
-    s = opening(c, x_v)
+    pa, at, pb, bt = lands(c, x_v)
     dynamic = c.override > 0.0
     p_p = p_state if dynamic else p_relief
     most = 1e9 if dynamic else pump_flow(c, eta0, p_p, p_t)
-    if s >= 0.0:
-        q_p = min(land(c, eta0, s, p_p, p_a), most)
-        q_t = land(c, eta0, s, p_b, p_t)
-        q_a, q_b = q_p, q_t
-    else:
-        q_t = land(c, eta0, -s, p_a, p_t)
-        q_p = min(land(c, eta0, -s, p_p, p_b), most)
-        q_a, q_b = -q_t, -q_p
+    q_pa = min(land(c, eta0, pa, p_p, p_a), most) if pa > 0.0 else 0.0
+    q_at = land(c, eta0, at, p_a, p_t) if at > 0.0 else 0.0
+    q_pb = min(land(c, eta0, pb, p_p, p_b), most) if pb > 0.0 else 0.0
+    q_bt = land(c, eta0, bt, p_b, p_t) if bt > 0.0 else 0.0
+    q_a, q_b, q_p, q_t = q_pa - q_at, q_bt - q_pb, q_pa + q_pb, q_at + q_bt
     if c.valve_leak > 0.0:
         k = land_leak(c, x_v)
-        q_a += k * (p_p - p_a) - k * (p_a - p_t)
-        q_b -= k * (p_p - p_b) - k * (p_b - p_t)
-        q_p += k * (2.0 * p_p - p_a - p_b)
-        q_t += k * (p_a + p_b - 2.0 * p_t)
+        if c.leaks_apart == 0.0:
+            q_a += k * (p_p - p_a) - k * (p_a - p_t)
+            q_b -= k * (p_p - p_b) - k * (p_b - p_t)
+            q_p += k * (2.0 * p_p - p_a - p_b)
+            q_t += k * (p_a + p_b - 2.0 * p_t)
+        else:
+            bent = c.leak_turbulent
+            l_pa, l_at = leak(k * c.leak_pa, p_p - p_a, bent), leak(k * c.leak_at, p_a - p_t, bent)
+            l_pb, l_bt = leak(k * c.leak_pb, p_p - p_b, bent), leak(k * c.leak_bt, p_b - p_t, bent)
+            q_a, q_b, q_p, q_t = q_a + l_pa - l_at, q_b - l_pb + l_bt, q_p + l_pa + l_pb, q_t + l_at + l_bt
     return q_a, q_b, q_p, q_t, p_p
 
 
 @kernel
 def supply_pressure(c, eta0: float, x_v: float, p_a: float, p_b: float, p_t: float, p_relief: float) -> float:
     """Pump pressure (Pa): the relief pressure, or what drives the pump's flow through the land if that is less."""
-    s = opening(c, x_v)
+    pa, _, pb, _ = lands(c, x_v)
     high = p_relief
-    low = p_a if s >= 0.0 else p_b
-    s = abs(s)
+    low = p_a if pa >= pb else p_b
+    s = max(pa, pb)
     most = pump_flow(c, eta0, high, p_t)
     if land(c, eta0, s, high, low) <= most:
         return high
@@ -178,7 +184,8 @@ def _line(c, eta0: float, y, first: int, is_b: bool, f) -> None:
         extra = 0.0
         if c.minor_loss > 0.0:  # at the valve, on the way, at the cylinder
             share = (0.5, 0.0, 0.2, 0.0, 0.3)[SEGMENTS - 1 - i if is_b else i]
-            extra += share * c.minor_loss
+            even = c.minor_b if is_b else 1.0
+            extra += share * c.minor_loss * even * (c.minor_back if (q > 0.0) == is_b else 1.0)
         if is_b and i == 0 and q > 0.0:
             extra += c.one_way
         if not is_b and i == SEGMENTS - 1 and q < 0.0 and c.cushion > 0.0:
@@ -229,12 +236,12 @@ def derivative(t: float, y, c, piece: int, mode: int, held: float, f) -> None:
     f[1] = ((c.p_am - p_t) * c.comp_area + spring - c.compensator_damping * v_c) / c.compensator_mass
     f[2] = (c.comp_area * v_c - c.q_pump + q_t + q_relief) / (volume * oil_compliance(c, p_t))
 
-    _line(c, eta0, y, LINE_A, False, f)
-    _line(c, eta0, y, LINE_B, True, f)
+    _line(c, eta0 * c.line_thinner, y, LINE_A, False, f)
+    _line(c, eta0 * c.line_thinner, y, LINE_B, True, f)
 
     # Chambers and ports, Eqs. 23, 24
     half = c.half_volume
-    leak = c.leakage * c.leakage_scale * (p_1 - p_2)
+    past = piston_leak(c, p_1 - p_2)
     out = 0.0
     if c.external_leak > 0.0:
         over = p_1 - c.p_am
@@ -246,14 +253,16 @@ def derivative(t: float, y, c, piece: int, mode: int, held: float, f) -> None:
     f[LINE_B + n] = (y[LINE_B + n - 1] - q_b) / (half * (k_b + wall_compliance(c, p_b)))
     capacity1 = volume1 * k_1 + half * wall_compliance(c, p_1)
     capacity2 = volume2 * k_2 + half * wall_compliance(c, p_2)
-    f[LINE_A + n] = (y[LINE_A + n - 1] - c.area1 * v_h - leak - out) / capacity1
-    f[LINE_B] = (c.area2 * v_h + leak - y[LINE_B + 1]) / capacity2
+    f[LINE_A + n] = (y[LINE_A + n - 1] - c.area1 * v_h - past - out) / capacity1
+    f[LINE_B] = (c.area2 * v_h + past - y[LINE_B + 1]) / capacity2
 
     # Arm
     v_sea, a_sea = current_at(c, t)
     force = cylinder_force(c, p_1, p_2, x_h, v_h, y[BRISTLE])
     if c.bristle > 0.0:
         f[BRISTLE] = v_h - abs(v_h) * y[BRISTLE] / c.bristle_length
+    elif c.presliding > 0.0:
+        f[BRISTLE] = bristle_rate(c, p_1, p_2, x_h, v_h, y[BRISTLE])
     torque_more = other_torque(c, t, theta, omega)
     if c.flexibility > 0.0:
         inertia, torque = arm(c, theta, omega, v_sea, a_sea, 0.0)
@@ -271,6 +280,9 @@ def derivative(t: float, y, c, piece: int, mode: int, held: float, f) -> None:
             f[BEND + 1] = load_alpha - alpha
     else:
         inertia, torque = arm(c, theta, omega, v_sea, a_sea, c.load)
+        inertia_more, torque_uneven = uneven_arm(c, theta, omega, v_sea, a_sea)
+        inertia += inertia_more
+        torque += torque_uneven
         alpha = (torque + torque_more + force * length1) / inertia
     f[3], f[4] = omega, alpha
     if settle:  # the integral of the controller finds the spool that holds the arm; the tank rests already

@@ -39,15 +39,16 @@ def drag_integral(u: float, w: float, l1: float, l2: float) -> float:
 
 @kernel
 def current_at(c, t: float) -> tuple[float, float]:
-    """Velocity (m/s) and acceleration (m/s2) of the sea along +x: steady, and a swing with 10 % second harmonic."""
+    """Velocity (m/s) and acceleration (m/s2) of the sea along +x: steady, and a swing with a second harmonic."""
     v = c.current + c.current_offset
     if c.swing_amplitude == 0.0:
         return v, 0.0
     w = 2.0 * np.pi * c.swing_frequency
     angle = w * t + c.swing_phase
     a = c.swing_amplitude
-    v += a * (np.sin(angle) + 0.1 * np.sin(2.0 * angle + 0.7))
-    return v, a * w * (np.cos(angle) + 0.2 * np.cos(2.0 * angle + 0.7))
+    h = c.swing_harmonic
+    v += a * (np.sin(angle) + h * np.sin(2.0 * angle + 0.7))
+    return v, a * w * (np.cos(angle) + 2.0 * h * np.cos(2.0 * angle + 0.7))
 
 
 @kernel
@@ -109,12 +110,47 @@ def arm(c, theta: float, omega: float, v_sea: float, a_sea: float, load_weight: 
 
 
 @kernel
+def beam_drag(c, theta: float, u: float, omega: float) -> float:
+    """Drag on the beam over density/2 and `drag_factor` (m5/s2), u (m/s) across its middle, where not even along it.
+
+    Growth and a wrong drag coefficient may be on the outer part only; an error of the current may grow along the beam.
+    """
+    length, inner = c.beam_length, c.outer_from * c.beam_length
+    shear = -c.current_offset * c.current_shear * np.sin(theta)
+    u, w = u - shear, omega - 2.0 * shear / length
+    outer = c.beam_d * drag_integral(u, w, inner, length)
+    return c.inner_drag * drag_integral(u, w, 0.0, inner) + outer
+
+
+@kernel
+def uneven_arm(c, theta: float, omega: float, v_sea: float, a_sea: float) -> tuple[float, float]:
+    """What the inertia (kg m2) and the torque (N m) of `arm` have more where load, growth or current are not even."""
+    inertia, torque = 0.0, 0.0
+    if c.load_moved != c.load:
+        inertia += (c.load_moved - c.load) / c.gravity * c.beam_length**2
+    if c.outer_from > 0.0:  # no growth on the inner part
+        inner = c.outer_from * c.beam_length
+        bare = 0.25 * np.pi * (c.beam_diameter**2 - c.beam_d**2) * c.rho_sea * c.inertia_coefficient
+        inertia += bare * inner**3 / 3.0
+        torque -= bare * 0.5 * inner**2 * a_sea * np.sin(theta)
+    if c.outer_from > 0.0 or c.current_shear != 0.0:
+        u = -v_sea * np.sin(theta)
+        even = c.beam_d * drag_integral(u, omega, 0.0, c.beam_length)
+        torque += 0.5 * c.rho_sea * c.drag_factor * (beam_drag(c, theta, u, omega) - even)
+    return inertia, torque
+
+
+@kernel
 def other_torque(c, t: float, theta: float, omega: float) -> float:
     """Torque (N m) on the beam of the effects: pivot friction, tether, blows on the load, vortices."""
     torque = 0.0
     if c.joint_friction != 0.0:
         turned = omega / 4e-3
-        torque -= c.joint_friction * (-np.expm1(-turned) if omega >= 0.0 else np.expm1(turned))
+        sign = -np.expm1(-turned) if omega >= 0.0 else np.expm1(turned)
+        level = c.joint_friction
+        if c.joint_uneven != 0.0:
+            level *= 1.0 + c.joint_uneven * sign
+        torque -= level * sign
     if c.tether != 0.0 and theta > c.tether_angle:
         torque -= c.tether * (theta - c.tether_angle) * c.beam_length**2
     if c.impact != 0.0 and t >= c.impact_start:

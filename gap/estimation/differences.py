@@ -11,8 +11,6 @@ from ..problem.parameters import EstimatedParameter, Point, point_of
 from ..problem.problem import Problem
 from .fit import SimulationAnswer, SimulationRequest
 
-ATTEMPTS = range(3)
-
 
 class Differences:
     """Derivatives (n, len(which)) by some parameters at u (k,), from runs at the fit's step; here (n,): that at u.
@@ -50,7 +48,7 @@ class Differences:
         unseen = [
             c for c in every if self._parameter(c).kind == "effect" and self._parameter(c).name not in self.smooth
         ]
-        for attempt in ATTEMPTS:
+        for attempt in range(3):
             steps = {c: self._signed(c, size, attempt) for c, size in sizes.items()}
             points = [self._moved(c, step) for c, step in steps.items()]
             looked = unseen if attempt == 0 else []

@@ -49,7 +49,7 @@ class Fit:
 
     @property
     def status(self) -> str:
-        """How it ended: converged, at_bound (of an effect's parameter), stalled or unfinished."""
+        """How it ended: converged, at_bound (a parameter at an end of its range), stalled or unfinished."""
         if self.unfinished:
             return "unfinished"
         if not self.converged:

@@ -182,11 +182,18 @@ class Observations:
         for b in made.blocks:
             rough = np.sqrt(_smooth(slope[b.place] ** 2, b.t, settings.smoothing))
             numerical = np.sqrt(_smooth(error[b.place] ** 2, b.t, settings.smoothing))
-            share = float(np.sqrt(np.mean(error[b.place] ** 2))) / b.noise_std
+            share = made.step_error_share(b, error)
             numerical *= min(1.0, settings.step_error_share / max(share, 1e-300))
             jitter = self.clock_jitter(b) * rough
             noise[b.place] = np.sqrt(b.noise_std**2 + jitter**2 + numerical**2)
         return replace(made, noise_std=noise)
+
+    def step_error_share(self, block: Block, error: np.ndarray) -> float:
+        """The macro step's error (n,) in a block over its noise: that which most readings have, for it may be large
+        for a moment when a valve switches a step later."""
+        settings = self.settings
+        local = np.sqrt(_smooth(error[block.place] ** 2, block.t, settings.smoothing))
+        return float(np.quantile(local, settings.step_error_quantile)) / block.noise_std
 
     def without_model_roughness(self, model: np.ndarray) -> Observations:
         """The same without, in estimated noise, what the same estimate makes of the model, which has no noise."""

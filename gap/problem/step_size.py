@@ -64,8 +64,9 @@ def _unresolved(problem: Problem, model: np.ndarray, error: np.ndarray) -> str:
     """In which channels the step's error is more than their noise may be widened by."""
     most = problem.settings.noise.step_error_share
     worst: dict[str, float] = {}
-    for b in problem.observations.without_model_roughness(model).blocks:
-        share = rms(error[b.place]) / b.noise_std
+    observations = problem.observations.without_model_roughness(model)
+    for b in observations.blocks:
+        share = observations.step_error_share(b, error)
         if share > most:
             label = problem.labels[b.channel]
             worst[label] = max(worst.get(label, 0.0), share)

@@ -18,7 +18,8 @@ from ..estimation.scheduler import run_fit
 from ..problem.parameters import EffectCandidate, penalty
 from ..problem.problem import Problem
 from ..problem.stop import StopRequested
-from .hypothesis import READINGS, best_of_each
+from ..settings import EvidenceSettings
+from .hypothesis import best_of_each
 
 SINGLES = 10
 """Candidates that are fitted after screening."""
@@ -152,7 +153,7 @@ def _with_saving(problem: Problem, reference: Fit, around: Linear, s: ResponseCu
             break
         weight = fresh
     base = at.normalised + step.d[:k]
-    saving = READINGS * float(np.log(reference_left / max(energy, 1e-300)))
+    saving = EvidenceSettings.deviance_readings * float(np.log(reference_left / max(energy, 1e-300)))
     saving += reference.penalty() - penalty(at.parameters, base, step.q[: at.channels])
     return replace(
         s, amount=float(step.d[k]), base=base, gain=1.0 - energy / reference_left, own=1.0 - energy / before,

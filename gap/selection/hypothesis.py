@@ -11,10 +11,8 @@ import numpy as np
 from ..estimation.fit import Fit
 from ..problem.parameters import EffectCandidate
 from ..problem.problem import Problem
+from ..settings import EvidenceSettings
 from .calibration import chance
-
-READINGS = 150.0
-"""Readings that count in the penalised deviance of the greedy search."""
 
 
 def penalised_deviance(left: float, penalty: float) -> float:
@@ -22,7 +20,7 @@ def penalised_deviance(left: float, penalty: float) -> float:
 
     left: the normalised RMS that is left; penalty: what the parameters cost.
     """
-    return READINGS * 2.0 * float(np.log(max(left, 1e-9))) + penalty
+    return EvidenceSettings.deviance_readings * 2.0 * float(np.log(max(left, 1e-9))) + penalty
 
 
 @dataclass(frozen=True, eq=False)

@@ -12,13 +12,11 @@ from typing import NamedTuple
 
 import numpy as np
 
+from ..settings import PosteriorSettings
 from .calibration import Calibration
 
 Ids = tuple[str, ...]
 """Sorted ids of a hypothesis' effects."""
-
-LEAST, SUREST = 1e-6, 0.99
-"""Of a raw probability, so that its odds are finite; of a calibrated one: among the surest 2 to 3 in 100 were wrong."""
 
 
 class Evidence(NamedTuple):
@@ -70,9 +68,9 @@ def inclusion_features(posterior: Posterior, members: frozenset[str], plain: flo
     energies = np.array([e.energy for e in posterior.evidence])
     without, with_them = energies[~have].min(), energies[have].min() if have.any() else np.inf
     share = max(0.0, float(without - min(with_them, without))) / posterior.baseline
-    left = posterior.left
+    left, least = posterior.left, PosteriorSettings.least
     return np.array([
-        1.0, np.log((raw + LEAST) / (1.0 - raw + LEAST)), np.log(left / (1.0 + left / plain)),
+        1.0, np.log((raw + least) / (1.0 - raw + least)), np.log(left / (1.0 + left / plain)),
         min(0.0, float(np.log(left / posterior.baseline))), np.log(share + 0.01),
     ])  # fmt: skip
 
@@ -82,12 +80,12 @@ def inclusion(posterior: Posterior, members: frozenset[str], calibration: Calibr
     if not any(members & set(e.ids) for e in posterior.evidence):
         return 0.0
     odds = inclusion_features(posterior, members, plain) @ np.array(calibration.inclusion)
-    return float(min(1.0 / (1.0 + np.exp(-np.clip(odds, -30.0, 30.0))), SUREST))
+    return float(min(1.0 / (1.0 + np.exp(-np.clip(odds, -30.0, 30.0))), PosteriorSettings.surest))
 
 
 def temper(probability: float, doubts: Sequence[float]) -> float:
     """A probability whose odds are multiplied by each doubt (below 1)."""
-    odds = probability / max(1.0 - probability, LEAST) * float(np.prod(doubts))
+    odds = probability / max(1.0 - probability, PosteriorSettings.least) * float(np.prod(doubts))
     return odds / (1.0 + odds)
 
 

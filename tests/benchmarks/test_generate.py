@@ -10,13 +10,18 @@ import pytest
 from deepsea_cosim import ssp
 from deepsea_cosim.gap.campaign.read import read
 
-from benchmarks.blind.case import BASE, Ruler, draw, plan
+from benchmarks.blind import effect_forms
+from benchmarks.blind.case import BASE
+from benchmarks.blind.draw import COUNT, KINDS_OF_CASE, draw, plan
 from benchmarks.blind.effects import CATALOGUE, SENSORS, UNKNOWN, alike
 from benchmarks.blind.generate import write_case
 from benchmarks.blind.measure import KINDS, Channel, ideal, lagged, measured
+from benchmarks.blind.records import load
+from benchmarks.blind.ruler import Ruler
 from benchmarks.blind.system import KEYS
 
 SHIPPED = tomllib.loads((Path(ssp.__file__).parent / "scenarios" / "deepsea" / "effects.toml").read_text())
+RECORDS = Path(effect_forms.__file__).parent / "records"
 SINGLE, NONE, PAIR, UNKNOWN_CASE, CLEAR = 2, 3, 10, 13, 112
 """Small cases of seed 1, by kind, and one of a single effect that is as large as was wanted."""
 
@@ -34,9 +39,9 @@ def contents(folder):
 
 @pytest.mark.parametrize("index", [SINGLE, NONE, PAIR, UNKNOWN_CASE])
 def test_a_case_is_reproducible_and_readable(index, package, tmp_path):
-    answer = write_case(1, index, tmp_path / "a", package, refit=False)
+    answer = write_case(1, index, tmp_path / "a", package, refit=False, edition=1)
     if index == PAIR:
-        write_case(1, index, tmp_path / "b", package, refit=False)
+        write_case(1, index, tmp_path / "b", package, refit=False, edition=1)
         assert contents(tmp_path / "a") == contents(tmp_path / "b")
     folder = tmp_path / "a" / f"case_{index:04d}"
     campaign = read(folder / "campaign.toml")
@@ -53,11 +58,14 @@ def test_a_case_is_reproducible_and_readable(index, package, tmp_path):
     assert [c.noise_std is not None for c in campaign.outputs] == [answer["noise_stated"]] * len(campaign.outputs)
 
 
-def test_plans_have_the_mix_that_was_asked_for():
-    cases = [plan(5, k)[0] for k in range(400)]
+@pytest.mark.parametrize("edition", list(KINDS_OF_CASE))
+def test_plans_have_the_mix_that_was_asked_for(edition):
+    cases = [plan(5, k, edition)[0] for k in range(400)]
     kinds = Counter(c.kind for c in cases)
-    assert kinds["single"] == pytest.approx(160, abs=40)
-    assert all(kinds[k] == pytest.approx(80, abs=30) for k in ("none", "pair", "unknown"))
+    assert sum(KINDS_OF_CASE[edition].values()) == pytest.approx(1.0)
+    assert kinds.keys() <= COUNT.keys()
+    for kind, share in KINDS_OF_CASE[edition].items():
+        assert kinds[kind] == pytest.approx(400 * share, abs=3.5 * np.sqrt(400 * share * (1.0 - share)))
     assert sum(len(c.channels) <= 2 for c in cases) == pytest.approx(100, abs=30)
     assert all(c.channels[0].kind.key == "x_h" and len(c.channels) not in (3,) for c in cases)
     assert sum(c.tolerance == 0.05 for c in cases) == pytest.approx(280, abs=35)
@@ -70,8 +78,26 @@ def test_plans_have_the_mix_that_was_asked_for():
             assert 0.0 <= run.depth <= 11000.0
 
 
+@pytest.mark.parametrize("index", [28, 25])
+def test_the_first_edition_still_gives_the_recorded_cases(index):
+    """Those of a record, whose numbers are rounded; a single effect with a value of the library's."""
+    recorded = next(r for r in load(RECORDS / "seed-20261126.jsonl") if r.answer["case"] == index).answer
+    case = draw(recorded["seed"], index, refit=False, edition=1)
+    assert [w.effect.id for w in case.wrong] == [e["id"] for e in recorded["effects"]]
+    for w, e in zip(case.wrong, recorded["effects"], strict=True):
+        assert w.form is None
+        assert w.effect.library(w.plant) == pytest.approx(e["library"], rel=1e-4)
+
+
+def test_effects_of_the_second_edition_come_in_other_forms():
+    rng = np.random.default_rng(3)
+    pool = (*CATALOGUE, *SENSORS)
+    drawn = [effect_forms.draw(rng, e, e.draw_sign(rng)) for e in pool for _ in range(40)]
+    assert sum(form is not None for form in drawn) / len(drawn) == pytest.approx(1.0 / 3.0, abs=0.05)
+
+
 def test_size_is_the_one_wanted():
-    case = draw(1, CLEAR)
+    case = draw(1, CLEAR, edition=1)
     (w,) = case.wrong
     assert 0.27 <= w.size_linear <= 33.0
     assert w.size_linear == pytest.approx(w.wanted, rel=0.15)

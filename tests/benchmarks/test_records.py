@@ -13,8 +13,9 @@ from benchmarks.blind import records
 from benchmarks.blind.baselines import table
 from benchmarks.blind.calibrate import features_of, recalibrated, scores
 from benchmarks.blind.records import Record, load, merge
-from benchmarks.blind.report import as_text
-from benchmarks.blind.score import outcomes_of, score
+from benchmarks.blind.scoring.outcome import outcomes
+from benchmarks.blind.scoring.report import as_text
+from benchmarks.blind.scoring.table import score
 
 BASE = {"penalty": 3.25, "occam": 1.5, "prior": 2.0}
 
@@ -74,13 +75,37 @@ def test_what_is_read_from_records_is_what_the_folder_says(folder):
     merge(file, load(folder))
     whole, kept = load(folder), load(file)
     assert "plant" not in file.read_text()
-    assert as_text(score(*outcomes_of(kept))) == as_text(score(*outcomes_of(whole)))
-    assert outcomes_of(kept)[0][0].covered() == [True]
-    assert outcomes_of(kept)[0][0].said.others == (("other",),)
+    assert as_text(score(outcomes(kept))) == as_text(score(outcomes(whole)))
+    assert outcomes(kept)[0].covered == [True]
     assert table(kept) == table(whole)
     calibration = Calibration.load()
     assert scores(kept[0].diagnosis, calibration) == pytest.approx(scores(whole[0].diagnosis, calibration), rel=1e-5)
     assert np.allclose(features_of(kept[0].diagnosis, calibration), features_of(whole[0].diagnosis, calibration), 1e-5)
+
+
+def test_records_of_schema_2_keep_effects_budget_hypotheses_and_what_the_oracle_found(folder):
+    effects = {"a": {"inclusion_probability": 0.912345, "share": 0.5}, "b": {"inclusion_probability": 0.1, "share": 0}}
+    part = {
+        "kind": "effect", "group": "friction", "effects": ["a"], "share": 0.8, "ci95": [0.7, 0.9],
+        "inclusion_probability": 0.9, "parameters": {"x.y": {"value": 1.0, "ci95": [0.5, 1.5], "unit": "m"}},
+    }  # fmt: skip
+    told = {
+        "schema": 2, "verdict": "explained", "headline": "of no interest", "effects": effects,
+        "budget": {"noise": 1.0, "delivered": 9.0, "calibrated": 5.0, "explained": 1.1, "parts": [part]},
+        "hypotheses": [{"effects": ["a"], "probability": 0.9, "left": 1.2, "parameters": {"x": 1.0}, "deviance": 7.0}],
+        "timing": {"wall_s": 31.0, "first_budget_s": 9.0}, "curves": [],
+    }  # fmt: skip
+    oracle = {"true": {"effects": ["a"], "left": 1.1, "deviance": 5.0, "point": {"x.y": 1.0}}, "said": {}}
+    (folder / "diagnoses" / "case_0000" / "diagnosis.json").write_text(json.dumps(told))
+    (folder / "diagnoses" / "case_0000" / "oracle.json").write_text(json.dumps(oracle))
+    file = folder / "records.jsonl"
+    merge(file, load(folder))
+    whole, kept = load(folder)[0], load(file)[0]
+    assert kept.diagnosis["effects"]["a"]["inclusion_probability"] == 0.91234
+    assert kept.diagnosis["hypotheses"] == [{"effects": ["a"], "probability": 0.9, "left": 1.2, "deviance": 7.0}]
+    assert kept.oracle["true"] == {"effects": ["a"], "left": 1.1, "deviance": 5.0}
+    assert "headline" not in kept.diagnosis
+    assert as_text(score(outcomes([kept]))) == as_text(score(outcomes([whole])))
 
 
 def test_records_grow_case_by_case_and_the_last_word_counts(folder):

@@ -9,7 +9,9 @@ import pytest
 from deepsea_cosim.gap.campaign.read import read
 from deepsea_cosim.gap.cli import main
 from deepsea_cosim.gap.diagnose import diagnose
-from deepsea_cosim.gap.result.diagnosis import make, parameter_set
+from deepsea_cosim.gap.problem.stop import StopToken
+from deepsea_cosim.gap.result.document import document
+from deepsea_cosim.gap.result.parameter_set import parameter_set
 from deepsea_cosim.gap.terminal import _Patience
 from deepsea_cosim.master.session import Session
 
@@ -28,38 +30,90 @@ def rubbing(toys, tmp_path_factory):
     return folder / "out"
 
 
-def test_finds_the_cause_and_its_size(rubbing):
+def of_kind(data, kind):
+    """The parts of a budget of that kind."""
+    return [p for p in data["budget"]["parts"] if p["kind"] == kind]
+
+
+def named(data):
+    """Effects that are probable."""
+    return [id for id, e in data["effects"].items() if e["inclusion_probability"] >= 0.5]
+
+
+def sums(parts):
+    return sum(p["share"] for p in parts)
+
+
+def test_finds_the_effect_and_its_size(rubbing):
     data = json.loads((rubbing / "diagnosis.json").read_text())
     assert data["verdict"] == "explained"
-    assert data["causes"][0]["effects"] == ["friction"]
-    assert data["causes"][0]["probability"] > 20.0 * data["causes"][1]["probability"]
-    assert data["causes"][0]["probability"] > 0.8  # the calibration keeps what no search may claim
-    friction = data["causes"][0]["parameters"]["o.F_c"]
+    assert named(data) == ["friction"]
+    assert data["effects"]["friction"]["inclusion_probability"] > 0.8
+    others = [e["inclusion_probability"] for id, e in data["effects"].items() if id != "friction"]
+    assert max(others) < 0.3
+    hypotheses = data["hypotheses"]
+    assert hypotheses[0]["effects"] == ["friction"]
+    without = [h["probability"] for h in hypotheses if "friction" not in h["effects"]]
+    assert hypotheses[0]["probability"] > 20.0 * max(without)
+    part = of_kind(data, "effect")[0]
+    assert (part["group"], part["effects"]) == ("force", ["friction"])
+    assert part["share"] > 0.95
+    assert part["ci95"][0] <= part["share"] <= part["ci95"][1]
+    friction = part["parameters"]["o.F_c"]
     assert friction["value"] == pytest.approx(0.4, rel=0.05)
     assert friction["ci95"][0] < friction["value"] < friction["ci95"][1]
     assert friction["unit"] == "1"
+    assert not friction["at_bound"]
 
 
 def test_says_how_far_the_gap_shrinks(rubbing):
-    gap = json.loads((rubbing / "diagnosis.json").read_text())["gap"]
-    assert gap["before"] > gap["after_calibration"] > gap["after"]
-    assert 0.6 < gap["after"] < 1.15  # the floor also has timing in it
-    assert gap["reduction"] == pytest.approx(1 - gap["after"] / gap["before"])
-    assert gap["reduction_ci95"][0] < gap["reduction"] < gap["reduction_ci95"][1]
+    data = json.loads((rubbing / "diagnosis.json").read_text())
+    gap, reduction = data["budget"], data["reduction"]
+    assert gap["delivered"] > gap["calibrated"] > gap["explained"]
+    assert gap["noise"] == 1.0 <= gap["explained"] < 1.15
+    assert reduction["value"] > 0.8
+    assert reduction["ci95"][0] < reduction["value"] < reduction["ci95"][1]
     for run in gap["per_run"].values():  # each run by the other alone: not far above what it is with both
-        assert run["after"] - 0.05 < run["after_from_other_runs"] < 1.3
+        assert run["explained"] - 0.05 < run["foretold_by_others"] < 1.3
     x = gap["per_channel"]["o.x"]
-    assert x["rms_after"] == pytest.approx(2e-4, rel=0.15)
+    assert x["unit"] == "1"
+    assert x["noise"] == pytest.approx(2e-4, rel=0.05)
+    assert x["explained"] == pytest.approx(2e-4, rel=0.15)
+
+
+def test_the_parts_add_up_everywhere(rubbing):
+    gap = json.loads((rubbing / "diagnosis.json").read_text())["budget"]
+    assert sums(gap["parts"]) == pytest.approx(1.0)
+    for parts in (*gap["per_channel"].values(), *gap["per_run"].values()):
+        assert sums(parts["parts"]) == pytest.approx(1.0)
+    for part in gap["parts"]:
+        assert 0.0 <= part["ci95"][0] <= part["share"] <= part["ci95"][1] <= 1.0
+        if part["kind"] == "effect":
+            assert sum(part["within_group"].values()) == pytest.approx(1.0)
 
 
 def test_keeps_the_contract(rubbing):
     data = json.loads((rubbing / "diagnosis.json").read_text())
-    assert sum(c["probability"] for c in data["causes"]) == pytest.approx(1.0)
-    assert {"none", "unknown"} <= {e for c in data["causes"] for e in c["effects"]}
+    assert data["schema"] == 2
+    assert data["finished"]
+    listed = data["evidence"]["hypotheses"]
+    assert sum(h["probability"] for h in listed) == pytest.approx(1.0)
+    assert [] in [h["effects"] for h in listed], "the refit of the base parameters alone"
+    assert set(data["effects"]) == {"friction", "cubic_spring", "force_gain", "sensor_delay"}
     assert sum(w["share"] for w in data["where"]) == pytest.approx(1.0)
-    assert data["numerical_gap"]["ok"]
+    assert data["numerics"]["step_error"] < 0.5
+    assert {o["as"] for o in data["observations"]} == {"samples"}
     assert data["next_experiment"]["change"]
     assert data["timing"]["simulations"] > 10
+    assert data["settings"]["posterior"]["named"] == 0.5
+
+
+def test_the_headline_names_the_effect_its_share_and_a_unit(rubbing):
+    headline = json.loads((rubbing / "diagnosis.json").read_text())["headline"]
+    assert "friction" in headline
+    assert "mm" in headline
+    assert re.search(r"\d+%", headline)
+    assert "spring" not in headline
 
 
 def test_calibrated_parameters_run_in_the_model(rubbing):
@@ -76,10 +130,13 @@ def test_calibrated_parameters_run_in_the_model(rubbing):
 
 def test_no_gap_beyond_a_refit(toys, tmp_path):
     path = campaign(tmp_path, toys, [measure(3, lambda t, x, v: 0.0), measure(4, lambda t, x, v: 0.0)])
-    data = make(diagnose(read(path), processes=1))
+    data = document(diagnose(read(path), processes=1))
     assert data["verdict"] == "no_significant_gap"
-    assert data["base_parameters"]["o.k"]["value"] == pytest.approx(78.0, rel=0.01)
-    assert data["base_parameters"]["o.m"]["value"] == pytest.approx(2.05, rel=0.01)
+    assert named(data) == []
+    base = data["calibration"]["moved"]
+    assert base["o.k"]["value"] == pytest.approx(78.0, rel=0.01)
+    assert base["o.m"]["value"] == pytest.approx(2.05, rel=0.01)
+    assert data["budget"]["calibrated"] < 1.1 < data["budget"]["delivered"]
 
 
 def test_an_effect_that_the_catalogue_lacks(toys, tmp_path):
@@ -87,20 +144,31 @@ def test_an_effect_that_the_catalogue_lacks(toys, tmp_path):
         return -2.0 if 0.01 < x < 0.02 else 0.0
 
     runs = [measure(seed, knocks) for seed in (5, 6)]
-    data = make(diagnose(read(campaign(tmp_path, toys, runs)), processes=1))
-    assert data["verdict"] == "unknown_effect"
-    assert data["unexplained"]["varies_with"]["o.x"] in data["sentence"] + "o.x rate of o.x"
+    data = document(diagnose(read(campaign(tmp_path, toys, runs)), processes=1))
+    assert data["verdict"] == "unexplained"
+    assert named(data) == []
+    (rest,) = of_kind(data, "unexplained")
+    assert rest["share"] == max(p["share"] for p in data["budget"]["parts"])
+    varies = data["evidence"]["structure"]["varies_with"]["o.x"]
+    assert varies in rest["character"]
+    assert varies in ("o.x", "rate of o.x")
+    assert rest["character"] in data["headline"]
 
 
 @pytest.mark.parametrize("stage", ["refitting the base parameters", "fitting single effects"])
 def test_what_has_been_found_is_judged_when_time_is_up(toys, tmp_path, stage):
     path = campaign(tmp_path, toys, [measure(1, lambda t, x, v: -0.4 * np.tanh(v / 0.01))])
     said = []
-    d = diagnose(read(path), say=said.append, processes=1, hurry=lambda: stage in said)
-    data = make(d)
-    assert data["causes"][0]["effects"] == ["friction"]
-    assert data["gap"]["reduction"] > 0.5
-    assert any("ended before everything was tried" in text for text in data["warnings"])
+    d = diagnose(read(path), say=said.append, processes=1, stop=StopToken(lambda: stage in said))
+    data = document(d)
+    assert data["hypotheses"][0]["effects"] == ["friction"]
+    assert next(iter(data["effects"])) == "friction"
+    assert data["reduction"]["value"] > 0.5
+    assert not data["finished"]
+    assert data["unfinished_stage"]
+    assert data["unfinished_stage"] in data["headline"]
+    assert any("stopped before everything was tried" in text for text in data["warnings"])
+    assert sums(data["budget"]["parts"]) == pytest.approx(1.0)
 
 
 def test_a_dask_cluster_finds_the_same(toys, tmp_path):
@@ -114,8 +182,9 @@ def test_a_dask_cluster_finds_the_same(toys, tmp_path):
         assert main([*line, str(tmp_path / "there"), "--dask", cluster.scheduler_address]) == 0
     assert main([*line, str(tmp_path / "here")]) == 0
     there, here = (json.loads((tmp_path / name / "diagnosis.json").read_text()) for name in ("there", "here"))
-    assert there["causes"] == here["causes"]
-    assert there["causes"][0]["effects"] == ["friction"]
+    for key in ("verdict", "headline", "budget", "effects", "hypotheses"):
+        assert there[key] == here[key]
+    assert there["hypotheses"][0]["effects"] == ["friction"]
 
 
 def test_the_first_interrupt_asks_for_a_result_and_the_second_ends(capsys):
@@ -136,12 +205,12 @@ def test_held_out_runs_are_not_fitted(toys, tmp_path):
     text = path.read_text().replace('file = "run1.csv"', 'file = "run1.csv"\nuse = "holdout"')
     path.write_text(text)
     d = diagnose(read(path), processes=1)
-    data = make(d)
-    assert len(d.study.problem.runs) == 1
-    assert data["gap"]["held_out"] == "runs that the campaign holds out"
-    assert list(data["gap"]["per_run"]) == ["run1"]
-    assert data["causes"][0]["effects"] == ["cubic_spring"]
-    assert data["gap"]["after"] < 1.3
+    data = document(d)
+    assert len(d.state.problem.runs) == 1
+    assert data["budget"]["held_out"] == "runs that the campaign holds out"
+    assert list(data["budget"]["per_run"]) == ["run1"]
+    assert data["hypotheses"][0]["effects"] == named(data) == ["cubic_spring"]
+    assert data["budget"]["explained"] < 1.3
 
 
 BAD = {
@@ -269,10 +338,10 @@ def test_connectors_of_the_whole_system_are_channels_too(toys, tmp_path):
     fmus = {"resources/Oscillator.fmu": toys / "Oscillator.fmu"}
     packages.package(tmp_path / "toy.ssp", root, fmus, stop=12.0, step=1e-3)
     path.write_text(path.read_text().replace('"o.u"', '"force"').replace('"o.x"', '"place"'))
-    data = make(diagnose(read(path), processes=1))
-    assert data["causes"][0]["effects"] == ["friction"]
-    assert data["gap"]["after"] < 1.3
-    assert list(data["gap"]["per_channel"]) == ["place"]
+    data = document(diagnose(read(path), processes=1))
+    assert data["hypotheses"][0]["effects"] == ["friction"]
+    assert data["budget"]["explained"] < 1.3
+    assert list(data["budget"]["per_channel"]) == ["place"]
 
 
 def test_moments_are_measurements_too(toys, tmp_path):
@@ -284,11 +353,11 @@ def test_moments_are_measurements_too(toys, tmp_path):
         text += '[[run.event]]\nconnector = "o.x"\ntarget = 0.025\nwithin = 0.001\nafter = 0\nstd = 0.01\n'
         text += f"time = {_settles(d):.4f}\n"
     path.write_text(text)
-    data = make(diagnose(read(path), processes=1))
+    data = document(diagnose(read(path), processes=1))
     assert len(data["events"]) == 3
     for e in data["events"]:
-        assert e["with_cause"] == pytest.approx(e["measured"], abs=0.05)
-    assert data["verdict"] != "unknown_effect"
+        assert e["explained"] == pytest.approx(e["measured"], abs=0.05)
+    assert data["verdict"] != "unexplained"
     assert [c["changed"] for c in data["contrasts"]] == ["o.d"] * 3
     first = data["contrasts"][0]
     assert first["runs"] == ["d 2.0", "d 3.0"]
@@ -303,7 +372,7 @@ def test_limits_that_are_kept_say_that_nothing_is_missing(toys, tmp_path):
     text += '[[run]]\nname = "step"\nstop_time = 8\nparameters = { "o.u" = 2.0 }\n'
     text += '[[run.event]]\nconnector = "o.x"\ntarget = 0.025\nwithin = 0.001\nafter = 0\nstd = 0.01\nat_most = 7.9\n'
     path.write_text(text)
-    assert make(diagnose(read(path), processes=1))["verdict"] == "no_significant_gap"
+    assert document(diagnose(read(path), processes=1))["verdict"] == "no_significant_gap"
 
 
 def test_the_calibrated_parameters_stand_there_once(toys, tmp_path):
@@ -311,7 +380,7 @@ def test_the_calibrated_parameters_stand_there_once(toys, tmp_path):
     path = campaign(tmp_path, toys, [measure(3, lambda t, x, v: 0.0)])
     path.write_text(path.read_text().replace('"run0.csv"', '"run0.csv"\nparameters = { k = 75.0 }'))
     d = diagnose(read(path), processes=1)
-    assert "o.k" in d.chosen.hypothesis.fit.point
+    assert "o.k" in d.state.chosen.hypothesis.fit.point
     assert parameter_set(d).count('name="o.k"') == 1
     k = float(re.search(r'name="o.k"><ssv:Real value="([^"]+)"', parameter_set(d))[1])
     assert k == pytest.approx(78.0, rel=0.01)
@@ -322,11 +391,11 @@ def test_the_calibrated_parameters_are_those_of_the_machine_alone(toys, tmp_path
     path = campaign(tmp_path, toys, [measure(3, lambda t, x, v: 0.0), measure(4, lambda t, x, v: 0.0)])
     text = path.read_text().replace('"run0.csv"', '"run0.csv"\nparameters = { "o.k" = 75.0, "o.m" = 2.0 }')
     path.write_text(text.replace('"run1.csv"', '"run1.csv"\nparameters = { "o.k" = 76.0, "o.m" = 2.0 }'))
-    d = diagnose(read(path), processes=1, hurry=lambda: True)
-    assert "o.k" in d.chosen.hypothesis.fit.point
+    d = diagnose(read(path), processes=1, stop=StopToken(lambda: True))
+    assert "o.k" in d.state.chosen.hypothesis.fit.point
     names = set(re.findall(r'Parameter name="([^"]+)"', parameter_set(d)))
-    assert names <= set(d.chosen.hypothesis.fit.point) - {"o.k"}
-    assert sum("calibrated.ssv" in w for w in make(d)["warnings"]) == 1
+    assert names <= set(d.state.chosen.hypothesis.fit.point) - {"o.k"}
+    assert sum("calibrated.ssv" in w for w in document(d)["warnings"]) == 1
 
 
 def _settles(d, m=2.0, k=80.0, force=2.0):

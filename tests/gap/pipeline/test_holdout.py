@@ -1,0 +1,70 @@
+"""Held-out runs that differ from those learned from: a channel is missing, the motion is smaller, a reading is none."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from deepsea_cosim.gap.campaign import catalogue
+from deepsea_cosim.gap.campaign.read import CampaignError, read
+from deepsea_cosim.gap.diagnose import diagnose
+from deepsea_cosim.gap.estimation.nuisances import usual_bias
+from deepsea_cosim.gap.pipeline.holdout import pose_holdout
+from deepsea_cosim.gap.problem.build import build_problem
+from deepsea_cosim.gap.result.document import document
+from deepsea_cosim.master.pool import Pool
+
+from tests.gap.oscillator import STOP, campaign, measure
+
+SPEED = '[[channel]]\ncolumn = "v"\nconnector = "o.v"\nunit = "m/s"\nnoise_std = 0.02\n'
+
+
+@pytest.fixture
+def uneven(toys, tmp_path):
+    """Two runs with position and speed; the second, held out, has no speed and less of the motion."""
+    stiff = [measure(seed, lambda t, x, v: -300.0 * x**3) for seed in (7, 8)]
+    path = campaign(tmp_path, toys, stiff)
+    text = path.read_text().replace('file = "run1.csv"', 'file = "run1.csv"\nuse = "holdout"')
+    path.write_text(text.replace("[[run]]", SPEED + "[[run]]", 1))
+    for i, run in enumerate(stiff):
+        v = np.gradient(run[:, 2], run[:, 0])
+        speed = ["" if i else f"{w:.9g}" for w in v]
+        lines = [f"{t:.9g},{u:.9g},{1e3 * x:.9g},{w}" for (t, u, x), w in zip(run, speed, strict=True)]
+        keep = lines if i == 0 else lines[: round(0.4 * len(lines))]
+        (tmp_path / f"run{i}.csv").write_text("\n".join(["time,u,x,v", *keep]) + "\n")
+    return path
+
+
+def test_a_channel_that_the_held_out_run_lacks(uneven):
+    d = diagnose(read(uneven), processes=1)
+    data = document(d)
+    assert data["hypotheses"][0]["effects"] == ["cubic_spring"]
+    assert set(data["budget"]["per_channel"]) == {"o.x"}
+    assert data["budget"]["explained"] < 1.3
+    holdout, problem = d.state.holdout, d.state.problem
+    fit = d.state.chosen.hypothesis.fit
+    moved = replace(fit, nuisances=fit.nuisances + np.eye(len(fit.nuisances))[0])
+    shift = holdout.after(moved, problem) - holdout.after(fit, problem)
+    x = holdout.problem.observations
+    # the sensor is the one of the learned runs, whose span says what its usual bias is; the clock takes next to nothing
+    assert np.median(-shift * x.noise_std) == pytest.approx(usual_bias(problem, 0), rel=0.05)
+
+
+def test_a_mark_for_a_missing_value_in_a_held_out_run(uneven):
+    table = (uneven.parent / "run1.csv").read_text().splitlines()
+    cells = table[100].split(",")
+    table[100] = ",".join([*cells[:2], "-9999", cells[3]])
+    (uneven.parent / "run1.csv").write_text("\n".join(table) + "\n")
+    with pytest.raises(CampaignError, match=r"-9999 mm at .* is impossible"):
+        diagnose(read(uneven), processes=1)
+
+
+def test_the_parameter_of_a_held_out_run_may_be_what_a_base_parameter_scales(uneven):
+    """With o.d = 0 there is nothing to scale in that run, but the others refit it."""
+    uneven.write_text(uneven.read_text().replace('use = "holdout"', 'use = "holdout"\nparameters = { "o.d" = 0.0 }'))
+    c = read(uneven)
+    with Pool(c.system, None, 1) as pool:
+        learned = build_problem(replace(c, runs=c.runs[:1]), catalogue.load(c.effects), pool)
+        held = pose_holdout(learned, replace(c, runs=c.runs[1:]))
+        assert {x.name for x in held.problem.base} == {"o.m", "o.k", "o.d"}
+        assert held.problem.exact([{"o.d": 0.5, "o.m": 0.1}])[0] is not None
+    assert held.problem.runs[0].stop <= STOP

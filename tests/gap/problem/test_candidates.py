@@ -1,0 +1,49 @@
+"""The catalogue's entries as parameters to be estimated, and what does not fit the package."""
+
+from dataclasses import replace
+from pathlib import Path
+
+import pytest
+from deepsea_cosim.core.errors import CosimError, UnknownNameError
+from deepsea_cosim.gap.campaign.campaign import Campaign
+from deepsea_cosim.gap.campaign.catalogue import Base, Catalogue, Experiment, Measurable, load_from_package
+from deepsea_cosim.gap.problem.build import build_problem
+from deepsea_cosim.gap.problem.candidates import base_parameters, check_catalogue
+from deepsea_cosim.gap.problem.problem import RunConditions
+from deepsea_cosim.gap.settings import ParameterSettings
+from deepsea_cosim.master.session import Session
+
+
+def test_values_that_an_fmu_refuses_are_found_at_once(built):
+    package = built / "deepsea_0km.ssp"
+    own = load_from_package(package)
+    friction = own.effect("cylinder_coulomb_friction")
+    wild = replace(friction, parameters=(replace(friction.parameters[0], high=1e12),))
+    with Session(package) as session:
+        check_catalogue(own, session)
+        for wrong, told in (
+            ({"experiments": (Experiment("depth", (1e9,)),)}, r"experiment depth: .*depth=1000000000\.0.* range"),
+            ({"effects": (wild,)}, r"effect cylinder_coulomb_friction: .* range"),
+            ({"measurables": (Measurable("arm.z", 1.0),)}, "measurable arm.z: no connector"),
+            ({"experiments": (Experiment("command.use_input", (1.0,)),)}, "is no real number"),
+        ):
+            with pytest.raises(CosimError, match=told):
+                check_catalogue(replace(own, **wrong), session)
+
+
+def test_an_estimation_setting_that_nobody_has(posed):
+    told, catalogue = posed
+    with pytest.raises(UnknownNameError, match="estimation: no component has a parameter"):
+        build_problem(told, replace(catalogue, estimation={"o.rtol": 1.0}), None)
+
+
+def test_two_base_entries_of_one_parameter_are_refused():
+    """k means that of every component; o.k named as well would be refitted twice."""
+    run = RunConditions("run", 1.0, {}, {}, {"o.k": 1.0, "q.k": 2.0})
+    catalogue = Catalogue((), (), (Base("k", 0.05),))
+    campaign = Campaign("c", Path("s.ssp"), None, (), ())
+    settings = ParameterSettings()
+    found = base_parameters(campaign, catalogue, [run], [], settings)
+    assert [x.addresses for x in found] == [("o.k", "q.k")]
+    with pytest.raises(CosimError, match=r"two entries mean 'o.k'"):
+        base_parameters(replace(campaign, base={"o.k": 0.1}), catalogue, [run], [], settings)

@@ -1,0 +1,115 @@
+"""Probabilities of hypotheses and of effects from the evidence."""
+
+import numpy as np
+import pytest
+from deepsea_cosim.gap.selection.calibration import Calibration
+from deepsea_cosim.gap.selection.posterior import Evidence, inclusion, inclusion_features, inclusions, temper, weigh
+from deepsea_cosim.gap.settings import PosteriorSettings
+
+READINGS = 5000
+PLAIN_ENERGY = PosteriorSettings().plain_energy
+PLAIN = Calibration(20.0, 0.01, 0.0, 1.0, (0.0, 1.0, 0.0, 0.0, 0.0))
+"""Inclusion is the raw probability."""
+SHIPPED = Calibration.load()
+
+
+def weighed(energies, calibration=PLAIN, price=0.0):
+    """The posterior of hypotheses with these energies; those with effects cost `price` more."""
+    evidence = [Evidence(ids, energy, price if ids else 0.0) for ids, energy in energies.items()]
+    return weigh(evidence, calibration, READINGS)
+
+
+def probability(posterior, ids):
+    return sum(p for e, p in zip(posterior.evidence, posterior.probability, strict=True) if e.ids == ids)
+
+
+def included(id, energies, calibration=PLAIN, price=0.0):
+    return inclusion(weighed(energies, calibration, price), frozenset([id]), calibration, PLAIN_ENERGY)
+
+
+@pytest.mark.parametrize("calibration", [PLAIN, SHIPPED])
+def test_probabilities_add_up_and_follow_the_energies(calibration):
+    found = weighed({(): 8.0, ("a",): 0.1, ("b",): 0.2, ("a", "b"): 0.1}, calibration, 2.0)
+    assert found.probability.sum() == pytest.approx(1.0)
+    assert probability(found, ("a",)) > probability(found, ("b",)) > probability(found, ())
+    assert np.argmin(found.neg2_log) == np.argmax(found.probability) == 1
+
+
+def test_odds_are_those_of_the_closed_form():
+    """Energies of which nothing is chance or discrepancy: (E_b / E_a)^(n / 2), and exp(-price / 2)."""
+    bare = Calibration(20.0, 0.0, 0.0, 1.0, PLAIN.inclusion)
+    found = weigh([Evidence((), 100.0, 0.0), Evidence(("a",), 1e3, 0.0), Evidence(("b",), 1e3, 3.0)], bare, 10**12)
+    assert found.probability[0] / found.probability[1] == pytest.approx(10.0**10)
+    assert found.probability[1] / found.probability[2] == pytest.approx(np.exp(1.5))
+
+
+def test_a_higher_temperature_makes_all_more_alike():
+    energies = {(): 1.0, ("a",): 0.8}
+    hot = weighed(energies, Calibration(20.0, 0.01, 0.0, 4.0, PLAIN.inclusion))
+    cold = weighed(energies)
+    odds = [p.probability[1] / p.probability[0] for p in (cold, hot)]
+    assert odds[1] == pytest.approx(odds[0] ** 0.25)
+
+
+def test_near_equals_share_where_the_best_leaves_much():
+    """20 % less left is decisive where next to nothing is left, and no reason where the best leaves much."""
+    scattered = Calibration(20.0, 0.01, 3.0, 1.0, PLAIN.inclusion)
+    ratios = []
+    for calibration in (PLAIN, scattered):
+        found = weighed({(): 50.0, ("a",): 4.0, ("b",): 5.0}, calibration)
+        ratios.append(probability(found, ("a",)) / probability(found, ("b",)))
+    assert ratios[0] > 5.0
+    assert 1.0 < ratios[1] < 2.0
+    little = weighed({(): 50.0, ("a",): 0.0, ("b",): 1.0}, scattered)
+    assert probability(little, ("a",)) > 0.99
+
+
+def test_an_effect_is_in_all_hypotheses_that_contain_it():
+    """A sensor's effect in two channels is two hypotheses of one effect, and pairs count for both."""
+    found = weighed({("s",): 1.0, (): 1.0, ("s", "t"): 1.0, ("u",): 1.0})
+    groups = {"s": "sensors", "t": "sensors", "u": "other", "v": "other"}
+    effects, of_groups = inclusions(found, groups, PLAIN, PLAIN_ENERGY)
+    assert effects["s"] == pytest.approx(0.5, abs=1e-4)
+    assert effects["t"] == effects["u"] == pytest.approx(0.25, abs=1e-4)
+    assert effects["v"] == 0.0, "not looked at"
+    assert of_groups["sensors"] == pytest.approx(0.5, abs=1e-4)
+    assert of_groups["other"] == effects["u"]
+    twice = weigh([Evidence(("s",), 1.0, 0.0), Evidence(("s",), 1.0, 0.0), Evidence((), 1.0, 0.0)], PLAIN, READINGS)
+    assert inclusion(twice, frozenset("s"), PLAIN, PLAIN_ENERGY) == pytest.approx(2 / 3, abs=1e-4)
+
+
+@pytest.mark.parametrize("calibration", [PLAIN, SHIPPED])
+def test_inclusion_grows_with_the_evidence(calibration):
+    found = [included("a", {(): 8.0, ("a",): e, ("b",): 4.0}, calibration) for e in (7.0, 5.0, 3.0, 1.0, 0.1)]
+    assert found == sorted(found)
+    assert found[0] < 0.3 < 0.5 < found[-1] <= PosteriorSettings.surest
+    dear = [included("a", {(): 8.0, ("a",): 1.0, ("b",): 4.0}, calibration, price) for price in (0.0, 10.0, 40.0)]
+    assert dear == sorted(dear, reverse=True)
+
+
+def test_what_is_left_makes_an_effect_less_sure_with_the_shipped_calibration():
+    good = included("a", {(): 100.0, ("a",): 0.0, ("b",): 70.0}, SHIPPED)
+    bad = included("a", {(): 100.0, ("a",): 64.0, ("b",): 70.0}, SHIPPED)
+    assert bad < 0.5 < 0.8 < good
+
+
+def test_the_same_rest_is_less_of_a_doubt_where_it_is_less_of_the_gap():
+    """What one of the catalogue imitates leaves part of a small gap; a right cause of another law, of a large one."""
+    small = included("a", {(): 1.0, ("a",): 0.5}, SHIPPED)
+    large = included("a", {(): 1000.0, ("a",): 0.5}, SHIPPED)
+    assert small < 0.5 < large
+
+
+def test_the_features_of_a_baseline_as_good_as_all_are_finite():
+    found = weighed({(): 0.0, ("a",): 0.0})
+    assert np.isfinite(inclusion_features(found, frozenset("a"), PLAIN_ENERGY)).all()
+
+
+def test_doubts_multiply_the_odds():
+    assert temper(0.8, []) == pytest.approx(0.8)
+    assert temper(0.8, [0.5]) == pytest.approx(2.0 / 3.0)
+    assert temper(0.8, [0.5, 0.5]) == pytest.approx(0.5)
+    assert temper(0.0, [0.5]) == 0.0
+    assert 0.0 < temper(1.0, [0.5]) <= 1.0
+    tempered = [temper(p, [0.2]) for p in (0.1, 0.5, 0.9, 0.99)]
+    assert tempered == sorted(tempered)
