@@ -184,6 +184,7 @@ A, B = ("a",), ("b",)
     pytest.param("search", {"b": 0.9}, fit(A, 1.0, 100.0), fit(B, 3.0, 900.0), [(B, 0.9, 3.0)], id="not found"),
     pytest.param("search", {"b": 0.9}, fit(A, 1.0, 100.0), fit(B, 3.0, 900.0), [(A, 0.1, 2.0)], id="fitted badly"),
     pytest.param("evidence", {"b": 0.9}, fit(A, 1.0, 100.0), fit(B, 3.0, 900.0), [(A, 0.1, 1.0)], id="judged worse"),
+    pytest.param("form", {}, fit(A, 5.0, 100.0), fit(B, 5.1, 900.0), [(A, 0.1, 5.0)], id="found, too much left"),
     pytest.param("form", {"b": 0.9}, fit(A, 5.9, 900.0), fit(B, 1.0, 100.0), [(B, 0.9, 1.0)], id="form"),
     pytest.param("form", {"b": 0.9}, fit(A, 3.0, 100.0), fit(B, 3.0, 104.0), [(B, 0.9, 3.0)], id="both leave much"),
     pytest.param("evidence", {"a": 0.9, "b": 0.9}, fit(A, 1.0, 100.0), fit((*A, *B), 1.0, 98.0), [], id="one more"),

@@ -25,9 +25,10 @@ AS_GOOD = 1.05
 def drawer(o: Outcome) -> str:
     """The drawer of a wrong case, or why there is none; empty for a right one.
 
-    search: the true set fits better and was not found; form: in the catalogue's form it leaves more than the noise and
-    fits no better than what was said; evidence: it was found and fits better, or more was said than the data ask for;
-    not identifiable: with and without what was missed the machine differs by less than the evidence that is needed.
+    search: the true set fits better and was not found; form: in the catalogue's form it leaves more than the noise, and
+    fits no better than what was said, or nothing was said for that; evidence: it was found and fits better, or more was
+    said than the data ask for; not identifiable: with and without what was missed the machine differs by less than the
+    evidence that is needed.
     """
     if o.said.failed:
         return FAILED
@@ -39,9 +40,12 @@ def drawer(o: Outcome) -> str:
         return OPEN
     true, best = o.oracle["true"], o.oracle["said"]
     gain = float(best["deviance"]) - float(true["deviance"])
+    much = float(true["left"]) > MUCH
     if gain > NEEDED:
-        return EVIDENCE if _found(o, float(true["left"])) else SEARCH
-    if gain < -NEEDED or float(true["left"]) > MUCH:
+        if not _found(o, float(true["left"])):
+            return SEARCH
+        return FORM if much and not o.said.statements else EVIDENCE
+    if gain < -NEEDED or much:
         return FORM if o.true.effects else EVIDENCE
     return EVIDENCE if _more(true["effects"], best["effects"]) else NOT_IDENTIFIABLE
 
