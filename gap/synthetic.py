@@ -25,9 +25,10 @@ import numpy as np
 from ..core.files import make_folder, writing
 from ..core.units import convert, unit
 from ..master.session import Session
-from .campaign import MIN_SAMPLES, CampaignError, Channel, base_of, channels_of, own_unit, si, take, use_of
-from .catalogue import QUANTITIES
-from .sensor import Sensor
+from .campaign.campaign import CampaignError, Channel, own_unit, si
+from .campaign.catalogue import QUANTITIES
+from .campaign.read import MIN_SAMPLES, base_of, channels_of, take, use_of
+from .problem.sensors import Sensor
 
 RATE = 100.0
 STEP = 0.25e-3

@@ -16,15 +16,16 @@ def diagnose_command(options: argparse.Namespace) -> int:
     """Run the diagnosis and print it; returns the exit code."""
     need("gap", "scipy", "sklearn", "arch", "ruptures", *(() if options.no_report else ("jinja2", "PIL")))
     from ..master.pool import cluster
-    from .campaign import read
+    from .campaign.read import read
     from .diagnose import diagnose
-    from .result import write
+    from .problem.stop import StopToken
+    from .result.diagnosis import write
 
     campaign = read(options.campaign)
     make_folder(options.out)
     show = _Progress(options.quiet)
     with _Patience(options.time_limit) as patience, cluster(options.dask) as executor:
-        d = diagnose(campaign, executor, show.stage, show.run, options.processes, patience.ended)
+        d = diagnose(campaign, executor, show.stage, show.run, options.processes, StopToken(patience.ended))
     show.clear()
     data = write(d, options.out)
     if not options.no_report:

@@ -1,229 +1,208 @@
-"""Fits the calibration of the diagnosis on cases whose truth is known, and writes it as JSON.
+"""Fits the calibration of the inclusion probabilities on cases whose truth is known, and writes it as JSON.
 
-    python -m benchmarks.blind.calibrate DIR|RECORDS... [--seen DIR|RECORDS...] [--out gap/calibration.json]
+    python -m benchmarks.blind.calibrate DIR|RECORDS... [--out gap/selection/calibration.json] [--folds 10]
 
-Most likely values of the number of independent pieces and the temperature, on the cases with nothing wrong or effects
-of the catalogue that are not called unknown; and the weights of "unknown" on all; both for every discrepancy, of
-which the smallest is taken that is hardly less likely on all cases than the best: it sees the smallest effects. A score
-that is reported is never one of a calibration that has seen its cases.
-
-How often the tool lapses, and how sure it may be of its first answer, show only on cases on which the method was not
-developed: where it was, it is right more often. So those (--seen) do not count for that.
+Every effect that a case's diagnosis looked at is one observation: whether it was in the machine, and the features that
+`gap/selection/posterior.py` judges it by. The weights are those of a logistic regression; independent pieces, scatter
+and temperature are those with the least cross-validated log loss. With --folds the calibration error, the Brier score
+and precision and recall on the cases that a fit has not seen are printed. A score that is reported is never one of a
+calibration that has seen its cases.
 """
 
 from __future__ import annotations
 
 import argparse
 import json
-from collections.abc import Iterable
+from collections.abc import Iterable, Sequence
 from dataclasses import asdict, replace
 from itertools import product
 from pathlib import Path
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
-from deepsea_cosim.gap import verdict as judgement
-from deepsea_cosim.gap.calibration import Calibration
-from deepsea_cosim.gap.verdict import features, unknown_probability
+from deepsea_cosim.gap.selection.calibration import Calibration
+from deepsea_cosim.gap.selection.posterior import Evidence, inclusion_features, weigh
+from deepsea_cosim.gap.settings import PosteriorSettings
 
-from .records import NONE, UNKNOWN, Record, load
-from .score import calibration_error, sure_error
+from .records import load
 
-INDEPENDENT = (5.0, 7.0, 10.0, 15.0, 20.0, 30.0, 50.0, 75.0, 100.0)
-DISCREPANCY = (0.01, 0.02, 0.03, 0.05, 0.07, 0.1)
-TEMPERATURE = (1.0, 1.5, 2.0, 3.0, 4.0, 6.0)
-LAPSE = (0.02, 0.03, 0.05, 0.07, 0.1, 0.15, 0.2)
+INDEPENDENT = (7.0, 10.0, 15.0, 20.0, 30.0)
+SCATTER = (0.0, 0.3, 1.0, 3.0)
+TEMPERATURE = (1.0, 1.5, 2.0, 3.0)
+"""What is tried."""
 
-HARDLY = 0.005
-"""Difference of the mean log probability that does not tell discrepancies apart."""
+RIDGE = 1e-4
+"""Keeps the weights finite, per observation."""
 
-RIDGE, MISJUDGED, STUCK = 0.01, 0.03, 0.1
-"""Keeps the weights of "unknown" finite; least probability of "unknown", and of its opposite: a search may be stuck."""
-
-
-Case = tuple[dict[str, Any], dict[str, Any]]
-"""Answer and diagnosis."""
+PRICES = ("penalty", "occam", "prior")
+PLAIN = PosteriorSettings().plain_energy
+EFFECTS = 34
+"""Effects of the catalogue: those that a diagnosis did not look at have probability 0."""
 
 
-def scores(diagnosis: dict[str, Any], calibration: Calibration) -> list[float]:
-    """The scores of a diagnosis' hypotheses with that calibration."""
-    evidence = diagnosis["evidence"]
-    return [
-        calibration.weight(h["held_out_shared"], evidence["readings"])
-        + sum(h["terms"][key] for key in ("penalty", "occam", "prior"))
-        for h in evidence["hypotheses"]
-    ]
+class Case(NamedTuple):
+    """What a diagnosis looked at, and which effects were true; none where the cause is in no catalogue."""
+
+    evidence: tuple[Evidence, ...]
+    readings: int
+    true: frozenset[str]
+    kind: str
 
 
-def _null(diagnosis: dict[str, Any]) -> float:
-    """The energy that the refit of the base parameters leaves."""
-    return float(next(h["held_out_shared"] for h in diagnosis["evidence"]["hypotheses"] if not h["effects"]))
+class Observations(NamedTuple):
+    """Of every effect that was looked at: features (n, k), whether it was true (n,), and its case (n,); and how many
+    true ones were not looked at."""
+
+    features: np.ndarray
+    true: np.ndarray
+    case: np.ndarray
+    missed: int
 
 
-def probabilities(diagnosis: dict[str, Any], calibration: Calibration) -> dict[tuple[str, ...], float]:
-    """Probability of every cause with that calibration, "none" and "unknown" among them, from the evidence alone."""
-    ids = (tuple(h["effects"]) for h in diagnosis["evidence"]["hypotheses"])
-    scored = zip(ids, scores(diagnosis, calibration), strict=True)
-    return judgement.probabilities(scored, calibration, features_of(diagnosis, calibration))
-
-
-def recalibrated(record: Record, calibration: Calibration | None = None) -> Record:
-    """A case as that calibration, else the shipped one, would have judged it; parameters stay where they were given."""
-    if record.diagnosis is None:
-        return record
-    calibration = calibration or Calibration.load()
-    told = {tuple(c["effects"]): c for c in record.diagnosis["causes"]}
-    found = sorted(probabilities(record.diagnosis, calibration).items(), key=lambda item: -item[1])
-    causes = [{**told.get(names, {}), "effects": list(names), "probability": p} for names, p in found]
-    verdict = {NONE: "no_significant_gap", UNKNOWN: "unknown_effect"}.get(found[0][0], "explained")
-    return record._replace(diagnosis={**record.diagnosis, "verdict": verdict, "causes": causes, "probabilities": {}})
-
-
-def _truth(answer: dict[str, Any]) -> tuple[str, ...]:
-    """What a diagnosis should name."""
-    return UNKNOWN if answer["kind"] == "unknown" else tuple(sorted(e["id"] for e in answer["effects"])) or NONE
-
-
-def _told(answer: dict[str, Any], diagnosis: dict[str, Any], calibration: Calibration) -> tuple[float, float]:
-    """Probability of the truth, and that it is not unknown."""
-    found = probabilities(diagnosis, calibration)
-    known = 1.0 - found[UNKNOWN]
-    truth = _truth(answer)
-    return found.get(truth, calibration.lapse / len(found) * known), known
-
-
-def likelihood(cases: list[Case], calibration: Calibration) -> float:
-    """Mean log probability of the truth among the causes that were fitted."""
-    return float(np.mean([np.log(p / known) for p, known in (_told(*case, calibration) for case in cases)]))
-
-
-def overall(cases: list[Case], calibration: Calibration) -> float:
-    """Mean log probability of the truth, which may be that it is unknown."""
-    return float(np.mean([np.log(_told(*case, calibration)[0]) for case in cases]))
-
-
-def features_of(diagnosis: dict[str, Any], calibration: Calibration) -> np.ndarray:
-    """What "unknown" is judged by, from the figures of a diagnosis."""
-    tried, readings = diagnosis["evidence"]["hypotheses"], diagnosis["evidence"]["readings"]
-    best = tried[int(np.argmin(scores(diagnosis, calibration)))]
-    return features(calibration, _null(diagnosis), best["held_out_shared"], readings)
-
-
-def unknown(cases: list[Case], calibration: Calibration) -> list[float]:
-    """Weights of the features of "unknown"."""
-    from scipy.optimize import minimize
-
-    X = np.array([features_of(d, calibration) for _, d in cases])
-    y = np.array([a["kind"] == "unknown" for a, _ in cases])
-    spread = np.where(X.std(0) > 0.0, X.std(0), 1.0)
-
-    def loss(w: np.ndarray) -> float:
-        told = replace(calibration, unknown=tuple(w / spread))
-        p = np.array([unknown_probability(told, x) for x in X])
-        return float(-np.log(np.where(y, p, 1.0 - p)).sum() + 0.5 * RIDGE * (w[1:] @ w[1:]))
-
-    # the more is left, the more likely it is unknown: no weight but the constant is negative
-    bounds = [(None, None), *[(0.0, None)] * (X.shape[1] - 1)]
-    starts = (np.zeros(X.shape[1]), np.array([-1.0, *np.ones(X.shape[1] - 1)]))
-    options = {"maxiter": 4000, "xatol": 1e-6, "fatol": 1e-9}
-    found = [minimize(loss, start, method="Nelder-Mead", bounds=bounds, options=options) for start in starts]
-    best = min(found, key=lambda f: f.fun)
-    return [float(w) for w in best.x / spread]
-
-
-def _known(cases: list[Case], calibration: Calibration) -> list[Case]:
-    """Cases whose cause is in the catalogue, and which are not called unknown."""
-    return [
-        (a, d) for a, d in cases
-        if a["kind"] != "unknown" and unknown_probability(calibration, features_of(d, calibration)) < 0.5
-    ]  # fmt: skip
-
-
-def _best(cases: list[Case], calibrations: Iterable[Calibration]) -> Calibration:
-    return max(calibrations, key=lambda c: likelihood(cases, c))
-
-
-def sureness(cases: list[Case], calibration: Calibration) -> Calibration:
-    """With the slope and the shift that make right and wrong answers most likely."""
-    from scipy.optimize import minimize
-
-    plain = replace(calibration, slope=1.0, shift=0.0)
-    told = [(_truth(answer), list(probabilities(diagnosis, plain).items())) for answer, diagnosis in cases]
-    hit = np.array([truth == found[0][0] for truth, found in told])
-    pairs = [(found[0][1], found[1][1]) for _, found in told]
-
-    def loss(x: np.ndarray) -> float:
-        one = replace(plain, slope=float(x[0]), shift=float(x[1]))
-        p = np.array([one.confident(*pair) for pair in pairs])
-        return float(-np.log(np.where(hit, p, 1.0 - p)).mean())
-
-    best = minimize(loss, (1.0, 0.0), method="Nelder-Mead", bounds=[(0.0, None), (None, None)]).x
-    return replace(plain, slope=float(best[0]), shift=float(best[1]))
-
-
-def fitted(cases: list[Case], seen: list[Case], made: Calibration) -> Calibration:
-    """The most likely calibration with the discrepancy of the one given, which is where it starts."""
-    made = replace(made, slope=1.0, shift=0.0)
-    for _ in range(3):  # which cases are called unknown depends on the scores, and these on which cases are known
-        made = replace(made, unknown=tuple(unknown(cases + seen, made)), misjudged=MISJUDGED, stuck=STUCK)
-        known = _known(cases, made)
-        every = known + _known(seen, made)
-        made = _best(every, (replace(made, independent=n, temperature=t)
-                             for n, t in product(INDEPENDENT, TEMPERATURE)))  # fmt: skip
-        made = _best(known, (replace(made, lapse=p) for p in LAPSE))
-    return sureness(cases, made)
-
-
-def _cases(places: Iterable[Path]) -> list[Case]:
+def cases_of(places: Iterable[Path]) -> list[Case]:
     """The diagnosed cases of some places; of one that is in several, the first counts."""
     made: dict[tuple[Any, Any], Case] = {}
     for place in places:
         for record in load(place):
-            if record.diagnosis is not None:
-                made.setdefault((record.answer.get("seed"), record.name), (record.answer, record.diagnosis))
+            if record.diagnosis is not None and "evidence" in record.diagnosis:
+                key = (record.answer.get("seed"), record.name)
+                made.setdefault(key, case_of(record.answer, record.diagnosis))
     return list(made.values())
 
 
-def left_out(cases: list[Case], seen: list[Case], made: Calibration, folds: int) -> list[tuple[float, bool]]:
-    """Probability of every case's first answer, and whether that is right, with a calibration fitted without it."""
-    pairs = []
-    order = np.random.default_rng(0).permutation(len(cases))
+def case_of(answer: dict[str, Any], diagnosis: dict[str, Any]) -> Case:
+    """A case from its answer and diagnosis, of schema 1 or 2."""
+    found = diagnosis["evidence"]
+    evidence = tuple(
+        Evidence(
+            tuple(h["effects"]), h["structured_energy"] if "structured_energy" in h else h["held_out_shared"],
+            sum(h["terms"][key] for key in PRICES),
+        )
+        for h in found["hypotheses"]
+    )  # fmt: skip
+    known = answer["kind"] != "unknown"
+    true = frozenset(e["id"] for e in answer["effects"] if e.get("share", 1.0) >= 0.1) if known else frozenset()
+    return Case(evidence, found["readings"], true, answer["kind"])
+
+
+def observe(cases: Sequence[Case], calibration: Calibration) -> Observations:
+    """All effects that were looked at."""
+    features, true, place, missed = [], [], [], 0
+    for k, case in enumerate(cases):
+        posterior = weigh(case.evidence, calibration, case.readings)
+        looked_at = sorted({id for e in case.evidence for id in e.ids})
+        for id in looked_at:
+            features.append(inclusion_features(posterior, frozenset([id]), PLAIN))
+            true.append(id in case.true)
+            place.append(k)
+        missed += len(case.true - set(looked_at))
+    return Observations(np.array(features), np.array(true), np.array(place), missed)
+
+
+def logistic(features: np.ndarray, true: np.ndarray) -> np.ndarray:
+    """Weights (k,) of a logistic regression."""
+    from scipy.optimize import minimize
+
+    spread = np.where(features.std(0) > 0.0, features.std(0), 1.0)
+    scaled = features / spread
+
+    def loss(w: np.ndarray) -> tuple[float, np.ndarray]:
+        margin = scaled @ w
+        p = 1.0 / (1.0 + np.exp(-np.clip(margin, -50, 50)))
+        ridge = RIDGE * len(true)
+        value = np.logaddexp(0.0, np.where(true, -margin, margin)).sum() + 0.5 * ridge * float(w[1:] @ w[1:])
+        return float(value), scaled.T @ (p - true) + ridge * np.concatenate([[0.0], w[1:]])
+
+    found = minimize(loss, np.zeros(features.shape[1]), jac=True)
+    return np.asarray(found.x / spread)
+
+
+def cross_validated(o: Observations, count: int, folds: int) -> np.ndarray:
+    """Probability (n,) of every observation with weights that have not seen its case."""
+    order = np.random.default_rng(0).permutation(count)
+    fold = np.empty(count, dtype=int)
+    fold[order] = np.arange(count) % folds
+    made = np.zeros(len(o.true))
     for k in range(folds):
-        mine = set(order[k::folds].tolist())
-        one = fitted([case for i, case in enumerate(cases) if i not in mine], seen, made)
-        for answer, diagnosis in (cases[i] for i in sorted(mine)):
-            first, p = next(iter(probabilities(diagnosis, one).items()))
-            pairs.append((p, first == _truth(answer)))
-    return pairs
+        held = fold[o.case] == k
+        weights = logistic(o.features[~held], o.true[~held])
+        made[held] = 1.0 / (1.0 + np.exp(-np.clip(o.features[held] @ weights, -30, 30)))
+    return made
+
+
+def log_loss(p: np.ndarray, true: np.ndarray) -> float:
+    """Mean negative log probability of what was so."""
+    return float(-np.log(np.clip(np.where(true, p, 1.0 - p), 1e-9, 1.0)).mean())
+
+
+class Reliability(NamedTuple):
+    """Of one range of probabilities: how many, what was said, what was so."""
+
+    low: float
+    count: int
+    said: float
+    was: float
+
+
+def reliability(p: np.ndarray, true: np.ndarray) -> list[Reliability]:
+    """By tenths."""
+    made = []
+    for low in np.arange(10) / 10.0:
+        inside = (p >= low) & (p < low + 0.1 + (low > 0.85))
+        if inside.any():
+            made.append(Reliability(float(low), int(inside.sum()), float(p[inside].mean()), float(true[inside].mean())))
+    return made
+
+
+def calibration_error(p: np.ndarray, true: np.ndarray) -> float:
+    """Expected calibration error over tenths."""
+    return float(sum(r.count * abs(r.said - r.was) for r in reliability(p, true)) / max(1, len(p)))
+
+
+def summary(cases: Sequence[Case], o: Observations, p: np.ndarray) -> list[str]:
+    """What the cross-validation says, line by line."""
+    every = EFFECTS * len(cases)
+    base = (o.true.sum() + o.missed) / every
+    brier = float(((p - o.true) ** 2).sum() + o.missed) / every
+    told = p >= PosteriorSettings().named
+    most = {k: float(p[o.case == k].max(initial=0.0)) for k in range(len(cases))}
+    lines = [
+        f"{len(cases)} cases, {len(p)} effects looked at, {int(o.true.sum())} of them true, {o.missed} true ones not",
+        f"calibration error {calibration_error(p, o.true):.3f}, of those with 5 % and more "
+        f"{calibration_error(p[p >= 0.05], o.true[p >= 0.05]):.3f}; "
+        f"Brier over that of the base rate {brier / (base * (1.0 - base)):.2f}",
+        f"named: precision {o.true[told].mean():.0%}, recall {told[o.true].sum() / (o.true.sum() + o.missed):.0%}",
+    ]
+    for kind, what in (("none", "false alarms where nothing is"), ("unknown", "named where the cause is unknown")):
+        alarms = [most[k] >= 0.5 for k, case in enumerate(cases) if case.kind == kind]
+        if alarms:
+            lines.append(f"{what}: {np.mean(alarms):.1%} of {len(alarms)}")
+    return lines + [f"  {r.low:.1f}: {r.count:5d}  said {r.said:.3f}  was {r.was:.3f}" for r in reliability(p, o.true)]
 
 
 def main() -> None:
     """Command line."""
     p = argparse.ArgumentParser(prog="benchmarks.blind.calibrate", description="Fits the diagnosis' calibration.")
     p.add_argument("places", type=Path, nargs="+", help="folders of cases with their diagnoses, or files of records")
-    p.add_argument("--seen", type=Path, nargs="+", default=[], help="cases on which the method was developed")
-    p.add_argument("--out", type=Path)
-    p.add_argument("--folds", type=int, default=0, metavar="N",
-                   help="also fit without a part of the cases, N times, and print the calibration error on that part")
+    p.add_argument("--out", type=Path, help="the calibration as JSON")
+    p.add_argument("--folds", type=int, default=10, metavar="N", help="parts that are left out in turn (default: 10)")
     options = p.parse_args()
-    cases, seen = (_cases(places) for places in (options.places, options.seen))
-    tried = []
-    for discrepancy in DISCREPANCY:
-        one = fitted(cases, seen, replace(Calibration.load(), discrepancy=discrepancy))
-        tried.append((overall(cases + seen, one), one))
-        print(f"discrepancy {discrepancy:g}: mean log probability of the truth {tried[-1][0]:.3f}", flush=True)
-    most = max(value for value, _ in tried)
-    value, made = next((v, c) for v, c in tried if v > most - HARDLY)
-    known = _known(cases, made)
-    print(f"{len(cases)} cases, {len(known)} of them judged known; their mean log probability of the truth "
-          f"{likelihood(known, made):.3f}, of all {value:.3f}")  # fmt: skip
-    if options.folds > 1:
-        pairs = left_out(cases, seen, made, options.folds)
-        print(f"left out in {options.folds} parts: calibration error {calibration_error(pairs):.3f}; "
-              f"{sure_error([p for p, _ in pairs]):.3f} if the probabilities were right")  # fmt: skip
-    print(json.dumps(asdict(made)))
+    cases, best = cases_of(options.places), None
+    for n, scatter, temperature in product(INDEPENDENT, SCATTER, TEMPERATURE):
+        one = replace(Calibration.load(), independent=n, scatter=scatter, temperature=temperature)
+        observations = observe(cases, one)
+        told = cross_validated(observations, len(cases), options.folds)
+        loss = log_loss(told, observations.true)
+        if best is None or loss < best[0]:
+            best = loss, replace(one, inclusion=tuple(logistic(observations.features, observations.true))), told
+    assert best is not None
+    loss, made, told = best
+    print(f"log loss {loss:.4f} with {made.independent:g} pieces, scatter {made.scatter:g}, T {made.temperature:g}")
+    print("\n".join(summary(cases, observe(cases, made), told)))
+    data = {**asdict(made), "inclusion": [float(f"{w:.6g}") for w in made.inclusion]}
+    print(json.dumps(data))
     if options.out:
-        options.out.write_text(json.dumps(asdict(made)) + "\n", encoding="utf-8")
+        options.out.write_text(json.dumps(data) + "\n", encoding="utf-8")
 
 
 if __name__ == "__main__":

@@ -15,10 +15,10 @@ from pathlib import Path
 
 import numpy as np
 from deepsea_cosim.core.errors import SimulationError
-from deepsea_cosim.gap import campaign as reader
-from deepsea_cosim.gap.catalogue import Parameter, Sensor, load_from_package
-from deepsea_cosim.gap.noise import spread
-from deepsea_cosim.gap.sensor import Sensor as Reading
+from deepsea_cosim.gap.campaign import read as reader
+from deepsea_cosim.gap.campaign.catalogue import Parameter, Sensor, load_from_package
+from deepsea_cosim.gap.problem.noise import estimate_channel_noise
+from deepsea_cosim.gap.problem.sensors import Sensor as Reading
 from deepsea_cosim.master.session import Session
 from scipy.optimize import least_squares
 
@@ -39,7 +39,7 @@ class Problem:
         self.noise, self.span = {}, {}
         for c in self.campaign.outputs:
             series = [r.series[c.connector][1] for r in self.campaign.runs if c.connector in r.series]
-            self.noise[c.connector] = c.noise_std or float(np.median([spread(y) for y in series]))
+            self.noise[c.connector] = c.noise_std or float(np.median([estimate_channel_noise(y) for y in series]))
             self.span[c.connector] = float(np.ptp(np.concatenate(series)))
 
     def parameters(self, name: str) -> tuple[Parameter | Sensor, ...]:

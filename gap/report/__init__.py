@@ -10,7 +10,7 @@ from pathlib import Path
 from typing import Any
 
 from ...core.files import make_folder, writing
-from ..result import Diagnosis
+from ..pipeline.diagnosis import Diagnosis
 
 NAME = "report.html"
 

@@ -6,11 +6,11 @@ from typing import Any
 
 import numpy as np
 
-from ..noise import rms
-from ..replay import Replay
-from ..result import Diagnosis
-from ..study import Study
-from ..where import describe, excess
+from ..analysis.component_replay import Replay
+from ..analysis.localisation import describe, excess_energy
+from ..pipeline.diagnosis import Diagnosis
+from ..pipeline.state import State
+from ..problem.noise import rms
 from . import series
 from .numbers import floors, percent, short
 
@@ -26,23 +26,23 @@ NOTHING = 0.01
 
 def calibrated(d: Diagnosis) -> bool:
     """Whether the refit alone leaves hardly more than noise."""
-    return d.verdict == "no_significant_gap" or d.study.gap(d.study.null_judged) < NOISE
+    return d.state.verdict == "no_significant_gap" or d.state.gap(d.state.ranked_baseline) < NOISE
 
 
 def where(d: Diagnosis) -> dict[str, Any]:
     """Shares by channel: of what the refit leaves; where that is noise, of what the model as delivered missed."""
-    s = d.study
+    s = d.state
     problem = s.scoring
     known = series.quantities(problem)
     if not calibrated(d):
-        rows = [(p.channel, p.share, p.region, p.changes) for p in d.places]
+        rows = [(p.channel, p.share, p.region, p.changes) for p in d.state.places]
         return {"rows": [_place(known[r[0]], *r[1:]) for r in rows], "of": "refitted"}
     rows = []
     for k, label in enumerate(known):
-        mine = problem.obs.channel == k
+        mine = problem.observations.channel == k
         if mine.any():
-            e = excess(s.before[mine])
-            inner = {name: mask[mine] for name, mask in d.masks.items()}
+            e = excess_energy(s.before[mine])
+            inner = {name: mask[mine] for name, mask in d.state.masks.items()}
             region = describe(np.maximum(e, 0.0), inner) if e.sum() > 0 else "nowhere"
             rows.append((label, max(0.0, float(e.sum())), region, ()))
     total = sum(r[1] for r in rows) or 1.0
@@ -65,16 +65,16 @@ def _place(c: series.Quantity, share: float, region: str, changes: Any) -> dict[
 
 def regions(d: Diagnosis, best_name: str | None) -> dict[str, Any] | None:
     """Gaps by region on one logarithmic axis; regions of the same samples are one row."""
-    s = d.study
+    s = d.state
     beyond = best_name is not None
-    if not d.masks:
+    if not d.state.masks:
         return None
     residuals = [("delivered", "as delivered", s.before)]
     if beyond:
-        residuals.append(("refitted", "refitted", s.after(s.null_judged)))
-    residuals.append(("best", best_name or "refitted", s.after(d.chosen)))
+        residuals.append(("refitted", "refitted", s.after(s.ranked_baseline)))
+    residuals.append(("best", best_name or "refitted", s.after(d.state.chosen)))
     groups: list[tuple[list[str], np.ndarray]] = []
-    for name, mask in d.masks.items():
+    for name, mask in d.state.masks.items():
         same = next((g for g in groups if np.array_equal(g[1], mask)), None)
         if same is not None:
             same[0].append(name)
@@ -108,19 +108,19 @@ def regions(d: Diagnosis, best_name: str | None) -> dict[str, Any] | None:
     }  # fmt: skip
 
 
-def _whole_runs(s: Study, mask: np.ndarray) -> str:
+def _whole_runs(s: State, mask: np.ndarray) -> str:
     """The runs that a region consists of; empty when it is only a part of some."""
-    parts = [mask[s.scoring.obs.run == r] for r in range(len(s.scoring.runs))]
+    parts = [mask[s.scoring.observations.run == r] for r in range(len(s.scoring.runs))]
     if any(p.any() and not p.all() for p in parts):
         return ""
     return ", ".join(info.name for info, p in zip(s.scoring.runs, parts, strict=True) if p.any())
 
 
 def bands(d: Diagnosis) -> dict[str, Any] | None:
-    rows = [p for p in d.places if p.share >= 0.01 and p.region != "nowhere" and sum(p.bands.values()) > 0.5]
+    rows = [p for p in d.state.places if p.share >= 0.01 and p.region != "nowhere" and sum(p.bands.values()) > 0.5]
     if calibrated(d) or not rows:
         return None
-    known = series.quantities(d.study.scoring)
+    known = series.quantities(d.state.scoring)
     names = [n.replace("-", "–").replace("> ", "above ") for n in rows[0].bands]
     return {
         "names": names,
@@ -132,12 +132,16 @@ def bands(d: Diagnosis) -> dict[str, Any] | None:
 
 
 def replays(d: Diagnosis) -> list[dict[str, Any]]:
-    s = d.study
-    obs = s.problem.obs
-    residual = s.null.fit.residual
-    whole = {c: rms(residual[obs.channel == k]) for k, c in enumerate(s.problem.labels) if (obs.channel == k).any()}
+    s = d.state
+    observations = s.problem.observations
+    residual = s.refit.fit.residual
+    whole = {
+        c: rms(residual[observations.channel == k])
+        for k, c in enumerate(s.problem.labels)
+        if (observations.channel == k).any()
+    }
     made = []
-    for r in d.replays:
+    for r in d.state.replays:
         misses = sorted(r.rms.items(), key=lambda x: -x[1])
         made.append(
             {

@@ -73,7 +73,7 @@ def decimate(t: np.ndarray, y: np.ndarray, most: int = MOST) -> tuple[np.ndarray
 def far_apart(traces: Sequence[Trace]) -> bool:
     """Whether some channel's residual as delivered hides what is left after the refit."""
     return any(
-        _reach(t.measured - t.delivered) > FAR * max(_reach(t.measured - t.refitted), 2.0 * float(np.median(t.floor)))
+        _reach(t.measured - t.nominal) > FAR * max(_reach(t.measured - t.refitted), 2.0 * float(np.median(t.floor)))
         for t in traces
     )
 
@@ -142,9 +142,9 @@ class Sheet:
         """The picture of a channel."""
         with rc_context(STYLE):
             label = f"[{x.unit}]" if x.unit else "[–]"
-            for line, y in zip(self.top, (x.measured, x.delivered, x.best), strict=True):
+            for line, y in zip(self.top, (x.measured, x.nominal, x.best), strict=True):
                 line.set_data(*decimate(x.t, y))
-            before, refit, after = (x.measured - y for y in (x.delivered, x.refitted, x.best))
+            before, refit, after = (x.measured - y for y in (x.nominal, x.refitted, x.best))
             self.middle[0].set_data(*decimate(x.t, before))
             if self.closer:
                 self.middle[1].set_data(*decimate(x.t, after))
@@ -163,7 +163,7 @@ class Sheet:
             for t in x.changes:
                 marks.append(low.axvline(t, color="#555b63", lw=0.8, dashes=(1.5, 2), zorder=1.5))
                 marks += low.plot([t], [1.0], "v", color="#555b63", ms=4, transform=top, clip_on=False)
-            values = np.concatenate([x.measured, x.delivered, x.best])
+            values = np.concatenate([x.measured, x.nominal, x.best])
             _limits(self.axes[0], float(values.min()), float(values.max()))
             floor = 2.2 * float(np.median(x.floor))
             below = [refit, after] if self.best_name else [after]

@@ -6,12 +6,12 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from ..heldout import folds
-from ..noise import rms
-from ..observations import Observations
-from ..problem import Problem
-from ..replay import smooth
-from ..result import Diagnosis
+from ..analysis.component_replay import smooth
+from ..estimation.cross_validation import folds
+from ..pipeline.diagnosis import Diagnosis
+from ..problem.noise import rms
+from ..problem.observations import Observations
+from ..problem.problem import Problem
 from .numbers import Shown
 
 
@@ -42,7 +42,7 @@ class Timing:
     limit: str
     """≤ or ≥ where only a limit was measured."""
     measured: float
-    delivered: float
+    nominal: float
     refitted: float
     best: float
     floor: float
@@ -57,7 +57,7 @@ class Trace:
     unit: str
     t: np.ndarray
     measured: np.ndarray
-    delivered: np.ndarray
+    nominal: np.ndarray
     refitted: np.ndarray
     best: np.ndarray
     floor: np.ndarray
@@ -85,49 +85,51 @@ class Run:
 
 def runs(d: Diagnosis) -> list[Run]:
     """All runs in the order of the campaign, those that it holds out last."""
-    s = d.study
-    problem, obs = s.problem, s.problem.obs
-    fitted = d.chosen.hypothesis.fit
-    made = _runs(d, problem, s.delivered, s.null.fit.residual, fitted.residual, held=False)
-    assert len(obs) == len(fitted.residual)
-    if s.held is not None:
-        made += _runs(d, s.held.problem, s.held.delivered, s.after(s.null_judged), s.after(d.chosen), held=True)
+    s = d.state
+    problem, observations = s.problem, s.problem.observations
+    fitted = d.state.chosen.hypothesis.fit
+    made = _runs(d, problem, s.nominal, s.refit.fit.residual, fitted.residual, held=False)
+    assert len(observations) == len(fitted.residual)
+    if s.holdout is not None:
+        made += _runs(
+            d, s.holdout.problem, s.holdout.nominal, s.after(s.ranked_baseline), s.after(d.state.chosen), held=True
+        )
     return made
 
 
 def _runs(
-    d: Diagnosis, problem: Problem, delivered: np.ndarray, refitted: np.ndarray, best: np.ndarray, held: bool
+    d: Diagnosis, problem: Problem, nominal: np.ndarray, refitted: np.ndarray, best: np.ndarray, held: bool
 ) -> list[Run]:
     """Runs of a problem; delivered is a model's long vector, refitted and best are whitened residuals."""
-    obs: Observations = problem.obs
-    before = (obs.y - delivered) / obs.floor
+    observations: Observations = problem.observations
+    before = (observations.y - nominal) / observations.noise_std
     changes: dict[tuple[str, str], list[float]] = {}
-    for p in d.places:
+    for p in d.state.places:
         for run, t in p.changes:
             changes.setdefault((run, p.channel), []).append(t)
     known = list(quantities(problem).values())
     made = []
     for r, info in enumerate(problem.runs):
         traces, events = [], []
-        for b in sorted((b for b in obs.blocks if b.run == r), key=lambda b: b.channel):
+        for b in sorted((b for b in observations.blocks if b.run == r), key=lambda b: b.channel):
             c, at = known[b.channel], b.place
             shown = c.shown
-            if b.moment is not None:
-                y, floor = float(b.y[0]), float(obs.floor[at][0])
-                models = (float(delivered[at][0]), y - float(refitted[at][0]) * floor, y - float(best[at][0]) * floor)
-                limit = "≤ " if b.moment.low == y else "≥ " if b.moment.high == y else ""
+            if b.event is not None:
+                y, floor = float(b.y[0]), float(observations.noise_std[at][0])
+                models = (float(nominal[at][0]), y - float(refitted[at][0]) * floor, y - float(best[at][0]) * floor)
+                limit = "≤ " if b.event.low == y else "≥ " if b.event.high == y else ""
                 events.append(Timing(c.name, limit, y, *models, floor))
                 continue
             traces.append(
                 Trace(
                     c.name, c.connector, shown.unit, b.t,
-                    shown.value(b.y), shown.value(delivered[at]),
-                    shown.value(b.y - refitted[at] * obs.floor[at]), shown.value(b.y - best[at] * obs.floor[at]),
-                    shown.difference(obs.floor[at]), rms(before[at]), rms(best[at]),
+                    shown.value(b.y), shown.value(nominal[at]),
+                    shown.value(b.y - refitted[at] * observations.noise_std[at]), shown.value(b.y - best[at] * observations.noise_std[at]),
+                    shown.difference(observations.noise_std[at]), rms(before[at]), rms(best[at]),
                     tuple(changes.get((info.name, c.connector), ())),
                 )
             )  # fmt: skip
-        mine = obs.run == r
+        mine = observations.run == r
         gaps = (rms(x[mine]) for x in (before, refitted, best))
         made.append(Run(info.name, held, dict(problem.campaign.runs[r].parameters), info.stop, *gaps, traces, events))
     return made
@@ -193,7 +195,7 @@ class Dependence:
 def dependences(d: Diagnosis, connector: str) -> list[Dependence]:
     """The residual of the best hypothesis in a channel against the signal that predicts it best, and against the one
     that `structure` names, if that is another one."""
-    campaign = d.study.problem.campaign
+    campaign = d.state.problem.campaign
     names = [c.connector for c in (*campaign.outputs, *campaign.inputs)]
     known = {}
     for name in (n for x in names for n in (x, f"rate of {x}")):
@@ -202,7 +204,7 @@ def dependences(d: Diagnosis, connector: str) -> list[Dependence]:
             known[name] = found
     if not known:
         return []
-    told = known.get(d.study.structure.varies_with.get(connector, ""))
+    told = known.get(d.state.structure.varies_with.get(connector, ""))
     best = max(known.values(), key=lambda x: x.share)
     if told is None or told is best:
         return [best]
@@ -216,9 +218,9 @@ def dependence(d: Diagnosis, connector: str, name: str) -> Dependence | None:
 
     The signal is that of the simulation, or an input as it was measured.
     """
-    s = d.study
-    problem, obs = s.problem, s.problem.obs
-    best = s.judged[0]
+    s = d.state
+    problem, observations = s.problem, s.problem.observations
+    best = s.ranked[0]
     rate, source = name.startswith("rate of "), name.removeprefix("rate of ")
     known = quantities(problem)
     for c in problem.campaign.inputs:
@@ -226,13 +228,13 @@ def dependence(d: Diagnosis, connector: str, name: str) -> Dependence | None:
     if source not in known or connector not in known:
         return None
     model = best.hypothesis.fit.model
-    numbers = np.zeros(len(obs), int)
-    for k, mask in enumerate(folds(obs)):
+    numbers = np.zeros(len(observations), int)
+    for k, mask in enumerate(folds(observations)):
         numbers[mask] = k
-    signals = {b.run: (b.t, model[b.place]) for b in obs.series if b.connector == source}
+    signals = {b.run: (b.t, model[b.place]) for b in observations.series if b.connector == source}
     signals.update({r: info.inputs[source] for r, info in enumerate(problem.runs) if source in info.inputs})
     x, way, where = [], [], []
-    for b in obs.series:
+    for b in observations.series:
         if b.connector != connector or b.run not in signals:
             continue
         t, signal = signals[b.run]
@@ -255,6 +257,6 @@ def dependence(d: Diagnosis, connector: str, name: str) -> Dependence | None:
     x_unit = (f"{there.unit}/s" if there.unit else "1/s") if rate else there.unit
     return Dependence(
         known[connector].name, here.unit, x_name, x_unit, xs,
-        here.difference(best.held_out[at] * obs.floor[at]), np.concatenate(way).astype(int), numbers[at],
-        float(here.difference(rms(obs.floor[at]))), source not in problem.connectors,
+        here.difference(best.held_out[at] * observations.noise_std[at]), np.concatenate(way).astype(int), numbers[at],
+        float(here.difference(rms(observations.noise_std[at]))), source not in problem.connectors,
     )  # fmt: skip

@@ -8,11 +8,12 @@ from typing import Any
 
 import numpy as np
 
-from ..noise import rms
-from ..problem import Problem, Unknown, matching
-from ..result import Diagnosis
-from ..verdict import NONE, UNKNOWN, Cause
-from ..where import excess
+from ..analysis.localisation import excess_energy
+from ..pipeline.diagnosis import Diagnosis
+from ..problem.noise import rms
+from ..problem.parameters import EstimatedParameter
+from ..problem.problem import Problem, matching
+from ..selection.posterior import NONE, UNKNOWN, Cause
 from . import location, series
 from .numbers import change, duration, floors, given, percent, pretty, short, with_interval
 
@@ -46,12 +47,12 @@ ORDER = {
 
 def view(d: Diagnosis, data: dict[str, Any]) -> dict[str, Any]:
     """Everything the template asks for."""
-    s = d.study
+    s = d.state
     problem = s.problem
-    badge, kind = KINDS[d.verdict]
+    badge, kind = KINDS[d.state.verdict]
     best_name = None
-    if d.chosen.hypothesis.candidates:
-        best_name = "with the cause" if d.verdict == "explained" else "best attempt"
+    if d.state.chosen.hypothesis.candidates:
+        best_name = "with the cause" if d.state.verdict == "explained" else "best attempt"
     context = {
         "title": f"Gap diagnosis: {problem.campaign.name}",
         "campaign": problem.campaign.name,
@@ -59,15 +60,15 @@ def view(d: Diagnosis, data: dict[str, Any]) -> dict[str, Any]:
         "kind": kind,
         "badge": badge,
         "sentence": _with_code(data["sentence"], d),
-        "order": ORDER[d.verdict],
+        "order": ORDER[d.state.verdict],
         "caution": _caution(d, data),
         "best_name": best_name,
-        "best_label": d.chosen.hypothesis.label,
+        "best_label": d.state.chosen.hypothesis.label,
         "held_out": data["gap"]["held_out"],
-        "held_runs": _few([info.name for info in s.held.problem.runs]) if s.held else "",
+        "held_runs": _few([info.name for info in s.holdout.problem.runs]) if s.holdout else "",
         "effects_tried": len({c.id for c in problem.candidates}),
         "base_count": len(problem.base),
-        "run_count": len(problem.runs) + (len(s.held.problem.runs) if s.held else 0),
+        "run_count": len(problem.runs) + (len(s.holdout.problem.runs) if s.holdout else 0),
         "stages": _stages(data["gap"], best_name),
         "reduction": _reduction(data["gap"]),
         "channels": _channels(d),
@@ -94,14 +95,14 @@ def view(d: Diagnosis, data: dict[str, Any]) -> dict[str, Any]:
 
 def _caution(d: Diagnosis, data: dict[str, Any]) -> str:
     """What a reader has to know before trusting the verdict; empty when it is clear."""
-    first, second = d.causes[0], d.causes[1] if len(d.causes) > 1 else None
+    first, second = d.state.causes[0], d.state.causes[1] if len(d.state.causes) > 1 else None
     said = []
     if first.probability < 0.7 and second is not None:
         said.append(f"The verdict is not certain: its probability is {percent(first.probability)}, {_named(second)} "
                     f"has {percent(second.probability)}.")  # fmt: skip
-    if d.verdict == "explained" and data["gap"]["after_calibration"] < 1.1 * data["gap"]["after"]:
+    if d.state.verdict == "explained" and data["gap"]["after_calibration"] < 1.1 * data["gap"]["after"]:
         said.append("The refit alone brings the gap almost as far.")
-    if d.verdict == "explained" and data["gap"]["after"] > MUCH:
+    if d.state.verdict == "explained" and data["gap"]["after"] > MUCH:
         said.append(f"{floors(data['gap']['after'])} noise floors are left, so there is more to it.")
     if not data["numerical_gap"]["ok"]:
         said.append("The simulation's own step error is not small against the noise.")
@@ -114,8 +115,8 @@ def _named(c: Cause) -> str:
 
 def _with_code(text: str, d: Diagnosis) -> str:
     """The sentence as HTML, with the ids of effects and connectors set apart."""
-    names = {e for c in d.causes for e in c.effects if c.judged is not None}
-    names |= {p.channel for p in d.places}
+    names = {e for c in d.state.causes for e in c.effects if c.ranked is not None}
+    names |= {p.channel for p in d.state.places}
     made = html.escape(text)
     for name in sorted(names, key=len, reverse=True):
         made = re.sub(rf"(?<![\w.>]){re.escape(html.escape(name))}(?![\w<])", f"<code>{html.escape(name)}</code>", made)
@@ -147,21 +148,21 @@ def _reduction(gap: dict[str, Any]) -> dict[str, Any]:
 
 
 def _channels(d: Diagnosis) -> list[dict[str, Any]]:
-    s = d.study
-    problem, obs = s.scoring, s.scoring.obs
-    residuals = {"delivered": s.before, "refitted": s.after(s.null_judged), "best": s.after(d.chosen)}
+    s = d.state
+    problem, observations = s.scoring, s.scoring.observations
+    residuals = {"delivered": s.before, "refitted": s.after(s.ranked_baseline), "best": s.after(d.state.chosen)}
     made = []
     for k, c in enumerate(series.quantities(problem).values()):
-        mine = obs.channel == k
+        mine = observations.channel == k
         if not mine.any():
             continue
         shown = c.shown
         row: dict[str, Any] = {
             "column": c.name, "connector": c.connector, "unit": shown.unit or "–",
-            "floor": short(shown.difference(rms(obs.floor[mine]))),
+            "floor": short(shown.difference(rms(observations.noise_std[mine]))),
         }  # fmt: skip
         for name, e in residuals.items():
-            row[name] = short(shown.difference(rms(e[mine] * obs.floor[mine])))
+            row[name] = short(shown.difference(rms(e[mine] * observations.noise_std[mine])))
             row[f"{name}_floors"] = floors(rms(e[mine]))
         made.append(row)
     return made
@@ -172,7 +173,7 @@ def _pictures(d: Diagnosis, best_name: str | None) -> dict[str, Any]:
 
     runs = series.runs(d)
     order = sorted(range(len(runs)), key=lambda i: -runs[i].before)
-    units = d.study.problem.parameter_units
+    units = d.state.problem.parameter_units
     made, drawn = {}, 0
     sheets: dict[bool, Sheet] = {}
     for place, i in enumerate(order):
@@ -194,16 +195,16 @@ def _pictures(d: Diagnosis, best_name: str | None) -> dict[str, Any]:
             for t in chosen
         ]  # fmt: skip
         made[i] = {
-            "name": run.name, "held": run.held, "figures": figures, "missing": len(run.traces) - len(figures),
+            "name": run.name, "held": run.holdout, "figures": figures, "missing": len(run.traces) - len(figures),
             "first": place == 0, "seconds": short(run.seconds), "before": floors(run.before),
             "refitted": floors(run.refitted), "after": floors(run.after),
             "conditions": [_condition(k, v, units) for k, v in run.conditions.items()],
         }  # fmt: skip
         made[i]["events"] = [
             {
-                "name": e.name, "measured": f"{e.limit}{short(e.measured)}", "delivered": short(e.delivered),
+                "name": e.name, "measured": f"{e.limit}{short(e.measured)}", "delivered": short(e.nominal),
                 "refitted": short(e.refitted), "best": short(e.best), "floor": short(e.floor, 2),
-                "floors": [floors(abs(e.measured - x) / e.floor) for x in (e.delivered, e.refitted, e.best)],
+                "floors": [floors(abs(e.measured - x) / e.floor) for x in (e.nominal, e.refitted, e.best)],
             }
             for e in run.events
         ]  # fmt: skip
@@ -228,9 +229,9 @@ def _unit(name: str, units: dict[str, str]) -> str:
 
 def _causes(d: Diagnosis, data: dict[str, Any]) -> dict[str, Any]:
     """The ranking: known causes, "none" and "unknown", and what the rest adds up to."""
-    unknowns = d.study.problem.unknowns
+    parameters = d.state.problem.parameters
     rows, rest, known = [], [], 0
-    for place, (c, entry) in enumerate(zip(d.causes, data["causes"], strict=True)):
+    for place, (c, entry) in enumerate(zip(d.state.causes, data["causes"], strict=True)):
         plain = c.effects in (NONE, UNKNOWN)
         if not plain:
             if known >= ROWS or (known >= 4 and c.probability < 0.002):
@@ -245,17 +246,17 @@ def _causes(d: Diagnosis, data: dict[str, Any]) -> dict[str, Any]:
             row["said"] = "No effect: the refitted base parameters are enough"
         elif c.effects == UNKNOWN:
             row["said"] = "Something that the catalogue does not have"
-        if c.judged is not None:
+        if c.ranked is not None:
             row["gap"], row["reduction"] = floors(entry["gap_after"]), percent(entry["reduction"])
-            row["parts"] = [{"label": x.label, "text": x.text} for x in c.judged.hypothesis.candidates]
-            row["parameters"] = [_parameter(n, p, unknowns[n]) for n, p in entry["parameters"].items()]
+            row["parts"] = [{"label": x.label, "text": x.text} for x in c.ranked.hypothesis.candidates]
+            row["parameters"] = [_parameter(n, p, parameters[n]) for n, p in entry["parameters"].items()]
         if c.ambiguous_with and (place == 0 or c.probability > 0.05):
             row["ambiguous"] = _listed([" + ".join(e) for e in c.ambiguous_with])
         rows.append(row)
     return {"causes": rows, "rest": {"count": len(rest), "probability": percent(float(sum(rest)))}}
 
 
-def _parameter(name: str, p: dict[str, Any], x: Unknown) -> dict[str, Any]:
+def _parameter(name: str, p: dict[str, Any], x: EstimatedParameter) -> dict[str, Any]:
     value, ends, factor = with_interval(p["value"], p["ci95"])
     limits = sorted((x.value(x.low), x.value(x.high)))
     at = ""
@@ -280,8 +281,8 @@ def _listed(names: list[str], most: int = 4) -> str:
 
 
 def _screened(d: Diagnosis) -> list[dict[str, Any]]:
-    chosen = {c.label for c in d.chosen.hypothesis.candidates}
-    found = sorted((s for s in d.study.screened if s.gain > 0.005), key=lambda s: -s.gain)[:SCREENED]
+    chosen = {c.label for c in d.state.chosen.hypothesis.candidates}
+    found = sorted((s for s in d.state.screened if s.gain > 0.005), key=lambda s: -s.gain)[:SCREENED]
     return [
         {
             "label": s.candidate.label, "text": s.candidate.text, "chosen": s.candidate.label in chosen,
@@ -293,7 +294,7 @@ def _screened(d: Diagnosis) -> list[dict[str, Any]]:
 
 def _forest(d: Diagnosis, data: dict[str, Any]) -> dict[str, Any] | None:
     """Base parameters as deviations from what was delivered, with the tolerance of each."""
-    problem = d.study.problem
+    problem = d.state.problem
     base = {x.name: x for x in problem.base}
     rows = []
     for name, p in data["base_parameters"].items():
@@ -343,14 +344,14 @@ def _span(values: list[Any]) -> str:
 
 def _left(d: Diagnosis) -> dict[str, Any]:
     """What the best hypothesis leaves, by channel, and a picture of the largest part."""
-    s = d.study
-    problem, obs = s.problem, s.problem.obs
-    best = s.judged[0]
-    regions = {p.channel: p for p in d.places}
+    s = d.state
+    problem, observations = s.problem, s.problem.observations
+    best = s.ranked[0]
+    regions = {p.channel: p for p in d.state.places}
     rows = []
     known = series.quantities(problem)
     for k, (label, c) in enumerate(known.items()):
-        mine = obs.channel == k
+        mine = observations.channel == k
         if not mine.any():
             continue
         p = regions.get(label)
@@ -364,13 +365,13 @@ def _left(d: Diagnosis) -> dict[str, Any]:
                 "varies": _varies(known, s.structure.varies_with.get(label, "")) if share > 0.1 else "–",
                 "region": p.region if p is not None and gap > 1.1 else "–",
                 "band": bands[0].replace("-", "–").replace("> ", "above ") if bands and gap > 1.1 else "–",
-                "energy": max(0.0, float(excess(best.held_out[mine]).sum())),
+                "energy": max(0.0, float(excess_energy(best.held_out[mine]).sum())),
             }
         )  # fmt: skip
     rows.sort(key=lambda r: -r["energy"])
     top = rows[0]
     figures, stands_out = [], False
-    if top["gap"] > 1.3 and (top["predictable"] > 0.1 or d.verdict == "unknown_effect"):
+    if top["gap"] > 1.3 and (top["predictable"] > 0.1 or d.state.verdict == "unknown_effect"):
         from .plots import against
 
         found = series.dependences(d, top["connector"])
@@ -400,10 +401,10 @@ def _varies(known: dict[str, series.Quantity], name: str) -> str:
 
 
 def _next(d: Diagnosis) -> dict[str, Any] | None:
-    n = d.next
-    if n is None:
+    if not d.state.next_measurements:
         return None
-    problem = d.study.problem
+    n = d.state.next_measurements[0]
+    problem = d.state.problem
     a, b = (" + ".join(e) or "no effect" for e in n.separates)
     size = n.separation
     how = "clearly apart" if size > 3.0 else "apart" if size > 1.0 else "only a little apart"
@@ -433,11 +434,9 @@ def _change(problem: Problem, name: str, value: Any) -> tuple[str, str]:
 
 
 def _timing(timing: dict[str, Any]) -> dict[str, Any]:
-    names, begins = list(timing["stages"]), list(timing["stages"].values())
-    ends = [*begins[1:], timing["wall_s"]]
     return {
         "simulations": timing["simulations"], "wall": duration(timing["wall_s"]),
-        "stages": [{"name": n, "text": duration(max(0.0, b - a))} for n, a, b in zip(names, begins, ends, strict=True)],
+        "stages": [{"name": n, "text": duration(s)} for n, s in timing["stages"].items()],
     }  # fmt: skip
 
 
@@ -448,18 +447,18 @@ def _facts(d: Diagnosis, context: dict[str, Any]) -> list[dict[str, str]]:
     of = "the gap as delivered" if context["where"]["of"] == "delivered" else "what the refit leaves"
     region = "" if top["region"] in ("everywhere", "nowhere") else f", densest in: {top['region']}"
     made.append({"title": "Where", "text": f"{top['column']} has {top['share']} of {of}{region}"})
-    first = d.causes[0]
+    first = d.state.causes[0]
     sure = f"{percent(first.probability)} for this verdict"
-    if first.ambiguous_with and d.verdict == "explained":
+    if first.ambiguous_with and d.state.verdict == "explained":
         sure += f"; hard to tell from {_listed([' + '.join(e) for e in first.ambiguous_with], 2)}"
-    elif len(d.causes) > 1:
-        sure += f"; next best: {_named(d.causes[1])}, {percent(d.causes[1].probability)}"
+    elif len(d.state.causes) > 1:
+        sure += f"; next best: {_named(d.state.causes[1])}, {percent(d.state.causes[1].probability)}"
     made.append({"title": "How sure", "text": sure})
-    if d.verdict == "unknown_effect" and context["left"]["figures"]:
+    if d.state.verdict == "unknown_effect" and context["left"]["figures"]:
         f = context["left"]["figures"][0]
         made.append({"title": "Look at", "text": f"what is left of {f['column']}, against {f['x']}"})
-    elif context["next"] is not None and d.verdict != "no_significant_gap":
+    elif context["next"] is not None and d.state.verdict != "no_significant_gap":
         made.append({"title": "Measure next", "text": context["next"]["brief"]})
-    elif d.verdict == "no_significant_gap":
+    elif d.state.verdict == "no_significant_gap":
         made.append({"title": "Use", "text": "the refitted parameters in calibrated.ssv"})
     return made

@@ -8,7 +8,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 from deepsea_cosim import ssp
-from deepsea_cosim.gap.campaign import read
+from deepsea_cosim.gap.campaign.read import read
 
 from benchmarks.blind.case import BASE, Ruler, draw, plan
 from benchmarks.blind.effects import CATALOGUE, SENSORS, UNKNOWN, alike

@@ -7,7 +7,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from deepsea_cosim.gap.calibration import Calibration
+from deepsea_cosim.gap.selection.calibration import Calibration
 
 from benchmarks.blind import records
 from benchmarks.blind.baselines import table

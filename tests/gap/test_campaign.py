@@ -5,7 +5,7 @@ import tomllib
 import numpy as np
 import pytest
 from deepsea_cosim.core.errors import CosimError
-from deepsea_cosim.gap.campaign import CampaignError, read
+from deepsea_cosim.gap.campaign.read import CampaignError, read
 from deepsea_cosim.gap.cli import main
 from deepsea_cosim.gap.synthetic import make
 

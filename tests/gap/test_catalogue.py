@@ -1,6 +1,6 @@
 import pytest
 from deepsea_cosim.core.errors import PackageError
-from deepsea_cosim.gap.catalogue import load_from_package, parse
+from deepsea_cosim.gap.campaign.catalogue import load_from_package, parse
 
 GOOD = """
 [[effect]]

@@ -6,10 +6,10 @@ import signal
 
 import numpy as np
 import pytest
-from deepsea_cosim.gap.campaign import read
+from deepsea_cosim.gap.campaign.read import read
 from deepsea_cosim.gap.cli import main
 from deepsea_cosim.gap.diagnose import diagnose
-from deepsea_cosim.gap.result import make, parameter_set
+from deepsea_cosim.gap.result.diagnosis import make, parameter_set
 from deepsea_cosim.gap.terminal import _Patience
 from deepsea_cosim.master.session import Session
 

@@ -4,12 +4,21 @@ from types import SimpleNamespace
 
 import numpy as np
 import pytest
-from deepsea_cosim.gap.fit import correlation_time, dispersion, drive, fit, nuisances, shares, went, wide
-from deepsea_cosim.gap.heldout import folds, left_out
-from deepsea_cosim.gap.intervals import FORM, FORM_OF_BASE, data_std, parameter_std
-from deepsea_cosim.gap.noise import rms
-from deepsea_cosim.gap.observations import gather
-from deepsea_cosim.gap.problem import Unknown
+from deepsea_cosim.gap.estimation.cross_validation import folds, left_out_residual
+from deepsea_cosim.gap.estimation.gauss_newton import (
+    correlation_time,
+    dispersion,
+    fit,
+    nuisance_columns,
+    robust_weights,
+    run_fit,
+    run_fits,
+    wide,
+)
+from deepsea_cosim.gap.estimation.uncertainty import FORM, FORM_OF_BASE, data_std, parameter_std
+from deepsea_cosim.gap.problem.noise import rms
+from deepsea_cosim.gap.problem.observations import gather
+from deepsea_cosim.gap.problem.problem import EstimatedParameter
 
 T = np.linspace(0.0, 10.0, 800)
 
@@ -17,9 +26,9 @@ T = np.linspace(0.0, 10.0, 800)
 def problem(model, truth, noise=0.01, seed=0, bias=0.0):
     """A problem whose model is model(point) -> (n,) or None."""
     y = model(truth) + bias + np.random.default_rng(seed).normal(0.0, noise, len(T))
-    obs = gather([(0, 0, "m.x", T, y, noise, None, True)])
+    observations = gather([(0, 0, "m.x", T, y, noise, None, True)])
     given = {"difference": 1e-4, "smooth": {}, "hurry": lambda: False}
-    return SimpleNamespace(obs=obs, runs=[0], answer=both(model, model), **given)
+    return SimpleNamespace(observations=observations, runs=[0], answer=both(model, model), **given)
 
 
 def both(coarse, exact):
@@ -28,17 +37,17 @@ def both(coarse, exact):
 
 
 def unknown(name, kind="effect", low=-10.0, high=10.0, sd=3.0):
-    return Unknown(name, kind, 0.0, 1.0, low, high, sd)
+    return EstimatedParameter(name, kind, 0.0, 1.0, low, high, sd)
 
 
 def wave(p):
     return (1.0 + p["a"]) * np.sin((1.0 + 0.1 * p["b"]) * T) + 0.2 * p["c"] * T
 
 
-def solve(p, unknowns, iterations=20, start=None):
-    start = np.zeros(len(unknowns)) if start is None else start
-    N = nuisances(p, p.answer([{x.name: 0.0 for x in unknowns}], [])[0][0])
-    return went(p, fit(p, unknowns, start, N, iterations)), N
+def solve(p, parameters, iterations=20, start=None):
+    start = np.zeros(len(parameters)) if start is None else start
+    nuisance_jacobian = nuisance_columns(p, p.answer([{x.name: 0.0 for x in parameters}], [])[0][0])
+    return run_fit(p, fit(p, parameters, start, nuisance_jacobian, iterations)), nuisance_jacobian
 
 
 X = (unknown("a"), unknown("b"), unknown("c"))
@@ -47,13 +56,13 @@ X = (unknown("a"), unknown("b"), unknown("c"))
 def test_recovers_the_truth_of_a_nonlinear_model():
     truth = {"a": 0.7, "b": 1.3, "c": -0.4}
     p = problem(wave, truth)
-    found, N = solve(p, X)
-    std = data_std(p, found, N)
-    for x, u, s in zip(X, found.u, std, strict=True):
+    found, nuisance_jacobian = solve(p, X)
+    std = data_std(p, found, nuisance_jacobian)
+    for x, u, s in zip(X, found.normalised, std, strict=True):
         assert abs(u - truth[x.name]) < 4 * s
         assert s < 0.05
     assert found.rms == pytest.approx(1.0, abs=0.1)
-    assert found.phi == pytest.approx(1.0, abs=0.5)
+    assert found.dispersion == pytest.approx(1.0, abs=0.5)
 
 
 def test_intervals_cover_the_truth_as_often_as_they_say():
@@ -61,9 +70,9 @@ def test_intervals_cover_the_truth_as_often_as_they_say():
     hits = 0
     for seed in range(40):
         p = problem(wave, truth, seed=seed)
-        found, N = solve(p, X)
-        std = data_std(p, found, N)
-        hits += sum(abs(u - truth[x.name]) < 1.96 * s for x, u, s in zip(X, found.u, std, strict=True))
+        found, nuisance_jacobian = solve(p, X)
+        std = data_std(p, found, nuisance_jacobian)
+        hits += sum(abs(u - truth[x.name]) < 1.96 * s for x, u, s in zip(X, found.normalised, std, strict=True))
     assert 0.85 <= hits / 120 <= 1.0
 
 
@@ -77,8 +86,8 @@ def test_an_effect_that_moves_every_instant_is_followed_by_wide_differences():
     p = problem(sampled, truth, noise=0.05)
     found, _ = solve(p, (unknown("a"), unknown("b", "base")))
     assert p.smooth == {"a": False}
-    assert abs(found.u[0] - truth["a"]) < 0.05
-    assert abs(found.u[1] - truth["b"]) < 0.05
+    assert abs(found.normalised[0] - truth["a"]) < 0.05
+    assert abs(found.normalised[1] - truth["b"]) < 0.05
 
 
 def test_roughness_is_of_readings_in_floors_not_in_their_units():
@@ -92,11 +101,11 @@ def test_roughness_is_of_readings_in_floors_not_in_their_units():
         return np.where(position, 0.007 * p["a"] * np.cos(t) + ripple, 1e5 * (1.0 + 0.01 * p["a"]) * np.sin(t))
 
     y = machine({"a": 1.1}) + floor * np.random.default_rng(0).normal(size=1000)
-    obs = gather([
+    observations = gather([
         (0, 0, "m.x", t[:500], y[:500], 1e-3, None, True), (0, 1, "m.p", t[500:], y[500:], 1e3, None, True),
     ])  # fmt: skip
     given = {"difference": 1e-4, "smooth": {}, "hurry": lambda: False}
-    p = SimpleNamespace(obs=obs, runs=[0], answer=both(machine, machine), **given)
+    p = SimpleNamespace(observations=observations, runs=[0], answer=both(machine, machine), **given)
     solve(p, (unknown("a"),), start=np.array([1.0]))
     assert p.smooth == {"a": False}
 
@@ -110,13 +119,13 @@ def test_what_moves_nothing_is_not_yet_known_to_be_smooth():
 def test_stays_within_bounds():
     p = problem(wave, {"a": 0.7, "b": 0.0, "c": 0.0})
     found, _ = solve(p, (unknown("a", high=0.5), unknown("b"), unknown("c")))
-    assert found.u[0] == pytest.approx(0.5)
+    assert found.normalised[0] == pytest.approx(0.5)
 
 
 def test_a_bias_within_the_sensors_habit_is_a_nuisance():
     p = problem(wave, {"a": 0.3, "b": 0.2, "c": 0.0}, bias=0.004)
     found, _ = solve(p, X)
-    assert found.u[0] == pytest.approx(0.3, abs=0.02)
+    assert found.normalised[0] == pytest.approx(0.3, abs=0.02)
     assert found.rms == pytest.approx(1.0, abs=0.1)
 
 
@@ -127,14 +136,14 @@ def test_points_that_cannot_be_simulated_are_walked_around():
     p = problem(wave, {"a": 0.7, "b": 0.5, "c": 0.2})
     p.answer = both(fragile, fragile)
     found, _ = solve(p, X, 40)
-    assert found.u[0] == pytest.approx(0.7, abs=0.02)
+    assert found.normalised[0] == pytest.approx(0.7, abs=0.02)
 
 
 def test_nothing_to_simulate_at_all():
     p = problem(wave, {"a": 0.1, "b": 0.0, "c": 0.0})
-    N = nuisances(p, wave({"a": 0.0, "b": 0.0, "c": 0.0}))
+    nuisance_jacobian = nuisance_columns(p, wave({"a": 0.0, "b": 0.0, "c": 0.0}))
     p.answer = both(lambda point: None, lambda point: None)
-    assert drive(p, [fit(p, X, np.ones(3), N, 5)]) == [None]
+    assert run_fits(p, [fit(p, X, np.ones(3), nuisance_jacobian, 5)]) == [None]
 
 
 def test_long_steps_are_corrected_where_the_fit_stands():
@@ -144,7 +153,7 @@ def test_long_steps_are_corrected_where_the_fit_stands():
     exact, _ = solve(p, X)
     p.answer = both(lambda point: wave(point) + 0.05 * np.cos((1.0 + 0.1 * point["b"]) * T), wave)
     found, _ = solve(p, X)
-    np.testing.assert_allclose(found.u, exact.u, atol=0.01)
+    np.testing.assert_allclose(found.normalised, exact.normalised, atol=0.01)
     np.testing.assert_allclose(found.model, wave(found.point))
 
 
@@ -158,11 +167,11 @@ def test_a_spike_that_moves_does_not_hold_the_fit_up():
 
     truth = {"a": 0.5, "b": -0.8, "c": 0.4}
     y = pulse(truth) + np.random.default_rng(0).normal(0.0, 0.01, len(t))
-    obs = gather([(0, 0, "m.x", t, y, 0.01, None, True)])
-    p = SimpleNamespace(obs=obs, runs=[0], difference=1e-4, smooth={}, hurry=lambda: False, answer=both(pulse, pulse))
+    observations = gather([(0, 0, "m.x", t, y, 0.01, None, True)])
+    p = SimpleNamespace(observations=observations, runs=[0], difference=1e-4, smooth={}, hurry=lambda: False, answer=both(pulse, pulse))
     near = np.array([0.45, -0.7, 0.0])
-    N = nuisances(p, pulse(dict(zip("abc", near, strict=True))))
-    found = went(p, fit(p, X, near, N, 40))
+    nuisance_jacobian = nuisance_columns(p, pulse(dict(zip("abc", near, strict=True))))
+    found = run_fit(p, fit(p, X, near, nuisance_jacobian, 40))
     assert [found.point[k] for k in "abc"] == pytest.approx([truth[k] for k in "abc"], abs=0.02)
 
 
@@ -173,9 +182,9 @@ def test_a_first_look_keeps_the_derivatives_of_another_fit():
     p = problem(wave, {"a": 0.3, "b": 0.2, "c": 0.5})
     asked = []
     p.answer = lambda a, b: (asked.append((len(a), len(b))), ([absent(q) for q in a], [absent(q) for q in b]))[1]
-    start, N = solve(p, X[:2])
+    start, nuisance_jacobian = solve(p, X[:2])
     asked.clear()
-    found = went(p, fit(p, X, np.array([*start.u, 0.1]), N, 5, like=start))
+    found = run_fit(p, fit(p, X, np.array([*start.normalised, 0.1]), nuisance_jacobian, 5, like=start))
     assert set(asked) == {(1, 0), (3, 0)}
     assert asked.count((3, 0)) == 1  # whether runs are smooth in c is asked once
     np.testing.assert_array_equal(found.jacobian[:, :2], start.jacobian)
@@ -184,9 +193,9 @@ def test_a_first_look_keeps_the_derivatives_of_another_fit():
 
 def test_wide_derivatives_leave_the_fit_where_it_is():
     p = problem(wave, {"a": 0.3, "b": 0.1, "c": 0.1})
-    found, N = solve(p, X)
-    wider = went(p, wide(p, found, N))
-    np.testing.assert_array_equal(wider.u, found.u)
+    found, nuisance_jacobian = solve(p, X)
+    wider = run_fit(p, wide(p, found, nuisance_jacobian))
+    np.testing.assert_array_equal(wider.normalised, found.normalised)
     np.testing.assert_allclose(wider.jacobian[:, 2], 0.2 * T)  # linear in c
     assert not np.allclose(wider.jacobian[:, 1], found.jacobian[:, 1])
 
@@ -196,19 +205,19 @@ def test_prior_holds_what_the_data_do_not_show():
         return (1.0 + p["a"]) * np.sin(T)
 
     p = problem(blind, {"a": 0.2, "z": 0.0})
-    found, N = solve(p, (unknown("a"), unknown("z", "base", sd=0.6)))
-    assert found.u[1] == pytest.approx(0.0, abs=1e-6)
-    assert parameter_std(p, found, N)[1] == pytest.approx(0.6)
+    found, nuisance_jacobian = solve(p, (unknown("a"), unknown("z", "base", sd=0.6)))
+    assert found.normalised[1] == pytest.approx(0.0, abs=1e-6)
+    assert parameter_std(p, found, nuisance_jacobian)[1] == pytest.approx(0.6)
 
 
 def test_intervals_leave_room_for_another_form_of_the_effect():
     p = problem(wave, {"a": 0.7, "b": 1.3, "c": -0.4})
-    found, N = solve(p, (unknown("a"), unknown("b", "base", sd=0.6), unknown("c")))
-    a, b, c = parameter_std(p, found, N)
-    assert a > FORM * abs(found.u[0])
-    assert c > FORM * abs(found.u[2])
+    found, nuisance_jacobian = solve(p, (unknown("a"), unknown("b", "base", sd=0.6), unknown("c")))
+    a, b, c = parameter_std(p, found, nuisance_jacobian)
+    assert a > FORM * abs(found.normalised[0])
+    assert c > FORM * abs(found.normalised[2])
     assert FORM_OF_BASE < b <= 0.6
-    assert np.all(parameter_std(p, found, N) > data_std(p, found, N))
+    assert np.all(parameter_std(p, found, nuisance_jacobian) > data_std(p, found, nuisance_jacobian))
 
 
 def test_correlation_time():
@@ -222,16 +231,16 @@ def test_correlation_time():
 
 def test_dispersion_of_a_wrong_model_is_large():
     p = problem(wave, {"a": 0.5, "b": 0.0, "c": 0.0})
-    wrong = (p.obs.y - wave({"a": 0.0, "b": 0.0, "c": 0.0})) / p.obs.floor
+    wrong = (p.observations.y - wave({"a": 0.0, "b": 0.0, "c": 0.0})) / p.observations.noise_std
     assert dispersion(p, wrong) > 1000.0
 
 
 def test_left_out_folds_are_predicted_from_the_rest():
     p = problem(wave, {"a": 0.3, "b": 0.1, "c": 0.1})
-    found, N = solve(p, X)
-    masks = folds(p.obs)
+    found, nuisance_jacobian = solve(p, X)
+    masks = folds(p.observations)
     assert np.sum(masks, axis=0).tolist() == [1] * len(T)
-    held, spread = left_out(p, found, N)
+    held, spread = left_out_residual(p, found, nuisance_jacobian)
     assert np.all((spread >= 1.0) & (spread < 1.5))
     assert rms(held) >= found.rms
     assert rms(held) == pytest.approx(1.0, abs=0.1)
@@ -245,9 +254,9 @@ def swinging(phase):
 def test_a_second_of_swinging_out_of_phase_does_not_lead_the_fit_astray():
     truth = {"a": 0.7, "b": 1.3, "c": -0.4}
     y = swinging(2.0)(truth) + np.random.default_rng(0).normal(0.0, 0.01, len(T))
-    obs = gather([(0, 0, "m.x", T, y, 0.01, None, True)])
+    observations = gather([(0, 0, "m.x", T, y, 0.01, None, True)])
     model = swinging(0.0)
-    p = SimpleNamespace(obs=obs, runs=[0], difference=1e-4, smooth={}, hurry=lambda: False, answer=both(model, model))
+    p = SimpleNamespace(observations=observations, runs=[0], difference=1e-4, smooth={}, hurry=lambda: False, answer=both(model, model))
     found, _ = solve(p, X)
     assert [found.point[name] for name in "abc"] == pytest.approx([0.7, 1.3, -0.4], abs=0.02)
     assert found.rms > 30.0
@@ -256,8 +265,8 @@ def test_a_second_of_swinging_out_of_phase_does_not_lead_the_fit_astray():
 def test_near_the_floor_every_reading_counts_in_full():
     p = problem(wave, {"a": 0.7, "b": 1.3, "c": -0.4})
     noise = np.random.default_rng(1).normal(0.0, 1.0, len(T))
-    assert np.all(shares(p, noise) == 1.0)
+    assert np.all(robust_weights(p, noise) == 1.0)
     burst = np.where(np.arange(len(T)) // 100 == 3, 20.0, 1.0) * noise
-    found = shares(p, burst)
+    found = robust_weights(p, burst)
     assert np.all(found[:200] == 1.0)
     assert np.all(found[340:360] == pytest.approx(2.0 / 20.0, rel=0.3))

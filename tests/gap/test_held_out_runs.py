@@ -4,13 +4,13 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from deepsea_cosim.gap import catalogue
-from deepsea_cosim.gap.campaign import CampaignError, read
+from deepsea_cosim.gap.campaign import catalogue
+from deepsea_cosim.gap.campaign.read import CampaignError, read
 from deepsea_cosim.gap.diagnose import diagnose
-from deepsea_cosim.gap.fit import bias
-from deepsea_cosim.gap.problem import pose
-from deepsea_cosim.gap.result import make
-from deepsea_cosim.gap.study import _hold
+from deepsea_cosim.gap.estimation.gauss_newton import bias
+from deepsea_cosim.gap.problem.problem import build_problem
+from deepsea_cosim.gap.result.diagnosis import make
+from deepsea_cosim.gap.selection.pipeline import pose_holdout
 from deepsea_cosim.master.pool import Pool
 
 from .oscillator import STOP, campaign, measure
@@ -42,11 +42,11 @@ def test_a_channel_that_the_held_out_run_lacks(uneven):
     assert data["gap"]["after"] < 1.3
     study = d.study
     fit = d.chosen.hypothesis.fit
-    moved = replace(fit, q=fit.q + np.eye(len(fit.q))[0])
-    shift = study.held.after(moved, study.problem) - study.held.after(fit, study.problem)
-    x = study.held.problem.obs
+    moved = replace(fit, q=fit.nuisances + np.eye(len(fit.nuisances))[0])
+    shift = study.holdout.after(moved, study.problem) - study.holdout.after(fit, study.problem)
+    x = study.holdout.problem.observations
     # the sensor is the one of the learned runs, whose span says what its usual bias is; the clock takes next to nothing
-    assert np.median(-shift * x.floor) == pytest.approx(bias(study.problem, 0), rel=0.05)
+    assert np.median(-shift * x.noise_std) == pytest.approx(bias(study.problem, 0), rel=0.05)
 
 
 def test_a_mark_for_a_missing_value_in_a_held_out_run(uneven):
@@ -63,8 +63,8 @@ def test_the_parameter_of_a_held_out_run_may_be_what_a_base_parameter_scales(une
     uneven.write_text(uneven.read_text().replace('use = "holdout"', 'use = "holdout"\nparameters = { "o.d" = 0.0 }'))
     c = read(uneven)
     with Pool(c.system, None, 1) as pool:
-        learned = pose(replace(c, runs=c.runs[:1]), catalogue.load(c.effects), pool)
-        held = _hold(learned, replace(c, runs=c.runs[1:]))
+        learned = build_problem(replace(c, runs=c.runs[:1]), catalogue.load(c.effects), pool)
+        held = pose_holdout(learned, replace(c, runs=c.runs[1:]))
         assert {x.name for x in held.problem.base} == {"o.m", "o.k", "o.d"}
         assert held.problem.exact([{"o.d": 0.5, "o.m": 0.1}])[0] is not None
     assert held.problem.runs[0].stop <= STOP

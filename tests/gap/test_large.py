@@ -4,16 +4,17 @@ from types import SimpleNamespace
 
 import numpy as np
 import pytest
-from deepsea_cosim.gap import large, steps
-from deepsea_cosim.gap.fit import nuisances, rms
-from deepsea_cosim.gap.observations import gather
-from deepsea_cosim.gap.problem import Candidate, Unknown
+from deepsea_cosim.gap.estimation.gauss_newton import nuisance_columns, rms
+from deepsea_cosim.gap.problem import step_size as steps
+from deepsea_cosim.gap.problem.observations import gather
+from deepsea_cosim.gap.problem.problem import EffectCandidate, EstimatedParameter
+from deepsea_cosim.gap.selection import greedy_large as large
 
 T = np.linspace(0.0, 10.0, 800)
 NOISE = 0.01
-BASE = (Unknown("a", "base", 1.0, 0.05, -2.0, 2.0, 0.6),)
-LOOP = Candidate("loop_delay", "the loop answers late", "timing", (Unknown("m.e", "effect", 0.0, 1.0, 0.0, 8.0, 3.0),))
-DRAG = Candidate("drag", "it is slower", "loss", (Unknown("m.d", "effect", 0.0, 1.0, 0.0, 8.0, 3.0),))
+BASE = (EstimatedParameter("a", "base", 1.0, 0.05, -2.0, 2.0, 0.6),)
+LOOP = EffectCandidate("loop_delay", "the loop answers late", "timing", (EstimatedParameter("m.e", "effect", 0.0, 1.0, 0.0, 8.0, 3.0),))
+DRAG = EffectCandidate("drag", "it is slower", "loss", (EstimatedParameter("m.d", "effect", 0.0, 1.0, 0.0, 8.0, 3.0),))
 
 
 def machine(p, step=0.0):
@@ -26,10 +27,10 @@ def machine(p, step=0.0):
 def problem(truth, error=0.0):
     """error: what a macro step of four adds to the delay."""
     y = machine(truth) + np.random.default_rng(0).normal(0.0, NOISE, len(T))
-    obs = gather([(0, 0, "m.x", T, y, NOISE, None, True)])
-    p = SimpleNamespace(obs=obs, runs=[0], difference=1e-4, smooth={}, hurry=lambda: False, base=BASE, factor=8)
+    observations = gather([(0, 0, "m.x", T, y, NOISE, None, True)])
+    p = SimpleNamespace(observations=observations, runs=[0], difference=1e-4, smooth={}, hurry=lambda: False, base=BASE, factor=8)
     p.candidates = LOOP, DRAG
-    p.evaluate = lambda points: [machine(q, error * p.factor / 4) for q in points]
+    p.evaluate = lambda points: [machine(q, error * p.coarsening / 4) for q in points]
     p.exact = lambda points: [machine(q) for q in points]
     p.answer = lambda a, b: (p.evaluate(a), p.exact(b))
     return p
@@ -37,11 +38,11 @@ def problem(truth, error=0.0):
 
 def test_an_effect_that_shows_nothing_at_its_usual_size_is_found_at_a_larger_one():
     p = problem({"a": 0.4, "m.e": 4.6})
-    N = nuisances(p, machine({}))
-    starts = large.scan(p, N)
+    nuisance_jacobian = nuisance_columns(p, machine({}))
+    starts = large.scan(p, nuisance_jacobian)
     assert starts[0].candidate is LOOP
-    assert starts[0].u[-1] == 4.0
-    best = large.fits(p, starts, N)[0]
+    assert starts[0].normalised[-1] == 4.0
+    best = large.fits(p, starts, nuisance_jacobian)[0]
     assert best.candidates == (LOOP,)
     assert best.fit.point["m.e"] == pytest.approx(4.6, abs=0.02)
     assert best.fit.rms == pytest.approx(1.0, abs=0.1)
@@ -49,20 +50,20 @@ def test_an_effect_that_shows_nothing_at_its_usual_size_is_found_at_a_larger_one
 
 def test_macro_steps_are_shortened_until_their_error_is_small_at_the_starts():
     p = problem({"m.e": 4.6}, error=1.0)
-    starts = large.scan(p, nuisances(p, machine({})))
-    assert p.factor == large.SCAN
-    p.factor = 8
+    starts = large.scan(p, nuisance_columns(p, machine({})))
+    assert p.coarsening == large.SCAN
+    p.coarsening = 8
     points = [s.point for s in starts]
-    steps.shorten(p, points, left=20.0)
-    assert p.factor == steps.SHORTEST
+    steps.shorten_fit_step(p, points, left=20.0)
+    assert p.coarsening == steps.SHORTEST
     calm = problem({"m.e": 4.6})
-    steps.shorten(calm, points, left=20.0)
-    assert calm.factor == 8
+    steps.shorten_fit_step(calm, points, left=20.0)
+    assert calm.coarsening == 8
 
 
 def test_a_start_counts_the_base_parameters_that_follow():
     p = problem({"a": 1.0})
-    starts = large.scan(p, nuisances(p, machine({})))
+    starts = large.scan(p, nuisance_columns(p, machine({})))
     drag = next(s for s in starts if s.candidate is DRAG)
-    assert drag.u[0] > 1.0 - 1e-6  # has to make up for the drag
-    assert rms(p.obs.whiten(machine(drag.point))) < rms(p.obs.whiten(machine({"m.d": drag.u[1]})))
+    assert drag.normalised[0] > 1.0 - 1e-6  # has to make up for the drag
+    assert rms(p.observations.whiten(machine(drag.point))) < rms(p.observations.whiten(machine({"m.d": drag.normalised[1]})))

@@ -1,6 +1,6 @@
 import numpy as np
 import pytest
-from deepsea_cosim.gap.noise import noise_std, quantum, spread
+from deepsea_cosim.gap.problem.noise import estimate_channel_noise, noise_std, quantisation_step
 
 T = np.arange(2000) / 100.0
 
@@ -22,11 +22,11 @@ def test_bursts_do_not_count_as_noise():
 
 def test_quantum_of_a_converter():
     y = np.round((10 * np.sin(T) + np.random.default_rng(3).normal(0, 0.02, len(T))) / 0.05) * 0.05
-    assert quantum(y) == pytest.approx(0.05)
-    assert quantum(np.random.default_rng(4).normal(size=500)) == 0.0
-    assert spread(np.round(3 * np.sin(T) / 0.1) * 0.1) >= 0.1 / np.sqrt(12) * 0.99
+    assert quantisation_step(y) == pytest.approx(0.05)
+    assert quantisation_step(np.random.default_rng(4).normal(size=500)) == 0.0
+    assert estimate_channel_noise(np.round(3 * np.sin(T) / 0.1) * 0.1) >= 0.1 / np.sqrt(12) * 0.99
 
 
 def test_a_silent_channel_has_a_floor():
-    assert spread(np.full(100, 5.0)) > 0.0
-    assert spread(np.zeros(100)) > 0.0
+    assert estimate_channel_noise(np.full(100, 5.0)) > 0.0
+    assert estimate_channel_noise(np.zeros(100)) > 0.0

@@ -1,63 +1,63 @@
 import numpy as np
 import pytest
-from deepsea_cosim.gap.noise import noise_std
-from deepsea_cosim.gap.observations import Moment, gather, thin
-from deepsea_cosim.gap.sensor import Sensor
+from deepsea_cosim.gap.problem.noise import noise_std
+from deepsea_cosim.gap.problem.observations import EventObservation, decimate, gather
+from deepsea_cosim.gap.problem.sensors import Sensor
 
 T = np.linspace(0.0, 10.0, 1001)
 
 
 def test_a_ramp_arrives_when_it_should():
     x = np.clip(0.04 * (T - 2.0), 0.0, 0.2)
-    assert Moment(0.2, 0.001, 2.0).read(T, x) == pytest.approx(4.975)
-    assert Moment(0.2, 0.001, 2.0, high=3.0).read(T, x) == 3.0
-    assert Moment(0.2, 0.001, 2.0, low=6.0).read(T, x) == 6.0
+    assert EventObservation(0.2, 0.001, 2.0).read(T, x) == pytest.approx(4.975)
+    assert EventObservation(0.2, 0.001, 2.0, high=3.0).read(T, x) == 3.0
+    assert EventObservation(0.2, 0.001, 2.0, low=6.0).read(T, x) == 6.0
 
 
 def test_a_signal_that_leaves_again_has_not_arrived():
     x = np.where(T < 5.0, 1.0, 0.0) * (T > 1.0)
     back = np.where(T > 8.0, 1.0, x)
-    assert Moment(1.0, 0.1, 0.0).read(T, back) == pytest.approx(8.0, abs=0.02)
+    assert EventObservation(1.0, 0.1, 0.0).read(T, back) == pytest.approx(8.0, abs=0.02)
 
 
 def test_a_signal_may_leave_when_it_is_told_to():
     x = np.interp(T, [0.0, 4.0, 6.0, 8.0], [0.0, 0.2, 0.2, 0.0])
-    assert Moment(0.2, 0.001, 0.0, until=6.0).read(T, x) == pytest.approx(3.98)
-    assert Moment(0.2, 0.001, 0.0).read(T, x) > 10.0
+    assert EventObservation(0.2, 0.001, 0.0, until=6.0).read(T, x) == pytest.approx(3.98)
+    assert EventObservation(0.2, 0.001, 0.0).read(T, x) > 10.0
 
 
 def test_the_first_time_counts_where_that_is_asked_for():
     x = np.interp(T, [0.0, 4.0, 5.0, 6.0, 10.0], [0.0, 0.2, 0.21, 0.2, 0.0])
-    assert Moment(0.2, 0.001, 0.0, first=True).read(T, x) == pytest.approx(3.98)
-    assert Moment(0.2, 0.001, 3.99, first=True).read(T, x) == 0.0
-    assert Moment(0.5, 0.001, 0.0, first=True).read(T, 0.01 * T) == pytest.approx(49.9)
+    assert EventObservation(0.2, 0.001, 0.0, first=True).read(T, x) == pytest.approx(3.98)
+    assert EventObservation(0.2, 0.001, 3.99, first=True).read(T, x) == 0.0
+    assert EventObservation(0.5, 0.001, 0.0, first=True).read(T, 0.01 * T) == pytest.approx(49.9)
 
 
 def test_a_signal_that_stands_still_does_not_take_forever():
-    assert Moment(0.2, 0.001, 2.0).read(T, np.zeros(len(T))) == pytest.approx(8.0 * (1.0 + 0.199 / 0.01))
+    assert EventObservation(0.2, 0.001, 2.0).read(T, np.zeros(len(T))) == pytest.approx(8.0 * (1.0 + 0.199 / 0.01))
 
 
 def test_a_signal_that_never_arrives_is_continued():
     x = 0.01 * T
-    assert Moment(0.2, 0.0, 0.0).read(T, x) == pytest.approx(20.0)
+    assert EventObservation(0.2, 0.0, 0.0).read(T, x) == pytest.approx(20.0)
 
 
 def test_reading_is_the_sensors():
     y = np.zeros(50)
     t = np.linspace(1.0, 9.0, 50)
     blocks = [(0, 0, "a.x", 0.1), (1, 0, "a.x", 0.1), (1, 1, "a.v", 0.2)]
-    obs = gather([(run, channel, name, t, y, floor, None, True) for run, channel, name, floor in blocks])
+    observations = gather([(run, channel, name, t, y, floor, None, True) for run, channel, name, floor in blocks])
     rows = [np.column_stack([np.sin(T)]), np.column_stack([np.cos(T), T])]
     rows[0] = np.column_stack([np.sin(T), T])
-    made = obs.read([T, T], rows, {"a.x": 0, "a.v": 1}, {"a.v": Sensor(bias=1.0, delay=0.5)})
+    made = observations.read([T, T], rows, {"a.x": 0, "a.v": 1}, {"a.v": Sensor(bias=1.0, delay=0.5)})
     assert made[:50] == pytest.approx(np.sin(t), abs=1e-4)
     assert made[50:100] == pytest.approx(np.cos(t), abs=1e-4)
     assert made[100:] == pytest.approx(t - 0.5 + 1.0)
-    assert obs.slope(made)[100:] == pytest.approx(np.ones(50))
+    assert observations.slope(made)[100:] == pytest.approx(np.ones(50))
 
 
 def test_averaging_keeps_mean_and_reduces_noise():
-    t, y, m = thin(np.arange(10000.0), np.random.default_rng(0).normal(3.0, 1.0, 10000), 2500)
+    t, y, m = decimate(np.arange(10000.0), np.random.default_rng(0).normal(3.0, 1.0, 10000), 2500)
     assert m == 4
     assert len(t) == len(y) == 2500
     assert y.mean() == pytest.approx(3.0, abs=0.05)
@@ -72,42 +72,42 @@ def test_an_estimated_floor_is_mended_by_the_models_own_roughness():
     estimated = noise_std(y)
     assert estimated > 0.05
     for stated in (True, False):
-        obs = gather([(0, 0, "a.x", t, y, estimated, None, stated)])
-        obs.mend(fast)
-        assert (obs.blocks[0].floor < 0.5 * estimated) == (not stated)
+        observations = gather([(0, 0, "a.x", t, y, estimated, None, stated)])
+        observations.without_model_roughness(fast)
+        assert (observations.blocks[0].noise_std < 0.5 * estimated) == (not stated)
 
 
 def test_noise_shares_nothing_and_a_swing_shares_its_energy():
     rng = np.random.default_rng(0)
     t = np.arange(0.0, 40.0, 0.01)
-    obs = gather([(0, 0, "m.x", t, np.zeros(len(t)), 1.0, None, True)])
+    observations = gather([(0, 0, "m.x", t, np.zeros(len(t)), 1.0, None, True)])
     noise = rng.normal(0.0, 1.0, len(t))
-    assert obs.shared(noise) == pytest.approx(0.0, abs=3.0 / np.sqrt(len(t)))
-    assert obs.shared(3.0 * noise) == pytest.approx(0.0, abs=27.0 / np.sqrt(len(t)))
-    assert obs.shared(noise + 0.7 * np.sin(t)) == pytest.approx(0.7**2 / 2, abs=0.05)
+    assert observations.structured_energy(noise) == pytest.approx(0.0, abs=3.0 / np.sqrt(len(t)))
+    assert observations.structured_energy(3.0 * noise) == pytest.approx(0.0, abs=27.0 / np.sqrt(len(t)))
+    assert observations.structured_energy(noise + 0.7 * np.sin(t)) == pytest.approx(0.7**2 / 2, abs=0.05)
     fast = np.sin(2 * np.pi * 25.0 * t)  # a quarter of the sampling rate: the next reading but one shares it
-    assert obs.shared(noise + fast) == pytest.approx(0.5, abs=0.05)
+    assert observations.structured_energy(noise + fast) == pytest.approx(0.5, abs=0.05)
 
 
 def test_what_is_stated_as_noise_is_none_of_the_models_business():
     t = np.arange(0.0, 40.0, 0.01)
     slow = 1.3 * np.sin(0.5 * t)
     for stated, left in ((True, 0.0), (False, 0.84)):
-        obs = gather([(0, 0, "m.x", t, np.zeros(len(t)), 1.0, None, stated)])
-        assert obs.shared(slow) == pytest.approx(left, abs=0.05)
+        observations = gather([(0, 0, "m.x", t, np.zeros(len(t)), 1.0, None, stated)])
+        assert observations.structured_energy(slow) == pytest.approx(left, abs=0.05)
     more = gather([(0, 0, "m.x", t, np.zeros(len(t)), 1.0, None, True)])
-    assert more.shared(2.0 * slow) == pytest.approx(np.mean((2.0 * slow) ** 2) - 1.0)
+    assert more.structured_energy(2.0 * slow) == pytest.approx(np.mean((2.0 * slow) ** 2) - 1.0)
 
 
 def test_a_swing_in_one_run_and_a_drift_in_another_do_not_cancel():
     t = np.arange(0.0, 40.0, 0.01)
     swing, drift = np.sin(2 * np.pi * 25.0 * t + 0.3), np.sin(0.5 * t)
-    obs = gather([(r, 0, "m.x", t, np.zeros(len(t)), 0.01, None, False) for r in range(2)])
-    assert obs.shared(np.concatenate([swing, drift])) == pytest.approx(0.5 * np.mean(swing**2 + drift**2), rel=0.01)
+    observations = gather([(r, 0, "m.x", t, np.zeros(len(t)), 0.01, None, False) for r in range(2)])
+    assert observations.structured_energy(np.concatenate([swing, drift])) == pytest.approx(0.5 * np.mean(swing**2 + drift**2), rel=0.01)
 
 
 def test_moments_share_what_they_have_beyond_the_floor():
-    moment = Moment(1.0, 0.1, 0.0)
-    obs = gather([(k, 0, "m.x", np.zeros(1), np.zeros(1), 1.0, moment, True) for k in range(4)])
-    assert obs.shared(np.array([1.0, -1.0, 1.0, 1.0])) == 0.0
-    assert obs.shared(np.array([2.0, -2.0, 2.0, 2.0])) == 3.0
+    moment = EventObservation(1.0, 0.1, 0.0)
+    observations = gather([(k, 0, "m.x", np.zeros(1), np.zeros(1), 1.0, moment, True) for k in range(4)])
+    assert observations.structured_energy(np.array([1.0, -1.0, 1.0, 1.0])) == 0.0
+    assert observations.structured_energy(np.array([2.0, -2.0, 2.0, 2.0])) == 3.0

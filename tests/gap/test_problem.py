@@ -6,13 +6,13 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 from deepsea_cosim.core.errors import CosimError, UnknownNameError
-from deepsea_cosim.gap import steps
-from deepsea_cosim.gap.campaign import read
-from deepsea_cosim.gap.catalogue import Base, Experiment, Measurable, load, load_from_package
-from deepsea_cosim.gap.judge import prior
-from deepsea_cosim.gap.noise import rms
-from deepsea_cosim.gap.problem import Unknown, _base, check_catalogue, matching, pose
-from deepsea_cosim.gap.steps import choose_difference, lengthen, numerical_gap
+from deepsea_cosim.gap.campaign.catalogue import Base, Experiment, Measurable, load, load_from_package
+from deepsea_cosim.gap.campaign.read import read
+from deepsea_cosim.gap.problem import step_size as steps
+from deepsea_cosim.gap.problem.noise import rms
+from deepsea_cosim.gap.problem.problem import EstimatedParameter, _base, build_problem, check_catalogue, matching
+from deepsea_cosim.gap.problem.step_size import assess_step_error, choose_difference_step, choose_fit_step
+from deepsea_cosim.gap.selection.evidence import prior
 from deepsea_cosim.master.pool import Pool
 from deepsea_cosim.master.session import Session
 
@@ -35,9 +35,9 @@ def posed(toys, tmp_path):
 def test_estimation_settings_hold_at_longer_steps_only(posed):
     told, catalogue = posed
     with Pool(told.system, processes=1) as pool:
-        plain = pose(told, catalogue, pool)
-        quick = pose(told, replace(catalogue, estimation={"o.d": 30.0}), pool)
-        quick.factor = plain.factor = 2
+        plain = build_problem(told, catalogue, pool)
+        quick = build_problem(told, replace(catalogue, estimation={"o.d": 30.0}), pool)
+        quick.coarsening = plain.coarsening = 2
         np.testing.assert_array_equal(quick.exact([{}])[0], plain.exact([{}])[0])
         assert not np.allclose(quick.evaluate([{}])[0], plain.evaluate([{}])[0])
         coarse, exact = quick.answer([{}], [{}])
@@ -48,13 +48,13 @@ def test_estimation_settings_hold_at_longer_steps_only(posed):
 @pytest.mark.parametrize(("noise", "difference"), [(0.0, 1e-4), (1e-5, 1e-3), (1e-2, 5e-2)])
 def test_differences_are_as_small_as_the_simulations_are_smooth(noise, difference):
     rng = np.random.default_rng(0)
-    base = tuple(Unknown(name, "base", 1.0, 0.05, -2.0, 2.0, 1.0) for name in "ab")
+    base = tuple(EstimatedParameter(name, "base", 1.0, 0.05, -2.0, 2.0, 1.0) for name in "ab")
 
     def run(p):
         return np.sin(np.arange(500) * 0.1 * (1.0 + 0.05 * p["a"])) * (1.0 + 0.05 * p["b"]) + rng.normal(0, noise, 500)
 
     p = SimpleNamespace(base=base, evaluate=lambda points: [run(q) for q in points])
-    choose_difference(p)
+    choose_difference_step(p)
     assert p.difference == difference
 
 
@@ -78,19 +78,19 @@ def test_values_that_an_fmu_refuses_are_found_at_once(built):
 def test_an_estimation_setting_that_nobody_has(posed):
     told, catalogue = posed
     with pytest.raises(UnknownNameError, match="estimation: no component has a parameter"):
-        pose(told, replace(catalogue, estimation={"o.rtol": 1.0}), None)
+        build_problem(told, replace(catalogue, estimation={"o.rtol": 1.0}), None)
 
 
 def test_the_macro_steps_error_goes_with_a_coupling_of_second_order(posed):
     """The input is held over a step, an error of first order; its floor is made small enough for that to matter."""
     told, catalogue = posed
     with Pool(told.system, processes=1) as pool:
-        problem = pose(told, catalogue, pool)
-        problem.obs.floor[:] = 1e-7
-        plain = problem.at_step({}, problem.fine)
-        _, halving = numerical_gap(problem)
-        assert (problem.method, problem.order) == ("nepce", 2)
-        truth = problem.at_step({}, problem.fine / 32.0)
+        problem = build_problem(told, catalogue, pool)
+        problem.observations.noise_std[:] = 1e-7
+        plain = problem.at_step({}, problem.macro_step)
+        _, halving = assess_step_error(problem)
+        assert (problem.method, problem.richardson_order) == ("nepce", 2)
+        truth = problem.at_step({}, problem.macro_step / 32.0)
         error, left = plain - truth, problem.exact([{}])[0] - truth
         assert rms(left) < 0.01 * rms(error)
         assert rms(halving) == pytest.approx(0.5 * rms(error), rel=0.05)
@@ -99,16 +99,16 @@ def test_the_macro_steps_error_goes_with_a_coupling_of_second_order(posed):
 def test_exact_runs_take_the_longest_step_that_does_not_matter(posed):
     told, catalogue = posed
     with Pool(told.system, processes=1) as pool:
-        problem = pose(told, catalogue, pool)
-        step = problem.fine
-        problem.obs.floor[:] = 100.0 * rms(problem.at_step({}, step) - problem.at_step({}, step / 2.0))
-        numerical_gap(problem)
-        assert (problem.method, problem.fine) == ("gauss-seidel", step)
-        problem.obs.floor /= 20.0
-        numerical_gap(problem)
-        assert (problem.method, problem.fine) == ("nepce", 2.0 * step)
-        lengthen(problem, problem.at_step({}, problem.fine), step)
-        assert problem.coarse <= 8.0 * step
+        problem = build_problem(told, catalogue, pool)
+        step = problem.macro_step
+        problem.observations.noise_std[:] = 100.0 * rms(problem.at_step({}, step) - problem.at_step({}, step / 2.0))
+        assess_step_error(problem)
+        assert (problem.method, problem.macro_step) == ("gauss-seidel", step)
+        problem.observations.noise_std /= 20.0
+        assess_step_error(problem)
+        assert (problem.method, problem.macro_step) == ("nepce", 2.0 * step)
+        choose_fit_step(problem, problem.at_step({}, problem.macro_step), step)
+        assert problem.fit_step <= 8.0 * step
 
 
 def test_the_macro_steps_error_is_extrapolated_away(posed, monkeypatch):
@@ -116,12 +116,12 @@ def test_the_macro_steps_error_is_extrapolated_away(posed, monkeypatch):
     monkeypatch.setattr(steps, "GAINS", 0.0)
     told, catalogue = posed
     with Pool(told.system, processes=1) as pool:
-        problem = pose(told, catalogue, pool)
-        problem.obs.floor[:] = 1e-7
-        delivered, halving = numerical_gap(problem)
-        assert problem.order == 1
-        truth = problem.at_step({}, problem.fine / 32.0)
-        error, left = delivered - truth, problem.exact([{}])[0] - truth
+        problem = build_problem(told, catalogue, pool)
+        problem.observations.noise_std[:] = 1e-7
+        nominal, halving = assess_step_error(problem)
+        assert problem.richardson_order == 1
+        truth = problem.at_step({}, problem.macro_step / 32.0)
+        error, left = nominal - truth, problem.exact([{}])[0] - truth
         assert rms(left) < 0.05 * rms(error)
         assert rms(halving) == pytest.approx(0.5 * rms(error), rel=0.05)
 
@@ -129,11 +129,11 @@ def test_the_macro_steps_error_is_extrapolated_away(posed, monkeypatch):
 def test_a_step_that_does_not_matter_is_not_extrapolated(posed):
     told, catalogue = posed
     with Pool(told.system, processes=1) as pool:
-        problem = pose(told, catalogue, pool)
-        problem.obs.floor[:] = 1.0
-        delivered, _ = numerical_gap(problem)
-        assert problem.order == 0
-        np.testing.assert_array_equal(problem.exact([{}])[0], delivered)
+        problem = build_problem(told, catalogue, pool)
+        problem.observations.noise_std[:] = 1.0
+        nominal, _ = assess_step_error(problem)
+        assert problem.richardson_order == 0
+        np.testing.assert_array_equal(problem.exact([{}])[0], nominal)
 
 
 def test_two_base_entries_of_one_parameter_are_refused():

@@ -3,23 +3,23 @@
 from types import SimpleNamespace
 
 import numpy as np
-from deepsea_cosim.gap.fit import nuisances
-from deepsea_cosim.gap.observations import gather
-from deepsea_cosim.gap.problem import Unknown
-from deepsea_cosim.gap.study import _refit
+from deepsea_cosim.gap.estimation.gauss_newton import nuisance_columns
+from deepsea_cosim.gap.problem.observations import gather
+from deepsea_cosim.gap.problem.problem import EstimatedParameter
+from deepsea_cosim.gap.selection.pipeline import _refit
 
 T = np.linspace(0.0, 10.0, 800)
 NOISE = 0.01
-BASE = tuple(Unknown(name, "base", 1.0, 0.05, -1.0, 1.0, 0.6) for name in "ab")
+BASE = tuple(EstimatedParameter(name, "base", 1.0, 0.05, -1.0, 1.0, 0.6) for name in "ab")
 
 
 def refit(machine, truth):
     y = machine(truth) + np.random.default_rng(0).normal(0.0, NOISE, len(T))
-    obs = gather([(0, 0, "m.x", T, y, NOISE, None, True)])
-    p = SimpleNamespace(obs=obs, runs=[0], difference=1e-4, smooth={}, hurry=lambda: False, base=BASE, factor=1)
+    observations = gather([(0, 0, "m.x", T, y, NOISE, None, True)])
+    p = SimpleNamespace(observations=observations, runs=[0], difference=1e-4, smooth={}, hurry=lambda: False, base=BASE, factor=1)
     p.evaluate = lambda points: [machine(q) for q in points]
     p.answer = lambda a, b: (p.evaluate(a), p.evaluate(b))
-    return _refit(p, nuisances(p, machine({"a": 0.0, "b": 0.0}))).fit
+    return _refit(p, nuisance_columns(p, machine({"a": 0.0, "b": 0.0}))).fit
 
 
 def test_a_swing_is_no_wall():

@@ -1,6 +1,6 @@
 import numpy as np
 import pytest
-from deepsea_cosim.gap.replay import smooth
+from deepsea_cosim.gap.analysis.component_replay import smooth
 
 
 def test_smoothing_keeps_straight_lines_and_their_slope():

@@ -9,14 +9,14 @@ from html.parser import HTMLParser
 import numpy as np
 import pytest
 from deepsea_cosim.core.errors import OutputError
-from deepsea_cosim.gap.campaign import read
+from deepsea_cosim.gap.campaign.read import read
 from deepsea_cosim.gap.diagnose import diagnose
 from deepsea_cosim.gap.report import write_report
 from deepsea_cosim.gap.report.numbers import change, given, percent, pretty, short, with_interval
 from deepsea_cosim.gap.report.plots import decimate
 from deepsea_cosim.gap.report.series import Dependence
-from deepsea_cosim.gap.result import make
-from deepsea_cosim.gap.verdict import NONE, UNKNOWN
+from deepsea_cosim.gap.result.diagnosis import make
+from deepsea_cosim.gap.selection.posterior import NONE, UNKNOWN
 from threadpoolctl import threadpool_limits
 
 from tests import browser

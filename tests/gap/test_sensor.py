@@ -1,6 +1,6 @@
 import numpy as np
 import pytest
-from deepsea_cosim.gap.sensor import Sensor, first_order_lag
+from deepsea_cosim.gap.problem.sensors import Sensor, first_order_lag
 
 T = np.linspace(0.0, 2.0, 401)
 

@@ -3,11 +3,11 @@ from types import SimpleNamespace
 
 import numpy as np
 import pytest
-from deepsea_cosim.gap.calibration import HALF, SUREST, Calibration
-from deepsea_cosim.gap.verdict import NONE, UNKNOWN, causes, features, unknown_probability
+from deepsea_cosim.gap.selection.calibration import HALF, SUREST, Calibration
+from deepsea_cosim.gap.selection.posterior import NONE, UNKNOWN, causes, features, unknown_probability
 
 
-def judged(ids, score, gap=1.0):
+def ranked(ids, score, gap=1.0):
     return SimpleNamespace(hypothesis=SimpleNamespace(ids=ids, candidates=ids), score=score, gap=gap)
 
 
@@ -15,27 +15,27 @@ PLAIN = Calibration(20.0, 0.05, 1.0, 0.0, (-30.0, 0.0, 0.0))
 
 
 def test_probabilities_add_up_and_follow_the_scores():
-    found = causes([judged((), 10.0), judged(("a",), 0.0), judged(("b",), 4.0)], PLAIN, np.ones(3))
+    found = causes([ranked((), 10.0), ranked(("a",), 0.0), ranked(("b",), 4.0)], PLAIN, np.ones(3))
     assert [c.effects for c in found] == [("a",), ("b",), NONE, UNKNOWN]
     assert sum(c.probability for c in found) == pytest.approx(1.0)
     assert found[0].probability / found[1].probability == pytest.approx(np.exp(2.0))
 
 
 def test_a_sensor_in_two_channels_is_one_cause():
-    found = causes([judged(("s",), 0.0), judged(("s",), 0.0), judged((), 0.0)], PLAIN, np.ones(3))
+    found = causes([ranked(("s",), 0.0), ranked(("s",), 0.0), ranked((), 0.0)], PLAIN, np.ones(3))
     assert found[0].effects == ("s",)
     assert found[0].probability == pytest.approx(2 / 3)
 
 
 def test_near_rivals_are_named():
     scores = {("a",): 0.0, ("b",): 1.0, ("c",): 40.0, (): 60.0}
-    found = causes([judged(ids, score) for ids, score in scores.items()], PLAIN, np.ones(3))
+    found = causes([ranked(ids, score) for ids, score in scores.items()], PLAIN, np.ones(3))
     assert found[0].ambiguous_with == [("b",)]
 
 
 def test_unknown_takes_its_share():
     sure = Calibration(20.0, 0.05, 1.0, 0.0, (30.0, 0.0, 0.0))
-    found = causes([judged(("a",), 0.0), judged((), 9.0)], sure, np.ones(3))
+    found = causes([ranked(("a",), 0.0), ranked((), 9.0)], sure, np.ones(3))
     assert found[0].effects == UNKNOWN
     assert found[0].probability == pytest.approx(1.0)
 
@@ -50,12 +50,12 @@ def test_what_is_left_makes_unknown_likelier_with_the_shipped_calibration():
 def test_the_same_rest_is_likelier_unknown_where_it_is_more_of_the_gap():
     """What one of the catalogue imitates leaves part of a small gap; a right cause of another law, of a large one."""
     shipped = Calibration.load()
-    small, large = (unknown_probability(shipped, features(shipped, null, 0.5, 5000)) for null in (1.0, 1000.0))
+    small, large = (unknown_probability(shipped, features(shipped, baseline, 0.5, 5000)) for baseline in (1.0, 1000.0))
     assert large < 0.3 < 0.5 < small
 
 
 def test_a_surer_or_less_sure_first_answer_stays_the_first():
-    scored = [judged(("a",), 0.0), judged(("b",), 0.5), judged(("c",), 6.0), judged((), 9.0)]
+    scored = [ranked(("a",), 0.0), ranked(("b",), 0.5), ranked(("c",), 6.0), ranked((), 9.0)]
     plain = causes(scored, PLAIN, np.ones(3))
     for slope, shift in ((3.0, 2.0), (3.0, -4.0), (0.0, -5.0), (50.0, 0.0)):
         told = causes(scored, replace(PLAIN, slope=slope, shift=shift), np.ones(3))

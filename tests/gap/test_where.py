@@ -2,9 +2,9 @@ from types import SimpleNamespace
 
 import numpy as np
 import pytest
-from deepsea_cosim.gap.catalogue import Region
-from deepsea_cosim.gap.observations import gather
-from deepsea_cosim.gap.where import bands, change_points, describe, places
+from deepsea_cosim.gap.analysis.localisation import bands, change_points, describe, places
+from deepsea_cosim.gap.campaign.catalogue import Region
+from deepsea_cosim.gap.problem.observations import gather
 
 T = np.arange(2000) / 100.0
 
@@ -40,7 +40,7 @@ def test_regions_nest_where_the_energy_is():
 def test_shares_add_up_and_noise_has_none():
     rng = np.random.default_rng(1)
     blocks = [(0, k, f"s{k}.x", T, np.zeros(len(T)), 1.0, None, True) for k in range(3)]
-    problem = SimpleNamespace(obs=gather(blocks), labels=["s0.x", "s1.x", "s2.x"], runs=[SimpleNamespace(name="r")])
+    problem = SimpleNamespace(observations=gather(blocks), labels=["s0.x", "s1.x", "s2.x"], runs=[SimpleNamespace(name="r")])
     residual = np.concatenate([rng.normal(size=len(T)), 3.0 * np.ones(len(T)), np.zeros(len(T))])
     found = places(problem, residual, {})
     assert sum(p.share for p in found) == pytest.approx(1.0)

@@ -9,10 +9,10 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from deepsea_cosim.gap import campaign as reader
-from deepsea_cosim.gap.catalogue import load
+from deepsea_cosim.gap.campaign import read as reader
+from deepsea_cosim.gap.campaign.catalogue import load
 from deepsea_cosim.gap.diagnose import diagnose
-from deepsea_cosim.gap.result import make
+from deepsea_cosim.gap.result.diagnosis import make
 from deepsea_cosim.master.session import Session
 
 from benchmarks.real import campaigns, check
@@ -91,14 +91,14 @@ def test_each_effect_acts_and_a_shape_alone_does_not(problem):
     def rows(changes):
         return problem.session.run(problem.outputs, stop, step, {**run.parameters, **changes}, inputs)[1]
 
-    delivered = rows({})
-    assert np.array_equal(rows({}), delivered)
+    nominal = rows({})
+    assert np.array_equal(rows({}), nominal)
     for effect in problem.catalogue.effects:
         bent = {p.address: p.low for p in effect.parameters if p.shape}
         if bent:
-            assert np.array_equal(rows(bent), delivered), effect.id
+            assert np.array_equal(rows(bent), nominal), effect.id
         sized = {p.address: min(p.neutral + p.prior, p.high) for p in effect.parameters if not p.shape}
-        assert not np.array_equal(rows(sized), delivered), effect.id
+        assert not np.array_equal(rows(sized), nominal), effect.id
 
 
 KNOWN = {

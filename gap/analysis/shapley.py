@@ -1,0 +1,44 @@
+"""How a gap is shared out among effects that explain it together: the Shapley value of a small game.
+
+An effect's share is what is lost without it, averaged over the orders in which effects can be added (Shapley 1953).
+"""
+
+from __future__ import annotations
+
+from collections.abc import Hashable, Mapping
+from itertools import combinations
+from math import factorial
+
+import numpy as np
+
+Game = Mapping[frozenset[Hashable], np.ndarray]
+"""What every set of players is worth, the empty set among them; arrays of one shape, element by element a game."""
+
+
+def subsets(players: frozenset[Hashable]) -> list[frozenset[Hashable]]:
+    """All subsets, the smaller first."""
+    return [frozenset(c) for k in range(len(players) + 1) for c in combinations(sorted(players, key=str), k)]
+
+
+def monotone(game: Game) -> dict[frozenset[Hashable], np.ndarray]:
+    """The game in which no set is worth less than one of its subsets: a larger model may leave its further effects at
+    nothing."""
+    made: dict[frozenset[Hashable], np.ndarray] = {}
+    for s in sorted(game, key=len):
+        below = [made[s - {p}] for p in s if s - {p} in made]
+        made[s] = np.maximum.reduce([game[s], *below]) if below else game[s]
+    return made
+
+
+def shapley(game: Game) -> dict[Hashable, np.ndarray]:
+    """The share of every player; they add up to what all are worth together less what none is worth."""
+    players = max(game, key=len)
+    n = len(players)
+    made: dict[Hashable, np.ndarray] = {}
+    for p in players:
+        total = np.zeros_like(game[players])
+        for s in subsets(players - {p}):
+            weight = factorial(len(s)) * factorial(n - len(s) - 1) / factorial(n)
+            total = total + weight * (game[s | {p}] - game[s])
+        made[p] = total
+    return made

@@ -1,0 +1,182 @@
+"""Whether a channel, an input or the time of a campaign is in another unit than it says.
+
+The model as delivered tells. A factor of ten in a measured input moves every channel, so whatever looks wrong is tried
+on the inputs and the time, too.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass
+
+import numpy as np
+
+from ...core.units import UNITS, Unit, convert, unit
+from ...master.pool import Failure, Job
+from ..campaign.campaign import CampaignError, Channel
+from ..problem.build import TIME_UNITS
+from ..problem.noise import rms
+from ..problem.observations import Block
+from ..problem.problem import Problem
+
+
+@dataclass(frozen=True)
+class _Suspect:
+    """A channel that another unit would bring nearer, and how it moves."""
+
+    channel: Channel
+    better: str
+    text: str
+
+
+def check_units(problem: Problem, nominal: np.ndarray) -> None:
+    """Raise `CampaignError` for what is likelier in another unit; `delivered` is the model's long vector (n,)."""
+    settings = problem.settings.sanity
+    suspect = next(filter(None, (_suspect(problem, k, nominal) for k in range(len(problem.campaign.outputs)))), None)
+    models = {b.place.start: nominal[b.place] for b in problem.observations.series}
+    straight = _missed(problem, models)
+    if suspect is None and max(straight, default=0.0) <= settings.movement_lost:
+        return
+    stories = [(_sum(shares), text, shares) for shares, text in _stories(problem)]
+    if suspect is None:
+        left, text, shares = min(stories, default=(np.inf, "", []))
+        found = any(
+            before > settings.movement_lost and after < settings.movement_found
+            for before, after in zip(straight, shares, strict=False)
+        )
+        if found and left < _sum(straight) - settings.as_good:
+            raise CampaignError(f"{problem.campaign.file}: the model misses the channels' movement; {text}?")
+        return
+    own = _missed(problem, models, suspect)
+    stories = [(_sum(own), f"is it in {suspect.better}", own), *sorted(stories)]
+    least = min(stories)[0]
+    told = [text for left, text, _ in stories if left <= least + settings.as_good]
+    raise CampaignError(f"{problem.campaign.file}: {suspect.text}; {', or '.join(told[:3])}?")
+
+
+def _sum(shares: list[float]) -> float:
+    return float(np.log(shares).sum())
+
+
+def _suspect(problem: Problem, k: int, nominal: np.ndarray) -> _Suspect | None:
+    """The channel, where the readings move or stand unlike the model as those of another unit would."""
+    settings = problem.settings.sanity
+    c, parts = problem.campaign.outputs[k], [b for b in problem.observations.series if b.channel == k]
+    if not parts:
+        return None
+    measured = max(np.ptp(b.y) for b in parts)
+    noise = max(b.noise_std for b in parts)
+    modelled = max(np.ptp(nominal[b.place]) for b in parts)
+    word = "moves by"
+    if max(modelled, measured) <= settings.quiet * noise:
+        word = "is at"
+        measured = max(np.abs(np.median(b.y)) for b in parts)
+        modelled = max(np.abs(np.median(nominal[b.place])) for b in parts)
+    if max(modelled, measured) <= settings.quiet * noise or min(modelled, measured) <= 0.0:
+        return None
+    ratio, own = measured / modelled, problem.units[c.connector]
+    better = None
+    if not 1.0 / settings.wrong_ratio < ratio < settings.wrong_ratio:
+        better = _likelier(c.unit, ratio, 2.0 * settings.better_share)
+    elif not 1.0 / settings.doubtful_ratio < ratio < settings.doubtful_ratio:
+        better = _likelier(c.unit, ratio, settings.ratio_fits)
+        if better and _left(parts, nominal, own, c.unit, better) > settings.better_share * _left(parts, nominal, own):
+            better = None
+    if better is None:
+        return None
+    shown = [f"{convert(x, own, c.unit):.4g} {c.unit}" for x in (measured, modelled)]
+    return _Suspect(c, better, f"channel '{c.column}': it {word} {shown[0]} where the model {word} {shown[1]}")
+
+
+def _left(parts: list[Block], nominal: np.ndarray, own: str, given: str = "", better: str = "") -> float:
+    """RMS of the readings less the model, in the connector's unit; of readings in another unit than the given one."""
+    read = [_meant(b.y, own, given, better) if better else b.y for b in parts]
+    return rms(np.concatenate([y - nominal[b.place] for y, b in zip(read, parts, strict=True)]))
+
+
+def _meant(values: np.ndarray, own: str, given: str, better: str) -> np.ndarray:
+    """Values in their own unit, had they been in a better one than the given."""
+    return convert(convert(values, own, given), better, own)
+
+
+def _others(given: str) -> Iterator[Unit]:
+    """The other units of the same quantity, one of each size."""
+    here, seen = unit(given), set()
+    seen.add((here.factor, here.offset))
+    for u in UNITS.values():
+        if u.same_dimension(here) and (u.factor, u.offset) not in seen:
+            seen.add((u.factor, u.offset))
+            yield u
+
+
+def _likelier(given: str, ratio: float, within: float) -> str | None:
+    """The unit of the same quantity whose readings, taken for the given one, would differ by the ratio."""
+    fitting = [(abs(np.log(ratio * u.factor / unit(given).factor)), u.name) for u in _others(given)]
+    best = min(fitting, default=(9.0, ""))
+    return best[1] if best[0] < within else None
+
+
+def _missed(problem: Problem, models: Mapping[int, np.ndarray], suspect: _Suspect | None = None) -> list[float]:
+    """Share of each channel's movement that the models (by the start of a block's place) miss, whatever the bias."""
+    settings = problem.settings.sanity
+    shares = []
+    for k, c in enumerate(problem.campaign.outputs):
+        parts = [b for b in problem.observations.series if b.channel == k]
+        if not parts:
+            continue
+        read, model = [b.y for b in parts], [models[b.place.start] for b in parts]
+        if suspect is not None and suspect.channel == c:
+            read = [_meant(y, problem.units[c.connector], c.unit, suspect.better) for y in read]
+        moved = rms(np.concatenate([y - y.mean() for y in read]))
+        left = rms(np.concatenate([y - x - (y - x).mean() for y, x in zip(read, model, strict=True)]))
+        shares.append(
+            float(
+                np.clip(
+                    left / max(moved, *(b.noise_std for b in parts)), settings.least_movement, settings.most_movement
+                )
+            )
+        )
+    return shares
+
+
+def _stories(problem: Problem) -> Iterator[tuple[list[float], str]]:
+    """What the models miss with each input in each other unit, and with the time of driven runs in another one."""
+    for c in problem.campaign.inputs:
+        own = problem.units[c.connector]
+        for other in _others(c.unit):
+            inputs = []
+            for info in problem.runs:
+                mine = dict(info.inputs)
+                if c.connector in mine:
+                    t, x = mine[c.connector]
+                    mine[c.connector] = t, _meant(x, own, c.unit, other.name)
+                inputs.append(mine)
+            if (models := _models(problem, inputs)) is not None:
+                yield _missed(problem, models), f"is the input '{c.column}' in {other.name}"
+    if problem.scenario_stop is None:
+        return
+    for name, f in TIME_UNITS.items():
+        if all(info.inputs and 0.5 < info.stop / (f * problem.scenario_stop) < 1.5 for info in problem.runs):
+            inputs = [{c: (t / f, x) for c, (t, x) in info.inputs.items()} for info in problem.runs]
+            if (models := _models(problem, inputs, f)) is not None:
+                yield _missed(problem, models), f"is time in {name}"
+
+
+def _models(
+    problem: Problem, inputs: list[dict[str, tuple[np.ndarray, np.ndarray]]], f: float = 1.0
+) -> dict[int, np.ndarray] | None:
+    """What the model as delivered says of each block with these inputs, for readings of 1/f s; None where it stops."""
+    step = problem.fit_step
+    stops = [float(np.ceil(info.stop / f / step) * step) for info in problem.runs]
+    jobs = [
+        Job(tuple(problem.connectors), stop, step, problem.changes(r, {}), given, method=problem.discretisation.method)
+        for r, (stop, given) in enumerate(zip(stops, inputs, strict=True))
+    ]
+    rows = problem.simulator.pool.run(jobs)
+    if any(isinstance(x, Failure) for x in rows):
+        return None
+    made = {}
+    for b in problem.observations.series:
+        signal = rows[b.run][:, problem.connectors.index(b.connector)]
+        made[b.place.start] = np.interp(b.t / f, np.arange(len(signal)) * step, signal)
+    return made

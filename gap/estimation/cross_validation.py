@@ -1,0 +1,82 @@
+"""What a fit says about data it has not seen.
+
+Folds leave out one twentieth of the time of every run in turn. The refit without a fold is linear around the fit of all
+data, so it costs no simulation; runs that the campaign itself holds out are simulated.
+"""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import numpy as np
+
+from ..problem.noise import rms
+from ..problem.observations import Observations
+from ..problem.problem import Problem
+from .fit import Fit
+from .linear import Linear
+
+
+def folds(observations: Observations, stretches: int, count: int) -> list[np.ndarray]:
+    """Masks (n,) of the entries left out in turn; together they are all entries.
+
+    Each run is cut into so many stretches of time, which are dealt out to `count` folds, runs shifted to each other.
+    Readings that are single moments are dealt out run by run.
+    """
+    long = max(float(observations.time.max()), 1e-12) / stretches * (1.0 + 1e-12)
+    alone = np.zeros(len(observations), bool)
+    for b in observations.blocks:
+        alone[b.place] = b.event is not None
+    place = np.where(alone, 0, (observations.time / long).astype(int)) + np.where(alone, 1, 7) * observations.run
+    return [mask for k in range(count) if (mask := place % count == k).any()]
+
+
+class LeftOut(NamedTuple):
+    """The normalised residual (n,) of every entry as a refit without its fold predicts it, and its spread (n,)."""
+
+    residual: np.ndarray
+    spread: np.ndarray
+
+
+def left_out_residual(problem: Problem, fit: Fit, nuisance_jacobian: np.ndarray) -> LeftOut:
+    """Every entry predicted by a refit without its fold.
+
+    The spread is what the prediction can be trusted with: the noise and what the readings that were not left out leave
+    open of the parameters. With long records of several channels it is the noise alone; of a few single moments, or of
+    the one run that shows a parameter, each matters to the fit and is not well predicted by the others.
+    """
+    line = Linear.around(problem, fit.normalised, fit.model, fit.jacobian, nuisance_jacobian)
+    residual, spread = np.empty(len(problem.observations)), np.empty(len(problem.observations))
+    settings = problem.settings.validation
+    radius = np.full(len(fit.normalised), settings.linear_within)
+    for mask in folds(problem.observations, settings.folds, settings.folds):
+        rest, part = line.leave_out(mask), line.A[mask]
+        step = rest.step(fit.parameters, fit.dispersion, radius)
+        residual[mask] = line.predicted_residual(step)[mask]
+        covariance = np.linalg.inv(rest.curvature(fit.parameters, 1.0))
+        spread[mask] = np.sqrt(1.0 + np.einsum("ij,jk,ik->i", part, covariance, part))
+    return LeftOut(residual, spread)
+
+
+def predict_each_run(problem: Problem, fit: Fit, nuisance_jacobian: np.ndarray) -> list[float]:
+    """Normalised RMS of each run as the fit of all others foretells it; linear around the fit."""
+    line = Linear.around(problem, fit.normalised, fit.model, fit.jacobian, nuisance_jacobian)
+    radius, made = np.full(len(fit.normalised), problem.settings.validation.linear_within), []
+    for r in range(len(problem.runs)):
+        mask = problem.observations.run == r
+        step = line.leave_out(mask).step(fit.parameters, fit.dispersion, radius)
+        made.append(rms(line.predicted_residual(step)[mask]))
+    return made
+
+
+class HeldOut(NamedTuple):
+    """The left-out residual (n,), normalised, and the energy per reading that it shares in units of its spread."""
+
+    residual: np.ndarray
+    structured_energy: float
+
+
+def held_out(problem: Problem, fit: Fit, nuisance_jacobian: np.ndarray) -> HeldOut:
+    """What a fit says of data it has not seen."""
+    residual, spread = left_out_residual(problem, fit, nuisance_jacobian)
+    return HeldOut(residual, max(0.0, problem.observations.structured_energy(residual / spread)))

@@ -1,0 +1,94 @@
+"""A fit as a value: where it stands, what is left, how it ended."""
+
+from __future__ import annotations
+
+from collections.abc import Generator
+from dataclasses import dataclass
+from typing import NamedTuple
+
+import numpy as np
+
+from ..problem.noise import rms
+from ..problem.parameters import EstimatedParameter, Point, penalty, point_of
+
+
+@dataclass(frozen=True, eq=False)
+class Fit:
+    """Parameters (k), their normalised values (k,), the model's long vector (n,), its derivative (n, k), the rest."""
+
+    parameters: tuple[EstimatedParameter, ...]
+    normalised: np.ndarray
+    model: np.ndarray
+    jacobian: np.ndarray
+    nuisances: np.ndarray
+    """In prior standard deviations: a bias of each channel, then a clock error of each run."""
+    channels: int
+    residual: np.ndarray
+    """Normalised: readings minus model and nuisances, divided by the noise (n,)."""
+    correction: np.ndarray
+    """Exact runs less those at the fit's step, where that was last found (n,)."""
+    dispersion: float
+    """What a squared residual counts for less because neighbours share it; at least 1."""
+    converged: bool = False
+    foretold: bool = False
+    """The derivatives have foretold the last step and serve for the next."""
+    unweighted: bool = False
+    """All readings count in full from here on."""
+    unfinished: bool = False
+    """It was asked to stop on its way."""
+
+    @property
+    def point(self) -> dict[str, float]:
+        """The point in the problem's terms."""
+        return point_of(self.parameters, self.normalised)
+
+    @property
+    def rms(self) -> float:
+        """Normalised RMS of the residual."""
+        return rms(self.residual)
+
+    @property
+    def status(self) -> str:
+        """How it ended: converged, at_bound (of an effect's parameter), stalled or unfinished."""
+        if self.unfinished:
+            return "unfinished"
+        if not self.converged:
+            return "stalled"
+        return "at_bound" if any(self.at_bound) else "converged"
+
+    @property
+    def at_bound(self) -> tuple[bool, ...]:
+        """Of every parameter, whether it stands at an end of its range."""
+        ends = zip(self.parameters, self.normalised, strict=True)
+        return tuple(bool(min(u - x.low, x.high - u) < 1e-6 * (x.high - x.low)) for x, u in ends)
+
+    def strain(self) -> float:
+        """Sum of (u / sd)^2: how far the parameters are from what is stated."""
+        return penalty(self.parameters, self.normalised)
+
+    def penalty(self) -> float:
+        """What parameters and the sensors' biases cost, in prior standard deviations squared; clocks may differ as
+        they like."""
+        return penalty(self.parameters, self.normalised, self.nuisances[: self.channels])
+
+
+class SimulationRequest(NamedTuple):
+    """Points to be simulated: at the fit's step, and exactly."""
+
+    coarse: list[Point]
+    exact: list[Point]
+
+
+class SimulationAnswer(NamedTuple):
+    """Their long vectors (n,); None where a run failed."""
+
+    coarse: list[np.ndarray | None]
+    exact: list[np.ndarray | None]
+
+
+FitTask = Generator[SimulationRequest, SimulationAnswer, Fit]
+"""Yields points, is sent their long vectors, returns a fit."""
+
+
+class FitFailed(Exception):
+    """No point near the start of a fit could be simulated."""

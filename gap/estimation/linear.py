@@ -1,0 +1,109 @@
+"""The linearised problem around a point, with its priors and bounds."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import NamedTuple
+
+import numpy as np
+from scipy.optimize import lsq_linear
+
+from ..problem.parameters import EstimatedParameter
+from ..problem.problem import Problem
+
+
+class LinearStep(NamedTuple):
+    """The change d (k,) of the normalised parameters that lowers the cost most, and the nuisances q (m,)."""
+
+    d: np.ndarray
+    q: np.ndarray
+
+
+class Linear:
+    """Whitened columns of parameters and nuisances around a point, and the residual without them.
+
+    A (n, k + m), r (n,), u (k,); gram = A^T A, moment = A^T r.
+    """
+
+    def __init__(self, columns: np.ndarray, residual: np.ndarray, u: np.ndarray, gram: np.ndarray, moment: np.ndarray):
+        self.A, self.r, self.u, self.gram, self.moment = columns, residual, u, gram, moment
+
+    @classmethod
+    def around(
+        cls, problem: Problem, u: np.ndarray, model: np.ndarray, jacobian: np.ndarray, nuisance_jacobian: np.ndarray,
+        rows: slice | np.ndarray = slice(None), share: np.ndarray | float = 1.0,
+    ) -> Linear:  # fmt: skip
+        """At normalised parameters u (k,) with the model's long vector (n,) and its derivative (n, k).
+
+        rows: the readings that count; share: by how much each of them counts.
+        """
+        noise = problem.observations.noise_std
+        w = np.broadcast_to(share / noise, noise.shape)[rows]
+        columns = np.concatenate([jacobian[rows], nuisance_jacobian[rows]], axis=1) * w[:, None]
+        residual = (problem.observations.y - model)[rows] * w
+        return cls(columns, residual, u, columns.T @ columns, columns.T @ residual)
+
+    def with_column(self, k: int, column: np.ndarray) -> Linear:
+        """The same with a whitened column (n,) inserted as parameter k, at u = 0."""
+        columns = np.insert(self.A, k, column, axis=1)
+        cross = columns.T @ column
+        gram = np.insert(np.insert(self.gram, k, 0.0, axis=0), k, 0.0, axis=1)
+        gram[k, :] = gram[:, k] = cross
+        moment = np.insert(self.moment, k, column @ self.r)
+        return Linear(columns, self.r, np.append(self.u, 0.0), gram, moment)
+
+    def leave_out(self, mask: np.ndarray) -> Linear:
+        """The same without the entries of the mask (n,), for `step` only."""
+        part, r = self.A[mask], self.r[mask]
+        return Linear(self.A, self.r, self.u, self.gram - part.T @ part, self.moment - part.T @ r)
+
+    def curvature(self, parameters: Sequence[EstimatedParameter], dispersion: float) -> np.ndarray:
+        """Half the second derivative of the cost by parameters and nuisances (k + m, k + m), their priors included."""
+        nuisances = self.A.shape[1] - len(parameters)
+        prior = np.diag([*(1.0 / x.sd**2 for x in parameters), *[1.0] * nuisances])
+        made: np.ndarray = self.gram / dispersion + prior
+        return made
+
+    def step(self, parameters: Sequence[EstimatedParameter], dispersion: float, radius: np.ndarray) -> LinearStep:
+        """The step within bounds and radius (k,) that lowers the cost most."""
+        k, m = len(parameters), self.A.shape[1] - len(parameters)
+        sd = np.array([x.sd for x in parameters])
+        H, g = self.curvature(parameters, dispersion), self.moment / dispersion
+        g[:k] -= self.u / sd**2
+        low = np.maximum(np.array([x.low for x in parameters]) - self.u, -radius)
+        high = np.minimum(np.array([x.high for x in parameters]) - self.u, radius)
+        low, high = np.minimum(low, 0.0), np.maximum(high, 0.0)
+        scale = 1.0 / np.sqrt(np.diag(H))
+        L = np.linalg.cholesky(H * np.outer(scale, scale) + 1e-12 * np.eye(k + m))
+        rhs = np.linalg.solve(L, g * scale)
+        d = np.linalg.solve(L.T, rhs)
+        lo = np.concatenate([low, np.full(m, -np.inf)]) / scale
+        hi = np.concatenate([high, np.full(m, np.inf)]) / scale
+        if np.any(d < lo) or np.any(d > hi):
+            hi = np.where(hi - lo < 1e-12, lo + 1e-9, hi)
+            d = lsq_linear(L.T, rhs, (lo, hi), method="bvls").x
+        d = d * scale
+        return LinearStep(d[:k], d[k:])
+
+    def predicted_residual(self, step: LinearStep) -> np.ndarray:
+        """Whitened residual (n,) after a step."""
+        made: np.ndarray = self.r - self.A @ np.concatenate(step)
+        return made
+
+
+class ProfiledPoint(NamedTuple):
+    """The nuisances (m,) that fit best at a point, and the whitened residual (n,) that is left with them."""
+
+    nuisances: np.ndarray
+    residual: np.ndarray
+
+
+def profile_nuisances(
+    problem: Problem, model: np.ndarray, nuisance_jacobian: np.ndarray, dispersion: float,
+    share: np.ndarray | float = 1.0,
+) -> ProfiledPoint:  # fmt: skip
+    """Nuisances and residual of the model's long vector (n,), of which each reading counts with its share."""
+    none = np.zeros((len(model), 0))
+    line = Linear.around(problem, np.zeros(0), model, none, nuisance_jacobian, share=share)
+    q = line.step((), dispersion, np.zeros(0)).q
+    return ProfiledPoint(q, line.r - line.A @ q)

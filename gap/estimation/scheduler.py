@@ -1,0 +1,46 @@
+"""Runs fits side by side, so that their simulations share the processes."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+from ...core.errors import SimulationError
+from ..problem.problem import Problem
+from .fit import Fit, FitFailed, FitTask, SimulationAnswer, SimulationRequest
+
+
+def run_fits(problem: Problem, fits: Sequence[FitTask]) -> list[Fit | None]:
+    """The outcome of every fit; None for one that failed."""
+    results: list[Fit | None] = [None] * len(fits)
+    waiting: dict[int, SimulationRequest] = {}
+
+    def forward(i: int, answer: SimulationAnswer | None) -> None:
+        try:
+            waiting[i] = next(fits[i]) if answer is None else fits[i].send(answer)
+        except StopIteration as done:
+            waiting.pop(i, None)
+            results[i] = done.value
+        except FitFailed:
+            waiting.pop(i, None)
+
+    for i in range(len(fits)):
+        forward(i, None)
+    while waiting:
+        asked = dict(waiting)
+        coarse, exact = problem.answer(
+            [p for w in asked.values() for p in w.coarse], [p for w in asked.values() for p in w.exact]
+        )
+        for i, w in asked.items():
+            answer = SimulationAnswer(coarse[: len(w.coarse)], exact[: len(w.exact)])
+            coarse, exact = coarse[len(w.coarse) :], exact[len(w.exact) :]
+            forward(i, answer)
+    return results
+
+
+def run_fit(problem: Problem, task: FitTask) -> Fit:
+    """The outcome of one fit; raises `SimulationError` where no point near its start can be simulated."""
+    found = run_fits(problem, [task])[0]
+    if found is None:
+        failure = problem.simulator.failure
+        raise SimulationError(f"{problem.campaign.system.name}: a refit cannot be simulated: {failure}")
+    return found

@@ -1,0 +1,54 @@
+"""How sure the figures are: intervals of parameters and of the reduction."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from ..problem.problem import Problem
+from .fit import Fit
+from .linear import Linear
+
+
+def data_std(problem: Problem, fit: Fit, nuisance_jacobian: np.ndarray, energy: float = 0.0) -> np.ndarray:
+    """Standard deviation of each u (k,) from the cost's curvature, base parameters and nuisances free.
+
+    energy: what lasts through all readings beyond the noise, per reading.
+    """
+    line = Linear.around(problem, fit.normalised, fit.model, fit.jacobian, nuisance_jacobian)
+    H = line.curvature(fit.parameters, fit.dispersion + energy * len(problem.observations))
+    return np.sqrt(np.maximum(np.diag(np.linalg.inv(H))[: len(fit.normalised)], 0.0))
+
+
+def parameter_std(problem: Problem, fit: Fit, nuisance_jacobian: np.ndarray) -> np.ndarray:
+    """Standard deviation of each u (k,) with what the library's forms leave open; a base parameter's is its prior's
+    at most."""
+    settings = problem.settings.uncertainty
+    std = data_std(problem, fit, nuisance_jacobian, settings.form_energy)
+    base = np.array([x.kind == "base" for x in fit.parameters], dtype=bool)
+    wider = np.hypot(std, np.where(base, settings.form_of_base, settings.form_of_effect * np.abs(fit.normalised)))
+    return np.where(base, np.minimum(wider, [x.sd for x in fit.parameters]), wider)
+
+
+def reduction_interval(problem: Problem, before: np.ndarray, after: np.ndarray) -> tuple[float, float]:
+    """95 % interval of 1 - RMS(after) / RMS(before), by a stationary block bootstrap over time; -1 at least."""
+    from arch.bootstrap import StationaryBootstrap, optimal_block_length
+
+    observations, settings = problem.observations, problem.settings.uncertainty
+    bins = int(observations.time.max() / settings.bin) + 1
+    place = (observations.time / settings.bin).astype(int) + observations.run * bins
+    _, place = np.unique(place, return_inverse=True)
+    sums = np.stack([np.bincount(place, before**2), np.bincount(place, after**2)], axis=1)
+    sums = sums[sums.sum(1) > 0.0]  # limits that are kept say nothing
+    if len(sums) < 2:
+        return -1.0, 1.0
+
+    def reduction(x: np.ndarray) -> float:
+        total = x.sum(0)
+        return max(-1.0, float(1.0 - np.sqrt(total[1] / max(total[0], 1e-300))))
+
+    length = 2.0
+    if len(sums) > 10 and np.ptp(sums[:, 1]) > 0:
+        length = float(np.clip(optimal_block_length(sums[:, 1])["stationary"].iloc[0], 1.0, len(sums) / 3))
+    draws = StationaryBootstrap(length, sums, seed=0).apply(reduction, settings.draws)[:, 0]
+    low, high = np.quantile(draws, [0.025, 0.975])
+    return float(low), float(high)

@@ -1,0 +1,1 @@
+"""The diagnosis as a list of stages over an immutable state: see `pipeline.PIPELINE`."""

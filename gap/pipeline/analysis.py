@@ -1,0 +1,59 @@
+"""Stages after the budget: where the gap lies, what is left, what to measure next."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+
+from ..analysis.character import describe_rest
+from ..analysis.component_replay import replay_components
+from ..analysis.experiment_design import rank_measurements
+from ..analysis.localisation import localise, regions
+from ..analysis.residual_structure import residual_structure
+from ..checks.sensor_consistency import check_sensors
+from ..estimation.uncertainty import reduction_interval
+from .remarks import remarks
+from .state import State
+
+
+def look_at_rest(state: State) -> State:
+    """What of the most probable hypothesis' residual follows something."""
+    problem, best = state.problem, state.chosen
+    rows = problem.rows([best.hypothesis.fit.point], problem.fit_step)[0]
+    if rows is None:
+        return state
+    return replace(state, structure=residual_structure(problem, best.held_out, rows, problem.fit_step))
+
+
+def locate(state: State) -> State:
+    """Where the gap lies, which component has it, and the character of what is unexplained."""
+    masks, scoring = _masks(state), state.scoring
+    left = state.after(state.chosen)
+    places = localise(scoring, state.after(state.ranked_baseline), masks)
+    character = describe_rest(scoring, left, localise(scoring, left, masks), state.structure)
+    replays = replay_components(state.problem, state.refit.fit.point)
+    warnings = [*state.warnings, *check_sensors(state.problem, state.nominal), *remarks(state)]
+    return replace(
+        state, masks=masks, places=tuple(places), character=character, replays=tuple(replays),
+        warnings=tuple(warnings), reduction_ci=reduction_interval(scoring, state.before, left),
+    )  # fmt: skip
+
+
+def _masks(state: State) -> dict[str, np.ndarray]:
+    scoring, step = state.scoring, state.problem.fit_step
+    wanted = state.problem.catalogue.regions
+    record = tuple(dict.fromkeys(r.signal for r in wanted if r.signal in scoring.signals))
+    if not record:
+        return regions(scoring, (), (), [], scoring.fit_step)
+    rows = scoring.rows([state.refit.fit.point], step, record, keep=False)[0]
+    return {} if rows is None else regions(scoring, wanted, record, rows, step)
+
+
+def design_experiment(state: State) -> State:
+    """What to measure next to tell the most probable hypothesis from the next one that is about something else."""
+    if len(state.ranked) < 2:
+        return state
+    first, *others = [r.hypothesis for r in state.ranked]
+    second = next((h for h in others if not set(h.ids or ("",)) & set(first.ids or ("",))), others[0])
+    return replace(state, next_measurements=tuple(rank_measurements(state.problem, first, second)))

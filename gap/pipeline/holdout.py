@@ -1,0 +1,68 @@
+"""Runs that a campaign holds out: simulated only with what the others have taught."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from ...core.errors import SimulationError
+from ..campaign.campaign import Campaign
+from ..checks.campaign_sanity import check_campaign
+from ..estimation.fit import Fit
+from ..estimation.linear import profile_nuisances
+from ..estimation.nuisances import nuisance_columns, usual_bias
+from ..problem.build import build_problem
+from ..problem.problem import Problem
+from ..problem.step_size import simulate_as_chosen
+
+
+@dataclass(frozen=True, eq=False)
+class HoldoutRuns:
+    """The problem of the held-out runs, and the model as delivered there (n,)."""
+
+    problem: Problem
+    nominal: np.ndarray
+
+    @property
+    def before(self) -> np.ndarray:
+        """Normalised residual of the model as delivered."""
+        return self.problem.observations.whiten(self.nominal)
+
+    def after(self, fit: Fit, learned: Problem) -> np.ndarray:
+        """Normalised residual (n,) at a fit's point, with its sensor biases and a clock of each run's own."""
+        model = self.problem.exact([fit.point])[0]
+        if model is None:
+            failure = self.problem.simulator.failure
+            raise SimulationError(f"the held-out runs cannot be simulated at the point found: {failure}")
+        channels = len(self.problem.observations.span)
+        clocks = nuisance_columns(self.problem, model)[:, channels:]
+        told = zip(learned.labels, fit.nuisances, strict=False)
+        biases = {label: q * usual_bias(learned, j) for j, (label, q) in enumerate(told)}
+        offsets = np.array([biases.get(label, 0.0) for label in self.problem.labels[:channels]])
+        shifted = model + offsets[self.problem.observations.channel]
+        return profile_nuisances(self.problem, shifted, clocks, fit.dispersion).residual
+
+    def like(self, learned: Problem) -> HoldoutRuns:
+        """The same, simulated with the macro step that the fits rest on now."""
+        d = learned.discretisation
+        problem = self.problem.with_discretisation(macro_step=d.macro_step, richardson_order=d.richardson_order)
+        return replace(self, problem=problem)
+
+
+def pose_holdout(learned: Problem, campaign: Campaign) -> HoldoutRuns:
+    """The held-out runs of a campaign, simulated as those that are learned from."""
+    pool, stop = learned.simulator.pool, learned.simulator.stop
+    problem = build_problem(campaign, learned.catalogue, pool, stop, learned.settings)
+    problem = replace(problem, base=learned.base, candidates=learned.candidates)
+    assessed = simulate_as_chosen(problem, learned)
+    check_campaign(assessed.problem, assessed.nominal)
+    return HoldoutRuns(assessed.problem, assessed.nominal)
+
+
+def split_runs(campaign: Campaign) -> Sequence[Campaign]:
+    """The campaign with the runs to learn from, and, if there are any, with those that are held out."""
+    kept = tuple(r for r in campaign.runs if r.use == "holdout")
+    learn = replace(campaign, runs=tuple(r for r in campaign.runs if r.use != "holdout"))
+    return [learn, replace(campaign, runs=kept, warnings=[])] if kept else [learn]

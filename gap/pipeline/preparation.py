@@ -1,0 +1,34 @@
+"""Stages before the search: the step's error, what betrays a campaign, held-out runs, finite differences."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+from ..checks.campaign_sanity import check_campaign
+from ..estimation.nuisances import nuisance_columns
+from ..problem.step_size import assess_step_error, choose_difference_step, choose_fit_step
+from .holdout import pose_holdout
+from .state import State
+
+
+def assess_steps(state: State) -> State:
+    """Macro steps of exact runs and of fits, the noise with the step's error in it, and the campaign checked."""
+    assessed = assess_step_error(state.problem)
+    warnings = check_campaign(assessed.problem, assessed.nominal)
+    problem = choose_fit_step(assessed.problem, assessed.nominal, state.package_step)
+    return replace(
+        state, problem=problem, nominal=assessed.nominal, step_change=assessed.change, chosen_step=problem.macro_step,
+        warnings=(*state.warnings, *warnings),
+    )  # fmt: skip
+
+
+def pose_held_out_runs(state: State) -> State:
+    """The held-out runs, simulated as the others."""
+    assert state.holdout_campaign is not None
+    return replace(state, holdout=pose_holdout(state.problem, state.holdout_campaign))
+
+
+def prepare_fits(state: State) -> State:
+    """The nuisances' columns and the step of finite differences."""
+    nuisance_jacobian = nuisance_columns(state.problem, state.nominal)
+    return replace(state, nuisance_jacobian=nuisance_jacobian, problem=choose_difference_step(state.problem))

@@ -1,0 +1,90 @@
+"""Stages after the search: probabilities of hypotheses and effects, and the budget of the gap."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import replace
+
+import numpy as np
+
+from ...core.errors import SimulationError
+from ..analysis.budget import Alternative, budget
+from ..selection.calibration import Calibration
+from ..selection.evidence import RankedHypothesis
+from ..selection.posterior import Evidence, inclusions, temper, weigh
+from ..selection.subsets import complete_subsets
+from .state import Inclusion, State
+
+
+def weigh_hypotheses(state: State) -> State:
+    """Probabilities of all hypotheses that were looked at, and of every effect and group."""
+    problem, calibration = state.problem, Calibration.load()
+    evidence = [_evidence(r) for r in state.ranked]
+    posterior = weigh(evidence, calibration, len(problem.observations))
+    groups = {c.id: c.group for c in problem.candidates}
+    effects, of_groups = inclusions(posterior, groups, calibration, problem.settings.posterior.plain_energy)
+    order = np.argsort(-posterior.probability, kind="stable")
+    state = replace(
+        state, ranked=tuple(state.ranked[k] for k in order),
+        probabilities=tuple(float(posterior.probability[k]) for k in order),
+    )  # fmt: skip
+    made = {id: temper(p, _doubts(state, frozenset([id]))) for id, p in effects.items()}
+    members = {g: frozenset(id for id, own in groups.items() if own == g) for g in of_groups}
+    told = {
+        g: max([temper(p, _doubts(state, members[g])), *(made[id] for id in members[g])]) for g, p in of_groups.items()
+    }
+    return replace(state, inclusion=Inclusion(made, told, groups))
+
+
+def _evidence(r: RankedHypothesis) -> Evidence:
+    price = sum(value for key, value in r.terms.items() if key != "fit")
+    return Evidence(r.hypothesis.ids, r.structured_energy, price)
+
+
+def _doubts(state: State, members: frozenset[str]) -> list[float]:
+    """What the odds of effects are multiplied by: their best fit stands at a bound, the search was cut off."""
+    settings = state.problem.settings.posterior
+    made = [settings.unfinished] if state.unfinished else []
+    having = next((r for r in state.ranked if members & set(r.hypothesis.ids)), None)
+    if having is not None and at_bound(having, members):
+        made.append(settings.at_bound)
+    return made
+
+
+def at_bound(r: RankedHypothesis, members: frozenset[str]) -> list[str]:
+    """Parameters of some effects that stand at an end of their range in a hypothesis."""
+    fit = r.hypothesis.fit
+    own = {x.name for c in r.hypothesis.candidates if c.id in members for x in c.parameters if not x.shape}
+    return [x.name for x, end in zip(fit.parameters, fit.at_bound, strict=True) if end and x.name in own]
+
+
+def share_gap(state: State) -> State:
+    """The budget, averaged over the plausible hypotheses, each with all subsets of its effects refitted."""
+    settings = state.problem.settings.budget
+    least = settings.least_probability * state.probabilities[0]
+    plausible = [(r, p) for r, p in zip(state.ranked, state.probabilities, strict=True) if p >= least]
+    alternatives: list[Alternative] = []
+    warnings = list(state.warnings)
+    for r, p in plausible[: settings.alternatives]:
+        try:
+            alternatives.append(Alternative(p, _residuals(state, r)))
+        except SimulationError as error:  # of held-out runs
+            warnings.append(f"{r.hypothesis.label}: {error}")
+    if not alternatives:
+        alternatives.append(Alternative(1.0, {frozenset(): state.after(state.ranked_baseline)}))
+    total = sum(a.probability for a in alternatives)
+    alternatives = [replace(a, probability=a.probability / total) for a in alternatives]
+    groups = {c.label: c.group for c in state.problem.candidates}
+    made = budget(state.scoring.observations, alternatives, groups, settings)
+    return replace(state, alternatives=tuple(alternatives), budget=made, warnings=tuple(warnings))
+
+
+def _residuals(state: State, r: RankedHypothesis) -> dict[frozenset[str], np.ndarray]:
+    subsets = complete_subsets(state.problem, state.ranked, r, state.nuisance_jacobian)
+    return {labels: state.after(subset) for labels, subset in subsets.items()}
+
+
+def named_effects(state: State, sure: float) -> Sequence[str]:
+    """Ids of the effects with that inclusion probability and more, the surest first."""
+    found = [(p, id) for id, p in state.inclusion.effects.items() if p >= sure]
+    return [id for _, id in sorted(found, key=lambda entry: -entry[0])]

@@ -1,0 +1,180 @@
+"""What a diagnosis knows at some stage; every stage returns a new one."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field, replace
+from typing import Any
+
+import numpy as np
+
+from ...master.pool import Pool
+from ..analysis.budget import Alternative, Budget
+from ..analysis.character import Character
+from ..analysis.component_replay import Replay
+from ..analysis.experiment_design import NextMeasurement
+from ..analysis.localisation import Place
+from ..analysis.residual_structure import Structure
+from ..analysis.verdict import verdict
+from ..campaign.campaign import Campaign, CampaignError
+from ..campaign.catalogue import Catalogue
+from ..problem.build import build_problem
+from ..problem.noise import rms
+from ..problem.problem import Problem
+from ..problem.stop import StopToken
+from ..selection.evidence import RankedHypothesis
+from ..selection.greedy_screening import ResponseCurve
+from ..selection.hypothesis import Hypothesis, is_adequate
+from ..settings import DEFAULT, Settings
+from .holdout import HoldoutRuns, split_runs
+
+
+def _not_yet() -> np.ndarray:
+    return np.zeros(0)
+
+
+@dataclass(frozen=True)
+class Inclusion:
+    """Calibrated probability that an effect, or any effect of a group, is in the machine."""
+
+    effects: Mapping[str, float]
+    groups: Mapping[str, float]
+    group_of: Mapping[str, str]
+
+
+@dataclass(frozen=True, eq=False)
+class State:
+    """Filled from top to bottom."""
+
+    problem: Problem
+    """Of the runs that are learned from."""
+    holdout_campaign: Campaign | None
+    """The runs that are held out, before they are simulated."""
+    package_step: float
+    """Macro step that the package asks for [s]."""
+    nominal: np.ndarray = field(default_factory=_not_yet)
+    """The model as delivered (n,)."""
+    step_change: np.ndarray = field(default_factory=_not_yet)
+    """How far halving the package's step moves each entry (n,)."""
+    chosen_step: float = 0.0
+    """Macro step of exact runs that the delivered model needs [s]."""
+    holdout: HoldoutRuns | None = None
+    nuisance_jacobian: np.ndarray = field(default_factory=_not_yet)
+    """(n, m)."""
+    baseline: Hypothesis | None = None
+    """The refit of the base parameters."""
+    curves: tuple[ResponseCurve, ...] = ()
+    """What screening said of each effect."""
+    singles: tuple[Hypothesis, ...] = ()
+    pairs: tuple[Hypothesis, ...] = ()
+    ranked: tuple[RankedHypothesis, ...] = ()
+    """All hypotheses, the best first."""
+    structure: Structure | None = None
+    probabilities: tuple[float, ...] = ()
+    """Of the ranked hypotheses, which are then in their order; they add up to 1."""
+    inclusion: Inclusion = field(default_factory=lambda: Inclusion({}, {}, {}))
+    alternatives: tuple[Alternative, ...] = ()
+    """Plausible hypotheses with what every subset of their effects leaves on the scoring data."""
+    budget: Budget | None = None
+    masks: Mapping[str, np.ndarray] = field(default_factory=dict)
+    """Regions of the scoring data, by name."""
+    places: tuple[Place, ...] = ()
+    replays: tuple[Replay, ...] = ()
+    reduction_ci: tuple[float, float] = (0.0, 0.0)
+    character: Character | None = None
+    """Of what is unexplained."""
+    next_measurements: tuple[NextMeasurement, ...] = ()
+    """Changes of conditions and channels to add, the best first."""
+    warnings: tuple[str, ...] = ()
+    noise_widened: str = ""
+    """What is to be said where the noise was widened beyond what is stated or estimated."""
+    unfinished: str = ""
+    """The stage in which the diagnosis was asked to stop."""
+    seconds: Mapping[str, float] = field(default_factory=dict)
+    """Wall time of each stage [s]."""
+    sections: Mapping[str, Any] = field(default_factory=dict)
+    """What a stage adds to diagnosis.json, by its key there; JSON values."""
+
+    @property
+    def scoring(self) -> Problem:
+        """The problem on whose data gaps are stated: the held-out runs, or all data with folds left out in turn."""
+        return self.holdout.problem if self.holdout else self.problem
+
+    @property
+    def held_out_how(self) -> str:
+        """What held-out means here."""
+        return "runs that the campaign holds out" if self.holdout else "stretches of time predicted from the rest"
+
+    @property
+    def before(self) -> np.ndarray:
+        """Normalised residual of the model as delivered, on the scoring data."""
+        return self.holdout.before if self.holdout else self.problem.observations.whiten(self.nominal)
+
+    @property
+    def refit(self) -> Hypothesis:
+        """The baseline; a stage that comes before its fit has no use of it."""
+        if self.baseline is None:
+            raise ValueError("the base parameters have not been fitted yet")
+        return self.baseline
+
+    @property
+    def hypotheses(self) -> list[Hypothesis]:
+        """All that were fitted by the search."""
+        return [self.refit, *self.singles, *self.pairs]
+
+    @property
+    def ranked_baseline(self) -> RankedHypothesis:
+        """The refit of the base parameters among the ranked."""
+        return next(r for r in self.ranked if not r.hypothesis.candidates)
+
+    def is_named(self, id: str) -> bool:
+        """Whether an effect is probable enough to be named, itself or as a member of its group."""
+        least, inclusion = self.problem.settings.posterior.named, self.inclusion
+        return max(inclusion.effects[id], inclusion.groups[inclusion.group_of[id]]) >= least
+
+    @property
+    def chosen(self) -> RankedHypothesis:
+        """The most probable hypothesis of named effects only, else the baseline: its parameters are reported."""
+        named = (r for r in self.ranked if all(self.is_named(id) for id in r.hypothesis.ids))
+        return next(named, self.ranked_baseline)
+
+    @property
+    def verdict(self) -> str:
+        """explained, explained_in_part, no_significant_gap or unexplained."""
+        settings, inclusion = self.problem.settings, self.inclusion
+        adequate = is_adequate(self.problem, self.ranked_baseline.hypothesis.fit)
+        scatter = self.problem.stated_scatter
+        return verdict(
+            self.shared_out, inclusion.effects, inclusion.groups, adequate, scatter, settings.posterior, settings.budget
+        )  # fmt: skip
+
+    @property
+    def shared_out(self) -> Budget:
+        """The budget; a stage that comes before it has no use of it."""
+        if self.budget is None:
+            raise ValueError("the gap has not been shared out yet")
+        return self.budget
+
+    def after(self, ranked: RankedHypothesis) -> np.ndarray:
+        """Normalised residual of a hypothesis on the scoring data."""
+        if not self.holdout:
+            return ranked.held_out
+        return self.holdout.after(ranked.hypothesis.fit, self.problem)
+
+    def gap(self, ranked: RankedHypothesis) -> float:
+        """Held-out normalised RMS of a hypothesis."""
+        return rms(self.after(ranked))
+
+    def with_section(self, key: str, value: Any) -> State:
+        """With a section of diagnosis.json."""
+        return replace(self, sections={**self.sections, key: value})
+
+
+def begin(campaign: Campaign, catalogue: Catalogue, pool: Pool, stop: StopToken, settings: Settings = DEFAULT) -> State:
+    """The state in which a diagnosis begins: the campaign posed for its package."""
+    if all(r.use == "holdout" for r in campaign.runs):
+        remedy = "so there is nothing to fit; take that out of one run at least"
+        raise CampaignError(f"{campaign.file}: every run has use = 'holdout', {remedy}")
+    learn, *held = split_runs(campaign)
+    problem = build_problem(learn, catalogue, pool, stop, settings)
+    return State(problem, held[0] if held else None, problem.macro_step, warnings=problem.warnings)

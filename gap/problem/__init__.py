@@ -1,0 +1,1 @@
+"""What is asked of the simulations: observations, noise, sensors, estimated parameters, step sizes."""

@@ -1,0 +1,144 @@
+"""The catalogue's entries as parameters to be estimated; what does not fit the package is told here."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Mapping, Sequence
+from typing import Any
+
+from ...core.errors import CosimError, UnknownNameError, did_you_mean
+from ...core.repeated import repeated
+from ...master.session import Session
+from ..campaign.campaign import Campaign, CampaignError
+from ..campaign.catalogue import Catalogue, Effect
+from ..campaign.catalogue import Sensor as SensorEffect
+from ..settings import ParameterSettings
+from .observations import Observations
+from .parameters import EffectCandidate, EstimatedParameter
+from .problem import RunConditions, matching
+
+
+def addresses_of(name: str, values: Mapping[str, Any], where: str) -> tuple[str, ...]:
+    """The addresses that a name means; raises `UnknownNameError`."""
+    found = matching(name, values)
+    if not found:
+        raise UnknownNameError(f"{where}: no component has a parameter '{name}'{did_you_mean(name, list(values))}")
+    return found
+
+
+def connector_of(entry: str, session: Session, connector: str) -> tuple[bool, int]:
+    """Whether the connector of an entry is an output, and its slot."""
+    try:
+        return session.place(connector)
+    except UnknownNameError as error:
+        raise UnknownNameError(f"{entry}: {error}") from None
+
+
+def base_parameters(
+    campaign: Campaign, catalogue: Catalogue, runs: Sequence[RunConditions], warnings: list[str],
+    settings: ParameterSettings,
+) -> tuple[EstimatedParameter, ...]:  # fmt: skip
+    """The base parameters of catalogue and campaign; what is held instead is added to the warnings."""
+    values = runs[0].values
+    tolerances = _tolerances(campaign, catalogue, values)
+    changed = {a: e.id for e in catalogue.effects for p in e.parameters for a in (p.address, *p.also)}
+    made = []
+    for addresses, tolerance in tolerances.items():
+        if tolerance == 0.0:
+            continue
+        for a in addresses:
+            if a in changed:
+                raise CampaignError(f"base {a}: that is what effect {changed[a]} changes; leave it out of the base")
+            if isinstance(values[a], (bool, str)) or not isinstance(values[a], (int, float)):
+                raise CampaignError(f"base {a}: {values[a]!r} is no number that could be refitted")
+        if all(info.values[a] == 0.0 for info in runs for a in addresses):
+            warnings.append(f"base parameter '{addresses[0]}' is 0 and has no relative tolerance; it is held")
+            continue
+        reach = settings.base_reach
+        made.append(
+            EstimatedParameter(addresses[0], "base", 1.0, tolerance, -reach, reach, settings.base_std, addresses)
+        )
+    return tuple(made)
+
+
+def _tolerances(campaign: Campaign, catalogue: Catalogue, values: Mapping[str, Any]) -> dict[tuple[str, ...], float]:
+    """Tolerance by addresses; those of the campaign count."""
+    tolerances = {}
+    for b in catalogue.base:
+        tolerances[addresses_of(b.parameter, values, f"base {b.parameter}")] = b.tolerance
+    for name, tolerance in campaign.base.items():
+        tolerances[addresses_of(name, values, f"{campaign.file}: base {name}")] = tolerance
+    told = [a for addresses in tolerances for a in addresses]
+    if (twice := repeated(told)) is not None:
+        raise CampaignError(f"{campaign.file}: base: two entries mean '{twice}'; name it in full in one of them only")
+    return tolerances
+
+
+def effect_candidates(
+    campaign: Campaign, catalogue: Catalogue, runs: Sequence[RunConditions], observations: Observations,
+    warnings: list[str], settings: ParameterSettings,
+) -> tuple[EffectCandidate, ...]:  # fmt: skip
+    """The effects of the machine, and those of every channel's sensor."""
+    made = [_effect(e, runs, warnings, settings) for e in catalogue.effects]
+    channels = [c for k, c in enumerate(campaign.outputs) if any(b.channel == k for b in observations.blocks)]
+    for s in catalogue.sensors:
+        for k, c in enumerate(campaign.outputs):
+            if c in channels:
+                made.append(_sensor(s, c.connector, float(observations.span[k]), len(channels), settings))
+    return tuple(made)
+
+
+def _effect(
+    effect: Effect, runs: Sequence[RunConditions], warnings: list[str], settings: ParameterSettings
+) -> EffectCandidate:
+    parameters = []
+    for p in effect.parameters:
+        for address in (p.address, *p.also):
+            if address not in runs[0].values:
+                hint = did_you_mean(address, list(runs[0].values))
+                raise UnknownNameError(f"effect {effect.id}: the package has no parameter '{address}'{hint}")
+        start = float(runs[0].values[p.address])
+        if any(info.values[p.address] != start for info in runs):
+            warnings.append(f"effect {effect.id}: '{p.address}' differs between the runs; the first run's counts")
+        low, high = (p.low - start) / p.prior, (p.high - start) / p.prior
+        parameters.append(
+            EstimatedParameter(
+                p.address, "effect", start, p.prior, min(low, 0.0), max(high, 0.0), settings.effect_std,
+                (p.address, *p.also), p.shape, tuple((v - start) / p.prior for v in p.starts),
+            )
+        )  # fmt: skip
+    return EffectCandidate(effect.id, effect.text, effect.group, tuple(sorted(parameters, key=lambda u: u.shape)))
+
+
+def _sensor(
+    effect: SensorEffect, connector: str, span: float, channels: int, settings: ParameterSettings
+) -> EffectCandidate:
+    scale = effect.prior * (span if effect.quantity == "bias" else 1.0)
+    name = f"sensor.{connector}.{effect.quantity}"
+    low, high = (effect.low - effect.neutral) / effect.prior, (effect.high - effect.neutral) / effect.prior
+    parameter = EstimatedParameter(name, "sensor", effect.neutral, scale, low, high, settings.effect_std)
+    return EffectCandidate(effect.id, effect.text, effect.group, (parameter,), 1.0 / channels)
+
+
+def check_catalogue(catalogue: Catalogue, session: Session) -> None:
+    """Every entry has to be of the package, and its values such that the FMUs take them; nothing is found out later."""
+    known = session.values()
+
+    def check_values(entry: str, address: str, values: Iterable[float]) -> None:
+        if any(isinstance(known[a], (bool, str)) for a in addresses_of(address, known, entry)):
+            raise CampaignError(f"{entry}: '{address}' is no real number")
+        for value in values:
+            try:
+                session.values({address: value})
+            except CosimError as error:
+                raise CampaignError(f"{entry}: {error}") from None
+
+    for effect in catalogue.effects:
+        for p in effect.parameters:
+            for address in (p.address, *p.also):
+                check_values(f"effect {effect.id}", address, (p.low, p.high))
+    for e in catalogue.experiments:
+        check_values(f"experiment {e.parameter}", e.parameter, e.values)
+    for m in catalogue.measurables:
+        connector_of(f"measurable {m.connector}", session, m.connector)
+    for region in catalogue.regions:
+        connector_of(f"region '{region.text}'", session, region.signal)

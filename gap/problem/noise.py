@@ -1,0 +1,63 @@
+"""How finely a channel can be read: noise and quantisation, from the data alone."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from ..settings import NoiseSettings
+
+_DEFAULT = NoiseSettings()
+
+
+def rms(residual: np.ndarray) -> float:
+    """Root mean square."""
+    return float(np.sqrt(np.mean(residual * residual)))
+
+
+def quantisation_step(y: np.ndarray, settings: NoiseSettings = _DEFAULT) -> float:
+    """The step of the converter if the readings y (n,) lie on a grid of not too many steps, otherwise 0."""
+    levels = np.unique(y)
+    if len(levels) < 3 or len(levels) > 0.8 * len(y):
+        return 0.0
+    gaps = np.diff(levels)
+    step = float(gaps.min())
+    span = float(levels[-1] - levels[0])
+    if step <= 1e-9 * max(abs(levels[0]), abs(levels[-1])) or span / step > settings.max_quantisation_levels:
+        return 0.0
+    whole = gaps / step
+    return step if np.mean(np.abs(whole - np.round(whole)) < 0.05) > 0.95 else 0.0
+
+
+def estimate_noise_std(y: np.ndarray, settings: NoiseSettings = _DEFAULT) -> float:
+    """Standard deviation of white noise on a smooth signal y (n,), in its unit.
+
+    Third differences remove what a parabola can follow; a window in which the signal itself is rough says too much, so
+    the quieter half of the windows counts. For white noise the estimate is unbiased.
+    """
+    if len(y) < 8:
+        return 0.0
+    d = np.diff(y, 3) / np.sqrt(20.0)
+    count = max(1, len(d) // settings.window)
+    powers = np.array([np.mean(part * part) for part in np.array_split(d, count)])
+    still = powers > 1e-30 * max(1.0, float(np.max(np.abs(y))) ** 2)
+    if not still.any():
+        return 0.0
+    powers = np.sort(powers[still])
+    # the expectation of the quieter half's mean, for white noise with the correlation of third differences
+    quiet = powers[: max(1, (len(powers) + 1) // 2)].mean()
+    return float(np.sqrt(quiet / _quiet_share(len(powers))))
+
+
+def _quiet_share(windows: int) -> float:
+    """Mean of the lower half of the windows' powers over the mean of all, for white noise; tends to 0.74 for many."""
+    if windows == 1:
+        return 1.0
+    return 0.74 + 0.26 / windows
+
+
+def estimate_channel_noise(y: np.ndarray, settings: NoiseSettings = _DEFAULT) -> float:
+    """Noise of a channel's readings y (n,) in their unit: white noise or the converter's step, never zero."""
+    step = quantisation_step(y, settings) / np.sqrt(12.0)
+    noise = max(estimate_noise_std(y, settings), step)
+    tiny = 1e-6 * float(np.ptp(y)) or 1e-9 * float(np.max(np.abs(y))) or 1e-12
+    return float(max(noise, tiny))

@@ -1,0 +1,252 @@
+"""The measurements of a campaign as one long vector, and the model's answer to each of its entries.
+
+Entries are grouped in blocks, one per run and channel. Everything is in the unit of the FMU's variable; residuals are
+divided by the noise of each entry, so they are dimensionless: normalised.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field, replace
+from typing import NamedTuple
+
+import numpy as np
+
+from ..settings import NoiseSettings
+from .noise import estimate_noise_std
+from .sensors import Sensor
+
+
+@dataclass(frozen=True)
+class EventObservation:
+    """When a signal comes to stay within `within` of `target` until `until` [s], from `after` [s]; a limit clips it.
+
+    first: when it comes there for the first time, whether it stays or not.
+    """
+
+    target: float
+    within: float
+    after: float
+    low: float = -np.inf
+    high: float = np.inf
+    until: float = np.inf
+    first: bool = False
+
+    def read(self, t: np.ndarray, x: np.ndarray) -> float:
+        """The duration [s] in the signal x (n,) at times t (n,), between samples by a straight line.
+
+        A signal that does not arrive is continued with its mean speed until then, at least a twentieth of the way long.
+        """
+        end = max(2, int(np.searchsorted(t, self.until, side="right")))
+        t, x = t[:end], x[:end]
+        away = np.abs(x - self.target) - self.within
+        start = int(np.searchsorted(t, self.after))
+        outside = away[start:] > 0.0
+        if self.first and not outside.all():
+            outside[int(np.argmin(outside)) :] = False
+        if not outside.any():
+            found = 0.0
+        else:
+            k = start + int(np.flatnonzero(outside)[-1])
+            if k + 1 < len(t):
+                found = t[k] + (t[k + 1] - t[k]) * away[k] / (away[k] - away[k + 1]) - self.after
+            else:
+                path = max(abs(x[-1] - x[start]), 0.05 * abs(x[start] - self.target), 1e-12)
+                found = (t[-1] - self.after) * (1.0 + away[-1] / path)
+        return float(min(max(found, self.low), self.high))
+
+
+@dataclass(frozen=True, eq=False)
+class Block:
+    """The samples of one channel in one run: times [s], readings, noise, and their place in the long vector.
+
+    With an `event` it is a single reading: a duration.
+    """
+
+    run: int
+    channel: int
+    connector: str
+    t: np.ndarray
+    y: np.ndarray
+    noise_std: float
+    place: slice
+    event: EventObservation | None = None
+    stated: bool = True
+    """The noise is what the campaign says, not what was estimated."""
+
+    @property
+    def interval(self) -> float:
+        """Time between samples [s]."""
+        return float(np.median(np.diff(self.t))) if len(self.t) > 1 else 0.0
+
+
+@dataclass(frozen=True, eq=False)
+class Observations:
+    """All blocks, readings and noise of all entries (n,), and which run, channel and time each entry has."""
+
+    blocks: tuple[Block, ...]
+    y: np.ndarray
+    noise_std: np.ndarray
+    run: np.ndarray
+    channel: np.ndarray
+    time: np.ndarray
+    span: np.ndarray
+    """Largest minus smallest reading of each channel over all runs."""
+    level: np.ndarray
+    """Largest magnitude of a reading of each channel."""
+    settings: NoiseSettings = field(default_factory=NoiseSettings)
+
+    @property
+    def series(self) -> list[Block]:
+        """The blocks that are time series."""
+        return [b for b in self.blocks if b.event is None]
+
+    def __len__(self) -> int:
+        return len(self.y)
+
+    def read(
+        self,
+        grids: Sequence[np.ndarray],
+        rows: Sequence[np.ndarray],
+        columns: Mapping[str, int],
+        sensors: Mapping[str, Sensor] | None = None,
+    ) -> np.ndarray:
+        """What the channels read when run r gives the signals rows[r] (n, signals) at the times grids[r]."""
+        made = np.empty(len(self.y))
+        for b in self.blocks:
+            x = rows[b.run][:, columns[b.connector]]
+            sensor = (sensors or {}).get(b.connector)
+            if b.event is not None:
+                made[b.place] = b.event.read(grids[b.run], x)
+            elif sensor is None:
+                made[b.place] = np.interp(b.t, grids[b.run], x)
+            else:
+                made[b.place] = sensor.read(grids[b.run], x, b.t)
+        return made
+
+    def whiten(self, model: np.ndarray) -> np.ndarray:
+        """Readings minus a long vector, divided by the noise: the normalised residual (n,)."""
+        return (self.y - model) / self.noise_std
+
+    def structured_energy(self, residual: np.ndarray) -> float:
+        """Energy per reading that a normalised residual (n,) shares from one reading to the next.
+
+        Noise shares none, however large it was taken; what a model leaves unexplained is slower than the
+        samples, or swings with them. Zero to within 1/sqrt(n) if only noise is left. Of readings that stand alone it is
+        what they have beyond the noise; and a channel whose noise is stated has no more than that either: what repeats
+        from reading to reading but not from test to test is part of such a noise.
+        """
+        total = 0.0
+        channels: dict[int, np.ndarray] = {}
+        for b in self.blocks:
+            x = residual[b.place]
+            beyond = float(x @ x) - len(x)
+            if b.event is not None:
+                total += beyond
+            elif b.stated:
+                channels.setdefault(b.channel, np.zeros(2))[:] += (
+                    _with_neighbours(x, self.settings.swing_evidence),
+                    beyond,
+                )
+            else:
+                total += _with_neighbours(x, self.settings.swing_evidence)
+        for energy, beyond in channels.values():
+            total += min(energy, max(0.0, beyond))
+        return float(total) / len(self)
+
+    def of_run(self, run: int) -> dict[str, Block]:
+        """The time series of a run by connector."""
+        return {b.connector: b for b in self.series if b.run == run}
+
+    def slope(self, model: np.ndarray) -> np.ndarray:
+        """Rate of change [unit/s] of a long vector along each block."""
+        made = np.zeros(len(self.y))
+        for b in self.blocks:
+            if b.event is None:
+                made[b.place] = np.gradient(model[b.place], b.t)
+        return made
+
+    def with_numerical_error(self, model: np.ndarray, error: np.ndarray) -> Observations:
+        """The same with a noise that has timing jitter on the model's slopes and the model's numerical error in it.
+
+        model, error: (n,), in the unit of the readings.
+        """
+        made, settings = self.without_model_roughness(model), self.settings
+        slope, noise = made.slope(model), made.noise_std.copy()
+        for b in made.blocks:
+            rough = np.sqrt(_smooth(slope[b.place] ** 2, b.t, settings.smoothing))
+            numerical = np.sqrt(_smooth(error[b.place] ** 2, b.t, settings.smoothing))
+            jitter = settings.clock_jitter * b.interval * rough
+            noise[b.place] = np.sqrt(b.noise_std**2 + jitter**2 + numerical**2)
+        return replace(made, noise_std=noise)
+
+    def without_model_roughness(self, model: np.ndarray) -> Observations:
+        """The same without, in estimated noise, what the same estimate makes of the model, which has no noise."""
+        made = []
+        for b in self.blocks:
+            rough = estimate_noise_std(model[b.place]) if not b.stated else 0.0
+            left = float(np.sqrt(max(b.noise_std**2 - rough**2, 0.0)))
+            made.append(replace(b, noise_std=float(max(left, self.settings.least_share * b.noise_std))))
+        return replace(self, blocks=tuple(made))
+
+
+def _with_neighbours(x: np.ndarray, evidence: float) -> float:
+    """Energy that samples (n,) share with the next one, or with the second next where they swing too fast for that."""
+    first, second = float(x[1:] @ x[:-1]), float(abs(x[2:] @ x[:-2]))
+    return second if second > first + evidence * np.sqrt(len(x)) else first
+
+
+def _smooth(x: np.ndarray, t: np.ndarray, width: float) -> np.ndarray:
+    """Running mean of x over +-width [s]."""
+    total = np.concatenate([[0.0], np.cumsum(x)])
+    low, high = np.searchsorted(t, t - width), np.searchsorted(t, t + width, side="right")
+    return np.maximum((total[high] - total[low]) / (high - low), 0.0)
+
+
+def decimate(t: np.ndarray, y: np.ndarray, most: int) -> tuple[np.ndarray, np.ndarray, int]:
+    """Times and readings averaged over m neighbours so that at most `most` are left; and m."""
+    m = -(-len(t) // most)
+    if m == 1:
+        return t, y, 1
+    n = len(t) // m * m
+    return t[:n].reshape(-1, m).mean(1), y[:n].reshape(-1, m).mean(1), m
+
+
+class RawBlock(NamedTuple):
+    """A block before it has its place in the long vector: see `Block`."""
+
+    run: int
+    channel: int
+    connector: str
+    t: np.ndarray
+    y: np.ndarray
+    noise_std: float
+    event: EventObservation | None
+    stated: bool
+
+
+def gather(blocks: Sequence[RawBlock], settings: NoiseSettings | None = None) -> Observations:
+    """The observations of all blocks."""
+    made, place = [], 0
+    for b in blocks:
+        end = place + len(b.t)
+        made.append(Block(b.run, b.channel, b.connector, b.t, b.y, b.noise_std, slice(place, end), b.event, b.stated))
+        place = end
+    channels = 1 + max(b.channel for b in made)
+    span, level = np.zeros(channels), np.zeros(channels)
+    for c in range(channels):
+        parts = [b.y for b in made if b.channel == c and b.event is None]
+        if parts:
+            span[c] = max(np.max([p.max() for p in parts]) - np.min([p.min() for p in parts]), 1e-300)
+            level[c] = max(float(np.abs(p).max()) for p in parts)
+    return Observations(
+        tuple(made),
+        np.concatenate([b.y for b in made]),
+        np.concatenate([np.full(len(b.t), b.noise_std) for b in made]),
+        np.concatenate([np.full(len(b.t), b.run) for b in made]),
+        np.concatenate([np.full(len(b.t), b.channel) for b in made]),
+        np.concatenate([b.t for b in made]),
+        span,
+        level,
+        settings or NoiseSettings(),
+    )

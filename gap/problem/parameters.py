@@ -1,0 +1,65 @@
+"""Quantities to be estimated, and effects as sets of them."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+Point = Mapping[str, float]
+"""Normalised parameters by name; those left out are 0, the model as delivered."""
+
+
+@dataclass(frozen=True)
+class EstimatedParameter:
+    """A quantity to be estimated: value = start + scale * u, low <= u <= high; u has the prior N(0, sd)."""
+
+    name: str
+    kind: str
+    """base (a factor), effect (a parameter's value) or sensor (sensor.<connector>.<quantity>)."""
+    start: float
+    scale: float
+    low: float
+    high: float
+    sd: float
+    addresses: tuple[str, ...] = ()
+    shape: bool = False
+    starts: tuple[float, ...] = ()
+    """Of a shape: normalised values to try first."""
+
+    def value(self, u: float) -> float:
+        """The value of the quantity, without the last digits: what is a range's end but for rounding is that end."""
+        value = float(f"{self.start + self.scale * u:.14g}")
+        return 0.0 if abs(value) < 1e-12 * abs(self.scale) else value
+
+
+@dataclass(frozen=True)
+class EffectCandidate:
+    """A possible cause: an effect of the machine, or one of a sensor."""
+
+    id: str
+    text: str
+    group: str
+    parameters: tuple[EstimatedParameter, ...]
+    weight: float = 1.0
+    """Share of its id's prior probability: an effect of any of n channels is n candidates."""
+
+    @property
+    def label(self) -> str:
+        """The id, with the channel of a sensor's effect."""
+        name = self.parameters[0].name
+        if not name.startswith("sensor."):
+            return self.id
+        return f"{self.id}({name.removeprefix('sensor.').rpartition('.')[0]})"
+
+
+def point_of(parameters: Sequence[EstimatedParameter], u: np.ndarray) -> dict[str, float]:
+    """The point at the normalised values u (k,)."""
+    return {x.name: v for x, v in zip(parameters, u.tolist(), strict=True)}
+
+
+def penalty(parameters: Sequence[EstimatedParameter], u: np.ndarray, biases: np.ndarray | None = None) -> float:
+    """What normalised values u (k,) and sensors' biases cost: their squares in prior standard deviations."""
+    strain = float(sum((v / x.sd) ** 2 for x, v in zip(parameters, u, strict=True)))
+    return strain if biases is None else strain + float(biases @ biases)

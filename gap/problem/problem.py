@@ -1,0 +1,224 @@
+"""What is asked of the simulations: parameters, runs, observations of a campaign, and the model's answer to a point.
+
+A point gives each parameter on its own scale; 0 is the model as delivered. The runs of an estimation take long macro
+steps; a fit corrects them where it stands with the model's own answer, in which the macro step's error is extrapolated
+away: what is numerical must not be taken up by parameters.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Hashable, Mapping, Sequence
+from dataclasses import dataclass, field, replace
+from functools import cached_property
+from typing import Any
+
+import numpy as np
+
+from ...core.units import unit
+from ...master.pool import Failure, Job
+from ..campaign.campaign import Campaign
+from ..campaign.catalogue import Catalogue
+from ..settings import DEFAULT, Settings
+from .discretisation import Discretisation
+from .observations import Observations
+from .parameters import EffectCandidate, EstimatedParameter, Point
+from .sensors import Sensor
+from .simulator import Simulator
+
+
+@dataclass(frozen=True, eq=False)
+class RunConditions:
+    """A run as the simulator needs it."""
+
+    name: str
+    stop: float
+    """End of the run [s]."""
+    changes: dict[str, Any]
+    """Parameters that the campaign states, by address."""
+    inputs: dict[str, tuple[np.ndarray, np.ndarray]]
+    """Measured inputs: times [s] and values in the FMU's unit, by connector."""
+    values: dict[str, Any]
+    """Every parameter in force, by address."""
+
+
+@dataclass(frozen=True, eq=False)
+class Problem:
+    """Made by `build_problem`; answers `evaluate`. Nothing of it is ever rewritten: see `with_discretisation`."""
+
+    campaign: Campaign
+    catalogue: Catalogue
+    simulator: Simulator
+    discretisation: Discretisation
+    runs: tuple[RunConditions, ...]
+    observations: Observations
+    connectors: tuple[str, ...]
+    """What is recorded of a run."""
+    units: dict[str, str]
+    """Unit of each connector in its FMU."""
+    base: tuple[EstimatedParameter, ...]
+    candidates: tuple[EffectCandidate, ...]
+    labels: tuple[str, ...]
+    """Name of each channel: its connector, or the event."""
+    warnings: tuple[str, ...] = ()
+    """What was found odd while the problem was built."""
+    parameter_units: Mapping[str, str] = field(default_factory=dict)
+    signals: frozenset[str] = frozenset()
+    """All connectors of the package."""
+    scenario_stop: float | None = None
+    """Stop time of the package's scenario [s]."""
+    settings: Settings = DEFAULT
+
+    def with_discretisation(self, **changes: Any) -> Problem:
+        """The same problem simulated with other steps or another method."""
+        return replace(self, discretisation=replace(self.discretisation, **changes))
+
+    @property
+    def macro_step(self) -> float:
+        """Macro step of exact runs [s]."""
+        return self.discretisation.macro_step
+
+    @property
+    def fit_step(self) -> float:
+        """Macro step of a fit's runs [s]."""
+        return self.discretisation.fit_step
+
+    @property
+    def stated_scatter(self) -> float:
+        """Mean square of the scatter of the model's form that the campaign states, in noise; 0 where it states none."""
+        stated = np.zeros(len(self.observations))
+        for k, c in enumerate(self.campaign.outputs):
+            scatter = getattr(c, "model_form_scatter", None)
+            if scatter is not None:
+                own = scatter / unit(self.units[c.connector]).factor
+                stated[self.observations.channel == k] = own
+        return float(np.mean((stated / self.observations.noise_std) ** 2))
+
+    @property
+    def stop_requested(self) -> bool:
+        """Whether nothing more is to be begun."""
+        return self.simulator.stop.requested
+
+    @cached_property
+    def parameters(self) -> dict[str, EstimatedParameter]:
+        """All parameters by name."""
+        return {u.name: u for u in (*self.base, *(u for c in self.candidates for u in c.parameters))}
+
+    def changes(self, run: int, point: Point) -> dict[str, Any]:
+        """Parameters to set for the run at that point: its conditions, and what the point says of the model."""
+        return {**self.runs[run].changes, **self.model_values(run, point)}
+
+    def model_values(self, run: int, point: Point) -> dict[str, Any]:
+        """What the point says of the model's parameters; a base parameter is a share of what the run states of it."""
+        info = self.runs[run]
+        made: dict[str, Any] = {}
+        known = self.parameters
+        for name, u in point.items():
+            parameter = known[name]
+            if parameter.kind == "base" and u != 0.0:
+                for address in parameter.addresses:
+                    made[address] = info.values[address] * parameter.value(u)
+            elif parameter.kind == "effect" and u != 0.0:
+                for address in parameter.addresses:
+                    made[address] = parameter.value(u)
+        return made
+
+    def differing_values(self, point: Point) -> dict[str, list[Any]]:
+        """Parameters that the point puts at different values from run to run, for the runs state different ones."""
+        values = [self.model_values(r, point) for r in range(len(self.runs))]
+        each = {a: [v[a] for v in values] for a in values[0]}
+        return {a: v for a, v in each.items() if any(other != v[0] for other in v)}
+
+    def sensors(self, point: Point) -> dict[str, Sensor]:
+        """The sensors at that point, by connector."""
+        known = self.parameters
+        found: dict[str, dict[str, float]] = {}
+        for name, u in point.items():
+            if known[name].kind == "sensor" and u != 0.0:
+                connector, _, quantity = name.removeprefix("sensor.").rpartition(".")
+                found.setdefault(connector, {})[quantity] = known[name].value(u)
+        return {connector: Sensor(**quantities) for connector, quantities in found.items()}
+
+    def grid(self, run: int, step: float) -> np.ndarray:
+        """Times of a run's rows [s]."""
+        return np.arange(self._steps(run, step) + 1) * step
+
+    def _steps(self, run: int, step: float) -> int:
+        return int(np.ceil(self.runs[run].stop / step - 1e-6))
+
+    def rows(
+        self, points: Sequence[Point], step: float | Sequence[float], record: Sequence[str] = (), keep: bool = True,
+        tight: bool | Sequence[bool] = False,
+    ) -> list[list[np.ndarray] | None]:  # fmt: skip
+        """Signals of every run at every point, or None where a run had to stop.
+
+        step, tight: one for all or one for each; runs that are not tight and have a longer step than the exact ones use
+        the catalogue's parameters for estimations.
+        """
+        record = tuple(record) or self.connectors
+        steps = [step] * len(points) if isinstance(step, (int, float)) else step
+        tights = [tight] * len(points) if isinstance(tight, bool) else tight
+        jobs: dict[Hashable, Job] = {}
+        keys: list[list[Hashable]] = []
+        for point, h, exact in zip(points, steps, tights, strict=True):
+            made = [self._job(r, point, h, record, exact) for r in range(len(self.runs))]
+            jobs.update(made)
+            keys.append([key for key, _ in made])
+        names = {key: self.runs[key[0]].name for key in jobs}  # type: ignore[index]
+        found = self.simulator.run(jobs, names, keep)
+        signals: list[list[np.ndarray] | None] = []
+        for wanted in keys:
+            results = [found[key] for key in wanted]
+            arrays = [x for x in results if not isinstance(x, Failure)]
+            signals.append(arrays if len(arrays) == len(results) else None)
+        return signals
+
+    def _job(
+        self, run: int, point: Point, step: float, record: tuple[str, ...], tight: bool
+    ) -> tuple[tuple[Any, ...], Job]:
+        """A simulation, and the key by which it is known."""
+        changes, method = self.changes(run, point), self.discretisation.method
+        if step > self.macro_step and not tight:
+            changes = {**self.catalogue.estimation, **changes}
+        key = (run, step, method, record, tuple(sorted((k, repr(v)) for k, v in changes.items())))
+        stop = self._steps(run, step) * step
+        return key, Job(record, stop, step, changes, self.runs[run].inputs, method=method)
+
+    def read(self, point: Point, rows: Sequence[np.ndarray], step: float) -> np.ndarray:
+        """What the channels read (n,), from the rows of a point."""
+        grids = [self.grid(r, step) for r in range(len(self.runs))]
+        columns = {name: i for i, name in enumerate(self.connectors)}
+        return self.observations.read(grids, rows, columns, self.sensors(point))
+
+    def evaluate(self, points: Sequence[Point]) -> list[np.ndarray | None]:
+        """The model's long vectors at the points from runs at the fit's step; None where a run failed."""
+        return self.answer(points, [])[0]
+
+    def answer(
+        self, coarse: Sequence[Point], exact: Sequence[Point]
+    ) -> tuple[list[np.ndarray | None], list[np.ndarray | None]]:
+        """The long vectors of some points at the fit's step, and of others as `exact` gives them, run side by side."""
+        k, n, d = len(coarse), len(exact), self.discretisation
+        double = n if d.richardson_order else 0
+        points = [*coarse, *exact, *exact[:double]]
+        steps = [d.fit_step] * k + [d.macro_step] * n + [2.0 * d.macro_step] * double
+        found = self.rows(points, steps, tight=[False] * k + [True] * (n + double))
+        made = [None if r is None else self.read(p, r, h) for p, r, h in zip(points, found, steps, strict=True)]
+        one, two = made[k : k + n], made[k + n :]
+        if d.richardson_order:
+            one = [None if y is None or z is None else d.richardson(z, y) for y, z in zip(one, two, strict=True)]
+        return made[:k], one
+
+    def exact(self, points: Sequence[Point]) -> list[np.ndarray | None]:
+        """The long vectors with the macro step's error extrapolated away, from runs at the macro step and at twice
+        that; None where a run failed."""
+        return self.answer([], points)[1]
+
+    def at_step(self, point: Point, step: float) -> np.ndarray | None:
+        """The long vector of a run at a macro step [s], as it is."""
+        rows = self.rows([point], step, tight=True)[0]
+        return None if rows is None else self.read(point, rows, step)
+
+
+def matching(name: str, values: Mapping[str, Any]) -> tuple[str, ...]:
+    """The addresses that a name means: itself, or without a component that parameter wherever it exists."""
+    return (name,) if name in values else tuple(a for a in values if a.partition(".")[2] == name)

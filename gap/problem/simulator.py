@@ -1,0 +1,44 @@
+"""Runs of a package for one problem: side by side in the pool, the latest kept so that none is run twice in a row."""
+
+from __future__ import annotations
+
+from collections import OrderedDict
+from collections.abc import Hashable, Mapping
+
+import numpy as np
+
+from ...master.pool import Failure, Job, Pool
+from .stop import StopToken
+
+Rows = np.ndarray | Failure
+
+
+class Simulator:
+    """Simulates jobs and remembers them; also what was seen of the simulations' smoothness, and the last failure."""
+
+    def __init__(self, pool: Pool, stop: StopToken | None = None, kept: int = 150):
+        """kept: number of runs that are remembered."""
+        self.pool = pool
+        self.stop = stop or StopToken()
+        self.smooth: dict[str, bool] = {}
+        """Whether runs are smooth in an effect's parameter at the differences' step, as far as that has been seen."""
+        self.failure = ""
+        """The last run that could not be simulated, and why."""
+        self._kept: OrderedDict[Hashable, Rows] = OrderedDict()
+        self._capacity = kept
+
+    def run(
+        self, jobs: Mapping[Hashable, Job], names: Mapping[Hashable, str], keep: bool = True
+    ) -> dict[Hashable, Rows]:
+        """Signals (n, len(record)) or the failure of every job; names: of their runs, for messages."""
+        known = {key: self._kept[key] for key in jobs if key in self._kept}
+        fresh_keys = [key for key in jobs if key not in known]
+        fresh = dict(zip(fresh_keys, self.pool.run([jobs[key] for key in fresh_keys]), strict=True))
+        for key, result in fresh.items():
+            if isinstance(result, Failure):
+                self.failure = f"run '{names[key]}': {result.reason}"
+        if keep:
+            self._kept.update(fresh)
+            while len(self._kept) > self._capacity:
+                self._kept.popitem(last=False)
+        return {**known, **fresh}

@@ -1,0 +1,142 @@
+"""Which steps the simulations of a diagnosis take: macro steps, and those of finite differences.
+
+What a macro step changes is never called physics. A coupling of second order leaves next to nothing of it, else its
+error is extrapolated away (`Problem.exact`), first for the model as delivered; but an effect may bring the machine near
+to swinging, where its motion depends on the step as it never did before, so the best fits are asked again
+(`selection.greedy_steps`).
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+from itertools import pairwise
+
+import numpy as np
+
+from ...core.errors import SimulationError
+from .noise import rms
+from .problem import Problem
+
+
+@dataclass(frozen=True, eq=False)
+class StepAssessment:
+    """The problem with a discretisation and a noise that allow for the macro step's error."""
+
+    problem: Problem
+    nominal: np.ndarray
+    """The model as delivered (n,)."""
+    change: np.ndarray
+    """How far halving the package's step moves each entry (n,)."""
+
+
+def assess_step_error(problem: Problem) -> StepAssessment:
+    """Run the model as delivered at its step and at half of it.
+
+    Settles by which method and order the problem's runs are made, and widens its noise by what that leaves.
+    """
+    name, h, settings = problem.campaign.system.name, problem.macro_step, problem.settings.numerics
+    at_step = problem.at_step({}, h)
+    if at_step is None:
+        hint = "; are the inputs in the units that the campaign says?" if problem.campaign.inputs else ""
+        failure = problem.simulator.failure
+        raise SimulationError(f"{name}: the model as delivered does not run the campaign: {failure}{hint}")
+    half = problem.at_step({}, h / 2.0)
+    if half is None:
+        raise SimulationError(f"{name}: the model does not run at half its step: {problem.simulator.failure}")
+    numerical = left = at_step - half
+    change = rms(numerical / problem.observations.noise_std)
+    if change > settings.second_order_from and (better := _second_order(problem, change)) is not None:
+        return replace(better, change=numerical)
+    double = problem.at_step({}, 2.0 * h) if change > settings.extrapolate_from else None
+    if double is not None:
+        doubled = rms((double - at_step) / problem.observations.noise_std)
+        problem = problem.with_discretisation(richardson_order=2 if doubled > 2.0**1.5 * change else 1)
+        richardson = problem.discretisation.richardson
+        left = richardson(double, at_step) - richardson(at_step, half)
+    return StepAssessment(_widened(problem, at_step, left), at_step, numerical)
+
+
+def simulate_as_chosen(problem: Problem, chosen: Problem) -> StepAssessment:
+    """The model as delivered for other runs, simulated as was chosen for those of a problem."""
+    d = chosen.discretisation
+    problem = problem.with_discretisation(macro_step=d.macro_step, richardson_order=d.richardson_order, method=d.method)
+    factors = (2.0, 1.0, 0.5) if d.richardson_order else (1.0, 0.5)
+    runs = [problem.at_step({}, d.macro_step * k) for k in factors]
+    found = [run for run in runs if run is not None]
+    if len(found) < len(runs):
+        name, failure = problem.campaign.system.name, problem.simulator.failure
+        raise SimulationError(f"{name}: the model as delivered does not run what is held out: {failure}")
+    limits = [d.richardson(a, b) for a, b in pairwise(found)] if d.richardson_order else found
+    error = limits[0] - limits[1]
+    return StepAssessment(_widened(problem, found[-2], error), found[-2], error)
+
+
+def _widened(problem: Problem, model: np.ndarray, error: np.ndarray) -> Problem:
+    return replace(problem, observations=problem.observations.with_numerical_error(model, error))
+
+
+def _second_order(problem: Problem, change: float) -> StepAssessment | None:
+    """The model as delivered by a coupling of second order where that gains.
+
+    What runs tend to as the step goes to 0 is the same by every method. The macro step is then the longest one with an
+    error that does not matter, or the package's with the error extrapolated away.
+    """
+    h, settings, noise = problem.macro_step, problem.settings.numerics, problem.observations.noise_std
+    problem = problem.with_discretisation(method=settings.second_order_method)
+    here, half = (problem.at_step({}, step) for step in (h, h / 2.0))
+    if here is None or half is None or rms((here - half) / noise) > settings.second_order_gain * change:
+        return None
+    left = here - half
+    if rms(left / noise) > settings.extrapolate_from:
+        problem = problem.with_discretisation(richardson_order=2)
+        return StepAssessment(_widened(problem, here, left), here, left)
+    for _ in range(settings.second_order_doublings):
+        there = problem.at_step({}, 2.0 * problem.macro_step)
+        if there is None or rms((there - here) / noise) > settings.second_order_error:
+            break
+        problem = problem.with_discretisation(macro_step=2.0 * problem.macro_step)
+        left, here = there - here, there
+    return StepAssessment(_widened(problem, here, left), here, left)
+
+
+def choose_fit_step(problem: Problem, nominal: np.ndarray, package_step: float) -> Problem:
+    """With the longest step of a fit whose runs are near enough to be corrected.
+
+    nominal: the model as delivered (n,); package_step: of which it is at most some multiple [s].
+    """
+    settings = problem.settings.numerics
+    longest = settings.coarsenings[0] * package_step * (1.0 + 1e-9)
+    for coarsening in settings.coarsenings:
+        trial = problem.with_discretisation(coarsening=coarsening)
+        if trial.fit_step > longest:
+            continue
+        if coarsening == 1:
+            return trial
+        y = trial.evaluate([{}])[0]
+        if y is not None and rms((y - nominal) / problem.observations.noise_std) < settings.coarse_error:
+            return trial
+    return problem.with_discretisation(coarsening=settings.coarsenings[-1])
+
+
+def choose_difference_step(problem: Problem) -> Problem:
+    """With the smallest finite difference at which the simulations are smooth.
+
+    A change of all base parameters at once is compared with half of that of twice the step: runs of a solver that
+    chooses its steps differ by its tolerance, however small the change is.
+    """
+    settings = problem.settings.numerics
+    if not problem.base:
+        return problem
+    signs = np.random.default_rng(0).choice([-1.0, 1.0], len(problem.base))
+    for h in settings.difference_steps:
+        problem = problem.with_discretisation(difference_step=h)
+        points = [{x.name: k * h * s for x, s in zip(problem.base, signs, strict=True)} for k in (0.0, 1.0, 2.0)]
+        here, one, two = problem.evaluate(points)
+        if here is None or one is None or two is None:
+            continue
+        first, second = one - here, two - one
+        seen = np.abs(first) >= max(float(np.median(np.abs(first))), 1e-300)
+        smooth = settings.smooth_within
+        if seen.any() and np.median(np.abs((second - first)[seen] / first[seen])) < smooth:
+            break
+    return problem

@@ -1,0 +1,284 @@
+"""The contents of diagnosis.json, schema 2."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from typing import Any
+
+import numpy as np
+
+from ..analysis.budget import Alternative, split
+from ..analysis.character import nearest_effects
+from ..analysis.experiment_design import NextMeasurement
+from ..analysis.verdict import NO_GAP
+from ..estimation.cross_validation import predict_each_run
+from ..pipeline.diagnosis import Diagnosis
+from ..pipeline.state import State
+from ..problem.noise import rms
+from .headline import headline
+from .moments import contrasts, events, has_moments
+from .naming import members
+from .parameters import moved_base, parameters
+
+SCHEMA = 2
+
+METRIC = (
+    "share of what a refit within the tolerances leaves: squared normalised residual above the noise, held-out data"
+)
+
+
+def document(d: Diagnosis) -> dict[str, Any]:
+    """All that was found, as JSON values."""
+    s = d.state
+    moments = events(s) if has_moments(s) else []
+    divided = budget(s)
+    chosen = s.chosen.hypothesis.fit
+    made: dict[str, Any] = {
+        "schema": SCHEMA, "campaign": s.problem.campaign.name, "verdict": s.verdict,
+        "headline": headline(s, divided, moments), "finished": not s.unfinished, "unfinished_stage": s.unfinished,
+        "budget": divided,
+        "calibration": {"moved": moved_base(s.problem, chosen, s.nuisance_jacobian)},
+        "effects": effects(s),
+        "hypotheses": hypotheses(s),
+        "reduction": reduction(s),
+        "observations": observations(s),
+        "where": where(s),
+        "replay": replay(s),
+        "curves": [],
+        "next_experiment": None, "next_channel": None,
+        "numerics": numerics(s),
+        "warnings": list(dict.fromkeys(s.warnings)),
+        "timing": {"wall_s": d.seconds, "simulations": d.simulations, "stages": dict(s.seconds)},
+        "settings": s.problem.settings.as_dict(),
+        "evidence": evidence(s),
+        **s.sections,
+    }  # fmt: skip
+    if moments:
+        made |= {"events": moments, "contrasts": contrasts(s.problem, moments)}
+    if s.next_measurements:
+        made["next_experiment"] = _measurement(s.next_measurements[0])
+        channel = next((n for n in s.next_measurements if "channel" in n.change), None)
+        made["next_channel"] = None if channel is None else _measurement(channel)
+    return made
+
+
+def budget(s: State) -> dict[str, Any]:
+    """What calibration, each effect and nothing account for: in all, by channel, run and region."""
+    shared, scoring = s.shared_out, s.scoring
+    made: dict[str, Any] = {
+        "metric": METRIC, "held_out": s.held_out_how, "noise": 1.0, "delivered": rms(s.before),
+        "calibrated": shared.calibrated, "explained": shared.explained, "parts": parts(s),
+    }  # fmt: skip
+    made["per_channel"] = {
+        label: _channel(s, k, label) for k, label in enumerate(scoring.labels)
+        if (scoring.observations.channel == k).any()
+    }  # fmt: skip
+    made["per_run"] = _runs(s)
+    made["per_region"] = {name: _steps(s, mask) for name, mask in s.masks.items()}
+    return made
+
+
+def parts(s: State) -> list[dict[str, Any]]:
+    """The shares; they add up to 1."""
+    shared, minor = s.shared_out, s.problem.settings.budget.minor
+    texts = {c.id: c.text for c in s.problem.candidates}
+    made = []
+    for group, part in sorted(shared.groups.items(), key=lambda item: -item[1].share):
+        own = members(s, group)
+        made.append(
+            {"kind": "effect", "group": group, "effects": own, "text": {e: texts[e] for e in own},
+             "share": part.share, "ci95": list(part.ci95), "inclusion_probability": s.inclusion.groups[group],
+             "minor": part.share < minor, "within_group": _within(s, group), "form": None,
+             "parameters": _part_parameters(s, own)}
+        )  # fmt: skip
+    rest = shared.unexplained
+    named = [id for id in s.inclusion.effects if s.is_named(id)]
+    gains = {c.candidate.id: c.gain for c in reversed(s.curves)}
+    character = s.character.text if s.character is not None and s.verdict != NO_GAP else "within the noise"
+    something = s.character is not None and bool(s.character.channel)
+    count = s.problem.settings.analysis.nearest if something else 0
+    made.append(
+        {"kind": "unexplained", "share": rest.share, "ci95": list(rest.ci95), "rms": shared.explained,
+         "character": character, "nearest": list(nearest_effects(gains, named, count))}
+    )  # fmt: skip
+    return made
+
+
+def _within(s: State, group: str) -> dict[str, float]:
+    """How the probability of a group is divided among its effects; adds up to 1."""
+    raw: dict[str, float] = {}
+    for r, p in zip(s.ranked, s.probabilities, strict=True):
+        for id in r.hypothesis.ids:
+            if s.inclusion.group_of[id] == group:
+                raw[id] = raw.get(id, 0.0) + p
+    least = 1e-3 * sum(raw.values())
+    raw = {id: p for id, p in sorted(raw.items(), key=lambda item: -item[1]) if p >= least}
+    total = sum(raw.values()) or 1.0
+    return {id: p / total for id, p in raw.items()}
+
+
+def _part_parameters(s: State, ids: Sequence[str]) -> dict[str, Any]:
+    """Parameters of some effects in the most probable hypothesis that has one of them."""
+    best = next((r for r in s.ranked if set(ids) & set(r.hypothesis.ids)), None)
+    if best is None:
+        return {}
+    fit = best.hypothesis.fit
+    own = {x.name for c in best.hypothesis.candidates if c.id in ids for x in c.parameters}
+    found = parameters(s.problem, fit, s.nuisance_jacobian, ("effect", "sensor"))
+    return {name: value for name, value in found.items() if name in own}
+
+
+def _steps(s: State, mask: np.ndarray) -> dict[str, float]:
+    """Normalised RMS of the readings of a mask (n,), as delivered, calibrated and explained."""
+    calibrated = s.alternatives[0].residuals[frozenset()]
+    return {
+        "noise": 1.0, "delivered": rms(s.before[mask]), "calibrated": rms(calibrated[mask]),
+        "explained": _left(s.alternatives, mask),
+    }  # fmt: skip
+
+
+def _left(alternatives: Sequence[Alternative], mask: np.ndarray, scale: np.ndarray | float = 1.0) -> float:
+    """RMS of what the alternatives leave of the readings of a mask (n,), averaged with their probabilities."""
+    squares = [a.probability * rms((a.residuals[a.labels] * scale)[mask]) ** 2 for a in alternatives]
+    return float(np.sqrt(sum(squares)))
+
+
+def _masked_parts(s: State, mask: np.ndarray) -> list[dict[str, Any]]:
+    found = split(s.alternatives, mask)
+    groups: dict[str, float] = {}
+    own = {c.label: c.group for c in s.problem.candidates}
+    for label, share in found.effects.items():
+        groups[own[label]] = groups.get(own[label], 0.0) + share
+    told = [{"kind": "effect", "group": g, "share": x} for g, x in sorted(groups.items(), key=lambda i: -i[1])]
+    return [*told, {"kind": "unexplained", "share": found.unexplained}]
+
+
+def _channel(s: State, k: int, label: str) -> dict[str, Any]:
+    """RMS of a channel in the unit of its FMU, and its parts."""
+    observations = s.scoring.observations
+    mask, noise = observations.channel == k, observations.noise_std
+    calibrated = s.alternatives[0].residuals[frozenset()]
+    series = k < len(s.problem.campaign.outputs)
+    return {
+        "unit": s.problem.units.get(label, "1") if series else "s", "noise": rms(noise[mask]),
+        "delivered": rms((s.before * noise)[mask]), "calibrated": rms((calibrated * noise)[mask]),
+        "explained": _left(s.alternatives, mask, noise), "parts": _masked_parts(s, mask),
+    }  # fmt: skip
+
+
+def _runs(s: State) -> dict[str, Any]:
+    """Normalised RMS of each run and its parts; of several runs of which none is held out, also as the others alone
+    foretell it."""
+    others: list[float] = []
+    if s.holdout is None and len(s.problem.runs) > 1:
+        others = predict_each_run(s.problem, s.chosen.hypothesis.fit, s.nuisance_jacobian)
+    made = {}
+    for r, info in enumerate(s.scoring.runs):
+        mask = s.scoring.observations.run == r
+        made[info.name] = {**_steps(s, mask), "parts": _masked_parts(s, mask)}
+        if others:
+            made[info.name]["foretold_by_others"] = others[r]
+    return made
+
+
+def effects(s: State) -> dict[str, Any]:
+    """Every effect of the catalogue."""
+    shares: dict[str, float] = {}
+    ids = {c.label: c.id for c in s.problem.candidates}
+    for label, share in s.shared_out.effects.items():
+        shares[ids[label]] = shares.get(ids[label], 0.0) + share
+    return {
+        id: {"inclusion_probability": p, "share": shares.get(id, 0.0), "group": s.inclusion.group_of[id]}
+        for id, p in sorted(s.inclusion.effects.items(), key=lambda item: -item[1])
+    }
+
+
+def hypotheses(s: State) -> list[dict[str, Any]]:
+    """The most probable ones; of the first their parameters, too."""
+    settings = s.problem.settings.analysis
+    made = []
+    for k, (r, p) in enumerate(zip(s.ranked, s.probabilities, strict=True)):
+        if k == settings.hypotheses_told:
+            break
+        fit = r.hypothesis.fit
+        told: dict[str, Any] = {}
+        if k < settings.parameters_told:
+            told = parameters(s.problem, fit, s.nuisance_jacobian, ("effect", "sensor"))
+        made.append(
+            {"effects": list(r.hypothesis.ids), "label": r.hypothesis.label, "probability": p, "left": r.gap,
+             "status": fit.status, "parameters": told}
+        )  # fmt: skip
+    return made
+
+
+def reduction(s: State) -> dict[str, Any]:
+    """How far the gap as delivered shrinks on held-out data."""
+    before, after = rms(s.before), rms(s.after(s.chosen))
+    value = 1.0 - after / before if before > 0.0 else 0.0
+    low, high = s.reduction_ci
+    return {"value": value, "ci95": [min(low, value), max(high, value)], "how": s.held_out_how}
+
+
+def observations(s: State) -> list[dict[str, Any]]:
+    """What each channel of a run was compared as."""
+    problems = [s.problem, *([s.holdout.problem] if s.holdout else [])]
+    return [
+        {"run": p.runs[b.run].name, "channel": p.labels[b.channel], "as": "samples" if b.event is None else "event"}
+        for p in problems for b in p.observations.blocks
+    ]  # fmt: skip
+
+
+def where(s: State) -> list[dict[str, Any]]:
+    """Channels by their share in what calibration leaves."""
+    return [
+        {"subsystem": p.subsystem, "channel": p.channel, "share": p.share, "region": p.region, "bands": p.bands,
+         "change_points": [{"run": r, "time": t} for r, t in p.changes]}
+        for p in s.places
+    ]  # fmt: skip
+
+
+def replay(s: State) -> list[dict[str, Any]]:
+    """Components alone, driven with what was measured."""
+    return [
+        {"component": r.component, "driven_by": list(r.driven_by), "assumed": list(r.assumed), "rms": r.rms,
+         "noise_amplification": r.amplification}
+        for r in s.replays
+    ]  # fmt: skip
+
+
+def numerics(s: State) -> dict[str, Any]:
+    """Method and macro steps [s]; step_error: normalised RMS change under halving of the package's step."""
+    d = s.problem.discretisation
+    known = len(s.step_change) > 0
+    error = rms(s.step_change / s.problem.observations.noise_std) if known else None
+    return {"method": d.method, "step": d.macro_step, "fit_step": d.fit_step, "step_error": error,
+            "package_step": s.package_step, "richardson_order": d.richardson_order}  # fmt: skip
+
+
+def evidence(s: State) -> dict[str, Any]:
+    """What the probabilities rest on: every hypothesis that was fitted, and what screening said of each effect."""
+    return {
+        "readings": len(s.problem.observations),
+        "hypotheses": [
+            {"effects": list(r.hypothesis.ids), "label": r.hypothesis.label, "probability": p,
+             "parameters": len(r.hypothesis.fit.normalised), "fit_rms": r.hypothesis.fit.rms, "held_out_rms": r.gap,
+             "structured_energy": r.structured_energy, "dispersion": r.hypothesis.fit.dispersion,
+             "status": r.hypothesis.fit.status, "neg2_log_posterior": r.neg2_log_posterior, "terms": r.terms}
+            for r, p in zip(s.ranked, s.probabilities, strict=True)
+        ],
+        "structure": _structure(s),
+        "screening": [{"effect": q.candidate.id, "label": q.candidate.label, "explains": q.gain} for q in s.curves],
+    }  # fmt: skip
+
+
+def _structure(s: State) -> Mapping[str, Any] | None:
+    if s.structure is None:
+        return None
+    x = s.structure
+    return {"predictable_share": x.share, "per_channel": x.channels, "varies_with": x.varies_with}
+
+
+def _measurement(n: NextMeasurement) -> dict[str, Any]:
+    return {
+        "change": n.change, "separates": [list(e) for e in n.separates], "expected_separation": n.separation,
+    }  # fmt: skip

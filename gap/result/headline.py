@@ -1,0 +1,86 @@
+"""The headline: what the gap is made of, in one or two sentences with units."""
+
+from __future__ import annotations
+
+from typing import Any
+
+from ..analysis.verdict import EXPLAINED, NO_GAP, UNEXPLAINED
+from ..pipeline.probabilities import at_bound
+from ..pipeline.remarks import base_at_tolerance
+from ..pipeline.state import State
+from .naming import figure, listed, part_name, plain, shown_factor, times
+
+
+def headline(state: State, budget: dict[str, Any], events: list[dict[str, Any]]) -> str:
+    """For people; budget, events: as in diagnosis.json."""
+    sentences = [_physical(state, budget, events), _divided(state, budget), *_cautions(state)]
+    return " ".join(s for s in sentences if s)
+
+
+def _physical(state: State, budget: dict[str, Any], events: list[dict[str, Any]]) -> str:
+    """What the gap means: seconds of a moment, or the physical RMS of the channel that is off most."""
+    timed = [e for e in events if not e["limit"] and abs(e["measured"] - e["delivered"]) > 2.0 * e["std"]]
+    if timed:
+        e = max(timed, key=lambda e: abs(e["measured"] - e["delivered"]) / e["std"])
+        off, word = e["measured"] - e["delivered"], "longer" if e["measured"] > e["delivered"] else "shorter"
+        made = (e["explained"] - e["calibrated"]) * (1.0 if off > 0 else -1.0)
+        calibration = (e["calibrated"] - e["delivered"]) * (1.0 if off > 0 else -1.0)
+        told = f"In {e['run']}, '{e['event']}' takes {figure(abs(off))} s {word} than the model says"
+        parts = f"calibration within the tolerances makes {figure(calibration)} s of that"
+        if state.chosen.hypothesis.candidates:
+            parts += f", {listed([plain(id) for id in state.chosen.hypothesis.ids])} {figure(made)} s"
+        return f"{told}; {parts}."
+    label, c = max(budget["per_channel"].items(), key=lambda item: item[1]["delivered"] / item[1]["noise"])
+    factor, unit = shown_factor(state, label)
+    steps = [f"{figure(c[key] * factor)} {unit}" for key in ("delivered", "calibrated", "explained")]
+    what = f"{label} misses the measurement by {steps[0]} (rms) as delivered, by {steps[1]} once calibrated within the tolerances"
+    if state.chosen.hypothesis.candidates:
+        effects = listed([plain(id) for id in state.chosen.hypothesis.ids])
+        return f"{what} and by {steps[2]} with {effects} in the model."
+    return f"{what}; its noise is {figure(c['noise'] * factor)} {unit}."
+
+
+def _divided(state: State, budget: dict[str, Any]) -> str:
+    before, after = times(budget["delivered"]), times(budget["calibrated"])
+    calibration = f"Calibration within the tolerances brings the gap from {before} to {after} times the noise"
+    if state.verdict == NO_GAP:
+        return f"No effect is missing: {calibration[0].lower()}{calibration[1:]}."
+    rest = next(p for p in budget["parts"] if p["kind"] == "unexplained")
+    left = f"{rest['share']:.0%} is in no effect of the catalogue"
+    if state.verdict == UNEXPLAINED:
+        nearest = f" (nearest: {listed([plain(e) for e in rest['nearest']], 'or')})" if rest["nearest"] else ""
+        return f"{calibration}; what is left is in no effect of the catalogue{nearest}: {rest['character']}."
+    told = [_part(state, p) for p in budget["parts"] if p["kind"] == "effect" and _worth_naming(state, p)]
+    if not told:
+        return f"{calibration}."
+    ending = "" if state.verdict == EXPLAINED else f", {left}: {rest['character']}"
+    return f"{calibration}; of what is left then, {', '.join(told)}{ending}."
+
+
+def _worth_naming(state: State, part: dict[str, Any]) -> bool:
+    return not part["minor"] and part["inclusion_probability"] >= state.problem.settings.posterior.named
+
+
+def _part(state: State, part: dict[str, Any]) -> str:
+    low, high = part["ci95"]
+    name = part_name(state, part["group"], part["effects"])
+    sure = part["inclusion_probability"] >= state.problem.settings.posterior.sure
+    doubt = "" if sure else f", probably: {part['inclusion_probability']:.0%}"
+    return f"{name} makes {part['share']:.0%} ({low:.0%} to {high:.0%}{doubt})"
+
+
+def _cautions(state: State) -> list[str]:
+    """What contradicts the rest and has to be known with it."""
+    made = []
+    if state.unfinished:
+        made.append(f"Not finished: stopped while {state.unfinished}.")
+    ends = at_bound(state.chosen, frozenset(state.chosen.hypothesis.ids))
+    if ends:
+        made.append(f"{listed(ends)} {'stands' if len(ends) == 1 else 'stand'} at the end of the allowed range.")
+    base = base_at_tolerance(state)
+    if base:
+        shown = listed(base[:2] if len(base) < 3 else [*base[:2], f"{len(base) - 2} more"])
+        made.append(f"{shown} {'stands' if len(base) == 1 else 'stand'} at the end of the tolerance.")
+    if state.noise_widened:
+        made.append(state.noise_widened)
+    return made

@@ -1,0 +1,57 @@
+"""Effects, channels and quantities as a person calls them."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+from ...core.units import unit
+from ..pipeline.state import State
+
+
+def plain(id: str) -> str:
+    """An id as words."""
+    return id.replace("_", " ")
+
+
+def listed(names: Sequence[str], last: str = "and") -> str:
+    """a, b and c."""
+    return names[0] if len(names) == 1 else f"{', '.join(names[:-1])} {last} {names[-1]}"
+
+
+def members(state: State, group: str) -> list[str]:
+    """Ids of a group that a share is told of: those that are probable in themselves, else all that may be it."""
+    inclusion = state.inclusion
+    own = [id for id, g in inclusion.group_of.items() if g == group]
+    own.sort(key=lambda id: -inclusion.effects[id])
+    sure = [id for id in own if inclusion.effects[id] >= state.problem.settings.posterior.named]
+    looked_at = {id for r in state.ranked for id in r.hypothesis.ids}
+    return sure or [id for id in own if id in looked_at]
+
+
+def part_name(state: State, group: str, effects: Sequence[str]) -> str:
+    """A part of the budget in words: its effects, or the group where they cannot be told apart."""
+    sure = [e for e in effects if state.inclusion.effects[e] >= state.problem.settings.posterior.named]
+    if sure:
+        return listed([plain(e) for e in sure])
+    names = [plain(e) for e in effects[:3]]
+    return names[0] if len(names) == 1 else f"{plain(group)} ({listed(names, 'or')})"
+
+
+def shown_factor(state: State, label: str) -> tuple[float, str]:
+    """Factor from a channel's unit in its FMU to the one in which it was measured, and that unit's name."""
+    channel = next((c for c in state.problem.campaign.outputs if c.connector == label), None)
+    if channel is None:
+        return 1.0, "s"
+    own = state.problem.units.get(label, channel.unit)
+    return unit(own).factor / unit(channel.unit).factor, channel.unit
+
+
+def figure(x: float) -> str:
+    """A number with two or three digits."""
+    text = f"{x:.3g}" if abs(x) >= 1.0 else f"{x:.2g}"
+    return text if "e" not in text else f"{float(text):.2e}"
+
+
+def times(x: float) -> str:
+    """A normalised RMS."""
+    return f"{x:.0f}" if x >= 99.5 else f"{x:.1f}" if x >= 9.95 else f"{x:.2f}"

@@ -1,0 +1,58 @@
+"""Parameters of a fit with intervals, units and whether they stand at a bound, as JSON."""
+
+from __future__ import annotations
+
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from ..estimation.fit import Fit
+from ..estimation.uncertainty import parameter_std
+from ..problem.parameters import EstimatedParameter
+from ..problem.problem import Problem
+
+
+def parameters(problem: Problem, fit: Fit, nuisance_jacobian: np.ndarray, kinds: tuple[str, ...]) -> dict[str, Any]:
+    """Value, 95 % interval, unit and whether it is at a bound, of a fit's parameters of these kinds, by name."""
+    std, width = parameter_std(problem, fit, nuisance_jacobian), problem.settings.uncertainty.width
+    made = {}
+    for x, u, s, end in zip(fit.parameters, fit.normalised, std, fit.at_bound, strict=True):
+        if x.kind not in kinds:
+            continue
+        low, high = max(x.low, u - width * s), min(x.high, u + width * s)
+        factor, unit = shown_scale(problem, x)
+        ends = sorted((x.value(low) * factor, x.value(high) * factor))
+        made[x.name] = {"value": x.value(u) * factor, "ci95": ends, "unit": unit, "at_bound": end}
+    return made
+
+
+def moved_base(problem: Problem, fit: Fit, nuisance_jacobian: np.ndarray) -> dict[str, Any]:
+    """The base parameters of a fit, with their change as a share of what is stated and of which tolerance that is."""
+    made = parameters(problem, fit, nuisance_jacobian, ("base",))
+    for x, u in zip(fit.parameters, fit.normalised, strict=True):
+        if x.kind == "base":
+            told = {"change": x.value(u) - 1.0, "tolerance": x.scale, "at_tolerance": made[x.name].pop("at_bound")}
+            made[x.name] |= told
+    return made
+
+
+class Scale(NamedTuple):
+    """Factor from a parameter's value to the shown one, and its unit."""
+
+    factor: float
+    unit: str
+
+
+def shown_scale(problem: Problem, x: EstimatedParameter) -> Scale:
+    """How a parameter is shown: base parameters are factors of the delivered value."""
+    if x.kind == "base":
+        values = [info.values[x.name] for info in problem.runs]
+        if not any(values):  # shared by several components, of which this one has none
+            return Scale(1.0, "of the stated value")
+        if all(v == values[0] for v in values):
+            return Scale(float(values[0]), problem.parameter_units.get(x.name, "1"))
+        return Scale(1.0, "of the stated value")
+    if x.kind == "sensor":
+        connector, _, quantity = x.name.removeprefix("sensor.").rpartition(".")
+        return Scale(1.0, {"bias": problem.units.get(connector, "1"), "scale": "1"}.get(quantity, "s"))
+    return Scale(1.0, problem.parameter_units.get(x.name, "1"))

@@ -1,0 +1,100 @@
+"""From fits to evidence: which hypothesis the data prefer.
+
+Evidence of a hypothesis h whose left-out residual, in units of its spread, has the structured energy E_h (a Laplace
+approximation; noise has no part in E, see `Observations.structured_energy`):
+
+    S_h = n ln(E_h + e + 1.5 / sqrt(N)) + penalty_h + occam_h - 2 ln prior_h
+
+n is the number of independent pieces that a wrong model's residual counts for, e the energy in which two models differ
+that are both right for what they are about (`calibration`); N readings share 1 / sqrt(N) by chance.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, field
+
+import numpy as np
+
+from ..estimation.cross_validation import HeldOut, held_out
+from ..estimation.fit import Fit
+from ..problem.noise import rms
+from ..problem.problem import Problem
+from .calibration import Calibration
+from .hypothesis import Hypothesis
+
+
+@dataclass(frozen=True, eq=False)
+class RankedHypothesis:
+    """A hypothesis with its evidence, held-out residual (n,) and the energy that this shares from reading to reading."""
+
+    hypothesis: Hypothesis
+    held_out: np.ndarray
+    structured_energy: float
+    """Per reading, in units of its spread."""
+    neg2_log_posterior: float = 0.0
+    terms: dict[str, float] = field(default_factory=dict)
+    """What that is made of."""
+
+    @property
+    def gap(self) -> float:
+        """Held-out normalised RMS."""
+        return rms(self.held_out)
+
+
+def occam_factor(problem: Problem, fit: Fit, dispersion: float) -> float:
+    """How much of the prior's volume of the effects' parameters the data rule out, twice the log.
+
+    ln det(1 + sd J^T W J sd / dispersion) of all parameters less that of the base parameters, which every hypothesis
+    has.
+    """
+    sd = np.array([x.sd for x in fit.parameters])
+    A = fit.jacobian * (sd / problem.observations.noise_std[:, None])
+    whole = np.eye(len(sd)) + A.T @ A / dispersion
+    base = np.flatnonzero([x.kind == "base" for x in fit.parameters])
+    return float(np.linalg.slogdet(whole)[1] - np.linalg.slogdet(whole[np.ix_(base, base)])[1])
+
+
+def prior(problem: Problem, h: Hypothesis) -> float:
+    """Prior probability of a hypothesis."""
+    settings = problem.settings.evidence
+    ids = len({c.id for c in problem.candidates})
+    if not h.candidates:
+        return settings.prior_none
+    weight = float(np.prod([c.weight for c in h.candidates]))
+    if len(h.candidates) == 1:
+        return settings.prior_single * weight / ids
+    return settings.prior_pair * weight / max(1.0, ids * (ids - 1) / 2)
+
+
+def rank_hypotheses(
+    problem: Problem, hypotheses: Sequence[Hypothesis], nuisance_jacobian: np.ndarray,
+    before: Sequence[RankedHypothesis] = (),
+) -> list[RankedHypothesis]:  # fmt: skip
+    """All hypotheses with their evidence, the best first.
+
+    before: what has been ranked; a fit found there is not asked about left-out data again.
+    """
+    left_out = [_held_out(problem, h, nuisance_jacobian, before) for h in hypotheses]
+    best = min(range(len(left_out)), key=lambda k: rms(left_out[k].residual))
+    dispersion = max(1.0, hypotheses[best].fit.dispersion)
+    calibration = Calibration.load()
+    made = []
+    for h, (residual, energy) in zip(hypotheses, left_out, strict=True):
+        terms = {
+            "fit": calibration.deviance(energy, 0.0, len(problem.observations)),
+            "penalty": h.fit.penalty(),
+            "occam": occam_factor(problem, h.fit, dispersion),
+            "prior": -2.0 * float(np.log(prior(problem, h))),
+        }
+        made.append(RankedHypothesis(h, residual, energy, sum(terms.values()), terms))
+    return sorted(made, key=lambda r: r.neg2_log_posterior)
+
+
+def _held_out(
+    problem: Problem, h: Hypothesis, nuisance_jacobian: np.ndarray, before: Sequence[RankedHypothesis]
+) -> HeldOut:
+    known = next((r for r in before if r.hypothesis.fit is h.fit), None)
+    if known is not None:
+        return HeldOut(known.held_out, known.structured_energy)
+    return held_out(problem, h.fit, nuisance_jacobian)

@@ -1,0 +1,75 @@
+"""What a hypothesis leaves without some of its effects: every subset of them, each with a refit of its own."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import replace
+from itertools import combinations
+
+import numpy as np
+
+from ..estimation.fit import Fit
+from ..estimation.linear import Linear
+from ..problem.problem import Problem
+from . import greedy
+from .evidence import RankedHypothesis, rank_hypotheses
+from .hypothesis import Hypothesis
+
+Labels = frozenset[str]
+
+
+def labels_of(h: Hypothesis) -> Labels:
+    """Labels of its effects."""
+    return frozenset(c.label for c in h.candidates)
+
+
+def complete_subsets(
+    problem: Problem, ranked: Sequence[RankedHypothesis], best: RankedHypothesis, nuisance_jacobian: np.ndarray
+) -> dict[Labels, RankedHypothesis]:
+    """The best fit of every subset of a hypothesis' effects, itself among them.
+
+    Those that were not fitted are now, from where a larger set stands; where there is no time for that, the fit without
+    an effect is foretold by the derivatives.
+    """
+    found: dict[Labels, RankedHypothesis] = {}
+    for r in sorted(ranked, key=lambda r: r.neg2_log_posterior):
+        found.setdefault(labels_of(r.hypothesis), r)
+    whole = labels_of(best.hypothesis)
+    made = {whole: best, frozenset(): found[frozenset()]}
+    for size in range(len(whole) - 1, 0, -1):
+        for names in combinations(sorted(whole), size):
+            subset = frozenset(names)
+            if subset in found:
+                made[subset] = found[subset]
+                continue
+            above = next(made[s] for s in made if len(s) == size + 1 and subset < s)
+            made[subset] = _without(problem, above, subset, nuisance_jacobian)
+    return made
+
+
+def _without(
+    problem: Problem, above: RankedHypothesis, subset: Labels, nuisance_jacobian: np.ndarray
+) -> RankedHypothesis:
+    h = above.hypothesis
+    gone = next(c for c in h.candidates if c.label not in subset)
+    left = None
+    if not problem.stop_requested:
+        left = greedy.drop_effect(problem, h, gone, nuisance_jacobian, greedy.QUICK)
+    if left is None:
+        kept = tuple(c for c in h.candidates if c is not gone)
+        left = Hypothesis(kept, _foretold_without(problem, h.fit, gone.parameters, nuisance_jacobian))
+    return rank_hypotheses(problem, [left], nuisance_jacobian)[0]
+
+
+def _foretold_without(problem: Problem, fit: Fit, gone: Sequence[object], nuisance_jacobian: np.ndarray) -> Fit:
+    """The fit without some parameters as the derivatives foretell it: these go back to nothing, the others follow."""
+    kept = np.array([x not in gone for x in fit.parameters])
+    model = fit.model - fit.jacobian[:, ~kept] @ fit.normalised[~kept]
+    parameters = tuple(x for x, keep in zip(fit.parameters, kept, strict=True) if keep)
+    u, jacobian = fit.normalised[kept], fit.jacobian[:, kept]
+    line = Linear.around(problem, u, model, jacobian, nuisance_jacobian)
+    step = line.step(parameters, fit.dispersion, np.full(len(u), np.inf))
+    return replace(
+        fit, parameters=parameters, normalised=u + step.d, model=model + jacobian @ step.d, jacobian=jacobian,
+        nuisances=step.q, residual=line.predicted_residual(step), unfinished=True,
+    )  # fmt: skip

@@ -1,0 +1,351 @@
+"""Every number that the diagnosis was tuned with, in one place: unit, meaning and why that value.
+
+A `Settings` is made once by the command, passed down inside the problem, and written into diagnosis.json. What the
+greedy search has of its own stands beside it in `selection/greedy*.py`: a later search replaces both.
+
+Unless said otherwise, values were chosen on the development seeds 20261123 to 20261125 of the blind benchmark
+(benchmarks/blind) and on the real campaigns (benchmarks/real). "Normalised" means divided by the noise of a reading.
+"""
+
+from __future__ import annotations
+
+from dataclasses import asdict, dataclass, field
+from typing import Any
+
+
+@dataclass(frozen=True, kw_only=True)
+class NoiseSettings:
+    """What a reading is worth, and the nuisances of every measurement."""
+
+    max_samples: int = 1500
+    """Samples of one channel in one run; what is faster is averaged over neighbours, for a residual lasts longer."""
+    window: int = 40
+    """Samples of a window within which the noise is estimated from third differences."""
+    max_quantisation_levels: int = 2**14
+    """Steps of a converter: readings on a finer grid are not quantised."""
+    clock_jitter: float = 0.03
+    """Timing that nobody guarantees, in sample intervals: it enters the noise with the slope of the signal."""
+    smoothing: float = 0.05
+    """Time over which slopes and step errors are averaged when they widen the noise [s]."""
+    least_share: float = 0.2
+    """Share of an estimated noise that is kept whatever the model itself would be estimated to have."""
+    swing_evidence: float = 3.0
+    """Standard deviations by which samples have to resemble the second next more than the next to count as a swing."""
+    bias_of_span: float = 1.5e-3
+    """Usual bias of a sensor as a share of its channel's span: a nuisance of every fit."""
+    bias_of_level: float = 5e-4
+    """The same as a share of the channel's largest reading; the larger of both counts."""
+    clock_offset: float = 0.1
+    """Usual misalignment of a run's clock in sample intervals: a nuisance of every fit."""
+    max_clock_offset: float = 1e-3
+    """Most of that [s]."""
+    told_bias: float = 3.0
+    """Standard deviations of a sensor's bias from which it is told."""
+    told_clock: float = 5.0
+    """Standard deviations of a run's clock error from which it is told."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class NumericsSettings:
+    """Macro steps and finite differences."""
+
+    difference_steps: tuple[float, ...] = (1e-4, 1e-3, 1e-2, 5e-2)
+    """Steps of a finite difference in normalised parameters: the smallest at which the simulations are smooth."""
+    smooth_within: float = 0.1
+    """How far, in its own size, a change may be from half of that of twice the step to be smooth."""
+    max_steps: float = 5e6
+    """Macro steps of a run: more than a day of most machines; a longer run is in another unit of time."""
+    extrapolate_from: float = 0.03
+    """Normalised RMS change under halving of the macro step that is worth an extrapolation."""
+    second_order_method: str = "nepce"
+    """A coupling of second order that every FMU can take."""
+    second_order_from: float = 0.15
+    """Change under halving from which that is tried: a run of it costs twice as much."""
+    second_order_gain: float = 0.3
+    """Share of the default coupling's error that it may have to be taken."""
+    second_order_doublings: int = 2
+    """How often the package's step is doubled for it at most."""
+    second_order_error: float = 0.1
+    """Normalised RMS change that a doubling may make."""
+    coarsenings: tuple[int, ...] = (8, 4, 2, 1)
+    """Macro steps of an estimation, in those of exact runs."""
+    coarse_error: float = 5.0
+    """Largest normalised RMS difference of a run at the fit's step to an exact one, before correction."""
+    least_coarsening: int = 2
+    """Least coarsening of a fit of a machine that swings; a run then costs half of an exact one."""
+    coarse_share: float = 0.1
+    """Error that the fit's step may make, as a share of what is left."""
+    unresolved: float = 0.2
+    """Normalised RMS change by which the extrapolated run at a best fit may still depend on the step."""
+    unresolved_share: float = 0.1
+    """The same as a share of what is left; the larger of both counts."""
+    max_halvings: int = 2
+    """How often the macro step is halved for a best fit at most."""
+    refitted: int = 4
+    """Fits that are made anew after a halving."""
+    told_step_error: float = 0.5
+    """Normalised RMS change under halving from which the user is asked for a shorter step."""
+    kept_runs: int = 150
+    """Simulated runs that are kept in memory, so that no point is simulated twice in a row."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class ParameterSettings:
+    """Base parameters and effects as quantities to be estimated."""
+
+    base_reach: float = 1.0
+    """How far a base parameter may go, in its tolerances: with 2, the refit explained a payload 8 % too heavy."""
+    base_std: float = 0.6
+    """Prior standard deviation of a base parameter, in its tolerance."""
+    effect_std: float = 3.0
+    """Prior standard deviation of an effect's size, in its usual size."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class FitSettings:
+    """The Gauss-Newton fit of one hypothesis."""
+
+    min_independent: float = 600.0
+    """Readings that count at least in the dispersion, however long their residuals stay on one side."""
+    wide_step: float = 0.2
+    """Step of differences, in normalised parameters, that serve for larger moves: refits without a fold, intervals."""
+    rough_from: float = 0.7
+    """Change of a difference from one step to the next, as a share of it, from which runs are not smooth."""
+    exact_below: float = 10.0
+    """Normalised RMS below which the error of the fit's longer step matters and is corrected."""
+    slack: float = 0.001
+    """Step of a difference for each unit of normalised RMS that is left beyond 1: far away larger steps see better."""
+    slow_share: float = 0.02
+    """Share of the cost that a step has to gain for larger differences to be kept."""
+    outlier_window: float = 0.5
+    """Time over which a residual's RMS is taken to find stretches out of step [s]."""
+    outlier_from: float = 2.0
+    """Times the channel's usual RMS from which a stretch counts for no more than that in the next step."""
+    trials: int = 4
+    """Steps that are tried from a point."""
+    least_gain: float = 0.3
+    """Gain in cost below which a step is not worth a run."""
+    small_gain: float = 2.0
+    """Gain in cost below which the next step will not be worth one."""
+    foretold_within: float = 0.1
+    """How nearly a step has to have done what was foretold for its derivatives to serve again."""
+    base_radius: float = 1.0
+    """Trust radius of a base parameter at the start, in its tolerance."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class BaselineSettings:
+    """The refit of the base parameters, with no effect."""
+
+    iterations: int = 12
+    """Steps of the refit."""
+    room: float = 2.0
+    """How far, in its range, a base parameter may go on the way of that refit."""
+    least_change: float = -0.9
+    """Change of a base parameter beyond which it goes only within its own range: none changes sign."""
+    alone_at: tuple[float, ...] = (-1.0, -0.75, -0.5, -0.25, 0.25, 0.5, 0.75, 1.0)
+    """Shares of its range at which a base parameter is tried alone where the refit stops far from the data."""
+    starts: int = 2
+    """Fits that start there."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class ValidationSettings:
+    """Stretches of time that are left out and predicted from the rest."""
+
+    folds: int = 20
+    """Stretches of each run, and how many of them are left out in turn."""
+    linear_within: float = 0.5
+    """How far a refit without a fold may move, in normalised parameters: beyond, the model is not linear."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class EvidenceSettings:
+    """Prior probabilities of hypotheses; what calibrates them is in `selection/calibration.json`."""
+
+    prior_none: float = 0.3
+    prior_single: float = 0.5
+    prior_pair: float = 0.2
+    """Prior probability of no effect, of one, and of two together (shared by all sets of that size)."""
+    adequate: float = 0.02
+    """Structured energy beyond chance, per reading, with which nothing is left to explain."""
+    chance: float = 1.5
+    """Standard deviations of the energy that noise shares by chance which are no evidence."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class PosteriorSettings:
+    """Which probabilities a verdict needs, and what lowers them."""
+
+    plain_energy: float = 0.3
+    """Energy per reading that is plainly left: of more, only its share in the gap tells how sure an effect is."""
+    named: float = 0.5
+    """Inclusion probability from which an effect is named."""
+    sure: float = 0.8
+    """Inclusion probability from which an effect explains a part of the gap."""
+    at_bound: float = 0.2
+    """Odds of an effect whose parameter stands at its bound are multiplied by it: sizes that make no sense are no
+    explanation (inches declared as mm were "94 % sure" so)."""
+    unfinished: float = 0.3
+    """Odds of all effects are multiplied by it when the search was cut off."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class BudgetSettings:
+    """How the gap is divided."""
+
+    alternatives: int = 5
+    """Hypotheses over which shares are averaged."""
+    least_probability: float = 0.03
+    """Probability beside the best one's from which a hypothesis is one of them."""
+    minor: float = 0.05
+    """Share below which a part is minor and in no headline."""
+    bin: float = 0.5
+    """Stretch of time that is drawn together at least in the bootstrap [s]."""
+    draws: int = 400
+    """Draws of the bootstrap."""
+    seed: int = 0
+    """Of the bootstrap."""
+    adequate_excess: float = 0.1
+    """Squared normalised residual above noise and stated scatter with which a gap counts as explained: 5 % in RMS,
+    about how well a noise is known."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class UncertaintySettings:
+    """Intervals of parameters and of the reduction."""
+
+    bin: float = 0.5
+    """Stretch of time that is drawn together at least in a bootstrap [s]."""
+    draws: int = 400
+    """Draws of a bootstrap."""
+    width: float = 1.96
+    """Half width of a 95 % interval in standard deviations."""
+    form_of_effect: float = 0.05
+    """What another mathematical form than the library's does to an effect's size, as a share of it."""
+    form_of_base: float = 0.3
+    """What it does to a base parameter, in its tolerance."""
+    form_energy: float = 0.01
+    """Energy that lasts through all readings, so that these count as one piece of it. With these three 94 % of the
+    effects' and 93 % of the base parameters' intervals held the truth on development cases, with noise alone 34 and
+    60 %."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class SanitySettings:
+    """What no campaign can mean."""
+
+    impossible_spans: float = 20.0
+    """Spans of model and readings that a reading may lie beyond both."""
+    missing_marks: tuple[float, ...] = (999.0, 9999.0, 99999.0, 999999.0)
+    """What is written, or its negative, where there was no reading."""
+    swapped: float = 0.3
+    """Share of the gap that two columns leave, each taken for the other, when they are swapped."""
+    quiet: float = 20.0
+    """Times the noise within which a channel rests: its level is looked at, not its span."""
+    wrong_ratio: float = 20.0
+    """Times that a channel may move more or less than the model before another unit is the likelier story."""
+    doubtful_ratio: float = 3.0
+    """Times from which another unit is tried."""
+    ratio_fits: float = 0.3
+    """How near, in its logarithm, the ratio has to be to that of the units."""
+    better_share: float = 0.35
+    """Share of the gap that the other unit may leave."""
+    movement_lost: float = 0.5
+    """Share of a channel's movement that the model has to miss for an input or the time to be suspected."""
+    movement_found: float = 0.35
+    """Share that it may miss with that input or time in another unit."""
+    least_movement: float = 0.05
+    most_movement: float = 20.0
+    """Shares of a movement between which they count: no perfect or lost channel may speak for all."""
+    as_good: float = 1.0
+    """Sum of the logarithms of the channels' shares within which two stories are as good as each other."""
+    identity: float = 1e-4
+    """Share of a signal's spread that an identity between signals of the model may miss."""
+    rate_scale: float = 0.03
+    """How far the scale between a signal and the rate of another may be from 1."""
+    rate_left: float = 0.5
+    """Share of the signal that such a scale may leave to be plain."""
+    least_part: float = 0.01
+    """Share of a sum's movement from which a signal is a part of it."""
+    contradiction: float = 3.0
+    """Normalised RMS from which sensors of an identity contradict each other."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class AnalysisSettings:
+    """Where the gap lies and what it follows."""
+
+    hypotheses_told: int = 20
+    """Hypotheses that are listed, the most probable first."""
+    parameters_told: int = 8
+    """Of these, those whose parameters are told."""
+    bands: tuple[float, ...] = (0.0, 0.5, 5.0, 25.0, float("inf"))
+    """Edges of the frequency bands [Hz]."""
+    change_point_bins: int = 200
+    """Stretches of a run among which change points are looked for."""
+    change_points: int = 4
+    """Most change points of a channel in a run."""
+    nested_regions: int = 3
+    """Most regions that are nested to describe where a gap is densest."""
+    least_bins: int = 20
+    """Stretches from which change points are looked for."""
+    change_point_rms: float = 1.3
+    """Normalised RMS of a channel in a run from which they are."""
+    least_region: float = 0.02
+    """Share of all readings that a region holds, and that lies outside it, at least."""
+    least_nested: float = 0.03
+    """Share of a channel's readings that nested regions hold at least."""
+    region_share: float = 0.6
+    region_density: float = 1.15
+    """Share of a gap, and density of it beside that of the whole, from which a region describes where it is."""
+    replay_kernel: float = 0.05
+    """Standard deviation of the kernel that smooths a measured signal before it drives a component [s]."""
+    replay_copies: int = 3
+    """Disturbed copies from which the noise that a component passes on is estimated."""
+    frequency_share: float = 0.7
+    """Share of a residual's energy that the range of frequencies holds which is told."""
+    structure_told: float = 0.1
+    """Predictable share of a channel's residual from which is told what it varies with."""
+    nearest: int = 3
+    """Effects that are told as nearest to what is left."""
+    structure_stretches: int = 300
+    """Stretches of time of a run that are left out in turn when what is left is predicted from the signals."""
+    structure_samples: int = 4000
+    """Readings of a channel that are looked at."""
+    structure_least: int = 100
+    """Readings of a channel below which nothing is said."""
+    structure_bins: int = 40
+    """Bins of a signal in which the residual's mean is taken."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class Settings:
+    """All settings of a diagnosis."""
+
+    noise: NoiseSettings = field(default_factory=NoiseSettings)
+    numerics: NumericsSettings = field(default_factory=NumericsSettings)
+    parameters: ParameterSettings = field(default_factory=ParameterSettings)
+    fit: FitSettings = field(default_factory=FitSettings)
+    baseline: BaselineSettings = field(default_factory=BaselineSettings)
+    validation: ValidationSettings = field(default_factory=ValidationSettings)
+    evidence: EvidenceSettings = field(default_factory=EvidenceSettings)
+    posterior: PosteriorSettings = field(default_factory=PosteriorSettings)
+    budget: BudgetSettings = field(default_factory=BudgetSettings)
+    uncertainty: UncertaintySettings = field(default_factory=UncertaintySettings)
+    sanity: SanitySettings = field(default_factory=SanitySettings)
+    analysis: AnalysisSettings = field(default_factory=AnalysisSettings)
+
+    def as_dict(self) -> dict[str, Any]:
+        """All values by name, for a result; JSON has no infinity."""
+        made = asdict(self)
+        return {name: {key: _finite(value) for key, value in values.items()} for name, values in made.items()}
+
+
+def _finite(value: Any) -> Any:
+    if isinstance(value, tuple):
+        return [_finite(v) for v in value]
+    return "inf" if value == float("inf") else value
+
+
+DEFAULT = Settings()
