@@ -108,7 +108,8 @@ def moments(folder: Path, made: Made) -> None:
     """No channels: how long five runs with cold oil took out and back, or only that it was not longer."""
     effects = ("oil_temperature", "viscosity_law", "valve_flow_gain", "line_minor_losses", "cylinder_viscous_error")
     text = _head(folder, made, effects)
-    for k, change in enumerate(({"depth": 4000.0}, {"depth": 6000.0}, {"depth": 7000.0}, {"nu0": 30e-6}, {"target": 0.08})):
+    changes = ({"depth": 4000.0}, {"depth": 6000.0}, {"depth": 7000.0}, {"nu0": 30e-6}, {"target": 0.08})
+    for k, change in enumerate(changes):
         known: dict[str, float] = {"depth": 4000.0, "nu0": 22e-6, **QUICK, **change}
         t, signals = _run(known, {"temperature": 303.0})
         x, target = column(signals, "x_h"), known["target"]

@@ -9,6 +9,7 @@ import pytest
 
 from benchmarks.same_diagnoses import commits
 from benchmarks.same_diagnoses.compare import diagnosis_differences, text_differences
+from benchmarks.same_diagnoses.made import cut
 
 DIAGNOSIS = {
     "gap": {"per_channel": {"arm.x_h": {"rms_after": 0.1}}, "after": 1.0},
@@ -76,3 +77,10 @@ def test_the_code_of_a_tree_is_not_merged_with_the_installed_code(other_tree, tm
     code = commits.prepared(other_tree, None, tmp_path / "links")
     done = subprocess.run([sys.executable, "-c", f"import {module}"], env=code.environment, capture_output=True)
     assert (done.returncode == 0) == there
+
+
+def test_a_catalogue_is_cut_to_a_few_effects():
+    text = '# head\n[[base]]\nparameter = "a"\n[[base]]\nparameter = "b"\n[[effect]]\nid = "one"\n[[effect.parameter]]\n'
+    text += 'address = "x"\n[[effect]]\nid = "two"\n[[effect.parameter]]\naddress = "y"\n[[sensor]]\nid = "late"\n[[region]]\n'
+    left = '# head\n[[base]]\nparameter = "b"\n[[effect]]\nid = "two"\n[[effect.parameter]]\naddress = "y"\n[[region]]\n'
+    assert cut(text, ("two",), ("b",)) == left
