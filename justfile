@@ -35,6 +35,6 @@ bench: build
     .venv/bin/python benchmarks/coupling_error.py build
     .venv/bin/python benchmarks/sweep.py build
 
-# whether the diagnosis says what it said at a commit, to the last digit
+# whether the diagnosis says what it said at a commit, to the last digit; d218b3d --after 5a219d7 is the move of gap/
 same-diagnoses before *arguments:
     .venv/bin/python -m benchmarks.same_diagnoses --before {{before}} {{arguments}}

@@ -20,7 +20,7 @@ class Small:
 
 
 CAMPAIGNS = (
-    Small("blind_pair", "marine growth and leakage, all effects: case 11", machine.blind(11, 4.0)),
+    Small("blind_pair", "marine growth and leakage, ten effects: case 11", machine.blind_pair),
     Small("blind_single", "a stronger current, all effects: case 20", machine.blind(20, 4.0)),
     Small("machine_three", "three effects, where no pair is enough", machine.three),
     Small("machine_pair", "a dead zone and a slow spool, near to swinging", machine.pair),

@@ -11,6 +11,7 @@ from tempfile import TemporaryDirectory
 import numpy as np
 from numpy.typing import NDArray
 
+from benchmarks.blind.case import BASE as BLIND_BASE
 from benchmarks.blind.generate import write_case
 from benchmarks.blind.machine import Machine
 from benchmarks.blind.measure import KINDS, Channel, ideal, measured
@@ -124,8 +125,11 @@ def moments(folder: Path, made: Made) -> None:
     (folder / "campaign.toml").write_text(text, encoding="utf-8")
 
 
-def blind(index: int, stop: float) -> Callable[[Path, Made], None]:
-    """What writes the first run of a blind case of seed 3 until `stop` [s]; its truth is drawn with the case."""
+def blind(index: int, stop: float, effects: Collection[str] | None = None) -> Callable[[Path, Made], None]:
+    """What writes the first run of a blind case of seed 3 until `stop` [s]; its truth is drawn with the case.
+
+    All effects of the package are candidates, or those that are named.
+    """
 
     def write(folder: Path, made: Made) -> None:
         name = f"case_{index:04d}"
@@ -135,8 +139,21 @@ def blind(index: int, stop: float) -> Callable[[Path, Made], None]:
             text = (whole / name / "campaign.toml").read_text(encoding="utf-8")
             lines = (whole / name / "run01.csv").read_text(encoding="utf-8").splitlines()
         head, first, *_ = re.split(r"^(?=\[\[run\]\])", text, flags=re.MULTILINE)
+        if effects is not None:
+            few = cut(catalogue_of(made.machine), effects, BLIND_BASE)
+            (folder / "effects.toml").write_text(few, encoding="utf-8")
+            head = f'effects = "effects.toml"\n{head}'
         (folder / "campaign.toml").write_text(head + first, encoding="utf-8")
         rows = [row for row in lines[1:] if float(row.partition(",")[0]) <= stop]
         (folder / "run01.csv").write_text("\n".join([lines[0], *rows]) + "\n", encoding="utf-8")
 
     return write
+
+
+def blind_pair(folder: Path, made: Made) -> None:
+    """Case 11 with what is alike to its marine growth and its leakage, and little else: all effects take minutes."""
+    effects = (
+        "marine_growth", "current_error", "drag_coefficient", "valve_leakage", "piston_leakage", "command_delay",
+        "valve_dynamics", "cylinder_stribeck_friction", "oil_temperature", "sensor_bias",
+    )  # fmt: skip
+    blind(11, 4.0, effects)(folder, made)

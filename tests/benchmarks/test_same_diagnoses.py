@@ -4,10 +4,13 @@ from __future__ import annotations
 
 import subprocess
 import sys
+from pathlib import Path
 
 import pytest
 
 from benchmarks.same_diagnoses import commits
+from benchmarks.same_diagnoses.__main__ import REPOSITORY, SOURCES
+from benchmarks.same_diagnoses.campaigns import CAMPAIGNS
 from benchmarks.same_diagnoses.compare import diagnosis_differences, text_differences
 from benchmarks.same_diagnoses.made import cut
 
@@ -80,8 +83,32 @@ def test_the_code_of_a_tree_is_not_merged_with_the_installed_code(other_tree, tm
 
 
 def test_a_catalogue_is_cut_to_a_few_effects():
-    one = '[[effect]]\nid = "one"\n[[effect.parameter]]\naddress = "x"\n'
-    two = '[[effect]]\nid = "two"\n[[effect.parameter]]\naddress = "y"\n'
-    a, b = '[[base]]\nparameter = "a"\n', '[[base]]\nparameter = "b"\n'
-    late, region = '[[sensor]]\nid = "late"\n', "[[region]]\n"
-    assert cut(f"# head\n{a}{b}{one}{two}{late}{region}", ("two",), ("b",)) == f"# head\n{b}{two}{region}"
+    a, b = ('[[base]]\nparameter = "a"\n', '[[base]]\nparameter = "b"\n')
+    one, two = (f'[[effect]]\nid = "{i}"\n[[effect.parameter]]\naddress = "{i}"\n' for i in ("one", "two"))
+    sensor, region = '[[sensor]]\nid = "late"\n', "[[region]]\n"
+    whole = f"# head\n{a}{b}{one}{two}{sensor}{region}"
+    assert cut(whole, ("two",), ("b",)) == f"# head\n{b}{two}{region}"
+    assert cut(whole, ("one", "late"), ("a", "b")) == f"# head\n{a}{b}{one}{sensor}{region}"
+
+
+LOADED = """
+import sys
+from pathlib import Path
+import benchmarks.same_diagnoses.campaigns
+files = [m.__file__ for m in list(sys.modules.values()) if getattr(m, "__file__", None)]
+print(*files, *(name for name in sys.modules if name.startswith("deepsea_cosim")), sep="\\n")
+"""
+
+
+def test_measurements_depend_on_known_files_and_on_nothing_that_is_compared():
+    done = subprocess.run([sys.executable, "-c", LOADED], cwd=REPOSITORY, capture_output=True, text=True, check=True)
+    loaded = done.stdout.splitlines()
+    ours = {p.relative_to(REPOSITORY).as_posix() for p in map(Path, loaded) if p.is_relative_to(REPOSITORY)}
+    ours = {name for name in ours if name.startswith(("benchmarks/", "tests/")) and (REPOSITORY / name).stat().st_size}
+    assert not [name for name in loaded if name.startswith("deepsea_cosim")]
+    assert {"benchmarks/blind/plant.py", "tests/gap/oscillator.py"} <= ours
+    assert ours - {"benchmarks/same_diagnoses/campaigns.py"} <= set(SOURCES)
+
+
+def test_names_of_campaigns_are_their_own():
+    assert len({small.name for small in CAMPAIGNS}) == len(CAMPAIGNS) == 12
