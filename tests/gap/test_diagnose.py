@@ -78,7 +78,7 @@ def test_says_how_far_the_gap_shrinks(rubbing):
         assert run["explained"] - 0.05 < run["foretold_by_others"] < 1.3
     x = gap["per_channel"]["o.x"]
     assert x["unit"] == "m"
-    assert x["noise"] == pytest.approx(2e-4, rel=0.05)
+    assert 2e-4 <= x["noise"] < 5e-4  # with 3 % of a sample interval of timing in it
     assert x["explained"] == pytest.approx(2e-4, rel=0.15)
 
 
@@ -247,7 +247,7 @@ BAD = {
     "all held out": (lambda text: text.replace(".csv\"", '.csv"\nuse = "holdout"'), "nothing to fit"),
     "a base that an effect changes": (
         lambda text: text + '[[base]]\nparameter = "o.gain"\ntolerance = 0.1\n', "what effect force_gain changes"),
-    "centimetres for millimetres": (lambda text: text.replace('"mm"', '"cm"').replace("0.2", "0.02"), "is it in mm?"),
+    "centimetres for millimetres": (lambda text: text.replace('"mm"', '"cm"').replace("0.2", "0.02"), "is it in mm, or"),
     "a noise beyond all readings": (lambda text: text.replace("0.2", "5e4"), "in which unit is it?"),
     "a noise of nothing": (lambda text: text.replace("0.2", "1e-300"), "finer than any sensor"),
     "a name that is no name": (lambda text: text.replace('"toy"', "[5]"), "wrong type"),
@@ -287,9 +287,9 @@ BAD_RUNS = {
     "time in ms": (lambda table: table * [1e3, 1.0, 1.0], "is time in seconds?"),
     "time in minutes": (lambda table: table / [60.0, 1.0, 1.0], "is time in minutes?"),
     "time of a driven run in minutes": (lambda table: table / [60.0, 1.0, 1.0], "movement; is time in minutes?"),
-    "an input in kN": (lambda table: table * [1.0, 1e-3, 1.0], "movement; is the input 'u' in kN?"),
+    "an input in kN": (lambda table: table * [1.0, 1e-3, 1.0], "is it in um, or is the input 'u' in kN?"),
     "an input in kN, and another channel": (lambda table: table * [1.0, 1e-3, 1.0], "is the input 'u' in kN?"),
-    "time since last month": (lambda table: table + np.array([1e6, 0.0, 0.0]), "is time in seconds?"),
+    "time since last month": (lambda table: table + np.array([1e6, 0.0, 0.0]), "start = 1e+06"),
     "a number that is none": (spoilt(3, 2, 1e300), "is no quantity of a machine"),
 }
 
