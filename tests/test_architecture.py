@@ -97,7 +97,7 @@ def imported_modules(path, tree, modules):
             continue
         base = folder[: len(folder) + 1 - node.level] + (node.module.split(".") if node.module else [])
         for alias in node.names:
-            candidates = ("/".join([*base, alias.name]) + ".py", "/".join(base) + ".py", "/".join([*base, "__init__.py"]))
+            candidates = ["/".join(parts) + ".py" for parts in ([*base, alias.name], base, [*base, "__init__"])]
             found |= {next((name for name in candidates if name in modules), path)}
     return found - {path}
 

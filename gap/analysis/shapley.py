@@ -8,33 +8,35 @@ from __future__ import annotations
 from collections.abc import Hashable, Mapping
 from itertools import combinations
 from math import factorial
+from typing import TypeVar
 
 import numpy as np
 
-Game = Mapping[frozenset[Hashable], np.ndarray]
+Player = TypeVar("Player", bound=Hashable)
+Game = Mapping[frozenset[Player], np.ndarray]
 """What every set of players is worth, the empty set among them; arrays of one shape, element by element a game."""
 
 
-def subsets(players: frozenset[Hashable]) -> list[frozenset[Hashable]]:
+def subsets(players: frozenset[Player]) -> list[frozenset[Player]]:
     """All subsets, the smaller first."""
     return [frozenset(c) for k in range(len(players) + 1) for c in combinations(sorted(players, key=str), k)]
 
 
-def monotone(game: Game) -> dict[frozenset[Hashable], np.ndarray]:
+def monotone(game: Game[Player]) -> dict[frozenset[Player], np.ndarray]:
     """The game in which no set is worth less than one of its subsets: a larger model may leave its further effects at
     nothing."""
-    made: dict[frozenset[Hashable], np.ndarray] = {}
+    made: dict[frozenset[Player], np.ndarray] = {}
     for s in sorted(game, key=len):
         below = [made[s - {p}] for p in s if s - {p} in made]
         made[s] = np.maximum.reduce([game[s], *below]) if below else game[s]
     return made
 
 
-def shapley(game: Game) -> dict[Hashable, np.ndarray]:
+def shapley(game: Game[Player]) -> dict[Player, np.ndarray]:
     """The share of every player; they add up to what all are worth together less what none is worth."""
     players = max(game, key=len)
     n = len(players)
-    made: dict[Hashable, np.ndarray] = {}
+    made: dict[Player, np.ndarray] = {}
     for p in players:
         total = np.zeros_like(game[players])
         for s in subsets(players - {p}):

@@ -26,7 +26,7 @@ from typing import NamedTuple
 import numpy as np
 
 from ..problem.noise import rms
-from ..problem.parameters import EstimatedParameter, point_of
+from ..problem.parameters import EstimatedParameter, Point, point_of
 from ..problem.problem import Problem
 from ..problem.stop import StopRequested
 from .differences import Differences
@@ -167,7 +167,7 @@ class _Descent:
     ) -> Generator[SimulationRequest, SimulationAnswer, np.ndarray | None]:
         """Run the model a step away; the weighted residual there if it is better, else a smaller radius."""
         exactly = self.corrected and self.like is None
-        wanted = [point_of(self.parameters, self.u + step.d)]
+        wanted: list[Point] = [point_of(self.parameters, self.u + step.d)]
         answer = yield SimulationRequest(wanted, wanted if exactly else [])
         there, exact = answer.coarse[0], answer.exact[0] if exactly else None
         if there is None or (exactly and exact is None):

@@ -126,7 +126,7 @@ class Observations:
 
     def whiten(self, model: np.ndarray) -> np.ndarray:
         """Readings minus a long vector, divided by the noise: the normalised residual (n,)."""
-        return (self.y - model) / self.noise_std
+        return np.asarray((self.y - model) / self.noise_std)
 
     def structured_energy(self, residual: np.ndarray) -> float:
         """Energy per reading that a normalised residual (n,) shares from one reading to the next.
@@ -209,7 +209,7 @@ def _smooth(x: np.ndarray, t: np.ndarray, width: float) -> np.ndarray:
     """Running mean of x over +-width [s]."""
     total = np.concatenate([[0.0], np.cumsum(x)])
     low, high = np.searchsorted(t, t - width), np.searchsorted(t, t + width, side="right")
-    return np.maximum((total[high] - total[low]) / (high - low), 0.0)
+    return np.asarray(np.maximum((total[high] - total[low]) / (high - low), 0.0))
 
 
 def decimate(t: np.ndarray, y: np.ndarray, most: int) -> tuple[np.ndarray, np.ndarray, int]:

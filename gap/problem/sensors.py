@@ -25,7 +25,7 @@ class Sensor:
         """Readings at the times `at` [s] of the signal x (n,) known at the increasing times t (n,)."""
         if self.lag > 0.0:
             x = first_order_lag(t, x, self.lag)
-        y = np.interp(at - self.delay, t, x)
+        y: np.ndarray = np.interp(at - self.delay, t, x)
         return y if self.scale == 1.0 and self.bias == 0.0 else self.scale * y + self.bias
 
 
