@@ -7,8 +7,14 @@ from __future__ import annotations
 
 from dataclasses import dataclass, field
 from math import pi
+from typing import TYPE_CHECKING, Any, TypeVar
 
 from .errors import UsageError, did_you_mean
+
+if TYPE_CHECKING:
+    import numpy as np
+
+Value = TypeVar("Value", float, "np.ndarray[Any, np.dtype[np.float64]]")
 
 BASE = ("kg", "m", "s", "A", "K", "mol", "cd", "rad")
 """The base units of FMI 2.0 and SSP 1.0, in the order of the standards."""
@@ -79,7 +85,7 @@ UNITS: dict[str, Unit] = {
         _unit("cm", 1e-2, m=1),
         _unit("km", 1e3, m=1),
         _unit("um", 1e-6, m=1),
-        *(_unit(name, INCH, m=1) for name in ("in", "inch")),
+        *(_unit(name, INCH, m=1) for name in ("inch", "in")),
         _unit("ft", FOOT, m=1),
         _unit("s", s=1),
         _unit("ms", 1e-3, s=1),
@@ -101,7 +107,7 @@ UNITS: dict[str, Unit] = {
         _unit("m/s", m=1, s=-1),
         _unit("mm/s", 1e-3, m=1, s=-1),
         _unit("cm/s", 1e-2, m=1, s=-1),
-        *(_unit(name, INCH, m=1, s=-1) for name in ("in/s", "inch/s")),
+        *(_unit(name, INCH, m=1, s=-1) for name in ("inch/s", "in/s")),
         _unit("in/min", INCH / 60, m=1, s=-1),
         _unit("ft/s", FOOT, m=1, s=-1),
         _unit("ft/min", FOOT / 60, m=1, s=-1),
@@ -212,7 +218,7 @@ def alike(source: Unit, target: Unit) -> bool:
         return False
 
 
-def convert(value: float, source: str, target: str) -> float:
+def convert(value: Value, source: str, target: str) -> Value:
     """`value` in unit `source` expressed in unit `target` (scalars and arrays)."""
     a, b = unit(source), unit(target)
     if not a.same_dimension(b):

@@ -51,6 +51,66 @@ class NoiseSettings:
 
 
 @dataclass(frozen=True, kw_only=True)
+class FaultSettings:
+    """When a reading is a fault of the sensor and not of the machine.
+
+    Chosen so that nothing is left out of the clean signals of the examples, of the four real data sets and of the blind
+    benchmark, while faults as large as a tenth of a channel's span are found.
+    """
+
+    longest_glitch: int = 3
+    """Samples of a glitch; a pressure spike that lasts longer has been sampled and is taken as real."""
+    longest_dropout: float = 1.0
+    """Length of a drop-out [s]; a cable that is loose for longer cannot be told from a machine that stands still."""
+    longest_dropout_samples: int = 10
+    """Samples of a drop-out that may last longer than that, of slow loggers."""
+    shortest_stuck: float = 0.5
+    """Length of a constant stretch of a stuck sensor [s]; shorter ones do no harm to a fit."""
+    shortest_stuck_samples: int = 10
+    """Samples of it at least; fewer equal readings happen by chance."""
+    share_of_span: float = 0.05
+    """A fault is at least this share of the channel's span [-]; what is smaller does not dominate a fit."""
+    above_noise: float = 20.0
+    """Noise standard deviations that a fault is away; the farthest of 1e6 readings with white noise is at 5."""
+    above_steps: float = 10.0
+    """Times the usual change from sample to sample nearby that a fault is away: a fast motion's edge is about once."""
+    above_resolution: float = 10.0
+    """Steps of the converter that a fault is away: a switch or a coarse channel jumps by one or a few of them."""
+    neighbours_agree: float = 0.1
+    """Share of the fault by which the readings before and after may differ: an edge changes the level."""
+    neighbours_agree_in_motion: float = 0.25
+    """The same, where the channel moves so fast that the readings before and after differ by that."""
+    nearby: int = 10
+    """Samples before and after that tell the usual change."""
+    event: float = 5.0
+    """Times the usual kink of a channel from which its course changes: then the machine itself has done something."""
+    event_window: int = 8
+    """Samples of the two straight lines whose difference is a kink."""
+    event_vicinity: int = 60
+    """Samples on each side over which the usual kink of a channel is taken."""
+    event_at: int = 2
+    """Samples by which a kink may be off: it is where the two lines fit least."""
+    hole: float = 3.0
+    """Usual intervals that readings may be apart; beyond, nothing is said of what the channel did meanwhile."""
+    stuck_vicinity: int = 30
+    """Samples before and after a constant stretch that tell whether the channel is noisy there."""
+    restless: float = 0.3
+    """Share of readings that turn round where there is noise; of white noise it is two thirds."""
+    seldom_equal: float = 0.3
+    """Share of readings that equal the next one, where noise is at least as large as the converter's step."""
+    stuck_jump: tuple[float, float] = (0.5, 1.6)
+    """Least and largest jump at the end of a stuck stretch, as a share of what the speeds before and after foretell."""
+    stuck_jump_over_steps: float = 5.0
+    """Times the usual change from sample to sample that this jump is at least."""
+    stuck_moving: float = 5.0
+    """Noise and steps of the converter that a channel travels just before and after, where it moves."""
+    rests_within: float = 0.02
+    """Share of its span that a channel moves where the machine does not rest."""
+    most: float = 0.1
+    """Share of a channel's readings that may be faulty, or jump so far; more is a signal and all are kept."""
+
+
+@dataclass(frozen=True, kw_only=True)
 class NumericsSettings:
     """Macro steps and finite differences."""
 
@@ -257,11 +317,19 @@ class SanitySettings:
     wrong_ratio: float = 20.0
     """Times that a channel may move more or less than the model before another unit is the likelier story."""
     doubtful_ratio: float = 3.0
-    """Times from which another unit is tried."""
+    """Times from which another unit is asked about where it explains the channel better: few effects do as much."""
+    possible_ratio: float = 2.0
+    """Times from which it is remarked on where it explains the channel much better: inches and centimetres are 2.5."""
     ratio_fits: float = 0.3
     """How near, in its logarithm, the ratio has to be to that of the units."""
     better_share: float = 0.35
-    """Share of the gap that the other unit may leave."""
+    """Share of the gap that the other unit may leave to be better."""
+    much_better_share: float = 0.2
+    """The same to be much better."""
+    shape_missed: float = 0.5
+    """Share of the readings' movement, in the other unit, that the model may miss for that unit to explain them."""
+    zero_beyond: float = 5.0
+    """Times the span of a channel that lie between the zeros of two units where no effect can have shifted it so."""
     movement_lost: float = 0.5
     """Share of a channel's movement that the model has to miss for an input or the time to be suspected."""
     movement_found: float = 0.35
@@ -335,6 +403,7 @@ class Settings:
     """All settings of a diagnosis."""
 
     noise: NoiseSettings = field(default_factory=NoiseSettings)
+    faults: FaultSettings = field(default_factory=FaultSettings)
     numerics: NumericsSettings = field(default_factory=NumericsSettings)
     parameters: ParameterSettings = field(default_factory=ParameterSettings)
     fit: FitSettings = field(default_factory=FitSettings)

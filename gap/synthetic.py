@@ -50,6 +50,8 @@ def _sensors(truth: dict[str, Any], channels: tuple[Channel, ...], where: str) -
 def _toml(value: Any) -> str:
     if isinstance(value, bool):
         return str(value).lower()
+    if isinstance(value, dict):
+        return _table(value)
     if isinstance(value, str):
         return '"' + value.replace("\\", "\\\\").replace('"', '\\"') + '"'
     return repr(value)
@@ -187,6 +189,10 @@ def _head(data: dict[str, Any], template: Path, package: Path, channels: tuple[C
         lines.append(f"unit = {_toml(c.unit)}")
         if c.noise_std is not None:
             lines.append(f"noise_std = {c.noise_std / unit(c.unit).factor!r}")
+        if c.clock_jitter is not None:
+            lines.append(f"clock_jitter = {c.clock_jitter!r}")
+        if c.model_form_scatter is not None:
+            lines.append(f"model_form_scatter = {c.model_form_scatter / unit(c.unit).factor!r}")
     return lines
 
 

@@ -1,4 +1,4 @@
-"""The command `cosim-gap diagnose`: progress while it works, then verdict, ranking and reduction."""
+"""The command `cosim-gap diagnose`: progress while it works, then the budget of the gap."""
 
 from __future__ import annotations
 
@@ -6,10 +6,10 @@ import argparse
 import signal
 import sys
 import time
-from typing import Any
 
 from ..core.cli import need
 from ..core.files import make_folder
+from .summary import BLOCKS, lines
 
 
 def diagnose_command(options: argparse.Namespace) -> int:
@@ -19,7 +19,7 @@ def diagnose_command(options: argparse.Namespace) -> int:
     from .campaign.read import read
     from .diagnose import diagnose
     from .problem.stop import StopToken
-    from .result.diagnosis import write
+    from .result.write import write
 
     campaign = read(options.campaign)
     make_folder(options.out)
@@ -30,13 +30,23 @@ def diagnose_command(options: argparse.Namespace) -> int:
     data = write(d, options.out)
     if not options.no_report:
         from .report import write_report
+        from .report.collect import collect
 
-        write_report(d, data, options.out)
+        write_report(data, collect(d.state), options.out)
     if not options.quiet:
-        print("\n".join(lines(data)))
         names = ["diagnosis.json", "calibrated.ssv"] + ([] if options.no_report else ["report.html"])
-        print(f"\n{options.out}: {', '.join(names)}")
+        print("\n".join(lines(data, _can_draw())))
+        print(f"{options.out}: {', '.join(names)}")
     return 130 if patience.interrupted else 0
+
+
+def _can_draw() -> bool:
+    """Whether the output's encoding has block characters."""
+    try:
+        BLOCKS.encode(sys.stdout.encoding or "ascii")
+    except UnicodeEncodeError:
+        return False
+    return True
 
 
 class _Patience:
@@ -91,69 +101,3 @@ class _Progress:
     def clear(self) -> None:
         if self.on:
             print(f"\r{'':<78}\r", end="", file=sys.stderr, flush=True)
-
-
-def lines(data: dict[str, Any]) -> list[str]:
-    """The diagnosis as text."""
-    gap = data["gap"]
-    low, high = gap["reduction_ci95"]
-    made = [data["sentence"], ""]
-    made.append(f"{'cause':<46}{'probability':>12}{'gap after':>11}{'reduction':>11}  parameters")
-    for c in data["causes"][:8]:
-        if c["probability"] < 5e-4 and len(made) > 5:
-            break
-        gap_after = f"{c['gap_after']:.2f}" if "gap_after" in c else ""
-        reduction = f"{c['reduction']:.0%}" if "reduction" in c else ""
-        values = "; ".join(
-            f"{name.rsplit('.', 1)[-1]} {p['value']:.4g} [{p['ci95'][0]:.4g}, {p['ci95'][1]:.4g}]"
-            + (f" {p['unit']}" if p["unit"] != "1" else "")
-            + (" (at bound)" if p["at_bound"] else "")
-            for name, p in c.get("parameters", {}).items()
-        )
-        made.append(f"{' + '.join(c['effects']):<46}{c['probability']:>12.1%}{gap_after:>11}{reduction:>11}  {values}")
-    made += [
-        "",
-        f"gap (held out: {gap['held_out']}), in noise floors: {gap['before']:.2f} as delivered, "
-        f"{gap['after_calibration']:.2f} refitted, {gap['after']:.2f} with the cause",
-        f"reduction {gap['reduction']:.1%}, 95 % interval {low:.1%} to {high:.1%}; "
-        f"{gap['explainable_reduction']:.1%} of what is above the floor",
-    ]
-    others = {n: r["after_from_other_runs"] for n, r in gap["per_run"].items() if "after_from_other_runs" in r}
-    if others:
-        made.append("each run foretold by the others: " + ", ".join(f"{n} {v:.2f}" for n, v in others.items()))
-    for name, c in gap["per_channel"].items():
-        made.append(f"  {name:<28}{c['rms_before']:>12.4g} -> {c['rms_after']:<12.4g}{c['unit']}")
-    if data.get("events"):
-        made += ["", f"{'moments [s]':<60}{'measured':>18}{'delivered':>11}{'refitted':>11}{'with cause':>11}"]
-        for e in data["events"]:
-            measured = f"{e['limit']} {e['measured']:.3f}".strip()
-            made.append(
-                f"  {e['run'] + ', ' + e['event']:<58}{measured:>18}{e['delivered']:>11.3f}{e['refitted']:>11.3f}"
-                f"{e['with_cause']:>11.3f}"
-            )
-        if data["contrasts"]:
-            made += ["", "how much longer than in the run that differs in one condition only [s]"]
-        for e in data["contrasts"]:
-            made.append(
-                f"  {' than '.join(e['runs']) + ', ' + e['event']:<58}{e['measured']:>18.3f}{e['delivered']:>11.3f}"
-                f"{e['refitted']:>11.3f}{e['with_cause']:>11.3f}"
-            )
-    made += ["", "where the refitted model still misses"]
-    for w in data["where"][:4]:
-        made.append(f"  {w['share']:>6.1%}  {w['channel']:<26}{w['region']}")
-    for r in data["replay"]:
-        parts = ", ".join(f"{name.rsplit('.', 1)[-1]} {value:.1f}" for name, value in r["rms"].items())
-        made.append(f"  {r['component']} alone, driven by what was measured, misses by (floors): {parts}")
-    if data["next_experiment"]:
-        n = data["next_experiment"]
-        change = ", ".join(f"{k} = {v:g}" if isinstance(v, float) else f"{k} {v}" for k, v in n["change"].items())
-        sets = " from ".join(" + ".join(e) or "no effect" for e in n["separates"])
-        made += ["", f"measure next: {change}; it tells {sets} ({n['expected_separation']:.1f} floors apart)"]
-    if data.get("next_channel") and data["next_channel"] != data["next_experiment"]:
-        n = data["next_channel"]
-        made.append(f"channel to add: {n['change']['channel']} ({n['expected_separation']:.1f} floors apart)")
-    if data["warnings"]:
-        made += ["", *(f"note: {w}" for w in data["warnings"])]
-    t = data["timing"]
-    made += ["", f"{t['simulations']} runs in {t['wall_s']:.1f} s"]
-    return made

@@ -21,10 +21,12 @@ from typing import Any, NamedTuple
 
 import numpy as np
 from deepsea_cosim.gap.selection.calibration import Calibration
-from deepsea_cosim.gap.selection.posterior import Evidence, inclusion_features, weigh
+from deepsea_cosim.gap.selection.posterior import Evidence, inclusion, inclusion_features, weigh
 from deepsea_cosim.gap.settings import PosteriorSettings
 
-from .records import load
+from .records import Record, load
+from .scoring.names import plain
+from .scoring.true import Truth
 
 INDEPENDENT = (7.0, 10.0, 15.0, 20.0, 30.0)
 SCATTER = (0.0, 0.3, 1.0, 3.0)
@@ -47,6 +49,8 @@ class Case(NamedTuple):
     readings: int
     true: frozenset[str]
     kind: str
+    uncounted: frozenset[str] = frozenset()
+    """Effects that are there but too small to be found: they count neither as true nor as false."""
 
 
 class Observations(NamedTuple):
@@ -80,9 +84,13 @@ def case_of(answer: dict[str, Any], diagnosis: dict[str, Any]) -> Case:
         )
         for h in found["hypotheses"]
     )  # fmt: skip
-    known = answer["kind"] != "unknown"
-    true = frozenset(e["id"] for e in answer["effects"] if e.get("share", 1.0) >= 0.1) if known else frozenset()
-    return Case(evidence, found["readings"], true, answer["kind"])
+    if "size" not in answer:  # of real measurements
+        true = frozenset(e["id"] for e in answer["effects"]) if answer["kind"] != "unknown" else frozenset()
+        return Case(evidence, found["readings"], true, answer["kind"])
+    truth = Truth.of(answer)
+    true = frozenset(plain(e.name)[0] for e in truth.wanted)
+    there = frozenset(plain(e.name)[0] for e in truth.effects if truth.known)
+    return Case(evidence, found["readings"], true, answer["kind"], there - true)
 
 
 def observe(cases: Sequence[Case], calibration: Calibration) -> Observations:
@@ -92,6 +100,8 @@ def observe(cases: Sequence[Case], calibration: Calibration) -> Observations:
         posterior = weigh(case.evidence, calibration, case.readings)
         looked_at = sorted({id for e in case.evidence for id in e.ids})
         for id in looked_at:
+            if id in case.uncounted:
+                continue
             features.append(inclusion_features(posterior, frozenset([id]), PLAIN))
             true.append(id in case.true)
             place.append(k)
@@ -178,6 +188,22 @@ def summary(cases: Sequence[Case], o: Observations, p: np.ndarray) -> list[str]:
         if alarms:
             lines.append(f"{what}: {np.mean(alarms):.1%} of {len(alarms)}")
     return lines + [f"  {r.low:.1f}: {r.count:5d}  said {r.said:.3f}  was {r.was:.3f}" for r in reliability(p, o.true)]
+
+
+def recalibrated(record: Record) -> Record:
+    """A case with the inclusion probabilities of the shipped calibration in place of its own."""
+    if record.diagnosis is None:
+        return record
+    calibration, case = Calibration.load(), case_of(record.answer, record.diagnosis)
+    posterior = weigh(case.evidence, calibration, case.readings)
+    ids = sorted({id for e in case.evidence for id in e.ids})
+    told = {id: inclusion(posterior, frozenset([id]), calibration, PLAIN) for id in ids}
+    causes = [{"effects": [id], "probability": p} for id, p in sorted(told.items(), key=lambda item: -item[1])]
+    if "causes" in record.diagnosis:
+        return record._replace(diagnosis={**record.diagnosis, "causes": causes})
+    own = record.diagnosis["effects"]
+    effects = {id: {**own.get(id, {}), "inclusion_probability": p} for id, p in told.items()}
+    return record._replace(diagnosis={**record.diagnosis, "effects": effects})
 
 
 def main() -> None:

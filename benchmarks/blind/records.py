@@ -18,6 +18,7 @@ HYPOTHESIS = ("effects", "held_out_shared", "fit_rms", "unknowns")
 PART = ("kind", "group", "effects", "share", "ci95", "inclusion_probability", "within_group", "form", "rms")
 PARAMETER = ("value", "ci95", "at_bound")
 FIT = ("effects", "left", "deviance")
+TRIED = ("effects", "structured_energy", "fit_rms", "status")
 TERMS = ("penalty", "occam", "prior")
 NONE, UNKNOWN = ("none",), ("unknown",)
 """What a diagnosis names where it names no effect."""
@@ -95,6 +96,9 @@ def _budget(diagnosis: dict[str, Any]) -> dict[str, Any]:
         if "parameters" in part:
             kept["parameters"] = {a: _some(p, PARAMETER) for a, p in part["parameters"].items()}
         made["budget"]["parts"].append(kept)
+    if evidence := diagnosis.get("evidence"):
+        tried = [{**_some(h, TRIED), "terms": _some(h["terms"], TERMS)} for h in evidence["hypotheses"]]
+        made["evidence"] = {"readings": evidence["readings"], "hypotheses": tried}
     made["hypotheses"] = [
         {k: v for k, v in h.items() if k == "effects" or isinstance(v, (bool, int, float, str))}
         for h in diagnosis.get("hypotheses", [])

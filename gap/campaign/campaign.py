@@ -28,6 +28,23 @@ class Channel:
     role: str = "output"
     noise_std: float | None = None
     """In SI; None: to be estimated from the data."""
+    clock_jitter: float | None = None
+    """Standard deviation of the times of its readings [s]; None: the usual share of a sample interval."""
+    model_form_scatter: float | None = None
+    """What a good model of this channel may miss, as a standard deviation in SI; None: nothing is stated."""
+    keep_faulty: bool = False
+    """Glitches, drop-outs and stuck stretches are not left out."""
+
+
+@dataclass(frozen=True)
+class FactorTolerance:
+    """How well a base parameter is known, as a factor above 1 that it may be larger or smaller by."""
+
+    factor: float
+
+
+BaseTolerance = float | FactorTolerance
+"""A share of the value (0: known exactly), or a factor."""
 
 
 @dataclass(frozen=True)
@@ -78,11 +95,13 @@ class Campaign:
     effects: Path | None
     channels: tuple[Channel, ...]
     runs: tuple[Run, ...]
-    base: dict[str, float] = field(default_factory=dict)
+    base: dict[str, BaseTolerance] = field(default_factory=dict)
     """Tolerances of base parameters that the campaign itself gives."""
     warnings: list[str] = field(default_factory=list)
     file: Path = Path("campaign.toml")
     """Where it stands, for messages."""
+    accept: tuple[str, ...] = ()
+    """Ids of effects that are taken as known to be there."""
 
     @property
     def outputs(self) -> list[Channel]:

@@ -192,7 +192,8 @@ class _Reader(Tables):
         parameters = tuple(self.parameter(p, entry) for p in self.tables(table, entry, "parameter"))
         if not any(not p.shape for p in parameters):
             raise self.error(f"{entry}: has no parameter that is not a shape")
-        return Effect(*(self.get(table, entry, key, str) for key in ("id", "text", "group")), parameters)
+        id, text, group = (self.get(table, entry, key, str) for key in ("id", "text", "group"))
+        return Effect(id, text, group, parameters)
 
     def sensor(self, table: dict[str, Any], entry: str) -> Sensor:
         self.no_strangers(table, ("id", "text", "group", "quantity", "neutral", "bounds", "prior"), entry)
@@ -215,13 +216,14 @@ class _Reader(Tables):
 
     def region(self, table: dict[str, Any], entry: str) -> Region:
         self.no_strangers(table, ("text", "signal", "above", "below", "rate", "size"), entry)
-        limits = {key: self.number(table, entry, key) for key in ("above", "below") if key in table}
+        limits: dict[str, float] = {key: self.number(table, entry, key) for key in ("above", "below") if key in table}
         if not limits:
             raise self.error(f"{entry}: needs 'above' or 'below'")
         if limits.get("above", -inf) >= limits.get("below", inf):
             raise self.error(f"{entry}: nothing is above {limits['above']:g} and below {limits['below']:g}")
-        flags = {key: self.get(table, entry, key, bool) for key in ("rate", "size") if key in table}
-        return Region(self.get(table, entry, "text", str), self.get(table, entry, "signal", str), **limits, **flags)
+        rate, size = (self.get(table, entry, key, bool, False) for key in ("rate", "size"))
+        text, signal = (self.get(table, entry, key, str) for key in ("text", "signal"))
+        return Region(text, signal, limits.get("above", -inf), limits.get("below", inf), rate, size)
 
     def experiment(self, table: dict[str, Any], entry: str) -> Experiment:
         self.no_strangers(table, ("parameter", "values"), entry)
@@ -251,8 +253,9 @@ def _catalogue(data: dict[str, Any], shown: str) -> Catalogue:
         tables = reader.tables(data, shown, kind)
         return tuple(make(t, f"{shown}: {kind} {t.get(name, i)}") for i, t in enumerate(tables, 1))
 
-    effects, sensors = all_of("effect", "id", reader.effect), all_of("sensor", "id", reader.sensor)
-    ids = [e.id for e in (*effects, *sensors)]
+    effects = all_of("effect", "id", reader.effect)
+    sensors = all_of("sensor", "id", reader.sensor)
+    ids = [*(e.id for e in effects), *(s.id for s in sensors)]
     for id in ids:
         if ids.count(id) > 1:
             raise reader.error(f"{shown}: effect {id}: is listed twice")

@@ -29,8 +29,7 @@ def check_campaign(problem: Problem, nominal: np.ndarray) -> list[str]:
         parts = [b for b in problem.observations.blocks if b.channel == k]
         if parts:
             _check_readings(problem, c, parts, nominal)
-    check_units(problem, nominal)
-    return warnings
+    return [*warnings, *check_units(problem, nominal)]
 
 
 def _impossible(where: str, unit: str, t: float, bad: float, least: float, most: float) -> CampaignError:
@@ -87,13 +86,16 @@ def _check_swapped(problem: Problem, nominal: np.ndarray) -> None:
         pairs = list(_block_pairs(problem, i, j))
         if not pairs or any(len(x.y) != len(y.y) for x, y in pairs):
             continue
-        straight, crossed = [], []
+        straight: tuple[list[np.ndarray], list[np.ndarray]] = ([], [])
+        crossed: tuple[list[np.ndarray], list[np.ndarray]] = ([], [])
         for x, y in pairs:
-            for mine, other, floor in ((x, y, x.noise_std), (y, x, y.noise_std)):
+            for k, (mine, other) in enumerate(((x, y), (y, x))):
                 read = convert(other.y, *(units if other is x else units[::-1]))
-                straight.append((mine.y - nominal[mine.place]) / floor)
-                crossed.append((read - nominal[mine.place]) / floor)
-        if rms(np.concatenate(crossed)) < problem.settings.sanity.swapped * rms(np.concatenate(straight)) - 1.0:
+                straight[k].append((mine.y - nominal[mine.place]) / mine.noise_std)
+                crossed[k].append((read - nominal[mine.place]) / mine.noise_std)
+        own, other_way = ([rms(np.concatenate(parts)) for parts in both] for both in (straight, crossed))
+        each_better = all(after < before for before, after in zip(own, other_way, strict=True))  # or it is a wrong unit
+        if each_better and rms(np.array(other_way)) < problem.settings.sanity.swapped * rms(np.array(own)) - 1.0:
             names = f"'{a.column}' and '{b.column}'"
             raise CampaignError(f"the columns {names} seem to be swapped: each fits the other's connector better")
 

@@ -27,16 +27,23 @@ class _Suspect:
     channel: Channel
     better: str
     text: str
+    sure: bool = True
+    """No machine differs from its model by so much; else it is only remarked on."""
 
 
-def check_units(problem: Problem, nominal: np.ndarray) -> None:
-    """Raise `CampaignError` for what is likelier in another unit; `delivered` is the model's long vector (n,)."""
+def check_units(problem: Problem, nominal: np.ndarray) -> list[str]:
+    """Raise `CampaignError` for what is likelier in another unit; returns warnings of what may be.
+
+    nominal: the long vector (n,) of the model as delivered.
+    """
     settings = problem.settings.sanity
-    suspect = next(filter(None, (_suspect(problem, k, nominal) for k in range(len(problem.campaign.outputs)))), None)
+    suspects = [x for k in range(len(problem.campaign.outputs)) if (x := _suspect(problem, k, nominal)) is not None]
+    suspect = next((x for x in suspects if x.sure), None)
+    warnings = [f"{x.text}; is it in {x.better}? {_remedy([''])}" for x in suspects if not x.sure]
     models = {b.place.start: nominal[b.place] for b in problem.observations.series}
     straight = _missed(problem, models)
     if suspect is None and max(straight, default=0.0) <= settings.movement_lost:
-        return
+        return warnings
     stories = [(_sum(shares), text, shares) for shares, text in _stories(problem)]
     if suspect is None:
         left, text, shares = min(stories, default=(np.inf, "", []))
@@ -45,13 +52,20 @@ def check_units(problem: Problem, nominal: np.ndarray) -> None:
             for before, after in zip(straight, shares, strict=False)
         )
         if found and left < _sum(straight) - settings.as_good:
-            raise CampaignError(f"{problem.campaign.file}: the model misses the channels' movement; {text}?")
-        return
+            raise CampaignError(
+                f"{problem.campaign.file}: the model misses the channels' movement; {text}? {_remedy([text])}"
+            )
+        return warnings
     own = _missed(problem, models, suspect)
     stories = [(_sum(own), f"is it in {suspect.better}", own), *sorted(stories)]
     least = min(stories)[0]
-    told = [text for left, text, _ in stories if left <= least + settings.as_good]
-    raise CampaignError(f"{problem.campaign.file}: {suspect.text}; {', or '.join(told[:3])}?")
+    told = [text for left, text, _ in stories if left <= least + settings.as_good][:3]
+    raise CampaignError(f"{problem.campaign.file}: {suspect.text}; {', or '.join(told)}? {_remedy(told)}")
+
+
+def _remedy(told: list[str]) -> str:
+    keys = {"'time_unit'" if text.startswith("is time") else "the channel's 'unit'" for text in told}
+    return f"Then {' or '.join(sorted(keys, reverse=True))} has to say so"
 
 
 def _sum(shares: list[float]) -> float:
@@ -60,10 +74,16 @@ def _sum(shares: list[float]) -> float:
 
 def _suspect(problem: Problem, k: int, nominal: np.ndarray) -> _Suspect | None:
     """The channel, where the readings move or stand unlike the model as those of another unit would."""
-    settings = problem.settings.sanity
-    c, parts = problem.campaign.outputs[k], [b for b in problem.observations.series if b.channel == k]
+    parts = [b for b in problem.observations.series if b.channel == k]
     if not parts:
         return None
+    channel = problem.campaign.outputs[k]
+    return _of_another_size(problem, channel, parts, nominal) or _of_another_zero(problem, channel, parts, nominal)
+
+
+def _of_another_size(problem: Problem, c: Channel, parts: list[Block], nominal: np.ndarray) -> _Suspect | None:
+    """Where the readings are larger or smaller than the model's by what is between two units."""
+    settings = problem.settings.sanity
     measured = max(np.ptp(b.y) for b in parts)
     noise = max(b.noise_std for b in parts)
     modelled = max(np.ptp(nominal[b.place]) for b in parts)
@@ -75,17 +95,57 @@ def _suspect(problem: Problem, k: int, nominal: np.ndarray) -> _Suspect | None:
     if max(modelled, measured) <= settings.quiet * noise or min(modelled, measured) <= 0.0:
         return None
     ratio, own = measured / modelled, problem.units[c.connector]
-    better = None
-    if not 1.0 / settings.wrong_ratio < ratio < settings.wrong_ratio:
+    size, better = abs(float(np.log(ratio))), None
+    doubtful = size > np.log(settings.doubtful_ratio)
+    if size > np.log(settings.wrong_ratio):
         better = _likelier(c.unit, ratio, 2.0 * settings.better_share)
-    elif not 1.0 / settings.doubtful_ratio < ratio < settings.doubtful_ratio:
+    elif size > np.log(settings.possible_ratio):
         better = _likelier(c.unit, ratio, settings.ratio_fits)
-        if better and _left(parts, nominal, own, c.unit, better) > settings.better_share * _left(parts, nominal, own):
+        share = settings.better_share if doubtful else settings.much_better_share
+        if better and not _explains(problem, c, parts, nominal, better, share, word == "moves by"):
             better = None
     if better is None:
         return None
-    shown = [f"{convert(x, own, c.unit):.4g} {c.unit}" for x in (measured, modelled)]
-    return _Suspect(c, better, f"channel '{c.column}': it {word} {shown[0]} where the model {word} {shown[1]}")
+    shown = [f"{convert(float(x), own, c.unit):.4g} {c.unit}" for x in (measured, modelled)]
+    text = f"channel '{c.column}': it {word} {shown[0]} where the model {word} {shown[1]}"
+    return _Suspect(c, better, text, doubtful)
+
+
+def _explains(
+    problem: Problem, c: Channel, parts: list[Block], nominal: np.ndarray, better: str, share: float, moves: bool
+) -> bool:
+    """Whether the model misses far less of the readings in the better unit, and little of them themselves.
+
+    Large readings that have nothing of the model become smaller in a larger unit, too.
+    """
+    own = problem.units[c.connector]
+    after = _left(parts, nominal, own, c.unit, better)
+    if after > share * _left(parts, nominal, own):
+        return False
+    read = [_meant(b.y, own, c.unit, better) for b in parts]
+    whole = rms(np.concatenate([y - y.mean() if moves else y for y in read]))
+    return after <= problem.settings.sanity.shape_missed * whole
+
+
+def _of_another_zero(problem: Problem, c: Channel, parts: list[Block], nominal: np.ndarray) -> _Suspect | None:
+    """Where the readings stand off the model by what is between the zeros of two units, as of K and degC."""
+    settings, own = problem.settings.sanity, problem.units[c.connector]
+    given = _left(parts, nominal, own)
+    others = [u for u in _others(c.unit) if u.offset != unit(c.unit).offset]
+    if not others or given <= settings.quiet * max(b.noise_std for b in parts):
+        return None
+    readings = np.concatenate([b.y for b in parts])
+    model = np.concatenate([nominal[b.place] for b in parts])
+    moves = max(float(np.ptp(readings)), float(np.ptp(model)))
+    left = {u.name: _left(parts, nominal, own, c.unit, u.name) for u in others}
+    better = min(left, key=left.__getitem__)
+    shift = float(np.median(np.abs(_meant(readings, own, c.unit, better) - readings)))
+    share = settings.better_share if shift > settings.zero_beyond * moves else settings.much_better_share
+    if left[better] > share * given:
+        return None
+    shown = [f"{convert(float(np.median(x)), own, c.unit):.4g} {c.unit}" for x in (readings, model)]
+    absolute = (unit(c.unit).offset == 0.0) != (unit(better).offset == 0.0)  # 255 K apart, degC and degF about 40
+    return _Suspect(c, better, f"channel '{c.column}': it is at {shown[0]} where the model is at {shown[1]}", absolute)
 
 
 def _left(parts: list[Block], nominal: np.ndarray, own: str, given: str = "", better: str = "") -> float:
@@ -100,10 +160,10 @@ def _meant(values: np.ndarray, own: str, given: str, better: str) -> np.ndarray:
 
 
 def _others(given: str) -> Iterator[Unit]:
-    """The other units of the same quantity, one of each size."""
-    here, seen = unit(given), set()
-    seen.add((here.factor, here.offset))
-    for u in UNITS.values():
+    """The other units of the same quantity, one of each size; those that are angles too, of an angle, come first."""
+    here = unit(given)
+    seen = {(here.factor, here.offset)}
+    for u in sorted(UNITS.values(), key=lambda u: u.exponents != here.exponents):
         if u.same_dimension(here) and (u.factor, u.offset) not in seen:
             seen.add((u.factor, u.offset))
             yield u
@@ -177,6 +237,8 @@ def _models(
         return None
     made = {}
     for b in problem.observations.series:
-        signal = rows[b.run][:, problem.connectors.index(b.connector)]
+        run = rows[b.run]
+        assert not isinstance(run, Failure)  # or this would have returned above
+        signal = run[:, problem.connectors.index(b.connector)]
         made[b.place.start] = np.interp(b.t / f, np.arange(len(signal)) * step, signal)
     return made

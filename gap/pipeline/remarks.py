@@ -26,9 +26,9 @@ def base_at_tolerance(state: State) -> list[str]:
 
 
 def _base_at_tolerance(state: State) -> list[str]:
-    scale = {x.name: x.scale for x in state.problem.base}
+    tolerance = {x.name: x.tolerance_text for x in state.problem.base}
     return [
-        f"{name} is at the end of its tolerance of {scale[name]:.0%}; it may lie beyond"
+        f"{name} is at the end of its tolerance of {tolerance[name]}; it may lie beyond"
         for name in base_at_tolerance(state)
     ]
 

@@ -7,7 +7,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from ...core.errors import CosimError, ParameterError, UnknownNameError, UsageError
+from ...core.errors import CosimError, ParameterError, UnknownNameError, UsageError, did_you_mean
 from ...core.repeated import repeated
 from ...core.units import unit
 from ...master.pool import Pool
@@ -26,6 +26,9 @@ from .stop import StopToken
 
 TIME_UNITS = {"ms": 1e3, "us": 1e6, "ns": 1e9, "minutes": 1.0 / 60.0, "hours": 1.0 / 3600.0}
 """Units that times are found in, as multiples that a number of them is of one in seconds."""
+
+TIME_UNIT_KEYS = {"minutes": "min", "hours": "h"}
+"""What `time_unit` calls them, where that is another name."""
 
 
 @dataclass(frozen=True)
@@ -81,6 +84,7 @@ def _read_package(campaign: Campaign, catalogue: Catalogue, session: Session) ->
     start, step = session.structure.start_time, session.structure.step_size
     runs = tuple(_conditions(campaign, run, session, units) for run in campaign.runs)
     check_catalogue(catalogue, session)
+    _check_accepted(campaign, catalogue)
     try:
         session.values(catalogue.estimation)
     except ParameterError as error:
@@ -90,6 +94,13 @@ def _read_package(campaign: Campaign, catalogue: Catalogue, session: Session) ->
     if start != 0.0:
         raise UsageError(f"{campaign.system.name}: starts at {start:g} s; a diagnosis needs a start at 0 s")
     return _Package(units, parameter_units, signals, step, session.structure.stop_time, runs)
+
+
+def _check_accepted(campaign: Campaign, catalogue: Catalogue) -> None:
+    known = [*(e.id for e in catalogue.effects), *(s.id for s in catalogue.sensors)]
+    for id in campaign.accept:
+        if id not in known:
+            raise CampaignError(f"{campaign.file}: accept: no effect '{id}' in the catalogue{did_you_mean(id, known)}")
 
 
 def _units(campaign: Campaign, session: Session) -> dict[str, str]:
@@ -135,8 +146,9 @@ def _series(campaign: Campaign, units: dict[str, str], settings: Settings) -> li
     for k, c in enumerate(campaign.outputs):
         for run in campaign.runs:
             if c.connector in run.series:
-                readings = _own(units[c.connector], run.series[c.connector][1])
-                estimated.setdefault(k, []).append(estimate_channel_noise(readings))
+                t, readings = run.series[c.connector]
+                readings = _own(units[c.connector], readings)
+                estimated.setdefault(k, []).append(estimate_channel_noise(readings, t=t))
     blocks = []
     for r, run in enumerate(campaign.runs):
         for k, c in enumerate(campaign.outputs):
@@ -146,11 +158,12 @@ def _series(campaign: Campaign, units: dict[str, str], settings: Settings) -> li
             y = _own(units[c.connector], y)
             noise = float(np.median(estimated[k]))
             if c.noise_std is not None:
-                stated = c.noise_std / unit(units[c.connector]).factor
-                noise = float(np.hypot(stated, quantisation_step(y) / np.sqrt(12.0)))
+                told = c.noise_std / unit(units[c.connector]).factor
+                noise = float(np.hypot(told, quantisation_step(y) / np.sqrt(12.0)))
             t, y, m = decimate(t, y, settings.noise.max_samples)
-            stated_noise = c.noise_std is not None
-            blocks.append(RawBlock(r, k, c.connector, t, y, noise / np.sqrt(m), None, stated_noise))
+            jitter = None if c.clock_jitter is None else c.clock_jitter / np.sqrt(m)
+            stated = c.noise_std is not None
+            blocks.append(RawBlock(r, k, c.connector, t, y, noise / np.sqrt(m), None, stated, jitter))
     return blocks
 
 
@@ -197,12 +210,15 @@ def _own(own: str, values: np.ndarray) -> np.ndarray:
 
 def _check_length(where: str, run: Run, scenario: float | None, step: float, driven: bool, settings: Settings) -> None:
     """A run's length betrays a wrong unit of its time."""
+    fitting = [u for u, f in TIME_UNITS.items() if scenario is not None and 0.5 < run.stop / (f * scenario) < 1.5]
+    keys = [f'time_unit = "{TIME_UNIT_KEYS.get(u, u)}"' for u in fitting]
     if run.stop / step > settings.numerics.max_steps:
-        raise CampaignError(f"{where} lasts {run.stop:g} s, {run.stop / step:.1e} steps: is time in seconds?")
-    if scenario is None or driven:
-        return
-    name = next((u for u, f in TIME_UNITS.items() if 0.5 < run.stop / (f * scenario) < 1.5), None)
-    if name is not None:
+        remedy = f"{keys[0]} makes it as long as the scenario" if keys else "'time_unit' says another unit"
         raise CampaignError(
-            f"{where} lasts {run.stop:g} s, the scenario {scenario:g} s: is time in {name}? It has to be in seconds"
+            f"{where} lasts {run.stop:g} s, {run.stop / step:.1e} steps: is time in seconds? {remedy}, 'start' where in "
+            "the file the model starts"
+        )
+    if fitting and not driven:
+        raise CampaignError(
+            f"{where} lasts {run.stop:g} s, the scenario {scenario:g} s: is time in {fitting[0]}? Then it needs {keys[0]}"
         )

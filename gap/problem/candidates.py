@@ -3,12 +3,13 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Mapping, Sequence
+from math import log
 from typing import Any
 
 from ...core.errors import CosimError, UnknownNameError, did_you_mean
 from ...core.repeated import repeated
 from ...master.session import Session
-from ..campaign.campaign import Campaign, CampaignError
+from ..campaign.campaign import BaseTolerance, Campaign, CampaignError, FactorTolerance
 from ..campaign.catalogue import Catalogue, Effect
 from ..campaign.catalogue import Sensor as SensorEffect
 from ..settings import ParameterSettings
@@ -45,6 +46,7 @@ def base_parameters(
     for addresses, tolerance in tolerances.items():
         if tolerance == 0.0:
             continue
+        factor = tolerance.factor if isinstance(tolerance, FactorTolerance) else None
         for a in addresses:
             if a in changed:
                 raise CampaignError(f"base {a}: that is what effect {changed[a]} changes; leave it out of the base")
@@ -53,16 +55,19 @@ def base_parameters(
         if all(info.values[a] == 0.0 for info in runs for a in addresses):
             warnings.append(f"base parameter '{addresses[0]}' is 0 and has no relative tolerance; it is held")
             continue
-        reach = settings.base_reach
+        reach, std = settings.base_reach, settings.base_std
+        scale = log(factor) if factor is not None else tolerance
         made.append(
-            EstimatedParameter(addresses[0], "base", 1.0, tolerance, -reach, reach, settings.base_std, addresses)
+            EstimatedParameter(addresses[0], "base", 1.0, scale, -reach, reach, std, addresses, factor=factor)
         )
     return tuple(made)
 
 
-def _tolerances(campaign: Campaign, catalogue: Catalogue, values: Mapping[str, Any]) -> dict[tuple[str, ...], float]:
+def _tolerances(
+    campaign: Campaign, catalogue: Catalogue, values: Mapping[str, Any]
+) -> dict[tuple[str, ...], BaseTolerance]:
     """Tolerance by addresses; those of the campaign count."""
-    tolerances = {}
+    tolerances: dict[tuple[str, ...], BaseTolerance] = {}
     for b in catalogue.base:
         tolerances[addresses_of(b.parameter, values, f"base {b.parameter}")] = b.tolerance
     for name, tolerance in campaign.base.items():

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
+from ..measurements.clock import jitters
 from ..settings import NoiseSettings
 
 _DEFAULT = NoiseSettings()
@@ -28,15 +29,15 @@ def quantisation_step(y: np.ndarray, settings: NoiseSettings = _DEFAULT) -> floa
     return step if np.mean(np.abs(whole - np.round(whole)) < 0.05) > 0.95 else 0.0
 
 
-def estimate_noise_std(y: np.ndarray, settings: NoiseSettings = _DEFAULT) -> float:
-    """Standard deviation of white noise on a smooth signal y (n,), in its unit.
+def estimate_noise_std(y: np.ndarray, settings: NoiseSettings = _DEFAULT, t: np.ndarray | None = None) -> float:
+    """Standard deviation of white noise on a smooth signal y (n,), in its unit; t (n,): its times, if not even.
 
     Third differences remove what a parabola can follow; a window in which the signal itself is rough says too much, so
     the quieter half of the windows counts. For white noise the estimate is unbiased.
     """
     if len(y) < 8:
         return 0.0
-    d = np.diff(y, 3) / np.sqrt(20.0)
+    d = np.diff(y, 3) / np.sqrt(20.0) if t is None or not jitters(t) else _third_differences(t, y)
     count = max(1, len(d) // settings.window)
     powers = np.array([np.mean(part * part) for part in np.array_split(d, count)])
     still = powers > 1e-30 * max(1.0, float(np.max(np.abs(y))) ** 2)
@@ -48,6 +49,19 @@ def estimate_noise_std(y: np.ndarray, settings: NoiseSettings = _DEFAULT) -> flo
     return float(np.sqrt(quiet / _quiet_share(len(powers))))
 
 
+def _third_differences(t: np.ndarray, y: np.ndarray) -> np.ndarray:
+    """Divided differences (n - 3,) of readings y (n,) at uneven times t (n,), of the noise's standard deviation.
+
+    A clock that jitters by 3 % of an interval makes a position that moves look six times as noisy as it is, where its
+    readings are taken as even.
+    """
+    times = np.stack([t[i : len(t) - 3 + i] for i in range(4)])
+    readings = np.stack([y[i : len(y) - 3 + i] for i in range(4)])
+    weights = np.stack([1.0 / np.prod([times[i] - times[j] for j in range(4) if j != i], axis=0) for i in range(4)])
+    made: np.ndarray = (weights * readings).sum(0) / np.sqrt((weights * weights).sum(0))
+    return made
+
+
 def _quiet_share(windows: int) -> float:
     """Mean of the lower half of the windows' powers over the mean of all, for white noise; tends to 0.74 for many."""
     if windows == 1:
@@ -55,9 +69,12 @@ def _quiet_share(windows: int) -> float:
     return 0.74 + 0.26 / windows
 
 
-def estimate_channel_noise(y: np.ndarray, settings: NoiseSettings = _DEFAULT) -> float:
-    """Noise of a channel's readings y (n,) in their unit: white noise or the converter's step, never zero."""
+def estimate_channel_noise(y: np.ndarray, settings: NoiseSettings = _DEFAULT, t: np.ndarray | None = None) -> float:
+    """Noise of a channel's readings y (n,) in their unit: white noise or the converter's step, never zero.
+
+    t (n,): their times, if these are not even.
+    """
     step = quantisation_step(y, settings) / np.sqrt(12.0)
-    noise = max(estimate_noise_std(y, settings), step)
+    noise = max(estimate_noise_std(y, settings, t), step)
     tiny = 1e-6 * float(np.ptp(y)) or 1e-9 * float(np.max(np.abs(y))) or 1e-12
     return float(max(noise, tiny))

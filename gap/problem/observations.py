@@ -73,6 +73,8 @@ class Block:
     event: EventObservation | None = None
     stated: bool = True
     """The noise is what the campaign says, not what was estimated."""
+    clock_jitter: float | None = None
+    """Standard deviation of the readings' times [s]; None: the usual share of a sample interval."""
 
     @property
     def interval(self) -> float:
@@ -166,6 +168,10 @@ class Observations:
                 made[b.place] = np.gradient(model[b.place], b.t)
         return made
 
+    def clock_jitter(self, block: Block) -> float:
+        """Standard deviation of the times of a block's readings [s]: as stated, else a share of their interval."""
+        return self.settings.clock_jitter * block.interval if block.clock_jitter is None else block.clock_jitter
+
     def with_numerical_error(self, model: np.ndarray, error: np.ndarray) -> Observations:
         """The same with a noise that has timing jitter on the model's slopes and the model's numerical error in it.
 
@@ -178,7 +184,7 @@ class Observations:
             numerical = np.sqrt(_smooth(error[b.place] ** 2, b.t, settings.smoothing))
             share = made.step_error_share(b, error)
             numerical *= min(1.0, settings.step_error_share / max(share, 1e-300))
-            jitter = settings.clock_jitter * b.interval * rough
+            jitter = self.clock_jitter(b) * rough
             noise[b.place] = np.sqrt(b.noise_std**2 + jitter**2 + numerical**2)
         return replace(made, noise_std=noise)
 
@@ -193,7 +199,7 @@ class Observations:
         """The same without, in estimated noise, what the same estimate makes of the model, which has no noise."""
         made = []
         for b in self.blocks:
-            rough = estimate_noise_std(model[b.place]) if not b.stated else 0.0
+            rough = estimate_noise_std(model[b.place], t=b.t) if not b.stated else 0.0
             left = float(np.sqrt(max(b.noise_std**2 - rough**2, 0.0)))
             made.append(replace(b, noise_std=float(max(left, self.settings.least_share * b.noise_std))))
         return replace(self, blocks=tuple(made))
@@ -232,6 +238,7 @@ class RawBlock(NamedTuple):
     noise_std: float
     event: EventObservation | None
     stated: bool
+    clock_jitter: float | None = None
 
 
 def gather(blocks: Sequence[RawBlock], settings: NoiseSettings | None = None) -> Observations:
@@ -239,7 +246,10 @@ def gather(blocks: Sequence[RawBlock], settings: NoiseSettings | None = None) ->
     made, place = [], 0
     for b in blocks:
         end = place + len(b.t)
-        made.append(Block(b.run, b.channel, b.connector, b.t, b.y, b.noise_std, slice(place, end), b.event, b.stated))
+        at = slice(place, end)
+        made.append(
+            Block(b.run, b.channel, b.connector, b.t, b.y, b.noise_std, at, b.event, b.stated, b.clock_jitter)
+        )
         place = end
     channels = 1 + max(b.channel for b in made)
     span, level = np.zeros(channels), np.zeros(channels)

@@ -13,7 +13,11 @@ Point = Mapping[str, float]
 
 @dataclass(frozen=True)
 class EstimatedParameter:
-    """A quantity to be estimated: value = start + scale * u, low <= u <= high; u has the prior N(0, sd)."""
+    """A quantity to be estimated: value = start + scale * u, low <= u <= high; u has the prior N(0, sd).
+
+    With a `factor` it is on a logarithmic scale instead: value = start * factor^u, and scale = log(factor) is the
+    relative change for a small u.
+    """
 
     name: str
     kind: str
@@ -27,10 +31,17 @@ class EstimatedParameter:
     shape: bool = False
     starts: tuple[float, ...] = ()
     """Of a shape: normalised values to try first."""
+    factor: float | None = None
+
+    @property
+    def tolerance_text(self) -> str:
+        """The tolerance of a base parameter, for people."""
+        return f"{100 * self.scale:.3g}%" if self.factor is None else f"a factor of {self.factor:g}"
 
     def value(self, u: float) -> float:
         """The value of the quantity, without the last digits: what is a range's end but for rounding is that end."""
-        value = float(f"{self.start + self.scale * u:.14g}")
+        exact = self.start + self.scale * u if self.factor is None else self.start * self.factor**u
+        value = float(f"{exact:.14g}")
         return 0.0 if abs(value) < 1e-12 * abs(self.scale) else value
 
 

@@ -1,36 +1,33 @@
 """report.html: a diagnosis for a person, in one file that needs nothing else.
 
-`view` puts into words and numbers what is shown, `plots` draws the series, `report.html.j2` sets the page.
+Reads the contents of diagnosis.json and `signals.Signals`, nothing else of the diagnosis; `collect` makes the latter of
+the pipeline's state. Every section of the page is a module (what is shown) and a template (how).
 """
 
 from __future__ import annotations
 
-from importlib.resources import files
+from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
 from ...core.files import make_folder, writing
-from ..pipeline.diagnosis import Diagnosis
+from .page import render
+from .signals import Signals
 
 NAME = "report.html"
 
+__all__ = ["NAME", "render", "write_report"]
 
-def write_report(d: Diagnosis, data: dict[str, Any], folder: Path) -> Path:
-    """Write the report of a diagnosis into `folder`; `data` are the contents of diagnosis.json."""
-    text = render(d, data)
+
+def write_report(data: Mapping[str, Any], signals: Signals | None, folder: Path) -> Path:
+    """Write the report of a diagnosis into `folder`.
+
+    data: the contents of diagnosis.json; signals: its time series, None where they are not at hand. Raises
+    `OutputError`.
+    """
+    text = render(data, signals)
     target = folder / NAME
     make_folder(folder)
     with writing(target):
         target.write_text(text, encoding="utf-8")
     return target
-
-
-def render(d: Diagnosis, data: dict[str, Any]) -> str:
-    """The page."""
-    from jinja2 import Environment, StrictUndefined
-
-    from .view import view
-
-    environment = Environment(autoescape=True, undefined=StrictUndefined, trim_blocks=True, lstrip_blocks=True)
-    template = files(__package__).joinpath("report.html.j2").read_text(encoding="utf-8")
-    return environment.from_string(template).render(view(d, data))

@@ -1,16 +1,16 @@
-"""Numbers and units as a person reads them."""
+"""Numbers, units and names as a person reads them."""
 
 from __future__ import annotations
 
 import re
+import unicodedata
 from collections.abc import Sequence
+from typing import Any
 
 import numpy as np
 
-from ...core.units import convert, unit
-from ..campaign.campaign import si
-
 _SUPERSCRIPT = str.maketrans("-0123456789", "⁻⁰¹²³⁴⁵⁶⁷⁸⁹")
+NBSP = "\u00a0"
 
 
 def short(x: float, digits: int = 3) -> str:
@@ -51,58 +51,79 @@ def with_interval(value: float, ends: Sequence[float]) -> tuple[str, str, str]:
     return a, f"{b} to {c}", f" × 10{str(power).translate(_SUPERSCRIPT)}" if power else ""
 
 
+def quantity(x: float, unit: str, digits: int = 3) -> str:
+    """A number with its unit."""
+    return f"{short(x, digits)}{NBSP}{pretty(unit)}".rstrip(NBSP)
+
+
 def change(share: float) -> str:
     """A relative change, with its sign."""
     text = f"{100.0 * share:+.1f}"
-    return "0%" if text in ("+0.0", "-0.0") else _minus(text) + "%"
+    return f"0{NBSP}%" if text in ("+0.0", "-0.0") else f"{_minus(text)}{NBSP}%"
 
 
 def percent(share: float) -> str:
-    """A share; never 0% or 100% unless it is."""
+    """A share; never 0 % or 100 % unless it is."""
     if 0.0 < share < 0.01:
-        return "<1%"
+        return f"<1{NBSP}%"
     if 0.99 < share < 1.0:
-        return ">99%"
-    return f"{share:.0%}".replace("-", "−")
+        return f">99{NBSP}%"
+    return _minus(f"{100.0 * share:.0f}") + f"{NBSP}%"
 
 
-def floors(x: float) -> str:
-    """A gap in noise floors."""
+def percents(ends: Sequence[float]) -> str:
+    """An interval of shares."""
+    low, high = (_minus(f"{100.0 * x:.0f}") for x in ends)
+    return f"{low} to {high}{NBSP}%"
+
+
+def multiple(x: float) -> str:
+    """A deviation as a multiple of the noise."""
     return f"{x:.0f}" if x >= 99.95 else f"{x:.1f}" if x >= 9.995 else f"{x:.2f}"
 
 
 def duration(seconds: float) -> str:
     """A time span in words."""
     if seconds < 100.0:
-        return f"{short(seconds, 2)} s"
+        return f"{short(seconds, 2)}{NBSP}s"
     if seconds < 6000.0:
-        return f"{seconds / 60.0:.1f} min"
-    return f"{seconds / 3600.0:.1f} h"
+        return f"{seconds / 60.0:.1f}{NBSP}min"
+    return f"{seconds / 3600.0:.1f}{NBSP}h"
 
 
-def pretty(name: str) -> str:
+def pretty(unit: str) -> str:
     """A unit with signs instead of letters: m²/s for m2/s; empty for a plain number."""
-    if name == "1":
+    if unit == "1":
         return ""
-    name = {"degC": "°C", "deg": "°", "deg/s": "°/s"}.get(name, name)
-    return re.sub(r"(?<=[A-Za-z])(\d+)", lambda m: m[1].translate(_SUPERSCRIPT), name).replace(".", "·")
+    unit = {"degC": "°C", "deg": "°", "deg/s": "°/s"}.get(unit, unit)
+    return re.sub(r"(?<=[A-Za-z])(\d+)", lambda m: m[1].translate(_SUPERSCRIPT), unit).replace(".", "·")
 
 
-class Shown:
-    """Values of a quantity in the unit in which it was measured; own: the unit of the FMU's variable, if it has one."""
+def listed(names: Sequence[str], most: int = 4, word: str = "and") -> str:
+    """Names as a sentence has them: a, b and c; the rest only counted."""
+    if len(names) > most:
+        return f"{', '.join(names[:most])} {word} {len(names) - most} more"
+    return f" {word} ".join([", ".join(names[:-1]), names[-1]] if len(names) > 1 else names)
 
-    def __init__(self, measured: str, own: str | None):
-        self.unit = pretty(measured)
-        self._from = own if own is not None else si(measured)
-        self._to = measured
 
-    def value(self, x: np.ndarray) -> np.ndarray:
-        """Readings."""
-        return convert(x, self._from, self._to)
+_DIRECTION = frozenset("\u061c\u200e\u200f\u202a\u202b\u202c\u202d\u202e\u2066\u2067\u2068\u2069")
+"""Characters that turn the direction of what follows them."""
 
-    def difference(self, x):
-        """Differences of readings."""
-        return x * (unit(self._from).factor / unit(self._to).factor)
+
+def printable(text: str) -> str:
+    """A text without control characters and marks of direction, which can forge what a terminal or a page shows."""
+    bad = ("Cc", "Cs", "Zl", "Zp")
+    text = " ".join(text.split()) if any(c in text for c in "\n\r\t") else text
+    return "".join("\ufffd" if unicodedata.category(c) in bad or c in _DIRECTION else c for c in text)
+
+
+def cleaned(value: Any) -> Any:
+    """JSON values with all their texts, keys too, made printable."""
+    if isinstance(value, str):
+        return printable(value)
+    if isinstance(value, dict):
+        return {printable(str(k)): cleaned(v) for k, v in value.items()}
+    return [cleaned(v) for v in value] if isinstance(value, (list, tuple)) else value
 
 
 def _minus(text: str) -> str:

@@ -27,12 +27,18 @@ def parameters(problem: Problem, fit: Fit, nuisance_jacobian: np.ndarray, kinds:
 
 
 def moved_base(problem: Problem, fit: Fit, nuisance_jacobian: np.ndarray) -> dict[str, Any]:
-    """The base parameters of a fit, with their change as a share of what is stated and of which tolerance that is."""
+    """The base parameters of a fit, with their change as a share of what is stated and of which tolerance that is.
+
+    A tolerance that is a factor is told as the largest change that it allows, and as the factor beside it.
+    """
     made = parameters(problem, fit, nuisance_jacobian, ("base",))
     for x, u in zip(fit.parameters, fit.normalised, strict=True):
         if x.kind == "base":
-            told = {"change": x.value(u) - 1.0, "tolerance": x.scale, "at_tolerance": made[x.name].pop("at_bound")}
+            tolerance = x.scale if x.factor is None else x.factor - 1.0
+            told = {"change": x.value(u) - 1.0, "tolerance": tolerance, "at_tolerance": made[x.name].pop("at_bound")}
             made[x.name] |= told
+            if x.factor is not None:
+                made[x.name]["tolerance_factor"] = x.factor
     return made
 
 

@@ -12,8 +12,9 @@ from ..estimation.gauss_newton import fit, robust_fit
 from ..estimation.linear import profile_nuisances
 from ..estimation.scheduler import run_fit
 from ..problem.noise import rms
-from ..problem.parameters import penalty, point_of
+from ..problem.parameters import EstimatedParameter, penalty, point_of
 from ..problem.problem import Problem
+from ..settings import BaselineSettings
 from .hypothesis import Hypothesis, is_adequate, penalised_deviance
 
 
@@ -26,7 +27,7 @@ def refit_base(problem: Problem, nuisance_jacobian: np.ndarray) -> Hypothesis:
     settings = problem.settings.baseline
     start, room, iterations = np.zeros(len(problem.base)), settings.room, settings.iterations
     roomy = tuple(
-        replace(x, low=max(room * x.low, min(x.low, settings.least_change / x.scale)), high=room * x.high)
+        replace(x, low=max(room * x.low, _least(x, settings)), high=room * x.high)
         for x in problem.base
     )
     far = run_fit(problem, robust_fit(problem, roomy, start, nuisance_jacobian, iterations)).normalised
@@ -40,6 +41,11 @@ def refit_base(problem: Problem, nuisance_jacobian: np.ndarray) -> Hypothesis:
         if is_adequate(problem, baseline.fit) or problem.stop_requested:
             break
     return baseline
+
+
+def _least(x: EstimatedParameter, settings: BaselineSettings) -> float:
+    """The lowest normalised value on the way: none changes sign, which a logarithmic scale never does."""
+    return min(x.low, settings.least_change / x.scale) if x.factor is None else -np.inf
 
 
 def fitted_base(problem: Problem, u: np.ndarray, nuisance_jacobian: np.ndarray) -> Hypothesis:

@@ -1,0 +1,23 @@
+"""How evenly a logger's clock ticks."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from .table import FloatArray
+
+JITTER = 0.015
+"""Standard deviation of the time stamps, in sample intervals, from which a clock is told to jitter: that of +-3 %."""
+
+
+def clock_jitter(seconds: FloatArray) -> float:
+    """Standard deviation [s] of times (n,) around an even clock; holes and slow drift do not count."""
+    steps = np.diff(seconds)
+    usual = np.median(steps)
+    near = steps[(steps > 0.5 * usual) & (steps < 1.5 * usual)]
+    return float(near.std()) / np.sqrt(2.0) if len(near) > 0.5 * len(steps) else 0.0
+
+
+def jitters(seconds: FloatArray) -> bool:
+    """Whether times (n,) lie so unevenly that differences of readings show it."""
+    return bool(clock_jitter(seconds) > JITTER * np.median(np.diff(seconds)))

@@ -1,0 +1,138 @@
+"""Readings of a run that a sensor got wrong: glitches, drop-outs and stretches in which it was stuck.
+
+A fault of a sensor is in one channel alone. Where the course of any channel of the run changes at the same moment, the
+machine has done something, and what looks like a fault is kept: the acceleration at an end stop is one sample long.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ..settings import FaultSettings
+from .glitches import Scale, Stretch, dropout_candidates, glitch_candidates
+from .machine_events import has_event, kinks
+from .stuck_sensor import constant_stretches, is_stuck_in_motion, is_stuck_in_noise, leaves_with_a_jump
+from .table import FloatArray
+
+Mask = NDArray[np.bool_]
+
+FEWEST = 30
+"""Readings below which nothing is said about a channel."""
+
+
+@dataclass(frozen=True)
+class FaultyReadings:
+    """Which readings of a channel are faulty: masks (n,), by kind."""
+
+    glitches: Mask
+    dropouts: Mask
+    stuck: Mask
+
+    @property
+    def any(self) -> Mask:
+        """Those of any kind (n,)."""
+        return np.asarray(self.glitches | self.dropouts | self.stuck)
+
+    def without(self, kept: Mask) -> FaultyReadings:
+        """The same where `kept` (n,) is not true."""
+        return FaultyReadings(self.glitches & ~kept, self.dropouts & ~kept, self.stuck & ~kept)
+
+    def counts(self) -> dict[str, int]:
+        """Number of readings by kind, of kinds that there are."""
+        kinds = {"glitches": self.glitches, "drop-outs": self.dropouts, "stuck": self.stuck}
+        return {kind: int(mask.sum()) for kind, mask in kinds.items() if mask.any()}
+
+
+@dataclass(frozen=True)
+class _Channel:
+    t: FloatArray
+    y: FloatArray
+    scale: Scale
+    kinks: FloatArray
+    """Of the channel without its candidates."""
+    glitches: list[Stretch]
+    dropouts: list[Stretch]
+
+
+def find_faulty_readings(
+    series: Mapping[str, tuple[FloatArray, FloatArray]], settings: FaultSettings | None = None
+) -> dict[str, FaultyReadings]:
+    """The faulty readings of each channel of a run: times [s] and finite readings, both (n,), by name."""
+    settings = settings or FaultSettings()
+    channels = {name: _prepare(t, y, settings) for name, (t, y) in series.items()}
+    return {name: _judge(channels, name, settings) for name in channels}
+
+
+def scale_of(y: FloatArray) -> Scale:
+    """What is usual in readings y (n,)."""
+    steps = np.abs(np.diff(y))
+    moving = steps[steps > 1e-9 * max(float(np.abs(y).max()), 1e-300)]
+    low, high = np.percentile(y, [2.0, 98.0])
+    # the median of third differences, which a few faults do not move; of a channel in motion it says a little too much
+    noise = float(np.median(np.abs(np.diff(y, 3)))) / (0.6745 * np.sqrt(20.0))
+    return Scale(float(high - low), noise, float(moving.min()) if len(moving) else 0.0)
+
+
+def _prepare(t: FloatArray, y: FloatArray, settings: FaultSettings) -> _Channel:
+    if len(y) < FEWEST:
+        return _Channel(t, y, Scale(0.0, 0.0, 0.0), np.zeros(len(y)), [], [])
+    scale = scale_of(y)
+    glitches = glitch_candidates(y, scale, settings)
+    taken = _mask(len(y), glitches)
+    dropouts = [s for s in dropout_candidates(t, y, scale, settings) if not taken[s.first - 1 : s.last + 1].any()]
+    good = ~(taken | _mask(len(y), dropouts))
+    filled = np.interp(t, t[good], y[good])
+    return _Channel(t, y, scale, kinks(t, filled, settings), glitches, dropouts)
+
+
+def _judge(channels: Mapping[str, _Channel], name: str, settings: FaultSettings) -> FaultyReadings:
+    own = channels[name]
+    n = len(own.y)
+    glitches = [s for s in own.glitches if not _machine_did_something(channels, own, s, settings)]
+    dropouts = [s for s in own.dropouts if not _machine_did_something(channels, own, s, settings)]
+    stuck = [s for s in constant_stretches(own.t, own.y, settings) if _is_stuck(channels, name, s, settings)]
+    found = FaultyReadings(_mask(n, glitches), _mask(n, dropouts), _mask(n, stuck))
+    none = np.zeros(n, dtype=bool)
+    if _mask(n, own.glitches + own.dropouts).mean() > settings.most:
+        found = FaultyReadings(none, none, found.stuck)
+    return FaultyReadings(none, none, none) if found.any.mean() > 0.5 else found
+
+
+def _machine_did_something(
+    channels: Mapping[str, _Channel], own: _Channel, stretch: Stretch, settings: FaultSettings
+) -> bool:
+    """Whether any channel, the stretch's own among them, changes its course where the stretch begins or ends."""
+    begin, end = own.t[stretch.first], own.t[stretch.last - 1]
+    for c in channels.values():
+        noise = c.scale.noise + c.scale.resolution / 4.0
+        samples = {int(np.searchsorted(c.t, moment)) for moment in (begin, end)}
+        if any(has_event(c.kinks, k, noise, settings) for k in samples):
+            return True
+    return False
+
+
+def _is_stuck(channels: Mapping[str, _Channel], name: str, stretch: Stretch, settings: FaultSettings) -> bool:
+    own = channels[name]
+    if is_stuck_in_motion(own.t, own.y, stretch, own.scale, settings):
+        return True
+    if not is_stuck_in_noise(own.y, stretch, own.scale, settings):
+        return False
+    begin, end = own.t[stretch.first], own.t[stretch.last - 1]
+    others = (_moves(c, begin, end, settings) for other, c in channels.items() if other != name)
+    return leaves_with_a_jump(own.y, stretch, own.scale) or any(others)
+
+
+def _moves(c: _Channel, begin: float, end: float, settings: FaultSettings) -> bool:
+    inside = c.y[(c.t >= begin) & (c.t <= end)]
+    return len(inside) > 1 and float(np.ptp(inside)) > max(settings.rests_within * c.scale.span, 10.0 * c.scale.noise)
+
+
+def _mask(n: int, stretches: list[Stretch]) -> Mask:
+    mask = np.zeros(n, dtype=bool)
+    for s in stretches:
+        mask[s.first : s.last] = True
+    return mask

@@ -1,0 +1,44 @@
+"""When a machine has done something: moments at which the course of a channel changes its level or its slope."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from ..settings import FaultSettings
+from .table import FloatArray
+
+
+def kinks(t: FloatArray, y: FloatArray, settings: FaultSettings) -> FloatArray:
+    """How much the course of readings y (n,) at times t (n,) changes before each of them (n,) [unit of y].
+
+    The larger of the jump between the straight lines through the readings of a window before and after, and of the
+    difference of their slopes times its length. Near the ends, and where readings are missing, 0.
+    """
+    n, w = len(y), settings.event_window
+    made = np.zeros(n)
+    if n < 2 * w + 1:
+        return made
+    windows = np.lib.stride_tricks.sliding_window_view(y, w)
+    k = np.arange(w) - (w - 1) / 2.0
+    slope = windows @ k / (k @ k)
+    mean = windows.mean(axis=1)
+    before, after = slice(0, n - 2 * w + 1), slice(w, n - w + 1)
+    ahead = w / 2.0  # from a window's middle to the middle between both
+    jump = np.abs(mean[after] - slope[after] * ahead - (mean[before] + slope[before] * ahead))
+    made[w : n - w + 1] = np.maximum(jump, np.abs(slope[after] - slope[before]) * w)
+    for hole in np.flatnonzero(np.diff(t) > settings.hole * np.median(np.diff(t))):
+        made[max(hole + 2 - w, 0) : hole + 1 + w] = 0.0
+    return made
+
+
+def has_event(kink: FloatArray, k: int, noise: float, settings: FaultSettings) -> bool:
+    """Whether the course of a channel changes unusually at its sample k, and most just there; `noise` in its unit."""
+    at, vicinity = settings.event_at, settings.event_vicinity
+    near = kink[max(k - at, 0) : k + at + 1]
+    if not len(near):
+        return False
+    around = np.r_[kink[max(k - vicinity, 0) : max(k - 10, 0)], kink[k + 10 : k + vicinity]]
+    usual = float(np.median(around)) if len(around) else 0.0
+    w = settings.event_window
+    is_peak = float(near.max()) >= 0.8 * float(kink[max(k - w, 0) : k + w + 1].max())
+    return is_peak and float(near.max()) > settings.event * (usual + noise)

@@ -1,0 +1,157 @@
+"""The stacked bar of the budget as coordinates of an SVG, with labels that never overlap."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from itertools import accumulate
+from math import sqrt
+
+from .numbers import multiple
+from .parts import Data, Piece
+
+WIDTH = 1000.0
+"""Of the drawing; everything here is in its units, one of which is about a pixel on a laptop."""
+CHARACTER = 7.3
+"""Width of a character of a label, more than sans-serif letters of 13 units have on average."""
+ROW = 17.0
+"""Height of a row of labels."""
+HEIGHT = 40.0
+"""Of a bar."""
+SPACE = 12.0
+"""Between two labels of a row."""
+ZOOM = 0.6
+"""Share of the whole below which what calibration leaves is drawn a second time, over the whole width."""
+
+CALIBRATION, UNEXPLAINED, NOISE = "#e69f00", "#d55e00", "#c9ced4"
+EFFECTS = ("#0072b2", "#009e73", "#cc79a7", "#56b4e9", "#f0e442")
+"""Okabe and Ito's colours, which the colour-blind tell apart."""
+DARK = ("#0072b2", "#009e73", "#d55e00")
+"""Those on which white letters are read best."""
+
+
+@dataclass(frozen=True)
+class Box:
+    """A rectangle of the bar: left end and width."""
+
+    x: float
+    width: float
+    colour: str
+    hatched: bool
+    title: str
+
+
+@dataclass(frozen=True)
+class Label:
+    """A text that starts at `x` in a row of labels (0: next to the bar), for the place `anchor` of the bar."""
+
+    text: str
+    x: float
+    row: int
+    anchor: float
+    width: float
+
+
+@dataclass(frozen=True)
+class Inside:
+    """A text in the middle of its box."""
+
+    text: str
+    x: float
+    ink: str
+
+
+@dataclass(frozen=True)
+class Strip:
+    """A bar with what is written above, in and below it."""
+
+    boxes: tuple[Box, ...]
+    inside: tuple[Inside, ...]
+    above: tuple[Label, ...]
+    below: tuple[Label, ...]
+
+    @property
+    def rows_above(self) -> int:
+        """Rows of labels above the bar."""
+        return 1 + max((label.row for label in self.above), default=-1)
+
+    @property
+    def rows_below(self) -> int:
+        """Rows of labels below the bar."""
+        return 1 + max((label.row for label in self.below), default=-1)
+
+
+def colours(parts: Sequence[Piece]) -> dict[str, str]:
+    """Colour of every piece by its key: that of an effect is its own in all bars of a report."""
+    made = {"calibration": CALIBRATION, "unexplained": UNEXPLAINED, "noise": NOISE}
+    for piece in parts:
+        if piece.kind == "effect" and piece.key not in made:
+            made[piece.key] = EFFECTS[(len(made) - 3) % len(EFFECTS)]
+            made[f"{piece.key}:form"] = made[piece.key]
+    return made
+
+
+def spread(wanted: Sequence[tuple[str, float]], width: float = WIDTH) -> tuple[Label, ...]:
+    """Labels near their anchors: each in the first row in which it touches no other, none beyond the ends."""
+    made: list[Label] = []
+    for text, anchor in sorted(wanted, key=lambda w: w[1]):
+        size = min(width, CHARACTER * len(text))
+        x = min(max(0.0, anchor - 0.5 * size), width - size)
+        row = 0
+        while any(m.row == row and x < m.x + m.width + SPACE and m.x < x + size + SPACE for m in made):
+            row += 1
+        made.append(Label(text, x, row, anchor, size))
+    return tuple(made)
+
+
+def boxes(parts: Sequence[Piece], colour: Mapping[str, str], width: float = WIDTH) -> tuple[Box, ...]:
+    """The pieces side by side; together they have the width."""
+    total = sum(p.energy for p in parts) or 1.0
+    ends = [0.0, *accumulate(width * p.energy / total for p in parts)]
+    return tuple(
+        Box(x, end - x, colour.get(p.key, NOISE), p.kind in ("form", "unexplained"), f"{p.name}: {_share(p, total)}")
+        for p, x, end in zip(parts, ends, ends[1:], strict=False)
+    )
+
+
+def strip(
+    parts: Sequence[Piece], colour: Mapping[str, str], texts: Mapping[str, str], marks: Sequence[tuple[str, float]]
+) -> Strip:
+    """A bar. texts: what is written for a piece, by key; marks: texts above it and the deviation (RMS) they stand for."""
+    drawn = boxes(parts, colour)
+    inside, below = [], []
+    for piece, box in zip(parts, drawn, strict=True):
+        text = texts.get(piece.key, "")
+        middle = box.x + 0.5 * box.width
+        if not text:
+            continue
+        if CHARACTER * len(text) + 8.0 < box.width and not box.hatched:
+            inside.append(Inside(text, middle, "#fff" if box.colour in DARK else "#111"))
+        else:
+            below.append((text, middle))
+    total = sum(p.energy for p in parts) or 1.0
+    places = [(text, WIDTH * (1.0 - min(1.0, level**2 / total))) for text, level in marks]
+    return Strip(drawn, tuple(inside), spread(places), spread(below))
+
+
+def budget_strips(levels: Data, parts: Sequence[Piece], texts: Mapping[str, str]) -> tuple[Strip, ...]:
+    """The bar of the whole and, where calibration takes most of it, a second one of what it leaves."""
+    colour = colours(parts)
+    whole = sum(p.energy for p in parts) or 1.0
+    rest = [p for p in parts if p.kind != "calibration"]
+    left = sum(p.energy for p in rest)
+    start = (f"{multiple(levels['delivered'])} as delivered", levels["delivered"])
+    middle = (f"{multiple(levels['calibrated'])} calibrated", levels["calibrated"])
+    ends = [(f"{multiple(levels['noise'])} noise", levels["noise"])]
+    effects = sum(p.energy for p in parts if p.kind in ("effect", "form"))
+    if effects and any(p.kind == "unexplained" and p.energy for p in parts):
+        ends.insert(0, (f"{multiple(levels['explained'])} with the effects", sqrt(left - effects)))
+    shown = {p.key: texts.get(p.key, "") for p in parts if p.energy > 0.0 and not p.minor}
+    if left / whole > ZOOM or len(rest) < 3:
+        return (strip(parts, colour, shown, [start, middle, *ends]),)
+    first = {k: v for k, v in shown.items() if k == "calibration"}
+    return strip(parts, colour, first, [start, middle]), strip(rest, colour, shown, [middle, *ends])
+
+
+def _share(piece: Piece, total: float) -> str:
+    return f"{100.0 * piece.energy / total:.1f} % of the squared deviation as delivered"

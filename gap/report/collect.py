@@ -1,0 +1,129 @@
+"""The report's signals from the state of a diagnosis: the one place where the report meets the pipeline."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from ...core.units import unit
+from ..analysis.verdict import NO_GAP
+from ..campaign.campaign import Channel as Measured
+from ..campaign.campaign import si
+from ..pipeline.state import State
+from ..problem.problem import Problem
+from .signals import Array, Channel, Condition, Dependence, InputTrace, MeanCurve, RunSignals, Signals, Trace
+
+NARROW = 48
+"""Intervals of a signal in which the mean of what is left is drawn."""
+
+
+def collect(state: State) -> Signals:
+    """All that the report needs beside diagnosis.json."""
+    problem = state.problem
+    channels = [_channel(problem, c) for c in problem.campaign.outputs]
+    channels += [Channel(label, label, "s") for label in problem.labels[len(channels) :]]
+    calibrated = state.ranked_baseline.hypothesis.fit.residual
+    chosen = state.chosen.hypothesis
+    explained = chosen.fit.residual if chosen.candidates else None
+    runs = _runs(problem, state.nominal, calibrated, explained, False)
+    if state.holdout is not None:
+        held = state.holdout
+        last = state.after(state.chosen) if chosen.candidates else None
+        runs += _runs(held.problem, held.nominal, state.after(state.ranked_baseline), last, True)
+    neutral = {x.name: x.start for c in problem.candidates for x in c.parameters}
+    return Signals(
+        problem.campaign.system.name, tuple(channels), tuple(runs), tuple(_dependences(state)),
+        dict(problem.parameter_units), neutral,
+    )  # fmt: skip
+
+
+def _own(problem: Problem, c: Measured) -> str:
+    """Unit of a channel's connector in its FMU."""
+    return problem.units.get(c.connector) or si(c.unit)
+
+
+def _channel(problem: Problem, c: Measured) -> Channel:
+    return Channel(c.connector, c.column, c.unit, unit(_own(problem, c)).factor / unit(c.unit).factor)
+
+
+def _shown(problem: Problem, c: Measured, values: Array) -> Array:
+    """Values in the FMU's unit as they were measured."""
+    own, there = unit(_own(problem, c)), unit(c.unit)
+    return np.asarray((own.factor * values + own.offset - there.offset) / there.factor)
+
+
+def _runs(
+    problem: Problem, nominal: Array, calibrated: Array, explained: Array | None, held_out: bool
+) -> list[RunSignals]:
+    """Runs of a problem; nominal: the model's long vector (n,), calibrated and explained: normalised residuals (n,)."""
+    observations, outputs, made = problem.observations, problem.campaign.outputs, []
+    for r, info in enumerate(problem.runs):
+        traces = []
+        for b in sorted((b for b in observations.series if b.run == r), key=lambda b: b.channel):
+            c, at = outputs[b.channel], b.place
+            noise = observations.noise_std[at]
+            fitted = [None if x is None else _shown(problem, c, b.y - x[at] * noise) for x in (calibrated, explained)]
+            assert fitted[0] is not None
+            factor = unit(_own(problem, c)).factor / unit(c.unit).factor
+            traces.append(
+                Trace(c.connector, b.t, _shown(problem, c, b.y), _shown(problem, c, nominal[at]), fitted[0], fitted[1],
+                      noise * factor)
+            )  # fmt: skip
+        inputs = [
+            InputTrace(c.column, c.unit, info.inputs[c.connector][0], _shown(problem, c, info.inputs[c.connector][1]))
+            for c in problem.campaign.inputs if c.connector in info.inputs
+        ]  # fmt: skip
+        stated = problem.campaign.runs[r].parameters
+        conditions = tuple(Condition(name, value, _unit_of(problem, name)) for name, value in stated.items())
+        made.append(RunSignals(info.name, held_out, info.stop, conditions, tuple(traces), tuple(inputs)))
+    return made
+
+
+def _unit_of(problem: Problem, name: str) -> str:
+    if name in problem.parameter_units:
+        return problem.parameter_units[name]
+    found = (u for address, u in problem.parameter_units.items() if address.partition(".")[2] == name)
+    return next(found, "1")
+
+
+def _dependences(state: State) -> list[Dependence]:
+    """What is left of the channel that is left most, against the signal that it varies with."""
+    structure, character = state.structure, state.character
+    if structure is None or character is None or not character.channel or state.verdict == NO_GAP:
+        return []
+    name = structure.varies_with.get(character.channel, "")
+    made = _dependence(state, character.channel, name, structure.channels.get(character.channel, 0.0))
+    return [] if made is None else [made]
+
+
+def _dependence(state: State, label: str, name: str, share: float) -> Dependence | None:
+    problem = state.problem
+    rate, source = name.startswith("rate of "), name.removeprefix("rate of ")
+    known = {c.connector: c for c in problem.campaign.channels}
+    if source not in known or label not in known:
+        return None
+    observations, model = problem.observations, state.chosen.hypothesis.fit.model
+    signals = {b.run: (b.t, model[b.place]) for b in observations.series if b.connector == source}
+    x, places = [], []
+    for b in observations.series:
+        if b.connector == label and b.run in signals:
+            t, signal = signals[b.run]
+            x.append(np.interp(b.t, t, np.gradient(signal, t) if rate else signal))
+            places.append(np.arange(b.place.start, b.place.stop))
+    if not x:
+        return None
+    c, s, at = known[label], known[source], np.concatenate(places)
+    factor = unit(_own(problem, c)).factor / unit(c.unit).factor
+    scale = unit(_own(problem, s)).factor / unit(s.unit).factor
+    xs = np.concatenate(x) * scale if rate else _shown(problem, s, np.concatenate(x))
+    residual = state.chosen.held_out[at] * observations.noise_std[at] * factor
+    noise = float(np.sqrt(np.mean(observations.noise_std[at] ** 2))) * factor
+    shown = f"rate of {s.column}" if rate else s.column
+    own_unit = (f"{s.unit}/s" if s.unit != "1" else "1/s") if rate else s.unit
+    return Dependence(label, shown, own_unit, xs, residual, noise, share, means=(_mean_curve(xs, residual),))
+
+
+def _mean_curve(x: Array, residual: Array) -> MeanCurve:
+    """Mean residual in narrow intervals of the signal, with equally many readings in each."""
+    parts = np.array_split(np.argsort(x, kind="stable"), int(np.clip(len(x) // 6, 1, NARROW)))
+    means = [(x[p].mean(), residual[p].mean()) for p in parts if len(p)]
+    return MeanCurve("mean", np.array([a for a, _ in means]), np.array([b for _, b in means]))

@@ -1,0 +1,26 @@
+"""Section "curves": what no formula fits, drawn with its band."""
+
+from __future__ import annotations
+
+from .numbers import pretty
+from .parts import Data
+from .section import Context, Section
+from .signals import Signals
+from .svg import curve
+
+
+def context(data: Data, signals: Signals) -> Context | None:
+    """A drawing for each curve; None where there is none."""
+    found = [c for c in data["curves"] if c["points"]]
+    if not found:
+        return None
+    return {"figures": [_figure(c) for c in found]}
+
+
+def _figure(c: Data) -> Context:
+    """points: [[x, y], ...]; band95: [[low, high], ...] at the same x."""
+    x, y = f"[{pretty(c['x']) or '–'}]", f"[{pretty(c['y']) or '–'}]"
+    return {"what": c["what"], "svg": curve(c["points"], c["band95"], x, y)}
+
+
+SECTION = Section("curves", "Curves that were fitted freely", context)

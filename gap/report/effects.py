@@ -1,0 +1,61 @@
+"""Sections "effects" and "hypotheses": every effect with more than a trace, and the sets that were compared."""
+
+from __future__ import annotations
+
+from .budget import parameter
+from .numbers import multiple, percent
+from .parts import TRACE, Data
+from .section import Context, Section
+from .signals import Signals
+
+ROWS = 8
+"""Most hypotheses that are listed."""
+
+STATUS = {
+    "converged": "",
+    "at_bound": "a parameter is at the end of its range",
+    "stalled": "the fit did not come to its end",
+    "unfinished": "the fit was cut off",
+}
+
+
+def effects(data: Data, signals: Signals) -> Context | None:
+    """Inclusion probability and share of every effect; those with no more than a trace are counted."""
+    known = data["effects"]
+    if not known:
+        return None
+    texts = {e: t for p in data["budget"]["parts"] for e, t in (p.get("text") or {}).items()}
+    shown = [e for e in known if max(known[e]["inclusion_probability"], known[e]["share"]) > TRACE]
+    shown.sort(key=lambda e: (-known[e]["inclusion_probability"], -known[e]["share"], e))
+    rows = [
+        {
+            "id": e, "text": texts.get(e, ""), "group": str(known[e]["group"]).replace("_", " "),
+            "inclusion": percent(known[e]["inclusion_probability"]), "share": percent(max(0.0, known[e]["share"])),
+            "width": 100.0 * min(1.0, known[e]["inclusion_probability"]),
+            "share_width": 100.0 * min(1.0, max(0.0, known[e]["share"])),
+        }
+        for e in shown
+    ]  # fmt: skip
+    return {"rows": rows, "rest": len(known) - len(shown), "trace": percent(TRACE), "count": len(known)}
+
+
+def hypotheses(data: Data, signals: Signals) -> Context | None:
+    """The most probable sets of effects; the rest are counted."""
+    known = data["hypotheses"]
+    if not known:
+        return None
+    rows = [
+        {
+            "effects": list(h["effects"]), "probability": percent(h["probability"]),
+            "width": 100.0 * min(1.0, h["probability"]), "left": multiple(h["left"]),
+            "status": STATUS.get(h["status"], h["status"]),
+            "parameters": [parameter(n, p, signals) for n, p in (h.get("parameters") or {}).items()],
+        }
+        for h in known[:ROWS]
+    ]  # fmt: skip
+    rest = known[ROWS:]
+    return {"rows": rows, "rest": len(rest), "rest_probability": percent(sum(h["probability"] for h in rest))}
+
+
+EFFECTS = Section("effects", "Effects of the catalogue", effects)
+HYPOTHESES = Section("hypotheses", "Sets of effects that were compared", hypotheses)

@@ -1,0 +1,62 @@
+"""Section "headline": the verdict, the sentence, and what to know before trusting it."""
+
+from __future__ import annotations
+
+from .numbers import given, listed, multiple, percent
+from .parts import Data
+from .section import Context, Section
+from .signals import Signals
+
+VERDICTS = {
+    "explained": "Explained",
+    "explained_in_part": "Explained in part",
+    "no_significant_gap": "No significant gap",
+    "unexplained": "Unexplained",
+}
+
+STEP_ERROR = 0.2
+"""Change of the readings by the macro step [multiples of the noise] above which it is told beside the verdict."""
+
+
+def context(data: Data, signals: Signals) -> Context:
+    """Badge, headline, cautions."""
+    return {
+        "verdict": data["verdict"],
+        "badge": VERDICTS.get(data["verdict"], data["verdict"]),
+        "campaign": data["campaign"],
+        "system": signals.system,
+        "headline": data["headline"],
+        "cautions": cautions(data),
+        "notes": len(dict.fromkeys(data["warnings"])),
+    }
+
+
+def cautions(data: Data) -> list[str]:
+    """What lowers the trust in the headline, a sentence each."""
+    made = []
+    if not data["finished"]:
+        where = f", during: {data['unfinished_stage']}" if data["unfinished_stage"] else ""
+        made.append(f"The search was ended before it had tried everything{where}; what it would have found is missing.")
+    ends = [
+        f"{name} ({given(p['value'])})"
+        for part in data["budget"]["parts"]
+        for name, p in part.get("parameters", {}).items()
+        if p["at_bound"]
+    ]
+    if ends:
+        made.append(f"At the end of its range: {listed(ends)}. The effect may be another one, or larger than allowed.")
+    moved = [name for name, p in data["calibration"]["moved"].items() if p["at_tolerance"]]
+    if moved:
+        made.append(f"At the end of its tolerance: {listed(moved)}. Something that is not calibration may hide there.")
+    status = data["hypotheses"][0]["status"] if data["hypotheses"] else "converged"
+    if status in ("stalled", "unfinished"):
+        made.append(f"The fit of the best hypothesis did not come to its end ({status}).")
+    if data["verdict"] == "explained" and data["hypotheses"] and data["hypotheses"][0]["probability"] < 0.5:
+        made.append(f"The best set of effects has a probability of {percent(data['hypotheses'][0]['probability'])} only.")
+    if data["numerics"]["step_error"] > STEP_ERROR:
+        error = multiple(data["numerics"]["step_error"])
+        made.append(f"The simulation's own step error is {error} times the noise: not small against what is looked for.")
+    return made
+
+
+SECTION = Section("headline", "", context)

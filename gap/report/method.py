@@ -1,0 +1,46 @@
+"""Sections "method" and "notes": how it was found, how exact the numbers are, warnings."""
+
+from __future__ import annotations
+
+from .glossary import GLOSSARY
+from .numbers import duration, listed, multiple, percent, percents, short
+from .parts import Data
+from .section import Context, Section
+from .signals import Signals
+
+
+def method(data: Data, signals: Signals) -> Context:
+    """Numerics, reduction, time, words."""
+    numerics, timing, reduction = data["numerics"], data["timing"], data["reduction"]
+    return {
+        "metric": data["budget"]["metric"],
+        "method": numerics["method"], "step": _milliseconds(numerics["step"]),
+        "fit_step": _milliseconds(numerics["fit_step"]), "step_error": multiple(numerics["step_error"]),
+        "reduction": percent(reduction["value"]), "reduction_interval": percents(reduction["ci95"]),
+        "how": reduction["how"], "simulations": timing["simulations"], "wall": duration(timing["wall_s"]),
+        "stages": [{"name": n, "time": duration(s)} for n, s in timing["stages"].items()],
+        "otherwise": _not_samples(data, signals), "glossary": GLOSSARY,
+    }  # fmt: skip
+
+
+def notes(data: Data, signals: Signals) -> Context | None:
+    """Warnings, each once."""
+    found = list(dict.fromkeys(data["warnings"]))
+    return {"notes": found} if found else None
+
+
+def _milliseconds(seconds: float) -> str:
+    return f"{short(1000.0 * seconds)}\u00a0ms"
+
+
+def _not_samples(data: Data, signals: Signals) -> list[str]:
+    """Channels that were not compared sample by sample, and how."""
+    ways: dict[tuple[str, str], list[str]] = {}
+    for o in data["observations"]:
+        if o["as"] not in ("samples", "event"):
+            ways.setdefault((signals.channel(o["channel"]).column, o["as"]), []).append(o["run"])
+    return [f"{column} in {listed(runs)}, by its {way}" for (column, way), runs in ways.items()]
+
+
+METHOD = Section("method", "Numerics and method", method)
+NOTES = Section("notes", "Warnings", notes)

@@ -1,0 +1,49 @@
+"""Section "next": the measurement that would tell most."""
+
+from __future__ import annotations
+
+from typing import Any
+
+from .numbers import given, listed, multiple, pretty
+from .parts import Data
+from .section import Context, Section
+from .signals import Signals
+
+APART = 3.0
+"""Distance [multiples of the noise, RMS] from which on two hypotheses are clearly told apart; below 1 hardly."""
+
+
+def context(data: Data, signals: Signals) -> Context:
+    """The next experiment and the next channel."""
+    first, channel = data["next_experiment"], data["next_channel"]
+    return {
+        "steps": [_step(x, signals) for x in (first, channel if channel != first else None) if x],
+        "verdict": data["verdict"],
+    }
+
+
+def action(step: Data, signals: Signals) -> str:
+    """What to do, with units."""
+    changes: dict[str, Any] = dict(step["change"])
+    channel = changes.pop("channel", None)
+    made = [f"measure {channel} as well"] if channel else []
+    if changes:
+        values = [" ".join(x for x in (k, "=", given(v), pretty(signals.unit_of(k))) if x) for k, v in changes.items()]
+        made.append(f"one more run with {listed(values)}")
+    return " and ".join(made)
+
+
+def separation(step: Data) -> str:
+    """Which hypotheses the measurement tells apart, and how well."""
+    size = step["expected_separation"]
+    how = "clearly apart" if size > APART else "apart" if size > 1.0 else "hardly apart"
+    sets = listed([" + ".join(e) or "no effect" for e in step["separates"]])
+    return f"{sets} would then differ by {multiple(size)} times the noise (RMS): {how}"
+
+
+def _step(step: Data, signals: Signals) -> Context:
+    said = action(step, signals)
+    return {"action": said[:1].upper() + said[1:], "separation": separation(step)}
+
+
+SECTION = Section("next", "What to measure next", context)

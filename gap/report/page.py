@@ -1,0 +1,64 @@
+"""The page: all sections in their order, in one file that needs nothing else."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from importlib.resources import files
+from typing import Any
+
+from . import budget, calibration, charts, curves, effects, headline, left, method, next_step, runs, where
+from .glossary import GLOSSARY
+from .numbers import cleaned
+from .signals import Signals, without_signals
+
+SECTIONS = (
+    headline.SECTION,
+    budget.SECTION,
+    where.SECTION,
+    charts.SECTION,
+    runs.EVENTS,
+    left.SECTION,
+    curves.SECTION,
+    next_step.SECTION,
+    effects.EFFECTS,
+    effects.HYPOTHESES,
+    calibration.SECTION,
+    runs.RUNS,
+    method.METHOD,
+    method.NOTES,
+)
+"""In the order of the page."""
+
+
+def render(data: Mapping[str, Any], signals: Signals | None = None) -> str:
+    """The page as HTML.
+
+    data: the contents of diagnosis.json, schema 2; signals: the time series, without which the page has no charts.
+    """
+    from jinja2 import Environment, FunctionLoader, StrictUndefined
+    from markupsafe import Markup, escape
+
+    data = cleaned(dict(data))
+    signals = signals or without_signals(data)
+
+    def term(word: str, shown: str = "") -> Markup:
+        return Markup(f'<abbr tabindex="0" title="{escape(GLOSSARY[word])}">{escape(shown or word)}</abbr>')
+
+    environment = Environment(
+        autoescape=True, undefined=StrictUndefined, trim_blocks=True, lstrip_blocks=True, loader=FunctionLoader(_read)
+    )
+    environment.globals.update(term=term, asset=lambda name: Markup(_text(name)))
+    found = [(s, s.context(data, signals)) for s in SECTIONS]
+    parts = [(s, environment.get_template(s.id).render(c)) for s, c in found if c is not None]
+    shown = [{"id": s.id, "title": s.title, "html": Markup(html)} for s, html in parts]
+    page = {"campaign": data["campaign"], "verdict": data["verdict"], "sections": shown}
+    page |= {"charts": any(s.id == charts.SECTION.id for s, _ in parts)}
+    return environment.get_template("page").render(page)
+
+
+def _read(name: str) -> str:
+    return _text(f"templates/{name}.html.j2")
+
+
+def _text(name: str) -> str:
+    return files(__package__).joinpath(name).read_text(encoding="utf-8")

@@ -1,0 +1,110 @@
+"""Small drawings of points and lines as SVG that a page contains."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from markupsafe import Markup, escape
+
+from .numbers import short
+from .signals import Array, Dependence
+
+WIDTH, HEIGHT = 640.0, 260.0
+LEFT, RIGHT, TOP, BOTTOM = 66.0, 10.0, 10.0, 42.0
+"""Margins."""
+POINTS = 1500
+"""Most points of a scatter."""
+INK = ("#0072b2", "#d55e00", "#009e73")
+
+
+@dataclass(frozen=True)
+class Axes:
+    """Data limits of a drawing."""
+
+    x: tuple[float, float]
+    y: tuple[float, float]
+
+    def at(self, x: Array, y: Array) -> tuple[Array, Array]:
+        """Places of points (n,); those beyond the limits are put at them."""
+        u = (np.clip(x, *self.x) - self.x[0]) / (self.x[1] - self.x[0])
+        v = (np.clip(y, *self.y) - self.y[0]) / (self.y[1] - self.y[0])
+        return LEFT + u * (WIDTH - LEFT - RIGHT), HEIGHT - BOTTOM - v * (HEIGHT - TOP - BOTTOM)
+
+
+def ticks(low: float, high: float, most: int = 6) -> list[float]:
+    """Round numbers between two limits, at most so many."""
+    span = high - low
+    if not (np.isfinite(span) and span > 0.0):
+        return [low]
+    power = 10.0 ** np.floor(np.log10(span / most))
+    step = next(s for s in (power, 2.0 * power, 5.0 * power, 10.0 * power) if span / s <= most)
+    return [float(k * step) for k in range(int(np.ceil(low / step)), int(np.floor(high / step + 1e-9)) + 1)]
+
+
+def limits(values: Array, least: float = 0.0) -> tuple[float, float]:
+    """Limits with a margin around values, at least from -least to least if that is given."""
+    low, high = min(float(values.min()), -least), max(float(values.max()), least)
+    margin = 0.05 * (high - low) or max(abs(high), 1.0) * 0.05
+    return low - margin, high + margin
+
+
+def path(x: Array, y: Array) -> str:
+    """A line through places (n,)."""
+    return "M" + "L".join(f"{a:.1f} {b:.1f}" for a, b in zip(x, y, strict=True))
+
+
+def dots(x: Array, y: Array) -> str:
+    """Points at places (n,), as one path of lines without length."""
+    return "".join(f"M{a:.1f} {b:.1f}h0" for a, b in zip(x, y, strict=True))
+
+
+def frame(axes: Axes, x_label: str, y_label: str, inner: Sequence[str], said: str) -> Markup:
+    """The drawing with its axes; inner: SVG elements made here; labels and what is said are escaped."""
+    made = []
+    for t in ticks(*axes.x):
+        x, _ = axes.at(np.array([t]), np.array([axes.y[0]]))
+        made.append(f'<line class="grid" x1="{x[0]:.1f}" x2="{x[0]:.1f}" y1="{TOP}" y2="{HEIGHT - BOTTOM}"/>')
+        made.append(f'<text x="{x[0]:.1f}" y="{HEIGHT - BOTTOM + 15}" text-anchor="middle">{short(t)}</text>')
+    for t in ticks(*axes.y, most=5):
+        _, y = axes.at(np.array([axes.x[0]]), np.array([t]))
+        made.append(f'<line class="grid" x1="{LEFT}" x2="{WIDTH - RIGHT}" y1="{y[0]:.1f}" y2="{y[0]:.1f}"/>')
+        made.append(f'<text x="{LEFT - 6}" y="{y[0] + 4:.1f}" text-anchor="end">{short(t)}</text>')
+    middle = 0.5 * (LEFT + WIDTH - RIGHT)
+    made.append(f'<text x="{middle}" y="{HEIGHT - 6}" text-anchor="middle">{escape(x_label)}</text>')
+    made.append(
+        f'<text transform="translate(12 {0.5 * (TOP + HEIGHT - BOTTOM)}) rotate(-90)" text-anchor="middle">'
+        f"{escape(y_label)}</text>"
+    )
+    body = "".join([*made, *inner])
+    head = f'<svg class="plot" viewBox="0 0 {WIDTH:.0f} {HEIGHT:.0f}" role="img" aria-label="{escape(said)}">'
+    return Markup(f"{head}{body}</svg>")
+
+
+def scatter(d: Dependence, x_label: str, y_label: str) -> Markup:
+    """A residual against a signal: readings, their means, and the band of twice the noise."""
+    some = np.random.default_rng(0).permutation(len(d.x))[:POINTS]
+    reach = float(np.quantile(np.abs(d.residual), 0.995)) if len(d.residual) else 0.0
+    axes = Axes(limits(d.x), limits(np.array([-reach, reach]), 2.2 * d.noise))
+    _, band = axes.at(np.zeros(2), np.array([2.0 * d.noise, -2.0 * d.noise]))
+    height = band[1] - band[0]
+    box = f'x="{LEFT}" width="{WIDTH - LEFT - RIGHT}" y="{band[0]:.1f}" height="{height:.1f}"'
+    inner = [f'<rect class="band" {box}/>', f'<path class="dots" d="{dots(*axes.at(d.x[some], d.residual[some]))}"/>']
+    for m, ink in zip(d.means, INK, strict=False):
+        if len(m.x):
+            inner.append(f'<path class="mean" stroke="{ink}" d="{path(*axes.at(m.x, m.y))}"/>')
+    return frame(axes, x_label, y_label, inner, f"{y_label} against {x_label}")
+
+
+def curve(points: Sequence[Sequence[float]], band: Sequence[Sequence[float]], x_label: str, y_label: str) -> Markup:
+    """A curve through points (x, y), with a band (low, high) at the same x."""
+    p = np.asarray(points, float)
+    b = np.asarray(band, float).reshape(-1, 2)
+    axes = Axes(limits(p[:, 0]), limits(np.concatenate([p[:, 1], b.ravel()])))
+    inner = []
+    if len(b) == len(p):
+        edge = np.concatenate([p[:, 0], p[::-1, 0]]), np.concatenate([b[:, 0], b[::-1, 1]])
+        inner.append(f'<path class="band" d="{path(*axes.at(*edge))}Z"/>')
+    inner.append(f'<path class="mean" stroke="{INK[0]}" d="{path(*axes.at(p[:, 0], p[:, 1]))}"/>')
+    return frame(axes, x_label, y_label, inner, f"{y_label} over {x_label}")
