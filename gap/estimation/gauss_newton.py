@@ -50,7 +50,8 @@ class _Descent:
     """The working state of one fit: `run` lowers the cost from u, `result` is the fit where it stands."""
 
     def __init__(
-        self, problem: Problem, parameters: tuple[EstimatedParameter, ...], u: np.ndarray, nuisance_jacobian: np.ndarray,
+        self, problem: Problem, parameters: tuple[EstimatedParameter, ...], u: np.ndarray,
+        nuisance_jacobian: np.ndarray,
         like: Fit | None, at: Fit | None,
     ):  # fmt: skip
         self.problem, self.parameters, self.nuisance_jacobian = problem, parameters, nuisance_jacobian

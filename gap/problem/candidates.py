@@ -56,7 +56,7 @@ def base_parameters(
             warnings.append(f"base parameter '{addresses[0]}' is 0 and has no relative tolerance; it is held")
             continue
         reach, std = settings.base_reach, settings.base_std
-        scale = log(factor) if factor is not None else tolerance
+        scale = log(tolerance.factor) if isinstance(tolerance, FactorTolerance) else tolerance
         made.append(
             EstimatedParameter(addresses[0], "base", 1.0, scale, -reach, reach, std, addresses, factor=factor)
         )

@@ -6,6 +6,7 @@ import signal
 
 import numpy as np
 import pytest
+from deepsea_cosim.core.errors import SimulationError
 from deepsea_cosim.gap.campaign.read import read
 from deepsea_cosim.gap.cli import main
 from deepsea_cosim.gap.diagnose import diagnose
@@ -76,7 +77,7 @@ def test_says_how_far_the_gap_shrinks(rubbing):
     for run in gap["per_run"].values():  # each run by the other alone: not far above what it is with both
         assert run["explained"] - 0.05 < run["foretold_by_others"] < 1.3
     x = gap["per_channel"]["o.x"]
-    assert x["unit"] == "1"
+    assert x["unit"] == "m"
     assert x["noise"] == pytest.approx(2e-4, rel=0.05)
     assert x["explained"] == pytest.approx(2e-4, rel=0.15)
 
@@ -155,20 +156,41 @@ def test_an_effect_that_the_catalogue_lacks(toys, tmp_path):
     assert rest["character"] in data["headline"]
 
 
-@pytest.mark.parametrize("stage", ["refitting the base parameters", "fitting single effects"])
-def test_what_has_been_found_is_judged_when_time_is_up(toys, tmp_path, stage):
-    path = campaign(tmp_path, toys, [measure(1, lambda t, x, v: -0.4 * np.tanh(v / 0.01))])
+def stopped(toys, folder, stage):
+    """A machine with friction, its diagnosis asked to stop when that stage begins."""
+    path = campaign(folder, toys, [measure(1, lambda t, x, v: -0.4 * np.tanh(v / 0.01))])
     said = []
-    d = diagnose(read(path), say=said.append, processes=1, stop=StopToken(lambda: stage in said))
-    data = document(d)
-    assert data["hypotheses"][0]["effects"] == ["friction"]
-    assert next(iter(data["effects"])) == "friction"
-    assert data["reduction"]["value"] > 0.5
+    data = document(diagnose(read(path), say=said.append, processes=1, stop=StopToken(lambda: stage in said)))
     assert not data["finished"]
-    assert data["unfinished_stage"]
-    assert data["unfinished_stage"] in data["headline"]
+    assert data["unfinished_stage"] == stage
+    assert stage in data["headline"]
     assert any("stopped before everything was tried" in text for text in data["warnings"])
     assert sums(data["budget"]["parts"]) == pytest.approx(1.0)
+    return data
+
+
+@pytest.mark.parametrize("stage", ["macro step of the best single effects", "finishing the best"])
+def test_what_has_been_found_is_judged_when_time_is_up(toys, tmp_path, stage):
+    data = stopped(toys, tmp_path, stage)
+    assert data["hypotheses"][0]["effects"] == ["friction"]
+    assert next(iter(data["effects"])) == "friction"
+    assert data["hypotheses"][0]["parameters"]["o.F_c"]["value"] == pytest.approx(0.4, rel=0.1)
+    assert data["budget"]["parts"][0]["share"] > 0.9
+
+
+@pytest.mark.parametrize("stage", ["finite differences", "refitting the base parameters", "screening the effects"])
+def test_nothing_is_named_that_was_not_looked_for(toys, tmp_path, stage):
+    data = stopped(toys, tmp_path, stage)
+    assert named(data) == []
+    assert data["verdict"] == "unexplained"
+    assert [h["effects"] for h in data["hypotheses"]] == [[]]
+    assert data["budget"]["delivered"] > 2.0
+
+
+def test_stopped_before_anything_was_simulated_there_is_nothing_to_say(toys, tmp_path):
+    path = campaign(tmp_path, toys, [measure(1, lambda t, x, v: 0.0)])
+    with pytest.raises(SimulationError, match="stopped before"):
+        diagnose(read(path), processes=1, stop=StopToken(lambda: True))
 
 
 def test_a_dask_cluster_finds_the_same(toys, tmp_path):
@@ -391,7 +413,8 @@ def test_the_calibrated_parameters_are_those_of_the_machine_alone(toys, tmp_path
     path = campaign(tmp_path, toys, [measure(3, lambda t, x, v: 0.0), measure(4, lambda t, x, v: 0.0)])
     text = path.read_text().replace('"run0.csv"', '"run0.csv"\nparameters = { "o.k" = 75.0, "o.m" = 2.0 }')
     path.write_text(text.replace('"run1.csv"', '"run1.csv"\nparameters = { "o.k" = 76.0, "o.m" = 2.0 }'))
-    d = diagnose(read(path), processes=1, stop=StopToken(lambda: True))
+    said = []
+    d = diagnose(read(path), say=said.append, stop=StopToken(lambda: "screening the effects" in said), processes=1)
     assert "o.k" in d.state.chosen.hypothesis.fit.point
     names = set(re.findall(r'Parameter name="([^"]+)"', parameter_set(d)))
     assert names <= set(d.state.chosen.hypothesis.fit.point) - {"o.k"}
