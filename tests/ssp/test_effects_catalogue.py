@@ -27,9 +27,17 @@ def variable(address):
     return TABLES[component][name]
 
 
-def test_every_core_effect_is_there_once():
+def test_every_core_effect_is_there_and_each_once():
     ids = [e["id"] for e in (*CATALOGUE["effect"], *CATALOGUE["sensor"])]
-    assert sorted(ids) == sorted(CORE.split())
+    assert set(CORE.split()) <= set(ids)
+    assert len(set(ids)) == len(ids)
+
+
+def test_every_effect_of_the_fmus_is_in_the_catalogue():
+    listed = {a.partition(".")[2] for e in CATALOGUE["effect"] for p in e["parameter"]
+              for a in (p["address"], *p.get("also", ()))}  # fmt: skip
+    effects = {".".join(v.name.split(".")[:2]) for table in TABLES.values() for v in table if "effect." in v.name}
+    assert effects == {".".join(name.split(".")[:2]) for name in listed if name.startswith("effect.")}
 
 
 @pytest.mark.parametrize("effect", CATALOGUE["effect"], ids=lambda e: e["id"])

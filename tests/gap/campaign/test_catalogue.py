@@ -1,4 +1,8 @@
+import tomllib
+from pathlib import Path
+
 import pytest
+from deepsea_cosim import ssp
 from deepsea_cosim.core.errors import PackageError
 from deepsea_cosim.gap.campaign.catalogue import load_from_package, parse
 
@@ -31,8 +35,10 @@ def test_reading():
 
 def test_shipped_catalogue(built):
     catalogue = load_from_package(built / "deepsea_11km.ssp")
-    assert len(catalogue.effects) == 30
-    assert len(catalogue.sensors) == 4
+    shipped = tomllib.loads((Path(ssp.__file__).parent / "scenarios" / "deepsea" / "effects.toml").read_text())
+    assert [e.id for e in catalogue.effects] == [e["id"] for e in shipped["effect"]]
+    assert [s.id for s in catalogue.sensors] == [s["id"] for s in shipped["sensor"]]
+    assert len(catalogue.effects) >= 30
     assert catalogue.effect("current_unsteady").main.address == "arm.effect.current_unsteady.amplitude"
 
 
