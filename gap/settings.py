@@ -399,6 +399,24 @@ class AnalysisSettings:
 
 
 @dataclass(frozen=True, kw_only=True)
+class TerminalSettings:
+    """What the terminal prints."""
+
+    width: int = 100
+    """Characters of a line at most."""
+    lines: int = 24
+    """Lines at most, beside the one that names the files."""
+    headline: int = 7
+    """Lines of the headline at most."""
+    bar: int = 60
+    """Characters of the budget's bar."""
+    parts: int = 4
+    channels: int = 4
+    moments: int = 3
+    """Effects, channels and measured moments that are shown, the largest first."""
+
+
+@dataclass(frozen=True, kw_only=True)
 class Settings:
     """All settings of a diagnosis."""
 

@@ -6,14 +6,11 @@ import textwrap
 from collections.abc import Mapping
 from typing import Any
 
-WIDTH = 100
-MOST = 24
-"""Lines, beside the one that names the files."""
-BAR = 60
+from .settings import TerminalSettings
+
 BLOCKS = "█▓▒░·"
 PLAIN = "#=+-."
 """Of the bar: calibration, effects by turns, unexplained, noise; and the same where the encoding has no blocks."""
-PARTS, CHANNELS, MOMENTS = 5, 4, 3
 
 Data = Mapping[str, Any]
 
@@ -23,17 +20,21 @@ VERDICTS = {
 }  # fmt: skip
 
 
+LAYOUT = TerminalSettings()
+
+
 def lines(data: Data, blocks: bool = True) -> list[str]:
     """data: the contents of diagnosis.json; blocks: whether the output can show block characters."""
     marks = BLOCKS if blocks else PLAIN
     head = "" if data["finished"] else f"NOT FINISHED, stopped while {data['unfinished_stage']}. "
-    made = textwrap.wrap(f"{VERDICTS[data['verdict']]}. {head}{data['headline']}", WIDTH)[:7]
-    made += [*_bar(data["budget"], marks), *_parts(data), *_channels(data), *_moments(data), *_where(data), *_next(data)]
-    return [_cut(line) for line in [*made[: MOST - 2], *_end(data)]]
+    made = textwrap.wrap(f"{VERDICTS[data['verdict']]}. {head}{data['headline']}", LAYOUT.width)[: LAYOUT.headline]
+    made += [*_bar(data["budget"], marks), *_parts(data), *_channels(data)]
+    made += [*_moments(data), *_where(data), *_next(data)]
+    return [_cut(line) for line in [*made[: LAYOUT.lines - 2], *_end(data)]]
 
 
 def _cut(text: str) -> str:
-    return text if len(text) <= WIDTH else text[: WIDTH - 3] + "..."
+    return text if len(text) <= LAYOUT.width else text[: LAYOUT.width - 3] + "..."
 
 
 def _energies(budget: Data) -> list[tuple[str, float]]:
@@ -54,7 +55,7 @@ def _bar(budget: Data, marks: str) -> list[str]:
         done += energy
         place = {"calibration": 0, "unexplained": 3, "noise": 4}.get(kind, 1 + effects % 2)
         effects += kind == "effect"
-        text += marks[place] * (round(BAR * done / total) - len(text))
+        text += marks[place] * (round(LAYOUT.bar * done / total) - len(text))
     levels = f"{_times(budget['delivered'])} -> {_times(budget['calibrated'])} -> {_times(budget['explained'])}"
     legend = f"{marks[0]} calibration  {marks[1]}{marks[2]} effects  {marks[3]} unexplained  {marks[4]} noise"
     return ["", f"|{text}| {levels} x noise", f" {legend}   (squared residual)"]
@@ -62,17 +63,16 @@ def _bar(budget: Data, marks: str) -> list[str]:
 
 def _parts(data: Data) -> list[str]:
     made = []
-    for p in data["budget"]["parts"][: PARTS - 1] if len(data["budget"]["parts"]) > PARTS else data["budget"]["parts"]:
-        if p["kind"] != "effect" or (p["minor"] and p["inclusion_probability"] < 0.5):
-            continue
+    effects = [p for p in data["budget"]["parts"] if p["kind"] == "effect"]
+    for p in [p for p in effects if not p["minor"] or p["inclusion_probability"] >= 0.5][: LAYOUT.parts]:
         name = ", ".join(p["effects"][:2]) + (" ..." if len(p["effects"]) > 2 else "")
         made.append(f"  {p['share']:>5.0%} {_interval(p['ci95'])}  {name}  ({p['inclusion_probability']:.0%} sure)")
         values = "; ".join(_value(n, v) for n, v in list(p["parameters"].items())[:2])
         if values and p["inclusion_probability"] >= 0.5:
             made.append(f"         {values}")
     rest = next(p for p in data["budget"]["parts"] if p["kind"] == "unexplained")
-    made.append(f"  {rest['share']:>5.0%} {_interval(rest['ci95'])}  in no effect of the catalogue: {rest['character']}")
-    return made
+    left = f"  {rest['share']:>5.0%} {_interval(rest['ci95'])}  in no effect of the catalogue: {rest['character']}"
+    return [*made, *textwrap.wrap(left, LAYOUT.width, subsequent_indent=" " * 9, drop_whitespace=False)[:2]]
 
 
 def _value(name: str, p: Data) -> str:
@@ -86,7 +86,7 @@ def _channels(data: Data) -> list[str]:
     """The channels that are furthest off, RMS in their unit."""
     found = sorted(data["budget"]["per_channel"].items(), key=lambda item: -item[1]["delivered"] / item[1]["noise"])
     made = []
-    for name, c in found[:CHANNELS]:
+    for name, c in found[: LAYOUT.channels]:
         levels = " -> ".join(f"{c[k]:.3g}" for k in ("delivered", "calibrated", "explained"))
         unit = "" if c["unit"] == "1" else f" {c['unit']}"
         made.append(f"  {name:<26.26} {levels}{unit}  (noise {c['noise']:.2g}{unit})")
@@ -98,7 +98,7 @@ def _moments(data: Data) -> list[str]:
     return [
         f"  {e['run']}, {e['event']}: {e['limit']} {e['measured']:.3f} s measured, "
         f"{e['delivered']:.3f} -> {e['calibrated']:.3f} -> {e['explained']:.3f} s".replace(":  ", ": ")
-        for e in found[:MOMENTS]
+        for e in found[: LAYOUT.moments]
     ]
 
 

@@ -18,19 +18,20 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from . import commits
-from .campaigns import CAMPAIGNS, Made, Small, build_toys
+from .campaigns import CAMPAIGNS, Small
 from .commits import Code, CodeError, move
 from .compare import differences
+from .made import Made, build_toys
 
 REPOSITORY = Path(__file__).parents[2]
 
 AT_ONCE = 2
 """Campaigns that are diagnosed at the same time, each with one process that simulates: two cores are busy then."""
 
-SHOWN = 5
-"""Differing fields of a campaign that are printed."""
-
-SOURCES = ("benchmarks/same_diagnoses/campaigns.py", "benchmarks/blind", "tests/gap/oscillator.py", "tests/toys")
+SOURCES = (
+    "benchmarks/same_diagnoses/toy.py", "benchmarks/same_diagnoses/machine.py", "benchmarks/same_diagnoses/made.py",
+    "benchmarks/blind", "tests/gap/oscillator.py", "tests/toys",
+)  # fmt: skip
 """What the measurements depend on, beside the deep-sea package."""
 
 
@@ -107,15 +108,15 @@ def side(
     return made
 
 
-def verdict(before: Outcome, after: Outcome, names: dict[str, str]) -> list[str]:
-    """'identical', or lines that say what differs."""
+def verdict(before: Outcome, after: Outcome, names: dict[str, str], most: int) -> list[str]:
+    """'identical', or lines that say what differs: the first `most` fields."""
     if before.fault or after.fault:
         return [*filter(None, (before.fault, after.fault))]
     found = differences(before.folder, after.folder, names)
     if not found:
         return ["identical"]
     lines = [f"{len(found)} fields differ"]
-    lines += [f"    {d.field}: {d.before} -> {d.after}" for d in found[:SHOWN]]
+    lines += [f"    {d.field}: {d.before} -> {d.after}" for d in found[:most]]
     return lines
 
 
@@ -132,6 +133,7 @@ def parser() -> argparse.ArgumentParser:
         "--renamed", metavar="OLD=NEW", action="append", default=[],
         help="a field that has another name after; * is any key: causes/*/gap_after=causes/*/left; may be repeated",
     )  # fmt: skip
+    p.add_argument("--show", metavar="N", type=int, default=5, help="differing fields of a campaign that are printed")
     build = Path(os.environ.get("DEEPSEA_COSIM_BUILD", REPOSITORY / "build"))
     p.add_argument("--package", type=Path, default=build / "deepsea_0km.ssp", help="the machine (default: %(default)s)")
     p.add_argument(
@@ -168,8 +170,8 @@ def compare(options: argparse.Namespace, wanted: Sequence[Small], names: dict[st
     """Diagnose with both commits, print what differs; returns the exit code."""
     cache: Path = options.cache.resolve()
     cache.mkdir(parents=True, exist_ok=True)
-    for old, new in names.items():
-        print(f"renamed: {old} -> {new}")
+    for pair in names.items():
+        print("renamed: {} -> {}".format(*pair))
     folders = written(options.package, cache, wanted)
     state = next(iter(folders.values())).parent.name
     with tempfile.TemporaryDirectory(dir=cache) as text, ThreadPoolExecutor(AT_ONCE) as workers:
@@ -184,11 +186,14 @@ def compare(options: argparse.Namespace, wanted: Sequence[Small], names: dict[st
             both.append((code, side(workers, code, folders, results)))
         (old, before), (new, after) = both
         same = True
-        for name in folders:
-            one, two = before[name].result(), after[name].result()
-            lines = verdict(one, two, names)
-            same = same and lines == ["identical"]
-            print(f"{name:<18}{one.seconds:6.1f} s {two.seconds:6.1f} s  " + "\n".join(lines), flush=True)
+        try:
+            for name in folders:
+                one, two = before[name].result(), after[name].result()
+                lines = verdict(one, two, names, options.show)
+                same = same and lines == ["identical"]
+                print(f"{name:<18}{one.seconds:6.1f} s {two.seconds:6.1f} s  " + "\n".join(lines), flush=True)
+        finally:  # what waits does not begin after Ctrl-C
+            workers.shutdown(cancel_futures=True)
     print(f"{'the same' if same else 'NOT the same'}: {old.name} and {new.name}, {len(folders)} campaigns")
     return 0 if same else 1
 

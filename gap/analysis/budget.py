@@ -80,7 +80,7 @@ def _shares(game: _Game) -> tuple[dict[str, np.ndarray], np.ndarray]:
     """Share of every effect, and of what none explains (draws,)."""
     worth = monotone(game.worth)
     gap = np.maximum(game.gap, 1e-300)
-    effects = {str(label): value / gap for label, value in shapley(worth).items()}
+    effects = {label: value / gap for label, value in shapley(worth).items()}
     explained = sum(effects.values(), np.zeros_like(gap))
     return effects, np.where(game.gap > 0.0, 1.0 - explained, 1.0)
 

@@ -63,9 +63,9 @@ def _conditions(problem: Problem) -> dict[str, np.ndarray]:
     runs = problem.runs
     names = dict.fromkeys(name for info in runs for name in info.changes)
     for name in names:
-        changes = [info.changes.get(name) for info in runs]
-        values = [v for v in changes if isinstance(v, (int, float)) and not isinstance(v, bool)]
-        if len(values) < len(changes):
+        stated = [info.changes.get(name) for info in runs]
+        values = [v for v in stated if isinstance(v, (int, float)) and not isinstance(v, bool)]
+        if len(values) < len(stated):
             continue
         low, high = min(values), max(values)
         if low == high:

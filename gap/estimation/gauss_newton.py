@@ -51,8 +51,7 @@ class _Descent:
 
     def __init__(
         self, problem: Problem, parameters: tuple[EstimatedParameter, ...], u: np.ndarray,
-        nuisance_jacobian: np.ndarray,
-        like: Fit | None, at: Fit | None,
+        nuisance_jacobian: np.ndarray, like: Fit | None, at: Fit | None,
     ):  # fmt: skip
         self.problem, self.parameters, self.nuisance_jacobian = problem, parameters, nuisance_jacobian
         self.settings = problem.settings.fit

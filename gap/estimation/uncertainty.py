@@ -16,7 +16,8 @@ def data_std(problem: Problem, fit: Fit, nuisance_jacobian: np.ndarray, energy: 
     """
     line = Linear.around(problem, fit.normalised, fit.model, fit.jacobian, nuisance_jacobian)
     H = line.curvature(fit.parameters, fit.dispersion + energy * len(problem.observations))
-    return np.asarray(np.sqrt(np.maximum(np.diag(np.linalg.inv(H))[: len(fit.normalised)], 0.0)))
+    std: np.ndarray = np.sqrt(np.maximum(np.diag(np.linalg.inv(H))[: len(fit.normalised)], 0.0))
+    return std
 
 
 def parameter_std(problem: Problem, fit: Fit, nuisance_jacobian: np.ndarray) -> np.ndarray:
@@ -26,7 +27,8 @@ def parameter_std(problem: Problem, fit: Fit, nuisance_jacobian: np.ndarray) -> 
     std = data_std(problem, fit, nuisance_jacobian, settings.form_energy)
     base = np.array([x.kind == "base" for x in fit.parameters], dtype=bool)
     wider = np.hypot(std, np.where(base, settings.form_of_base, settings.form_of_effect * np.abs(fit.normalised)))
-    return np.asarray(np.where(base, np.minimum(wider, [x.sd for x in fit.parameters]), wider))
+    known: np.ndarray = np.where(base, np.minimum(wider, [x.sd for x in fit.parameters]), wider)
+    return known
 
 
 def reduction_interval(problem: Problem, before: np.ndarray, after: np.ndarray) -> tuple[float, float]:
@@ -49,7 +51,7 @@ def reduction_interval(problem: Problem, before: np.ndarray, after: np.ndarray) 
     length = 2.0
     if len(sums) > 10 and np.ptp(sums[:, 1]) > 0:
         length = float(np.clip(optimal_block_length(sums[:, 1])["stationary"].iloc[0], 1.0, len(sums) / 3))
-    bootstrap = StationaryBootstrap(length, sums, seed=0)  # type: ignore[arg-type]  # a mean: no whole number
+    bootstrap = StationaryBootstrap(length, sums, seed=0)  # type: ignore[arg-type]  # a mean, so not always whole
     draws = bootstrap.apply(reduction, settings.draws)[:, 0]
     low, high = np.quantile(draws, [0.025, 0.975])
     return float(low), float(high)

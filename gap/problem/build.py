@@ -215,10 +215,11 @@ def _check_length(where: str, run: Run, scenario: float | None, step: float, dri
     if run.stop / step > settings.numerics.max_steps:
         remedy = f"{keys[0]} makes it as long as the scenario" if keys else "'time_unit' says another unit"
         raise CampaignError(
-            f"{where} lasts {run.stop:g} s, {run.stop / step:.1e} steps: is time in seconds? {remedy}, 'start' where in "
-            "the file the model starts"
+            f"{where} lasts {run.stop:g} s, {run.stop / step:.1e} steps: is time in seconds? {remedy}, 'start' where "
+            "in the file the model starts"
         )
     if fitting and not driven:
         raise CampaignError(
-            f"{where} lasts {run.stop:g} s, the scenario {scenario:g} s: is time in {fitting[0]}? Then it needs {keys[0]}"
+            f"{where} lasts {run.stop:g} s, the scenario {scenario:g} s: is time in {fitting[0]}? Then it needs "
+            f"{keys[0]}"
         )

@@ -46,7 +46,10 @@ def base_parameters(
     for addresses, tolerance in tolerances.items():
         if tolerance == 0.0:
             continue
-        factor = tolerance.factor if isinstance(tolerance, FactorTolerance) else None
+        if isinstance(tolerance, FactorTolerance):
+            factor, scale = tolerance.factor, log(tolerance.factor)
+        else:
+            factor, scale = None, tolerance
         for a in addresses:
             if a in changed:
                 raise CampaignError(f"base {a}: that is what effect {changed[a]} changes; leave it out of the base")
@@ -56,7 +59,6 @@ def base_parameters(
             warnings.append(f"base parameter '{addresses[0]}' is 0 and has no relative tolerance; it is held")
             continue
         reach, std = settings.base_reach, settings.base_std
-        scale = log(tolerance.factor) if isinstance(tolerance, FactorTolerance) else tolerance
         made.append(
             EstimatedParameter(addresses[0], "base", 1.0, scale, -reach, reach, std, addresses, factor=factor)
         )

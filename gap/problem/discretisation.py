@@ -31,4 +31,5 @@ class Discretisation:
 
     def richardson(self, double: np.ndarray, single: np.ndarray) -> np.ndarray:
         """What runs tend to as the macro step goes to 0, from those at some step and at twice it (Richardson 1911)."""
-        return np.asarray(single + (single - double) / (2.0**self.richardson_order - 1.0))
+        limit: np.ndarray = single + (single - double) / (2.0**self.richardson_order - 1.0)
+        return limit

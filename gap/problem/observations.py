@@ -128,7 +128,8 @@ class Observations:
 
     def whiten(self, model: np.ndarray) -> np.ndarray:
         """Readings minus a long vector, divided by the noise: the normalised residual (n,)."""
-        return np.asarray((self.y - model) / self.noise_std)
+        residual: np.ndarray = (self.y - model) / self.noise_std
+        return residual
 
     def structured_energy(self, residual: np.ndarray) -> float:
         """Energy per reading that a normalised residual (n,) shares from one reading to the next.
@@ -215,7 +216,8 @@ def _smooth(x: np.ndarray, t: np.ndarray, width: float) -> np.ndarray:
     """Running mean of x over +-width [s]."""
     total = np.concatenate([[0.0], np.cumsum(x)])
     low, high = np.searchsorted(t, t - width), np.searchsorted(t, t + width, side="right")
-    return np.asarray(np.maximum((total[high] - total[low]) / (high - low), 0.0))
+    mean: np.ndarray = np.maximum((total[high] - total[low]) / (high - low), 0.0)
+    return mean
 
 
 def decimate(t: np.ndarray, y: np.ndarray, most: int) -> tuple[np.ndarray, np.ndarray, int]:

@@ -25,8 +25,9 @@ class Sensor:
         """Readings at the times `at` [s] of the signal x (n,) known at the increasing times t (n,)."""
         if self.lag > 0.0:
             x = first_order_lag(t, x, self.lag)
-        y: np.ndarray = np.interp(at - self.delay, t, x)
-        return y if self.scale == 1.0 and self.bias == 0.0 else self.scale * y + self.bias
+        y = np.interp(at - self.delay, t, x)
+        read: np.ndarray = y if self.scale == 1.0 and self.bias == 0.0 else self.scale * y + self.bias
+        return read
 
 
 def first_order_lag(t: np.ndarray, x: np.ndarray, tau: float) -> np.ndarray:

@@ -117,7 +117,7 @@ def boxes(parts: Sequence[Piece], colour: Mapping[str, str], width: float = WIDT
 def strip(
     parts: Sequence[Piece], colour: Mapping[str, str], texts: Mapping[str, str], marks: Sequence[tuple[str, float]]
 ) -> Strip:
-    """A bar. texts: what is written for a piece, by key; marks: texts above it and the deviation (RMS) they stand for."""
+    """A bar. texts: what is written for a piece, by key; marks: texts above it and their deviation (RMS)."""
     drawn = boxes(parts, colour)
     inside, below = [], []
     for piece, box in zip(parts, drawn, strict=True):

@@ -23,7 +23,7 @@ def context(data: Data, signals: Signals) -> Context | None:
 
 
 def _used(p: Data) -> float:
-    return abs(p["change"]) / (p["tolerance"] or 1e-300)
+    return float(abs(p["change"]) / (p["tolerance"] or 1e-300))
 
 
 def _row(name: str, p: Data) -> Context:

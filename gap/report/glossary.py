@@ -17,12 +17,13 @@ GLOSSARY = {
     "inclusion probability": "How probable it is that the machine has this effect: the sum of the probabilities of all "
     "sets of effects that contain it.",
     "95 % interval": "Where the true value lies in 95 of 100 such campaigns.",
-    "alone": "The size that this part would have by itself; such sizes add up as squares, so their sum is more than the "
+    "alone": "The size that this part would have by itself; such sizes add up as squares, so their sum is more than "
+    "the "
     "whole.",
     "form": "The same effect in another shape than the catalogue's plain one, for instance unequal in two directions.",
     "unexplained": "What is left with the best set of effects and is more than noise.",
     "held out": "Not used for fitting: the model has to foretell it.",
     "residual": "Measured minus modelled.",
-    "at bound": "The fitted value stands at the end of the range that is allowed for it, so it may not be the true one.",
+    "at bound": "The fitted value stands at the end of its allowed range, so it may not be the true one.",
     "tolerance": "How far a base parameter may be from its stated value.",
 }

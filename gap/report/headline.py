@@ -52,10 +52,11 @@ def cautions(data: Data) -> list[str]:
     if status in ("stalled", "unfinished"):
         made.append(f"The fit of the best hypothesis did not come to its end ({status}).")
     if data["verdict"] == "explained" and data["hypotheses"] and data["hypotheses"][0]["probability"] < 0.5:
-        made.append(f"The best set of effects has a probability of {percent(data['hypotheses'][0]['probability'])} only.")
-    if data["numerics"]["step_error"] > STEP_ERROR:
+        best = percent(data["hypotheses"][0]["probability"])
+        made.append(f"The best set of effects has a probability of {best} only.")
+    if (data["numerics"]["step_error"] or 0.0) > STEP_ERROR:
         error = multiple(data["numerics"]["step_error"])
-        made.append(f"The simulation's own step error is {error} times the noise: not small against what is looked for.")
+        made.append(f"The simulation's own step error is {error} times the noise, not small beside what is looked for.")
     return made
 
 

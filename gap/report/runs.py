@@ -22,7 +22,8 @@ def runs(data: Data, signals: Signals) -> Context | None:
     rows = []
     for name in names:
         run, levels = conditions.get(name), known.get(name)
-        said = [" ".join(x for x in (c.name, given(c.value), pretty(c.unit)) if x) for c in run.conditions] if run else []
+        stated = run.conditions if run else ()
+        said = [" ".join(x for x in (c.name, given(c.value), pretty(c.unit)) if x) for c in stated]
         row: Context = {"name": name, "held_out": run.held_out if run else False, "conditions": said, "boxes": ()}
         row["stop"] = f"{short(run.stop)} s" if run else "–"
         row["cells"] = [multiple(levels[k]) if levels else "–" for k in MODELS]

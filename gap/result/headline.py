@@ -33,8 +33,7 @@ def _physical(state: State, budget: dict[str, Any], events: list[dict[str, Any]]
     label, c = max(budget["per_channel"].items(), key=lambda item: item[1]["delivered"] / item[1]["noise"])
     factor, unit = shown_factor(state, label)
     steps = [f"{figure(c[key] * factor)} {unit}" for key in ("delivered", "calibrated", "explained")]
-    calibrated = f"by {steps[1]} once calibrated within the tolerances"
-    what = f"{label} misses the measurement by {steps[0]} (rms) as delivered, {calibrated}"
+    what = f"{label} misses the measurement by {steps[0]} (rms) as delivered, by {steps[1]} once calibrated"
     if state.chosen.hypothesis.candidates:
         effects = listed([plain(id) for id in state.chosen.hypothesis.ids])
         return f"{what} and by {steps[2]} with {effects} in the model."

@@ -26,7 +26,7 @@ from .hypothesis import Hypothesis
 
 @dataclass(frozen=True, eq=False)
 class RankedHypothesis:
-    """A hypothesis with its evidence, held-out residual (n,) and the energy this shares from reading to reading."""
+    """A hypothesis with its evidence, held-out residual (n,) and the energy that its readings share."""
 
     hypothesis: Hypothesis
     held_out: np.ndarray

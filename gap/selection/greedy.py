@@ -1,4 +1,7 @@
-"""The greedy search: fits of plausible effects, then of one more beside the best. A later search replaces it."""
+"""The greedy search: fits of plausible effects, then of one more beside each of the best.
+
+A later search replaces it.
+"""
 
 from __future__ import annotations
 

@@ -9,6 +9,7 @@ import pytest
 
 from benchmarks.same_diagnoses import commits
 from benchmarks.same_diagnoses.compare import diagnosis_differences, text_differences
+from benchmarks.same_diagnoses.made import cut
 
 DIAGNOSIS = {
     "gap": {"per_channel": {"arm.x_h": {"rms_after": 0.1}}, "after": 1.0},
@@ -76,3 +77,11 @@ def test_the_code_of_a_tree_is_not_merged_with_the_installed_code(other_tree, tm
     code = commits.prepared(other_tree, None, tmp_path / "links")
     done = subprocess.run([sys.executable, "-c", f"import {module}"], env=code.environment, capture_output=True)
     assert (done.returncode == 0) == there
+
+
+def test_a_catalogue_is_cut_to_a_few_effects():
+    one = '[[effect]]\nid = "one"\n[[effect.parameter]]\naddress = "x"\n'
+    two = '[[effect]]\nid = "two"\n[[effect.parameter]]\naddress = "y"\n'
+    a, b = '[[base]]\nparameter = "a"\n', '[[base]]\nparameter = "b"\n'
+    late, region = '[[sensor]]\nid = "late"\n', "[[region]]\n"
+    assert cut(f"# head\n{a}{b}{one}{two}{late}{region}", ("two",), ("b",)) == f"# head\n{b}{two}{region}"

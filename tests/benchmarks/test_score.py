@@ -277,6 +277,15 @@ def test_diagnoses_of_schema_1_are_read_as_history():
     assert o.said.calibrated == 8.0
 
 
+def test_channels_of_a_hypothesis_stand_in_its_label():
+    told = diagnosis({"sensor_lag": 0.9, "a": 0.8}, hypotheses=[(("a", "sensor_lag"), 0.9, 1.0), ((), 0.1, 3.0)])
+    told["hypotheses"][0]["label"] = "sensor_lag(arm.x_h) + a"
+    told["hypotheses"][1]["label"] = "refit of the base parameters"
+    o = outcome(answer("pair", effect("a"), effect("sensor_lag", channel="arm.x_h"), left=5.0, shares=[0.5, 0.5]), told)
+    assert [h.effects for h in o.said.hypotheses] == [("sensor_lag(arm.x_h)", "a"), ()]
+    assert o.exact
+
+
 def test_files(tmp_path, monkeypatch, capsys):
     (tmp_path / "answers").mkdir()
     for k, d in ((0, diagnosis({"a": 0.9})), (1, None)):

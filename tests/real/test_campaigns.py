@@ -12,7 +12,7 @@ import pytest
 from deepsea_cosim.gap.campaign import read as reader
 from deepsea_cosim.gap.campaign.catalogue import load
 from deepsea_cosim.gap.diagnose import diagnose
-from deepsea_cosim.gap.result.document import document
+from deepsea_cosim.gap.result.diagnosis import make
 from deepsea_cosim.master.session import Session
 
 from benchmarks.real import campaigns, check

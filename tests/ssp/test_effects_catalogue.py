@@ -12,6 +12,7 @@ from deepsea_cosim.mechanics.variables import ARM
 TABLES = {"hydraulics": HYDRAULICS, "arm": ARM}
 CATALOGUE = tomllib.loads((Path(ssp.__file__).parent / "scenarios" / "deepsea" / "effects.toml").read_text())
 
+# ids that others rely on: none of them goes or gets another name
 CORE = (
     "cylinder_coulomb_friction cylinder_stribeck_friction seal_pressure_friction cylinder_viscous_error "
     "entrained_air hose_compliance valve_dynamics command_delay valve_dead_zone valve_null_shift valve_leakage "
@@ -27,17 +28,15 @@ def variable(address):
     return TABLES[component][name]
 
 
-def test_every_core_effect_is_there_and_each_once():
+def test_every_core_effect_is_there_once():
     ids = [e["id"] for e in (*CATALOGUE["effect"], *CATALOGUE["sensor"])]
-    assert set(CORE.split()) <= set(ids)
     assert len(set(ids)) == len(ids)
+    assert set(CORE.split()) <= set(ids)
 
 
-def test_every_effect_of_the_fmus_is_in_the_catalogue():
-    listed = {a.partition(".")[2] for e in CATALOGUE["effect"] for p in e["parameter"]
-              for a in (p["address"], *p.get("also", ()))}  # fmt: skip
-    effects = {".".join(v.name.split(".")[:2]) for table in TABLES.values() for v in table if "effect." in v.name}
-    assert effects == {".".join(name.split(".")[:2]) for name in listed if name.startswith("effect.")}
+def test_every_effect_of_the_fmus_is_listed():
+    own = {v.name.split(".")[1] for table in TABLES.values() for v in table if v.name.startswith("effect.")}
+    assert own <= {e["id"] for e in CATALOGUE["effect"]}
 
 
 @pytest.mark.parametrize("effect", CATALOGUE["effect"], ids=lambda e: e["id"])

@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass, field
 from typing import Any
 
-from .names import Names
+from .names import Names, plain
 
 NAN = float("nan")
 
@@ -91,7 +91,7 @@ def said(diagnosis: dict[str, Any] | None) -> Said:
         {name: float(e["inclusion_probability"]) for name, e in diagnosis.get("effects", {}).items()},
         tuple(_part(p) for p in budget.get("parts", [])),
         tuple(
-            Hypothesis(tuple(h["effects"]), float(h["probability"]), float(h["left"]), values(h))
+            Hypothesis(_effects(h), float(h["probability"]), float(h["left"]), values(h))
             for h in diagnosis.get("hypotheses", [])
         ),
         float(budget.get("calibrated", NAN)),
@@ -100,6 +100,13 @@ def said(diagnosis: dict[str, Any] | None) -> Said:
         float(timing.get("first_budget_s", NAN)),
         float(timing.get("wall_s", NAN)),
     )
+
+
+def _effects(hypothesis: dict[str, Any]) -> Names:
+    """The effects of a hypothesis with their channels, which stand in its label alone."""
+    ids = tuple(hypothesis["effects"])
+    labels = tuple(hypothesis.get("label", "").split(" + "))
+    return labels if ids and sorted(plain(label)[0] for label in labels) == sorted(ids) else ids
 
 
 def values(entry: dict[str, Any]) -> dict[str, float]:

@@ -12,8 +12,8 @@ def test_noise_on_a_smooth_signal(std):
     signal = 40.0 * np.sin(T)
     found = [estimate_noise_std(signal * 0.0 + s) for s in std * np.random.default_rng(0).normal(size=(20, len(T)))]
     assert np.mean(found) == pytest.approx(std, rel=0.03)
-    noise = std * np.random.default_rng(1).normal(size=(20, len(T)))
-    moving = [estimate_noise_std(std * 100 * np.sin(T) + s) for s in noise]
+    scatter = std * np.random.default_rng(1).normal(size=(20, len(T)))
+    moving = [estimate_noise_std(std * 100 * np.sin(T) + s) for s in scatter]
     assert np.mean(moving) == pytest.approx(std, rel=0.03)
 
 

@@ -48,7 +48,7 @@ def test_reading_is_the_sensors():
     y = np.zeros(50)
     t = np.linspace(1.0, 9.0, 50)
     blocks = [(0, 0, "a.x", 0.1), (1, 0, "a.x", 0.1), (1, 1, "a.v", 0.2)]
-    observations = gather([RawBlock(r, channel, name, t, y, noise, None, True) for r, channel, name, noise in blocks])
+    observations = gather([RawBlock(r, c, name, t, y, noise, None, True) for r, c, name, noise in blocks])
     rows = [np.column_stack([np.sin(T)]), np.column_stack([np.cos(T), T])]
     rows[0] = np.column_stack([np.sin(T), T])
     made = observations.read([T, T], rows, {"a.x": 0, "a.v": 1}, {"a.v": Sensor(bias=1.0, delay=0.5)})
