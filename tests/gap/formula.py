@@ -11,6 +11,7 @@ from deepsea_cosim.gap.problem.discretisation import Discretisation
 from deepsea_cosim.gap.problem.observations import Observations, RawBlock, gather
 from deepsea_cosim.gap.problem.parameters import EffectCandidate, EstimatedParameter, Point
 from deepsea_cosim.gap.problem.problem import RunConditions
+from deepsea_cosim.gap.problem.stop import StopToken
 from deepsea_cosim.gap.settings import DEFAULT, Settings
 
 Model = Callable[[Point, float], np.ndarray | None]
@@ -26,6 +27,7 @@ class FormulaSimulator:
 
     smooth: dict[str, bool] = field(default_factory=dict)
     failure: str = ""
+    stop: StopToken = field(default_factory=StopToken)
 
 
 @dataclass(frozen=True, eq=False)
