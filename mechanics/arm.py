@@ -16,7 +16,7 @@ import numpy as np
 from ..core.errors import ParameterError
 from ..core.sea import GRAVITY, ambient_pressure
 from . import loads
-from .effects import with_effects
+from .effects import EFFECTS, effect_constants, with_effects
 from .linkage import check_buildable, linkage
 from .mjcf import mjcf
 from .variables import BEAM_STRIPS
@@ -56,7 +56,8 @@ class Arm:
         self._bias, self._passive = self.data.qfrc_bias, self.data.qfrc_passive
         self._p = np.zeros(5)
         self.out = np.zeros(11 + BEAM_STRIPS) if out is None else out
-        self.c = c = np.zeros(24)
+        self.c = c = np.zeros(loads.SIZE)
+        c[: len(EFFECTS)] = effect_constants(p)
         c[loads.R_EYE], c[loads.BASE_X], c[loads.BASE_Y] = p["rod_eye_radius"], p["base_x"], p["base_y"]
         c[loads.L_0] = linkage.py_func(p["theta0"], p["rod_eye_radius"], p["base_x"], p["base_y"])[0]
         grown = 2.0 * p["effect.marine_growth.thickness"]
@@ -65,12 +66,6 @@ class Arm:
         c[loads.ROD_D], c[loads.RHO], c[loads.C_M] = p["rod_diameter"], p["rho_s"], p["C_M"]
         c[loads.C_D], c[loads.PRINTED], c[loads.SPEED] = p["C_D"], p["drag_as_printed"], p["current_speed"]
         c[loads.AMPLITUDE], c[loads.FREQUENCY] = p["current_amplitude"], p["current_frequency"]
-        c[loads.AMPLITUDE_2] = p["effect.current_unsteady.amplitude"]
-        c[loads.FREQUENCY_2] = p["effect.current_unsteady.frequency"]
-        c[loads.PHASE_2] = p["effect.current_unsteady.phase"]
-        c[loads.BUOY] = p["effect.buoyancy_error.force"]
-        c[loads.TAU_C], c[loads.TAU_V] = p["effect.joint_friction.tau_c"], p["effect.joint_friction.viscous"]
-        c[loads.OMEGA_0] = p["effect.joint_friction.omega_0"]
         net_beam = p["beam_mass"] - p["rho_s"] * pi * p["beam_diameter"] ** 2 / 4.0 * p["beam_length"]
         c[loads.WEIGHT_MOMENT] = (net_beam * GRAVITY / 2.0 + p["load_weight"]) * p["beam_length"]
         self.theta, self.omega, self.t = p["theta0"], 0.0, t

@@ -1,12 +1,17 @@
-"""What a real arm may have and the plain model has not: the FMU's parameters, and what they do to the plain ones.
+"""Effects of the arm that a real machine may have and the plain model has not: their parameters and their equations.
 
-To add an effect, see CONTRIBUTING.md. One that is a force or torque of its own has its equation in `loads`.
+A new one is a row of `EFFECTS` and, after what it is, a term of `extra_torque`, a line of `with_effects`, or a use of
+its parameters elsewhere (CONTRIBUTING.md walks through it). The catalogue of the diagnosis is in ssp/scenarios.
 """
 
 from __future__ import annotations
 
 from collections.abc import Mapping
+from math import cos, tanh
 
+import numpy as np
+
+from ..core.jit import kernel
 from ..core.variables import Variable, parameter
 
 
@@ -28,14 +33,44 @@ EFFECTS = (
     _effect("current_unsteady.phase", 0.0, "rad", -7.0, 7.0, "phase of the further sinusoidal current at t = 0"),
     _effect("ambient_pressure_error.scale", 1.0, "1", 0.1, 10.0, "factor on the ambient pressure"),
 )  # fmt: skip
-"""What a real machine may have and the plain model has not; exactly absent at the start values (ssp effects.toml)."""
+"""Exactly absent at the start values."""
+
+_PLACE = {v.name.removeprefix("effect."): k for k, v in enumerate(EFFECTS)}
+
+TAU_C, TAU_V, OMEGA_0 = (_PLACE[f"joint_friction.{name}"] for name in ("tau_c", "viscous", "omega_0"))
+BUOY = _PLACE["buoyancy_error.force"]
+AMPLITUDE_2, FREQUENCY_2, PHASE_2 = (_PLACE[f"current_unsteady.{n}"] for n in ("amplitude", "frequency", "phase"))
+"""Places of the effects' parameters among the constants of the kernels, which begin with them."""
+
+
+def effect_constants(p: Mapping[str, float]) -> np.ndarray:
+    """The effects' parameters in the order of their places."""
+    return np.array([p[v.name] for v in EFFECTS], dtype=float)
 
 
 def with_effects(p: Mapping[str, float]) -> dict[str, float]:
-    """The parameters of the plain arm as the effects change them, in the same units; bit for bit the same without."""
+    """The arm's parameters with the effects that change one of them."""
     return {
         **p,
         "load_weight": p["load_weight"] * p["effect.payload_error.scale"],
         "C_D": p["C_D"] * p["effect.drag_coefficient.scale"],
         "current_speed": p["current_speed"] + p["effect.current_error.offset"],
     }
+
+
+@kernel
+def pivot_friction(omega: float, c: object) -> float:
+    """Torque [N m] of the pivot's friction against omega [rad/s]: Coulomb (regularised) and viscous."""
+    return c[TAU_C] * tanh(omega / c[OMEGA_0]) + c[TAU_V] * omega
+
+
+@kernel
+def buoyancy_torque(theta: float, length: float, c: object) -> float:
+    """Torque [N m] about the pivot of the additional upward force at the middle of a beam of that length [m]."""
+    return c[BUOY] * cos(theta) * 0.5 * length
+
+
+@kernel
+def extra_torque(theta: float, omega: float, length: float, c: object) -> float:
+    """Torque [N m] about the pivot of all effects, positive raises the beam."""
+    return buoyancy_torque(theta, length, c) - pivot_friction(omega, c)

@@ -9,19 +9,19 @@ for the one degree of freedom that the loop leaves. The entrained water adds to 
 
 from __future__ import annotations
 
-from math import cos, pi, sin, tanh
+from math import cos, pi, sin
 
 from ..core.jit import kernel
 from ..core.sea import GRAVITY
+from .effects import AMPLITUDE_2, BUOY, EFFECTS, FREQUENCY_2, PHASE_2, extra_torque
 from .hydrodynamics import added_inertia, drag, inertia_per_length, printed_torque, wave
 from .linkage import linkage
 
 (
     R_EYE, BASE_X, BASE_Y, L_0, BEAM_L, BEAM_D, BARREL_L, BARREL_D, ROD_D, RHO, C_D, C_M,
-    SPEED, AMPLITUDE, FREQUENCY, WEIGHT_MOMENT,
-    BUOY, TAU_C, TAU_V, OMEGA_0, AMPLITUDE_2, FREQUENCY_2, PHASE_2, PRINTED,
-) = range(24)  # fmt: skip
-"""Places of the constants."""
+    SPEED, AMPLITUDE, FREQUENCY, WEIGHT_MOMENT, PRINTED, SIZE,
+) = range(len(EFFECTS), len(EFFECTS) + 18)  # fmt: skip
+"""Places of the constants, after those of the effects, and how many there are."""
 
 MASS, TORQUE, LEVER, X, V = range(5)
 """Places in the result of `project`: effective inertia, torque without the cylinder, dL/dtheta, x_h, v_h."""
@@ -33,12 +33,6 @@ def current(t: float, c: object) -> tuple[float, float]:
     v_1, a_1 = wave(t, c[AMPLITUDE], c[FREQUENCY], 0.0)
     v_2, a_2 = wave(t, c[AMPLITUDE_2], c[FREQUENCY_2], c[PHASE_2])
     return c[SPEED] + v_1 + v_2, a_1 + a_2
-
-
-@kernel
-def pivot_friction(omega: float, c: object) -> float:
-    """Torque [N m] of the pivot's friction against omega [rad/s]: Coulomb (regularised) and viscous."""
-    return c[TAU_C] * tanh(omega / c[OMEGA_0]) + c[TAU_V] * omega
 
 
 @kernel
@@ -85,7 +79,7 @@ def project(
     out[MASS] = (
         m00 + m11 * dphi**2 + M[2, 2] * dL**2 + 2.0 * (M[0, 1] * dphi + M[0, 2] * dL + M[1, 2] * dphi * dL)
     )
-    extra = c[BUOY] * cos(theta) * 0.5 * c[BEAM_L] - pivot_friction(omega, c)
+    extra = extra_torque(theta, omega, c[BEAM_L], c)
     r0 = passive[0] - bias[0] + beam + extra - (M[0, 1] * ddphi + M[0, 2] * ddL) * w2
     r1 = passive[1] - bias[1] + cylinder - (m11 * ddphi + M[1, 2] * ddL) * w2
     r2 = passive[2] - bias[2] - (M[1, 2] * ddphi + M[2, 2] * ddL) * w2

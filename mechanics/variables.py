@@ -1,4 +1,4 @@
-"""The variable table of the arm: the only place where its names, units, ranges and defaults stand."""
+"""The variable table of the arm: with `effects`, the only place where its names, units, ranges and defaults stand."""
 
 from __future__ import annotations
 

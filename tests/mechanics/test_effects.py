@@ -5,7 +5,8 @@ import pytest
 from deepsea_cosim.core.sea import GRAVITY
 from deepsea_cosim.mechanics import loads
 from deepsea_cosim.mechanics.arm import Arm
-from deepsea_cosim.mechanics.variables import ARM, EFFECTS
+from deepsea_cosim.mechanics.effects import EFFECTS, pivot_friction
+from deepsea_cosim.mechanics.variables import ARM
 
 THETA = ARM["theta0"].start
 LENGTH = ARM["beam_length"].start
@@ -60,10 +61,10 @@ def test_drag_scales_with_its_coefficient_and_the_square_of_the_current():
 
 def test_pivot_friction_opposes_the_motion():
     c = arm(joint_friction__tau_c=30.0, joint_friction__viscous=10.0).c
-    assert loads.pivot_friction(0.2, c) == pytest.approx(32.0)
-    assert loads.pivot_friction(-0.2, c) == pytest.approx(-32.0)
-    assert loads.pivot_friction(0.0, c) == 0.0
-    assert loads.pivot_friction(0.2, arm().c) == 0.0
+    assert pivot_friction(0.2, c) == pytest.approx(32.0)
+    assert pivot_friction(-0.2, c) == pytest.approx(-32.0)
+    assert pivot_friction(0.0, c) == 0.0
+    assert pivot_friction(0.2, arm().c) == 0.0
 
 
 def test_unsteady_current_adds_to_the_steady_one():
