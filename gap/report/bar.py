@@ -12,7 +12,7 @@ from .parts import Data, Piece
 
 WIDTH = 1000.0
 """Of the drawing; everything here is in its units, one of which is about a pixel on a laptop."""
-CHARACTER = 7.3
+CHARACTER = 8.0
 """Width of a character of a label, more than sans-serif letters of 13 units have on average."""
 ROW = 17.0
 """Height of a row of labels."""

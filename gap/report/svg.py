@@ -43,9 +43,11 @@ def ticks(low: float, high: float, most: int = 6) -> list[float]:
     return [float(k * step) for k in range(int(np.ceil(low / step)), int(np.floor(high / step + 1e-9)) + 1)]
 
 
-def limits(values: Array, least: float = 0.0) -> tuple[float, float]:
+def limits(values: Array, least: float | None = None) -> tuple[float, float]:
     """Limits with a margin around values, at least from -least to least if that is given."""
-    low, high = min(float(values.min()), -least), max(float(values.max()), least)
+    low, high = float(values.min()), float(values.max())
+    if least is not None:
+        low, high = min(low, -least), max(high, least)
     margin = 0.05 * (high - low) or max(abs(high), 1.0) * 0.05
     return low - margin, high + margin
 
