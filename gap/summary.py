@@ -9,7 +9,18 @@ from typing import Any
 
 from .report.headline import VERDICTS
 from .report.next_step import action
-from .report.numbers import NBSP, cleaned, duration, listed, multiple, percent, percents, pretty, quantity, with_interval
+from .report.numbers import (
+    NBSP,
+    cleaned,
+    duration,
+    listed,
+    multiple,
+    percent,
+    percents,
+    pretty,
+    quantity,
+    with_interval,
+)
 from .report.parts import Piece, part_key, part_name, pieces
 from .report.signals import Signals, without_signals
 from .settings import TerminalSettings
@@ -34,14 +45,13 @@ PLAIN = Marks(":", "#=", "?", ".")
 """Where the encoding of the output has no blocks."""
 
 _ASCII = str.maketrans({
-    NBSP: " ", "−": "-", "–": "-", "→": "->", "×": "x", "±": "+-", "·": ".", "°": "deg ", "“": '"', "”": '"', "’": "'", "…": "...",
+    NBSP: " ", "−": "-", "–": "-", "→": "->", "×": "x", "±": "+-", "·": ".", "°": "deg ",
+    "“": '"', "”": '"', "’": "'", "…": "...",
     **{c: str(k) for k, c in enumerate("⁰¹²³⁴⁵⁶⁷⁸⁹")}, "⁻": "-",
 })  # fmt: skip
 
 
-def lines(
-    data: Data, signals: Signals | None = None, encoding: str | None = "utf-8", files: str = ""
-) -> list[str]:
+def lines(data: Data, signals: Signals | None = None, encoding: str | None = "utf-8", files: str = "") -> list[str]:
     """The text.
 
     data: the contents of diagnosis.json; signals: for the units in which channels were measured; encoding: of the
@@ -51,7 +61,13 @@ def lines(
     signals = signals or without_signals(data)
     blocks = _has("".join((BLOCKS.calibration, BLOCKS.effects, BLOCKS.unexplained, BLOCKS.noise)), encoding)
     marks = BLOCKS if blocks else PLAIN
-    fixed = [*_budget(data, marks), *_where(data, signals), *_next(data, signals), *_end(data), *([files] if files else [])]
+    fixed = [
+        *_budget(data, marks),
+        *_where(data, signals),
+        *_next(data, signals),
+        *_end(data),
+        *([files] if files else []),
+    ]
     room = LAYOUT.lines - len(fixed)
     head = _wrapped(f"{VERDICTS[data['verdict']]}. {data['headline']}", min(LAYOUT.headline, max(2, room)))
     budget = len(_budget(data, marks))

@@ -10,6 +10,7 @@ from math import sqrt
 from .numbers import multiple
 from .parts import Data, Piece
 
+
 @dataclass(frozen=True)
 class Geometry:
     """Sizes in the drawing's units, one of which is about a pixel on a laptop."""

@@ -41,7 +41,9 @@ def context(data: Data, signals: Signals) -> Context | None:
 def embed(data: Data, signals: Signals) -> dict[str, Any]:
     """What the script reads: channels, curves, runs with series as base64, and the run to begin with."""
     runs = [r for r in signals.runs if r.traces]
-    most = int(np.clip(SHOWN.all_points // max(1, sum(len(r.traces) for r in runs)), SHOWN.fewest_points, SHOWN.trace_points))
+    most = int(
+        np.clip(SHOWN.all_points // max(1, sum(len(r.traces) for r in runs)), SHOWN.fewest_points, SHOWN.trace_points)
+    )
     changes: dict[tuple[str, str], list[float]] = {}
     for w in data["where"]:
         for p in w["change_points"]:

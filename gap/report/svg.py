@@ -7,9 +7,11 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 import numpy as np
+
 from .numbers import short
 from .section import SHOWN
 from .signals import Array, Dependence
+
 
 @dataclass(frozen=True)
 class Geometry:
@@ -41,7 +43,9 @@ class Axes:
         """Places of points (n,); those beyond the limits are put at them."""
         u = (np.clip(x, *self.x) - self.x[0]) / (self.x[1] - self.x[0])
         v = (np.clip(y, *self.y) - self.y[0]) / (self.y[1] - self.y[0])
-        return SIZE.left + u * (SIZE.width - SIZE.left - SIZE.right), SIZE.height - SIZE.bottom - v * (SIZE.height - SIZE.top - SIZE.bottom)
+        return SIZE.left + u * (SIZE.width - SIZE.left - SIZE.right), SIZE.height - SIZE.bottom - v * (
+            SIZE.height - SIZE.top - SIZE.bottom
+        )
 
 
 def ticks(low: float, high: float, most: int = 6) -> list[float]:
@@ -80,16 +84,21 @@ def frame(axes: Axes, x_label: str, y_label: str, inner: Sequence[str], said: st
     made = []
     for t in ticks(*axes.x):
         x, _ = axes.at(np.array([t]), np.array([axes.y[0]]))
-        made.append(f'<line class="grid" x1="{x[0]:.1f}" x2="{x[0]:.1f}" y1="{SIZE.top}" y2="{SIZE.height - SIZE.bottom}"/>')
+        made.append(
+            f'<line class="grid" x1="{x[0]:.1f}" x2="{x[0]:.1f}" y1="{SIZE.top}" y2="{SIZE.height - SIZE.bottom}"/>'
+        )
         made.append(f'<text x="{x[0]:.1f}" y="{SIZE.height - SIZE.bottom + 15}" text-anchor="middle">{short(t)}</text>')
     for t in ticks(*axes.y, most=5):
         _, y = axes.at(np.array([axes.x[0]]), np.array([t]))
-        made.append(f'<line class="grid" x1="{SIZE.left}" x2="{SIZE.width - SIZE.right}" y1="{y[0]:.1f}" y2="{y[0]:.1f}"/>')
+        made.append(
+            f'<line class="grid" x1="{SIZE.left}" x2="{SIZE.width - SIZE.right}" y1="{y[0]:.1f}" y2="{y[0]:.1f}"/>'
+        )
         made.append(f'<text x="{SIZE.left - 6}" y="{y[0] + 4:.1f}" text-anchor="end">{short(t)}</text>')
     middle = 0.5 * (SIZE.left + SIZE.width - SIZE.right)
     made.append(f'<text x="{middle}" y="{SIZE.height - 6}" text-anchor="middle">{escape(x_label)}</text>')
+    turned = f"translate(12 {0.5 * (SIZE.top + SIZE.height - SIZE.bottom)}) rotate(-90)"
     made.append(
-        f'<text transform="translate(12 {0.5 * (SIZE.top + SIZE.height - SIZE.bottom)}) rotate(-90)" text-anchor="middle">'
+        f'<text transform="{turned}" text-anchor="middle">'
         f"{escape(y_label)}</text>"
     )
     body = "".join([*made, *inner])

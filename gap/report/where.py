@@ -14,7 +14,7 @@ def context(data: Data, signals: Signals) -> Context | None:
     if not (data["where"] or regions or data["replay"]):
         return None
     return {
-        "places": [_place(w, signals) for w in data["where"][:SHOWN.channels]],
+        "places": [_place(w, signals) for w in data["where"][: SHOWN.channels]],
         "more": max(0, len(data["where"]) - SHOWN.channels),
         "regions": _regions(regions),
         "replays": [_replay(r, signals) for r in data["replay"]],
@@ -50,7 +50,7 @@ def _place(place: Data, signals: Signals) -> Context:
 
 def _regions(regions: Data) -> list[Context]:
     keys = ("delivered", "calibrated", "explained")
-    order = sorted(regions, key=lambda r: -regions[r]["calibrated"])[:SHOWN.regions]
+    order = sorted(regions, key=lambda r: -regions[r]["calibrated"])[: SHOWN.regions]
     most = max((regions[r][k] for r in order for k in keys), default=1.0) or 1.0
     return [
         {

@@ -30,4 +30,6 @@ def load(path: Path) -> dict[str, Any]:
         return dict(data)
     if isinstance(schema, int) and schema < SCHEMA:
         raise DiagnosisError(f"{file}: schema {schema} is no longer read; diagnose again")
-    raise DiagnosisError(f"{file}: schema {schema} is not known here (this version reads {SCHEMA}); update deepsea-cosim")
+    raise DiagnosisError(
+        f"{file}: schema {schema} is not known here (this version reads {SCHEMA}); update deepsea-cosim"
+    )

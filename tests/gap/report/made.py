@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from copy import deepcopy
 from math import sqrt
 from typing import Any
 
@@ -29,11 +30,14 @@ def effect(group: str, effects: dict[str, float], share: float, **more: Any) -> 
         "kind": "effect", "group": group, "effects": [name], "text": {name: f"text of {name}"}, "share": share,
         "ci95": [max(0.0, share - 0.06), min(1.0, share + 0.04)], "inclusion_probability": 0.99, "minor": share < 0.05,
         "within_group": effects, "form": None,
-        "parameters": {
-            f"hydraulics.effect.{name}.F_extra": {"value": 510.0, "ci95": [430.0, 600.0], "unit": "N", "at_bound": False}
-        },
+        "parameters": {f"hydraulics.effect.{name}.F_extra": parameter(510.0, 430.0, 600.0)},
         **more,
     }  # fmt: skip
+
+
+def parameter(value: float, low: float, high: float, unit: str = "N", at_bound: bool = False) -> dict[str, Any]:
+    """A fitted parameter of an effect."""
+    return {"value": value, "ci95": [low, high], "unit": unit, "at_bound": at_bound}
 
 
 def unexplained(share: float, rms: float) -> dict[str, Any]:
@@ -45,15 +49,17 @@ def unexplained(share: float, rms: float) -> dict[str, Any]:
     }  # fmt: skip
 
 
+DRIFT = {"id": "drift", "share": 0.05, "inclusion_probability": 0.9}
+LANDS = {"id": "unequal_lands", "share": 0.09, "inclusion_probability": 0.93}
 PARTS = {
     "explained": [
         effect("friction", {"cylinder_stribeck_friction": 0.81, "cylinder_coulomb_friction": 0.18}, 0.70),
-        effect("timing", {"sensor_delay": 1.0}, 0.27, form={"id": "drift", "share": 0.05, "inclusion_probability": 0.9}),
+        effect("timing", {"sensor_delay": 1.0}, 0.27, form=DRIFT),
         effect("supply", {"supply_droop": 1.0}, 0.03),
     ],
     "explained_in_part": [
         effect("friction", {"cylinder_stribeck_friction": 0.81, "cylinder_coulomb_friction": 0.18}, 0.62),
-        effect("spool", {"valve_dead_zone": 1.0}, 0.21, form={"id": "unequal_lands", "share": 0.09, "inclusion_probability": 0.93}),
+        effect("spool", {"valve_dead_zone": 1.0}, 0.21, form=LANDS),
         effect("timing", {"sensor_delay": 1.0}, 0.03),
         unexplained(0.14, 3.7),
     ],
@@ -85,7 +91,7 @@ def levels(verdict: str, noise: float = 1.0) -> dict[str, float]:
 
 def diagnosis(verdict: str = "explained_in_part", runs: int = 3, **changes: Any) -> dict[str, Any]:
     """The contents of diagnosis.json."""
-    parts = PARTS[verdict]
+    parts = deepcopy(PARTS[verdict])
     small = [{k: p[k] for k in ("kind", "group", "share") if k in p} for p in parts]
     scale = {"arm.x_h": ("m", 3e-5, 1.3), "hydraulics.P1": ("Pa", 2e4, 0.6), "hydraulics.P2": ("Pa", 2e4, 0.5)}
     names = [f"run{k + 1:02}" for k in range(runs)]
@@ -93,11 +99,12 @@ def diagnosis(verdict: str = "explained_in_part", runs: int = 3, **changes: Any)
         "schema": 2, "campaign": "pool test 3", "verdict": verdict, "headline": HEADLINES[verdict],
         "finished": True, "unfinished_stage": "",
         "budget": {
-            "metric": "share of what a refit within the tolerances leaves: squared normalised residual above the noise, "
-            "held-out data",
+            "metric": "share of what a refit within the tolerances leaves: squared normalised residual above the "
+            "noise, held-out data",
             "held_out": "stretches of time predicted from the rest", **levels(verdict), "parts": parts,
             "per_channel": {
-                name: {"unit": unit, **levels(verdict, noise), "parts": small} for name, (unit, noise, _) in scale.items()
+                name: {"unit": unit, **levels(verdict, noise), "parts": small}
+                for name, (unit, noise, _) in scale.items()
             },
             "per_run": {n: {**levels(verdict), "foretold_by_others": 3.9, "parts": small} for n in names},
             "per_region": {
@@ -138,7 +145,9 @@ def diagnosis(verdict: str = "explained_in_part", runs: int = 3, **changes: Any)
         ],
         "curves": [],
         "next_experiment": {"change": {"depth": 6000.0}, "separates": [["friction"], []], "expected_separation": 6.1},
-        "next_channel": {"change": {"channel": "hydraulics.Q1"}, "separates": [["a"], ["b"]], "expected_separation": 0.4},
+        "next_channel": {
+            "change": {"channel": "hydraulics.Q1"}, "separates": [["a"], ["b"]], "expected_separation": 0.4,
+        },
         "numerics": {"method": "nepce", "step": 0.002, "step_error": 0.02, "fit_step": 0.008},
         "warnings": ["run02: the clock is 3 % off", "run02: the clock is 3 % off"],
         "timing": {"wall_s": 41.0, "simulations": 900, "stages": {"screening": 12.0, "refinement": 20.0}},
@@ -183,7 +192,9 @@ def signals(verdict: str = "explained_in_part", runs: int = 3, n: int = 2200) ->
     x = random.uniform(60.0, 100.0, 3000)
     residual = 0.1 * np.sin(0.3 * x) + random.normal(0.0, 0.03, len(x))
     grid = np.linspace(60.0, 100.0, 48)
-    found = Dependence("arm.x_h", "P1", "bar", x, residual, 0.03, 0.8, False, (MeanCurve("mean", grid, 0.1 * np.sin(0.3 * grid)),))
+    found = Dependence(
+        "arm.x_h", "P1", "bar", x, residual, 0.03, 0.8, False, (MeanCurve("mean", grid, 0.1 * np.sin(0.3 * grid)),)
+    )
     units = {"hydraulics.depth": "m", "arm.depth": "m"}
     neutral = {"hydraulics.effect.cylinder_stribeck_friction.F_extra": 0.0}
     dependences = (found,) if verdict in ("explained_in_part", "unexplained") else ()
