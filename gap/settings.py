@@ -404,8 +404,8 @@ class TerminalSettings:
 
     width: int = 100
     """Characters of a line at most."""
-    lines: int = 24
-    """Lines at most, beside the one that names the files."""
+    lines: int = 25
+    """Lines at most."""
     headline: int = 7
     """Lines of the headline at most."""
     bar: int = 60
@@ -414,6 +414,44 @@ class TerminalSettings:
     channels: int = 4
     moments: int = 3
     """Effects, channels and measured moments that are shown, the largest first."""
+    probable: float = 0.5
+    """Inclusion probability from which an effect's parameters are shown, and the effect however small its share."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class ReportSettings:
+    """What the report shows; no part of a diagnosis."""
+
+    trace: float = 0.02
+    """Inclusion probability and share up to which an effect is only counted: less cannot be told from nothing."""
+    channels: int = 12
+    regions: int = 14
+    hypotheses: int = 8
+    """Rows of a table, those that matter most first; the rest is in diagnosis.json."""
+    probable: float = 0.5
+    """Inclusion probability of an effect from which a parameter at its bound is told beside the verdict."""
+    step_error: float = 0.2
+    """Step error of the simulation [multiples of the noise] from which it is told beside the verdict."""
+    clear_dependence: float = 0.05
+    """Share of a residual's energy that a signal predicts from which it is said to vary with it."""
+    apart: float = 3.0
+    """Distance of two hypotheses [multiples of the noise, RMS] from which they are called clearly apart."""
+    component_misses: float = 1.3
+    """Deviation of a component driven with what was measured [multiples of the noise] from which it is set in bold."""
+    little: float = 1.1
+    """Deviation [multiples of the noise] below which what is left is called hardly more than noise."""
+    mean_intervals: int = 48
+    """Intervals of a signal in which the mean of what is left is drawn."""
+    trace_points: int = 4000
+    """Points of a channel in a run at most: twice what a screen has."""
+    fewest_points: int = 600
+    """Points of a channel that are kept however many channels there are."""
+    all_points: int = 120_000
+    """Points of all channels together: the page stays below about 6 MB."""
+    scatter_points: int = 1500
+    """Points of a residual against a signal."""
+    hole: float = 5.0
+    """A hole in a measurement is this many times as long as its usual interval; no line crosses it."""
 
 
 @dataclass(frozen=True, kw_only=True)

@@ -1,132 +1,203 @@
-"""A diagnosis as text for a terminal: at most 25 lines, the budget first."""
+"""A diagnosis as text for a terminal: at most 25 lines of at most 100 characters, the budget first."""
 
 from __future__ import annotations
 
 import textwrap
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
 from typing import Any
 
+from .report.headline import VERDICTS
+from .report.next_step import action
+from .report.numbers import (
+    NBSP,
+    cleaned,
+    duration,
+    listed,
+    multiple,
+    percent,
+    percents,
+    pretty,
+    quantity,
+    with_interval,
+)
+from .report.parts import Piece, part_key, part_name, pieces
+from .report.signals import Signals, without_signals
 from .settings import TerminalSettings
 
-BLOCKS = "█▓▒░·"
-PLAIN = "#=+-."
-"""Of the bar: calibration, effects by turns, unexplained, noise; and the same where the encoding has no blocks."""
-
 Data = Mapping[str, Any]
-
-VERDICTS = {
-    "explained": "Explained", "explained_in_part": "Explained in part",
-    "no_significant_gap": "No significant gap", "unexplained": "Unexplained",
-}  # fmt: skip
-
 
 LAYOUT = TerminalSettings()
 
 
-def lines(data: Data, blocks: bool = True) -> list[str]:
-    """data: the contents of diagnosis.json; blocks: whether the output can show block characters."""
+@dataclass(frozen=True)
+class Marks:
+    """Characters of the bar's pieces; effects take theirs by turns."""
+
+    calibration: str
+    effects: str
+    unexplained: str
+    noise: str
+
+
+BLOCKS = Marks("▒", "█▓", "░", "·")
+PLAIN = Marks(":", "#=", "?", ".")
+"""Where the encoding of the output has no blocks."""
+
+_ASCII = str.maketrans({
+    NBSP: " ", "−": "-", "–": "-", "→": "->", "×": "x", "±": "+-", "·": ".", "°": "deg ",
+    "“": '"', "”": '"', "’": "'", "…": "...",
+    **{c: str(k) for k, c in enumerate("⁰¹²³⁴⁵⁶⁷⁸⁹")}, "⁻": "-",
+})  # fmt: skip
+
+
+def lines(data: Data, signals: Signals | None = None, encoding: str | None = "utf-8", files: str = "") -> list[str]:
+    """The text.
+
+    data: the contents of diagnosis.json; signals: for the units in which channels were measured; encoding: of the
+    output, what it lacks is replaced; files: what is said of the files in the end.
+    """
+    data = cleaned(dict(data))
+    signals = signals or without_signals(data)
+    blocks = _has("".join((BLOCKS.calibration, BLOCKS.effects, BLOCKS.unexplained, BLOCKS.noise)), encoding)
     marks = BLOCKS if blocks else PLAIN
-    head = "" if data["finished"] else f"NOT FINISHED, stopped while {data['unfinished_stage']}. "
-    made = textwrap.wrap(f"{VERDICTS[data['verdict']]}. {head}{data['headline']}", LAYOUT.width)[: LAYOUT.headline]
-    made += [*_bar(data["budget"], marks), *_parts(data), *_channels(data)]
-    made += [*_moments(data), *_where(data), *_next(data)]
-    return [_cut(line) for line in [*made[: LAYOUT.lines - 2], *_end(data)]]
+    fixed = [
+        *_budget(data, marks),
+        *_where(data, signals),
+        *_next(data, signals),
+        *_end(data),
+        *([files] if files else []),
+    ]
+    room = LAYOUT.lines - len(fixed)
+    head = _wrapped(f"{VERDICTS[data['verdict']]}. {data['headline']}", min(LAYOUT.headline, max(2, room)))
+    budget = len(_budget(data, marks))
+    moments = _moments(data)[: max(0, room - len(head))]
+    channels = _channels(data, signals, room - len(head) - len(moments))
+    made = [*head, *fixed[:budget], *channels, *moments, *fixed[budget:]]
+    return [_cut(_encodable(line, encoding)) for line in made]
+
+
+def _has(text: str, encoding: str | None) -> bool:
+    try:
+        text.encode(encoding or "ascii")
+    except (UnicodeEncodeError, LookupError):
+        return False
+    return True
+
+
+def _encodable(text: str, encoding: str | None) -> str:
+    """A text without characters that the encoding lacks."""
+    text = text.replace(NBSP, " ")
+    if _has(text, encoding):
+        return text
+    known = encoding if _has("", encoding) else "ascii"
+    return text.translate(_ASCII).encode(known or "ascii", "replace").decode(known or "ascii")
 
 
 def _cut(text: str) -> str:
     return text if len(text) <= LAYOUT.width else text[: LAYOUT.width - 3] + "..."
 
 
-def _energies(budget: Data) -> list[tuple[str, float]]:
-    """Mark's place in the marks and squared residual of every piece, from as delivered to the noise."""
-    noise, calibrated = budget["noise"] ** 2, budget["calibrated"] ** 2
-    left = max(0.0, calibrated - noise)
-    made = [("calibration", max(0.0, budget["delivered"] ** 2 - max(calibrated, noise)))]
-    made += [(p["kind"], p["share"] * left) for p in budget["parts"]]
-    return [*made, ("noise", noise)]
+def _wrapped(text: str, most: int, indent: str = "") -> list[str]:
+    return textwrap.wrap(text, LAYOUT.width, subsequent_indent=indent, max_lines=most, placeholder=" ...")
 
 
-def _bar(budget: Data, marks: str) -> list[str]:
-    """One bar from as delivered to the noise, on squares, which add up."""
-    pieces = _energies(budget)
-    total = sum(e for _, e in pieces) or 1.0
-    text, done, effects = "", 0.0, 0
-    for kind, energy in pieces:
-        done += energy
-        place = {"calibration": 0, "unexplained": 3, "noise": 4}.get(kind, 1 + effects % 2)
-        effects += kind == "effect"
-        text += marks[place] * (round(LAYOUT.bar * done / total) - len(text))
-    levels = f"{_times(budget['delivered'])} -> {_times(budget['calibrated'])} -> {_times(budget['explained'])}"
-    legend = f"{marks[0]} calibration  {marks[1]}{marks[2]} effects  {marks[3]} unexplained  {marks[4]} noise"
-    return ["", f"|{text}| {levels} x noise", f" {legend}   (squared residual)"]
+def _mark_of(parts: Sequence[Piece], marks: Marks) -> dict[str, str]:
+    """Mark of every piece by its key."""
+    made = {"calibration": marks.calibration, "unexplained": marks.unexplained, "noise": marks.noise}
+    effects = [p.key for p in parts if p.kind == "effect"]
+    made |= {key: marks.effects[k % len(marks.effects)] for k, key in enumerate(effects)}
+    return made | {f"{key}:form": made[key] for key in effects}
 
 
-def _parts(data: Data) -> list[str]:
-    made = []
-    effects = [p for p in data["budget"]["parts"] if p["kind"] == "effect"]
-    for p in [p for p in effects if not p["minor"] or p["inclusion_probability"] >= 0.5][: LAYOUT.parts]:
-        name = ", ".join(p["effects"][:2]) + (" ..." if len(p["effects"]) > 2 else "")
-        made.append(f"  {p['share']:>5.0%} {_interval(p['ci95'])}  {name}  ({p['inclusion_probability']:.0%} sure)")
-        values = "; ".join(_value(n, v) for n, v in list(p["parameters"].items())[:2])
-        if values and p["inclusion_probability"] >= 0.5:
-            made.append(f"         {values}")
-    rest = next(p for p in data["budget"]["parts"] if p["kind"] == "unexplained")
-    left = f"  {rest['share']:>5.0%} {_interval(rest['ci95'])}  in no effect of the catalogue: {rest['character']}"
-    return [*made, *textwrap.wrap(left, LAYOUT.width, subsequent_indent=" " * 9, drop_whitespace=False)[:2]]
+def bar(parts: Sequence[Piece], mark: Mapping[str, str], width: int) -> str:
+    """The pieces as characters, each that is not minor at least one of them; together the width."""
+    total = sum(p.energy for p in parts) or 1.0
+    cells = [max(int(width * p.energy / total), int(p.energy > 0.0 and not p.minor)) for p in parts]
+    largest = max(range(len(parts)), key=lambda k: parts[k].energy)
+    cells[largest] += width - sum(cells)
+    return "".join(mark[p.key] * n for p, n in zip(parts, cells, strict=True))
+
+
+def _budget(data: Data, marks: Marks) -> list[str]:
+    """The bar, and a line or two for each of its pieces."""
+    budget = data["budget"]
+    whole = pieces(budget, budget["parts"])
+    mark = _mark_of(whole, marks)
+    total = sum(p.energy for p in whole) or 1.0
+    levels = " → ".join(multiple(budget[k]) for k in ("delivered", "calibrated", "explained"))
+    made = ["", f"{bar(whole, mark, LAYOUT.bar)} {levels} times the noise"]
+    of_all = percent(whole[0].energy / total)
+    made.append(f"{marks.calibration} calibration: {of_all} of the squared deviation as delivered; of what it leaves:")
+    effects = [p for p in budget["parts"] if p["kind"] == "effect"]
+    shown = [p for p in effects if not p["minor"] or p["inclusion_probability"] >= LAYOUT.probable][: LAYOUT.parts]
+    for p in shown:
+        made += _wrapped(f"{mark[part_key(p)]} {_part(p)}", 2, "    ")
+    if len(effects) > len(shown):
+        rest = [p["share"] for p in effects if not any(p is q for q in shown)]
+        made.append(f"  {len(rest)} minor {'effect' if len(rest) == 1 else 'effects'}: {percent(max(0.0, sum(rest)))}")
+    for p in (p for p in budget["parts"] if p["kind"] == "unexplained"):
+        left = f"{percent(p['share'])} ({percents(p['ci95'])}) in no effect of the catalogue: {p['character']}"
+        made += _wrapped(f"{marks.unexplained} {left}", 2, "    ")
+    return made
+
+
+def _part(p: Data) -> str:
+    """A part with its effects, share, probability and parameters."""
+    names = listed(list(p["effects"]), 2, "or")
+    name = names if part_name(p) in names else f"{part_name(p)} ({names})"
+    said = f"{name} {percent(p['share'])} ({percents(p['ci95'])}), probability {percent(p['inclusion_probability'])}"
+    values = [_value(n, v) for n, v in p["parameters"].items()]
+    return "; ".join([said, *values]) if p["inclusion_probability"] >= LAYOUT.probable else said
 
 
 def _value(name: str, p: Data) -> str:
-    unit = "" if p["unit"] == "1" else f" {p['unit']}"
-    end = ", at its bound" if p["at_bound"] else ""
-    low, high = p["ci95"]
-    return f"{name.rsplit('.', 1)[-1]} = {p['value']:.4g}{unit} ({low:.4g} to {high:.4g}{end})"
+    value, ends, power = with_interval(p["value"], p["ci95"])
+    unit = pretty(p["unit"])
+    end = ", at bound" if p["at_bound"] else ""
+    return f"{name.rpartition('.')[2]} {value}{power}{NBSP}{unit}".rstrip(NBSP) + f" ({ends}{power}{end})"
 
 
-def _channels(data: Data) -> list[str]:
-    """The channels that are furthest off, RMS in their unit."""
-    found = sorted(data["budget"]["per_channel"].items(), key=lambda item: -item[1]["delivered"] / item[1]["noise"])
+def _channels(data: Data, signals: Signals, room: int) -> list[str]:
+    """The channels that are furthest off, RMS in the unit in which they were measured."""
+    known = data["budget"]["per_channel"]
+    found = sorted(known, key=lambda c: -known[c]["delivered"] / (known[c]["noise"] or 1e-300))
+    shown = found[: min(LAYOUT.channels, room - 1)] if room > 1 else []
     made = []
-    for name, c in found[: LAYOUT.channels]:
-        levels = " -> ".join(f"{c[k]:.3g}" for k in ("delivered", "calibrated", "explained"))
-        unit = "" if c["unit"] == "1" else f" {c['unit']}"
-        made.append(f"  {name:<26.26} {levels}{unit}  (noise {c['noise']:.2g}{unit})")
-    return ["as delivered -> calibrated -> with the effects:", *made]
+    for label in shown:
+        c, x = signals.channel(label, known[label]["unit"]), known[label]
+        off = [quantity(x[k] * c.factor, c.unit) for k in ("delivered", "calibrated", "explained", "noise")]
+        made.append(f"  {c.column[:26]:<26} {' → '.join(off[:3])}; noise {off[3]}")
+    return ["RMS as delivered → calibrated → with the effects:", *made] if made else []
 
 
 def _moments(data: Data) -> list[str]:
-    found = sorted(data.get("events", []), key=lambda e: -abs(e["measured"] - e["delivered"]) / e["std"])
-    return [
-        f"  {e['run']}, {e['event']}: {e['limit']} {e['measured']:.3f} s measured, "
-        f"{e['delivered']:.3f} -> {e['calibrated']:.3f} -> {e['explained']:.3f} s".replace(":  ", ": ")
-        for e in found[: LAYOUT.moments]
-    ]
+    found = sorted(data.get("events") or [], key=lambda e: -abs(e["measured"] - e["delivered"]) / (e["std"] or 1e-300))
+    made = []
+    for e in found[: LAYOUT.moments]:
+        models = " → ".join(f"{e[k]:.3f}" for k in ("delivered", "calibrated", "explained"))
+        measured = " ".join(x for x in (e["limit"], f"{e['measured']:.3f} s") if x)
+        made.append(f"  {e['run']}, {e['event']}: measured {measured}; {models} s")
+    return made
 
 
-def _where(data: Data) -> list[str]:
+def _where(data: Data, signals: Signals) -> list[str]:
     if data["verdict"] == "no_significant_gap" or not data["where"]:
         return []
-    told = [f"{w['channel']} {w['share']:.0%} ({w['region']})" for w in data["where"][:2]]
-    return [f"where calibration leaves it: {'; '.join(told)}"]
+    told = [f"{signals.channel(w['channel']).column} {percent(w['share'])} ({w['region']})" for w in data["where"][:2]]
+    return _wrapped(f"Where calibration leaves it: {'; '.join(told)}", 1)
 
 
-def _next(data: Data) -> list[str]:
-    n = data["next_experiment"]
-    if not n:
+def _next(data: Data, signals: Signals) -> list[str]:
+    step = data["next_experiment"]
+    if not step:
         return []
-    change = ", ".join(f"{k} = {v:g}" if isinstance(v, float) else f"{k} {v}" for k, v in n["change"].items())
-    first, second = (" + ".join(e) or "no effect" for e in n["separates"])
-    return [f"measure next: {change}; tells {first} from {second} ({_times(n['expected_separation'])} x noise apart)"]
+    sets = " from ".join(" + ".join(e) or "no effect" for e in step["separates"])
+    apart = multiple(step["expected_separation"])
+    return _wrapped(f"Measure next: {action(step, signals)}; tells {sets} ({apart} times the noise apart)", 2, "    ")
 
 
 def _end(data: Data) -> list[str]:
-    t, notes = data["timing"], len(data["warnings"])
-    noted = f"; {notes} note{'s' if notes != 1 else ''} in the report" if notes else ""
-    return [f"{t['simulations']} runs in {t['wall_s']:.0f} s{noted}"]
-
-
-def _times(x: float) -> str:
-    return f"{x:.0f}" if x >= 99.5 else f"{x:.1f}" if x >= 9.95 else f"{x:.2f}"
-
-
-def _interval(ends: Any) -> str:
-    return f"({ends[0]:.0%} to {ends[1]:.0%})"
+    t, notes = data["timing"], len(set(data["warnings"]))
+    noted = f"; {notes} {'warning' if notes == 1 else 'warnings'} in the report and in diagnosis.json" if notes else ""
+    return [f"{t['simulations']} runs in {duration(t['wall_s'])}{noted}"]

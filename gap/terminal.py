@@ -9,17 +9,18 @@ import time
 
 from ..core.cli import need
 from ..core.files import make_folder
-from .summary import BLOCKS, lines
 
 
 def diagnose_command(options: argparse.Namespace) -> int:
     """Run the diagnosis and print it; returns the exit code."""
-    need("gap", "scipy", "sklearn", "arch", "ruptures", *(() if options.no_report else ("jinja2", "PIL")))
+    need("gap", "scipy", "sklearn", "arch", "ruptures", *(() if options.no_report else ("jinja2",)))
     from ..master.pool import cluster
     from .campaign.read import read
     from .diagnose import diagnose
     from .problem.stop import StopToken
+    from .report.collect import collect
     from .result.write import write
+    from .summary import lines
 
     campaign = read(options.campaign)
     make_folder(options.out)
@@ -28,25 +29,15 @@ def diagnose_command(options: argparse.Namespace) -> int:
         d = diagnose(campaign, executor, show.stage, show.run, options.processes, StopToken(patience.ended))
     show.clear()
     data = write(d, options.out)
+    signals = collect(d.state)
     if not options.no_report:
         from .report import write_report
-        from .report.collect import collect
 
-        write_report(data, collect(d.state), options.out)
+        write_report(data, signals, options.out)
     if not options.quiet:
         names = ["diagnosis.json", "calibrated.ssv"] + ([] if options.no_report else ["report.html"])
-        print("\n".join(lines(data, _can_draw())))
-        print(f"{options.out}: {', '.join(names)}")
+        print("\n".join(lines(data, signals, sys.stdout.encoding, f"{options.out}: {', '.join(names)}")))
     return 130 if patience.interrupted else 0
-
-
-def _can_draw() -> bool:
-    """Whether the output's encoding has block characters."""
-    try:
-        BLOCKS.encode(sys.stdout.encoding or "ascii")
-    except UnicodeEncodeError:
-        return False
-    return True
 
 
 class _Patience:

@@ -10,19 +10,25 @@ from math import sqrt
 from .numbers import multiple
 from .parts import Data, Piece
 
-WIDTH = 1000.0
-"""Of the drawing; everything here is in its units, one of which is about a pixel on a laptop."""
-CHARACTER = 7.3
-"""Width of a character of a label, more than sans-serif letters of 13 units have on average."""
-ROW = 17.0
-"""Height of a row of labels."""
-HEIGHT = 40.0
-"""Of a bar."""
-SPACE = 12.0
-"""Between two labels of a row."""
-ZOOM = 0.6
-"""Share of the whole below which what calibration leaves is drawn a second time, over the whole width."""
 
+@dataclass(frozen=True)
+class Geometry:
+    """Sizes in the drawing's units, one of which is about a pixel on a laptop."""
+
+    width: float = 1000.0
+    height: float = 40.0
+    """Of a bar."""
+    row: float = 17.0
+    """Height of a row of labels."""
+    character: float = 8.0
+    """Width of a character of a label, a little more than wide sans-serif letters have on average."""
+    space: float = 12.0
+    """Between two labels of a row."""
+    zoom: float = 0.6
+    """Share of the whole below which what calibration leaves is drawn a second time, over the whole width."""
+
+
+SIZE = Geometry()
 CALIBRATION, UNEXPLAINED, NOISE = "#e69f00", "#d55e00", "#c9ced4"
 EFFECTS = ("#0072b2", "#009e73", "#cc79a7", "#56b4e9", "#f0e442")
 """Okabe and Ito's colours, which the colour-blind tell apart."""
@@ -91,20 +97,20 @@ def colours(parts: Sequence[Piece]) -> dict[str, str]:
     return made
 
 
-def spread(wanted: Sequence[tuple[str, float]], width: float = WIDTH) -> tuple[Label, ...]:
+def spread(wanted: Sequence[tuple[str, float]], width: float = SIZE.width) -> tuple[Label, ...]:
     """Labels near their anchors: each in the first row in which it touches no other, none beyond the ends."""
     made: list[Label] = []
     for text, anchor in sorted(wanted, key=lambda w: w[1]):
-        size = min(width, CHARACTER * len(text))
+        size = min(width, SIZE.character * len(text))
         x = min(max(0.0, anchor - 0.5 * size), width - size)
         row = 0
-        while any(m.row == row and x < m.x + m.width + SPACE and m.x < x + size + SPACE for m in made):
+        while any(m.row == row and x < m.x + m.width + SIZE.space and m.x < x + size + SIZE.space for m in made):
             row += 1
         made.append(Label(text, x, row, anchor, size))
     return tuple(made)
 
 
-def boxes(parts: Sequence[Piece], colour: Mapping[str, str], width: float = WIDTH) -> tuple[Box, ...]:
+def boxes(parts: Sequence[Piece], colour: Mapping[str, str], width: float = SIZE.width) -> tuple[Box, ...]:
     """The pieces side by side; together they have the width."""
     total = sum(p.energy for p in parts) or 1.0
     ends = [0.0, *accumulate(width * p.energy / total for p in parts)]
@@ -125,12 +131,12 @@ def strip(
         middle = box.x + 0.5 * box.width
         if not text:
             continue
-        if CHARACTER * len(text) + 8.0 < box.width and not box.hatched:
+        if SIZE.character * len(text) + 8.0 < box.width and not box.hatched:
             inside.append(Inside(text, middle, "#fff" if box.colour in DARK else "#111"))
         else:
             below.append((text, middle))
     total = sum(p.energy for p in parts) or 1.0
-    places = [(text, WIDTH * (1.0 - min(1.0, level**2 / total))) for text, level in marks]
+    places = [(text, SIZE.width * (1.0 - min(1.0, level**2 / total))) for text, level in marks]
     return Strip(drawn, tuple(inside), spread(places), spread(below))
 
 
@@ -147,7 +153,7 @@ def budget_strips(levels: Data, parts: Sequence[Piece], texts: Mapping[str, str]
     if effects and any(p.kind == "unexplained" and p.energy for p in parts):
         ends.insert(0, (f"{multiple(levels['explained'])} with the effects", sqrt(left - effects)))
     shown = {p.key: texts.get(p.key, "") for p in parts if p.energy > 0.0 and not p.minor}
-    if left / whole > ZOOM or len(rest) < 3:
+    if left / whole > SIZE.zoom or len(rest) < 3:
         return (strip(parts, colour, shown, [start, middle, *ends]),)
     first = {k: v for k, v in shown.items() if k == "calibration"}
     return strip(parts, colour, first, [start, middle]), strip(rest, colour, shown, [middle, *ends])

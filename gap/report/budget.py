@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import Any
 
-from .bar import HEIGHT, ROW, boxes, budget_strips, colours
+from .bar import SIZE, boxes, budget_strips, colours
 from .numbers import listed, multiple, percent, percents, pretty, quantity, with_interval
 from .parts import Data, Piece, amplitude, part_key, part_name, pieces, widest_channel
 from .section import Context, Section
@@ -21,7 +21,7 @@ def context(data: Data, signals: Signals) -> Context:
     total = sum(p.energy for p in whole) or 1.0
     return {
         "strips": budget_strips(budget, whole, {p.key: _on_bar(p, budget, total) for p in whole}),
-        "row": ROW, "height": HEIGHT,
+        "row": SIZE.row, "height": SIZE.height,
         "sentence": sentence(data, signals),
         "held_out": budget["held_out"],
         "calibration": {"colour": colour["calibration"], "share": percent(calibrated / total), "any": calibrated > 0.0},

@@ -10,7 +10,7 @@ import numpy as np
 
 from .numbers import listed, multiple, pretty
 from .parts import Data
-from .section import Context, Section
+from .section import SHOWN, Context, Section
 from .signals import Array, InputTrace, RunSignals, Signals, Trace
 
 CURVES = (
@@ -20,15 +20,6 @@ CURVES = (
     ("explained", "with the effects", "#0072b2"),
 )
 """Name, label and colour of the curves, in the order in which they are drawn."""
-
-POINTS = 4000
-"""Most points of a channel in a run: twice what a screen has."""
-FEWEST = 600
-"""Points of a channel that are kept however many channels there are."""
-HOLE = 5.0
-"""A hole of a measurement is this many times as long as its usual interval."""
-ALL_POINTS = 120_000
-"""Points of all channels together: the page stays below about 6 MB."""
 
 
 def context(data: Data, signals: Signals) -> Context | None:
@@ -50,7 +41,9 @@ def context(data: Data, signals: Signals) -> Context | None:
 def embed(data: Data, signals: Signals) -> dict[str, Any]:
     """What the script reads: channels, curves, runs with series as base64, and the run to begin with."""
     runs = [r for r in signals.runs if r.traces]
-    most = int(np.clip(ALL_POINTS // max(1, sum(len(r.traces) for r in runs)), FEWEST, POINTS))
+    most = int(
+        np.clip(SHOWN.all_points // max(1, sum(len(r.traces) for r in runs)), SHOWN.fewest_points, SHOWN.trace_points)
+    )
     changes: dict[tuple[str, str], list[float]] = {}
     for w in data["where"]:
         for p in w["change_points"]:
@@ -91,7 +84,7 @@ def holes(t: Array) -> Array:
     if len(t) < 3:
         return np.zeros(0)
     step = np.diff(t)
-    at = np.flatnonzero(step > HOLE * np.median(step))
+    at = np.flatnonzero(step > SHOWN.hole * np.median(step))
     return 0.5 * (t[at] + t[at + 1])
 
 

@@ -10,10 +10,8 @@ from ..campaign.campaign import Channel as Measured
 from ..campaign.campaign import si
 from ..pipeline.state import State
 from ..problem.problem import Problem
+from .section import SHOWN
 from .signals import Array, Channel, Condition, Dependence, InputTrace, MeanCurve, RunSignals, Signals, Trace
-
-NARROW = 48
-"""Intervals of a signal in which the mean of what is left is drawn."""
 
 
 def collect(state: State) -> Signals:
@@ -124,6 +122,6 @@ def _dependence(state: State, label: str, name: str, share: float) -> Dependence
 
 def _mean_curve(x: Array, residual: Array) -> MeanCurve:
     """Mean residual in narrow intervals of the signal, with equally many readings in each."""
-    parts = np.array_split(np.argsort(x, kind="stable"), int(np.clip(len(x) // 6, 1, NARROW)))
+    parts = np.array_split(np.argsort(x, kind="stable"), int(np.clip(len(x) // 6, 1, SHOWN.mean_intervals)))
     means = [(x[p].mean(), residual[p].mean()) for p in parts if len(p)]
     return MeanCurve("mean", np.array([a for a, _ in means]), np.array([b for _, b in means]))

@@ -4,12 +4,9 @@ from __future__ import annotations
 
 from .budget import parameter
 from .numbers import multiple, percent
-from .parts import TRACE, Data
-from .section import Context, Section
+from .parts import Data
+from .section import SHOWN, Context, Section
 from .signals import Signals
-
-ROWS = 8
-"""Most hypotheses that are listed."""
 
 STATUS = {
     "converged": "",
@@ -25,7 +22,7 @@ def effects(data: Data, signals: Signals) -> Context | None:
     if not known:
         return None
     texts = {e: t for p in data["budget"]["parts"] for e, t in (p.get("text") or {}).items()}
-    shown = [e for e in known if max(known[e]["inclusion_probability"], known[e]["share"]) > TRACE]
+    shown = [e for e in known if max(known[e]["inclusion_probability"], known[e]["share"]) > SHOWN.trace]
     shown.sort(key=lambda e: (-known[e]["inclusion_probability"], -known[e]["share"], e))
     rows = [
         {
@@ -36,7 +33,7 @@ def effects(data: Data, signals: Signals) -> Context | None:
         }
         for e in shown
     ]  # fmt: skip
-    return {"rows": rows, "rest": len(known) - len(shown), "trace": percent(TRACE), "count": len(known)}
+    return {"rows": rows, "rest": len(known) - len(shown), "trace": percent(SHOWN.trace), "count": len(known)}
 
 
 def hypotheses(data: Data, signals: Signals) -> Context | None:
@@ -51,9 +48,9 @@ def hypotheses(data: Data, signals: Signals) -> Context | None:
             "status": STATUS.get(h["status"], h["status"]),
             "parameters": [parameter(n, p, signals) for n, p in (h.get("parameters") or {}).items()],
         }
-        for h in known[:ROWS]
+        for h in known[: SHOWN.hypotheses]
     ]  # fmt: skip
-    rest = known[ROWS:]
+    rest = known[SHOWN.hypotheses :]
     return {"rows": rows, "rest": len(rest), "rest_probability": percent(sum(h["probability"] for h in rest))}
 
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from .numbers import given, listed, multiple, percent
 from .parts import Data
-from .section import Context, Section
+from .section import SHOWN, Context, Section
 from .signals import Signals
 
 VERDICTS = {
@@ -13,9 +13,6 @@ VERDICTS = {
     "no_significant_gap": "No significant gap",
     "unexplained": "Unexplained",
 }
-
-STEP_ERROR = 0.2
-"""Change of the readings by the macro step [multiples of the noise] above which it is told beside the verdict."""
 
 
 def context(data: Data, signals: Signals) -> Context:
@@ -40,6 +37,7 @@ def cautions(data: Data) -> list[str]:
     ends = [
         f"{name} ({given(p['value'])})"
         for part in data["budget"]["parts"]
+        if part.get("inclusion_probability", 0.0) >= SHOWN.probable
         for name, p in part.get("parameters", {}).items()
         if p["at_bound"]
     ]
@@ -54,7 +52,7 @@ def cautions(data: Data) -> list[str]:
     if data["verdict"] == "explained" and data["hypotheses"] and data["hypotheses"][0]["probability"] < 0.5:
         best = percent(data["hypotheses"][0]["probability"])
         made.append(f"The best set of effects has a probability of {best} only.")
-    if (data["numerics"]["step_error"] or 0.0) > STEP_ERROR:
+    if (data["numerics"]["step_error"] or 0.0) > SHOWN.step_error:
         error = multiple(data["numerics"]["step_error"])
         made.append(f"The simulation's own step error is {error} times the noise, not small beside what is looked for.")
     return made

@@ -4,12 +4,9 @@ from __future__ import annotations
 
 from .numbers import listed, multiple, percent, percents, pretty
 from .parts import Data, widest_channel
-from .section import Context, Section
+from .section import SHOWN, Context, Section
 from .signals import Dependence, Signals
 from .svg import scatter
-
-CLEAR = 0.05
-"""Share of the residual's energy from which on a dependence is called one."""
 
 
 def context(data: Data, signals: Signals) -> Context | None:
@@ -26,7 +23,7 @@ def context(data: Data, signals: Signals) -> Context | None:
             for p in parts
         ],
         "figures": [_figure(d, signals) for d in signals.dependences],
-        "little": data["budget"]["explained"] < 1.1,
+        "little": data["budget"]["explained"] < SHOWN.little,
         "main": signals.channel(widest_channel(data["budget"])).column,
     }  # fmt: skip
 
@@ -36,7 +33,8 @@ def _figure(d: Dependence, signals: Signals) -> Context:
     kind = "the measured input" if d.measured_input else "the simulated"
     x = f"{d.x_name} [{pretty(d.x_unit) or '–'}]"
     return {
-        "column": c.column, "kind": kind, "x": d.x_name, "share": percent(d.share), "clear": d.share > CLEAR,
+        "column": c.column, "kind": kind, "x": d.x_name, "share": percent(d.share),
+        "clear": d.share > SHOWN.clear_dependence,
         "svg": scatter(d, x, f"residual of {c.column} [{pretty(c.unit) or '–'}]"),
         "means": [m.name for m in d.means],
     }  # fmt: skip

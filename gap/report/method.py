@@ -12,10 +12,11 @@ from .signals import Signals
 def method(data: Data, signals: Signals) -> Context:
     """Numerics, reduction, time, words."""
     numerics, timing, reduction = data["numerics"], data["timing"], data["reduction"]
+    error = numerics["step_error"]
     return {
         "metric": data["budget"]["metric"],
         "method": numerics["method"], "step": _milliseconds(numerics["step"]),
-        "fit_step": _milliseconds(numerics["fit_step"]), "step_error": multiple(numerics["step_error"]),
+        "fit_step": _milliseconds(numerics["fit_step"]), "step_error": "" if error is None else multiple(error),
         "reduction": percent(reduction["value"]), "reduction_interval": percents(reduction["ci95"]),
         "how": reduction["how"], "simulations": timing["simulations"], "wall": duration(timing["wall_s"]),
         "stages": [{"name": n, "time": duration(s)} for n, s in timing["stages"].items()],

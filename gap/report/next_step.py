@@ -6,11 +6,8 @@ from typing import Any
 
 from .numbers import given, listed, multiple, pretty
 from .parts import Data
-from .section import Context, Section
+from .section import SHOWN, Context, Section
 from .signals import Signals
-
-APART = 3.0
-"""Distance [multiples of the noise, RMS] from which on two hypotheses are clearly told apart; below 1 hardly."""
 
 
 def context(data: Data, signals: Signals) -> Context:
@@ -36,7 +33,7 @@ def action(step: Data, signals: Signals) -> str:
 def separation(step: Data) -> str:
     """Which hypotheses the measurement tells apart, and how well."""
     size = step["expected_separation"]
-    how = "clearly apart" if size > APART else "apart" if size > 1.0 else "hardly apart"
+    how = "clearly apart" if size > SHOWN.apart else "apart" if size > 1.0 else "hardly apart"
     sets = listed([" + ".join(e) or "no effect" for e in step["separates"]])
     return f"{sets} would then differ by {multiple(size)} times the noise (RMS): {how}"
 

@@ -13,9 +13,6 @@ from typing import Any
 Data = Mapping[str, Any]
 """A section of diagnosis.json."""
 
-TRACE = 0.02
-"""Inclusion probability and share [-] up to which an effect is only counted: less cannot be told from nothing."""
-
 
 @dataclass(frozen=True)
 class Piece:

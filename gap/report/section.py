@@ -6,10 +6,13 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Any
 
+from ..settings import ReportSettings
 from .parts import Data
 from .signals import Signals
 
 Context = dict[str, Any]
+
+SHOWN = ReportSettings()
 
 
 @dataclass(frozen=True)

@@ -4,19 +4,32 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from typing import TYPE_CHECKING
 
 import numpy as np
-from markupsafe import Markup, escape
 
 from .numbers import short
+from .section import SHOWN
 from .signals import Array, Dependence
 
-WIDTH, HEIGHT = 640.0, 260.0
-LEFT, RIGHT, TOP, BOTTOM = 66.0, 10.0, 10.0, 42.0
-"""Margins."""
-POINTS = 1500
-"""Most points of a scatter."""
+
+@dataclass(frozen=True)
+class Geometry:
+    """Size and margins of a drawing, in its units."""
+
+    width: float = 640.0
+    height: float = 260.0
+    left: float = 66.0
+    right: float = 10.0
+    top: float = 10.0
+    bottom: float = 42.0
+
+
+SIZE = Geometry()
 INK = ("#0072b2", "#d55e00", "#009e73")
+
+if TYPE_CHECKING:
+    from markupsafe import Markup
 
 
 @dataclass(frozen=True)
@@ -30,7 +43,9 @@ class Axes:
         """Places of points (n,); those beyond the limits are put at them."""
         u = (np.clip(x, *self.x) - self.x[0]) / (self.x[1] - self.x[0])
         v = (np.clip(y, *self.y) - self.y[0]) / (self.y[1] - self.y[0])
-        return LEFT + u * (WIDTH - LEFT - RIGHT), HEIGHT - BOTTOM - v * (HEIGHT - TOP - BOTTOM)
+        return SIZE.left + u * (SIZE.width - SIZE.left - SIZE.right), SIZE.height - SIZE.bottom - v * (
+            SIZE.height - SIZE.top - SIZE.bottom
+        )
 
 
 def ticks(low: float, high: float, most: int = 6) -> list[float]:
@@ -43,9 +58,11 @@ def ticks(low: float, high: float, most: int = 6) -> list[float]:
     return [float(k * step) for k in range(int(np.ceil(low / step)), int(np.floor(high / step + 1e-9)) + 1)]
 
 
-def limits(values: Array, least: float = 0.0) -> tuple[float, float]:
+def limits(values: Array, least: float | None = None) -> tuple[float, float]:
     """Limits with a margin around values, at least from -least to least if that is given."""
-    low, high = min(float(values.min()), -least), max(float(values.max()), least)
+    low, high = float(values.min()), float(values.max())
+    if least is not None:
+        low, high = min(low, -least), max(high, least)
     margin = 0.05 * (high - low) or max(abs(high), 1.0) * 0.05
     return low - margin, high + margin
 
@@ -62,34 +79,41 @@ def dots(x: Array, y: Array) -> str:
 
 def frame(axes: Axes, x_label: str, y_label: str, inner: Sequence[str], said: str) -> Markup:
     """The drawing with its axes; inner: SVG elements made here; labels and what is said are escaped."""
+    from markupsafe import Markup, escape  # comes with jinja2, which only a report needs
+
     made = []
     for t in ticks(*axes.x):
         x, _ = axes.at(np.array([t]), np.array([axes.y[0]]))
-        made.append(f'<line class="grid" x1="{x[0]:.1f}" x2="{x[0]:.1f}" y1="{TOP}" y2="{HEIGHT - BOTTOM}"/>')
-        made.append(f'<text x="{x[0]:.1f}" y="{HEIGHT - BOTTOM + 15}" text-anchor="middle">{short(t)}</text>')
+        made.append(
+            f'<line class="grid" x1="{x[0]:.1f}" x2="{x[0]:.1f}" y1="{SIZE.top}" y2="{SIZE.height - SIZE.bottom}"/>'
+        )
+        made.append(f'<text x="{x[0]:.1f}" y="{SIZE.height - SIZE.bottom + 15}" text-anchor="middle">{short(t)}</text>')
     for t in ticks(*axes.y, most=5):
         _, y = axes.at(np.array([axes.x[0]]), np.array([t]))
-        made.append(f'<line class="grid" x1="{LEFT}" x2="{WIDTH - RIGHT}" y1="{y[0]:.1f}" y2="{y[0]:.1f}"/>')
-        made.append(f'<text x="{LEFT - 6}" y="{y[0] + 4:.1f}" text-anchor="end">{short(t)}</text>')
-    middle = 0.5 * (LEFT + WIDTH - RIGHT)
-    made.append(f'<text x="{middle}" y="{HEIGHT - 6}" text-anchor="middle">{escape(x_label)}</text>')
+        made.append(
+            f'<line class="grid" x1="{SIZE.left}" x2="{SIZE.width - SIZE.right}" y1="{y[0]:.1f}" y2="{y[0]:.1f}"/>'
+        )
+        made.append(f'<text x="{SIZE.left - 6}" y="{y[0] + 4:.1f}" text-anchor="end">{short(t)}</text>')
+    middle = 0.5 * (SIZE.left + SIZE.width - SIZE.right)
+    made.append(f'<text x="{middle}" y="{SIZE.height - 6}" text-anchor="middle">{escape(x_label)}</text>')
+    turned = f"translate(12 {0.5 * (SIZE.top + SIZE.height - SIZE.bottom)}) rotate(-90)"
     made.append(
-        f'<text transform="translate(12 {0.5 * (TOP + HEIGHT - BOTTOM)}) rotate(-90)" text-anchor="middle">'
+        f'<text transform="{turned}" text-anchor="middle">'
         f"{escape(y_label)}</text>"
     )
     body = "".join([*made, *inner])
-    head = f'<svg class="plot" viewBox="0 0 {WIDTH:.0f} {HEIGHT:.0f}" role="img" aria-label="{escape(said)}">'
+    head = f'<svg class="plot" viewBox="0 0 {SIZE.width:.0f} {SIZE.height:.0f}" role="img" aria-label="{escape(said)}">'
     return Markup(f"{head}{body}</svg>")
 
 
 def scatter(d: Dependence, x_label: str, y_label: str) -> Markup:
     """A residual against a signal: readings, their means, and the band of twice the noise."""
-    some = np.random.default_rng(0).permutation(len(d.x))[:POINTS]
+    some = np.random.default_rng(0).permutation(len(d.x))[: SHOWN.scatter_points]
     reach = float(np.quantile(np.abs(d.residual), 0.995)) if len(d.residual) else 0.0
     axes = Axes(limits(d.x), limits(np.array([-reach, reach]), 2.2 * d.noise))
     _, band = axes.at(np.zeros(2), np.array([2.0 * d.noise, -2.0 * d.noise]))
     height = band[1] - band[0]
-    box = f'x="{LEFT}" width="{WIDTH - LEFT - RIGHT}" y="{band[0]:.1f}" height="{height:.1f}"'
+    box = f'x="{SIZE.left}" width="{SIZE.width - SIZE.left - SIZE.right}" y="{band[0]:.1f}" height="{height:.1f}"'
     inner = [f'<rect class="band" {box}/>', f'<path class="dots" d="{dots(*axes.at(d.x[some], d.residual[some]))}"/>']
     for m, ink in zip(d.means, INK, strict=False):
         if len(m.x):

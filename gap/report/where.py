@@ -4,13 +4,8 @@ from __future__ import annotations
 
 from .numbers import listed, multiple, percent
 from .parts import Data
-from .section import Context, Section
+from .section import SHOWN, Context, Section
 from .signals import Signals
-
-REGIONS = 14
-"""Most regions that are shown, those with the largest deviation."""
-ROWS = 12
-"""Most channels that are listed."""
 
 
 def context(data: Data, signals: Signals) -> Context | None:
@@ -19,8 +14,8 @@ def context(data: Data, signals: Signals) -> Context | None:
     if not (data["where"] or regions or data["replay"]):
         return None
     return {
-        "places": [_place(w, signals) for w in data["where"][:ROWS]],
-        "more": max(0, len(data["where"]) - ROWS),
+        "places": [_place(w, signals) for w in data["where"][: SHOWN.channels]],
+        "more": max(0, len(data["where"]) - SHOWN.channels),
         "regions": _regions(regions),
         "replays": [_replay(r, signals) for r in data["replay"]],
     }
@@ -55,7 +50,7 @@ def _place(place: Data, signals: Signals) -> Context:
 
 def _regions(regions: Data) -> list[Context]:
     keys = ("delivered", "calibrated", "explained")
-    order = sorted(regions, key=lambda r: -regions[r]["calibrated"])[:REGIONS]
+    order = sorted(regions, key=lambda r: -regions[r]["calibrated"])[: SHOWN.regions]
     most = max((regions[r][k] for r in order for k in keys), default=1.0) or 1.0
     return [
         {
@@ -74,7 +69,7 @@ def _replay(r: Data, signals: Signals) -> Context:
         "assumed": listed(list(r["assumed"]), 6),
         "rows": [
             {
-                "column": signals.channel(name).column, "rms": multiple(x), "misses": x > 1.3,
+                "column": signals.channel(name).column, "rms": multiple(x), "misses": x > SHOWN.component_misses,
                 "noise": multiple(amplified[name]) if name in amplified else "–",
             }
             for name, x in r["rms"].items()

@@ -63,13 +63,13 @@
     };
   }
 
-  function plot(parent, height, unit, values, series, bands, times) {
+  function plot(parent, height, unit, values, series, bands, times, last) {
     const u = new uPlot({
       width: Math.max(320, parent.clientWidth), height,
       scales: { x: { time: false } },
       axes: [
-        { values: (_, v) => v.map((t) => show(t, "")), size: 34, label: "time [s]", labelSize: 16, labelFont: "12px sans-serif", font: "12px sans-serif" },
-        { values: ticks, size: 74, label: unit ? "[" + unit + "]" : "[–]", labelSize: 18, labelFont: "12px sans-serif", font: "12px sans-serif" },
+        { values: (_, v) => v.map((t) => show(t, "")), size: 30, label: last ? "time [s]" : undefined, labelSize: 15, labelFont: "12px sans-serif", font: "12px sans-serif" },
+        { values: ticks, size: 74, space: 24, label: unit ? "[" + unit + "]" : "[–]", labelSize: 18, labelFont: "12px sans-serif", font: "12px sans-serif" },
       ],
       series: [{ label: "time", value: (_, v) => show(v, "s") }, ...series],
       bands,
@@ -104,7 +104,7 @@
       value: (_, v) => show(v, trace.unit), curve: c.key,
     });
     const keys = (u, list) => { u.curves = [null, ...list]; return u; };
-    keys(plot(parent, noise ? 190 : 140, trace.unit, [t, ...known.map((c) => y[c.key])], known.map((c) => line(c, c.name)), [], []),
+    keys(plot(parent, noise ? 170 : 140, trace.unit, [t, ...known.map((c) => y[c.key])], known.map((c) => line(c, c.name)), [], [], !noise),
       known.map((c) => c.key));
     if (!noise) return;
     const models = known.filter((c) => c.key !== "measured");
@@ -113,10 +113,11 @@
       label, stroke: "transparent", points: { show: false }, value: (_, v) => show(v, trace.unit),
       data: noise.map((v) => (v == null ? null : sign * 2 * v)),
     });
-    const edges = [edge(1, "2 × noise"), edge(-1, "−2 × noise")];
-    keys(plot(parent, 160, trace.unit, [t, ...edges.map((e) => e.data), ...left],
+    const edges = [edge(1, "± 2 × noise"), edge(-1, "− 2 × noise")];
+    const lower = keys(plot(parent, 150, trace.unit, [t, ...edges.map((e) => e.data), ...left],
       [...edges.map(({ data: _, ...e }) => e), ...models.map((c) => line(c, "measured − " + c.name))],
-      [{ series: [1, 2], fill: "#d9dde2" }], trace.changes || []), [null, null, ...models.map((c) => c.key)]);
+      [{ series: [1, 2], fill: "#d9dde2" }], trace.changes || [], true), [null, null, ...models.map((c) => c.key)]);
+    lower.root.classList.add("residual");
   }
 
   function clear() {
