@@ -64,9 +64,9 @@ def change(share: float) -> str:
 
 def percent(share: float) -> str:
     """A share; never 0 % or 100 % unless it is."""
-    if 0.0 < share < 0.01:
+    if 0.0 < share < 0.005:
         return f"<1{NBSP}%"
-    if 0.99 < share < 1.0:
+    if 0.995 < share < 1.0:
         return f">99{NBSP}%"
     return _minus(f"{100.0 * share:.0f}") + f"{NBSP}%"
 

@@ -247,7 +247,8 @@ BAD = {
     "all held out": (lambda text: text.replace(".csv\"", '.csv"\nuse = "holdout"'), "nothing to fit"),
     "a base that an effect changes": (
         lambda text: text + '[[base]]\nparameter = "o.gain"\ntolerance = 0.1\n', "what effect force_gain changes"),
-    "centimetres for millimetres": (lambda text: text.replace('"mm"', '"cm"').replace("0.2", "0.02"), "is it in mm, or"),
+    "centimetres for millimetres": (
+        lambda text: text.replace('"mm"', '"cm"').replace("0.2", "0.02"), "is it in mm, or"),
     "a noise beyond all readings": (lambda text: text.replace("0.2", "5e4"), "in which unit is it?"),
     "a noise of nothing": (lambda text: text.replace("0.2", "1e-300"), "finer than any sensor"),
     "a name that is no name": (lambda text: text.replace('"toy"', "[5]"), "wrong type"),
