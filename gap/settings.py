@@ -314,6 +314,8 @@ class SanitySettings:
     """Share of the gap that two columns leave, each taken for the other, when they are swapped."""
     quiet: float = 20.0
     """Times the noise within which a channel rests: its level is looked at, not its span."""
+    rest: float = 1e-3
+    """Share of its level within which the model's channel rests: only its level says anything of the unit."""
     wrong_ratio: float = 20.0
     """Times that a channel may move more or less than the model before another unit is the likelier story."""
     doubtful_ratio: float = 3.0

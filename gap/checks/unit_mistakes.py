@@ -88,7 +88,8 @@ def _of_another_size(problem: Problem, c: Channel, parts: list[Block], nominal: 
     noise = max(b.noise_std for b in parts)
     modelled = max(np.ptp(nominal[b.place]) for b in parts)
     word = "moves by"
-    if max(modelled, measured) <= settings.quiet * noise:
+    rests = modelled <= settings.rest * max(np.abs(nominal[b.place]).max() for b in parts)
+    if rests or max(modelled, measured) <= settings.quiet * noise:
         word = "is at"
         measured = max(np.abs(np.median(b.y)) for b in parts)
         modelled = max(np.abs(np.median(nominal[b.place])) for b in parts)
@@ -99,6 +100,8 @@ def _of_another_size(problem: Problem, c: Channel, parts: list[Block], nominal: 
     doubtful = size > np.log(settings.doubtful_ratio)
     if size > np.log(settings.wrong_ratio):
         better = _likelier(c.unit, ratio, 2.0 * settings.better_share)
+        if better and _left(parts, nominal, own, c.unit, better) > _left(parts, nominal, own):
+            better = None  # it moves where the model rests, as far from its level in any unit
     elif size > np.log(settings.possible_ratio):
         better = _likelier(c.unit, ratio, settings.ratio_fits)
         share = settings.better_share if doubtful else settings.much_better_share

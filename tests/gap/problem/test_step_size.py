@@ -1,6 +1,8 @@
 """Macro steps of exact runs and of fits, and steps of finite differences."""
 
-from dataclasses import replace
+from dataclasses import dataclass, field, replace
+from pathlib import Path
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -11,7 +13,7 @@ from deepsea_cosim.gap.problem.step_size import assess_step_error, choose_differ
 from deepsea_cosim.gap.settings import DEFAULT
 from deepsea_cosim.master.pool import Pool
 
-from tests.gap.formula import FormulaProblem, one_channel
+from tests.gap.formula import STEP, FormulaProblem, one_channel
 
 
 @pytest.mark.parametrize(("noise", "difference"), [(0.0, 1e-4), (1e-5, 1e-3), (1e-2, 5e-2)])
@@ -82,3 +84,38 @@ def test_a_step_that_does_not_matter_is_not_extrapolated(posed):
         assessed = assess_step_error(with_noise(build_problem(told, catalogue, pool), 1.0))
         assert assessed.problem.discretisation.richardson_order == 0
         np.testing.assert_array_equal(assessed.problem.exact([{}])[0], assessed.nominal)
+
+
+T = np.linspace(0.0, 10.0, 800)
+
+
+@dataclass(frozen=True, eq=False)
+class SteppedProblem(FormulaProblem):
+    """With what `assess_step_error` asks beside."""
+
+    campaign: SimpleNamespace = field(default_factory=lambda: SimpleNamespace(system=Path("m.ssp"), inputs=()))
+
+    def at_step(self, point, step):
+        return self.model(point, step)
+
+
+def of_formula(model):
+    """A problem whose model is a formula of the macro step, with white noise of 0.01 on its readings."""
+    noise = np.random.default_rng(0).normal(0.0, 0.01, len(T))
+    return SteppedProblem(lambda point, step: model(step), one_channel(T, np.sin(T) + noise, 0.01))
+
+
+def test_a_model_that_does_not_run_at_half_its_step_goes_on_and_that_is_told():
+    assessed = assess_step_error(of_formula(lambda step: np.sin(T) if step >= STEP else None))
+    assert not len(assessed.change)
+    assert "half its step" in assessed.unresolved
+    np.testing.assert_allclose(assessed.problem.observations.noise_std, 0.01, rtol=0.2)
+
+
+def test_noise_is_not_widened_without_bound_for_a_step_that_changes_the_model():
+    """A step's error that does not converge: a fixed-step FMU that answers each step in another way."""
+    erratic = of_formula(lambda step: np.sin(T) + 0.3 * np.cos(40.0 * T + 7.0 / step))
+    assessed = assess_step_error(erratic)
+    widened = np.median(assessed.problem.observations.noise_std) / 0.01
+    assert widened < np.hypot(1.0, DEFAULT.noise.step_error_share) + 0.1
+    assert "m.x" in assessed.unresolved
