@@ -14,6 +14,39 @@ from typing import Any
 
 
 @dataclass(frozen=True, kw_only=True)
+class ReadingSettings:
+    """What a campaign's files may hold. Not tuned: what lies beyond is a slip of whoever wrote them down."""
+
+    min_samples: int = 20
+    """Fewest samples of a channel in a run that a diagnosis can use."""
+    late_start: float = 0.2
+    """Share of a run's length that time may start late without a word."""
+    start_elsewhere: float = 1.0
+    """Share of it from which the key `start` is asked for."""
+    finest_noise: float = 1e-9
+    """A stated noise as a share of its channel's level, below which no sensor gets."""
+    coarsest_noise: float = 10.0
+    """A stated noise as a multiple of its channel's span, beyond which all is hid."""
+    hole: float = 20.0
+    """Usual sample intervals without a reading that are told."""
+    latest_event: float = 10.0
+    """Times its length after which nothing of a run can have happened."""
+    largest_factor: float = 1000.0
+    """Tolerance of a base parameter as a factor, beyond which nothing is known of it."""
+    largest_quantity: float = 1e100
+    """Magnitude beyond which a number is no quantity of a machine [any unit]; its square still is a number."""
+    deepest_struct: int = 4
+    """MATLAB structs inside each other that are looked into."""
+    told_jitter: float = 0.015
+    """Standard deviation of time stamps, in sample intervals, from which a clock is told to jitter: that of +-3 %."""
+    min_judged: int = 30
+    """Readings of a channel below which nothing is said of faulty ones."""
+
+
+READING = ReadingSettings()
+
+
+@dataclass(frozen=True, kw_only=True)
 class NoiseSettings:
     """What a reading is worth, and the nuisances of every measurement."""
 

@@ -27,9 +27,9 @@ from ..core.units import convert, unit
 from ..master.session import Session
 from .campaign.campaign import CampaignError, Channel, own_unit, si
 from .campaign.catalogue import QUANTITIES
-from .campaign.read import MIN_SAMPLES, base_of, channels_of, take, use_of
+from .campaign.read import base_of, channels_of, take, use_of
 from .problem.sensors import Sensor
-from .settings import SyntheticSettings
+from .settings import READING, SyntheticSettings
 
 SETTINGS = SyntheticSettings()
 
@@ -112,8 +112,8 @@ def _planned(run: dict[str, Any], where: str, ends: float | None) -> _Planned:
         raise CampaignError(f"{where}: 'stop_time' and 'rate' have to be positive")
     if stop * rate > SETTINGS.max_samples:
         raise CampaignError(f"{where}: {stop * rate:.1e} samples are more than {SETTINGS.max_samples:.0e}")
-    if stop * rate < MIN_SAMPLES - 1:
-        raise CampaignError(f"{where}: {stop * rate:.3g} samples; a diagnosis needs {MIN_SAMPLES}")
+    if stop * rate < READING.min_samples - 1:
+        raise CampaignError(f"{where}: {stop * rate:.3g} samples; a diagnosis needs {READING.min_samples}")
     known = take.get(run, where, "parameters", dict, {})
     return _Planned(take.get(run, where, "file", str), known, use_of(run, where), stop, rate)
 

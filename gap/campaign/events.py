@@ -5,11 +5,9 @@ from __future__ import annotations
 from math import inf
 from typing import Any
 
+from ..settings import READING
 from .campaign import CampaignError, Event
 from .tables import no_strangers, take
-
-BEYOND = 10.0
-"""Times its length after which nothing of a run can have happened."""
 
 
 def read_event(table: dict[str, Any], where: str) -> Event:
@@ -39,7 +37,7 @@ def check_events(where: str, events: tuple[Event, ...], stop: float) -> None:
     """No moment lies far beyond the end of its run: it would be in another unit."""
     for i, e in enumerate(events, 1):
         reading = next(v for v in (e.time, e.at_most, e.at_least) if v is not None)
-        if e.after + reading > BEYOND * stop:
+        if e.after + reading > READING.latest_event * stop:
             late = f"{e.after + reading:g} s is long after the run's end at {stop:g} s"
             raise CampaignError(f"{where}, event {i}: {late}: is it in seconds?")
         if e.after >= stop:

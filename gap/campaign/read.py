@@ -13,15 +13,13 @@ import numpy as np
 from ...core.errors import ParameterError, UsageError
 from ...core.repeated import repeated
 from ...core.units import unit
+from ..settings import READING
 from .campaign import BaseTolerance, Campaign, CampaignError, Channel, FactorTolerance, Run
 from .events import check_events, read_event
-from .run_files import MIN_SAMPLES, FileFormat, file_format, read_run_file
+from .run_files import FileFormat, file_format, read_run_file
 from .tables import no_strangers, take
 
-__all__ = ["MIN_SAMPLES", "CampaignError", "base_of", "channels_of", "read", "take", "use_of"]
-
-LARGEST_FACTOR = 1000.0
-"""Tolerance of a base parameter as a factor, beyond which nothing is known of it."""
+__all__ = ["CampaignError", "base_of", "channels_of", "read", "take", "use_of"]
 
 
 def channels_of(data: dict[str, Any], path: Path) -> tuple[Channel, ...]:
@@ -159,8 +157,8 @@ def _tolerance(table: dict[str, Any], where: str) -> BaseTolerance:
     if isinstance(table.get("tolerance"), dict):
         take.no_strangers(table["tolerance"], ("factor",), f"{where}: tolerance")
         factor = take.number(table["tolerance"], f"{where}: tolerance", "factor")
-        if not 1.0 < factor <= LARGEST_FACTOR:
-            allowed = f"has to be above 1, {LARGEST_FACTOR:g} at most"
+        if not 1.0 < factor <= READING.largest_factor:
+            allowed = f"has to be above 1, {READING.largest_factor:g} at most"
             raise ParameterError(f"{where}: tolerance: factor = {factor:g} {allowed}")
         return FactorTolerance(factor)
     tolerance = take.number(table, where, "tolerance")

@@ -17,21 +17,9 @@ from ..measurements.faulty_readings import find_faulty_readings
 from ..measurements.read_table import read_table
 from ..measurements.table import Column, FloatArray, MeasurementError, MeasurementTable, TextFormat, TimeStamp
 from ..measurements.time_stamps import comparable, from_toml, seconds_between
-from ..settings import DEFAULT
+from ..settings import DEFAULT, READING
 from .campaign import CampaignError, Channel, si
 from .tables import take
-
-LATE, ELSEWHERE = 0.2, 1.0
-"""Shares of a run's length that time may start late without a word, and without being asked for `start`."""
-
-FINEST, COARSEST = 1e-9, 10.0
-"""A stated noise: as a share of a channel's level, below which no sensor gets; of its span, beyond which all is hid."""
-
-MIN_SAMPLES = 20
-"""Fewest samples of a channel in a run that a diagnosis can use."""
-
-HOLE = 20.0
-"""Usual sample intervals without a reading that are told."""
 
 Series = dict[str, tuple[FloatArray, FloatArray]]
 """Times [s] and values [SI] by connector."""
@@ -136,8 +124,8 @@ def _column(table: MeasurementTable, channel: Channel) -> Column:
 
 def _model_time(table: MeasurementTable, raw: FloatArray, form: FileFormat, warnings: list[str]) -> FloatArray:
     """Times of the file (n,) as seconds on the model's clock, checked; those before its start are negative."""
-    if len(raw) < MIN_SAMPLES:
-        raise CampaignError(f"{table.file}: {len(raw)} samples; at least {MIN_SAMPLES} are needed")
+    if len(raw) < READING.min_samples:
+        raise CampaignError(f"{table.file}: {len(raw)} samples; at least {READING.min_samples} are needed")
     if not np.isfinite(raw).all():
         raise CampaignError(f"{table.place(int(np.argmin(np.isfinite(raw))))}: time is missing")
     seconds = raw * unit(_unit_of_time(table, form)).factor
@@ -148,10 +136,11 @@ def _model_time(table: MeasurementTable, raw: FloatArray, form: FileFormat, warn
     seconds = seconds - _start_in_file(table, seconds, form, warnings)
     _check_start(table, seconds, form, warnings)
     kept = seconds[seconds >= 0.0]
-    if len(kept) < MIN_SAMPLES:
-        raise CampaignError(f"{table.file}: {len(kept)} samples from 'start' on; at least {MIN_SAMPLES} are needed")
+    if len(kept) < READING.min_samples:
+        needed = READING.min_samples
+        raise CampaignError(f"{table.file}: {len(kept)} samples from 'start' on; at least {needed} are needed")
     gaps = np.diff(kept)
-    if gaps.max() > HOLE * np.median(gaps):
+    if gaps.max() > READING.hole * np.median(gaps):
         at = kept[int(np.argmax(gaps))]
         warnings.append(f"{table.file.name}: nothing was measured for {gaps.max():g} s after {at:g} s")
     if jitters(kept):
@@ -220,9 +209,9 @@ def _check_start(table: MeasurementTable, seconds: FloatArray, form: FileFormat,
         raise CampaignError(
             f"{table.file}: time starts at {first:g} s, before the model does; {remedy} and what is before is left out"
         )
-    if first > ELSEWHERE * length:
+    if first > READING.start_elsewhere * length:
         raise CampaignError(f"{table.file}: time starts at {first:g} s and the run is {length:g} s long; {remedy}")
-    if first > LATE * length:
+    if first > READING.late_start * length:
         warnings.append(f"{table.file.name}: time starts at {first:g} s; {remedy}")
 
 
@@ -234,9 +223,10 @@ def _readings(
     if np.isinf(raw).any():
         raise CampaignError(f"{table.place(int(np.argmax(np.isinf(raw))))}: '{channel.column}' is infinite")
     there = np.isfinite(raw) & (clock >= 0.0)
-    if there.sum() < MIN_SAMPLES:
+    if there.sum() < READING.min_samples:
         if there.any():
-            raise CampaignError(f"{path}: '{channel.column}' has {there.sum()} samples; {MIN_SAMPLES} are needed")
+            needed = READING.min_samples
+            raise CampaignError(f"{path}: '{channel.column}' has {there.sum()} samples; {needed} are needed")
         missing = "the input '{}' drives nothing" if channel.role == "input" else "'{}' was not measured"
         warnings.append(f"{path.name}: {missing.format(channel.column)} in this run")
         return None
@@ -250,12 +240,12 @@ def _readings(
 
 def _check_input(path: Path, channel: Channel, time: FloatArray, measured: FloatArray, warnings: list[str]) -> None:
     gaps, holes = np.diff(time), np.diff(measured)
-    if max(measured[0] - time[0], time[-1] - measured[-1]) > HOLE * np.median(gaps):
+    if max(measured[0] - time[0], time[-1] - measured[-1]) > READING.hole * np.median(gaps):
         warnings.append(
             f"{path.name}: the input '{channel.column}' was measured from {measured[0]:g} s to {measured[-1]:g} s "
             "only; beyond, its nearest value is held"
         )
-    if holes.max() > max(HOLE * np.median(gaps), 2 * gaps.max()):
+    if holes.max() > max(READING.hole * np.median(gaps), 2 * gaps.max()):
         warnings.append(
             f"{path.name}: the input '{channel.column}' was not measured for {holes.max():g} s after "
             f"{measured[int(np.argmax(holes))]:g} s; a straight line is taken"
@@ -273,7 +263,7 @@ def _without_faulty(path: Path, channels: tuple[Channel, ...], series: Series, w
         read = np.abs(np.round(convert(values, si(channel.unit), channel.unit), 6))
         kinds = found[channel.connector].without(np.isin(read, DEFAULT.sanity.missing_marks))
         faulty = kinds.any
-        if not faulty.any() or (~faulty).sum() < MIN_SAMPLES:
+        if not faulty.any() or (~faulty).sum() < READING.min_samples:
             continue
         made[channel.connector] = t[~faulty], values[~faulty]
         counts = ", ".join(f"{n} {kind}" for kind, n in kinds.counts().items())
@@ -291,9 +281,9 @@ def _check_noise(path: Path, channel: Channel, values: FloatArray) -> None:
         return
     factor = unit(channel.unit).factor
     shown, where = f"{noise / factor:g} {channel.unit}", f"{path}: '{channel.column}'"
-    if noise < FINEST * max(span, float(np.abs(values).max())):
+    if noise < READING.finest_noise * max(span, float(np.abs(values).max())):
         raise CampaignError(f"{where}: noise_std = {shown} is finer than any sensor")
-    if noise > COARSEST * span:
+    if noise > READING.coarsest_noise * span:
         raise CampaignError(
             f"{where} moves by {span / factor:.3g} {channel.unit} in all, and noise_std is stated as {shown}: in which "
             "unit is it?"

@@ -4,10 +4,8 @@ from __future__ import annotations
 
 import numpy as np
 
+from ..settings import READING
 from .table import FloatArray
-
-JITTER = 0.015
-"""Standard deviation of the time stamps, in sample intervals, from which a clock is told to jitter: that of +-3 %."""
 
 
 def clock_jitter(seconds: FloatArray) -> float:
@@ -20,4 +18,4 @@ def clock_jitter(seconds: FloatArray) -> float:
 
 def jitters(seconds: FloatArray) -> bool:
     """Whether times (n,) lie so unevenly that differences of readings show it."""
-    return bool(clock_jitter(seconds) > JITTER * np.median(np.diff(seconds)))
+    return bool(clock_jitter(seconds) > READING.told_jitter * np.median(np.diff(seconds)))

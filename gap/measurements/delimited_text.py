@@ -13,8 +13,8 @@ import numpy as np
 
 from ...core.repeated import repeated
 from ...core.unit_names import named
+from ..settings import READING
 from .table import (
-    LARGEST,
     Column,
     FloatArray,
     MeasurementError,
@@ -168,7 +168,7 @@ def _numbers(row: list[str], number: NumberReader, where: str) -> list[float]:
         other = {".": ",", ",": "."}.get(number.decimal or "", "")
         hint = f"; the fraction begins with '{number.decimal}' in this file" if other and other in bad else ""
         raise MeasurementError(f"{where}: '{bad}' is not a number{hint}") from None
-    large = next((cell for cell, x in zip(row, values, strict=True) if LARGEST < abs(x) < inf), None)
+    large = next((cell for cell, x in zip(row, values, strict=True) if READING.largest_quantity < abs(x) < inf), None)
     if large is not None:
         raise MeasurementError(f"{where}: {large} is no quantity of a machine")
     return values

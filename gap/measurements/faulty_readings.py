@@ -12,16 +12,13 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from ..settings import FaultSettings
+from ..settings import READING, FaultSettings
 from .glitches import Scale, Stretch, dropout_candidates, glitch_candidates
 from .machine_events import has_event, kinks
 from .stuck_sensor import constant_stretches, is_stuck_in_motion, is_stuck_in_noise, leaves_with_a_jump
 from .table import FloatArray
 
 Mask = NDArray[np.bool_]
-
-FEWEST = 30
-"""Readings below which nothing is said about a channel."""
 
 
 @dataclass(frozen=True)
@@ -78,7 +75,7 @@ def scale_of(y: FloatArray) -> Scale:
 
 
 def _prepare(t: FloatArray, y: FloatArray, settings: FaultSettings) -> _Channel:
-    if len(y) < FEWEST:
+    if len(y) < READING.min_judged:
         return _Channel(t, y, Scale(0.0, 0.0, 0.0), np.zeros(len(y)), [], [])
     scale = scale_of(y)
     glitches = glitch_candidates(y, scale, settings)

@@ -7,14 +7,12 @@ from typing import Any
 
 import numpy as np
 
+from ..settings import READING
 from .binary import damaged, library, table_of_arrays
 from .table import MeasurementError, MeasurementTable
 
 OPAQUE = "holds a table, timetable, timeseries or other object, which only MATLAB can read"
 REMEDY = "save vectors or a struct of them, or use writetable"
-
-DEEPEST = 4
-"""Structs inside each other that are looked into."""
 
 
 def read(path: Path) -> MeasurementTable:
@@ -52,7 +50,7 @@ def _add_group(h5py: Any, arrays: dict[str, Any], prefix: str, group: Any, depth
         if name.startswith("#"):
             continue
         if isinstance(value, h5py.Group):
-            if depth < DEEPEST:
+            if depth < READING.deepest_struct:
                 _add_group(h5py, arrays, f"{prefix}{name}.", value, depth + 1)
         elif value.dtype.kind in "biuf" and "MATLAB_empty" not in value.attrs and _is_numeric(value):
             array = value[()]
@@ -69,7 +67,7 @@ def _add(arrays: dict[str, Any], name: str, value: Any, depth: int) -> None:
     if not isinstance(value, np.ndarray):
         return
     if value.dtype.names is not None:
-        if value.size == 1 and depth < DEEPEST:
+        if value.size == 1 and depth < READING.deepest_struct:
             for member in value.dtype.names:
                 _add(arrays, f"{name}.{member}", value.reshape(-1)[0][member], depth + 1)
     elif value.dtype.kind in "biuf" and value.size > 1:

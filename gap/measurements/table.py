@@ -18,9 +18,6 @@ FloatArray = NDArray[np.float64]
 TimeStamp = datetime | timedelta
 """A moment with its date, or a clock time as the time since midnight."""
 
-LARGEST = 1e100
-"""Magnitude beyond which a number is no quantity of a machine [any unit]; its square still is a number."""
-
 _WITH_UNIT = re.compile(r"(?P<name>.*\S)\s*(\[(?P<square>[^\[\]]+)\]|\((?P<round>[^()]+)\))\s*")
 
 
