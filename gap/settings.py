@@ -464,7 +464,8 @@ class ReportSettings:
     hypotheses: int = 8
     """Rows of a table, those that matter most first; the rest is in diagnosis.json."""
     probable: float = 0.5
-    """Inclusion probability of an effect from which a parameter at its bound is told beside the verdict."""
+    """Inclusion probability from which an effect is named in sentences, and its parameter at a bound told with the
+    verdict."""
     step_error: float = 0.2
     """Step error of the simulation [multiples of the noise] from which it is told beside the verdict."""
     clear_dependence: float = 0.05

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from itertools import accumulate
 from math import sqrt
 
@@ -24,6 +24,8 @@ class Geometry:
     """Width of a character of a label, a little more than wide sans-serif letters have on average."""
     space: float = 12.0
     """Between two labels of a row."""
+    mark: float = 4.0
+    """Between a label and its line."""
     zoom: float = 0.6
     """Share of the whole below which what calibration leaves is drawn a second time, over the whole width."""
 
@@ -49,13 +51,24 @@ class Box:
 
 @dataclass(frozen=True)
 class Label:
-    """A text that starts at `x` in a row of labels (0: next to the bar), for the place `anchor` of the bar."""
+    """A text from `x` on in a row of labels (0: next to the bar), with a line to the place `anchor` of the bar.
+
+    The text begins at its line, or ends there where it would not fit beside it otherwise.
+    """
 
     text: str
     x: float
     row: int
     anchor: float
     width: float
+    ends: bool = False
+
+    def collides(self, other: Label) -> bool:
+        """Whether two texts touch, or the line of one of them crosses the text of the other."""
+        if self.row == other.row:
+            return self.x < other.x + other.width + SIZE.space and other.x < self.x + self.width + SIZE.space
+        low, high = sorted((self, other), key=lambda label: label.row)
+        return low.x <= high.anchor <= low.x + low.width
 
 
 @dataclass(frozen=True)
@@ -98,16 +111,29 @@ def colours(parts: Sequence[Piece]) -> dict[str, str]:
 
 
 def spread(wanted: Sequence[tuple[str, float]], width: float = SIZE.width) -> tuple[Label, ...]:
-    """Labels near their anchors: each in the first row in which it touches no other, none beyond the ends."""
+    """Labels at their anchors: no two texts touch, no line crosses a text where that can be avoided, none is beyond
+    the ends."""
+    ending: list[Label] = []
+    for text, anchor in sorted(wanted, key=lambda w: -w[1]):
+        size = min(width - SIZE.mark, SIZE.character * len(text))
+        crowded = any(label.x <= anchor for label in ending)
+        if anchor + SIZE.mark + size > width or (crowded and anchor > SIZE.mark + size):
+            x = max(0.0, min(anchor, width) - SIZE.mark - size)
+            ending.append(Label(text, x, 0, anchor, size, ends=True))
+    beginning = [w for w in sorted(wanted, key=lambda w: -w[1]) if w not in [(e.text, e.anchor) for e in ending]]
     made: list[Label] = []
-    for text, anchor in sorted(wanted, key=lambda w: w[1]):
-        size = min(width, SIZE.character * len(text))
-        x = min(max(0.0, anchor - 0.5 * size), width - size)
-        row = 0
-        while any(m.row == row and x < m.x + m.width + SIZE.space and m.x < x + size + SIZE.space for m in made):
-            row += 1
-        made.append(Label(text, x, row, anchor, size))
+    for label in reversed(ending):
+        made.append(_in_free_row(label, made))
+    for text, anchor in beginning:
+        label = Label(text, anchor + SIZE.mark, 0, anchor, min(width - SIZE.mark, SIZE.character * len(text)))
+        made.append(_in_free_row(label, made))
     return tuple(made)
+
+
+def _in_free_row(label: Label, others: Sequence[Label]) -> Label:
+    """The label in the first row in which it collides with no other; a new one if there is none."""
+    rows = [replace(label, row=r) for r in range(2 + max((o.row for o in others), default=-1))]
+    return next((x for x in rows if not any(x.collides(o) for o in others)), rows[-1])
 
 
 def boxes(parts: Sequence[Piece], colour: Mapping[str, str], width: float = SIZE.width) -> tuple[Box, ...]:

@@ -7,7 +7,7 @@ from typing import Any
 from .bar import SIZE, boxes, budget_strips, colours
 from .numbers import listed, multiple, percent, percents, pretty, quantity, with_interval
 from .parts import Data, Piece, amplitude, part_key, part_name, pieces, widest_channel
-from .section import Context, Section
+from .section import SHOWN, Context, Section
 from .signals import Channel, Signals
 
 
@@ -43,7 +43,8 @@ def sentence(data: Data, signals: Signals) -> str:
     levels = budget["per_channel"][label]
     c = signals.channel(label, levels["unit"])
     off, fitted, left, noise = (in_unit(c, levels[k]) for k in ("delivered", "calibrated", "explained", "noise"))
-    names = [part_name(p) for p in budget["parts"] if p["kind"] == "effect" and not p.get("minor", False)]
+    sure = [p for p in budget["parts"] if p.get("inclusion_probability", 0.0) >= SHOWN.probable]
+    names = [part_name(p) for p in sure if not p.get("minor", False)]
     made = f"In {c.column} the model as delivered is {off} off; calibration within the tolerances leaves {fitted}"
     made += f", and with {listed(names)} in the model {left} are left" if names else ""
     return f"{made}. The noise of this channel is {noise} (all RMS, on data that were not fitted)."

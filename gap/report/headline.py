@@ -17,15 +17,23 @@ VERDICTS = {
 
 def context(data: Data, signals: Signals) -> Context:
     """Badge, headline, cautions."""
+    first, rest = split_sentence(data["headline"])
     return {
         "verdict": data["verdict"],
         "badge": VERDICTS.get(data["verdict"], data["verdict"]),
         "campaign": data["campaign"],
         "system": signals.system,
-        "headline": data["headline"],
+        "first": first,
+        "rest": rest,
         "cautions": cautions(data),
         "notes": len(dict.fromkeys(data["warnings"])),
     }
+
+
+def split_sentence(text: str) -> tuple[str, str]:
+    """The first sentence of a text, and the others."""
+    first, stop, rest = text.partition(". ")
+    return first + stop.rstrip(), rest
 
 
 def cautions(data: Data) -> list[str]:

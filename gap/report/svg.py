@@ -23,6 +23,8 @@ class Geometry:
     right: float = 10.0
     top: float = 10.0
     bottom: float = 42.0
+    apart: float = 0.1
+    """Part of the width across which no mean is drawn: nothing was measured between."""
 
 
 SIZE = Geometry()
@@ -117,7 +119,9 @@ def scatter(d: Dependence, x_label: str, y_label: str) -> Markup:
     inner = [f'<rect class="band" {box}/>', f'<path class="dots" d="{dots(*axes.at(d.x[some], d.residual[some]))}"/>']
     for m, ink in zip(d.means, INK, strict=False):
         if len(m.x):
-            inner.append(f'<path class="mean" stroke="{ink}" d="{path(*axes.at(m.x, m.y))}"/>')
+            apart = np.flatnonzero(np.diff(m.x) > SIZE.apart * (axes.x[1] - axes.x[0])) + 1
+            lines = zip(np.split(m.x, apart), np.split(m.y, apart), strict=True)
+            inner.append(f'<path class="mean" stroke="{ink}" d="{"".join(path(*axes.at(*xy)) for xy in lines)}"/>')
     return frame(axes, x_label, y_label, inner, f"{y_label} against {x_label}")
 
 

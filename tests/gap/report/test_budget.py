@@ -60,6 +60,7 @@ def test_labels_never_overlap():
         for strip in bar.budget_strips(numbers, whole, {p.key: f"{p.name} 1 %" for p in whole}):
             for labels in (strip.above, strip.below):
                 assert not overlapping(labels)
+                assert not [(a.text, b.text) for a, b in combinations(labels, 2) if a.collides(b)]
                 assert all(label.x >= 0.0 and label.x + label.width <= bar.SIZE.width for label in labels)
             for text in strip.inside:
                 box = max((b for b in strip.boxes if b.x <= text.x), key=lambda b: b.x)
