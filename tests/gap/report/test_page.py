@@ -1,10 +1,13 @@
 """The page: every verdict, nothing loaded from elsewhere, strangers' names as text, what a browser makes of it."""
 
 import re
+import tomllib
 from html.parser import HTMLParser
+from pathlib import Path
 
 import pytest
 from deepsea_cosim.core.errors import OutputError
+from deepsea_cosim.gap import report
 from deepsea_cosim.gap.report import render, write_report
 from deepsea_cosim.gap.report.page import SECTIONS
 
@@ -160,6 +163,15 @@ def test_a_name_in_the_embedded_series_ends_no_script():
     text = render(diagnosis(), made.__class__(made.system, (evil, *made.channels[1:]), made.runs))
     assert "</script><script>alert" not in text
     assert len(Page(text).all("script")) == 3
+
+
+def test_all_that_the_page_is_made_of_is_in_the_distribution():
+    folder = Path(report.__file__).parent
+    settings = tomllib.loads((Path(__file__).parents[3] / "pyproject.toml").read_text())["tool"]["setuptools"]
+    packed = {path for pattern in settings["package-data"]["*"] for path in folder.glob(pattern)}
+    for file in (p for name in ("templates", "vendor") for p in (folder / name).iterdir()):
+        assert file in packed, file
+    assert any("LICENSE" in p.name for p in packed)
 
 
 def test_a_folder_that_cannot_be_written(tmp_path):
