@@ -133,6 +133,7 @@
     const which = channels.value;
     const all = [...run.traces, ...run.inputs];
     const chosen = which === "all" ? run.traces.slice(0, AT_ONCE) : [all[Number(which)]];
+    document.getElementById("chart-printed").textContent = run.name;
     chosen.forEach(draw);
     if (range) plots.forEach((u) => u.setScale("x", range));
   }
