@@ -466,8 +466,6 @@ class ReportSettings:
     probable: float = 0.5
     """Inclusion probability from which an effect is named in sentences, and its parameter at a bound told with the
     verdict."""
-    step_error: float = 0.2
-    """Step error of the simulation [multiples of the noise] from which it is told beside the verdict."""
     clear_dependence: float = 0.05
     """Share of a residual's energy that a signal predicts from which it is said to vary with it."""
     apart: float = 3.0

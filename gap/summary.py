@@ -145,7 +145,7 @@ def _budget(data: Data, marks: Marks) -> list[str]:
 def _part(p: Data) -> str:
     """A part with its effects, share, probability and parameters."""
     names = listed(list(p["effects"]), 2, "or")
-    name = names if len(p["effects"]) == 1 and part_name(p) in names else f"{part_name(p)} ({names})"
+    name = names if len(p["effects"]) == 1 else f"{part_name(p)} ({names})"
     said = f"{name} {percent(p['share'])} ({percents(p['ci95'])}), probability {percent(p['inclusion_probability'])}"
     values = [_value(n, v) for n, v in p["parameters"].items()]
     return "; ".join([said, *values]) if p["inclusion_probability"] >= LAYOUT.probable else said

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from .numbers import given, listed, multiple, percent
+from .numbers import given, listed, percent
 from .parts import Data
 from .section import SHOWN, Context, Section
 from .signals import Signals
@@ -60,9 +60,6 @@ def cautions(data: Data) -> list[str]:
     if data["verdict"] == "explained" and data["hypotheses"] and data["hypotheses"][0]["probability"] < 0.5:
         best = percent(data["hypotheses"][0]["probability"])
         made.append(f"The best set of effects has a probability of {best} only.")
-    if (data["numerics"]["step_error"] or 0.0) > SHOWN.step_error:
-        error = multiple(data["numerics"]["step_error"])
-        made.append(f"The simulation's own step error is {error} times the noise, not small beside what is looked for.")
     return made
 
 

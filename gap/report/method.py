@@ -17,6 +17,7 @@ def method(data: Data, signals: Signals) -> Context:
         "metric": data["budget"]["metric"],
         "method": numerics["method"], "step": _milliseconds(numerics["step"]),
         "fit_step": _milliseconds(numerics["fit_step"]), "step_error": "" if error is None else multiple(error),
+        "extrapolated": bool(numerics.get("richardson_order", 0)),
         "reduction": percent(reduction["value"]), "reduction_interval": percents(reduction["ci95"]),
         "how": reduction["how"], "simulations": timing["simulations"], "wall": duration(timing["wall_s"]),
         "stages": [{"name": n, "time": duration(s)} for n, s in timing["stages"].items()],

@@ -33,10 +33,11 @@ def part_key(part: Data) -> str:
 
 
 def part_name(part: Data) -> str:
-    """A part for people: its group, without underscores; the effects where there is no group."""
+    """A part for people: its effect in words, or the group where several effects can be meant."""
     if part["kind"] != "effect":
         return "unexplained"
-    return str(part.get("group") or _effects(part)).replace("_", " ")
+    group = part.get("group")
+    return str(_effects(part) if len(part.get("effects", ())) == 1 or not group else group).replace("_", " ")
 
 
 def _effects(part: Data) -> str:

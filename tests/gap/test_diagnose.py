@@ -67,6 +67,18 @@ def test_finds_the_effect_and_its_size(rubbing):
     assert not friction["at_bound"]
 
 
+def test_the_report_has_the_signals_of_the_runs(rubbing):
+    text = (rubbing / "report.html").read_text(encoding="utf-8")
+    embedded = json.loads(re.search(r'id="signals-data">(.*?)</script>', text)[1])
+    known = json.loads((rubbing / "diagnosis.json").read_text())["budget"]["per_run"]
+    assert [run["name"] for run in embedded["runs"]] == list(known)
+    for run in embedded["runs"]:
+        (trace,) = run["traces"]
+        assert (trace["connector"], trace["unit"]) == ("o.x", "mm")
+        expected = [known[run["name"]][k] for k in ("delivered", "calibrated", "explained")]
+        assert [float(x) for x in trace["off"]] == pytest.approx(expected, rel=0.05)  # fitted there, held out here
+
+
 def test_says_how_far_the_gap_shrinks(rubbing):
     data = json.loads((rubbing / "diagnosis.json").read_text())
     gap, reduction = data["budget"], data["reduction"]

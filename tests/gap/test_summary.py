@@ -41,8 +41,8 @@ def test_never_more_than_fits(make, encoding):
 def test_tells_the_budget_in_units():
     text = "\n".join(lines(diagnosis(), signals()))
     for told in ("Explained in part.", "14.2 → 9.70 → 3.70 times the noise",
-                 "cylinder_stribeck_friction 62 % (56 to 66 %)",
-                 "probability 99 %", "F_extra 510 N (430 to 600)", "14 % (13 to 15 %) in no effect",
+                 "friction (cylinder_stribeck_friction or cylinder_coulomb_friction) 62 % (56 to 66 %)",
+                 "█ friction", "▓ valve_dead_zone", "F_extra 510 N (430 to 600)", "14 % (13 to 15 %) in no effect",
                  "0.426 mm → 0.291 mm → 0.111 mm; noise 0.0300 mm", "x 54 % (extending)", "depth = 6000 m",
                  "900 runs in 41 s; 1 warning"):  # fmt: skip
         assert told in text, told

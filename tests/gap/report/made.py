@@ -26,8 +26,9 @@ NASTY = 'pool <script>alert("1")</script> & \x1b[31m \u202e test'
 def effect(group: str, effects: dict[str, float], share: float, **more: Any) -> dict[str, Any]:
     """A part of the budget."""
     name = next(iter(effects))
+    ids = [e for e in effects if effects[e] >= 0.1]
     return {
-        "kind": "effect", "group": group, "effects": [name], "text": {name: f"text of {name}"}, "share": share,
+        "kind": "effect", "group": group, "effects": ids, "text": {e: f"text of {e}" for e in ids}, "share": share,
         "ci95": [max(0.0, share - 0.06), min(1.0, share + 0.04)], "inclusion_probability": 0.99, "minor": share < 0.05,
         "within_group": effects, "form": None,
         "parameters": {f"hydraulics.effect.{name}.F_extra": parameter(510.0, 430.0, 600.0)},
@@ -51,14 +52,15 @@ def unexplained(share: float, rms: float) -> dict[str, Any]:
 
 DRIFT = {"id": "drift", "share": 0.05, "inclusion_probability": 0.9}
 LANDS = {"id": "unequal_lands", "share": 0.09, "inclusion_probability": 0.93}
+FRICTION = {"cylinder_stribeck_friction": 0.81, "cylinder_coulomb_friction": 0.18}
 PARTS = {
     "explained": [
-        effect("friction", {"cylinder_stribeck_friction": 0.81, "cylinder_coulomb_friction": 0.18}, 0.70),
+        effect("friction", FRICTION, 0.70),
         effect("timing", {"sensor_delay": 1.0}, 0.27, form=DRIFT),
         effect("supply", {"supply_droop": 1.0}, 0.03),
     ],
     "explained_in_part": [
-        effect("friction", {"cylinder_stribeck_friction": 0.81, "cylinder_coulomb_friction": 0.18}, 0.62),
+        effect("friction", FRICTION, 0.62),
         effect("spool", {"valve_dead_zone": 1.0}, 0.21, form=LANDS),
         effect("timing", {"sensor_delay": 1.0}, 0.03),
         unexplained(0.14, 3.7),
@@ -148,7 +150,10 @@ def diagnosis(verdict: str = "explained_in_part", runs: int = 3, **changes: Any)
         "next_channel": {
             "change": {"channel": "hydraulics.Q1"}, "separates": [["a"], ["b"]], "expected_separation": 0.4,
         },
-        "numerics": {"method": "nepce", "step": 0.002, "step_error": 0.02, "fit_step": 0.008},
+        "numerics": {
+            "method": "nepce", "step": 0.002, "step_error": 0.38, "fit_step": 0.008, "package_step": 0.002,
+            "richardson_order": 2,
+        },
         "warnings": ["run02: the clock is 3 % off", "run02: the clock is 3 % off"],
         "timing": {"wall_s": 41.0, "simulations": 900, "stages": {"screening": 12.0, "refinement": 20.0}},
         "settings": {}, "evidence": {},

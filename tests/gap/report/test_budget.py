@@ -28,7 +28,7 @@ def test_pieces_add_up_to_the_squared_deviation_as_delivered(verdict):
 
 def test_a_form_is_a_piece_of_its_effect():
     found = pieces(levels("explained_in_part"), diagnosis()["budget"]["parts"])
-    spool = [p for p in found if "spool" in p.name]
+    spool = [p for p in found if "dead zone" in p.name]
     left = 9.7**2 - 1.0
     assert [p.kind for p in spool] == ["effect", "form"]
     assert [p.energy for p in spool] == pytest.approx([0.12 * left, 0.09 * left])
@@ -93,7 +93,7 @@ def test_context_in_the_unit_that_was_measured():
     assert friction["alone"] == "0.228\u00a0mm"  # sqrt(0.62 (9.7^2 - 1)) times 0.03 mm
     assert friction["parameters"][0]["neutral"] == "0\u00a0N"
     assert "0.426\u00a0mm" in found["sentence"]
-    assert "friction and spool" in found["sentence"]
+    assert "friction and valve dead zone" in found["sentence"]
     assert "timing" not in found["sentence"]  # minor
 
 
