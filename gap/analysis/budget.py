@@ -158,7 +158,8 @@ def _draws(observations: Observations, residual: np.ndarray, settings: BudgetSet
         return np.random.default_rng(settings.seed).multinomial(count, np.full(count, 1.0 / count), settings.draws)
     length = 1.0
     if np.ptp(energy) > 0.0:
-        length = float(optimal_block_length(energy)["circular"].iloc[0])
+        with np.errstate(divide="ignore", invalid="ignore"):  # of stretches that are all alike
+            length = float(optimal_block_length(energy)["circular"].iloc[0])
     block = int(np.clip(np.ceil(np.nan_to_num(length, nan=1.0)), 1, max(1, count // 3)))
     bootstrap = MovingBlockBootstrap(block, np.arange(count), seed=settings.seed)
     return np.stack([np.bincount(data[0][0], minlength=count) for data in bootstrap.bootstrap(settings.draws)])

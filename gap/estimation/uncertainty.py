@@ -50,7 +50,9 @@ def reduction_interval(problem: Problem, before: np.ndarray, after: np.ndarray) 
 
     length = 2.0
     if len(sums) > 10 and np.ptp(sums[:, 1]) > 0:
-        length = float(np.clip(optimal_block_length(sums[:, 1])["stationary"].iloc[0], 1.0, len(sums) / 3))
+        with np.errstate(divide="ignore", invalid="ignore"):  # of stretches that are all alike
+            optimal = optimal_block_length(sums[:, 1])["stationary"].iloc[0]
+        length = float(np.clip(np.nan_to_num(optimal, nan=1.0), 1.0, len(sums) / 3))
     bootstrap = StationaryBootstrap(length, sums, seed=0)  # type: ignore[arg-type]  # a mean, so not always whole
     draws = bootstrap.apply(reduction, settings.draws)[:, 0]
     low, high = np.quantile(draws, [0.025, 0.975])
