@@ -29,7 +29,7 @@ class Character:
         """For people."""
         if not self.channel:
             return "within the noise"
-        parts = [f"mostly in {self.channel} ({self.share:.0%})"]
+        parts = [f"mostly in {self.channel} ({100.0 * self.share:.0f} %)"]
         if self.region not in ("everywhere", "nowhere"):
             parts.append(self.region)
         if self.varies_with:

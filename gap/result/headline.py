@@ -8,7 +8,7 @@ from ..analysis.verdict import EXPLAINED, NO_GAP, UNEXPLAINED
 from ..pipeline.probabilities import at_bound
 from ..pipeline.remarks import base_at_tolerance
 from ..pipeline.state import State
-from .naming import figure, listed, part_name, plain, shown_factor, times
+from .naming import figure, listed, part_name, percent, plain, shown_factor, times
 
 
 def headline(state: State, budget: dict[str, Any], events: list[dict[str, Any]]) -> str:
@@ -46,7 +46,7 @@ def _divided(state: State, budget: dict[str, Any]) -> str:
     if state.verdict == NO_GAP:
         return f"No effect is missing: {calibration[0].lower()}{calibration[1:]}."
     rest = next(p for p in budget["parts"] if p["kind"] == "unexplained")
-    left = f"{rest['share']:.0%} is in no effect of the catalogue"
+    left = f"{percent(rest['share'])} % is in no effect of the catalogue"
     if state.verdict == UNEXPLAINED:
         nearest = f" (nearest: {listed([plain(e) for e in rest['nearest']], 'or')})" if rest["nearest"] else ""
         return f"{calibration}; what is left is in no effect of the catalogue{nearest}: {rest['character']}."
@@ -65,8 +65,8 @@ def _part(state: State, part: dict[str, Any]) -> str:
     low, high = part["ci95"]
     name = part_name(state, part["group"], part["effects"])
     sure = part["inclusion_probability"] >= state.problem.settings.posterior.sure
-    doubt = "" if sure else f", probably: {part['inclusion_probability']:.0%}"
-    return f"{name} makes {part['share']:.0%} ({low:.0%} to {high:.0%}{doubt})"
+    doubt = "" if sure else f"; probably: {percent(part['inclusion_probability'])} %"
+    return f"{name} makes {percent(part['share'])} % ({percent(low)} to {percent(high)} %{doubt})"
 
 
 def _cautions(state: State) -> list[str]:

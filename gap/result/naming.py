@@ -55,3 +55,8 @@ def figure(x: float) -> str:
 def times(x: float) -> str:
     """A normalised RMS."""
     return f"{x:.0f}" if x >= 99.5 else f"{x:.1f}" if x >= 9.95 else f"{x:.2f}"
+
+
+def percent(share: float) -> str:
+    """A share, without its sign: 86."""
+    return f"{100.0 * share:.0f}"

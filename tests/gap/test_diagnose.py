@@ -125,7 +125,7 @@ def test_the_headline_names_the_effect_its_share_and_a_unit(rubbing):
     headline = json.loads((rubbing / "diagnosis.json").read_text())["headline"]
     assert "friction" in headline
     assert "mm" in headline
-    assert re.search(r"\d+%", headline)
+    assert re.search(r"\d+ %", headline)
     assert "spring" not in headline
 
 
