@@ -108,7 +108,12 @@ def write_case(
     seed: int, index: int, out: Path, package: Path, refit: bool = True, edition: int = LATEST
 ) -> dict[str, Any]:
     """Draw, simulate and write one case; returns its answer, since edition 2 with its budget if sizes are refitted."""
-    case = draw(seed, index, refit, edition)
+    return write(draw(seed, index, refit, edition), out, package, refit and edition > 1)
+
+
+def write(case: Case, out: Path, package: Path, budget: bool) -> dict[str, Any]:
+    """Simulate and write a case; returns its answer, with its true budget if that is wanted."""
+    seed, index = case.seed, case.index
     signals = [_run(run, machine_of(run, case.factors, case.wrong)) for run in case.runs]
     delivered = [_run(run, run.machine()) for run in case.runs]
     # the bias is a share of the channel's span in the machine without the effect
@@ -134,7 +139,7 @@ def write_case(
                 file.write(f"{t:.6g}," + ",".join("" if np.isnan(v) else f"{v:.7g}" for v in row) + "\n")
     before = float(np.sqrt(np.mean(np.concatenate(gap) ** 2)))
     result = answer(case, spans, before)
-    if refit and edition > 1:
+    if budget:
         result = truth.complete(result)
     (answers / f"{name}.json").write_text(json.dumps(result, indent=1) + "\n", encoding="utf-8")
     system = package if package.is_absolute() else Path(os.path.relpath(package, folder))
