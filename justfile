@@ -27,7 +27,7 @@ lint:
 
 # types, strictly, of the packages named in pyproject.toml
 types:
-    .venv/bin/python .ci/types.py
+    .venv/bin/python .ci/check_types.py
 
 # speed and accuracy
 bench: build

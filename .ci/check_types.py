@@ -1,6 +1,6 @@
 """mypy over the packages under the names that they are installed with.
 
-    python .ci/types.py [mypy's options]
+    python .ci/check_types.py [mypy's options]
 
 The distribution gives the folders core, gap, ... names below `deepsea_cosim` (pyproject.toml, package-dir), which mypy
 does not read. So this links them as build/types/deepsea_cosim/<folder>; which of them are checked, and how strictly,
