@@ -139,19 +139,11 @@ class _Drawn(NamedTuple):
     unexplained: np.ndarray
 
 
-def _bins(observations: Observations, width: float) -> np.ndarray:
-    """The stretch of time of a run (n,) in which each reading lies."""
-    per_run = int(observations.time.max() / width) + 1
-    place = (observations.time / width).astype(int) + observations.run * per_run
-    _, compact = np.unique(place, return_inverse=True)
-    return np.asarray(compact)
-
-
 def _draws(observations: Observations, residual: np.ndarray, settings: BudgetSettings) -> np.ndarray:
     """How often each stretch is drawn (draws, stretches), in blocks as long as the residual's memory."""
     from arch.bootstrap import MovingBlockBootstrap, optimal_block_length
 
-    place = _bins(observations, settings.bin)
+    place = observations.stretches(settings.bin)
     energy = np.bincount(place, residual**2)
     count = len(energy)
     if count < 4:
@@ -166,7 +158,7 @@ def _draws(observations: Observations, residual: np.ndarray, settings: BudgetSet
 
 
 def _drawn_shares(observations: Observations, a: Alternative, draws: np.ndarray, settings: BudgetSettings) -> _Drawn:
-    place = _bins(observations, settings.bin)
+    place = observations.stretches(settings.bin)
     count = draws @ np.bincount(place)
     energies = {s: draws @ np.bincount(place, r**2) for s, r in a.residuals.items()}
     return _Drawn(*_shares(_game(a, energies, count)))

@@ -35,10 +35,8 @@ def reduction_interval(problem: Problem, before: np.ndarray, after: np.ndarray) 
     """95 % interval of 1 - RMS(after) / RMS(before), by a stationary block bootstrap over time; -1 at least."""
     from arch.bootstrap import StationaryBootstrap, optimal_block_length
 
-    observations, settings = problem.observations, problem.settings.uncertainty
-    bins = int(observations.time.max() / settings.bin) + 1
-    place = (observations.time / settings.bin).astype(int) + observations.run * bins
-    _, place = np.unique(place, return_inverse=True)
+    settings = problem.settings.uncertainty
+    place = problem.observations.stretches(settings.bin)
     sums = np.stack([np.bincount(place, before**2), np.bincount(place, after**2)], axis=1)
     sums = sums[sums.sum(1) > 0.0]  # limits that are kept say nothing
     if len(sums) < 2:

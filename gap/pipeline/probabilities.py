@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from dataclasses import replace
 
 import numpy as np
@@ -88,9 +87,3 @@ def share_gap(state: State) -> State:
 def _residuals(state: State, r: RankedHypothesis) -> dict[frozenset[str], np.ndarray]:
     subsets = complete_subsets(state.problem, state.ranked, r, state.nuisance_jacobian)
     return {labels: state.after(subset) for labels, subset in subsets.items()}
-
-
-def named_effects(state: State, sure: float) -> Sequence[str]:
-    """Ids of the effects with that inclusion probability and more, the surest first."""
-    found = [(p, id) for id, p in state.inclusion.effects.items() if p >= sure]
-    return [id for _, id in sorted(found, key=lambda entry: -entry[0])]

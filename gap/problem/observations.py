@@ -161,6 +161,12 @@ class Observations:
         """The time series of a run by connector."""
         return {b.connector: b for b in self.series if b.run == run}
 
+    def stretches(self, width: float) -> np.ndarray:
+        """The stretch of time of a run, `width` [s] long, in which each reading lies (n,): 0, 1, ... without gaps."""
+        per_run = int(self.time.max() / width) + 1
+        place = (self.time / width).astype(int) + self.run * per_run
+        return np.asarray(np.unique(place, return_inverse=True)[1])
+
     def slope(self, model: np.ndarray) -> np.ndarray:
         """Rate of change [unit/s] of a long vector along each block."""
         made = np.zeros(len(self.y))

@@ -87,9 +87,8 @@ class Problem:
         """Mean square of the scatter of the model's form that the campaign states, in noise; 0 where it states none."""
         stated = np.zeros(len(self.observations))
         for k, c in enumerate(self.campaign.outputs):
-            scatter = getattr(c, "model_form_scatter", None)
-            if scatter is not None:
-                own = scatter / unit(self.units[c.connector]).factor
+            if c.model_form_scatter is not None:
+                own = c.model_form_scatter / unit(self.units[c.connector]).factor
                 stated[self.observations.channel == k] = own
         return float(np.mean((stated / self.observations.noise_std) ** 2))
 

@@ -4,14 +4,25 @@ from __future__ import annotations
 
 import numpy as np
 
-from ...core.units import unit
+from ...core.units import convert, unit
 from ..analysis.verdict import NO_GAP
 from ..campaign.campaign import Channel as Measured
 from ..campaign.campaign import si
 from ..pipeline.state import State
 from ..problem.problem import Problem
 from .section import SHOWN
-from .signals import Array, Channel, Condition, Dependence, InputTrace, MeanCurve, RunSignals, Signals, Trace
+from .signals import (
+    Array,
+    Channel,
+    Condition,
+    Dependence,
+    InputTrace,
+    MeanCurve,
+    RunSignals,
+    Signals,
+    Trace,
+    unit_of_parameter,
+)
 
 
 def collect(state: State) -> Signals:
@@ -40,13 +51,17 @@ def _own(problem: Problem, c: Measured) -> str:
 
 
 def _channel(problem: Problem, c: Measured) -> Channel:
-    return Channel(c.connector, c.column, c.unit, unit(_own(problem, c)).factor / unit(c.unit).factor)
+    return Channel(c.connector, c.column, c.unit, _factor(problem, c))
+
+
+def _factor(problem: Problem, c: Measured) -> float:
+    """A difference in the unit in which a channel was measured for one in that of its FMU."""
+    return unit(_own(problem, c)).factor / unit(c.unit).factor
 
 
 def _shown(problem: Problem, c: Measured, values: Array) -> Array:
     """Values in the FMU's unit as they were measured."""
-    own, there = unit(_own(problem, c)), unit(c.unit)
-    return np.asarray((own.factor * values + own.offset - there.offset) / there.factor)
+    return np.asarray(convert(values, _own(problem, c), c.unit))
 
 
 def _runs(
@@ -61,26 +76,18 @@ def _runs(
             noise = observations.noise_std[at]
             fitted = [None if x is None else _shown(problem, c, b.y - x[at] * noise) for x in (calibrated, explained)]
             assert fitted[0] is not None
-            factor = unit(_own(problem, c)).factor / unit(c.unit).factor
             traces.append(
                 Trace(c.connector, b.t, _shown(problem, c, b.y), _shown(problem, c, nominal[at]), fitted[0], fitted[1],
-                      noise * factor)
+                      noise * _factor(problem, c))
             )  # fmt: skip
         inputs = [
             InputTrace(c.column, c.unit, info.inputs[c.connector][0], _shown(problem, c, info.inputs[c.connector][1]))
             for c in problem.campaign.inputs if c.connector in info.inputs
         ]  # fmt: skip
-        stated = problem.campaign.runs[r].parameters
-        conditions = tuple(Condition(name, value, _unit_of(problem, name)) for name, value in stated.items())
+        stated, units = problem.campaign.runs[r].parameters, problem.parameter_units
+        conditions = tuple(Condition(name, value, unit_of_parameter(units, name)) for name, value in stated.items())
         made.append(RunSignals(info.name, held_out, info.stop, conditions, tuple(traces), tuple(inputs)))
     return made
-
-
-def _unit_of(problem: Problem, name: str) -> str:
-    if name in problem.parameter_units:
-        return problem.parameter_units[name]
-    found = (u for address, u in problem.parameter_units.items() if address.partition(".")[2] == name)
-    return next(found, "1")
 
 
 def _dependences(state: State) -> list[Dependence]:
@@ -110,9 +117,8 @@ def _dependence(state: State, label: str, name: str, share: float) -> Dependence
     if not x:
         return None
     c, s, at = known[label], known[source], np.concatenate(places)
-    factor = unit(_own(problem, c)).factor / unit(c.unit).factor
-    scale = unit(_own(problem, s)).factor / unit(s.unit).factor
-    xs = np.concatenate(x) * scale if rate else _shown(problem, s, np.concatenate(x))
+    factor = _factor(problem, c)
+    xs = np.concatenate(x) * _factor(problem, s) if rate else _shown(problem, s, np.concatenate(x))
     residual = state.chosen.held_out[at] * observations.noise_std[at] * factor
     noise = float(np.sqrt(np.mean(observations.noise_std[at] ** 2))) * factor
     shown = f"rate of {s.column}" if rate else s.column

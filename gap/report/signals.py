@@ -132,10 +132,15 @@ class Signals:
 
     def unit_of(self, name: str) -> str:
         """Unit of a parameter, whose name may lack its component."""
-        if name in self.parameter_units:
-            return self.parameter_units[name]
-        found = (u for address, u in self.parameter_units.items() if address.partition(".")[2] == name)
-        return next(found, "1")
+        return unit_of_parameter(self.parameter_units, name)
+
+
+def unit_of_parameter(units: Mapping[str, str], name: str) -> str:
+    """Unit of a parameter, whose name may lack its component; units: by address."""
+    if name in units:
+        return units[name]
+    found = (u for address, u in units.items() if address.partition(".")[2] == name)
+    return next(found, "1")
 
 
 def without_signals(data: Mapping[str, Any]) -> Signals:

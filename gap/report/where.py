@@ -21,12 +21,6 @@ def context(data: Data, signals: Signals) -> Context | None:
     }
 
 
-def brief(place: Data, signals: Signals) -> str:
-    """A place in a few words."""
-    region = "" if place["region"] in ("everywhere", "nowhere", "") else f", most while {place['region']}"
-    return f"{signals.channel(place['channel']).column} ({percent(place['share'])}{region})"
-
-
 def band_name(band: str) -> str:
     """A frequency band with a dash."""
     return band.replace("-", "–").replace("> ", "above ")
