@@ -49,12 +49,16 @@ class Fit:
 
     @property
     def status(self) -> str:
-        """How it ended: converged, at_bound (a parameter at an end of its range), stalled or unfinished."""
+        """How it ended: converged, at_bound (an effect's parameter at an end of its range), at_tolerance (base
+        parameters only), stalled or unfinished."""
         if self.unfinished:
             return "unfinished"
         if not self.converged:
             return "stalled"
-        return "at_bound" if any(self.at_bound) else "converged"
+        at_end = {x.kind for x, end in zip(self.parameters, self.at_bound, strict=True) if end}
+        if at_end - {"base"}:
+            return "at_bound"
+        return "at_tolerance" if at_end else "converged"
 
     @property
     def at_bound(self) -> tuple[bool, ...]:

@@ -11,6 +11,7 @@ from .signals import Signals
 STATUS = {
     "converged": "",
     "at_bound": "a parameter is at the end of its range",
+    "at_tolerance": "a base parameter is at the end of its tolerance",
     "stalled": "the fit did not come to its end",
     "unfinished": "the fit was cut off",
 }

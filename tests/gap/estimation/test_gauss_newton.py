@@ -73,6 +73,14 @@ def test_stays_within_bounds():
     found, _ = solve(p, (unknown("a", high=0.5), unknown("b"), unknown("c")))
     assert found.normalised[0] == pytest.approx(0.5)
     assert found.at_bound == (True, False, False)
+    assert found.status == "at_bound"
+
+
+def test_a_base_parameter_at_its_tolerance_is_no_effect_at_its_bound():
+    p = problem(wave, {"a": 0.7, "b": 0.3, "c": 0.0})
+    base = unknown("a", "base", high=0.5)
+    assert solve(p, (base, unknown("b"), unknown("c")))[0].status == "at_tolerance"
+    assert solve(p, (base, unknown("b", high=0.1), unknown("c")))[0].status == "at_bound"
 
 
 def test_a_bias_within_the_sensors_habit_is_a_nuisance():
