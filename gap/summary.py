@@ -9,7 +9,9 @@ from typing import Any
 
 from .report.headline import VERDICTS
 from .report.next_step import action
-from .report.numbers import (
+from .report.parts import Piece, part_key, part_name, pieces
+from .report.signals import Signals, without_signals
+from .result.numbers import (
     NBSP,
     cleaned,
     duration,
@@ -21,8 +23,6 @@ from .report.numbers import (
     quantity,
     with_interval,
 )
-from .report.parts import Piece, part_key, part_name, pieces
-from .report.signals import Signals, without_signals
 from .settings import TerminalSettings
 
 Data = Mapping[str, Any]

@@ -7,7 +7,7 @@ from dataclasses import dataclass, replace
 from itertools import accumulate
 from math import sqrt
 
-from .numbers import multiple
+from ..result.numbers import multiple
 from .parts import Data, Piece
 
 

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 from typing import Any
 
+from ..result.numbers import listed, multiple, percent, percents, pretty, quantity, with_interval
 from .bar import SIZE, boxes, budget_strips, colours
-from .numbers import listed, multiple, percent, percents, pretty, quantity, with_interval
 from .parts import Data, Piece, amplitude, part_key, part_name, pieces, widest_channel
 from .section import SHOWN, Context, Section
 from .signals import Channel, Signals

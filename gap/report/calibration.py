@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from .numbers import change, pretty, with_interval
+from ..result.numbers import change, pretty, with_interval
 from .parts import Data
 from .section import Context, Section
 from .signals import Signals

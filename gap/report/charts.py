@@ -8,7 +8,7 @@ from typing import Any
 
 import numpy as np
 
-from .numbers import listed, multiple, pretty
+from ..result.numbers import listed, multiple, pretty
 from .parts import Data
 from .section import SHOWN, Context, Section
 from .signals import Array, InputTrace, RunSignals, Signals, Trace

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from .numbers import pretty
+from ..result.numbers import pretty
 from .parts import Data
 from .section import Context, Section
 from .signals import Signals

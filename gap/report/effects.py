@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
+from ..result.numbers import multiple, percent
 from .budget import parameter
-from .numbers import multiple, percent
 from .parts import Data
 from .section import SHOWN, Context, Section
 from .signals import Signals

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from .numbers import listed, multiple, percent, percents, pretty
+from ..result.numbers import listed, multiple, percent, percents, pretty
 from .parts import Data, widest_channel
 from .section import SHOWN, Context, Section
 from .signals import Dependence, Signals

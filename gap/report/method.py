@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
+from ..result.numbers import duration, listed, multiple, percent, percents, short
 from .glossary import GLOSSARY
-from .numbers import duration, listed, multiple, percent, percents, short
 from .parts import Data
 from .section import Context, Section
 from .signals import Signals

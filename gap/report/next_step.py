@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import Any
 
-from .numbers import given, listed, multiple, pretty
+from ..result.numbers import given, listed, multiple, pretty
 from .parts import Data
 from .section import SHOWN, Context, Section
 from .signals import Signals

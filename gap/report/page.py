@@ -6,9 +6,9 @@ from collections.abc import Mapping
 from importlib.resources import files
 from typing import Any
 
+from ..result.numbers import cleaned
 from . import budget, calibration, charts, curves, effects, headline, left, method, next_step, runs, where
 from .glossary import GLOSSARY
-from .numbers import cleaned
 from .signals import Signals, without_signals
 
 SECTIONS = (

@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
+from ..result.numbers import given, multiple, pretty, short
 from .bar import boxes, colours
-from .numbers import given, multiple, pretty, short
 from .parts import Data, pieces
 from .section import Context, Section
 from .signals import Signals

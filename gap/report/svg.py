@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from .numbers import short
+from ..result.numbers import short
 from .section import SHOWN
 from .signals import Array, Dependence
 

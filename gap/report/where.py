@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from .numbers import listed, multiple, percent
+from ..result.numbers import listed, multiple, percent
 from .parts import Data
 from .section import SHOWN, Context, Section
 from .signals import Signals

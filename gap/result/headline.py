@@ -8,13 +8,14 @@ from ..analysis.verdict import EXPLAINED, NO_GAP, UNEXPLAINED
 from ..pipeline.probabilities import at_bound
 from ..pipeline.remarks import base_at_tolerance
 from ..pipeline.state import State
-from .naming import figure, listed, part_name, percent, plain, shown_factor, times
+from .naming import part_name, plain, shown_factor
+from .numbers import NBSP, listed, multiple, percent, percents, quantity
 
 
 def headline(state: State, budget: dict[str, Any], events: list[dict[str, Any]]) -> str:
-    """For people; budget, events: as in diagnosis.json."""
+    """For people, with plain spaces, so that it can be searched; budget, events: as in diagnosis.json."""
     sentences = [_physical(state, budget, events), _divided(state, budget), *_cautions(state)]
-    return " ".join(s for s in sentences if s)
+    return " ".join(s for s in sentences if s).replace(NBSP, " ")
 
 
 def _physical(state: State, budget: dict[str, Any], events: list[dict[str, Any]]) -> str:
@@ -25,30 +26,30 @@ def _physical(state: State, budget: dict[str, Any], events: list[dict[str, Any]]
         off, word = e["measured"] - e["delivered"], "longer" if e["measured"] > e["delivered"] else "shorter"
         made = (e["explained"] - e["calibrated"]) * (1.0 if off > 0 else -1.0)
         calibration = (e["calibrated"] - e["delivered"]) * (1.0 if off > 0 else -1.0)
-        told = f"In {e['run']}, '{e['event']}' takes {figure(abs(off))} s {word} than the model says"
-        parts = f"calibration within the tolerances makes {figure(calibration)} s of that"
+        told = f"In {e['run']}, '{e['event']}' takes {quantity(abs(off), 's')} {word} than the model says"
+        parts = f"calibration within the tolerances makes {quantity(calibration, 's')} of that"
         if state.chosen.hypothesis.candidates:
-            parts += f", {listed([plain(id) for id in state.chosen.hypothesis.ids])} {figure(made)} s"
+            parts += f", {listed([plain(id) for id in state.chosen.hypothesis.ids])} {quantity(made, 's')}"
         return f"{told}; {parts}."
     label, c = max(budget["per_channel"].items(), key=lambda item: item[1]["delivered"] / item[1]["noise"])
     factor, unit = shown_factor(state, label)
-    steps = [f"{figure(c[key] * factor)} {unit}" for key in ("delivered", "calibrated", "explained")]
+    steps = [quantity(c[key] * factor, unit) for key in ("delivered", "calibrated", "explained")]
     what = f"{label} misses the measurement by {steps[0]} (rms) as delivered, by {steps[1]} once calibrated"
     if state.chosen.hypothesis.candidates:
         effects = listed([plain(id) for id in state.chosen.hypothesis.ids])
         return f"{what} and by {steps[2]} with {effects} in the model."
-    return f"{what}; its noise is {figure(c['noise'] * factor)} {unit}."
+    return f"{what}; its noise is {quantity(c['noise'] * factor, unit)}."
 
 
 def _divided(state: State, budget: dict[str, Any]) -> str:
-    before, after = times(budget["delivered"]), times(budget["calibrated"])
+    before, after = multiple(budget["delivered"]), multiple(budget["calibrated"])
     calibration = f"Calibration within the tolerances brings the gap from {before} to {after} times the noise"
     if state.verdict == NO_GAP:
         return f"No effect is missing: {calibration[0].lower()}{calibration[1:]}."
     rest = next(p for p in budget["parts"] if p["kind"] == "unexplained")
-    left = f"{percent(rest['share'])} % is in no effect of the catalogue"
+    left = f"{percent(rest['share'])} is in no effect of the catalogue"
     if state.verdict == UNEXPLAINED:
-        nearest = f" (nearest: {listed([plain(e) for e in rest['nearest']], 'or')})" if rest["nearest"] else ""
+        nearest = f" (nearest: {listed([plain(e) for e in rest['nearest']], word='or')})" if rest["nearest"] else ""
         return f"{calibration}; what is left is in no effect of the catalogue{nearest}: {rest['character']}."
     told = [_part(state, p) for p in budget["parts"] if p["kind"] == "effect" and _worth_naming(state, p)]
     if not told:
@@ -62,11 +63,10 @@ def _worth_naming(state: State, part: dict[str, Any]) -> bool:
 
 
 def _part(state: State, part: dict[str, Any]) -> str:
-    low, high = part["ci95"]
     name = part_name(state, part["group"], part["effects"])
     sure = part["inclusion_probability"] >= state.problem.settings.posterior.sure
-    doubt = "" if sure else f"; probably: {percent(part['inclusion_probability'])} %"
-    return f"{name} makes {percent(part['share'])} % ({percent(low)} to {percent(high)} %{doubt})"
+    doubt = "" if sure else f"; probably: {percent(part['inclusion_probability'])}"
+    return f"{name} makes {percent(part['share'])} ({percents(part['ci95'])}{doubt})"
 
 
 def _cautions(state: State) -> list[str]:
@@ -79,8 +79,7 @@ def _cautions(state: State) -> list[str]:
         made.append(f"{listed(ends)} {'stands' if len(ends) == 1 else 'stand'} at the end of the allowed range.")
     base = base_at_tolerance(state)
     if base:
-        shown = listed(base[:2] if len(base) < 3 else [*base[:2], f"{len(base) - 2} more"])
-        made.append(f"{shown} {'stands' if len(base) == 1 else 'stand'} at the end of the tolerance.")
+        made.append(f"{listed(base, 2)} {'stands' if len(base) == 1 else 'stand'} at the end of the tolerance.")
     if state.noise_widened:
         made.append(state.noise_widened)
     return made

@@ -6,16 +6,12 @@ from collections.abc import Sequence
 
 from ...core.units import unit
 from ..pipeline.state import State
+from .numbers import listed
 
 
 def plain(id: str) -> str:
     """An id as words."""
     return id.replace("_", " ")
-
-
-def listed(names: Sequence[str], last: str = "and") -> str:
-    """a, b and c."""
-    return names[0] if len(names) == 1 else f"{', '.join(names[:-1])} {last} {names[-1]}"
 
 
 def members(state: State, group: str) -> list[str]:
@@ -34,7 +30,7 @@ def part_name(state: State, group: str, effects: Sequence[str]) -> str:
     if sure:
         return listed([plain(e) for e in sure])
     names = [plain(e) for e in effects[:3]]
-    return names[0] if len(names) == 1 else f"{plain(group)} ({listed(names, 'or')})"
+    return names[0] if len(names) == 1 else f"{plain(group)} ({listed(names, word='or')})"
 
 
 def shown_factor(state: State, label: str) -> tuple[float, str]:
@@ -44,19 +40,3 @@ def shown_factor(state: State, label: str) -> tuple[float, str]:
         return 1.0, "s"
     own = state.problem.units.get(label, channel.unit)
     return unit(own).factor / unit(channel.unit).factor, channel.unit
-
-
-def figure(x: float) -> str:
-    """A number with two or three digits."""
-    text = f"{x:.3g}" if abs(x) >= 1.0 else f"{x:.2g}"
-    return text if "e" not in text else f"{float(text):.2e}"
-
-
-def times(x: float) -> str:
-    """A normalised RMS."""
-    return f"{x:.0f}" if x >= 99.5 else f"{x:.1f}" if x >= 9.95 else f"{x:.2f}"
-
-
-def percent(share: float) -> str:
-    """A share, without its sign: 86."""
-    return f"{100.0 * share:.0f}"

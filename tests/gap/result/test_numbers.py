@@ -1,7 +1,7 @@
 """Numbers, units and names as a person reads them."""
 
 import pytest
-from deepsea_cosim.gap.report.numbers import (
+from deepsea_cosim.gap.result.numbers import (
     change,
     cleaned,
     given,
@@ -13,7 +13,6 @@ from deepsea_cosim.gap.report.numbers import (
     short,
     with_interval,
 )
-from deepsea_cosim.gap.report.svg import ticks
 
 
 @pytest.mark.parametrize(
@@ -54,10 +53,3 @@ def test_names_lose_what_a_terminal_obeys():
     assert printable("a\x1b[31mb\u202ec\x00") == "a\ufffd[31mb\ufffdc\ufffd"
     assert printable("two\nlines\t") == "two lines"
     assert cleaned({"a\x07": ["b\x07", 1.5, None]}) == {"a\ufffd": ["b\ufffd", 1.5, None]}
-
-
-@pytest.mark.parametrize(("low", "high"), [(0.0, 22.0), (-3.2e-5, 8.1e-5), (1e7, 1.1e7), (0.3, 0.3)])
-def test_ticks_are_few_and_inside(low, high):
-    found = ticks(low, high)
-    assert 1 <= len(found) <= 7
-    assert all(low - 1e-12 <= t <= high + 1e-9 * abs(high) for t in found)
