@@ -464,8 +464,7 @@ class ReportSettings:
     hypotheses: int = 8
     """Rows of a table, those that matter most first; the rest is in diagnosis.json."""
     probable: float = 0.5
-    """Inclusion probability from which an effect is named in sentences, and its parameter at a bound told with the
-    verdict."""
+    """Inclusion probability from which an effect is named in sentences."""
     clear_dependence: float = 0.05
     """Share of a residual's energy that a signal predicts from which it is said to vary with it."""
     apart: float = 3.0

@@ -9,13 +9,7 @@ from .state import State
 
 def remarks(state: State) -> list[str]:
     """Warnings about the most probable hypothesis."""
-    return [*_unfinished(state), *_base_at_tolerance(state), *_sensors(state), *_experiments(state), *_step(state)]
-
-
-def _unfinished(state: State) -> list[str]:
-    if not state.unfinished:
-        return []
-    return [f"stopped before everything was tried, while {state.unfinished}: the probabilities allow for that"]
+    return [*_base_at_tolerance(state), *_sensors(state), *_experiments(state), *_step(state)]
 
 
 def base_at_tolerance(state: State) -> list[str]:

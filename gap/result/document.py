@@ -15,7 +15,7 @@ from ..estimation.cross_validation import predict_each_run
 from ..pipeline.diagnosis import Diagnosis
 from ..pipeline.state import State
 from ..problem.noise import rms
-from .headline import headline
+from .headline import cautions, headline
 from .moments import contrasts, events, has_moments
 from .naming import members
 from .parameters import moved_base, parameters
@@ -35,7 +35,8 @@ def document(d: Diagnosis) -> dict[str, Any]:
     chosen = s.chosen.hypothesis.fit
     made: dict[str, Any] = {
         "schema": SCHEMA, "campaign": s.problem.campaign.name, "verdict": s.verdict,
-        "headline": headline(s, divided, moments), "finished": not s.unfinished, "unfinished_stage": s.unfinished,
+        "headline": headline(s, divided, moments), "cautions": cautions(s),
+        "finished": not s.unfinished, "unfinished_stage": s.unfinished,
         "budget": divided,
         "calibration": {"moved": moved_base(s.problem, chosen, s.nuisance_jacobian)},
         "effects": effects(s),

@@ -14,7 +14,7 @@ from .numbers import NBSP, listed, multiple, percent, percents, quantity
 
 def headline(state: State, budget: dict[str, Any], events: list[dict[str, Any]]) -> str:
     """For people, with plain spaces, so that it can be searched; budget, events: as in diagnosis.json."""
-    sentences = [_physical(state, budget, events), _divided(state, budget), *_cautions(state)]
+    sentences = [_physical(state, budget, events), _divided(state, budget), *cautions(state)]
     return " ".join(s for s in sentences if s).replace(NBSP, " ")
 
 
@@ -69,17 +69,24 @@ def _part(state: State, part: dict[str, Any]) -> str:
     return f"{name} makes {percent(part['share'])} ({percents(part['ci95'])}{doubt})"
 
 
-def _cautions(state: State) -> list[str]:
-    """What contradicts the rest and has to be known with it."""
+def cautions(state: State) -> list[str]:
+    """What contradicts the rest and has to be known with it, a sentence each: they end the headline."""
     made = []
     if state.unfinished:
-        made.append(f"Not finished: stopped while {state.unfinished}.")
+        stopped = f"stopped before everything was tried, while {state.unfinished}"
+        made.append(f"Not finished: {stopped}; the probabilities allow for that.")
     ends = at_bound(state.chosen, frozenset(state.chosen.hypothesis.ids))
     if ends:
-        made.append(f"{listed(ends)} {'stands' if len(ends) == 1 else 'stand'} at the end of the allowed range.")
+        hint = "the effect may be another one, or larger than allowed"
+        made.append(f"{listed(ends)} {_stand(ends)} at the end of the allowed range: {hint}.")
     base = base_at_tolerance(state)
     if base:
-        made.append(f"{listed(base, 2)} {'stands' if len(base) == 1 else 'stand'} at the end of the tolerance.")
+        hint = "something that is not calibrated may hide there"
+        made.append(f"{listed(base, 2)} {_stand(base)} at the end of the tolerance: {hint}.")
     if state.noise_widened:
         made.append(state.noise_widened)
-    return made
+    return [text.replace(NBSP, " ") for text in made]
+
+
+def _stand(names: list[str]) -> str:
+    return "stands" if len(names) == 1 else "stand"

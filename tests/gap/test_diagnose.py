@@ -176,7 +176,10 @@ def stopped(toys, folder, stage):
     assert not data["finished"]
     assert data["unfinished_stage"] == stage
     assert stage in data["headline"]
-    assert any("stopped before everything was tried" in text for text in data["warnings"])
+    assert data["cautions"]
+    assert data["headline"].endswith(" ".join(data["cautions"]))
+    assert stage in data["cautions"][0]
+    assert not any(stage in text for text in data["warnings"])
     assert sums(data["budget"]["parts"]) == pytest.approx(1.0)
     return data
 

@@ -99,7 +99,7 @@ def diagnosis(verdict: str = "explained_in_part", runs: int = 3, **changes: Any)
     names = [f"run{k + 1:02}" for k in range(runs)]
     data = {
         "schema": 2, "campaign": "pool test 3", "verdict": verdict, "headline": HEADLINES[verdict],
-        "finished": True, "unfinished_stage": "",
+        "cautions": [], "finished": True, "unfinished_stage": "",
         "budget": {
             "metric": "share of what a refit within the tolerances leaves: squared normalised residual above the "
             "noise, held-out data",

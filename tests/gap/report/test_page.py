@@ -11,7 +11,7 @@ from deepsea_cosim.gap import report
 from deepsea_cosim.gap.report import render, write_report
 from deepsea_cosim.gap.report.page import SECTIONS
 
-from .made import HEADLINES, NASTY, VERDICTS, diagnosis, moved, parameter, signals, unexplained
+from .made import HEADLINES, NASTY, VERDICTS, diagnosis, signals, unexplained
 
 EVENT = {
     "run": "run01", "event": "x reaches 0.2", "limit": "", "measured": 7.625, "std": 0.02, "delivered": 6.206,
@@ -105,14 +105,16 @@ def test_tells_what_matters():
     assert words.count("run02: the clock is 3 % off") == 1
 
 
-def test_cautions_stand_beside_the_verdict():
-    data = diagnosis("explained", finished=False, unfinished_stage="refinement")
-    data["budget"]["parts"][0]["parameters"] = {"a.F": parameter(5.0, 4.0, 5.0, at_bound=True)}
-    data["calibration"]["moved"] = {"arm.payload": moved(1050.0, 0.05, 0.05, "kg", at_tolerance=True)}
-    words = Page(render(data, signals("explained"))).words
-    before = words[: words.index("Budget of the gap")]
-    for told in ("refinement", "a.F (5)", "arm.payload"):
-        assert told in before, told
+def test_cautions_stand_beside_the_verdict_once():
+    said = ["Not finished: stopped while refinement.", "a.F stands at the end of the allowed range."]
+    whole = " ".join([HEADLINES["explained"], *said])
+    data = diagnosis("explained", headline=whole, cautions=said, finished=False, unfinished_stage="refinement")
+    data["hypotheses"][0] |= {"status": "stalled", "probability": 0.4}
+    parsed = Page(render(data, signals("explained")))
+    assert parsed.texts["li"].startswith("".join(said))
+    before = parsed.words[: parsed.words.index("Budget of the gap")]
+    for told in (*said, "did not come to its end", "40 % only"):
+        assert before.count(told) == 1, told
 
 
 def test_moments_and_curves_have_sections_where_there_are_some():
