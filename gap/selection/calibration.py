@@ -7,6 +7,7 @@ from __future__ import annotations
 
 import json
 from dataclasses import dataclass
+from functools import cache
 from importlib.resources import files
 
 import numpy as np
@@ -48,9 +49,15 @@ class Calibration:
         """What a residual shares beyond chance, with what right models miss added."""
         return max(0.0, energy - chance(readings)) + self.discrepancy
 
-    @classmethod
-    def load(cls) -> Calibration:
+    @staticmethod
+    def load() -> Calibration:
         """The calibration that is shipped."""
-        data = json.loads(files(__package__).joinpath("calibration.json").read_text(encoding="utf-8"))
-        inclusion = tuple(map(float, data.pop("inclusion")))
-        return cls(inclusion=inclusion, **{key: float(value) for key, value in data.items()})
+        return _shipped()
+
+
+@cache
+def _shipped() -> Calibration:
+    """Read once: every ranking asks for it."""
+    data = json.loads(files(__package__).joinpath("calibration.json").read_text(encoding="utf-8"))
+    inclusion = tuple(map(float, data.pop("inclusion")))
+    return Calibration(inclusion=inclusion, **{key: float(value) for key, value in data.items()})
