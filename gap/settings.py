@@ -304,25 +304,27 @@ class BudgetSettings:
     """Probability beside the best one's from which a hypothesis is one of them."""
     minor: float = 0.05
     """Share below which a part is minor and in no headline."""
-    bin: float = 0.5
-    """Stretch of time that is drawn together at least in the bootstrap [s]."""
-    draws: int = 400
-    """Draws of the bootstrap."""
-    seed: int = 0
-    """Of the bootstrap."""
     adequate_excess: float = 0.1
     """Squared normalised residual above noise and stated scatter with which a gap counts as explained: 5 % in RMS,
     about how well a noise is known."""
 
 
 @dataclass(frozen=True, kw_only=True)
-class UncertaintySettings:
-    """Intervals of parameters and of the reduction."""
+class BootstrapSettings:
+    """How intervals of shares and of the reduction are drawn."""
 
     bin: float = 0.5
-    """Stretch of time that is drawn together at least in a bootstrap [s]."""
+    """Stretch of time that is drawn together at least [s]."""
     draws: int = 400
-    """Draws of a bootstrap."""
+    """Draws."""
+    seed: int = 0
+    """Of the random numbers."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class UncertaintySettings:
+    """Intervals of parameters."""
+
     width: float = 1.96
     """Half width of a 95 % interval in standard deviations."""
     form_of_effect: float = 0.05
@@ -501,6 +503,7 @@ class Settings:
     evidence: EvidenceSettings = field(default_factory=EvidenceSettings)
     posterior: PosteriorSettings = field(default_factory=PosteriorSettings)
     budget: BudgetSettings = field(default_factory=BudgetSettings)
+    bootstrap: BootstrapSettings = field(default_factory=BootstrapSettings)
     uncertainty: UncertaintySettings = field(default_factory=UncertaintySettings)
     sanity: SanitySettings = field(default_factory=SanitySettings)
     analysis: AnalysisSettings = field(default_factory=AnalysisSettings)

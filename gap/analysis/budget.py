@@ -15,7 +15,7 @@ from typing import NamedTuple
 import numpy as np
 
 from ..problem.observations import Observations
-from ..settings import BudgetSettings
+from ..settings import BootstrapSettings
 from .shapley import monotone, shapley
 
 Labels = frozenset[str]
@@ -113,8 +113,9 @@ def split(alternatives: Sequence[Alternative], mask: np.ndarray | slice = slice(
 
 
 def budget(
-    observations: Observations, alternatives: Sequence[Alternative], groups: Mapping[str, str], settings: BudgetSettings
-) -> Budget:
+    observations: Observations, alternatives: Sequence[Alternative], groups: Mapping[str, str],
+    settings: BootstrapSettings,
+) -> Budget:  # fmt: skip
     """The budget on all readings; groups: of each effect by its label."""
     whole = split(alternatives)
     draws = _draws(observations, alternatives[0].residuals[frozenset()], settings)
@@ -139,7 +140,7 @@ class _Drawn(NamedTuple):
     unexplained: np.ndarray
 
 
-def _draws(observations: Observations, residual: np.ndarray, settings: BudgetSettings) -> np.ndarray:
+def _draws(observations: Observations, residual: np.ndarray, settings: BootstrapSettings) -> np.ndarray:
     """How often each stretch is drawn (draws, stretches), in blocks as long as the residual's memory."""
     from arch.bootstrap import MovingBlockBootstrap, optimal_block_length
 
@@ -157,7 +158,7 @@ def _draws(observations: Observations, residual: np.ndarray, settings: BudgetSet
     return np.stack([np.bincount(data[0][0], minlength=count) for data in bootstrap.bootstrap(settings.draws)])
 
 
-def _drawn_shares(observations: Observations, a: Alternative, draws: np.ndarray, settings: BudgetSettings) -> _Drawn:
+def _drawn_shares(observations: Observations, a: Alternative, draws: np.ndarray, settings: BootstrapSettings) -> _Drawn:
     place = observations.stretches(settings.bin)
     count = draws @ np.bincount(place)
     energies = {s: draws @ np.bincount(place, r**2) for s, r in a.residuals.items()}

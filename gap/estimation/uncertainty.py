@@ -35,7 +35,7 @@ def reduction_interval(problem: Problem, before: np.ndarray, after: np.ndarray) 
     """95 % interval of 1 - RMS(after) / RMS(before), by a stationary block bootstrap over time; -1 at least."""
     from arch.bootstrap import StationaryBootstrap, optimal_block_length
 
-    settings = problem.settings.uncertainty
+    settings = problem.settings.bootstrap
     place = problem.observations.stretches(settings.bin)
     sums = np.stack([np.bincount(place, before**2), np.bincount(place, after**2)], axis=1)
     sums = sums[sums.sum(1) > 0.0]  # limits that are kept say nothing
@@ -51,7 +51,7 @@ def reduction_interval(problem: Problem, before: np.ndarray, after: np.ndarray) 
         with np.errstate(divide="ignore", invalid="ignore"):  # of stretches that are all alike
             optimal = optimal_block_length(sums[:, 1])["stationary"].iloc[0]
         length = float(np.clip(np.nan_to_num(optimal, nan=1.0), 1.0, len(sums) / 3))
-    bootstrap = StationaryBootstrap(length, sums, seed=0)  # type: ignore[arg-type]  # a mean, so not always whole
+    bootstrap = StationaryBootstrap(length, sums, seed=settings.seed)  # type: ignore[arg-type]  # a mean, so not always whole
     draws = bootstrap.apply(reduction, settings.draws)[:, 0]
     low, high = np.quantile(draws, [0.025, 0.975])
     return float(low), float(high)

@@ -80,7 +80,7 @@ def share_gap(state: State) -> State:
     total = sum(a.probability for a in alternatives)
     alternatives = [replace(a, probability=a.probability / total) for a in alternatives]
     groups = {c.label: c.group for c in state.problem.candidates}
-    made = budget(state.scoring.observations, alternatives, groups, settings)
+    made = budget(state.scoring.observations, alternatives, groups, state.problem.settings.bootstrap)
     return replace(state, alternatives=tuple(alternatives), budget=made, warnings=tuple(warnings))
 
 

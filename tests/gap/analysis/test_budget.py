@@ -4,10 +4,10 @@ import numpy as np
 import pytest
 from deepsea_cosim.gap.analysis.budget import Alternative, budget, split
 from deepsea_cosim.gap.problem.observations import RawBlock, gather
-from deepsea_cosim.gap.settings import BudgetSettings
+from deepsea_cosim.gap.settings import BootstrapSettings
 
 T = np.arange(4000) / 100.0
-SETTINGS = BudgetSettings()
+SETTINGS = BootstrapSettings()
 GROUPS = {"a": "first", "b": "second", "c": "second"}
 ONE = gather([RawBlock(0, 0, "m.x", T, np.zeros(len(T)), 1.0, None, True)])
 TWO = gather([RawBlock(0, k, f"m.{k}", T, np.zeros(len(T)), 1.0, None, True) for k in range(2)])
