@@ -202,28 +202,9 @@ def _line(c, eta0: float, y, first: int, is_b: bool, f) -> None:
 
 
 @kernel
-def derivative(t: float, y, c, piece: int, mode: int, held: float, f) -> None:
-    """Write the rate of change of the state y at t (s) into f. `held` (mA) replaces the controller's output, or NaN."""
-    p_v = c.vapour_pressure
-    x_c, v_c, theta, omega = y[0], y[1], y[3], y[4]
-    n = 2 * SEGMENTS
-    p_t = physical(y[2], p_v)
-    p_a, p_1 = physical(y[LINE_A], p_v), physical(y[LINE_A + n], p_v)
-    p_2, p_b = physical(y[LINE_B], p_v), physical(y[LINE_B + n], p_v)
-    settle = mode == SETTLE
-    f[SPOOL:] = 0.0
-
-    length, length1, _, _, _, _ = linkage(c, theta)
-    x_h, v_h = length - c.length0, length1 * omega
-    u, f[5] = controller(c, piece, t, x_h, v_h, y[5])
-    if held == held:
-        u = held
-    x_v = spool_of(c, y, u, f, settle)
-    eta0 = viscosity_now(c, t)
-    p_relief = relief_pressure(c, t, p_t)
-    q_a, q_b, q_p, q_t, p_p = valve(c, eta0, x_v, p_a, p_b, p_t, p_relief, y[SUPPLY])
-
-    # Supply, tank and compensator, Eqs. 2, 3, 7
+def _tank(c, eta0: float, y, p_t: float, p_p: float, p_relief: float, q_p: float, q_t: float, f) -> None:
+    """Rates of supply, tank and compensator, Eqs. 2, 3, 7."""
+    x_c, v_c = y[0], y[1]
     q_relief = c.q_pump - q_p
     if c.override > 0.0:
         q_relief = relief_flow(c, p_p - p_relief)
@@ -236,10 +217,13 @@ def derivative(t: float, y, c, piece: int, mode: int, held: float, f) -> None:
     f[1] = ((c.p_am - p_t) * c.comp_area + spring - c.compensator_damping * v_c) / c.compensator_mass
     f[2] = (c.comp_area * v_c - c.q_pump + q_t + q_relief) / (volume * oil_compliance(c, p_t))
 
-    _line(c, eta0 * c.line_thinner, y, LINE_A, False, f)
-    _line(c, eta0 * c.line_thinner, y, LINE_B, True, f)
 
-    # Chambers and ports, Eqs. 23, 24
+@kernel
+def _chambers(c, y, x_h: float, v_h: float, q_a: float, q_b: float, f) -> None:
+    """Rates of the pressures in chambers and ports, Eqs. 23, 24."""
+    p_v, n = c.vapour_pressure, 2 * SEGMENTS
+    p_a, p_1 = physical(y[LINE_A], p_v), physical(y[LINE_A + n], p_v)
+    p_2, p_b = physical(y[LINE_B], p_v), physical(y[LINE_B + n], p_v)
     half = c.half_volume
     past = piston_leak(c, p_1 - p_2)
     out = 0.0
@@ -256,20 +240,20 @@ def derivative(t: float, y, c, piece: int, mode: int, held: float, f) -> None:
     f[LINE_A + n] = (y[LINE_A + n - 1] - c.area1 * v_h - past - out) / capacity1
     f[LINE_B] = (c.area2 * v_h + past - y[LINE_B + 1]) / capacity2
 
-    # Arm
+
+@kernel
+def _arm(c, t: float, y, lever: float, force: float, settle: bool, f) -> float:
+    """Write the rates of the beam, which the cylinder moves with that force (N) on that lever (m); returns the torque
+    of water and weight (N m), with that of a bent beam at rest."""
+    theta, omega = y[3], y[4]
     v_sea, a_sea = current_at(c, t)
-    force = cylinder_force(c, p_1, p_2, x_h, v_h, y[BRISTLE])
-    if c.bristle > 0.0:
-        f[BRISTLE] = v_h - abs(v_h) * y[BRISTLE] / c.bristle_length
-    elif c.presliding > 0.0:
-        f[BRISTLE] = bristle_rate(c, p_1, p_2, x_h, v_h, y[BRISTLE])
     torque_more = other_torque(c, t, theta, omega)
     if c.flexibility > 0.0:
         inertia, torque = arm(c, theta, omega, v_sea, a_sea, 0.0)
         load_inertia = c.load / c.gravity * c.beam_length**2
         spring_torque = c.flex_k * y[BEND] + c.flex_d * y[BEND + 1]
         load_torque = -c.load * c.beam_length * np.cos(theta + y[BEND])
-        alpha = (torque + torque_more + force * length1 + spring_torque) / inertia
+        alpha = (torque + torque_more + force * lever + spring_torque) / inertia
         load_alpha = (load_torque - spring_torque) / load_inertia
         if settle:
             alpha = 0.0
@@ -283,10 +267,44 @@ def derivative(t: float, y, c, piece: int, mode: int, held: float, f) -> None:
         inertia_more, torque_uneven = uneven_arm(c, theta, omega, v_sea, a_sea)
         inertia += inertia_more
         torque += torque_uneven
-        alpha = (torque + torque_more + force * length1) / inertia
+        alpha = (torque + torque_more + force * lever) / inertia
     f[3], f[4] = omega, alpha
+    return torque + torque_more
+
+
+@kernel
+def derivative(t: float, y, c, piece: int, mode: int, held: float, f) -> None:
+    """Write the rate of change of the state y at t (s) into f. `held` (mA) replaces the controller's output, or NaN."""
+    p_v, n = c.vapour_pressure, 2 * SEGMENTS
+    p_t = physical(y[2], p_v)
+    p_a, p_1 = physical(y[LINE_A], p_v), physical(y[LINE_A + n], p_v)
+    p_2, p_b = physical(y[LINE_B], p_v), physical(y[LINE_B + n], p_v)
+    settle = mode == SETTLE
+    f[SPOOL:] = 0.0
+
+    length, length1, _, _, _, _ = linkage(c, y[3])
+    x_h, v_h = length - c.length0, length1 * y[4]
+    u, f[5] = controller(c, piece, t, x_h, v_h, y[5])
+    if held == held:
+        u = held
+    x_v = spool_of(c, y, u, f, settle)
+    eta0 = viscosity_now(c, t)
+    p_relief = relief_pressure(c, t, p_t)
+    q_a, q_b, q_p, q_t, p_p = valve(c, eta0, x_v, p_a, p_b, p_t, p_relief, y[SUPPLY])
+
+    _tank(c, eta0, y, p_t, p_p, p_relief, q_p, q_t, f)
+    _line(c, eta0 * c.line_thinner, y, LINE_A, False, f)
+    _line(c, eta0 * c.line_thinner, y, LINE_B, True, f)
+    _chambers(c, y, x_h, v_h, q_a, q_b, f)
+
+    force = cylinder_force(c, p_1, p_2, x_h, v_h, y[BRISTLE])
+    if c.bristle > 0.0:
+        f[BRISTLE] = v_h - abs(v_h) * y[BRISTLE] / c.bristle_length
+    elif c.presliding > 0.0:
+        f[BRISTLE] = bristle_rate(c, p_1, p_2, x_h, v_h, y[BRISTLE])
+    torque = _arm(c, t, y, length1, force, settle, f)
     if settle:  # the integral of the controller finds the spool that holds the arm; the tank rests already
-        needed = -(torque + torque_more) / length1
+        needed = -torque / length1
         f[0], f[1], f[2], f[3], f[4] = 0.0, 0.0, 0.0, 0.0, 0.0
         f[5] = 1e-3 * (needed - force)
 
