@@ -376,6 +376,13 @@ class SanitySettings:
     """Shares of a movement between which they count: no perfect or lost channel may speak for all."""
     as_good: float = 1.0
     """Sum of the logarithms of the channels' shares within which two stories are as good as each other."""
+    steps_between_readings: float = 100.0
+    """Macro steps that readings of a driven run are apart, or in one step, from which another unit of time is
+    suspected: a thousandth of that is then the usual. Campaigns here have 1 to 25."""
+    steps_of_first_part: float = 2e5
+    """Macro steps of the run's first part over which the model tells: some seconds."""
+    no_worse: float = 0.1
+    """Sum of logarithms as above by which the other unit may do worse and be as likely."""
     identity: float = 1e-4
     """Share of a signal's spread that an identity between signals of the model may miss."""
     rate_scale: float = 0.03

@@ -84,6 +84,8 @@ class Run:
     series: dict[str, tuple[np.ndarray, np.ndarray]]
     stop: float
     events: tuple[Event, ...] = ()
+    time_unit: str | None = None
+    """Unit of the times in its file as the campaign states it; None: it is left to the file, else s."""
 
 
 @dataclass

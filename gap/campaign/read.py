@@ -100,7 +100,7 @@ def _run(
     last = max(float(t[-1]) for t, _ in series.values())
     check_events(where, events, last)
     name = take.get(table, where, "name", str, path.stem)
-    return Run(name, dict(parameters), use, series, last, events)
+    return Run(name, dict(parameters), use, series, last, events, form.time_unit)
 
 
 def read(path: Path) -> Campaign:

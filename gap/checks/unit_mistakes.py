@@ -18,6 +18,7 @@ from ..problem.build import TIME_UNITS
 from ..problem.noise import rms
 from ..problem.observations import Block
 from ..problem.problem import Problem
+from ..settings import SanitySettings
 
 
 @dataclass(frozen=True)
@@ -190,16 +191,15 @@ def _missed(problem: Problem, models: Mapping[int, np.ndarray], suspect: _Suspec
         read, model = [b.y for b in parts], [models[b.place.start] for b in parts]
         if suspect is not None and suspect.channel == c:
             read = [_meant(y, problem.units[c.connector], c.unit, suspect.better) for y in read]
-        moved = rms(np.concatenate([y - y.mean() for y in read]))
-        left = rms(np.concatenate([y - x - (y - x).mean() for y, x in zip(read, model, strict=True)]))
-        shares.append(
-            float(
-                np.clip(
-                    left / max(moved, *(b.noise_std for b in parts)), settings.least_movement, settings.most_movement
-                )
-            )
-        )
+        shares.append(missed_share(read, model, max(b.noise_std for b in parts), settings))
     return shares
+
+
+def missed_share(read: list[np.ndarray], model: list[np.ndarray], noise: float, settings: SanitySettings) -> float:
+    """Share of the movement of a channel's readings, block by block, that a model misses, whatever the bias."""
+    moved = rms(np.concatenate([y - y.mean() for y in read]))
+    left = rms(np.concatenate([y - x - (y - x).mean() for y, x in zip(read, model, strict=True)]))
+    return float(np.clip(left / max(moved, noise), settings.least_movement, settings.most_movement))
 
 
 def _stories(problem: Problem) -> Iterator[tuple[list[float], str]]:

@@ -10,6 +10,7 @@ import numpy as np
 from ...core.errors import SimulationError
 from ..campaign.campaign import Campaign
 from ..checks.campaign_sanity import check_campaign
+from ..checks.time_unit import check_time
 from ..estimation.fit import Fit
 from ..estimation.linear import profile_nuisances
 from ..estimation.nuisances import nuisance_columns, usual_bias
@@ -56,6 +57,7 @@ def pose_holdout(learned: Problem, campaign: Campaign) -> HoldoutRuns:
     pool, stop = learned.simulator.pool, learned.simulator.stop
     problem = build_problem(campaign, learned.catalogue, pool, stop, learned.settings)
     problem = replace(problem, base=learned.base, candidates=learned.candidates)
+    check_time(problem)
     assessed = simulate_as_chosen(problem, learned)
     check_campaign(assessed.problem, assessed.nominal)
     return HoldoutRuns(assessed.problem, assessed.nominal)

@@ -5,6 +5,7 @@ from __future__ import annotations
 from dataclasses import replace
 
 from ..checks.campaign_sanity import check_campaign
+from ..checks.time_unit import check_time
 from ..estimation.nuisances import nuisance_columns
 from ..problem.step_size import assess_step_error, choose_difference_step, choose_fit_step
 from .holdout import pose_holdout
@@ -13,8 +14,9 @@ from .state import State
 
 def assess_steps(state: State) -> State:
     """Macro steps of exact runs and of fits, the noise with the step's error in it, and the campaign checked."""
+    early = check_time(state.problem)  # before runs a thousand times too long are simulated
     assessed = assess_step_error(state.problem)
-    warnings = check_campaign(assessed.problem, assessed.nominal)
+    warnings = [*early, *check_campaign(assessed.problem, assessed.nominal)]
     problem = choose_fit_step(assessed.problem, assessed.nominal, state.package_step)
     return replace(
         state, problem=problem, nominal=assessed.nominal, step_change=assessed.change, chosen_step=problem.macro_step,
