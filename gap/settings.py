@@ -319,6 +319,8 @@ class BootstrapSettings:
     """Draws."""
     seed: int = 0
     """Of the random numbers."""
+    fewest: int = 10
+    """Stretches up to which their memory is not estimated: with fewer than 8 that even fails."""
 
 
 @dataclass(frozen=True, kw_only=True)

@@ -14,6 +14,7 @@ from typing import NamedTuple
 
 import numpy as np
 
+from ..estimation.uncertainty import block_length
 from ..problem.observations import Observations
 from ..settings import BootstrapSettings
 from .shapley import monotone, shapley
@@ -142,18 +143,15 @@ class _Drawn(NamedTuple):
 
 def _draws(observations: Observations, residual: np.ndarray, settings: BootstrapSettings) -> np.ndarray:
     """How often each stretch is drawn (draws, stretches), in blocks as long as the residual's memory."""
-    from arch.bootstrap import MovingBlockBootstrap, optimal_block_length
+    from arch.bootstrap import MovingBlockBootstrap
 
     place = observations.stretches(settings.bin)
     energy = np.bincount(place, residual**2)
     count = len(energy)
     if count < 4:
         return np.random.default_rng(settings.seed).multinomial(count, np.full(count, 1.0 / count), settings.draws)
-    length = 1.0
-    if np.ptp(energy) > 0.0:
-        with np.errstate(divide="ignore", invalid="ignore"):  # of stretches that are all alike
-            length = float(optimal_block_length(energy)["circular"].iloc[0])
-    block = int(np.clip(np.ceil(np.nan_to_num(length, nan=1.0)), 1, max(1, count // 3)))
+    length = block_length(energy, "circular", settings) or 1.0
+    block = int(np.clip(np.ceil(length), 1, max(1, count // 3)))
     bootstrap = MovingBlockBootstrap(block, np.arange(count), seed=settings.seed)
     return np.stack([np.bincount(data[0][0], minlength=count) for data in bootstrap.bootstrap(settings.draws)])
 

@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from ..problem.problem import Problem
+from ..settings import BootstrapSettings
 from .fit import Fit
 from .linear import Linear
 
@@ -31,9 +32,20 @@ def parameter_std(problem: Problem, fit: Fit, nuisance_jacobian: np.ndarray) -> 
     return known
 
 
+def block_length(energy: np.ndarray, kind: str, settings: BootstrapSettings) -> float | None:
+    """How many stretches belong together, of which each has that energy (stretches,); kind: stationary or circular.
+    None where they are too few to tell, or all alike."""
+    from arch.bootstrap import optimal_block_length
+
+    if len(energy) <= settings.fewest or not np.ptp(energy) > 0.0:
+        return None
+    with np.errstate(divide="ignore", invalid="ignore"):  # of stretches that are nearly alike
+        return float(np.nan_to_num(optimal_block_length(energy)[kind].iloc[0], nan=1.0))
+
+
 def reduction_interval(problem: Problem, before: np.ndarray, after: np.ndarray) -> tuple[float, float]:
     """95 % interval of 1 - RMS(after) / RMS(before), by a stationary block bootstrap over time; -1 at least."""
-    from arch.bootstrap import StationaryBootstrap, optimal_block_length
+    from arch.bootstrap import StationaryBootstrap
 
     settings = problem.settings.bootstrap
     place = problem.observations.stretches(settings.bin)
@@ -47,10 +59,8 @@ def reduction_interval(problem: Problem, before: np.ndarray, after: np.ndarray) 
         return max(-1.0, float(1.0 - np.sqrt(total[1] / max(total[0], 1e-300))))
 
     length = 2.0
-    if len(sums) > 10 and np.ptp(sums[:, 1]) > 0:
-        with np.errstate(divide="ignore", invalid="ignore"):  # of stretches that are all alike
-            optimal = optimal_block_length(sums[:, 1])["stationary"].iloc[0]
-        length = float(np.clip(np.nan_to_num(optimal, nan=1.0), 1.0, len(sums) / 3))
+    if (optimal := block_length(sums[:, 1], "stationary", settings)) is not None:
+        length = float(np.clip(optimal, 1.0, len(sums) / 3))
     bootstrap = StationaryBootstrap(length, sums, seed=settings.seed)  # type: ignore[arg-type]  # a mean, so not always whole
     draws = bootstrap.apply(reduction, settings.draws)[:, 0]
     low, high = np.quantile(draws, [0.025, 0.975])

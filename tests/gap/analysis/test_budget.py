@@ -135,3 +135,13 @@ def test_a_few_readings_have_a_budget_too():
     few = gather([RawBlock(0, 0, "m.x", np.arange(3) / 10.0, np.zeros(3), 1.0, None, True)])
     found = budget(few, [alternative(PAIR, observations=few)], GROUPS, SETTINGS)
     assert found.groups["first"].share == pytest.approx(0.6)
+
+
+@pytest.mark.parametrize("seconds", [2.4, 3.0, 3.4, 4.9, 6.0])
+def test_a_few_uneven_stretches_have_intervals_too(seconds):
+    t = np.arange(0.0, seconds, 0.01)
+    short = gather([RawBlock(0, 0, "m.x", t, np.zeros(len(t)), 1.0, None, True)])
+    rng = np.random.default_rng(4)
+    made = {frozenset(s): rng.normal(0.0, sd, len(t)) for s, sd in {"": 3.0, "a": 1.5}.items()}
+    part = budget(short, [Alternative(1.0, made)], GROUPS, SETTINGS).groups["first"]
+    assert part.ci95[0] < part.share < part.ci95[1]
