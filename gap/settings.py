@@ -232,6 +232,83 @@ class FitSettings:
 
 
 @dataclass(frozen=True, kw_only=True)
+class SearchSettings:
+    """The search over sets of effects on a bank of responses."""
+
+    sizes: tuple[float, ...] = (0.03, 0.1, 0.3, 1.0, 3.0)
+    """Sizes of an effect that are run, in usual ones; between them responses are scaled."""
+    first: tuple[float, ...] = (0.1, 1.0)
+    """Those that every effect is run at; others where the best sets ask for them."""
+    looks: int = 4
+    """How often they may ask."""
+    asking: int = 60
+    """Sets that do."""
+    ratio: float = 3.5
+    """Times the largest of these from which the end of a range is so far that a size between is run, too."""
+    shapes: int = 2
+    """Starts of a shape that are run."""
+    derivative_step: float = 0.15
+    """Step of a derivative, in normalised parameters, or as a share of an effect's size."""
+    beyond: float = 3.0
+    """How far the smallest size that was run may be scaled down, and the largest up."""
+    near: float = 0.5
+    """Share of the delivered gap below which the refit of the base parameters is where the first bank is made."""
+    base_looks: int = 2
+    """How often that refit may look for derivatives."""
+    price: float = 12.0
+    """What an effect costs in a comparison of sets, in -2 log probability."""
+    least_left: float = 1e-3
+    """Share of the residual's squares that the best set may be expected to leave, at least."""
+    own_radius: float = 0.3
+    """How far an effect that is in already may be expected to move, as a share of its size."""
+    most_effects: int = 3
+    """Effects of a set at most: more stand in for a form."""
+    pairs: int = 200
+    """Sets of two, and of three, that are kept."""
+    leading_pairs: int = 60
+    """Pairs that are tried with a third."""
+    rows: int = 12_000
+    """Readings at which responses are kept."""
+    batch: int = 120
+    """Runs that are simulated at a time."""
+    fitted: int = 12
+    """Sets that are fitted in a round."""
+    steps: int = 6
+    """Steps of such a fit."""
+    corrected: int = 3
+    """Best of these fits that are run exactly."""
+    further: int = 4
+    """Steps that they then go further, with derivatives from small steps."""
+    polish_looks: int = 3
+    """How often that is done anew."""
+    fine_step: float = 1e-3
+    """Step of these derivatives, in normalised parameters."""
+    near_leader: float = 25.0
+    """Cost behind the best up to which a set is fitted to the end, too."""
+    most_leaders: int = 6
+    """Sets for which that is done."""
+    negligible: float = 0.01
+    """Normalised size of an effect that is as good as absent."""
+    wide_leaders: int = 3
+    """Best sets whose derivatives are taken over wide steps, too, for refits without a fold of the data."""
+    radius: float = 0.5
+    """Trust radius at its start, as a share of a parameter's value."""
+    least_reach: float = 0.6
+    """Of a normalised parameter near 0."""
+    grow: float = 1.5
+    shrink: float = 0.4
+    """What the radius is multiplied by after a step that was good, and one that was not."""
+    failures: int = 3
+    """Steps in a row that were not good, after which a fit stays where it is."""
+    least_gain: float = 0.5
+    """Expected gain below which it does, too."""
+    rounds: int = 3
+    """Banks at most."""
+    better: float = 3.0
+    """Gain of a round below which it was the last."""
+
+
+@dataclass(frozen=True, kw_only=True)
 class BaselineSettings:
     """The refit of the base parameters, with no effect."""
 
@@ -507,6 +584,7 @@ class Settings:
     numerics: NumericsSettings = field(default_factory=NumericsSettings)
     parameters: ParameterSettings = field(default_factory=ParameterSettings)
     fit: FitSettings = field(default_factory=FitSettings)
+    search: SearchSettings = field(default_factory=SearchSettings)
     baseline: BaselineSettings = field(default_factory=BaselineSettings)
     validation: ValidationSettings = field(default_factory=ValidationSettings)
     evidence: EvidenceSettings = field(default_factory=EvidenceSettings)

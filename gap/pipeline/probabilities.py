@@ -12,7 +12,7 @@ from ..problem.stop import StopRequested
 from ..selection.calibration import Calibration
 from ..selection.evidence import RankedHypothesis
 from ..selection.posterior import Evidence, inclusions, temper, weigh
-from ..selection.subsets import complete_subsets
+from ..search.subsets import complete_subsets
 from .state import Inclusion, State
 
 

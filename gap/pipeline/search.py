@@ -1,4 +1,4 @@
-"""Stages of the search: the baseline, then the greedy search over single effects and pairs."""
+"""Stages of the search: the baseline, rounds over sets of effects, what the best of them need to be judged."""
 
 from __future__ import annotations
 
@@ -6,82 +6,64 @@ from dataclasses import replace
 
 from ...core.errors import SimulationError
 from ..estimation.nuisances import nuisance_columns
-from ..selection import greedy_stages
-from ..selection.baseline import refit_base, unfitted_base
+from ..search.baseline import deliver, refit_base, unfitted_base
+from ..search.leaders import refine_macro_step, widen_derivatives
+from ..search.rounds import best_of_each_set, drop_each, fit_leaders, score, search_round
 from ..selection.evidence import rank_hypotheses
-from ..selection.greedy import finish_fit
-from ..selection.greedy_screening import screen_effects
-from ..selection.greedy_steps import refine_macro_step
 from ..selection.hypothesis import is_adequate
 from .state import State
 
 
 def fit_baseline(state: State) -> State:
-    """The refit of the base parameters."""
-    return replace(state, baseline=refit_base(state.problem, state.nuisance_jacobian))
+    """The refit of the base parameters, and where the first bank is made: there, or at the model as delivered where the
+    refit explains little, for base parameters bent to what they cannot explain lead away from what can."""
+    delivered = deliver(state.problem, state.nuisance_jacobian)
+    baseline = refit_base(state.problem, state.nuisance_jacobian, delivered)
+    near = state.problem.settings.search.near * delivered.fit.rms
+    start = baseline if baseline.fit.rms < near or is_adequate(state.problem, baseline.fit) else delivered
+    return replace(state, baseline=baseline, start=start)
 
 
-def screen(state: State) -> State:
-    """Every effect's response against what the refit leaves."""
-    curves = screen_effects(state.problem, state.refit.fit, state.nuisance_jacobian)
-    return replace(state, curves=tuple(curves))
-
-
-def fit_singles(state: State) -> State:
-    """Single effects."""
-    singles = greedy_stages.fit_singles(state.problem, state.refit, state.curves, state.nuisance_jacobian)
-    return replace(state, singles=tuple(singles))
-
-
-def may_be_large(state: State) -> bool:
-    """Whether large effects are to be looked for."""
-    return greedy_stages.may_be_large(state.problem, state.refit, state.singles)
-
-
-def fit_large(state: State) -> State:
-    """Large effects, from the model as delivered."""
-    before = greedy_stages.Singles(state.problem, state.refit, list(state.curves), list(state.singles))
-    problem, baseline, curves, singles = greedy_stages.fit_large(before, state.nuisance_jacobian)
-    return replace(state, problem=problem, baseline=baseline, curves=tuple(curves), singles=tuple(singles))
-
-
-def refine_singles(state: State) -> State:
-    """The macro step of the best single effects; the best first."""
-    problem, (baseline, *singles) = refine_macro_step(state.problem, state.hypotheses, state.nuisance_jacobian)
-    singles.sort(key=lambda h: h.penalised_deviance)
-    return replace(state, problem=problem, baseline=baseline, singles=tuple(singles))
-
-
-def something_is_left(state: State) -> bool:
-    """Whether the best single effect leaves something to explain."""
-    return bool(state.singles) and not is_adequate(state.problem, state.singles[0].fit)
-
-
-def fit_pairs(state: State) -> State:
-    """Pairs of effects, and the macro step that the best of all needs."""
-    problem, N = state.problem, state.nuisance_jacobian
-    pairs = greedy_stages.fit_pairs(problem, state.refit, state.singles, state.curves, N)
-    swapped = greedy_stages.swap_effects(problem, state.singles, pairs, N)
-    every = [state.refit, *state.singles, *pairs, *swapped]
-    problem, (baseline, *others) = refine_macro_step(problem, every, N)
-    count = len(state.singles)
+def compare_sets(state: State) -> State:
+    """Sets of effects, from a bank where the search stands."""
+    found = search_round(state.problem, state.nuisance_jacobian, state.beginning)
+    hypotheses = best_of_each_set([*state.hypotheses, *found.hypotheses])
+    baseline = next(h for h in hypotheses if not h.candidates)
+    gains = state.gains or found.gains
     return replace(
-        state, problem=problem, baseline=baseline, singles=tuple(others[:count]), pairs=tuple(others[count:])
+        state, baseline=baseline, found=tuple(h for h in hypotheses if h.candidates), gains=gains, last_start=state.start,
+        start=hypotheses[0],
     )  # fmt: skip
 
 
-def finish_best(state: State) -> State:
-    """What may win is fitted to its end, with the macro steps that it needs."""
+def goes_on(state: State) -> bool:
+    """Whether another round may find something: the best leaves something, and has gained in the last one."""
+    if state.start is None or state.last_start is None or is_adequate(state.problem, state.start.fit):
+        return False
+    return score(state.start) < score(state.last_start) - state.problem.settings.search.better
+
+
+def fit_the_best(state: State) -> State:
+    """Sets near the best to the end, the macro step that it needs, and it without each of its effects."""
+    problem, N = state.problem, state.nuisance_jacobian
+    found = fit_leaders(problem, best_of_each_set(state.hypotheses), N)
+    problem, found = refine_macro_step(problem, found, N)
+    found = drop_each(problem, found, N)
+    baseline = next(h for h in found if not h.candidates)
+    return replace(state, problem=problem, baseline=baseline, found=tuple(h for h in found if h.candidates))
+
+
+def judge(state: State) -> State:
+    """All hypotheses ranked, with the derivatives that judging needs."""
     problem, warnings = state.problem, list(state.warnings)
     if problem.macro_step < state.chosen_step:
         told = "the gap's model depends on its macro step more than the delivered one: fits rest on steps of"
         package = f"the package's is {1e3 * state.package_step:g} ms"
         warnings.append(f"{told} {1e3 * problem.macro_step:g} ms, {package}")
     holdout = state.holdout.like(problem) if state.holdout else None
-    baseline = finish_fit(problem, state.refit, state.nuisance_jacobian)
-    state = replace(state, baseline=baseline, holdout=holdout, warnings=tuple(warnings))
-    ranked = greedy_stages.finish_best(problem, state.hypotheses, state.nuisance_jacobian)
-    return replace(state, ranked=tuple(ranked))
+    found = widen_derivatives(problem, best_of_each_set(state.hypotheses), state.nuisance_jacobian)
+    ranked = rank_hypotheses(problem, found, state.nuisance_jacobian)
+    return replace(state, ranked=tuple(ranked), holdout=holdout, warnings=tuple(warnings))
 
 
 def rank_what_is_there(state: State) -> State:
@@ -93,15 +75,3 @@ def rank_what_is_there(state: State) -> State:
     baseline = state.baseline or unfitted_base(state.problem, state.nominal, N)
     state = replace(state, nuisance_jacobian=N, baseline=baseline, holdout=None)
     return replace(state, ranked=tuple(rank_hypotheses(state.problem, state.hypotheses, N)))
-
-
-def try_alike(state: State) -> State:
-    """Effects like those of the best hypothesis in their place."""
-    ranked = greedy_stages.try_alike(state.problem, state.ranked, state.curves, state.nuisance_jacobian)
-    return replace(state, ranked=tuple(ranked))
-
-
-def drop_each(state: State) -> State:
-    """The best hypothesis without each of its effects."""
-    ranked = greedy_stages.drop_each(state.problem, state.ranked, state.nuisance_jacobian)
-    return replace(state, ranked=tuple(ranked))

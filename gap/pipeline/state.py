@@ -23,7 +23,6 @@ from ..problem.noise import rms
 from ..problem.problem import Problem
 from ..problem.stop import StopToken
 from ..selection.evidence import RankedHypothesis
-from ..selection.greedy_screening import ResponseCurve
 from ..selection.hypothesis import Hypothesis, is_adequate
 from ..settings import DEFAULT, Settings
 from .holdout import HoldoutRuns, split_runs
@@ -63,10 +62,14 @@ class State:
     """(n, m)."""
     baseline: Hypothesis | None = None
     """The refit of the base parameters."""
-    curves: tuple[ResponseCurve, ...] = ()
-    """What screening said of each effect."""
-    singles: tuple[Hypothesis, ...] = ()
-    pairs: tuple[Hypothesis, ...] = ()
+    start: Hypothesis | None = None
+    """Where the next bank of responses is made."""
+    last_start: Hypothesis | None = None
+    """Where the last one was."""
+    found: tuple[Hypothesis, ...] = ()
+    """Fits of sets of effects, of each set the best."""
+    gains: Mapping[str, float] = field(default_factory=dict)
+    """Share of the first bank's residual that each effect alone could explain, by its label."""
     ranked: tuple[RankedHypothesis, ...] = ()
     """All hypotheses, the best first."""
     structure: Structure | None = None
@@ -118,9 +121,14 @@ class State:
         return self.baseline
 
     @property
+    def beginning(self) -> Hypothesis:
+        """Where the next bank is made; a stage that comes before the baseline has no use of it."""
+        return self.start or self.refit
+
+    @property
     def hypotheses(self) -> list[Hypothesis]:
         """All that were fitted by the search."""
-        return [self.refit, *self.singles, *self.pairs]
+        return [self.refit, *self.found]
 
     @property
     def ranked_baseline(self) -> RankedHypothesis:

@@ -94,7 +94,7 @@ def parts(s: State) -> list[dict[str, Any]]:
         )  # fmt: skip
     rest = shared.unexplained
     named = [id for id in s.inclusion.effects if s.is_named(id)]
-    gains = {c.candidate.id: c.gain for c in reversed(s.curves)}
+    gains = _gains(s)
     character = s.character.text if s.character is not None and s.verdict != NO_GAP else "within the noise"
     something = s.character is not None and bool(s.character.channel)
     count = s.problem.settings.analysis.nearest if something else 0
@@ -103,6 +103,14 @@ def parts(s: State) -> list[dict[str, Any]]:
          "character": character, "nearest": list(nearest_effects(gains, named, count))}
     )  # fmt: skip
     return made
+
+
+def _gains(s: State) -> dict[str, float]:
+    """Share that each effect alone could explain, of any of its channels."""
+    made: dict[str, float] = {}
+    for c in s.problem.candidates:
+        made[c.id] = max(made.get(c.id, 0.0), s.gains.get(c.label, 0.0))
+    return {id: gain for id, gain in sorted(made.items(), key=lambda item: -item[1]) if gain > 0.0}
 
 
 def _within(s: State, group: str) -> dict[str, float]:
@@ -258,6 +266,7 @@ def numerics(s: State) -> dict[str, Any]:
 
 def evidence(s: State) -> dict[str, Any]:
     """What the probabilities rest on: every hypothesis that was fitted, and what screening said of each effect."""
+    ids = {c.label: c.id for c in s.problem.candidates}
     return {
         "readings": len(s.problem.observations),
         "hypotheses": [
@@ -268,7 +277,10 @@ def evidence(s: State) -> dict[str, Any]:
             for r, p in zip(s.ranked, s.probabilities, strict=True)
         ],
         "structure": _structure(s),
-        "screening": [{"effect": q.candidate.id, "label": q.candidate.label, "explains": q.gain} for q in s.curves],
+        "screening": [
+            {"effect": ids[label], "label": label, "explains": gain}
+            for label, gain in sorted(s.gains.items(), key=lambda item: -item[1])
+        ],
     }  # fmt: skip
 
 

@@ -2,9 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable
 from dataclasses import dataclass
-from typing import Protocol, TypeVar
 
 import numpy as np
 
@@ -30,9 +28,7 @@ class Hypothesis:
     candidates: tuple[EffectCandidate, ...]
     fit: Fit
     quick: bool = False
-    """The fit is a first look, with another fit's derivatives."""
-    finished: bool = False
-    """The fit has been carried to its end, and its derivatives serve for larger moves."""
+    """The fit is a first look, with the bank's derivatives and its correction."""
 
     @property
     def label(self) -> str:
@@ -45,6 +41,11 @@ class Hypothesis:
         return penalised_deviance(self.fit.rms, self.fit.penalty())
 
     @property
+    def labels(self) -> frozenset[str]:
+        """Of its effects."""
+        return frozenset(c.label for c in self.candidates)
+
+    @property
     def ids(self) -> tuple[str, ...]:
         """Sorted effect ids."""
         return tuple(sorted(c.id for c in self.candidates))
@@ -55,22 +56,3 @@ def is_adequate(problem: Problem, at: Fit) -> bool:
     settings, observations = problem.settings.evidence, problem.observations
     limit = settings.adequate + chance(len(observations), settings.chance)
     return observations.structured_energy(at.residual) < limit
-
-
-class Labelled(Protocol):
-    """A hypothesis, or a start of one."""
-
-    @property
-    def label(self) -> str:
-        """For people."""
-
-
-L = TypeVar("L", bound=Labelled)
-
-
-def best_of_each(found: Iterable[L], cost: Callable[[L], float]) -> list[L]:
-    """The one of each label that costs least, the cheapest first."""
-    unique: dict[str, L] = {}
-    for item in sorted(found, key=cost):
-        unique.setdefault(item.label, item)
-    return list(unique.values())

@@ -11,16 +11,11 @@ import numpy as np
 from ..estimation.fit import Fit
 from ..estimation.linear import Linear
 from ..problem.problem import Problem
-from . import greedy
-from .evidence import RankedHypothesis, rank_hypotheses
-from .hypothesis import Hypothesis
+from ..selection.evidence import RankedHypothesis, rank_hypotheses
+from ..selection.hypothesis import Hypothesis
+from .refinement import without
 
 Labels = frozenset[str]
-
-
-def labels_of(h: Hypothesis) -> Labels:
-    """Labels of its effects."""
-    return frozenset(c.label for c in h.candidates)
 
 
 def complete_subsets(
@@ -33,8 +28,8 @@ def complete_subsets(
     """
     found: dict[Labels, RankedHypothesis] = {}
     for r in sorted(ranked, key=lambda r: r.neg2_log_posterior):
-        found.setdefault(labels_of(r.hypothesis), r)
-    whole = labels_of(best.hypothesis)
+        found.setdefault(r.hypothesis.labels, r)
+    whole = best.hypothesis.labels
     made = {whole: best, frozenset(): found[frozenset()]}
     for size in range(len(whole) - 1, 0, -1):
         for names in combinations(sorted(whole), size):
@@ -54,7 +49,7 @@ def _without(
     gone = next(c for c in h.candidates if c.label not in subset)
     left = None
     if not problem.stop_requested:
-        left = greedy.drop_effect(problem, h, gone, nuisance_jacobian, greedy.QUICK)
+        left = without(problem, h, gone, nuisance_jacobian)
     if left is None:
         kept = tuple(c for c in h.candidates if c is not gone)
         left = Hypothesis(kept, _foretold_without(problem, h.fit, gone.parameters, nuisance_jacobian))

@@ -1,0 +1,144 @@
+"""The bank of responses: what the model does when an effect of some size is switched on at a point, or taken away.
+
+Runs take the longest step: its error is nearly the same at neighbouring points and cancels in their differences.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from ..problem.parameters import EffectCandidate, EstimatedParameter, Point
+from ..problem.problem import Problem
+from .sizes import first_sizes, grid, variants
+
+Variant = tuple[EffectCandidate, Mapping[str, float]]
+"""An effect with values of its parameters, by name."""
+
+
+@dataclass(frozen=True, eq=False)
+class Response:
+    """An effect at a size: the parameters that say so, and how it changes the model at the bank's rows."""
+
+    candidate: EffectCandidate
+    values: Mapping[str, float]
+    """Empty: the effect, which the bank's point has, is taken away."""
+    change: np.ndarray
+    """Normalised (rows,)."""
+
+    @property
+    def removes(self) -> bool:
+        """Whether the effect is taken away."""
+        return not self.values
+
+    @property
+    def size(self) -> float:
+        """Normalised value of the main parameter."""
+        return 0.0 if self.removes else self.values[self.main.name]
+
+    @property
+    def main(self) -> EstimatedParameter:
+        """The parameter that says how strong the effect is."""
+        return next(x for x in self.candidate.parameters if not x.shape)
+
+    @property
+    def shape(self) -> tuple[float, ...]:
+        """Values of the other ones."""
+        return tuple(self.values[x.name] for x in self.candidate.parameters if x.shape and not self.removes)
+
+
+@dataclass(frozen=True, eq=False)
+class Bank:
+    """Responses around a point, and derivatives by the parameters that it moves: base parameters and its effects'."""
+
+    point: Point
+    model: np.ndarray
+    """The model's long vector at the point (n,)."""
+    correction: np.ndarray
+    """Exact runs less those at the long step, at the point (n,)."""
+    candidates: tuple[EffectCandidate, ...]
+    """Effects that the point has."""
+    parameters: tuple[EstimatedParameter, ...]
+    jacobian: np.ndarray
+    """(n, k)."""
+    rows: slice
+    """Readings that responses are kept at."""
+    responses: tuple[Response, ...]
+
+
+def rows_of(problem: Problem) -> slice:
+    """Every few readings, so that a bank keeps so many at most."""
+    return slice(None, None, -(-len(problem.observations) // problem.settings.search.rows))
+
+
+def in_batches(problem: Problem, points: Sequence[Point]) -> Iterable[np.ndarray | None]:
+    """The models at the points, some of them simulated at a time: a bank of many runs would not fit into memory."""
+    step = max(1, problem.settings.search.batch // len(problem.runs))
+    for k in range(0, len(points), step):
+        yield from problem.evaluate(points[k : k + step])
+
+
+def build_bank(
+    problem: Problem, point: Point, coarse: np.ndarray, correction: np.ndarray,
+    candidates: Sequence[EffectCandidate] = (),
+) -> Bank:  # fmt: skip
+    """The bank at a point that has some effects, each other one at its first sizes.
+
+    coarse: the long vector there (n,) at the long step; correction: exact runs less that.
+    """
+    bank = without_responses(problem, point, coarse, correction, candidates)
+    wanted: list[Variant] = [(c, {}) for c in candidates]
+    have = {c.label for c in candidates}
+    settings = problem.settings.search
+    for c in problem.candidates:
+        if c.label not in have:
+            main = next(x for x in c.parameters if not x.shape)
+            sizes = (grid if main.kind == "sensor" else first_sizes)(main, settings)
+            wanted += [(c, values) for values in variants(c, sizes, settings)]
+    return extend(problem, bank, wanted)
+
+
+def without_responses(
+    problem: Problem, point: Point, coarse: np.ndarray, correction: np.ndarray,
+    candidates: Sequence[EffectCandidate] = (),
+) -> Bank:  # fmt: skip
+    """Only the derivatives by base parameters and the point's own effects."""
+    parameters = (*problem.base, *(x for c in candidates for x in c.parameters))
+    share = problem.settings.search.derivative_step
+    steps = [_step(x, point.get(x.name, 0.0), share) for x in parameters]
+    moved = zip(parameters, steps, strict=True)
+    points = [{**point, x.name: point.get(x.name, 0.0) + h} for x, h in moved]
+    jacobian = np.zeros((len(coarse), len(parameters)))
+    for k, found in enumerate(in_batches(problem, points)):
+        if found is not None:
+            jacobian[:, k] = (found - coarse) / steps[k]
+    model, rows = coarse + correction, rows_of(problem)
+    return Bank(dict(point), model, correction, tuple(candidates), parameters, jacobian, rows, ())
+
+
+def extend(problem: Problem, bank: Bank, wanted: Sequence[Variant]) -> Bank:
+    """The bank with further responses; one that does not run, or changes nothing, is left out."""
+    coarse, noise = bank.model - bank.correction, problem.observations.noise_std
+    points = [_with(bank.point, c, values) for c, values in wanted]
+    made = []
+    for (c, values), found in zip(wanted, in_batches(problem, points), strict=True):
+        if found is not None:
+            change = ((found - coarse) / noise)[bank.rows]
+            if np.any(change):
+                made.append(Response(c, values, change))
+    return replace(bank, responses=(*bank.responses, *made))
+
+
+def _with(point: Point, candidate: EffectCandidate, values: Mapping[str, float]) -> dict[str, float]:
+    """The point with an effect as its values say, or without it."""
+    gone = {x.name for x in candidate.parameters}
+    return {**{name: u for name, u in point.items() if name not in gone}, **values}
+
+
+def _step(x: EstimatedParameter, u: float, share: float) -> float:
+    """A step for a derivative that stays in the range."""
+    h = share * (1.0 if x.kind == "base" else max(abs(u), 1.0 if x.shape else 0.1))
+    return h if u + h <= x.high else -h
+

@@ -1,0 +1,64 @@
+"""What the judged fits rest on: derivatives that serve for larger moves, and a macro step short enough."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import replace
+from typing import NamedTuple
+
+import numpy as np
+
+from ..estimation.cross_validation import held_out
+from ..estimation.gauss_newton import with_wide_differences
+from ..estimation.scheduler import run_fits
+from ..problem.noise import rms
+from ..problem.problem import Problem
+from ..selection.hypothesis import Hypothesis
+from .refinement import polish
+from .rounds import score
+
+
+def widen_derivatives(problem: Problem, found: Sequence[Hypothesis], nuisance_jacobian: np.ndarray) -> list[Hypothesis]:
+    """The best few, and the baseline, with derivatives that serve for refits without a part of the data.
+
+    Those over wide steps serve, unless the fit's own foretell better what is left out: where a machine sticks and
+    slips, larger moves are another motion.
+    """
+    made = list(found)
+    chosen = [k for k, h in enumerate(made) if k < problem.settings.search.wide_leaders or not h.candidates]
+    tasks = [with_wide_differences(problem, made[k].fit, nuisance_jacobian) for k in chosen]
+    for k, wide in zip(chosen, run_fits(problem, tasks), strict=True):
+        if wide is not None:
+            own = replace(wide, jacobian=made[k].fit.jacobian)
+            best = min(wide, own, key=lambda f: held_out(problem, f, nuisance_jacobian).structured_energy)
+            made[k] = replace(made[k], fit=best)
+    return made
+
+
+class Refined(NamedTuple):
+    """The problem with a macro step short enough for its best fit, and the hypotheses, the best first."""
+
+    problem: Problem
+    hypotheses: list[Hypothesis]
+
+
+def refine_macro_step(problem: Problem, found: Sequence[Hypothesis], nuisance_jacobian: np.ndarray) -> Refined:
+    """Halve all macro steps while the best fit's extrapolated run depends on them, and fit the best anew."""
+    made, settings = list(found), problem.settings.numerics
+    for _ in range(settings.max_halvings):
+        if problem.stop_requested:
+            break
+        best = made[0]
+        halved = problem.with_discretisation(macro_step=problem.macro_step / 2.0)
+        before, after = problem.exact([best.fit.point])[0], halved.exact([best.fit.point])[0]
+        change = 0.0 if before is None or after is None else rms((after - before) / problem.observations.noise_std)
+        if change < max(settings.unresolved, settings.unresolved_share * best.fit.rms):
+            break
+        d = halved.discretisation
+        own_order = 2 if d.method == settings.second_order_method else 1
+        problem = halved.with_discretisation(
+            richardson_order=d.richardson_order or own_order, coarsening=2 * d.coarsening
+        )  # fmt: skip
+        count, looks = settings.refitted, problem.settings.search.polish_looks
+        made = sorted([*polish(problem, made[:count], nuisance_jacobian, looks), *made[count:]], key=score)
+    return Refined(problem, made)

@@ -1,0 +1,237 @@
+"""Fits of many sets side by side from where the bank expects them, with one simulation a step each.
+
+Derivatives by base parameters are the bank's, those by the effects' own parameters one simulation each; every step
+mends them by what it has found (Broyden 1965). So a set costs some ten simulations, and the leaders alone are fitted to
+the end afterwards.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, field
+
+import numpy as np
+
+from ..estimation.dispersion import estimate_dispersion
+from ..estimation.fit import Fit
+from ..estimation.linear import Linear, profile_nuisances
+from ..problem.noise import rms
+from ..problem.parameters import EffectCandidate, EstimatedParameter, penalty, point_of
+from ..problem.problem import Problem
+from ..selection.hypothesis import Hypothesis, penalised_deviance
+from .bank import Bank, in_batches, rows_of
+from .sets import Proposal
+
+
+@dataclass(eq=False)
+class _Walk:
+    """One set on its way: working state of `refine`."""
+
+    candidates: tuple[EffectCandidate, ...]
+    parameters: tuple[EstimatedParameter, ...]
+    u: np.ndarray
+    model: np.ndarray
+    correction: np.ndarray
+    jacobian: np.ndarray
+    nuisances: np.ndarray
+    residual: np.ndarray
+    cost: float
+    radius: float
+    step: np.ndarray = field(default_factory=lambda: np.zeros(0))
+    failures: int = 0
+    settled: bool = False
+
+
+def refine(
+    problem: Problem, bank: Bank, proposals: Sequence[Proposal], nuisance_jacobian: np.ndarray, steps: int
+) -> list[Hypothesis]:
+    """A fit of every proposal whose model runs, in their order."""
+    walks = _begin(problem, bank, proposals, nuisance_jacobian)
+    _walk(problem, walks, bank.rows, nuisance_jacobian, steps)
+    return [Hypothesis(w.candidates, _fit(problem, w), quick=True) for w in walks]
+
+
+def polish(
+    problem: Problem, hypotheses: Sequence[Hypothesis], nuisance_jacobian: np.ndarray, looks: int
+) -> list[Hypothesis]:
+    """The hypotheses fitted on with exact runs where they stand and derivatives from small steps, side by side.
+
+    A valve that saturates a millisecond later moves a pressure by hundreds of noise levels for that millisecond: near
+    the data only the derivative at the point itself leads on. One that does not run stays as it is.
+    """
+    settings, made, going = problem.settings.search, list(hypotheses), list(range(len(hypotheses)))
+    confirmed: dict[int, Hypothesis] = {}
+    for look in range(looks + 1):
+        if not going or problem.stop_requested:
+            break
+        walks: dict[int, _Walk] = {}
+        for k, exact in zip(going, problem.exact([made[k].fit.point for k in going]), strict=True):
+            if exact is not None:
+                walks[k] = _walk_from(problem, made[k], exact, nuisance_jacobian)
+        here = {k: Hypothesis(w.candidates, _fit(problem, w)) for k, w in walks.items()}
+        for k in list(walks):  # a step that the exact run does not bear out is taken back
+            if look and here[k].penalised_deviance > confirmed[k].penalised_deviance:
+                made[k] = confirmed[k]
+                del walks[k]
+        confirmed = {k: here[k] for k in walks}
+        made = [confirmed.get(k, h) for k, h in enumerate(made)]
+        if look < looks:
+            _differentiate(problem, list(walks.values()))
+            _walk(problem, list(walks.values()), rows_of(problem), nuisance_jacobian, settings.further)
+        for k, w in walks.items():
+            arrived = confirmed[k].penalised_deviance - w.cost < settings.better
+            made[k] = Hypothesis(w.candidates, _fit(problem, w, converged=arrived))
+        going = [k for k in walks if not made[k].fit.converged]
+    return made
+
+
+def without(
+    problem: Problem, h: Hypothesis, gone: EffectCandidate, nuisance_jacobian: np.ndarray
+) -> Hypothesis | None:
+    """The hypothesis without one of its effects, fitted from where it stands; None where the model does not run."""
+    settings, fit = problem.settings.search, h.fit
+    kept = np.array([x not in gone.parameters for x in fit.parameters])
+    parameters = tuple(x for x, keep in zip(fit.parameters, kept, strict=True) if keep)
+    u, candidates = fit.normalised[kept], tuple(c for c in h.candidates if c is not gone)
+    model = problem.evaluate([point_of(parameters, u)])[0]
+    if model is None:
+        return None
+    model = model + fit.correction
+    q, residual = profile_nuisances(problem, model, nuisance_jacobian, 1.0)
+    walk = _Walk(
+        candidates, parameters, u, model, fit.correction, fit.jacobian[:, kept], q, residual,
+        _cost(problem, parameters, u, q, residual), settings.radius,
+    )  # fmt: skip
+    _differentiate(problem, [walk], settings.derivative_step)
+    _walk(problem, [walk], rows_of(problem), nuisance_jacobian, settings.steps)
+    return polish(problem, [Hypothesis(candidates, _fit(problem, walk))], nuisance_jacobian, settings.polish_looks)[0]
+
+
+def _walk_from(problem: Problem, h: Hypothesis, exact: np.ndarray, nuisance_jacobian: np.ndarray) -> _Walk:
+    fit = h.fit
+    q, residual = profile_nuisances(problem, exact, nuisance_jacobian, 1.0)
+    cost = _cost(problem, fit.parameters, fit.normalised, q, residual)
+    correction = exact - (fit.model - fit.correction)
+    return _Walk(
+        h.candidates, fit.parameters, fit.normalised, exact, correction, fit.jacobian, q, residual, cost,
+        problem.settings.search.radius,
+    )  # fmt: skip
+
+
+def _differentiate(problem: Problem, walks: Sequence[_Walk], h: float = 0.0) -> None:
+    """Derivatives at the walks' points from small steps, or from steps of h, where these change anything; where they do
+    not, the former ones stay."""
+    h = h or max(problem.settings.search.fine_step, problem.discretisation.difference_step)
+    points, whose = [], []
+    for w in walks:
+        w.jacobian = w.jacobian.copy()
+        for k, x in enumerate(w.parameters):
+            step = h if w.u[k] + h <= x.high else -h
+            moved = w.u.copy()
+            moved[k] += step
+            points.append(point_of(w.parameters, moved))
+            whose.append((w, k, step))
+    for (w, k, step), model in zip(whose, in_batches(problem, points), strict=True):
+        if model is None:
+            continue
+        change = model + w.correction - w.model
+        if np.any(change):
+            w.jacobian[:, k] = change / step
+
+
+def _walk(
+    problem: Problem, walks: Sequence[_Walk], rows: slice, nuisance_jacobian: np.ndarray, steps: int
+) -> None:
+    for _ in range(steps):
+        going = [w for w in walks if not w.settled]
+        if not going or problem.stop_requested:
+            break
+        for w in going:
+            _aim(problem, rows, w, nuisance_jacobian)
+        going = [w for w in going if not w.settled]
+        models = problem.evaluate([point_of(w.parameters, w.u + w.step) for w in going])
+        for w, model in zip(going, models, strict=True):
+            _judge(problem, w, None if model is None else model + w.correction, nuisance_jacobian)
+
+
+def _begin(
+    problem: Problem, bank: Bank, proposals: Sequence[Proposal], nuisance_jacobian: np.ndarray
+) -> list[_Walk]:
+    settings, points, whose = problem.settings.search, [], []
+    walks: list[_Walk] = []
+    models = problem.evaluate([p.point for p in proposals])
+    known = {x.name: k for k, x in enumerate(bank.parameters)}
+    for p, model in zip(proposals, models, strict=True):
+        if model is None:
+            continue
+        model = model + bank.correction
+        parameters = (*problem.base, *(x for c in p.candidates for x in c.parameters))
+        u = np.array([p.point.get(x.name, 0.0) for x in parameters])
+        jacobian = np.zeros((len(model), len(parameters)))
+        q, residual = profile_nuisances(problem, model, nuisance_jacobian, 1.0)
+        for k, x in enumerate(parameters):
+            if x.kind == "base" or x.name in known:
+                jacobian[:, k] = bank.jacobian[:, known[x.name]]
+                if x.kind == "base":
+                    continue
+            h = settings.derivative_step * (max(abs(u[k]), 1.0 if x.shape else 0.1))
+            h = h if u[k] + h <= x.high else -h
+            points.append({**p.point, x.name: float(u[k] + h)})
+            whose.append((len(walks), k, h))
+        cost = _cost(problem, parameters, u, q, residual)
+        walks.append(_Walk(
+            p.candidates, parameters, u, model, bank.correction, jacobian, q, residual, cost, settings.radius
+        ))  # fmt: skip
+    for (w, k, h), model in zip(whose, problem.evaluate(points), strict=True):
+        if model is not None:
+            walks[w].jacobian[:, k] = (model + bank.correction - walks[w].model) / h
+    return walks
+
+
+def _cost(
+    problem: Problem, parameters: Sequence[EstimatedParameter], u: np.ndarray, q: np.ndarray, residual: np.ndarray
+) -> float:
+    channels = len(problem.observations.span)
+    return penalised_deviance(rms(residual), penalty(parameters, u, q[:channels]))
+
+
+def _aim(problem: Problem, rows: slice, w: _Walk, nuisance_jacobian: np.ndarray) -> None:
+    """The next step; none where little is to be gained."""
+    dispersion = estimate_dispersion(problem, w.residual)
+    line = Linear.around(problem, w.u, w.model, w.jacobian, nuisance_jacobian, rows)
+    reach = w.radius * np.maximum(problem.settings.search.least_reach, np.abs(w.u))
+    weight = dispersion * line.r.size / len(problem.observations)
+    step = line.step(w.parameters, weight, reach)
+    left = rms(line.predicted_residual(step))
+    channels = len(problem.observations.span)
+    expected = penalised_deviance(left, penalty(w.parameters, w.u + step.d, step.q[:channels]))
+    w.step = step.d
+    w.settled = w.cost - expected < problem.settings.search.least_gain
+
+
+def _judge(problem: Problem, w: _Walk, model: np.ndarray | None, nuisance_jacobian: np.ndarray) -> None:
+    """Go there if it is better; what was found mends the derivatives either way."""
+    settings = problem.settings.search
+    if model is None:
+        w.radius *= settings.shrink
+        return
+    length = float(w.step @ w.step)
+    if length > 1e-12:
+        w.jacobian = w.jacobian + np.outer(model - w.model - w.jacobian @ w.step, w.step) / length
+    q, residual = profile_nuisances(problem, model, nuisance_jacobian, 1.0)
+    cost = _cost(problem, w.parameters, w.u + w.step, q, residual)
+    if cost < w.cost:
+        w.u, w.model, w.nuisances, w.residual, w.cost = w.u + w.step, model, q, residual, cost
+        w.radius = min(1.0, settings.grow * w.radius)
+        w.failures = 0
+    else:
+        w.radius *= settings.shrink
+        w.failures += 1
+        w.settled = w.failures >= settings.failures
+
+
+def _fit(problem: Problem, w: _Walk, converged: bool = False) -> Fit:
+    return Fit(
+        w.parameters, w.u, w.model, w.jacobian, w.nuisances, len(problem.observations.span), w.residual,
+        w.correction, estimate_dispersion(problem, w.residual), converged,
+    )  # fmt: skip

@@ -1,0 +1,107 @@
+"""A round of the search: a bank at the best point so far, the sets that it proposes, their fits."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from ..problem.problem import Problem
+from ..selection.hypothesis import Hypothesis
+from ..settings import SearchSettings
+from .bank import build_bank
+from .refinement import polish, refine, without
+from .sets import Proposal, gains, propose
+
+
+@dataclass(frozen=True, eq=False)
+class Round:
+    """What one round has found: fits, and the share of the residual's squares that each effect alone could explain."""
+
+    hypotheses: tuple[Hypothesis, ...]
+    gains: dict[str, float]
+    """By label."""
+
+
+def search_round(problem: Problem, nuisance_jacobian: np.ndarray, at: Hypothesis) -> Round:
+    """A bank at a hypothesis, and fits of the sets that it proposes, the best of them fitted to the end."""
+    settings, fit = problem.settings.search, at.fit
+    bank = build_bank(problem, fit.point, fit.model - fit.correction, fit.correction, at.candidates)
+    bank, proposals = propose(problem, bank, nuisance_jacobian)
+    chosen = choose(proposals, at, settings.fitted)
+    found = refine(problem, bank, chosen, nuisance_jacobian, settings.steps)
+    found = sorted((h for h in found if not has_idle_effect(h, settings.negligible)), key=score)
+    leaders = polish(problem, found[: settings.corrected], nuisance_jacobian, settings.polish_looks)
+    return Round((*leaders, *found[settings.corrected :]), gains(problem, bank, nuisance_jacobian))
+
+
+def choose(proposals: Sequence[Proposal], at: Hypothesis, most: int) -> list[Proposal]:
+    """The sets to be fitted: the cheapest, the cheapest of each size, and those with a near relative of an effect that
+    the hypothesis has in its place, for what acts alike is told apart by a fit only."""
+    kept: list[Proposal] = []
+    for size in sorted({len(p.candidates) for p in proposals}):
+        own = [p for p in proposals if len(p.candidates) == size]
+        kept += own[: most // 4 if size else 1]
+    kept += [p for p in proposals if _swaps_relative(p, at)][: most // 4]
+    for p in proposals:
+        if len(kept) >= most:
+            break
+        kept.append(p)
+    return list(dict.fromkeys(kept))
+
+
+def _swaps_relative(p: Proposal, at: Hypothesis) -> bool:
+    gone = [c for c in at.candidates if c not in p.candidates]
+    new = [c for c in p.candidates if c not in at.candidates]
+    return len(gone) == len(new) == 1 and gone[0].group == new[0].group
+
+
+def has_idle_effect(h: Hypothesis, negligible: float) -> bool:
+    """Whether an effect of a hypothesis has come to nothing."""
+    main = {x.name for c in h.candidates for x in c.parameters if not x.shape}
+    return any(abs(u) < negligible for name, u in h.fit.point.items() if name in main)
+
+
+def score(h: Hypothesis) -> float:
+    """What hypotheses are compared by until they are judged: the fit, its parameters, a price for every effect."""
+    return h.penalised_deviance + SearchSettings.price * len(h.candidates)
+
+
+def best_of_each_set(hypotheses: Iterable[Hypothesis]) -> list[Hypothesis]:
+    """Of every set of effects the best fit, the best first."""
+    best: dict[frozenset[str], Hypothesis] = {}
+    for h in sorted(hypotheses, key=lambda h: h.penalised_deviance):
+        best.setdefault(h.labels, h)
+    return sorted(best.values(), key=score)
+
+
+def fit_leaders(problem: Problem, found: Sequence[Hypothesis], nuisance_jacobian: np.ndarray) -> list[Hypothesis]:
+    """With those near the best fitted to the end, too."""
+    settings = problem.settings.search
+    near = [h for h in found if score(h) < score(found[0]) + settings.near_leader][: settings.most_leaders]
+    quick = [h for h in near if h.quick]
+    return best_of_each_set([*found, *polish(problem, quick, nuisance_jacobian, settings.polish_looks)])
+
+
+def drop_each(problem: Problem, found: Sequence[Hypothesis], nuisance_jacobian: np.ndarray) -> list[Hypothesis]:
+    """With the best one fitted without each of its effects, from where it stands.
+
+    An effect must not win because the fit without it has stopped on its way. A set may so give way to a smaller one,
+    and that to another.
+    """
+    made, tried = list(found), set()
+    for _ in range(problem.settings.search.most_effects):
+        best = made[0]
+        for gone in best.candidates:
+            labels = best.labels - {gone.label}
+            if labels in tried or problem.stop_requested:
+                continue
+            tried.add(labels)
+            left = without(problem, best, gone, nuisance_jacobian)
+            if left is not None:
+                made.append(left)
+        made = best_of_each_set(made)
+        if made[0] is best:
+            break
+    return made

@@ -1,0 +1,48 @@
+"""At which sizes an effect is run for the bank of responses."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from itertools import product
+
+from ..problem.parameters import EffectCandidate, EstimatedParameter
+from ..settings import SearchSettings
+
+
+def grid(x: EstimatedParameter, settings: SearchSettings) -> list[float]:
+    """Normalised values of an effect's main parameter, to both sides as far as its range reaches, small ones first.
+
+    A factor of about three lies between them; the end of a range is one, too.
+    """
+    made: list[float] = []
+    for sign, reach in ((1.0, x.high), (-1.0, -x.low)):
+        if reach <= 0.0:
+            continue
+        own = [s for s in settings.sizes if s < 0.999 * reach]
+        if own and reach > settings.ratio * settings.sizes[-1]:
+            own.append((own[-1] * reach) ** 0.5)
+        made += [sign * s for s in (*own, reach)]
+    return made
+
+
+def first_sizes(x: EstimatedParameter, settings: SearchSettings) -> list[float]:
+    """Those of the grid that every effect is run at."""
+    sizes = grid(x, settings)
+    chosen: set[float] = set()
+    for sign in (1.0, -1.0):
+        own = [s for s in sizes if s * sign > 0.0]
+        chosen |= {min(own, key=lambda s: abs(abs(s) - wanted)) for wanted in settings.first if own}
+    return [s for s in sizes if s in chosen]
+
+
+def variants(candidate: EffectCandidate, sizes: Sequence[float], settings: SearchSettings) -> list[dict[str, float]]:
+    """Points at which an effect is run: every size with every start of its shapes; parameters by name."""
+    main = [x for x in candidate.parameters if not x.shape]
+    shapes = [x for x in candidate.parameters if x.shape]
+    starts = [(x.starts or (0.0,))[: settings.shapes] for x in shapes]
+    made = []
+    for size in sizes:
+        for values in product(*starts):
+            amount = {x.name: min(max(size, x.low), x.high) for x in main}
+            made.append({**amount, **{x.name: v for x, v in zip(shapes, values, strict=True)}})
+    return made
