@@ -1,7 +1,6 @@
 """Every number that the diagnosis was tuned with, in one place: unit, meaning and why that value.
 
-A `Settings` is made once by the command, passed down inside the problem, and written into diagnosis.json. What the
-greedy search has of its own stands beside it in `selection/greedy*.py`: a later search replaces both.
+A `Settings` is made once by the command, passed down inside the problem, and written into diagnosis.json.
 
 Unless said otherwise, values were chosen on the development seeds 20261123 to 20261125 of the blind benchmark
 (benchmarks/blind) and on the real campaigns (benchmarks/real). "Normalised" means divided by the noise of a reading.
@@ -169,10 +168,6 @@ class NumericsSettings:
     """Macro steps of an estimation, in those of exact runs."""
     coarse_error: float = 5.0
     """Largest normalised RMS difference of a run at the fit's step to an exact one, before correction."""
-    least_coarsening: int = 2
-    """Least coarsening of a fit of a machine that swings; a run then costs half of an exact one."""
-    coarse_share: float = 0.1
-    """Error that the fit's step may make, as a share of what is left."""
     unresolved: float = 0.2
     """Normalised RMS change by which the extrapolated run at a best fit may still depend on the step."""
     unresolved_share: float = 0.1
@@ -302,26 +297,8 @@ class SearchSettings:
     """Steps in a row that were not good, after which a fit stays where it is."""
     least_gain: float = 0.5
     """Expected gain below which it does, too."""
-    rounds: int = 3
-    """Banks at most."""
     better: float = 3.0
     """Gain of a round below which it was the last."""
-
-
-@dataclass(frozen=True, kw_only=True)
-class BaselineSettings:
-    """The refit of the base parameters, with no effect."""
-
-    iterations: int = 12
-    """Steps of the refit."""
-    room: float = 2.0
-    """How far, in its range, a base parameter may go on the way of that refit."""
-    least_change: float = -0.9
-    """Change of a base parameter beyond which it goes only within its own range: none changes sign."""
-    alone_at: tuple[float, ...] = (-1.0, -0.75, -0.5, -0.25, 0.25, 0.5, 0.75, 1.0)
-    """Shares of its range at which a base parameter is tried alone where the refit stops far from the data."""
-    starts: int = 2
-    """Fits that start there."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -347,7 +324,7 @@ class EvidenceSettings:
     chance: float = 1.5
     """Standard deviations of the energy that noise shares by chance which are no evidence."""
     deviance_readings: float = 150.0
-    """Readings that count in the penalised deviance by which the greedy search ranks fits until they are judged."""
+    """Readings that count in the penalised deviance by which the search ranks fits until they are judged."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -585,7 +562,6 @@ class Settings:
     parameters: ParameterSettings = field(default_factory=ParameterSettings)
     fit: FitSettings = field(default_factory=FitSettings)
     search: SearchSettings = field(default_factory=SearchSettings)
-    baseline: BaselineSettings = field(default_factory=BaselineSettings)
     validation: ValidationSettings = field(default_factory=ValidationSettings)
     evidence: EvidenceSettings = field(default_factory=EvidenceSettings)
     posterior: PosteriorSettings = field(default_factory=PosteriorSettings)

@@ -30,9 +30,9 @@ def compare_sets(state: State) -> State:
     hypotheses = best_of_each_set([*state.hypotheses, *found.hypotheses])
     baseline = next(h for h in hypotheses if not h.candidates)
     gains = state.gains or found.gains
+    sets = tuple(h for h in hypotheses if h.candidates)
     return replace(
-        state, baseline=baseline, found=tuple(h for h in hypotheses if h.candidates), gains=gains, last_start=state.start,
-        start=hypotheses[0],
+        state, baseline=baseline, found=sets, gains=gains, last_start=state.start, start=hypotheses[0]
     )  # fmt: skip
 
 

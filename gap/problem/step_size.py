@@ -3,7 +3,7 @@
 What a macro step changes is never called physics. A coupling of second order leaves next to nothing of it, else its
 error is extrapolated away (`Problem.exact`), first for the model as delivered; but an effect may bring the machine near
 to swinging, where its motion depends on the step as it never did before, so the best fits are asked again
-(`selection.greedy_steps`).
+(`search.leaders`).
 """
 
 from __future__ import annotations

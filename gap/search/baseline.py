@@ -17,7 +17,9 @@ from .refinement import polish, refine
 from .sets import Proposal
 
 
-def as_delivered(problem: Problem, nominal: np.ndarray, coarse: np.ndarray, nuisance_jacobian: np.ndarray) -> Hypothesis:
+def as_delivered(
+    problem: Problem, nominal: np.ndarray, coarse: np.ndarray, nuisance_jacobian: np.ndarray
+) -> Hypothesis:
     """The model as delivered, without derivatives: its long vector from exact runs and from those at the fit's step."""
     q, residual = profile_nuisances(problem, nominal, nuisance_jacobian, 1.0)
     count, dispersion = len(problem.base), estimate_dispersion(problem, residual)

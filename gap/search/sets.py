@@ -20,7 +20,6 @@ from ..settings import SearchSettings
 from .bank import Bank, Response, Variant, extend
 from .sizes import grid
 
-
 Set = tuple[float, tuple[int, ...], np.ndarray]
 """Cost, responses by their place in the bank, and how much each is scaled (s,)."""
 
