@@ -250,6 +250,9 @@ class SearchSettings:
     """Share of the delivered gap below which the refit of the base parameters is where the first bank is made."""
     base_looks: int = 2
     """How often that refit may look for derivatives."""
+    base_alone: tuple[float, ...] = (-1.0, -0.75, -0.5, -0.25, 0.25, 0.5, 0.75, 1.0)
+    base_starts: int = 2
+    """Where that refit stops far from the data: shares of its range at which each is tried alone, fits from there."""
     price: float = 12.0
     """What an effect costs in a comparison of sets, in -2 log probability."""
     least_left: float = 1e-3
@@ -279,9 +282,8 @@ class SearchSettings:
     fine_step: float = 1e-3
     """Step of these derivatives, in normalised parameters."""
     near_leader: float = 25.0
-    """Cost behind the best up to which a set is fitted to the end, too."""
     most_leaders: int = 6
-    """Sets for which that is done."""
+    """Cost behind the best up to which a set is fitted to the end, too, and sets for which that is done."""
     negligible: float = 0.01
     """Normalised size of an effect that is as good as absent."""
     wide_leaders: int = 3
