@@ -239,7 +239,7 @@ class SearchSettings:
     asking: int = 60
     """Sets that do."""
     ratio: float = 3.5
-    """Times the largest of these from which the end of a range is so far that a size between is run, too."""
+    """Times the largest of these from which the end of a range is so far that sizes between are run, too."""
     shapes: int = 2
     """Starts of a shape that are run."""
     derivative_step: float = 0.15
