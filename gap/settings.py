@@ -234,6 +234,8 @@ class SearchSettings:
     """Sizes of an effect that are run, in usual ones; between them responses are scaled."""
     first: tuple[float, ...] = (0.1, 1.0)
     """Those that every effect is run at; others where the best sets ask for them."""
+    unseen: float = 0.1
+    """Normalised RMS of the change at all of these below which an effect is run at every size of the grid."""
     looks: int = 4
     """How often they may ask."""
     asking: int = 60
@@ -289,16 +291,14 @@ class SearchSettings:
     wide_leaders: int = 3
     """Best sets whose derivatives are taken over wide steps, too, for refits without a fold of the data."""
     radius: float = 0.5
-    """Trust radius at its start, as a share of a parameter's value."""
     least_reach: float = 0.6
-    """Of a normalised parameter near 0."""
+    """Trust radius at its start, as a share of a parameter's value, and what a value counts for at least."""
     grow: float = 1.5
     shrink: float = 0.4
     """What the radius is multiplied by after a step that was good, and one that was not."""
     failures: int = 3
-    """Steps in a row that were not good, after which a fit stays where it is."""
     least_gain: float = 0.5
-    """Expected gain below which it does, too."""
+    """Steps in a row that were not good, and expected gain, from which a fit stays where it is."""
     better: float = 3.0
     """Gain of a round below which it was the last."""
 

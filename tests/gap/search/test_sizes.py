@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from itertools import pairwise
+
 import numpy as np
 import pytest
 from deepsea_cosim.gap.problem.parameters import EffectCandidate, EstimatedParameter
@@ -61,7 +63,7 @@ def test_between_two_sizes_no_size_is_out_of_reach(low, high, choice):
     assert np.all(most >= 1.0)
     for sign, end in ((1.0, high), (-1.0, -low)):
         own = sorted((abs(s), a, b) for s, a, b in zip(sizes, least, most, strict=True) if s * sign > 0.0)
-        for (s, _, b), (t, a, _) in zip(own, own[1:], strict=False):
+        for (s, _, b), (t, a, _) in pairwise(own):
             assert s * b == pytest.approx(t * a), "one ends where the next begins"
         if own:
             assert own[-1][0] * own[-1][2] == pytest.approx(min(end, SETTINGS.beyond * own[-1][0]))
