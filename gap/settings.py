@@ -234,12 +234,14 @@ class SearchSettings:
     """Sizes of an effect that are run, in usual ones; between them responses are scaled."""
     first: tuple[float, ...] = (0.1, 1.0)
     """Those that every effect is run at; others where the best sets ask for them."""
+    unseen: float = 0.1
+    """Normalised RMS of the change at all of these below which an effect is run at every size of the grid."""
     looks: int = 4
     """How often they may ask."""
     asking: int = 60
     """Sets that do."""
     ratio: float = 3.5
-    """Times the largest of these from which the end of a range is so far that a size between is run, too."""
+    """Times the largest of these from which the end of a range is so far that sizes between are run, too."""
     shapes: int = 2
     """Starts of a shape that are run."""
     derivative_step: float = 0.15
@@ -250,6 +252,9 @@ class SearchSettings:
     """Share of the delivered gap below which the refit of the base parameters is where the first bank is made."""
     base_looks: int = 2
     """How often that refit may look for derivatives."""
+    base_alone: tuple[float, ...] = (-1.0, -0.75, -0.5, -0.25, 0.25, 0.5, 0.75, 1.0)
+    base_starts: int = 2
+    """Where that refit stops far from the data: shares of its range at which each is tried alone, fits from there."""
     price: float = 12.0
     """What an effect costs in a comparison of sets, in -2 log probability."""
     least_left: float = 1e-3
@@ -279,24 +284,21 @@ class SearchSettings:
     fine_step: float = 1e-3
     """Step of these derivatives, in normalised parameters."""
     near_leader: float = 25.0
-    """Cost behind the best up to which a set is fitted to the end, too."""
     most_leaders: int = 6
-    """Sets for which that is done."""
+    """Cost behind the best up to which a set is fitted to the end, too, and sets for which that is done."""
     negligible: float = 0.01
     """Normalised size of an effect that is as good as absent."""
     wide_leaders: int = 3
     """Best sets whose derivatives are taken over wide steps, too, for refits without a fold of the data."""
     radius: float = 0.5
-    """Trust radius at its start, as a share of a parameter's value."""
     least_reach: float = 0.6
-    """Of a normalised parameter near 0."""
+    """Trust radius at its start, as a share of a parameter's value, and what a value counts for at least."""
     grow: float = 1.5
     shrink: float = 0.4
     """What the radius is multiplied by after a step that was good, and one that was not."""
     failures: int = 3
-    """Steps in a row that were not good, after which a fit stays where it is."""
     least_gain: float = 0.5
-    """Expected gain below which it does, too."""
+    """Steps in a row that were not good, and expected gain, from which a fit stays where it is."""
     better: float = 3.0
     """Gain of a round below which it was the last."""
 
@@ -324,7 +326,7 @@ class EvidenceSettings:
     chance: float = 1.5
     """Standard deviations of the energy that noise shares by chance which are no evidence."""
     deviance_readings: float = 150.0
-    """Readings that count in the penalised deviance by which fits are ranked until they are judged."""
+    """Readings that count in the penalised deviance by which the search ranks fits until they are judged."""
 
 
 @dataclass(frozen=True, kw_only=True)

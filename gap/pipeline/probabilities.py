@@ -9,10 +9,10 @@ import numpy as np
 from ...core.errors import SimulationError
 from ..analysis.budget import Alternative, budget
 from ..problem.stop import StopRequested
+from ..search.subsets import complete_subsets
 from ..selection.calibration import Calibration
 from ..selection.evidence import RankedHypothesis
 from ..selection.posterior import Evidence, inclusions, temper, weigh
-from ..search.subsets import complete_subsets
 from .state import Inclusion, State
 
 

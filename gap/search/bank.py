@@ -10,6 +10,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from ..problem.noise import rms
 from ..problem.parameters import EffectCandidate, EstimatedParameter, Point
 from ..problem.problem import Problem
 from .sizes import first_sizes, grid, variants
@@ -97,7 +98,22 @@ def build_bank(
             main = next(x for x in c.parameters if not x.shape)
             sizes = (grid if main.kind == "sensor" else first_sizes)(main, settings)
             wanted += [(c, values) for values in variants(c, sizes, settings)]
-    return extend(problem, bank, wanted)
+    bank = extend(problem, bank, wanted)
+    return extend(problem, bank, _unseen(problem, bank, wanted))
+
+
+def _unseen(problem: Problem, bank: Bank, run: Sequence[Variant]) -> list[Variant]:
+    """The other sizes of effects that have shown next to nothing at those that were run: what makes a machine swing
+    does so from a threshold on, and no set would ask for it."""
+    settings = problem.settings.search
+    seen = {c.label for c in bank.candidates}
+    seen |= {x.candidate.label for x in bank.responses if rms(x.change) >= settings.unseen}
+    made: list[Variant] = []
+    for c in dict.fromkeys(c for c, values in run if c.label not in seen):
+        main = next(x for x in c.parameters if not x.shape)
+        tried = {values[main.name] for other, values in run if other is c and values}
+        made += [(c, values) for values in variants(c, [s for s in grid(main, settings) if s not in tried], settings)]
+    return made
 
 
 def without_responses(

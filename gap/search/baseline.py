@@ -11,13 +11,15 @@ from ..estimation.dispersion import estimate_dispersion
 from ..estimation.fit import Fit
 from ..estimation.linear import profile_nuisances
 from ..problem.problem import Problem
-from ..selection.hypothesis import Hypothesis
-from .bank import without_responses
+from ..selection.hypothesis import Hypothesis, is_adequate
+from .bank import in_batches, without_responses
 from .refinement import polish, refine
 from .sets import Proposal
 
 
-def as_delivered(problem: Problem, nominal: np.ndarray, coarse: np.ndarray, nuisance_jacobian: np.ndarray) -> Hypothesis:
+def as_delivered(
+    problem: Problem, nominal: np.ndarray, coarse: np.ndarray, nuisance_jacobian: np.ndarray
+) -> Hypothesis:
     """The model as delivered, without derivatives: its long vector from exact runs and from those at the fit's step."""
     q, residual = profile_nuisances(problem, nominal, nuisance_jacobian, 1.0)
     count, dispersion = len(problem.base), estimate_dispersion(problem, residual)
@@ -44,10 +46,28 @@ def deliver(problem: Problem, nuisance_jacobian: np.ndarray) -> Hypothesis:
 
 
 def refit_base(problem: Problem, nuisance_jacobian: np.ndarray, delivered: Hypothesis) -> Hypothesis:
-    """The base parameters alone, from the model as delivered, with derivatives anew where they have gone far."""
-    settings, at = problem.settings.search, delivered
+    """The base parameters alone, from the model as delivered.
+
+    Where that stops far from the data, each parameter alone is tried over its range, and fits start at what is nearer:
+    a machine that begins to swing, or swings at another pitch, stands like a wall between two points.
+    """
+    settings = problem.settings.search
     if not problem.base:
         return replace(delivered, fit=replace(delivered.fit, converged=True))
+    baseline = _fitted(problem, nuisance_jacobian, delivered)
+    if baseline.fit.rms < settings.near * delivered.fit.rms or is_adequate(problem, baseline.fit):
+        return baseline
+    for start in _nearer_points(problem, nuisance_jacobian, baseline, delivered):
+        if problem.stop_requested or is_adequate(problem, baseline.fit):
+            break
+        other = _fitted(problem, nuisance_jacobian, start)
+        baseline = min(baseline, other, key=lambda h: h.penalised_deviance)
+    return baseline
+
+
+def _fitted(problem: Problem, nuisance_jacobian: np.ndarray, at: Hypothesis) -> Hypothesis:
+    """The fit from a hypothesis without effects, with derivatives anew where it has gone far."""
+    settings = problem.settings.search
     for _ in range(settings.base_looks):
         fit = at.fit
         bank = without_responses(problem, fit.point, fit.model - fit.correction, fit.correction)
@@ -56,3 +76,27 @@ def refit_base(problem: Problem, nuisance_jacobian: np.ndarray, delivered: Hypot
             break
         at = found[0]
     return polish(problem, [at], nuisance_jacobian, settings.polish_looks)[0]
+
+
+def _nearer_points(
+    problem: Problem, nuisance_jacobian: np.ndarray, baseline: Hypothesis, delivered: Hypothesis
+) -> list[Hypothesis]:
+    """Points that differ from what is stated in one parameter only and are nearer to the data than a fit, the best of
+    each parameter, the best first."""
+    correction = delivered.fit.correction
+    tried = [
+        replace(delivered.fit, normalised=np.where(np.arange(len(problem.base)) == k, u, 0.0))
+        for k, x in enumerate(problem.base)
+        for share in problem.settings.search.base_alone
+        if (u := share * (x.high if share > 0.0 else -x.low))
+    ]
+    best: dict[int, Hypothesis] = {}
+    for fit, coarse in zip(tried, in_batches(problem, [f.point for f in tried]), strict=True):
+        if coarse is None:
+            continue
+        q, residual = profile_nuisances(problem, coarse + correction, nuisance_jacobian, 1.0)
+        h = Hypothesis((), replace(fit, model=coarse + correction, nuisances=q, residual=residual))
+        k = int(np.argmax(np.abs(fit.normalised)))
+        if h.penalised_deviance < best.get(k, baseline).penalised_deviance:
+            best[k] = h
+    return sorted(best.values(), key=lambda h: h.penalised_deviance)[: problem.settings.search.base_starts]

@@ -20,7 +20,6 @@ from ..settings import SearchSettings
 from .bank import Bank, Response, Variant, extend
 from .sizes import grid
 
-
 Set = tuple[float, tuple[int, ...], np.ndarray]
 """Cost, responses by their place in the bank, and how much each is scaled (s,)."""
 
@@ -67,19 +66,11 @@ class Projected:
         self.low, self.high = _reach(bank.responses, self.settings)
         self.price = np.where(removes, -1.0, 1.0) * self.settings.price
 
-    def solve(self, sets: np.ndarray, sweeps: int = 12) -> tuple[np.ndarray, np.ndarray]:
+    def solve(self, sets: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """Sizes (S, s) that cost least, as multiples of those that were run, and costs (S,), of sets (S, s) of
-        responses; by coordinate descent within bounds."""
-        size = sets.shape[1]
+        responses; within bounds."""
         G = self.gram[sets[:, :, None], sets[:, None, :]]
-        g, low, high = self.moment[sets], self.low[sets], self.high[sets]
-        own = np.maximum(np.einsum("kii->ki", G), 1e-12)
-        t = np.clip(g / own, low, high)
-        for _ in range(sweeps if size > 1 else 1):
-            for i in range(size):
-                others = np.einsum("kj,kj->k", G[:, i, :], t) - own[:, i] * t[:, i]
-                t[:, i] = np.clip((g[:, i] - others) / own[:, i], low[:, i], high[:, i])
-        fitted = np.einsum("ki,kij,kj->k", t, G, t) - 2.0 * np.einsum("ki,ki->k", g, t)
+        t, fitted = bounded_least(G, self.moment[sets], self.low[sets], self.high[sets])
         return t, self.energy + fitted + self.price[sets].sum(axis=1)
 
     def proposal(self, chosen: Sequence[int], t: np.ndarray, cost: float) -> Proposal:
@@ -106,6 +97,42 @@ class Projected:
                 point.update(_scaled(response, float(x)))
         kept = [c for c in bank.candidates if c.label not in gone]
         return Proposal((*kept, *added), point, cost)
+
+
+def bounded_least(
+    G: np.ndarray, g: np.ndarray, low: np.ndarray, high: np.ndarray
+) -> tuple[np.ndarray, np.ndarray]:
+    """The t (S, s) within bounds that makes t G t - 2 g t least, for G (S, s, s) and g (S, s), and how much that is.
+
+    It is exact, for effects that act alike make a long narrow valley: where the free solution lies outside, one of the
+    sizes is at one of its bounds.
+    """
+    size = g.shape[1]
+    diagonal = np.maximum(np.einsum("kii->ki", G), 1e-12)
+    if size == 1:
+        t = np.clip(g / diagonal, low, high)
+    else:
+        t = np.linalg.solve(G + 1e-10 * diagonal[:, :, None] * np.eye(size), g[:, :, None])[:, :, 0]
+    value = np.einsum("ki,kij,kj->k", t, G, t) - 2.0 * np.einsum("ki,ki->k", g, t)
+    outside = np.flatnonzero(np.any((t < low) | (t > high), axis=1))
+    if not len(outside):
+        return t, value
+    value[outside] = np.inf
+    for i in range(size):
+        rest = np.delete(np.arange(size), i)
+        for bound in (low, high):
+            b = bound[outside, i]
+            inner, cross = G[outside][:, rest][:, :, rest], G[outside][:, rest, i]
+            others, left = bounded_least(
+                inner, g[outside][:, rest] - cross * b[:, None], low[outside][:, rest], high[outside][:, rest]
+            )
+            left = left + G[outside, i, i] * b**2 - 2.0 * g[outside, i] * b
+            better = left < value[outside]
+            chosen = outside[better]
+            value[chosen] = left[better]
+            t[chosen, i] = b[better]
+            t[chosen[:, None], rest] = others[better]
+    return t, value
 
 
 def _reach(responses: Sequence[Response], settings: SearchSettings) -> tuple[np.ndarray, np.ndarray]:

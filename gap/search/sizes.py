@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 from itertools import product
 
@@ -20,7 +21,8 @@ def grid(x: EstimatedParameter, settings: SearchSettings) -> list[float]:
             continue
         own = [s for s in settings.sizes if s < 0.999 * reach]
         if own and reach > settings.ratio * settings.sizes[-1]:
-            own.append((own[-1] * reach) ** 0.5)
+            parts = math.ceil(math.log(reach / own[-1]) / math.log(settings.ratio))
+            own += [own[-1] * (reach / own[-1]) ** (k / parts) for k in range(1, parts)]
         made += [sign * s for s in (*own, reach)]
     return made
 

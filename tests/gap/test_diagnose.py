@@ -184,7 +184,7 @@ def stopped(toys, folder, stage):
     return data
 
 
-@pytest.mark.parametrize("stage", ["macro step of the best single effects", "finishing the best"])
+@pytest.mark.parametrize("stage", ["fitting the best to the end", "judging the hypotheses"])
 def test_what_has_been_found_is_judged_when_time_is_up(toys, tmp_path, stage):
     data = stopped(toys, tmp_path, stage)
     assert data["hypotheses"][0]["effects"] == ["friction"]
@@ -193,7 +193,7 @@ def test_what_has_been_found_is_judged_when_time_is_up(toys, tmp_path, stage):
     assert data["budget"]["parts"][0]["share"] > 0.9
 
 
-@pytest.mark.parametrize("stage", ["finite differences", "refitting the base parameters", "screening the effects"])
+@pytest.mark.parametrize("stage", ["finite differences", "refitting the base parameters", "comparing sets of effects"])
 def test_nothing_is_named_that_was_not_looked_for(toys, tmp_path, stage):
     data = stopped(toys, tmp_path, stage)
     assert named(data) == []
@@ -430,7 +430,7 @@ def test_the_calibrated_parameters_are_those_of_the_machine_alone(toys, tmp_path
     text = path.read_text().replace('"run0.csv"', '"run0.csv"\nparameters = { "o.k" = 75.0, "o.m" = 2.0 }')
     path.write_text(text.replace('"run1.csv"', '"run1.csv"\nparameters = { "o.k" = 76.0, "o.m" = 2.0 }'))
     said = []
-    d = diagnose(read(path), say=said.append, stop=StopToken(lambda: "screening the effects" in said), processes=1)
+    d = diagnose(read(path), say=said.append, stop=StopToken(lambda: "comparing sets of effects" in said), processes=1)
     assert "o.k" in d.state.chosen.hypothesis.fit.point
     names = set(re.findall(r'Parameter name="([^"]+)"', parameter_set(d)))
     assert names <= set(d.state.chosen.hypothesis.fit.point) - {"o.k"}

@@ -155,7 +155,7 @@ def diagnosis(verdict: str = "explained_in_part", runs: int = 3, **changes: Any)
             "richardson_order": 2,
         },
         "warnings": ["run02: the clock is 3 % off", "run02: the clock is 3 % off"],
-        "timing": {"wall_s": 41.0, "simulations": 900, "stages": {"screening": 12.0, "refinement": 20.0}},
+        "timing": {"wall_s": 41.0, "simulations": 900, "stages": {"comparing": 12.0, "judging": 20.0}},
         "settings": {}, "evidence": {},
     }  # fmt: skip
     return {**data, **changes}

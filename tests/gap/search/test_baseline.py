@@ -1,0 +1,64 @@
+"""The model as delivered, and the refit of the base parameters where the way to the data is not straight."""
+
+import numpy as np
+import pytest
+from deepsea_cosim.gap.estimation.nuisances import nuisance_columns
+from deepsea_cosim.gap.problem.parameters import EstimatedParameter
+from deepsea_cosim.gap.search.baseline import deliver, refit_base
+
+from tests.gap.formula import FormulaProblem, at_any_step, measured
+
+T = np.linspace(0.0, 10.0, 800)
+BASE = tuple(EstimatedParameter(name, "base", 1.0, 0.05, -1.0, 1.0, 0.6) for name in "ab")
+
+
+def posed(machine, truth, base=BASE):
+    p = FormulaProblem(at_any_step(machine), measured(machine, truth, T), base)
+    return p, nuisance_columns(p, machine({}))
+
+
+def refit(machine, truth):
+    p, nuisance_jacobian = posed(machine, truth)
+    return refit_base(p, nuisance_jacobian, deliver(p, nuisance_jacobian)).fit
+
+
+def straight(p):
+    return (1.0 + 0.05 * p.get("a", 0.0)) * np.sin(T) + 0.05 * p.get("b", 0.0) * np.cos(T)
+
+
+def test_a_swing_is_no_wall():
+    """Below a = 0.6 the machine swings, at a pitch that changes with a, so its derivative does not lead out."""
+
+    def machine(p):
+        a, b = p.get("a", 0.0), p.get("b", 0.0)
+        swing = max(0.0, 0.6 - a)
+        return 0.02 * a * np.cos(T) + (1.0 + 0.05 * b) * np.sin(T) + swing * np.sin((9.0 + 4.0 * a) * T)
+
+    found = refit(machine, {"a": 0.85, "b": -0.4})
+    assert found.rms < 1.1
+    assert abs(found.point["a"] - 0.85) < 0.1
+
+
+def test_parameters_stay_within_their_tolerances():
+    found = refit(straight, {"a": 1.6, "b": 0.5})
+    assert found.point["a"] == pytest.approx(1.0)
+    assert found.status == "at_tolerance"
+    assert found.rms > 1.5
+    assert refit(straight, {"a": 0.9, "b": 0.5}).rms < 1.1
+
+
+def test_a_straight_way_is_gone_with_few_runs():
+    p, nuisance_jacobian = posed(straight, {"a": 0.7, "b": -0.5})
+    found = refit_base(p, nuisance_jacobian, deliver(p, nuisance_jacobian)).fit
+    assert found.point == pytest.approx({"a": 0.7, "b": -0.5}, abs=0.06)
+    assert found.status == "converged"
+    assert sum(len(coarse) + len(exact) for coarse, exact in p.asked) < 25
+
+
+def test_without_base_parameters_the_baseline_is_the_model_as_delivered():
+    p, nuisance_jacobian = posed(straight, {"a": 0.7}, ())
+    delivered = deliver(p, nuisance_jacobian)
+    found = refit_base(p, nuisance_jacobian, delivered).fit
+    assert found.converged
+    assert (found.model == straight({})).all()
+    assert found.rms == delivered.fit.rms

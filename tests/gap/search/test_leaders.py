@@ -1,0 +1,79 @@
+"""Macro steps where an effect makes the machine depend on them, on a formula that swings from a threshold on."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from deepsea_cosim.gap.estimation.nuisances import nuisance_columns
+from deepsea_cosim.gap.problem.parameters import EffectCandidate, EstimatedParameter
+from deepsea_cosim.gap.search.baseline import deliver, refit_base
+from deepsea_cosim.gap.search.leaders import refine_macro_step, widen_derivatives
+from deepsea_cosim.gap.search.refinement import polish
+from deepsea_cosim.gap.selection.hypothesis import Hypothesis
+
+from tests.gap.formula import FormulaProblem, measured
+
+from .made import T, start
+
+GAIN = EstimatedParameter("a", "base", 1.0, 0.05, -1.0, 1.0, 0.6)
+DELAY = EffectCandidate("delay", "late", "timing", (EstimatedParameter("m.e", "effect", 0.0, 1.0, 0.0, 8.0, 3.0),))
+
+
+def machine(p, late=0.0):
+    """Swings once the delay is above 2.5; the step adds to the delay, and is not seen before."""
+    swing = max(0.0, p.get("m.e", 0.0) + late - 2.5)
+    return (1.0 + 0.05 * p.get("a", 0.0)) * np.sin(T) + 0.4 * swing * np.sin(9.0 * T)
+
+
+def problem(truth, late):
+    """late: what a macro step of 1 adds to the delay."""
+    p = FormulaProblem(lambda point, step: machine(point, late * step), measured(machine, truth, T), (GAIN,))
+    p = p.with_discretisation(coarsening=4)
+    return p, nuisance_columns(p, machine({}))
+
+
+def fitted(p, nuisance_jacobian):
+    """The baseline, and the delay."""
+    swinging = start(p, nuisance_jacobian, [DELAY], {"m.e": 4.0})
+    delay = polish(p, [swinging], nuisance_jacobian, p.settings.search.polish_looks)[0]
+    return refit_base(p, nuisance_jacobian, deliver(p, nuisance_jacobian)), delay
+
+
+def test_steps_are_halved_while_the_best_fit_depends_on_them():
+    p, nuisance_jacobian = problem({"m.e": 4.6}, late=0.4)
+    baseline, delay = fitted(p, nuisance_jacobian)
+    assert delay.fit.point["m.e"] == pytest.approx(4.2, abs=0.02)
+    halved, (delay, baseline) = refine_macro_step(p, [delay, baseline], nuisance_jacobian)
+    assert halved.macro_step == pytest.approx(0.5**p.settings.numerics.max_halvings)
+    assert halved.fit_step == p.fit_step, "quick runs stay as quick"
+    assert delay.fit.point["m.e"] == pytest.approx(4.6 - 0.4 * halved.macro_step, abs=0.02)
+    assert baseline.candidates == ()
+    assert baseline.fit.rms > 10.0 * delay.fit.rms
+
+
+def test_steps_stay_where_the_best_fit_does_not_depend_on_them():
+    p, nuisance_jacobian = problem({"a": 1.0, "m.e": 1.0}, late=0.4)
+    found, _ = fitted(p, nuisance_jacobian)
+    kept, (baseline,) = refine_macro_step(p, [found], nuisance_jacobian)
+    assert kept.macro_step == 1.0
+    assert baseline is found
+
+
+def test_hypotheses_far_behind_are_laid_aside():
+    p, nuisance_jacobian = problem({"m.e": 4.6}, late=0.4)
+    baseline, delay = fitted(p, nuisance_jacobian)
+    crowd = [delay, *[Hypothesis((), baseline.fit) for _ in range(p.settings.numerics.refitted)]]
+    _, (best, *_, last) = refine_macro_step(p, crowd, nuisance_jacobian)
+    assert best.candidates == (DELAY,)
+    assert last is crowd[-1]
+
+
+def test_the_judged_fits_stay_where_they_are():
+    p, nuisance_jacobian = problem({"a": 0.3, "m.e": 4.6}, late=0.0)
+    baseline, delay = fitted(p, nuisance_jacobian)
+    wide = widen_derivatives(p, [delay, baseline], nuisance_jacobian)
+    for before, after in zip([delay, baseline], wide, strict=True):
+        assert after.fit.point == before.fit.point
+        assert after.candidates == before.candidates
+        assert after.fit.rms == pytest.approx(before.fit.rms, rel=1e-3)
+    assert wide[0].fit.jacobian[:, 1] == pytest.approx(0.4 * np.sin(9.0 * T), abs=1e-6)

@@ -1,0 +1,84 @@
+"""Sizes that an effect is run at, and how far each of them serves."""
+
+from __future__ import annotations
+
+from itertools import pairwise
+
+import numpy as np
+import pytest
+from deepsea_cosim.gap.problem.parameters import EffectCandidate, EstimatedParameter
+from deepsea_cosim.gap.search.bank import Response
+from deepsea_cosim.gap.search.sets import _reach
+from deepsea_cosim.gap.search.sizes import first_sizes, grid, variants
+from deepsea_cosim.gap.settings import SearchSettings
+
+SETTINGS = SearchSettings()
+RANGES = [(0.0, 8.0), (-8.0, 8.0), (-0.02, 0.4), (-3.0, 0.0), (-1.0, 3.0), (0.0, 3.1), (0.0, 40.0), (0.0, 500.0)]
+
+
+def parameter(low, high, name="x", shape=False, starts=()):
+    return EstimatedParameter(name, "effect", 0.0, 1.0, low, high, 3.0, (), shape, starts)
+
+
+def sides(sizes):
+    """Absolute sizes to each side, that has any, in their order."""
+    return [own for sign in (1.0, -1.0) if (own := [abs(s) for s in sizes if s * sign > 0.0])]
+
+
+@pytest.mark.parametrize(("low", "high"), RANGES)
+def test_a_grid_reaches_from_small_sizes_to_the_ends_of_the_range_in_even_steps(low, high):
+    sizes = grid(parameter(low, high), SETTINGS)
+    assert set(sizes) >= {e for e in (low, high) if e}
+    assert all(low <= s <= high for s in sizes)
+    for own in sides(sizes):
+        assert own == sorted(set(own))
+        assert own[0] <= SETTINGS.sizes[0]
+        ratios = np.divide(own[1:], own[:-1])
+        assert all(r <= SETTINGS.ratio * (1.0 + 1e-9) for r in ratios)
+
+
+@pytest.mark.parametrize(("low", "high"), RANGES)
+def test_the_first_sizes_are_some_of_the_grid_to_each_side(low, high):
+    x = parameter(low, high)
+    first, sizes = first_sizes(x, SETTINGS), grid(x, SETTINGS)
+    assert set(first) <= set(sizes)
+    assert len(sides(first)) == len(sides(sizes))
+    for own in sides(first):
+        assert len(own) <= len(SETTINGS.first)
+    assert first_sizes(parameter(0.0, 8.0), SETTINGS) == list(SETTINGS.first)
+
+
+def responses(x, sizes):
+    candidate = EffectCandidate("x", "x", "x", (x,))
+    return [Response(candidate, {"x": s}, np.ones(3)) for s in sizes]
+
+
+@pytest.mark.parametrize(("low", "high"), RANGES)
+@pytest.mark.parametrize("choice", [grid, first_sizes])
+def test_between_two_sizes_no_size_is_out_of_reach(low, high, choice):
+    x = parameter(low, high)
+    sizes = choice(x, SETTINGS)
+    least, most = _reach(responses(x, sizes), SETTINGS)
+    assert np.all(least <= 1.0)
+    assert np.all(most >= 1.0)
+    for sign, end in ((1.0, high), (-1.0, -low)):
+        own = sorted((abs(s), a, b) for s, a, b in zip(sizes, least, most, strict=True) if s * sign > 0.0)
+        for (s, _, b), (t, a, _) in pairwise(own):
+            assert s * b == pytest.approx(t * a), "one ends where the next begins"
+        if own:
+            assert own[-1][0] * own[-1][2] == pytest.approx(min(end, SETTINGS.beyond * own[-1][0]))
+            assert own[0][0] * own[0][1] == pytest.approx(own[0][0] / SETTINGS.beyond)
+
+
+def test_an_effect_that_is_taken_away_is_so_in_whole():
+    candidate = EffectCandidate("x", "x", "x", (parameter(0.0, 8.0),))
+    assert [r.tolist() for r in _reach([Response(candidate, {}, np.ones(3))], SETTINGS)] == [[1.0], [1.0]]
+
+
+def test_every_size_is_run_with_the_starts_of_the_shapes():
+    shape = parameter(-1.0, 1.0, "v", True, (-0.5, 0.5, 0.9))
+    candidate = EffectCandidate("x", "x", "x", (parameter(0.0, 8.0), shape))
+    points = variants(candidate, [0.1, 1.0], SETTINGS)
+    assert points == [{"x": s, "v": v} for s in (0.1, 1.0) for v in (-0.5, 0.5)]
+    plain = EffectCandidate("x", "x", "x", (parameter(0.0, 8.0), parameter(-1.0, 1.0, "v", True)))
+    assert variants(plain, [1.0], SETTINGS) == [{"x": 1.0, "v": 0.0}]
