@@ -8,7 +8,7 @@ from ...core.errors import SimulationError
 from ..estimation.nuisances import nuisance_columns
 from ..search.baseline import deliver, refit_base, unfitted_base
 from ..search.leaders import refine_macro_step, widen_derivatives
-from ..search.rounds import best_of_each_set, drop_each, fit_leaders, next_start, search_round
+from ..search.rounds import best_of_each_set, drop_each, fit_leaders, next_start, search_round, without_needless
 from ..selection.evidence import rank_hypotheses
 from ..selection.hypothesis import is_adequate
 from .state import State
@@ -61,7 +61,8 @@ def judge(state: State) -> State:
         package = f"the package's is {1e3 * state.package_step:g} ms"
         warnings.append(f"{told} {1e3 * problem.macro_step:g} ms, {package}")
     holdout = state.holdout.like(problem) if state.holdout else None
-    found = widen_derivatives(problem, best_of_each_set(state.hypotheses), state.nuisance_jacobian)
+    needed = without_needless(problem, best_of_each_set(state.hypotheses))
+    found = widen_derivatives(problem, needed, state.nuisance_jacobian)
     ranked = rank_hypotheses(problem, found, state.nuisance_jacobian)
     return replace(state, ranked=tuple(ranked), holdout=holdout, warnings=tuple(warnings))
 

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from ..problem.problem import Problem
-from ..selection.hypothesis import Hypothesis
+from ..selection.hypothesis import Hypothesis, is_adequate
 from ..settings import SearchSettings
 from .bank import build_bank
 from .refinement import polish, refine, without
@@ -86,6 +86,15 @@ def next_start(found: Sequence[Hypothesis], banked: Sequence[frozenset[str]]) ->
         return best
     parts = (h for h in found if h.candidates and h.labels < best.labels and h.labels not in banked)
     return next(parts, None)
+
+
+def without_needless(problem: Problem, found: Sequence[Hypothesis]) -> list[Hypothesis]:
+    """Without sets to which a part of them leaves nothing to add; single effects stay beside a baseline that leaves
+    nothing, to show that none does better."""
+    enough = [h for h in found if is_adequate(problem, h.fit)]
+    return [
+        h for h in found if not any(g.labels < h.labels and (g.candidates or len(h.candidates) > 1) for g in enough)
+    ]  # fmt: skip
 
 
 def fit_leaders(problem: Problem, found: Sequence[Hypothesis], nuisance_jacobian: np.ndarray) -> list[Hypothesis]:
