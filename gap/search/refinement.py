@@ -68,20 +68,17 @@ def polish(
         for k, exact in zip(going, problem.exact([made[k].fit.point for k in going]), strict=True):
             if exact is not None:
                 walks[k] = _walk_from(problem, made[k], exact, nuisance_jacobian)
-        here = {k: Hypothesis(w.candidates, _fit(problem, w)) for k, w in walks.items()}
-        for k in list(walks):  # a step that the exact run does not bear out is taken back
-            if look and here[k].penalised_deviance > confirmed[k].penalised_deviance:
-                made[k] = confirmed[k]
-                del walks[k]
-        confirmed = {k: here[k] for k in walks}
-        made = [confirmed.get(k, h) for k, h in enumerate(made)]
+        if look:  # a step that the exact run does not bear out is taken back
+            walks = {k: w for k, w in walks.items() if w.cost < confirmed[k].penalised_deviance}
+            made = [confirmed[k] if k in going and k not in walks else h for k, h in enumerate(made)]
         if look < looks:
             _differentiate(problem, list(walks.values()))
+        confirmed = {k: Hypothesis(w.candidates, _fit(problem, w, converged=True)) for k, w in walks.items()}
+        if look < looks:
             _walk(problem, list(walks.values()), rows_of(problem), nuisance_jacobian, settings.further)
+        going = [k for k, w in walks.items() if confirmed[k].penalised_deviance - w.cost > settings.least_gain]
         for k, w in walks.items():
-            arrived = confirmed[k].penalised_deviance - w.cost < settings.better
-            made[k] = Hypothesis(w.candidates, _fit(problem, w, converged=arrived))
-        going = [k for k in walks if not made[k].fit.converged]
+            made[k] = Hypothesis(w.candidates, _fit(problem, w)) if k in going else confirmed[k]
     return made
 
 
