@@ -54,19 +54,18 @@ def refit_base(problem: Problem, nuisance_jacobian: np.ndarray, delivered: Hypot
     settings = problem.settings.search
     if not problem.base:
         return replace(delivered, fit=replace(delivered.fit, converged=True))
-    baseline = _fitted(problem, nuisance_jacobian, delivered)
+    looks = settings.polish_looks
+    baseline = polish(problem, [_walked(problem, nuisance_jacobian, delivered)], nuisance_jacobian, looks)[0]
     if baseline.fit.rms < settings.near * delivered.fit.rms or is_adequate(problem, baseline.fit):
         return baseline
-    for start in _nearer_points(problem, nuisance_jacobian, baseline, delivered):
-        if problem.stop_requested or is_adequate(problem, baseline.fit):
-            break
-        other = _fitted(problem, nuisance_jacobian, start)
-        baseline = min(baseline, other, key=lambda h: h.penalised_deviance)
-    return baseline
+    starts = _nearer_points(problem, nuisance_jacobian, baseline, delivered)
+    others = [_walked(problem, nuisance_jacobian, h) for h in starts if not problem.stop_requested]
+    best = min([baseline, *others], key=lambda h: h.penalised_deviance)
+    return baseline if best is baseline else polish(problem, [best], nuisance_jacobian, looks)[0]
 
 
-def _fitted(problem: Problem, nuisance_jacobian: np.ndarray, at: Hypothesis) -> Hypothesis:
-    """The fit from a hypothesis without effects, with derivatives anew where it has gone far."""
+def _walked(problem: Problem, nuisance_jacobian: np.ndarray, at: Hypothesis) -> Hypothesis:
+    """A quick fit from a hypothesis without effects, with derivatives anew where it has gone far."""
     settings = problem.settings.search
     for _ in range(settings.base_looks):
         fit = at.fit
@@ -75,7 +74,7 @@ def _fitted(problem: Problem, nuisance_jacobian: np.ndarray, at: Hypothesis) -> 
         if not found or found[0].penalised_deviance > at.penalised_deviance - settings.better:
             break
         at = found[0]
-    return polish(problem, [at], nuisance_jacobian, settings.polish_looks)[0]
+    return at
 
 
 def _nearer_points(
