@@ -12,7 +12,7 @@ PIPELINE = (
     Stage("refitting the base parameters", search.fit_baseline),
     Stage("comparing sets of effects", search.compare_sets),
     Stage("comparing sets around the best", search.compare_sets, when=search.goes_on),
-    Stage("comparing sets around the best again", search.compare_sets, when=search.goes_on),
+    Stage("comparing sets around a part of the best", search.compare_sets, when=search.goes_on),
     Stage("fitting the best to the end", search.fit_the_best),
     Stage("judging the hypotheses", search.judge),
     Stage("ranking what is there", search.rank_what_is_there, when=lambda s: not s.ranked, always=True),

@@ -8,7 +8,7 @@ from ...core.errors import SimulationError
 from ..estimation.nuisances import nuisance_columns
 from ..search.baseline import deliver, refit_base, unfitted_base
 from ..search.leaders import refine_macro_step, widen_derivatives
-from ..search.rounds import best_of_each_set, drop_each, fit_leaders, score, search_round
+from ..search.rounds import best_of_each_set, drop_each, fit_leaders, next_start, search_round
 from ..selection.evidence import rank_hypotheses
 from ..selection.hypothesis import is_adequate
 from .state import State
@@ -26,21 +26,21 @@ def fit_baseline(state: State) -> State:
 
 def compare_sets(state: State) -> State:
     """Sets of effects, from a bank where the search stands."""
-    found = search_round(state.problem, state.nuisance_jacobian, state.beginning)
+    at = state.beginning
+    found = search_round(state.problem, state.nuisance_jacobian, at)
     hypotheses = best_of_each_set([*state.hypotheses, *found.hypotheses])
     baseline = next(h for h in hypotheses if not h.candidates)
-    gains = state.gains or found.gains
-    sets = tuple(h for h in hypotheses if h.candidates)
+    banked = (*state.banked, at.labels)
     return replace(
-        state, baseline=baseline, found=sets, gains=gains, last_start=state.start, start=hypotheses[0]
+        state, baseline=baseline, found=tuple(h for h in hypotheses if h.candidates), gains=state.gains or found.gains,
+        banked=banked, start=next_start(hypotheses, banked),
     )  # fmt: skip
 
 
 def goes_on(state: State) -> bool:
-    """Whether another round may find something: the best leaves something, and has gained in the last one."""
-    if state.start is None or state.last_start is None or is_adequate(state.problem, state.start.fit):
-        return False
-    return score(state.start) < score(state.last_start) - state.problem.settings.search.better
+    """Whether another round may find something: the best leaves something, and there is a set to go on from."""
+    best = best_of_each_set(state.hypotheses)[0]
+    return state.start is not None and bool(state.banked) and not is_adequate(state.problem, best.fit)
 
 
 def fit_the_best(state: State) -> State:

@@ -63,9 +63,9 @@ class State:
     baseline: Hypothesis | None = None
     """The refit of the base parameters."""
     start: Hypothesis | None = None
-    """Where the next bank of responses is made."""
-    last_start: Hypothesis | None = None
-    """Where the last one was."""
+    """Where the next bank of responses is made; None once nothing is left to go on from."""
+    banked: tuple[frozenset[str], ...] = ()
+    """Sets at which there has been one, by their effects' labels."""
     found: tuple[Hypothesis, ...] = ()
     """Fits of sets of effects, of each set the best."""
     gains: Mapping[str, float] = field(default_factory=dict)

@@ -76,6 +76,18 @@ def best_of_each_set(hypotheses: Iterable[Hypothesis]) -> list[Hypothesis]:
     return sorted(best.values(), key=score)
 
 
+def next_start(found: Sequence[Hypothesis], banked: Sequence[frozenset[str]]) -> Hypothesis | None:
+    """Where the next bank is made: at the best set, else at the best part of it, where there has been none.
+
+    Beside a wrong effect the right one may not show: at the set without it, it does.
+    """
+    best = found[0]
+    if best.labels not in banked:
+        return best
+    parts = (h for h in found if h.candidates and h.labels < best.labels and h.labels not in banked)
+    return next(parts, None)
+
+
 def fit_leaders(problem: Problem, found: Sequence[Hypothesis], nuisance_jacobian: np.ndarray) -> list[Hypothesis]:
     """With those near the best fitted to the end, too."""
     settings = problem.settings.search
