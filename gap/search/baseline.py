@@ -60,8 +60,12 @@ def refit_base(problem: Problem, nuisance_jacobian: np.ndarray, delivered: Hypot
         return baseline
     starts = _nearer_points(problem, nuisance_jacobian, baseline, delivered)
     others = [_walked(problem, nuisance_jacobian, h) for h in starts if not problem.stop_requested]
-    best = min([baseline, *others], key=lambda h: h.penalised_deviance)
-    return baseline if best is baseline else polish(problem, [best], nuisance_jacobian, looks)[0]
+    if others:
+        best = min(others, key=lambda h: h.fit.rms)
+        best = polish(problem, [best], nuisance_jacobian, looks)[0]
+        if best.fit.rms < baseline.fit.rms and best.penalised_deviance < baseline.penalised_deviance:
+            return best
+    return baseline
 
 
 def _walked(problem: Problem, nuisance_jacobian: np.ndarray, at: Hypothesis) -> Hypothesis:
@@ -96,6 +100,6 @@ def _nearer_points(
         q, residual = profile_nuisances(problem, coarse + correction, nuisance_jacobian, 1.0)
         h = Hypothesis((), replace(fit, model=coarse + correction, nuisances=q, residual=residual))
         k = int(np.argmax(np.abs(fit.normalised)))
-        if h.penalised_deviance < best.get(k, baseline).penalised_deviance:
+        if h.fit.rms < best.get(k, baseline).fit.rms:  # not what merely strains the sensors' biases less
             best[k] = h
-    return sorted(best.values(), key=lambda h: h.penalised_deviance)[: problem.settings.search.base_starts]
+    return sorted(best.values(), key=lambda h: h.fit.rms)[: problem.settings.search.base_starts]
