@@ -252,7 +252,7 @@ class SearchSettings:
     """Share of the delivered gap below which the refit of the base parameters is where the first bank is made."""
     base_looks: int = 2
     """How often that refit may look for derivatives."""
-    base_alone: tuple[float, ...] = (-1.0, -0.75, -0.5, -0.25, 0.25, 0.5, 0.75, 1.0)
+    base_alone: tuple[float, ...] = (-1.0, -0.5, 0.5, 1.0)
     base_starts: int = 2
     """Where that refit stops far from the data: shares of its range at which each is tried alone, fits from there."""
     price: float = 12.0

@@ -54,19 +54,22 @@ def refit_base(problem: Problem, nuisance_jacobian: np.ndarray, delivered: Hypot
     settings = problem.settings.search
     if not problem.base:
         return replace(delivered, fit=replace(delivered.fit, converged=True))
-    baseline = _fitted(problem, nuisance_jacobian, delivered)
+    looks = settings.polish_looks
+    baseline = polish(problem, [_walked(problem, nuisance_jacobian, delivered)], nuisance_jacobian, looks)[0]
     if baseline.fit.rms < settings.near * delivered.fit.rms or is_adequate(problem, baseline.fit):
         return baseline
-    for start in _nearer_points(problem, nuisance_jacobian, baseline, delivered):
-        if problem.stop_requested or is_adequate(problem, baseline.fit):
-            break
-        other = _fitted(problem, nuisance_jacobian, start)
-        baseline = min(baseline, other, key=lambda h: h.penalised_deviance)
+    starts = _nearer_points(problem, nuisance_jacobian, baseline, delivered)
+    others = [_walked(problem, nuisance_jacobian, h) for h in starts if not problem.stop_requested]
+    if others:
+        best = min(others, key=lambda h: h.fit.rms)
+        best = polish(problem, [best], nuisance_jacobian, looks)[0]
+        if best.fit.rms < baseline.fit.rms and best.penalised_deviance < baseline.penalised_deviance:
+            return best
     return baseline
 
 
-def _fitted(problem: Problem, nuisance_jacobian: np.ndarray, at: Hypothesis) -> Hypothesis:
-    """The fit from a hypothesis without effects, with derivatives anew where it has gone far."""
+def _walked(problem: Problem, nuisance_jacobian: np.ndarray, at: Hypothesis) -> Hypothesis:
+    """A quick fit from a hypothesis without effects, with derivatives anew where it has gone far."""
     settings = problem.settings.search
     for _ in range(settings.base_looks):
         fit = at.fit
@@ -75,7 +78,7 @@ def _fitted(problem: Problem, nuisance_jacobian: np.ndarray, at: Hypothesis) -> 
         if not found or found[0].penalised_deviance > at.penalised_deviance - settings.better:
             break
         at = found[0]
-    return polish(problem, [at], nuisance_jacobian, settings.polish_looks)[0]
+    return at
 
 
 def _nearer_points(
@@ -97,6 +100,6 @@ def _nearer_points(
         q, residual = profile_nuisances(problem, coarse + correction, nuisance_jacobian, 1.0)
         h = Hypothesis((), replace(fit, model=coarse + correction, nuisances=q, residual=residual))
         k = int(np.argmax(np.abs(fit.normalised)))
-        if h.penalised_deviance < best.get(k, baseline).penalised_deviance:
+        if h.fit.rms < best.get(k, baseline).fit.rms:  # not what merely strains the sensors' biases less
             best[k] = h
-    return sorted(best.values(), key=lambda h: h.penalised_deviance)[: problem.settings.search.base_starts]
+    return sorted(best.values(), key=lambda h: h.fit.rms)[: problem.settings.search.base_starts]

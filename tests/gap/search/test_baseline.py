@@ -62,3 +62,14 @@ def test_without_base_parameters_the_baseline_is_the_model_as_delivered():
     assert found.converged
     assert (found.model == straight({})).all()
     assert found.rms == delivered.fit.rms
+
+
+def test_the_refit_leaves_no_more_than_the_model_as_delivered():
+    """An offset that the sensor's bias takes up at a price; a base parameter that strains it less is no way out."""
+
+    def machine(p):
+        return 0.1 * np.sin(T) + 0.3 * p.get("late", 0.0) + 0.25 * abs(p.get("a", 0.0)) * np.sign(np.sin(3.0 * T))
+
+    p, nuisance_jacobian = posed(machine, {"late": 1.0})
+    delivered = deliver(p, nuisance_jacobian)
+    assert refit_base(p, nuisance_jacobian, delivered).fit.rms <= delivered.fit.rms * 1.01

@@ -14,6 +14,7 @@ from deepsea_cosim.gap.search.rounds import (
     drop_each,
     fit_leaders,
     has_idle_effect,
+    next_start,
     score,
     search_round,
 )
@@ -202,6 +203,20 @@ def test_an_effect_that_does_not_pay_is_dropped_from_the_best():
     assert kept[0].ids == ("p",)
     assert kept[0].fit.point == pytest.approx({"a": 0.5, "p": 0.7}, abs=0.06)
     assert {h.ids for h in kept} >= {("p", "q"), ("q",), ("p",), ()}
+
+
+def test_the_next_bank_is_made_at_the_best_set_else_at_its_best_part_where_there_has_been_none():
+    p, nuisance_jacobian = posed(moving(LINEAR), {"p": 0.7, "q": -0.3}, EFFECTS)
+    both = start(p, nuisance_jacobian, EFFECTS[:2], {"p": 0.7, "q": -0.3})
+    part = start(p, nuisance_jacobian, EFFECTS[:1], {"p": 0.7})
+    worse = start(p, nuisance_jacobian, EFFECTS[1:2], {"q": -0.3})
+    other = start(p, nuisance_jacobian, EFFECTS[2:3], {})
+    found = best_of_each_set([other, worse, part, both, deliver(p, nuisance_jacobian)])
+    assert found[0] is both
+    assert next_start(found, [frozenset()]) is both
+    assert next_start(found, [both.labels]) is part
+    assert next_start(found, [both.labels, part.labels]) is worse
+    assert next_start(found, [both.labels, part.labels, worse.labels]) is None
 
 
 def test_of_each_set_the_best_fit_counts_and_an_effect_has_its_price():
