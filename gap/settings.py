@@ -228,7 +228,7 @@ class FitSettings:
 
 @dataclass(frozen=True, kw_only=True)
 class SearchSettings:
-    """The search over sets of effects on a bank of responses. Chosen on cases 20 to 22 and 6 of seed 20261126."""
+    """The search over sets of effects on a bank of responses. Chosen on cases 6 and 20 to 22 of seed 20261126."""
 
     sizes: tuple[float, ...] = (0.03, 0.1, 0.3, 1.0, 3.0)
     """Sizes of an effect that are run, in usual ones; between them responses are scaled."""
@@ -318,9 +318,8 @@ class EvidenceSettings:
     """Prior probabilities of hypotheses; what calibrates them is in `selection/calibration.json`."""
 
     prior_none: float = 0.3
-    prior_single: float = 0.5
-    prior_pair: float = 0.2
-    """Prior probability of no effect, of one, and of two together (shared by all sets of that size)."""
+    prior_of_size: tuple[float, ...] = (0.5, 0.16, 0.04)
+    """Prior probability of no effect, and of one, two and three together (shared by all sets of that size)."""
     adequate: float = 0.02
     """Structured energy beyond chance, per reading, with which nothing is left to explain."""
     chance: float = 1.5

@@ -13,6 +13,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, field
+from math import comb
 
 import numpy as np
 
@@ -62,9 +63,8 @@ def prior(problem: Problem, h: Hypothesis) -> float:
     if not h.candidates:
         return settings.prior_none
     weight = float(np.prod([c.weight for c in h.candidates]))
-    if len(h.candidates) == 1:
-        return settings.prior_single * weight / ids
-    return settings.prior_pair * weight / max(1.0, ids * (ids - 1) / 2)
+    size, known = len(h.candidates), settings.prior_of_size
+    return known[min(size, len(known)) - 1] * weight / max(1, comb(ids, size))
 
 
 def rank_hypotheses(
