@@ -134,7 +134,7 @@ FOUND = {
     "piston_seal": ("explained_in_part", "friction", ("seal_pressure_friction",), "piston.F", 0.40),
     "silverbox": ("explained", "spring", ("cubic_spring",), "box.y", 0.965),
 }
-"""Verdict, group with the largest share, effects that are named, and by how much the held-out RMS of a channel falls."""
+"""Verdict, group with the largest share, effects that are named, by how much the held-out RMS of a channel falls."""
 
 
 @needs_data
