@@ -25,16 +25,17 @@ def diagnose(
     processes: int | None = None,
     stop: StopToken | None = None,
     settings: Settings = DEFAULT,
+    tell: Callable[[str], None] = lambda text: None,
 ) -> Diagnosis:
     """The diagnosis of a campaign.
 
     say: gets each stage's name; progress: the number of simulations so far; stop: as soon as it is requested, what has
-    been found by then is judged.
+    been found by then is judged; tell: gets what is known so far, in a sentence, as it grows.
     """
     started = time.perf_counter()
     stop = stop or StopToken()
     catalogue = catalogues.load(campaign.effects) if campaign.effects else catalogues.load_from_package(campaign.system)
     with Pool(campaign.system, executor, processes, progress) as pool:
         say("reading the model")
-        state = run_pipeline(PIPELINE, begin(campaign, catalogue, pool, stop, settings), say)
+        state = run_pipeline(PIPELINE, begin(campaign, catalogue, pool, stop, settings), say, tell)
         return Diagnosis(state, pool.count, time.perf_counter() - started)

@@ -26,7 +26,8 @@ def diagnose_command(options: argparse.Namespace) -> int:
     make_folder(options.out)
     show = _Progress(options.quiet)
     with _Patience(options.time_limit) as patience, cluster(options.dask) as executor:
-        d = diagnose(campaign, executor, show.stage, show.run, options.processes, StopToken(patience.ended))
+        d = diagnose(campaign, executor, show.stage, show.run, options.processes, StopToken(patience.ended),
+                     tell=show.known)  # fmt: skip
     show.clear()
     data = write(d, options.out)
     signals = collect(d.state)
@@ -78,6 +79,14 @@ class _Progress:
         if self.plain:
             print(f"[{time.monotonic() - self.begin:5.1f} s] {text}", file=sys.stderr)
         self._draw(True)
+
+    def known(self, text: str) -> None:
+        """What is known so far; it stays."""
+        if self.plain:
+            self.stage(text)
+        elif self.on:
+            self.clear()
+            print(f"[{time.monotonic() - self.begin:5.1f} s] {text}", file=sys.stderr)
 
     def run(self, runs: int) -> None:
         self.runs = runs

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import replace
 
 from ...core.errors import SimulationError
@@ -10,7 +11,7 @@ from ..search.baseline import deliver, refit_base, unfitted_base
 from ..search.leaders import refine_macro_step, widen_derivatives
 from ..search.rounds import best_of_each_set, drop_each, fit_leaders, next_start, search_round, without_needless
 from ..selection.evidence import rank_hypotheses
-from ..selection.hypothesis import is_adequate
+from ..selection.hypothesis import Hypothesis, is_adequate
 from .state import State
 
 
@@ -33,8 +34,17 @@ def compare_sets(state: State) -> State:
     banked = (*state.banked, at.labels)
     return replace(
         state, baseline=baseline, found=tuple(h for h in hypotheses if h.candidates), gains=state.gains or found.gains,
-        banked=banked, start=next_start(hypotheses, banked),
+        banked=banked, start=next_start(hypotheses, banked), so_far=_so_far(hypotheses),
     )  # fmt: skip
+
+
+def _so_far(found: Sequence[Hypothesis]) -> str:
+    """What the best set leaves of what calibration leaves."""
+    best, left = found[0], next(h.fit.rms for h in found if not h.candidates)
+    if not best.candidates:
+        return f"so far: no effect does better than calibration, which leaves {left:.3g} times the noise"
+    compared = f"{len(found) - 1} sets fitted"
+    return f"so far: {best.label} leaves {best.fit.rms:.3g} of the {left:.3g} noises left by calibration; {compared}"
 
 
 def goes_on(state: State) -> bool:

@@ -23,8 +23,12 @@ class Stage:
     """Also when the diagnosis has been asked to stop: it judges what is there, without a simulation."""
 
 
-def run_pipeline(stages: Sequence[Stage], state: State, say: Callable[[str], None] = lambda text: None) -> State:
-    """The state after all stages; `say` is told the name of each that is run.
+def run_pipeline(
+    stages: Sequence[Stage], state: State, say: Callable[[str], None] = lambda text: None,
+    tell: Callable[[str], None] = lambda text: None,
+) -> State:  # fmt: skip
+    """The state after all stages; `say` gets the name of each that is run, `tell` what is known so far when that has
+    changed.
 
     Once it is asked to stop no simulation is begun: what a stage then lacks is left out, and the state is marked as
     unfinished with the stage that was cut off.
@@ -33,7 +37,7 @@ def run_pipeline(stages: Sequence[Stage], state: State, say: Callable[[str], Non
     for stage in stages:
         if (stop.requested and not stage.always) or not stage.when(state):
             continue
-        begin = time.perf_counter()
+        begin, known = time.perf_counter(), state.so_far
         say(stage.name)
         try:
             state = stage.run(state)
@@ -42,4 +46,8 @@ def run_pipeline(stages: Sequence[Stage], state: State, say: Callable[[str], Non
         if stop.requested:
             state = replace(state, unfinished=state.unfinished or stage.name)
         state = replace(state, seconds={**state.seconds, stage.name: time.perf_counter() - begin})
+        if state.so_far != known:
+            tell(state.so_far)
+            first = state.first_answer or sum(state.seconds.values())
+            state = replace(state, first_answer=first)
     return state

@@ -70,6 +70,10 @@ class State:
     """Fits of sets of effects, of each set the best."""
     gains: Mapping[str, float] = field(default_factory=dict)
     """Share of the first bank's residual that each effect alone could explain, by its label."""
+    so_far: str = ""
+    """What the search knows, for whoever waits."""
+    first_answer: float = 0.0
+    """Time until it first knew anything [s]; 0 before."""
     ranked: tuple[RankedHypothesis, ...] = ()
     """All hypotheses, the best first."""
     structure: Structure | None = None

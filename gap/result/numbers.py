@@ -72,9 +72,9 @@ def percent(share: float) -> str:
 
 
 def percents(ends: Sequence[float]) -> str:
-    """An interval of shares."""
+    """An interval of shares; one that is narrower than can be written is within a percent."""
     low, high = (_minus(f"{100.0 * x:.0f}") for x in ends)
-    return f"{low} to {high}{NBSP}%"
+    return f"±1{NBSP}%" if low == high else f"{low} to {high}{NBSP}%"
 
 
 def multiple(x: float) -> str:

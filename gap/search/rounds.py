@@ -37,18 +37,21 @@ def search_round(problem: Problem, nuisance_jacobian: np.ndarray, at: Hypothesis
 
 
 def choose(proposals: Sequence[Proposal], at: Hypothesis, most: int) -> list[Proposal]:
-    """The sets to be fitted: the cheapest, the cheapest of each size, and those with a near relative of an effect that
-    the hypothesis has in its place, for what acts alike is told apart by a fit only."""
-    kept: list[Proposal] = []
+    """The sets to be fitted, `most` or a few more.
+
+    The cheapest of each size; those with one effect more than the hypothesis has, for it may lack just that; those with
+    a near relative of one of its effects in its place, for what acts alike is told apart by a fit only; then the
+    cheapest of all.
+    """
+    kept: dict[Proposal, None] = {}
     for size in sorted({len(p.candidates) for p in proposals}):
         own = [p for p in proposals if len(p.candidates) == size]
-        kept += own[: most // 4 if size else 1]
-    kept += [p for p in proposals if _swaps_relative(p, at)][: most // 4]
-    for p in proposals:
-        if len(kept) >= most:
-            break
-        kept.append(p)
-    return list(dict.fromkeys(kept))
+        kept |= dict.fromkeys(own[: most // 4 if size else 1])
+    more = [p for p in proposals if p.labels > at.labels and len(p.labels) == len(at.labels) + 1]
+    relatives = [p for p in proposals if _swaps_relative(p, at)]
+    kept |= dict.fromkeys([*more[: most // 2], *relatives[: most // 4]])
+    rest = [p for p in proposals if p not in kept]
+    return [*kept, *rest[: max(0, most - len(kept))]]
 
 
 def _swaps_relative(p: Proposal, at: Hypothesis) -> bool:
