@@ -24,8 +24,9 @@ def widen_derivatives(problem: Problem, found: Sequence[Hypothesis], nuisance_ja
     Those over wide steps serve, unless the fit's own foretell better what is left out: where a machine sticks and
     slips, larger moves are another motion.
     """
-    made = list(found)
-    chosen = [k for k, h in enumerate(made) if k < problem.settings.search.wide_leaders or not h.candidates]
+    made, settings = list(found), problem.settings.search
+    near = score(made[0]) + settings.near_leader if made else 0.0
+    chosen = [k for k, h in enumerate(made) if not h.candidates or (k < settings.wide_leaders and score(h) < near)]
     tasks = [with_wide_differences(problem, made[k].fit, nuisance_jacobian) for k in chosen]
     for k, wide in zip(chosen, run_fits(problem, tasks), strict=True):
         if wide is not None:

@@ -32,8 +32,23 @@ def search_round(problem: Problem, nuisance_jacobian: np.ndarray, at: Hypothesis
     chosen = choose(proposals, at, settings.fitted)
     found = refine(problem, bank, chosen, nuisance_jacobian, settings.steps)
     found = sorted((h for h in found if not has_idle_effect(h, settings.negligible)), key=score)
-    leaders = polish(problem, found[: settings.corrected], nuisance_jacobian, settings.polish_looks)
-    return Round((*leaders, *found[settings.corrected :]), gains(problem, bank, nuisance_jacobian))
+    leaders = _polish_leaders(problem, found, nuisance_jacobian)
+    done = {h.labels for h in leaders}
+    rest = [h for h in found if h.labels not in done]
+    return Round((*leaders, *rest), gains(problem, bank, nuisance_jacobian))
+
+
+def _polish_leaders(
+    problem: Problem, found: Sequence[Hypothesis], nuisance_jacobian: np.ndarray
+) -> list[Hypothesis]:
+    """The best fitted to the end, and those that may still reach it if they gain as much by that as it has."""
+    settings = problem.settings.search
+    first = polish(problem, found[:1], nuisance_jacobian, settings.polish_looks)
+    if not first:
+        return []
+    within = score(found[0]) + settings.near_leader
+    others = [h for h in found[1 : settings.corrected] if score(h) < within]
+    return [*first, *polish(problem, others, nuisance_jacobian, settings.polish_looks)]
 
 
 def choose(proposals: Sequence[Proposal], at: Hypothesis, most: int) -> list[Proposal]:
