@@ -244,16 +244,6 @@ def fit(
     return last.result()
 
 
-def robust_fit(
-    problem: Problem, parameters: tuple[EstimatedParameter, ...], u: np.ndarray, nuisance_jacobian: np.ndarray,
-    iterations: int,
-) -> FitTask:  # fmt: skip
-    """The first half of `fit`, for a start of another: without outlying stretches only."""
-    descent = _Descent(problem, parameters, u, nuisance_jacobian, None, None)
-    yield from descent.run(iterations)
-    return descent.result()
-
-
 def with_wide_differences(problem: Problem, at: Fit, nuisance_jacobian: np.ndarray) -> FitTask:
     """The fit where it stands, run exactly, with derivatives that serve for larger moves."""
     coarse = at.model - at.correction

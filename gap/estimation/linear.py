@@ -43,15 +43,6 @@ class Linear:
         residual = (problem.observations.y - model)[rows] * w
         return cls(columns, residual, u, columns.T @ columns, columns.T @ residual)
 
-    def with_column(self, k: int, column: np.ndarray) -> Linear:
-        """The same with a whitened column (n,) inserted as parameter k, at u = 0."""
-        columns = np.insert(self.A, k, column, axis=1)
-        cross = columns.T @ column
-        gram = np.insert(np.insert(self.gram, k, 0.0, axis=0), k, 0.0, axis=1)
-        gram[k, :] = gram[:, k] = cross
-        moment = np.insert(self.moment, k, column @ self.r)
-        return Linear(columns, self.r, np.append(self.u, 0.0), gram, moment)
-
     def leave_out(self, mask: np.ndarray) -> Linear:
         """The same without the entries of the mask (n,), for `step` only."""
         part, r = self.A[mask], self.r[mask]

@@ -7,7 +7,7 @@ from dataclasses import replace
 
 from ...core.errors import SimulationError
 from ..estimation.nuisances import nuisance_columns
-from ..search.baseline import deliver, refit_base, unfitted_base
+from ..search.baseline import deliver, explains_much, refit_base, unfitted_base
 from ..search.leaders import refine_macro_step, widen_derivatives
 from ..search.rounds import best_of_each_set, drop_each, fit_leaders, next_start, search_round, without_needless
 from ..selection.evidence import rank_hypotheses
@@ -20,8 +20,7 @@ def fit_baseline(state: State) -> State:
     refit explains little, for base parameters bent to what they cannot explain lead away from what can."""
     delivered = deliver(state.problem, state.nuisance_jacobian)
     baseline = refit_base(state.problem, state.nuisance_jacobian, delivered)
-    near = state.problem.settings.search.near * delivered.fit.rms
-    start = baseline if baseline.fit.rms < near or is_adequate(state.problem, baseline.fit) else delivered
+    start = baseline if explains_much(state.problem, baseline, delivered) else delivered
     return replace(state, baseline=baseline, start=start)
 
 

@@ -57,6 +57,11 @@ class EffectCandidate:
     """Share of its id's prior probability: an effect of any of n channels is n candidates."""
 
     @property
+    def main(self) -> EstimatedParameter:
+        """The parameter that says how strong the effect is."""
+        return next(x for x in self.parameters if not x.shape)
+
+    @property
     def label(self) -> str:
         """The id, with the channel of a sensor's effect."""
         name = self.parameters[0].name

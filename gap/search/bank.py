@@ -37,12 +37,7 @@ class Response:
     @property
     def size(self) -> float:
         """Normalised value of the main parameter."""
-        return 0.0 if self.removes else self.values[self.main.name]
-
-    @property
-    def main(self) -> EstimatedParameter:
-        """The parameter that says how strong the effect is."""
-        return next(x for x in self.candidate.parameters if not x.shape)
+        return 0.0 if self.removes else self.values[self.candidate.main.name]
 
     @property
     def shape(self) -> tuple[float, ...]:
@@ -95,8 +90,7 @@ def build_bank(
     settings = problem.settings.search
     for c in problem.candidates:
         if c.label not in have:
-            main = next(x for x in c.parameters if not x.shape)
-            sizes = (grid if main.kind == "sensor" else first_sizes)(main, settings)
+            sizes = (grid if c.main.kind == "sensor" else first_sizes)(c.main, settings)
             wanted += [(c, values) for values in variants(c, sizes, settings)]
     bank = extend(problem, bank, wanted)
     return extend(problem, bank, _unseen(problem, bank, wanted))
@@ -110,9 +104,8 @@ def _unseen(problem: Problem, bank: Bank, run: Sequence[Variant]) -> list[Varian
     seen |= {x.candidate.label for x in bank.responses if rms(x.change) >= settings.unseen}
     made: list[Variant] = []
     for c in dict.fromkeys(c for c, values in run if c.label not in seen):
-        main = next(x for x in c.parameters if not x.shape)
-        tried = {values[main.name] for other, values in run if other is c and values}
-        made += [(c, values) for values in variants(c, [s for s in grid(main, settings) if s not in tried], settings)]
+        tried = {values[c.main.name] for other, values in run if other is c and values}
+        made += [(c, values) for values in variants(c, [s for s in grid(c.main, settings) if s not in tried], settings)]
     return made
 
 
@@ -123,7 +116,7 @@ def without_responses(
     """Only the derivatives by base parameters and the point's own effects."""
     parameters = (*problem.base, *(x for c in candidates for x in c.parameters))
     share = problem.settings.search.derivative_step
-    steps = [_step(x, point.get(x.name, 0.0), share) for x in parameters]
+    steps = [wide_step(x, point.get(x.name, 0.0), share) for x in parameters]
     moved = zip(parameters, steps, strict=True)
     points = [{**point, x.name: point.get(x.name, 0.0) + h} for x, h in moved]
     jacobian = np.zeros((len(coarse), len(parameters)))
@@ -153,8 +146,8 @@ def _with(point: Point, candidate: EffectCandidate, values: Mapping[str, float])
     return {**{name: u for name, u in point.items() if name not in gone}, **values}
 
 
-def _step(x: EstimatedParameter, u: float, share: float) -> float:
-    """A step for a derivative that stays in the range."""
+def wide_step(x: EstimatedParameter, u: float, share: float) -> float:
+    """A step for a derivative at u that stays in the range: a share of a base parameter's scale or an effect's size."""
     h = share * (1.0 if x.kind == "base" else max(abs(u), 1.0 if x.shape else 0.1))
     return h if u + h <= x.high else -h
 

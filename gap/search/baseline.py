@@ -56,7 +56,7 @@ def refit_base(problem: Problem, nuisance_jacobian: np.ndarray, delivered: Hypot
         return replace(delivered, fit=replace(delivered.fit, converged=True))
     looks = settings.polish_looks
     baseline = polish(problem, [_walked(problem, nuisance_jacobian, delivered)], nuisance_jacobian, looks)[0]
-    if baseline.fit.rms < settings.near * delivered.fit.rms or is_adequate(problem, baseline.fit):
+    if explains_much(problem, baseline, delivered):
         return baseline
     starts = _nearer_points(problem, nuisance_jacobian, baseline, delivered)
     others = [_walked(problem, nuisance_jacobian, h) for h in starts if not problem.stop_requested]
@@ -66,6 +66,12 @@ def refit_base(problem: Problem, nuisance_jacobian: np.ndarray, delivered: Hypot
         if best.fit.rms < baseline.fit.rms and best.penalised_deviance < baseline.penalised_deviance:
             return best
     return baseline
+
+
+def explains_much(problem: Problem, baseline: Hypothesis, delivered: Hypothesis) -> bool:
+    """Whether a refit of the base parameters leaves little of the delivered gap, or nothing to explain."""
+    near = problem.settings.search.near * delivered.fit.rms
+    return baseline.fit.rms < near or is_adequate(problem, baseline.fit)
 
 
 def _walked(problem: Problem, nuisance_jacobian: np.ndarray, at: Hypothesis) -> Hypothesis:

@@ -19,7 +19,7 @@ from ..problem.noise import rms
 from ..problem.parameters import EffectCandidate, EstimatedParameter, penalty, point_of
 from ..problem.problem import Problem
 from ..selection.hypothesis import Hypothesis, penalised_deviance
-from .bank import Bank, in_batches, rows_of
+from .bank import Bank, in_batches, rows_of, wide_step
 from .sets import Proposal
 
 
@@ -94,11 +94,8 @@ def without(
     if model is None:
         return None
     model = model + fit.correction
-    q, residual = profile_nuisances(problem, model, nuisance_jacobian, 1.0)
-    walk = _Walk(
-        candidates, parameters, u, model, fit.correction, fit.jacobian[:, kept], q, residual,
-        _cost(problem, parameters, u, q, residual), settings.radius,
-    )  # fmt: skip
+    jacobian = fit.jacobian[:, kept]
+    walk = _stand(problem, candidates, parameters, u, model, fit.correction, jacobian, nuisance_jacobian)
     _differentiate(problem, [walk], settings.derivative_step)
     _walk(problem, [walk], rows_of(problem), nuisance_jacobian, settings.steps)
     return polish(problem, [Hypothesis(candidates, _fit(problem, walk))], nuisance_jacobian, settings.polish_looks)[0]
@@ -106,13 +103,20 @@ def without(
 
 def _walk_from(problem: Problem, h: Hypothesis, exact: np.ndarray, nuisance_jacobian: np.ndarray) -> _Walk:
     fit = h.fit
-    q, residual = profile_nuisances(problem, exact, nuisance_jacobian, 1.0)
-    cost = _cost(problem, fit.parameters, fit.normalised, q, residual)
     correction = exact - (fit.model - fit.correction)
-    return _Walk(
-        h.candidates, fit.parameters, fit.normalised, exact, correction, fit.jacobian, q, residual, cost,
-        problem.settings.search.radius,
+    return _stand(
+        problem, h.candidates, fit.parameters, fit.normalised, exact, correction, fit.jacobian, nuisance_jacobian
     )  # fmt: skip
+
+
+def _stand(
+    problem: Problem, candidates: tuple[EffectCandidate, ...], parameters: tuple[EstimatedParameter, ...],
+    u: np.ndarray, model: np.ndarray, correction: np.ndarray, jacobian: np.ndarray, nuisance_jacobian: np.ndarray,
+) -> _Walk:  # fmt: skip
+    """A walk where it begins."""
+    q, residual = profile_nuisances(problem, model, nuisance_jacobian, 1.0)
+    cost, radius = _cost(problem, parameters, u, q, residual), problem.settings.search.radius
+    return _Walk(candidates, parameters, u, model, correction, jacobian, q, residual, cost, radius)
 
 
 def _differentiate(problem: Problem, walks: Sequence[_Walk], h: float = 0.0) -> None:
@@ -165,20 +169,17 @@ def _begin(
         parameters = (*problem.base, *(x for c in p.candidates for x in c.parameters))
         u = np.array([p.point.get(x.name, 0.0) for x in parameters])
         jacobian = np.zeros((len(model), len(parameters)))
-        q, residual = profile_nuisances(problem, model, nuisance_jacobian, 1.0)
         for k, x in enumerate(parameters):
             if x.kind == "base" or x.name in known:
                 jacobian[:, k] = bank.jacobian[:, known[x.name]]
                 if x.kind == "base":
                     continue
-            h = settings.derivative_step * (max(abs(u[k]), 1.0 if x.shape else 0.1))
-            h = h if u[k] + h <= x.high else -h
+            h = wide_step(x, float(u[k]), settings.derivative_step)
             points.append({**p.point, x.name: float(u[k] + h)})
             whose.append((len(walks), k, h))
-        cost = _cost(problem, parameters, u, q, residual)
-        walks.append(_Walk(
-            p.candidates, parameters, u, model, bank.correction, jacobian, q, residual, cost, settings.radius
-        ))  # fmt: skip
+        walks.append(
+            _stand(problem, p.candidates, parameters, u, model, bank.correction, jacobian, nuisance_jacobian)
+        )
     for (w, k, h), model in zip(whose, problem.evaluate(points), strict=True):
         if model is not None:
             walks[w].jacobian[:, k] = (model + bank.correction - walks[w].model) / h
@@ -199,9 +200,7 @@ def _aim(problem: Problem, rows: slice, w: _Walk, nuisance_jacobian: np.ndarray)
     reach = w.radius * np.maximum(problem.settings.search.least_reach, np.abs(w.u))
     weight = dispersion * line.r.size / len(problem.observations)
     step = line.step(w.parameters, weight, reach)
-    left = rms(line.predicted_residual(step))
-    channels = len(problem.observations.span)
-    expected = penalised_deviance(left, penalty(w.parameters, w.u + step.d, step.q[:channels]))
+    expected = _cost(problem, w.parameters, w.u + step.d, step.q, line.predicted_residual(step))
     w.step = step.d
     w.settled = w.cost - expected < problem.settings.search.least_gain
 

@@ -145,7 +145,7 @@ def _reach(responses: Sequence[Response], settings: SearchSettings) -> tuple[np.
     for members in families.values():
         members.sort(key=lambda k: abs(responses[k].size))
         sizes = [abs(responses[k].size) for k in members]
-        main = responses[members[0]].main
+        main = responses[members[0]].candidate.main
         reach = main.high if responses[members[0]].size > 0.0 else -main.low
         for i, k in enumerate(members):
             below = np.sqrt(sizes[i - 1] / sizes[i]) if i else 1.0 / settings.beyond
@@ -210,7 +210,7 @@ def _unrun(bank: Bank, sets: Sequence[Set], settings: SearchSettings) -> list[Va
             if response.removes:
                 continue
             size = response.size * float(x)
-            own = [s for s in grid(response.main, settings) if s * size > 0.0]
+            own = [s for s in grid(response.candidate.main, settings) if s * size > 0.0]
             near = min(own, key=lambda s: abs(np.log(s / size)))
             key = (response.candidate.label, response.shape, near)
             if key not in have:
