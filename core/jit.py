@@ -8,11 +8,20 @@ from a folder that is being edited without the tests should delete its *.nbi and
 
 from __future__ import annotations
 
+import ctypes
 from collections.abc import Callable
 from contextlib import suppress
+from functools import cache
 from typing import Any
 
-from numba import njit
+import numba
+import numpy as np
+from llvmlite import ir
+from numba import cfunc, njit, types
+from numba.extending import intrinsic
+
+PLAIN = bool(numba.config.DISABLE_JIT)  # type: ignore[attr-defined]
+"""Kernels are not compiled (NUMBA_DISABLE_JIT): a debugger may step into them."""
 
 
 def kernel(function: Callable[..., Any], nogil: bool = False) -> Callable[..., Any]:
@@ -32,3 +41,85 @@ def kernel(function: Callable[..., Any], nogil: bool = False) -> Callable[..., A
 def free_kernel(function: Callable[..., Any]) -> Callable[..., Any]:
     """A kernel that lets other threads run meanwhile."""
     return kernel(function, nogil=True)
+
+
+STEP = types.int64(types.int64, types.int64, types.int64, types.int64, types.float64, types.float64)
+"""Signature of a kernel that C code calls: two arrays of float64, each by address and length, and two numbers."""
+
+
+@cache
+def address_of(step: Any) -> int:
+    """Where the code of a kernel with the signature `STEP` stands, for C; 0 where kernels are not compiled."""
+    if PLAIN:
+        return 0
+    return int(_compiled(step.py_func).address)
+
+
+@cache
+def _compiled(function: Callable[..., Any]) -> Any:
+    try:
+        return cfunc(STEP, cache=True, error_model="numpy")(function)
+    except RuntimeError:  # "no locator available"
+        return cfunc(STEP, error_model="numpy")(function)
+
+
+def _as_pointer(_context: Any, address: Any) -> Any:
+    def generate(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
+        return builder.inttoptr(arguments[0], context.get_value_type(signature.return_type))
+
+    return types.CPointer(types.float64)(types.int64), generate  # type: ignore[no-untyped-call]
+
+
+def _calling(_context: Any, builder: Any, _signature: Any, arguments: Any) -> Any:
+    """Code of a call of a C function of pointers that returns nothing: its address, then they."""
+    pointer = ir.IntType(8).as_pointer()
+    kind = ir.FunctionType(ir.VoidType(), [pointer] * (len(arguments) - 1))
+    function = builder.inttoptr(arguments[0], kind.as_pointer())
+    builder.call(function, [builder.inttoptr(place, pointer) for place in arguments[1:]])
+    return _context.get_dummy_value()
+
+
+def _call_of_two(_context: Any, address: Any, a: Any, b: Any) -> Any:
+    return types.void(*[types.int64] * 3), _calling
+
+
+def _call_of_three(_context: Any, address: Any, a: Any, b: Any, c: Any) -> Any:
+    return types.void(*[types.int64] * 4), _calling
+
+
+_pointer: Any = intrinsic(_as_pointer)
+_call_2: Any = intrinsic(_call_of_two)
+_call_3: Any = intrinsic(_call_of_three)
+carray: Any = numba.carray  # type: ignore[attr-defined]
+
+if PLAIN:
+
+    def array_at(address: int, n: int) -> np.ndarray:
+        """The float64 array (n,) at an address."""
+        return np.ctypeslib.as_array((ctypes.c_double * n).from_address(address))
+
+    def call_2(address: int, a: int, b: int) -> None:
+        """Call the C function of two pointers, and without a result, that stands at an address."""
+        ctypes.CFUNCTYPE(None, *[ctypes.c_void_p] * 2)(address)(a, b)
+
+    def call_3(address: int, a: int, b: int, c: int) -> None:
+        """The same of three pointers."""
+        ctypes.CFUNCTYPE(None, *[ctypes.c_void_p] * 3)(address)(a, b, c)
+
+else:
+
+    @njit
+    def array_at(address: int, n: int) -> np.ndarray:
+        """The float64 array (n,) at an address."""
+        made: np.ndarray = carray(_pointer(address), (n,))
+        return made
+
+    @njit
+    def call_2(address: int, a: int, b: int) -> None:
+        """Call the C function of two pointers, and without a result, that stands at an address."""
+        _call_2(address, a, b)
+
+    @njit
+    def call_3(address: int, a: int, b: int, c: int) -> None:
+        """The same of three pointers."""
+        _call_3(address, a, b, c)

@@ -4,6 +4,8 @@ from __future__ import annotations
 
 from typing import Any
 
+from ..core.errors import ParameterError
+from ..mechanics import stepping
 from ..mechanics.arm import Arm
 from ..mechanics.variables import ARM
 from .slave import Slave
@@ -13,27 +15,24 @@ class DeepseaArm(Slave):
     """The cylinder force F_h is held during a step."""
 
     table = ARM
+    step = staticmethod(stepping.advance)
 
     def __init__(self, **kwargs: Any):
         super().__init__(**kwargs)
         self.description = "Arm moved by a hydraulic cylinder in sea water, on MuJoCo, with Morison loads"
-        self._force = ARM.index("F_h")
-        self.warned = False
 
     def build(self, parameters: dict[str, float]) -> None:
-        self.arm = Arm(parameters, self.out, self.time)
+        self.arm = Arm(parameters, self.values, self.time)
+        self.row = self.arm.row
 
-    def advance(self, t: float, h: float) -> None:
-        self.arm.step(t, h, self.values.item(self._force))
-        if self.arm.turned_over and not self.warned:
-            self.warned = True
-            self.warn(
-                f"the linkage passed its dead centre before t = {t + h:g} s: the beam now turns the other way, and x_h "
-                "cannot grow beyond that point"
-            )
-
-    def outputs(self) -> None:
-        self.arm.report(self.values.item(self._force))
+    def heed(self, code: int, t: float, h: float) -> bool:
+        if code == stepping.TOO_LONG:
+            raise ParameterError(stepping.too_long(h))
+        self.warn(
+            f"the linkage passed its dead centre before t = {t + h:g} s: the beam now turns the other way, and x_h "
+            "cannot grow beyond that point"
+        )
+        return False
 
     def get_model_state(self) -> dict[str, Any]:
         return {"arm": self.arm.get_state()}

@@ -7,6 +7,8 @@ state; inputs that act on outputs before the next step.
 Both libraries turn every exception into a fatal fault and free the Python object. So no exception may leave a method.
 The fault goes to the log with status error, and the front library (`front/front.c`, FMI 2.0) returns the worst status
 that was logged during a call. Without the front library the exception is let through.
+
+The front library knows the instance's memory: it reads and writes variables, and makes steps, without Python.
 """
 
 from __future__ import annotations
@@ -24,6 +26,7 @@ from typing import Any, ClassVar
 import numpy as np
 
 from ..core.errors import CosimError, ParameterError, SimulationError
+from ..core.jit import address_of
 from ..core.variables import Variable, VariableTable
 
 INSTANTIATED, INITIALISING, RUNNING, TERMINATED = (
@@ -70,12 +73,17 @@ def _nan(vrs: list[int]) -> list[float]:
 
 
 class Instance:
-    """Base of the project's FMUs. A subclass names its table and implements `build`, `advance` and `outputs`.
+    """Base of the project's FMUs. A subclass names its table and its step, and implements `build` and `heed`.
+
+    The step is a kernel with the signature `core.jit.STEP`: of the instance's values and the row that `build` has made
+    of its model, the time and how far to go; with 0 it only writes the outputs. It returns 0 or a code. While the
+    instance runs, the front library calls it by itself, and Python only where it returned a code.
 
     Mixed into the slave class of pythonfmu or pythonfmu3, which gives `log`, `resources`, `instance_name`, `modelName`.
     """
 
     table: ClassVar[VariableTable]
+    step: ClassVar[Any] = None
     statuses: ClassVar[Any]
     """Names of the FMI version's statuses."""
     describe: ClassVar[Callable[..., Any]]
@@ -96,6 +104,8 @@ class Instance:
         self._roles = np.array([_role(v) for v in self.table], dtype=np.uint8)
         self._inputs = np.flatnonzero(self._roles == 1)
         self._stale = np.ones(1, dtype=np.int32)
+        self._pending = np.zeros(1, dtype=np.int64)
+        self.row = np.zeros(0)
         self.out = self.values[min(self._outputs) : max(self._outputs) + 1]
         """The outputs' part of `values`; the table has them in a row."""
         self._zeros = np.zeros(len(self.out))
@@ -103,9 +113,17 @@ class Instance:
         self.phase = INSTANTIATED
         self._restoring = False
         if self.has_front:
-            arrays = (self.values, self._low, self._high, self._roles, self._stale, self._clock)
+            arrays = (
+                self.values, self._low, self._high, self._roles, self._stale, self._clock, self._pending
+            )  # fmt: skip
             places = " ".join(f"{array.ctypes.data:#x}" for array in arrays)
-            self.log(f"{places} {len(self.values)}", self.statuses.ok, "front")
+            self.log(f"variables {places} {len(self.values)}", self.statuses.ok, "front")
+
+    def _tell_step(self) -> None:
+        """Let the front library make steps by itself while the instance runs, and only then."""
+        if self.has_front and self.step is not None:
+            address = address_of(self.step) if self.running else 0
+            self.log(f"step {address:#x} {self.row.ctypes.data:#x} {len(self.row)}", self.statuses.ok, "front")
 
     @property
     def time(self) -> float:
@@ -119,16 +137,28 @@ class Instance:
     # what a subclass provides
 
     def build(self, parameters: dict[str, float]) -> None:
-        """Make the model in its initial state from checked parameters and the present inputs."""
+        """Make the model in its initial state, and its row, from checked parameters and the present inputs."""
+        raise NotImplementedError
+
+    def heed(self, code: int, t: float, h: float) -> bool:
+        """Raise or warn for a code of the step from t over h [s]; returns whether it has yet to be made."""
         raise NotImplementedError
 
     def advance(self, t: float, h: float) -> None:
         """Advance the model from t over h [s] and write the outputs at t + h into `out`."""
-        raise NotImplementedError
+        code, self._pending[0] = self._pending.item(), 0
+        if not code:
+            code = self._step(t, h)
+        while code > 0 and self.heed(code, t, h):
+            code = self._step(t, h)
 
     def outputs(self) -> None:
         """Write the outputs for the present state and inputs into `out`."""
-        raise NotImplementedError
+        self._step(self.time, 0.0)
+
+    def _step(self, t: float, h: float) -> int:
+        values, row = self.values, self.row
+        return int(self.step(values.ctypes.data, len(values), row.ctypes.data, len(row), t, h))
 
     def get_model_state(self) -> dict[str, Any]:
         """Everything in the model that time changes."""
@@ -173,12 +203,14 @@ class Instance:
         self._expect("exitInitializationMode", INITIALISING)
         self._refresh()
         self.phase = RUNNING
+        self._tell_step()
 
     @reported(None)
     def terminate(self) -> None:
         self._expect("terminate", INITIALISING, RUNNING)
         self.phase = TERMINATED
         self._admit()
+        self._tell_step()
 
     @reported(False)
     def do_step(self, current_time: float, step_size: float) -> bool:
@@ -278,6 +310,7 @@ class Instance:
         self.values[:] = state["values"]
         self._stale[0] = state["stale"]
         self._admit()
+        self._tell_step()
 
     def _admit(self) -> None:
         """Let the front library write inputs by itself, but not after terminate."""

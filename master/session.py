@@ -246,6 +246,7 @@ class Session:
             self._runners[records] = Runner(
                 self._programs[key], [wanted[j][1].place for j in outputs], [wanted[j][1].place for j in inputs]
             )
+            self._runners[records].timed = False
         return self._runners[records], [*outputs, *inputs]
 
     def _program(self, method: str, driven: tuple[Signal, ...]) -> Program:

@@ -1,31 +1,23 @@
-"""The arm as a simulation: MuJoCo gives mass matrix, Coriolis and weight of the tree, `loads` the rest.
-
-Integration is velocity Verlet (second order, one evaluation a step) with steps of at most `MAX_STEP`; the arm alone is
-slow (its pendulum mode is below 1 Hz), the fast mode of the machine arises from the coupling.
-"""
+"""The arm as a simulation: MuJoCo gives mass matrix, Coriolis and weight of the tree, `loads` the rest, `stepping`
+moves it on."""
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from functools import lru_cache
-from math import ceil, pi
+from math import pi
 
 import mujoco
 import numpy as np
 
 from ..core.errors import ParameterError
 from ..core.sea import GRAVITY, ambient_pressure
-from . import loads
+from . import loads, stepping
 from .effects import EFFECTS, effect_constants, with_effects
 from .linkage import check_buildable, linkage
 from .mjcf import mjcf
-from .variables import BEAM_STRIPS
-
-MAX_STEP = 4e-3
-"""Longest internal step [s]."""
-
-MOST_STEPS = 10_000_000
-"""Most internal steps in one communication step."""
+from .mujoco_library import addresses
+from .variables import ARM
 
 
 @lru_cache(maxsize=8)
@@ -43,82 +35,82 @@ def compiled(text: str) -> mujoco.MjModel:
 class Arm:
     """State theta [rad], omega [rad/s] at time t [s], driven by the cylinder force F_h [N]; starts at rest at theta0.
 
-    The outputs are written into `out`, in the order of the variable table, after each step and by `report`.
+    `values` are those of the variable table: the force is taken from there, and the outputs are written there after
+    each step and by `report`. `row` holds the state, see `stepping`.
     """
 
-    def __init__(self, p: Mapping[str, float], out: np.ndarray | None = None, t: float = 0.0):
+    def __init__(self, p: Mapping[str, float], values: np.ndarray | None = None, t: float = 0.0):
         check_buildable(p["theta0"], p["rod_eye_radius"], p["base_x"], p["base_y"])
         p = with_effects(p)
         self.model = compiled(mjcf(p))
         self.data = mujoco.MjData(self.model)
-        self._M = np.zeros((3, 3))
-        self._qpos, self._qvel = self.data.qpos, self.data.qvel
-        self._bias, self._passive = self.data.qfrc_bias, self.data.qfrc_passive
-        self._p = np.zeros(5)
-        self.out = np.zeros(11 + BEAM_STRIPS) if out is None else out
-        self.c = c = np.zeros(loads.SIZE)
-        c[: len(EFFECTS)] = effect_constants(p)
-        c[loads.R_EYE], c[loads.BASE_X], c[loads.BASE_Y] = p["rod_eye_radius"], p["base_x"], p["base_y"]
-        c[loads.L_0] = linkage.py_func(p["theta0"], p["rod_eye_radius"], p["base_x"], p["base_y"])[0]
-        grown = 2.0 * p["effect.marine_growth.thickness"]
-        c[loads.BEAM_L], c[loads.BEAM_D] = p["beam_length"], p["beam_diameter"] + grown
-        c[loads.BARREL_L], c[loads.BARREL_D] = p["barrel_length"], p["barrel_diameter"] + grown
-        c[loads.ROD_D], c[loads.RHO], c[loads.C_M] = p["rod_diameter"], p["rho_s"], p["C_M"]
-        c[loads.C_D], c[loads.PRINTED], c[loads.SPEED] = p["C_D"], p["drag_as_printed"], p["current_speed"]
-        c[loads.AMPLITUDE], c[loads.FREQUENCY] = p["current_amplitude"], p["current_frequency"]
-        net_beam = p["beam_mass"] - p["rho_s"] * pi * p["beam_diameter"] ** 2 / 4.0 * p["beam_length"]
-        c[loads.WEIGHT_MOMENT] = (net_beam * GRAVITY / 2.0 + p["load_weight"]) * p["beam_length"]
-        self.theta, self.omega, self.t = p["theta0"], 0.0, t
-        self._evaluate(self.theta, self.omega, t)
-        self.lever_0 = self._p.item(loads.LEVER)
-        self.F_hold = -self._p[loads.TORQUE] / self._p[loads.LEVER]
+        self.values = np.zeros(len(ARM)) if values is None else values
+        self.out = self.values[stepping.FIRST : stepping.BEHIND]
+        self.row = np.zeros(stepping.SIZE)
+        self.row[: stepping.THETA] = self._addresses()
+        self.projection = self.row[stepping.PROJECTION : stepping.MATRIX]
+        self.c = self.row[stepping.CONSTANTS :]
+        self.c[:] = constants(p)
+        self.at = (self.values.ctypes.data, len(self.values), self.row.ctypes.data, len(self.row))
+        """Where values and row are, for `stepping.advance`."""
+        self.row[stepping.THETA : stepping.T + 1] = p["theta0"], 0.0, t
+        stepping.evaluate(self.row.ctypes.data, p["theta0"], 0.0, t)
+        self.row[stepping.LEVER_0] = self.projection[loads.LEVER]
+        self.F_hold = -self.projection[loads.TORQUE] / self.projection[loads.LEVER]
         self.P_am = ambient_pressure(p["depth"]) * p["effect.ambient_pressure_error.scale"]
         self.out[9], self.out[10] = self.F_hold, self.P_am
         if not np.isfinite(self.F_hold):
             raise ParameterError("the arm's parameters give no finite holding force")
 
-    def _evaluate(self, theta: float, omega: float, t: float) -> None:
-        """Bring the projected equation of motion up to date for a state."""
-        loads.place(theta, omega, self.c, self._qpos, self._qvel)
-        mujoco.mj_fwdPosition(self.model, self.data)
-        mujoco.mj_fwdVelocity(self.model, self.data)
-        mujoco.mj_fullM(self.model, self.data, self._M)
-        loads.project(theta, omega, t, self.c, self._M, self._bias, self._passive, self._p)
+    def _addresses(self) -> Sequence[float]:
+        """What stands first in the row; an address is less than 2^53, so a float64 holds it."""
+        d = self.data
+        arrays = (d.qpos, d.qvel, d.qfrc_bias, d.qfrc_passive)
+        return [self.model._address, d._address, *addresses(), *(x.ctypes.data for x in arrays)]
+
+    @property
+    def theta(self) -> float:
+        """Angle of the beam [rad]."""
+        return self.row.item(stepping.THETA)
+
+    @property
+    def omega(self) -> float:
+        """Its angular velocity [rad/s]."""
+        return self.row.item(stepping.OMEGA)
 
     def step(self, t_0: float, h: float, F_h: float) -> None:
         """Advance from t_0 by h [s] with the cylinder force F_h [N] held."""
-        n = max(1, ceil(h / MAX_STEP * (1.0 - 1e-12)))
-        if n > MOST_STEPS:
-            raise ParameterError(f"communication step of {h:g} s: the arm takes at most {MOST_STEPS * MAX_STEP:g} s")
-        dt = h / n
-        theta, omega = self.theta, self.omega
-        mass, torque, lever = self._p[0], self._p[1], self._p[2]
-        alpha = (torque + lever * F_h) / mass
-        for i in range(1, n + 1):
-            theta += dt * (omega + 0.5 * dt * alpha)
-            self._evaluate(theta, omega + dt * alpha, t_0 + i * dt)
-            mass, torque, lever = self._p[0], self._p[1], self._p[2]
-            alpha_end = (torque + lever * F_h) / mass
-            omega += 0.5 * dt * (alpha + alpha_end)
-            alpha = alpha_end
-        self.theta, self.omega, self.t = float(theta), float(omega), t_0 + h
-        loads.report(self.theta, self.omega, alpha, self.t, F_h, self.c, self.out)
+        self.values[stepping.FORCE] = F_h
+        if stepping.advance(*self.at, t_0, h) == stepping.TOO_LONG:
+            raise ParameterError(stepping.too_long(h))
 
     def report(self, F_h: float) -> None:
         """Write the outputs of the present state with the force F_h [N]."""
-        alpha = (self._p[loads.TORQUE] + self._p[loads.LEVER] * F_h) / self._p[loads.MASS]
-        loads.report(self.theta, self.omega, alpha, self.t, F_h, self.c, self.out)
-
-    @property
-    def turned_over(self) -> bool:
-        """Whether the linkage has passed its dead centre: the lever has changed its sign since the start."""
-        return self._p.item(loads.LEVER) * self.lever_0 < 0.0
+        self.values[stepping.FORCE] = F_h
+        stepping.advance(*self.at, 0.0, 0.0)
 
     def get_state(self) -> list[float]:
         """Everything that a later `set_state` needs to go on bitwise the same."""
-        return [self.theta, self.omega, self.t, *self._p.tolist()]
+        state: list[float] = self.row[stepping.THETA : stepping.MATRIX].tolist()
+        return state
 
     def set_state(self, state: list[float]) -> None:
         """Restore what `get_state` gave."""
-        self.theta, self.omega, self.t = state[:3]
-        self._p[:] = state[3:]
+        self.row[stepping.THETA : stepping.MATRIX] = state
+
+
+def constants(p: Mapping[str, float]) -> np.ndarray:
+    """The numbers that `loads` needs, from the parameters by name."""
+    c = np.zeros(loads.SIZE)
+    c[: len(EFFECTS)] = effect_constants(p)
+    c[loads.R_EYE], c[loads.BASE_X], c[loads.BASE_Y] = p["rod_eye_radius"], p["base_x"], p["base_y"]
+    c[loads.L_0] = linkage.py_func(p["theta0"], p["rod_eye_radius"], p["base_x"], p["base_y"])[0]
+    grown = 2.0 * p["effect.marine_growth.thickness"]
+    c[loads.BEAM_L], c[loads.BEAM_D] = p["beam_length"], p["beam_diameter"] + grown
+    c[loads.BARREL_L], c[loads.BARREL_D] = p["barrel_length"], p["barrel_diameter"] + grown
+    c[loads.ROD_D], c[loads.RHO], c[loads.C_M] = p["rod_diameter"], p["rho_s"], p["C_M"]
+    c[loads.C_D], c[loads.PRINTED], c[loads.SPEED] = p["C_D"], p["drag_as_printed"], p["current_speed"]
+    c[loads.AMPLITUDE], c[loads.FREQUENCY] = p["current_amplitude"], p["current_frequency"]
+    net_beam = p["beam_mass"] - p["rho_s"] * pi * p["beam_diameter"] ** 2 / 4.0 * p["beam_length"]
+    c[loads.WEIGHT_MOMENT] = (net_beam * GRAVITY / 2.0 + p["load_weight"]) * p["beam_length"]
+    return c

@@ -5,8 +5,8 @@
  * FMU's Python code logs a fault with its status and goes on; this library returns the worst status that was logged
  * during a call. It switches the log on for that and passes on what the importer asked for: errors, and what is said of
  * the Python that was found, always; the rest with loggingOn. And pythonfmu makes Python lists for every value: the
- * Python code tells this library, by a log message of the category "front", where its variables are, and plain reads and
- * writes of reals need no Python at all.
+ * Python code tells this library, by log messages of the category "front", where its variables are, and its compiled
+ * step, and plain reads and writes of reals and steps that go well need no Python at all.
  *
  * pythonfmu's library lies beside this one as <modelIdentifier>_pythonfmu.so (and `quiet.c` as _quiet.so). After
  * fmi2Fatal the instance is not touched any more, because pythonfmu has freed parts of it by then.
@@ -36,13 +36,26 @@ typedef struct {
     const double *low, *high;       /* ranges */
     const unsigned char *role;      /* what each variable is */
     int *stale;                     /* set when outputs have to be computed anew before they are read */
-    const double *time;             /* where the instance is [s] */
+    double *time;                   /* where the instance is [s] */
+    long long *pending;             /* what the step returned that was made here, for Python to go on from */
     int count;
 } Shared;
+
+/* the instance's compiled step: core/jit.py, STEP */
+typedef long long Step(double *values, long long n, double *row, long long m, double t, double h);
+
+typedef struct {
+    Step *call;       /* NULL while the instance does not run */
+    double *row;
+    long long size;
+} Model;
+
+enum { UNSETTLED = -1 }; /* pending: the step was made, the outputs are not finite */
 
 typedef struct {
     fmi2Component inner;
     Shared shared;    /* values is NULL until Python has told */
+    Model model;
     fmi2CallbackFunctions importer, mine; /* copies: not every importer keeps its own */
     fmi2Boolean logging;
     unsigned muted;   /* categories that the importer has not asked for, a bit each */
@@ -115,9 +128,11 @@ static void on_log(fmi2ComponentEnvironment environment, fmi2String name, fmi2St
     unsigned kind;
     if (category && !strcmp(category, "front")) {
         Shared s;
-        if (sscanf(message, "%p %p %p %p %p %p %d", (void **)&s.values, (void **)&s.low, (void **)&s.high,
-                   (void **)&s.role, (void **)&s.stale, (void **)&s.time, &s.count) == 7)
+        Model m;
+        if (sscanf(message, "variables %p %p %p %p %p %p %p %d", (void **)&s.values, (void **)&s.low, (void **)&s.high,
+                   (void **)&s.role, (void **)&s.stale, (void **)&s.time, (void **)&s.pending, &s.count) == 8)
             instance->shared = s;
+        if (sscanf(message, "step %p %p %lld", (void **)&m.call, (void **)&m.row, &m.size) == 3) instance->model = m;
         return;
     }
     if (status > instance->worst && status <= fmi2Fatal) instance->worst = status;
@@ -366,7 +381,10 @@ EXPORT fmi2Status fmi2Reset(fmi2Component c)
 {
     Instance *instance = c;
     fmi2Status status;
-    if (instance) memset(&instance->shared, 0, sizeof instance->shared); /* the Python instance will be a new one */
+    if (instance) { /* the Python instance will be a new one */
+        memset(&instance->shared, 0, sizeof instance->shared);
+        memset(&instance->model, 0, sizeof instance->model);
+    }
     status = forward_reset(c);
     if (instance && !instance->lost) deliver(instance);
     return status;
@@ -383,9 +401,32 @@ CALL(static, forward_set_real, SetReal,
      (fmi2Component c, const fmi2ValueReference vr[], size_t n, const fmi2Real value[]),
      (fmi2Component, const fmi2ValueReference *, size_t, const fmi2Real *), (instance->inner, vr, n, value))
 
+/* advance by h, or with 0 bring the outputs up to date, without Python; 0: it could not be done, or was done and is for
+ * Python to go on from */
+static int stepped(Instance *instance, double t, double h)
+{
+    const Shared *s = &instance->shared;
+    const Model *m = &instance->model;
+    long long code;
+    int i;
+    if (!m->call || *s->pending) return 0;
+    lock();
+    code = m->call(s->values, s->count, m->row, m->size, t, h);
+    for (i = 0; !code && i < s->count; i++)
+        if (s->role[i] == OUTPUT && !isfinite(s->values[i])) code = UNSETTLED;
+    if (!code) {
+        *s->time = t + h;
+        *s->stale = 0;
+    } else if (h > 0.0) {
+        *s->pending = code;
+    }
+    unlock();
+    return !code;
+}
+
 EXPORT fmi2Status fmi2GetReal(fmi2Component c, const fmi2ValueReference vr[], size_t n, fmi2Real value[])
 {
-    const Instance *instance = c;
+    Instance *instance = c;
     const Shared *s = instance ? &instance->shared : NULL;
     size_t i, output = n;
     fmi2Real first = 0.0;
@@ -395,7 +436,7 @@ EXPORT fmi2Status fmi2GetReal(fmi2Component c, const fmi2ValueReference vr[], si
         if (vr[i] >= (unsigned)s->count || s->role[vr[i]] == NOT_REAL) return forward_get_real(c, vr, n, value);
         if (s->role[vr[i]] == OUTPUT) output = i;
     }
-    if (*s->stale && output < n) { /* reading one brings all up to date */
+    if (*s->stale && output < n && !stepped(instance, *s->time, 0.0)) { /* reading one brings all up to date */
         status = forward_get_real(c, vr + output, 1, &first);
         if (instance->lost) return status;
     }
@@ -490,8 +531,20 @@ EXPORT fmi2Status fmi2DeSerializeFMUstate(fmi2Component c, const fmi2Byte bytes[
 {
     return state && bytes ? forward_deserialize(c, bytes, size, state) : no_state(c);
 }
-FORWARD(DoStep, (fmi2Component c, fmi2Real t, fmi2Real h, fmi2Boolean keep),
-        (fmi2Component, fmi2Real, fmi2Real, fmi2Boolean), (instance->inner, t, h, keep))
+CALL(static, forward_step, DoStep, (fmi2Component c, fmi2Real t, fmi2Real h, fmi2Boolean keep),
+     (fmi2Component, fmi2Real, fmi2Real, fmi2Boolean), (instance->inner, t, h, keep))
+
+/* what Python would refuse is left to it, and what the step itself does not get done */
+EXPORT fmi2Status fmi2DoStep(fmi2Component c, fmi2Real t, fmi2Real h, fmi2Boolean keep)
+{
+    Instance *instance = c;
+    if (instance && !instance->lost && instance->model.call && h > 0.0 && isfinite(h)) {
+        double now = *instance->shared.time;
+        if (fabs(t - now) <= 1e-9 * fmax(1.0, fabs(now)) && stepped(instance, t, h)) return fmi2OK;
+    }
+    return forward_step(c, t, h, keep);
+}
+
 FORWARD(CancelStep, (fmi2Component c), (fmi2Component), (instance->inner))
 FORWARD(GetDirectionalDerivative,
         (fmi2Component c, const fmi2ValueReference z[], size_t nz, const fmi2ValueReference v[], size_t nv,

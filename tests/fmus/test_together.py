@@ -27,9 +27,9 @@ def another_version(fmu: Path, target: Path) -> Path:
     made = io.BytesIO()
     with zipfile.ZipFile(made, "w") as archive:
         for name, content in inner.items():
-            if name.endswith("fmus/arm.py"):
-                changed = content.count(b"self.values.item(self._force)")
-                content = content.replace(b"self.values.item(self._force)", b"1.5 * self.values.item(self._force)")
+            if name.endswith("mechanics/stepping.py"):
+                changed = content.count(b"v[FORCE]")
+                content = content.replace(b"v[FORCE]", b"(1.5 * v[FORCE])")
             archive.writestr(name.replace(old.decode(), new.decode()), content)
     assert changed
     files["resources/code.zip"] = made.getvalue()

@@ -18,7 +18,7 @@ def arm(**effects):
 
 def moment(a):
     """Holding torque about the pivot [N m]."""
-    return a.F_hold * a._p[loads.LEVER]
+    return a.F_hold * a.projection[loads.LEVER]
 
 
 def test_effects_are_absent_bit_for_bit():
@@ -36,7 +36,7 @@ def test_payload_is_weight_and_inertia():
     plain, heavy = arm(), arm(payload_error__scale=1.3)
     assert moment(heavy) - moment(plain) == pytest.approx(0.3 * 800.0 * LENGTH * np.cos(THETA), rel=1e-9)
     inertia = 0.3 * 800.0 / GRAVITY * LENGTH**2
-    assert heavy._p[loads.MASS] - plain._p[loads.MASS] == pytest.approx(inertia, rel=1e-9)
+    assert heavy.projection[loads.MASS] - plain.projection[loads.MASS] == pytest.approx(inertia, rel=1e-9)
 
 
 def test_buoyancy_lifts_the_middle():
@@ -48,7 +48,7 @@ def test_marine_growth_adds_drag_and_water_but_no_weight():
     clean, grown = arm(current_error__offset=-0.5), arm(current_error__offset=-0.5, marine_growth__thickness=0.02)
     assert moment(grown) == pytest.approx(moment(clean), rel=1e-12)  # no current, no drag: the same weight
     water = 1025 * 2.0 * np.pi / 12 * LENGTH**3 * (0.14**2 - 0.10**2)
-    assert grown._p[loads.MASS] - clean._p[loads.MASS] == pytest.approx(water, rel=0.01)
+    assert grown.projection[loads.MASS] - clean.projection[loads.MASS] == pytest.approx(water, rel=0.01)
     assert arm(marine_growth__thickness=0.02).c[loads.BEAM_D] == pytest.approx(0.14)
 
 

@@ -1,0 +1,78 @@
+"""A step of an instance, from all that it remembers: one row of numbers, so that compiled code finds everything by one
+address.
+
+The inputs are taken at the start of a step: x_h moves on with v_h, x_ref with the slope of its last change.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+
+import numpy as np
+
+from ..core.jit import array_at, kernel
+from .circuit import BORDER, LAW, OUTPUTS, SEGMENTS, constants, state_scales
+from .integrator import OK, TOO_MANY, TOO_SMALL, new_workspace
+from .march import MEMORY, step
+from .steady import steady_state
+from .variables import HYDRAULICS
+
+JUMP_RATE = 1.0
+"""A commanded displacement that changes faster [m/s] from step to step is a jump and not continued as a slope."""
+
+FAULTS = {
+    TOO_SMALL: "the integration step fell below what time resolves",
+    TOO_MANY: "the integration needs too many steps",
+}
+NOT_FOLLOWED = 3
+"""What `advance` returns beside `OK` and the faults: x_ref changes but is not followed; the step was not begun."""
+
+T, REF, RATE, UNUSED, CONSTANTS = range(5)
+"""Places in the row: start of the last step [s] (inf: there was none), x_ref then [m], its slope [m/s], whether x_ref
+is unused and nothing was said of that; then constants, state, its scales, the controller's memory, the workspace."""
+
+SIZE = LAW + 1
+"""Number of constants."""
+
+X_H, V_H, X_REF = (HYDRAULICS.index(name) for name in ("x_h", "v_h", "x_ref"))
+FIRST = HYDRAULICS.index(OUTPUTS[0])
+BEHIND = FIRST + len(OUTPUTS)
+"""Places among the instance's values."""
+
+
+def initial_row(p: Mapping[str, float], F_hold: float) -> tuple[np.ndarray, bool]:
+    """The row of an instance at rest with parameters by name, and whether the supply holds the force F_hold [N]."""
+    c = constants(p)
+    y, held = steady_state(c, F_hold)
+    head = np.array([np.inf, 0.0, 0.0, float(not p["command.use_input"])])
+    parts = (head, c, y, state_scales(c), np.zeros(MEMORY), new_workspace(int(p["line.segments"])))
+    return np.concatenate(parts), held
+
+
+@kernel
+def advance(values: int, n: int, row: int, m: int, t: float, h: float) -> int:
+    """Advance from t by h [s] and write the outputs; with h = 0 only the outputs.
+
+    values, row: addresses of the instance's values (n,) and of its row (m,). Returns `OK`, a fault, `NOT_FOLLOWED`.
+    """
+    v, b = array_at(values, n), array_at(row, m)
+    c = b[CONSTANTS : CONSTANTS + SIZE]
+    states = 2 * (2 * int(c[SEGMENTS]) - 1) + BORDER
+    a = CONSTANTS + SIZE
+    y, scale = b[a : a + states], b[a + states : a + 2 * states]
+    a += 2 * states
+    memory, w = b[a : a + MEMORY], b[a + MEMORY :]
+    x_ref, rate = v[X_REF], b[RATE]
+    if h > 0.0:
+        rate = 0.0
+        if b[T] < t:
+            rate = (x_ref - b[REF]) / (t - b[T])
+            if b[UNUSED] > 0.0 and x_ref != b[REF]:
+                b[UNUSED] = 0.0
+                return NOT_FOLLOWED
+            if abs(rate) > JUMP_RATE:
+                rate = 0.0
+    status = step(y, w, memory, c, scale, t, h, v[X_H], v[V_H], x_ref, rate, v[FIRST:BEHIND])
+    if status == OK and h > 0.0:
+        b[T], b[REF], b[RATE] = t, x_ref, rate
+    return status

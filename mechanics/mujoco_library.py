@@ -1,0 +1,31 @@
+"""MuJoCo's own functions by address, for compiled code: its Python bindings take longer than what they call."""
+
+from __future__ import annotations
+
+import ctypes
+from functools import cache
+from pathlib import Path
+
+import mujoco
+
+from ..core.errors import SimulationError
+
+VERSION = "4.0."
+"""How the version begins whose declarations are known; functions that are declared otherwise would crash."""
+
+NAMES = ("mj_fwdPosition", "mj_fwdVelocity", "mj_fullM")
+
+
+@cache
+def addresses() -> tuple[int, ...]:
+    """Of the functions `NAMES`, the first two of model and data, the last of model, data and matrix."""
+    if not mujoco.__version__.startswith(VERSION):
+        remedy = f'pip install "mujoco~={VERSION}0"'
+        raise SimulationError(f"the arm calls MuJoCo {VERSION}x, and here is {mujoco.__version__}: {remedy}")
+    folder = Path(mujoco.__file__).parent
+    found = sorted(p for p in folder.iterdir() if p.name.startswith(("libmujoco.", "mujoco.dll")))
+    if not found:
+        raise SimulationError(f"the library of MuJoCo {mujoco.__version__} is not in {folder}; is it installed whole?")
+    library = ctypes.CDLL(str(found[0]))
+    made = [ctypes.cast(getattr(library, name), ctypes.c_void_p).value for name in NAMES]
+    return tuple(address or 0 for address in made)
