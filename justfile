@@ -34,6 +34,7 @@ bench: build
     .venv/bin/python benchmarks/deepsea.py build
     .venv/bin/python benchmarks/coupling_error.py build
     .venv/bin/python benchmarks/sweep.py build
+    .venv/bin/python benchmarks/native_step.py build/deepsea_0km.ssp
 
 # whether the diagnosis says what it said at a commit, to the last digit; d218b3d --after 5a219d7 is the move of gap/
 same-diagnoses before *arguments:

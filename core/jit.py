@@ -1,4 +1,5 @@
-"""One decorator for compiled kernels, so that every kernel is compiled the same way and cached on disk.
+"""One decorator for compiled kernels, so that every kernel is compiled the same way and cached on disk; and what it
+takes that C code calls a kernel (`STEP`, `address_of`, `array_at`) and a kernel C code (`call_2`, `call_3`).
 
 Numba's cache of a function looks only at that function's own file. A change in another file that the
 function was inlined from would go unnoticed. So each FMU unpacks its code into a folder named after the content
@@ -12,16 +13,16 @@ import ctypes
 from collections.abc import Callable
 from contextlib import suppress
 from functools import cache
-from typing import Any
+from typing import Any, cast
 
 import numba
 import numpy as np
 from llvmlite import ir
-from numba import cfunc, njit, types
+from numba import njit
 from numba.extending import intrinsic
 
-PLAIN = bool(numba.config.DISABLE_JIT)  # type: ignore[attr-defined]
-"""Kernels are not compiled (NUMBA_DISABLE_JIT): a debugger may step into them."""
+nb: Any = numba  # numba's types are not complete
+types, COMPILED = nb.types, not nb.config.DISABLE_JIT
 
 
 def kernel(function: Callable[..., Any], nogil: bool = False) -> Callable[..., Any]:
@@ -50,24 +51,32 @@ STEP = types.int64(types.int64, types.int64, types.int64, types.int64, types.flo
 @cache
 def address_of(step: Any) -> int:
     """Where the code of a kernel with the signature `STEP` stands, for C; 0 where kernels are not compiled."""
-    if PLAIN:
+    if not COMPILED:
         return 0
     return int(_compiled(step.py_func).address)
 
 
 @cache
+def called(step: Any) -> Callable[..., int]:
+    """The same code for Python, for a kernel that is called itself is compiled once more."""
+    if not COMPILED:
+        return cast(Callable[..., int], step)
+    return ctypes.PYFUNCTYPE(ctypes.c_int64, *[ctypes.c_int64] * 4, *[ctypes.c_double] * 2)(address_of(step))
+
+
+@cache
 def _compiled(function: Callable[..., Any]) -> Any:
     try:
-        return cfunc(STEP, cache=True, error_model="numpy")(function)
+        return nb.cfunc(STEP, cache=True, error_model="numpy")(function)
     except RuntimeError:  # "no locator available"
-        return cfunc(STEP, error_model="numpy")(function)
+        return nb.cfunc(STEP, error_model="numpy")(function)
 
 
-def _as_pointer(_context: Any, address: Any) -> Any:
+def _typed_pointer(_context: Any, address: Any) -> Any:
     def generate(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
         return builder.inttoptr(arguments[0], context.get_value_type(signature.return_type))
 
-    return types.CPointer(types.float64)(types.int64), generate  # type: ignore[no-untyped-call]
+    return types.CPointer(types.float64)(types.int64), generate
 
 
 def _calling(_context: Any, builder: Any, _signature: Any, arguments: Any) -> Any:
@@ -79,20 +88,18 @@ def _calling(_context: Any, builder: Any, _signature: Any, arguments: Any) -> An
     return _context.get_dummy_value()
 
 
-def _call_of_two(_context: Any, address: Any, a: Any, b: Any) -> Any:
+def _of_two(_context: Any, address: Any, a: Any, b: Any) -> Any:
     return types.void(*[types.int64] * 3), _calling
 
 
-def _call_of_three(_context: Any, address: Any, a: Any, b: Any, c: Any) -> Any:
+def _of_three(_context: Any, address: Any, a: Any, b: Any, c: Any) -> Any:
     return types.void(*[types.int64] * 4), _calling
 
 
-_pointer: Any = intrinsic(_as_pointer)
-_call_2: Any = intrinsic(_call_of_two)
-_call_3: Any = intrinsic(_call_of_three)
-carray: Any = numba.carray  # type: ignore[attr-defined]
+carray: Any = nb.carray
+_pointer, _call_2, _call_3 = (cast(Any, intrinsic(made)) for made in (_typed_pointer, _of_two, _of_three))
 
-if PLAIN:
+if not COMPILED:
 
     def array_at(address: int, n: int) -> np.ndarray:
         """The float64 array (n,) at an address."""
@@ -111,8 +118,8 @@ else:
     @njit
     def array_at(address: int, n: int) -> np.ndarray:
         """The float64 array (n,) at an address."""
-        made: np.ndarray = carray(_pointer(address), (n,))
-        return made
+        found: np.ndarray = carray(_pointer(address), (n,))
+        return found
 
     @njit
     def call_2(address: int, a: int, b: int) -> None:

@@ -19,14 +19,14 @@ import sys
 import threading
 import traceback
 from collections.abc import Callable
-from functools import wraps
+from functools import cache, wraps
 from pathlib import Path
 from typing import Any, ClassVar
 
 import numpy as np
 
 from ..core.errors import CosimError, ParameterError, SimulationError
-from ..core.jit import address_of
+from ..core.jit import address_of, called
 from ..core.variables import Variable, VariableTable
 
 INSTANTIATED, INITIALISING, RUNNING, TERMINATED = (
@@ -68,6 +68,20 @@ def _role(variable: Variable) -> int:
     return {"input": 1, "output": 2}.get(variable.causality, 3) if variable.kind == "Real" else 0
 
 
+@cache
+def _columns(kind: type[Instance]) -> tuple[Any, ...]:
+    """Of a class's table: starts, least and greatest values, types, which are outputs, roles; for all its instances."""
+    table = kind.table
+    return (
+        np.array([0.0 if v.start is None else v.start for v in table], dtype=np.float64),
+        np.array([-np.inf if v.min is None else v.min for v in table]),
+        np.array([np.inf if v.max is None else v.max for v in table]),
+        tuple(v.kind for v in table),
+        frozenset(i for i, v in enumerate(table) if v.causality == "output"),
+        np.array([_role(v) for v in table], dtype=np.uint8),
+    )
+
+
 def _nan(vrs: list[int]) -> list[float]:
     return [float("nan")] * len(vrs)
 
@@ -96,15 +110,12 @@ class Instance:
         keep_thread_state()
         marker = Path(self.resources or ".") / "front.txt"
         self.has_front = marker.is_file() and marker.read_text().strip() == sys.platform
-        self.values = np.array([0.0 if v.start is None else v.start for v in self.table], dtype=np.float64)
-        self._low = np.array([-np.inf if v.min is None else v.min for v in self.table])
-        self._high = np.array([np.inf if v.max is None else v.max for v in self.table])
-        self._kinds = tuple(v.kind for v in self.table)
-        self._outputs = frozenset(i for i, v in enumerate(self.table) if v.causality == "output")
-        self._roles = np.array([_role(v) for v in self.table], dtype=np.uint8)
+        start, self._low, self._high, self._kinds, self._outputs, roles = _columns(type(self))
+        self.values, self._roles = start.copy(), roles.copy()
         self._inputs = np.flatnonzero(self._roles == 1)
         self._stale = np.ones(1, dtype=np.int32)
         self._pending = np.zeros(1, dtype=np.int64)
+        """What a step has returned that the front library made, for `advance` to go on from."""
         self.row = np.zeros(0)
         self.out = self.values[min(self._outputs) : max(self._outputs) + 1]
         """The outputs' part of `values`; the table has them in a row."""
@@ -113,9 +124,7 @@ class Instance:
         self.phase = INSTANTIATED
         self._restoring = False
         if self.has_front:
-            arrays = (
-                self.values, self._low, self._high, self._roles, self._stale, self._clock, self._pending
-            )  # fmt: skip
+            arrays = (self.values, self._low, self._high, self._roles, self._stale, self._clock, self._pending)
             places = " ".join(f"{array.ctypes.data:#x}" for array in arrays)
             self.log(f"variables {places} {len(self.values)}", self.statuses.ok, "front")
 
@@ -123,7 +132,18 @@ class Instance:
         """Let the front library make steps by itself while the instance runs, and only then."""
         if self.has_front and self.step is not None:
             address = address_of(self.step) if self.running else 0
-            self.log(f"step {address:#x} {self.row.ctypes.data:#x} {len(self.row)}", self.statuses.ok, "front")
+            _, _, row, size = self._at
+            self.log(f"step {address:#x} {row:#x} {size}", self.statuses.ok, "front")
+
+    @property
+    def row(self) -> np.ndarray:
+        """All numbers that the step needs beside the values, and what it remembers, float64."""
+        return self._row
+
+    @row.setter
+    def row(self, row: np.ndarray) -> None:
+        self._row = row
+        self._at = (self.values.ctypes.data, len(self.values), row.ctypes.data, len(row))
 
     @property
     def time(self) -> float:
@@ -157,8 +177,7 @@ class Instance:
         self._step(self.time, 0.0)
 
     def _step(self, t: float, h: float) -> int:
-        values, row = self.values, self.row
-        return int(self.step(values.ctypes.data, len(values), row.ctypes.data, len(row), t, h))
+        return called(self.step)(*self._at, t, h)
 
     def get_model_state(self) -> dict[str, Any]:
         """Everything in the model that time changes."""

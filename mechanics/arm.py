@@ -39,21 +39,28 @@ class Arm:
     each step and by `report`. `row` holds the state, see `stepping`.
     """
 
-    def __init__(self, p: Mapping[str, float], values: np.ndarray | None = None, t: float = 0.0):
+    def __init__(
+        self, p: Mapping[str, float], values: np.ndarray | None = None, t: float = 0.0, instead: Arm | None = None
+    ):
+        """instead: an arm that is not used any more; making MuJoCo's data anew takes most of the time."""
         check_buildable(p["theta0"], p["rod_eye_radius"], p["base_x"], p["base_y"])
         p = with_effects(p)
         self.model = compiled(mjcf(p))
-        self.data = mujoco.MjData(self.model)
+        if instead is not None and instead.model is self.model:
+            self.data = instead.data
+            mujoco.mj_resetData(self.model, self.data)
+        else:
+            self.data = mujoco.MjData(self.model)
         self.values = np.zeros(len(ARM)) if values is None else values
         self.out = self.values[stepping.FIRST : stepping.BEHIND]
         self.row = np.zeros(stepping.SIZE)
-        self.row[: stepping.THETA] = self._addresses()
+        self.row[: stepping.LEVER_0] = self._addresses()
         self.projection = self.row[stepping.PROJECTION : stepping.MATRIX]
         self.c = self.row[stepping.CONSTANTS :]
         self.c[:] = constants(p)
         self.at = (self.values.ctypes.data, len(self.values), self.row.ctypes.data, len(self.row))
         """Where values and row are, for `stepping.advance`."""
-        self.row[stepping.THETA : stepping.T + 1] = p["theta0"], 0.0, t
+        self.row[stepping.THETA : stepping.PROJECTION] = p["theta0"], 0.0, t
         stepping.evaluate(self.row.ctypes.data, p["theta0"], 0.0, t)
         self.row[stepping.LEVER_0] = self.projection[loads.LEVER]
         self.F_hold = -self.projection[loads.TORQUE] / self.projection[loads.LEVER]

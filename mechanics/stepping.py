@@ -21,9 +21,10 @@ MOST_STEPS = 10_000_000
 
 MODEL, DATA, FORWARD_POSITION, FORWARD_VELOCITY, FULL_MATRIX, Q, QD, BIAS, PASSIVE = range(9)
 """Places in the row of addresses: MuJoCo's model, data, functions, and of these data positions to passive forces."""
-THETA, OMEGA, T, LEVER_0, TURNED, PROJECTION = range(9, 15)
-"""Places of the state: angle [rad], velocity [rad/s], time [s], lever at the start, whether it was said that the
-linkage has turned over, result of `loads.project`."""
+LEVER_0, TURNED = range(9, 11)
+"""Places of the lever at the start, and of whether it was said that the linkage has turned over."""
+THETA, OMEGA, T, PROJECTION = range(11, 15)
+"""Places of the state: angle [rad], velocity [rad/s], time [s], result of `loads.project`."""
 MATRIX = PROJECTION + 5
 CONSTANTS = MATRIX + 9
 SIZE = CONSTANTS + loads.SIZE

@@ -414,12 +414,9 @@ static int stepped(Instance *instance, double t, double h)
     code = m->call(s->values, s->count, m->row, m->size, t, h);
     for (i = 0; !code && i < s->count; i++)
         if (s->role[i] == OUTPUT && !isfinite(s->values[i])) code = UNSETTLED;
-    if (!code) {
-        *s->time = t + h;
-        *s->stale = 0;
-    } else if (h > 0.0) {
-        *s->pending = code;
-    }
+    if (h > 0.0 && code) *s->pending = code;
+    if (h > 0.0 && !code) *s->time = t + h;
+    if (!code) *s->stale = 0;
     unlock();
     return !code;
 }
@@ -538,7 +535,7 @@ CALL(static, forward_step, DoStep, (fmi2Component c, fmi2Real t, fmi2Real h, fmi
 EXPORT fmi2Status fmi2DoStep(fmi2Component c, fmi2Real t, fmi2Real h, fmi2Boolean keep)
 {
     Instance *instance = c;
-    if (instance && !instance->lost && instance->model.call && h > 0.0 && isfinite(h)) {
+    if (instance && !instance->lost && instance->model.call && isgreater(h, 0.0) && isfinite(h) && isfinite(t)) {
         double now = *instance->shared.time;
         if (fabs(t - now) <= 1e-9 * fmax(1.0, fabs(now)) && stepped(instance, t, h)) return fmi2OK;
     }
