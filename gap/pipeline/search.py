@@ -9,7 +9,7 @@ from ...core.errors import SimulationError
 from ..estimation.nuisances import nuisance_columns
 from ..search.baseline import deliver, explains_much, refit_base, unfitted_base
 from ..search.leaders import refine_macro_step, widen_derivatives
-from ..search.rounds import best_of_each_set, drop_each, fit_leaders, next_start, search_round, without_needless
+from ..search.rounds import best_of_each_set, drop_each, fit_leaders, next_start, score, search_round, without_needless
 from ..selection.evidence import rank_hypotheses
 from ..selection.hypothesis import Hypothesis, is_adequate
 from .state import State
@@ -17,11 +17,14 @@ from .state import State
 
 def fit_baseline(state: State) -> State:
     """The refit of the base parameters, and where the first bank is made: there, or at the model as delivered where the
-    refit explains little, for base parameters bent to what they cannot explain lead away from what can."""
+    refit explains little, for base parameters bent to what they cannot explain lead away from what can. The other one
+    is for later."""
     delivered = deliver(state.problem, state.nuisance_jacobian)
     baseline = refit_base(state.problem, state.nuisance_jacobian, delivered)
-    start = baseline if explains_much(state.problem, baseline, delivered) else delivered
-    return replace(state, baseline=baseline, start=start)
+    start, other = delivered, baseline
+    if explains_much(state.problem, baseline, delivered):
+        start, other = other, start
+    return replace(state, baseline=baseline, start=start, elsewhere=other)
 
 
 def compare_sets(state: State) -> State:
@@ -31,9 +34,13 @@ def compare_sets(state: State) -> State:
     hypotheses = best_of_each_set([*state.hypotheses, *found.hypotheses])
     baseline = next(h for h in hypotheses if not h.candidates)
     banked = (*state.banked, at.labels)
+    elsewhere = None if at is state.elsewhere else state.elsewhere
+    before = score(best_of_each_set(state.hypotheses)[0])
+    better = score(hypotheses[0]) < before - state.problem.settings.search.better
     return replace(
         state, baseline=baseline, found=tuple(h for h in hypotheses if h.candidates), gains=state.gains or found.gains,
-        banked=banked, start=next_start(hypotheses, banked), so_far=_so_far(hypotheses),
+        banked=banked, elsewhere=elsewhere, start=next_start(hypotheses, banked, better, elsewhere),
+        so_far=_so_far(hypotheses),
     )  # fmt: skip
 
 

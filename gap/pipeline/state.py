@@ -64,6 +64,8 @@ class State:
     """The refit of the base parameters."""
     start: Hypothesis | None = None
     """Where the next bank of responses is made; None once nothing is left to go on from."""
+    elsewhere: Hypothesis | None = None
+    """The model as delivered, or its refit: the one of the two at which there has been no bank."""
     banked: tuple[frozenset[str], ...] = ()
     """Sets at which there has been one, by their effects' labels."""
     found: tuple[Hypothesis, ...] = ()

@@ -95,13 +95,20 @@ def best_of_each_set(hypotheses: Iterable[Hypothesis]) -> list[Hypothesis]:
     return sorted(best.values(), key=score)
 
 
-def next_start(found: Sequence[Hypothesis], banked: Sequence[frozenset[str]]) -> Hypothesis | None:
-    """Where the next bank is made: at the best set, else at the best part of it, where there has been none.
+def next_start(
+    found: Sequence[Hypothesis], banked: Sequence[frozenset[str]], better: bool, elsewhere: Hypothesis | None
+) -> Hypothesis | None:
+    """Where the next bank is made: at the best set while that is better than what was known before the last bank, else
+    elsewhere, else at the best set or part of it at which there has been none.
 
-    Beside a wrong effect the right one may not show: at the set without it, it does.
+    Base parameters that were fitted without the right effects are bent, and around them these may not show; around the
+    model as delivered they do. Nor may the right effect beside a wrong one: at the set without that, it does.
     """
     best = found[0]
-    if best.labels not in banked:
+    new = best.labels not in banked
+    if elsewhere is not None and not (new and better):
+        return elsewhere
+    if new:
         return best
     parts = (h for h in found if h.candidates and h.labels < best.labels and h.labels not in banked)
     return next(parts, None)

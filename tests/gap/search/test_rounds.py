@@ -213,10 +213,14 @@ def test_the_next_bank_is_made_at_the_best_set_else_at_its_best_part_where_there
     other = start(p, nuisance_jacobian, EFFECTS[2:3], {})
     found = best_of_each_set([other, worse, part, both, deliver(p, nuisance_jacobian)])
     assert found[0] is both
-    assert next_start(found, [frozenset()]) is both
-    assert next_start(found, [both.labels]) is part
-    assert next_start(found, [both.labels, part.labels]) is worse
-    assert next_start(found, [both.labels, part.labels, worse.labels]) is None
+    assert next_start(found, [frozenset()], True, None) is both
+    assert next_start(found, [both.labels], False, None) is part
+    assert next_start(found, [both.labels, part.labels], False, None) is worse
+    assert next_start(found, [both.labels, part.labels, worse.labels], False, None) is None
+    delivered = found[-1]
+    assert next_start(found, [frozenset()], True, delivered) is both
+    assert next_start(found, [frozenset()], False, delivered) is delivered
+    assert next_start(found, [frozenset()], False, None) is both
 
 
 def test_of_each_set_the_best_fit_counts_and_an_effect_has_its_price():
