@@ -59,6 +59,8 @@ def neighbours_agree(y: FloatArray, stretch: Stretch, settings: FaultSettings) -
     i, j = stretch.first, stretch.last
     sides = y[[i - 2, i - 1, j, j + 1]]
     distance = float(np.abs(y[i:j] - (y[i - 1] + y[j]) / 2.0).min())
+    if distance == 0.0:  # one of the readings lies right between the sides
+        return False
     motion = 1.2 * (j - i + 3) * usual_step(y, stretch, settings)
     share = float(np.clip(motion / distance, settings.neighbours_agree, settings.neighbours_agree_in_motion))
     return float(np.ptp(sides)) <= share * distance

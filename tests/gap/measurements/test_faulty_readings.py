@@ -108,3 +108,12 @@ def test_what_is_frequent_is_a_signal():
     y = noisy(0.0 * T, 0.01)
     y[::8] += 5.0
     assert not any(len(found) for found in faults(y).values())
+
+
+def test_a_stretch_right_between_its_sides_is_no_glitch():
+    """On a steep ramp a reading of a stretch may lie right between the sides while none is near the straight line."""
+    from deepsea_cosim.gap.measurements.glitches import Stretch, neighbours_agree
+    from deepsea_cosim.gap.settings import DEFAULT
+
+    y = np.array([0.0, 0.0, 0.0, 5.0, 9.0, 10.0, 10.0, 10.0])
+    assert not neighbours_agree(y, Stretch(3, 5), DEFAULT.faults)
