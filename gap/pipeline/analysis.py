@@ -30,7 +30,7 @@ def locate(state: State) -> State:
     """Where the gap lies, which component has it, and the character of what is unexplained."""
     masks, scoring = _masks(state), state.scoring
     left = state.after(state.chosen)
-    places = localise(scoring, state.after(state.ranked_baseline), masks)
+    places = localise(scoring, state.left_by_calibration, masks)
     character = describe_rest(scoring, left, localise(scoring, left, masks), state.structure)
     interval = reduction_interval(scoring, state.before, left)
     return replace(

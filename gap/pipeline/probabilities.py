@@ -8,6 +8,7 @@ import numpy as np
 
 from ...core.errors import SimulationError
 from ..analysis.budget import Alternative, budget
+from ..estimation.nuisances import usual_bias
 from ..problem.stop import StopRequested
 from ..search.subsets import complete_subsets
 from ..selection.calibration import Calibration
@@ -86,4 +87,21 @@ def share_gap(state: State) -> State:
 
 def _residuals(state: State, r: RankedHypothesis) -> dict[frozenset[str], np.ndarray]:
     subsets = complete_subsets(state.problem, state.ranked, r, state.nuisance_jacobian)
-    return {labels: state.after(subset) for labels, subset in subsets.items()}
+    return {labels: state.after(subset) + _given_back(state, r, subset) for labels, subset in subsets.items()}
+
+
+def _given_back(state: State, whole: RankedHypothesis, subset: RankedHypothesis) -> np.ndarray:
+    """What calibration's biases take over in a subset from a sensor's bias that the whole has as an effect: it is the
+    effect's work, for usual biases do not reach that far. Normalised, on the scoring data (n,)."""
+    observations = state.scoring.observations
+    made = np.zeros(len(observations))
+    for c in whole.hypothesis.candidates:
+        for x in c.parameters:
+            connector, _, quantity = x.name.removeprefix("sensor.").rpartition(".")
+            if x.kind != "sensor" or quantity != "bias" or c.label in subset.hypothesis.labels:
+                continue
+            k = state.problem.labels.index(connector)
+            more = subset.hypothesis.fit.nuisances[k] - whole.hypothesis.fit.nuisances[k]
+            mine = observations.channel == k
+            made[mine] += more * usual_bias(state.problem, k) / observations.noise_std[mine]
+    return made

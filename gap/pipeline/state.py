@@ -175,6 +175,11 @@ class State:
             return ranked.held_out
         return self.holdout.after(ranked.hypothesis.fit, self.problem)
 
+    @property
+    def left_by_calibration(self) -> np.ndarray:
+        """Normalised residual that the refit of the base parameters leaves, as the most probable hypothesis sees it."""
+        return self.alternatives[0].residuals[frozenset()]
+
     def gap(self, ranked: RankedHypothesis) -> float:
         """Held-out normalised RMS of a hypothesis."""
         return rms(self.after(ranked))

@@ -19,7 +19,8 @@ def headline(state: State, budget: dict[str, Any], events: list[dict[str, Any]])
 
 
 def _physical(state: State, budget: dict[str, Any], events: list[dict[str, Any]]) -> str:
-    """What the gap means: seconds of a moment, or the physical RMS of the channel that is off most."""
+    """What the gap means: seconds of a moment, or the physical RMS of the channel in which effects explain most; where
+    none do, of the one that is off most."""
     timed = [e for e in events if not e["limit"] and abs(e["measured"] - e["delivered"]) > 2.0 * e["std"]]
     if timed:
         e = max(timed, key=lambda e: abs(e["measured"] - e["delivered"]) / e["std"])
@@ -31,7 +32,7 @@ def _physical(state: State, budget: dict[str, Any], events: list[dict[str, Any]]
         if state.chosen.hypothesis.candidates:
             parts += f", {listed([plain(id) for id in state.chosen.hypothesis.ids])} {quantity(made, 's')}"
         return f"{told}; {parts}."
-    label, c = max(budget["per_channel"].items(), key=lambda item: item[1]["delivered"] / item[1]["noise"])
+    label, c = max(budget["per_channel"].items(), key=lambda item: _weight(state, item[1]))
     factor, unit = shown_factor(state, label)
     steps = [quantity(c[key] * factor, unit) for key in ("delivered", "calibrated", "explained")]
     what = f"{label} misses the measurement by {steps[0]} (rms) as delivered, by {steps[1]} once calibrated"
@@ -39,6 +40,12 @@ def _physical(state: State, budget: dict[str, Any], events: list[dict[str, Any]]
         effects = listed([plain(id) for id in state.chosen.hypothesis.ids])
         return f"{what} and by {steps[2]} with {effects} in the model."
     return f"{what}; its noise is {quantity(c['noise'] * factor, unit)}."
+
+
+def _weight(state: State, c: dict[str, float]) -> tuple[float, float]:
+    """How much a channel says of the gap: what effects explain of it, in noise, then how far it is off."""
+    explained = c["calibrated"] - c["explained"] if state.chosen.hypothesis.candidates else 0.0
+    return max(0.0, explained) / c["noise"], c["delivered"] / c["noise"]
 
 
 def _divided(state: State, budget: dict[str, Any]) -> str:
