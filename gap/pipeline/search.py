@@ -9,7 +9,17 @@ from ...core.errors import SimulationError
 from ..estimation.nuisances import nuisance_columns
 from ..search.baseline import deliver, explains_much, refit_base, unfitted_base
 from ..search.leaders import refine_macro_step, widen_derivatives
-from ..search.rounds import best_of_each_set, drop_each, fit_leaders, next_start, score, search_round, without_needless
+from ..search.rounds import (
+    Round,
+    best_of_each_set,
+    drop_each,
+    first_look,
+    fit_leaders,
+    fit_to_the_end,
+    next_start,
+    score,
+    without_needless,
+)
 from ..selection.evidence import rank_hypotheses
 from ..selection.hypothesis import Hypothesis, is_adequate
 from .state import State
@@ -27,10 +37,27 @@ def fit_baseline(state: State) -> State:
     return replace(state, baseline=baseline, start=start, elsewhere=other)
 
 
+def look_at_sets(state: State) -> State:
+    """Quick fits of sets of effects, from a bank where the search begins: the first that can be said."""
+    looked = first_look(state.problem, state.nuisance_jacobian, state.beginning)
+    hypotheses = best_of_each_set([*state.hypotheses, *looked.hypotheses])
+    found = tuple(h for h in hypotheses if h.candidates)
+    return replace(state, looked=looked, found=found, gains=looked.gains, so_far=_so_far(hypotheses))
+
+
+def fit_best_sets(state: State) -> State:
+    """The best of these to the end."""
+    return _having(replace(state, found=()), state.first_round)
+
+
 def compare_sets(state: State) -> State:
-    """Sets of effects, from a bank where the search stands."""
-    at = state.beginning
-    found = search_round(state.problem, state.nuisance_jacobian, at)
+    """Sets of effects from a bank where the search stands, the best of them fitted to the end."""
+    return _having(state, first_look(state.problem, state.nuisance_jacobian, state.beginning))
+
+
+def _having(state: State, looked: Round) -> State:
+    """The state with the outcome of a look whose best sets are fitted to the end, and where to look next."""
+    at, found = state.beginning, fit_to_the_end(state.problem, state.nuisance_jacobian, looked)
     hypotheses = best_of_each_set([*state.hypotheses, *found.hypotheses])
     baseline = next(h for h in hypotheses if not h.candidates)
     banked = (*state.banked, at.labels)
@@ -38,9 +65,8 @@ def compare_sets(state: State) -> State:
     before = score(best_of_each_set(state.hypotheses)[0])
     better = score(hypotheses[0]) < before - state.problem.settings.search.better
     return replace(
-        state, baseline=baseline, found=tuple(h for h in hypotheses if h.candidates), gains=state.gains or found.gains,
-        banked=banked, elsewhere=elsewhere, start=next_start(hypotheses, banked, better, elsewhere),
-        so_far=_so_far(hypotheses),
+        state, baseline=baseline, found=tuple(h for h in hypotheses if h.candidates), banked=banked,
+        elsewhere=elsewhere, start=next_start(hypotheses, banked, better, elsewhere), so_far=_so_far(hypotheses),
     )  # fmt: skip
 
 

@@ -22,6 +22,7 @@ from ..problem.build import build_problem
 from ..problem.noise import rms
 from ..problem.problem import Problem
 from ..problem.stop import StopToken
+from ..search.rounds import Round
 from ..selection.evidence import RankedHypothesis
 from ..selection.hypothesis import Hypothesis, is_adequate
 from ..settings import DEFAULT, Settings
@@ -68,6 +69,8 @@ class State:
     """The model as delivered, or its refit: the one of the two at which there has been no bank."""
     banked: tuple[frozenset[str], ...] = ()
     """Sets at which there has been one, by their effects' labels."""
+    looked: Round | None = None
+    """What the first look at sets of effects has found, for the best of it to be fitted to the end."""
     found: tuple[Hypothesis, ...] = ()
     """Fits of sets of effects, of each set the best."""
     gains: Mapping[str, float] = field(default_factory=dict)
@@ -130,6 +133,13 @@ class State:
     def beginning(self) -> Hypothesis:
         """Where the next bank is made; a stage that comes before the baseline has no use of it."""
         return self.start or self.refit
+
+    @property
+    def first_round(self) -> Round:
+        """The first look; a stage that comes before it has no use of it."""
+        if self.looked is None:
+            raise ValueError("no sets have been looked at yet")
+        return self.looked
 
     @property
     def hypotheses(self) -> list[Hypothesis]:

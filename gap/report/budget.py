@@ -4,9 +4,10 @@ from __future__ import annotations
 
 from typing import Any
 
+from ..result.channels import leading_channel
 from ..result.numbers import listed, multiple, percent, percents, pretty, quantity, with_interval
 from .bar import SIZE, boxes, budget_strips, colours
-from .parts import Data, Piece, amplitude, part_key, part_name, pieces, widest_channel
+from .parts import Data, Piece, amplitude, part_key, part_name, pieces
 from .section import SHOWN, Context, Section
 from .signals import Channel, Signals
 
@@ -16,7 +17,7 @@ def context(data: Data, signals: Signals) -> Context:
     budget = data["budget"]
     whole = pieces(budget, budget["parts"])
     colour = colours(whole)
-    main = widest_channel(budget)
+    main = leading_channel(budget)
     calibrated = whole[0].energy
     total = sum(p.energy for p in whole) or 1.0
     return {
@@ -37,7 +38,7 @@ def context(data: Data, signals: Signals) -> Context:
 def sentence(data: Data, signals: Signals) -> str:
     """The budget in the unit of the channel that is furthest off."""
     budget = data["budget"]
-    label = widest_channel(budget)
+    label = leading_channel(budget)
     if not label:
         return ""
     levels = budget["per_channel"][label]

@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
+from ..result.channels import leading_channel
 from ..result.numbers import listed, multiple, percent, percents, pretty
-from .parts import Data, widest_channel
+from .parts import Data
 from .section import SHOWN, Context, Section
 from .signals import Dependence, Signals
 from .svg import scatter
@@ -24,7 +25,7 @@ def context(data: Data, signals: Signals) -> Context | None:
         ],
         "figures": [_figure(d, signals) for d in signals.dependences],
         "little": data["budget"]["explained"] < SHOWN.little,
-        "main": signals.channel(widest_channel(data["budget"])).column,
+        "main": signals.channel(leading_channel(data["budget"])).column,
     }  # fmt: skip
 
 

@@ -62,9 +62,3 @@ def pieces(levels: Data, parts: Sequence[Data]) -> list[Piece]:
 def amplitude(share: float, levels: Data) -> float:
     """RMS that a part with that share makes alone, in the unit of the levels."""
     return sqrt(max(0.0, share) * max(0.0, levels["calibrated"] ** 2 - levels["noise"] ** 2))
-
-
-def widest_channel(budget: Data) -> str:
-    """The channel whose deviation as delivered is the largest multiple of its noise; empty if there is none."""
-    known = budget["per_channel"]
-    return max(known, key=lambda c: known[c]["delivered"] / (known[c]["noise"] or 1e-300), default="")

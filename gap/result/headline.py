@@ -8,6 +8,7 @@ from ..analysis.verdict import EXPLAINED, NO_GAP, UNEXPLAINED
 from ..pipeline.probabilities import at_bound
 from ..pipeline.remarks import base_at_tolerance
 from ..pipeline.state import State
+from .channels import leading_channel
 from .naming import part_name, plain, shown_factor
 from .numbers import NBSP, listed, multiple, percent, percents, quantity
 
@@ -32,7 +33,8 @@ def _physical(state: State, budget: dict[str, Any], events: list[dict[str, Any]]
         if state.chosen.hypothesis.candidates:
             parts += f", {listed([plain(id) for id in state.chosen.hypothesis.ids])} {quantity(made, 's')}"
         return f"{told}; {parts}."
-    label, c = max(budget["per_channel"].items(), key=lambda item: _weight(state, item[1]))
+    label = leading_channel(budget)
+    c = budget["per_channel"][label]
     factor, unit = shown_factor(state, label)
     steps = [quantity(c[key] * factor, unit) for key in ("delivered", "calibrated", "explained")]
     what = f"{label} misses the measurement by {steps[0]} (rms) as delivered, by {steps[1]} once calibrated"
@@ -40,12 +42,6 @@ def _physical(state: State, budget: dict[str, Any], events: list[dict[str, Any]]
         effects = listed([plain(id) for id in state.chosen.hypothesis.ids])
         return f"{what} and by {steps[2]} with {effects} in the model."
     return f"{what}; its noise is {quantity(c['noise'] * factor, unit)}."
-
-
-def _weight(state: State, c: dict[str, float]) -> tuple[float, float]:
-    """How much a channel says of the gap: what effects explain of it, in noise, then how far it is off."""
-    explained = c["calibrated"] - c["explained"] if state.chosen.hypothesis.candidates else 0.0
-    return max(0.0, explained) / c["noise"], c["delivered"] / c["noise"]
 
 
 def _divided(state: State, budget: dict[str, Any]) -> str:

@@ -26,16 +26,26 @@ class Round:
 
 def search_round(problem: Problem, nuisance_jacobian: np.ndarray, at: Hypothesis) -> Round:
     """A bank at a hypothesis, and fits of the sets that it proposes, the best of them fitted to the end."""
+    return fit_to_the_end(problem, nuisance_jacobian, first_look(problem, nuisance_jacobian, at))
+
+
+def first_look(problem: Problem, nuisance_jacobian: np.ndarray, at: Hypothesis) -> Round:
+    """A bank at a hypothesis, and quick fits of the sets that it proposes, the best first."""
     settings, fit = problem.settings.search, at.fit
     bank = build_bank(problem, fit.point, fit.model - fit.correction, fit.correction, at.candidates)
     bank, proposals = propose(problem, bank, nuisance_jacobian)
     chosen = choose(proposals, at, settings.fitted)
     found = refine(problem, bank, chosen, nuisance_jacobian, settings.steps)
     found = sorted((h for h in found if not has_idle_effect(h, settings.negligible)), key=score)
-    leaders = _polish_leaders(problem, found, nuisance_jacobian)
+    return Round(tuple(found), gains(problem, bank, nuisance_jacobian))
+
+
+def fit_to_the_end(problem: Problem, nuisance_jacobian: np.ndarray, looked: Round) -> Round:
+    """The same with the best of its fits gone on with."""
+    leaders = _polish_leaders(problem, looked.hypotheses, nuisance_jacobian)
     done = {h.labels for h in leaders}
-    rest = [h for h in found if h.labels not in done]
-    return Round((*leaders, *rest), gains(problem, bank, nuisance_jacobian))
+    rest = [h for h in looked.hypotheses if h.labels not in done]
+    return Round((*leaders, *rest), looked.gains)
 
 
 def _polish_leaders(

@@ -4,7 +4,8 @@ from itertools import combinations
 
 import pytest
 from deepsea_cosim.gap.report import bar, budget
-from deepsea_cosim.gap.report.parts import amplitude, pieces, widest_channel
+from deepsea_cosim.gap.report.parts import amplitude, pieces
+from deepsea_cosim.gap.result.channels import leading_channel
 
 from .made import VERDICTS, diagnosis, effect, levels, signals, unexplained
 
@@ -90,7 +91,7 @@ def test_context_in_the_unit_that_was_measured():
     assert found["channels"][0]["multiples"] == ["14.2", "9.70", "3.70"]
     friction = found["parts"][0]
     assert (friction["share"], friction["interval"]) == ("62\u00a0%", "56 to 66\u00a0%")
-    assert friction["alone"] == "0.228\u00a0mm"  # sqrt(0.62 (9.7^2 - 1)) times 0.03 mm
+    assert friction["alone"] == "1.52\u00a0bar"  # sqrt(0.62 (9.7^2 - 1)) times 0.2 bar
     assert friction["parameters"][0]["neutral"] == "0\u00a0N"
     assert "0.426\u00a0mm" in found["sentence"]
     assert "friction and valve dead zone" in found["sentence"]
@@ -107,4 +108,12 @@ def test_amplitudes_add_up_as_squares():
     numbers = levels("explained_in_part")
     parts = [amplitude(s, numbers) for s in (0.62, 0.21, 0.03, 0.14)]
     assert sum(x**2 for x in parts) == pytest.approx(9.7**2 - 1.0)
-    assert widest_channel({"per_channel": {}}) == ""
+
+
+def test_the_channel_that_effects_explain_speaks_else_the_one_furthest_off():
+    far = {"delivered": 80.0, "calibrated": 1.0, "explained": 1.0, "noise": 1.0}
+    told = {"delivered": 9.0, "calibrated": 6.0, "explained": 1.0, "noise": 1.0}
+    found = {"per_channel": {"far": far, "told": told}, "parts": [{"kind": "effect", "minor": False}]}
+    assert leading_channel(found) == "told"
+    assert leading_channel({**found, "parts": [{"kind": "effect", "minor": True}]}) == "far"
+    assert leading_channel({"per_channel": {}, "parts": []}) == ""
