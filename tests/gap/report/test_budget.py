@@ -93,7 +93,7 @@ def test_context_in_the_unit_that_was_measured():
     assert (friction["share"], friction["interval"]) == ("62\u00a0%", "56 to 66\u00a0%")
     assert friction["alone"] == "1.52\u00a0bar"  # sqrt(0.62 (9.7^2 - 1)) times 0.2 bar
     assert friction["parameters"][0]["neutral"] == "0\u00a0N"
-    assert "0.426\u00a0mm" in found["sentence"]
+    assert "2.84\u00a0bar" in found["sentence"]
     assert "friction and valve dead zone" in found["sentence"]
     assert "timing" not in found["sentence"]  # minor
 
