@@ -353,7 +353,7 @@ class PosteriorSettings:
 class BudgetSettings:
     """How the gap is divided."""
 
-    alternatives: int = 5
+    alternatives: int = 8
     """Hypotheses over which shares are averaged."""
     least_probability: float = 0.03
     """Probability beside the best one's from which a hypothesis is one of them."""
