@@ -79,21 +79,44 @@ def _typed_pointer(_context: Any, address: Any) -> Any:
     return types.CPointer(types.float64)(types.int64), generate
 
 
-def _calling(_context: Any, builder: Any, _signature: Any, arguments: Any) -> Any:
-    """Code of a call of a C function of pointers that returns nothing: its address, then they."""
-    pointer = ir.IntType(8).as_pointer()
-    kind = ir.FunctionType(ir.VoidType(), [pointer] * (len(arguments) - 1))
-    function = builder.inttoptr(arguments[0], kind.as_pointer())
-    builder.call(function, [builder.inttoptr(place, pointer) for place in arguments[1:]])
-    return _context.get_dummy_value()
+POINTER, SIZE, INT, DOUBLE, BOOL = "pointer", "size", "int", "double", "bool"
+_LL = {
+    POINTER: ir.IntType(8).as_pointer(),
+    SIZE: ir.IntType(64),
+    INT: ir.IntType(32),
+    DOUBLE: ir.DoubleType(),
+    BOOL: ir.IntType(8),
+    None: ir.VoidType(),
+}
+
+
+def c_call(*parameters: str, result: str | None = INT) -> Callable[..., Any]:
+    """Code generator of a call fn(parameters) by the function's address, all arguments but doubles given as 64-bit
+    integers."""
+
+    def generate(context: Any, builder: Any, _signature: Any, arguments: Any) -> Any:
+        kind = ir.FunctionType(_LL[result], [_LL[p] for p in parameters])
+        function = builder.inttoptr(arguments[0], kind.as_pointer())
+        given = []
+        for value, p in zip(arguments[1:], parameters, strict=True):
+            if p == POINTER:
+                given.append(builder.inttoptr(value, _LL[POINTER]))
+            elif p in (INT, BOOL):
+                given.append(builder.trunc(value, _LL[p]))
+            else:
+                given.append(value)
+        made = builder.call(function, given)
+        return context.get_dummy_value() if result is None else made
+
+    return generate
 
 
 def _of_two(_context: Any, address: Any, a: Any, b: Any) -> Any:
-    return types.void(*[types.int64] * 3), _calling
+    return types.void(*[types.int64] * 3), c_call(POINTER, POINTER, result=None)
 
 
 def _of_three(_context: Any, address: Any, a: Any, b: Any, c: Any) -> Any:
-    return types.void(*[types.int64] * 4), _calling
+    return types.void(*[types.int64] * 4), c_call(POINTER, POINTER, POINTER, result=None)
 
 
 carray: Any = nb.carray

@@ -59,13 +59,11 @@ def opening_for(q: float, Pa: float, Pb: float, Pt: float, c: object) -> float:
     low, high = -1.0, 1.0
     for _ in range(60):
         middle = 0.5 * (low + high)
+        if middle in (low, high):  # two neighbours among the numbers: it would stay there
+            break
         if valve_flows(middle, Pa, Pb, Pt, c)[1] < q:
-            if low == middle:  # two neighbours among the numbers: nothing would change any more
-                break
             low = middle
         else:
-            if high == middle:
-                break
             high = middle
     return 0.5 * (low + high)
 
@@ -100,13 +98,11 @@ def steady_state(c: object, F_hold: float) -> tuple[object, bool]:
             x_v = SMALLEST_OPENING if q >= 0.0 else -SMALLEST_OPENING
         Q_a, Q_b, _, _ = valve_flows(x_v, Pa, Pb, Pt, c)
         surplus = Q_a - Q_b
+        if P_2 in (low, high):  # as above
+            break
         if surplus > 0.0:
-            if low == P_2:  # as above
-                break
             low = P_2
         else:
-            if high == P_2:
-                break
             high = P_2
     held = abs(surplus) <= 1e-6 * c[Q_PUMP] and abs(Q_b - q) <= 1e-6 * c[Q_PUMP]
     if not held:

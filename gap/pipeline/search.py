@@ -18,6 +18,7 @@ from ..search.rounds import (
     fit_to_the_end,
     next_start,
     score,
+    search_round,
     without_needless,
 )
 from ..selection.evidence import rank_hypotheses
@@ -47,17 +48,18 @@ def look_at_sets(state: State) -> State:
 
 def fit_best_sets(state: State) -> State:
     """The best of these to the end."""
-    return _having(replace(state, found=()), state.first_round)
+    found = fit_to_the_end(state.problem, state.nuisance_jacobian, state.first_round)
+    return _having(replace(state, found=(), looked=None), found)
 
 
 def compare_sets(state: State) -> State:
     """Sets of effects from a bank where the search stands, the best of them fitted to the end."""
-    return _having(state, first_look(state.problem, state.nuisance_jacobian, state.beginning))
+    return _having(state, search_round(state.problem, state.nuisance_jacobian, state.beginning))
 
 
-def _having(state: State, looked: Round) -> State:
-    """The state with the outcome of a look whose best sets are fitted to the end, and where to look next."""
-    at, found = state.beginning, fit_to_the_end(state.problem, state.nuisance_jacobian, looked)
+def _having(state: State, found: Round) -> State:
+    """The state with what a round has found, and where to look next."""
+    at = state.beginning
     hypotheses = best_of_each_set([*state.hypotheses, *found.hypotheses])
     baseline = next(h for h in hypotheses if not h.candidates)
     banked = (*state.banked, at.labels)

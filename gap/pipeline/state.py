@@ -70,7 +70,7 @@ class State:
     banked: tuple[frozenset[str], ...] = ()
     """Sets at which there has been one, by their effects' labels."""
     looked: Round | None = None
-    """What the first look at sets of effects has found, for the best of it to be fitted to the end."""
+    """What the first look at sets of effects has found, until the best of it is fitted to the end."""
     found: tuple[Hypothesis, ...] = ()
     """Fits of sets of effects, of each set the best."""
     gains: Mapping[str, float] = field(default_factory=dict)

@@ -36,7 +36,7 @@ def context(data: Data, signals: Signals) -> Context:
 
 
 def sentence(data: Data, signals: Signals) -> str:
-    """The budget in the unit of the channel that is furthest off."""
+    """The budget in the unit of the channel that speaks for it."""
     budget = data["budget"]
     label = leading_channel(budget)
     if not label:

@@ -88,6 +88,15 @@ def instance(built, tmp_path):
         it.freeInstance()
 
 
+def set_moving_inputs(it: Instance, model: str, k: int) -> None:
+    """The inputs of a step of a run in which they move."""
+    if model == "DeepseaArm":
+        it.set("F_h", 7000.0 + 10.0 * k)
+    else:
+        it.set("x_h", 1e-5 * k)
+        it.set("v_h", 0.01)
+
+
 @contextmanager
 def fails(it: Instance, *parts: str):
     """The block must end in fmi2Error, with all parts in the last log message."""
@@ -299,11 +308,7 @@ def test_state_goes_back_bitwise(instance, model):
     def go(k0, n):
         rows = []
         for k in range(k0, k0 + n):
-            if model == "DeepseaArm":
-                it.set("F_h", 7000.0 + 10 * k)
-            else:
-                it.set("x_h", 1e-5 * k)
-                it.set("v_h", 0.01)
+            set_moving_inputs(it, model, k)
             it.doStep(k * 1e-3, 1e-3)
             rows.append(it.all_outputs())
         return rows

@@ -9,7 +9,7 @@ from collections import Counter
 import pytest
 from deepsea_cosim.hydraulics_fmu import circuit, stepping
 
-from .test_fmus import MODELS, Instance, fails, instance  # noqa: F401
+from .test_fmus import MODELS, Instance, fails, instance, set_moving_inputs  # noqa: F401
 
 pytestmark = pytest.mark.skipif(not sys.platform.startswith("linux"), reason="the front library is for Linux")
 
@@ -50,11 +50,7 @@ def moved(it: Instance, model: str, first: int, count: int) -> list[list[float]]
     """Outputs before and after some pairs of steps of different lengths, with inputs that move."""
     rows = []
     for k in range(first, first + count):
-        if model == "DeepseaArm":
-            it.set("F_h", 7000.0 + 10.0 * k)
-        else:
-            it.set("x_h", 1e-5 * k)
-            it.set("v_h", 0.01)
+        set_moving_inputs(it, model, k)
         rows.append(it.all_outputs())
         it.doStep(1e-3 * k, 2.5e-4)
         it.doStep(1e-3 * k + 2.5e-4, 7.5e-4)
