@@ -1,0 +1,114 @@
+"""How sets of effects are looked for and fitted."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+
+@dataclass(frozen=True, kw_only=True)
+class FitSettings:
+    """The Gauss-Newton fit of one hypothesis."""
+
+    min_independent: float = 600.0
+    """Readings that count at least in the dispersion, however long their residuals stay on one side."""
+    wide_step: float = 0.2
+    """Step of differences, in normalised parameters, that serve for larger moves: refits without a fold, intervals."""
+    rough_from: float = 0.7
+    """Change of a difference from one step to the next, as a share of it, from which runs are not smooth."""
+    exact_below: float = 10.0
+    """Normalised RMS below which the error of the fit's longer step matters and is corrected."""
+    slack: float = 0.001
+    """Step of a difference for each unit of normalised RMS that is left beyond 1: far away larger steps see better."""
+    slow_share: float = 0.02
+    """Share of the cost that a step has to gain for larger differences to be kept."""
+    outlier_window: float = 0.5
+    """Time over which a residual's RMS is taken to find stretches out of step [s]."""
+    outlier_from: float = 2.0
+    """Times the channel's usual RMS from which a stretch counts for no more than that in the next step."""
+    trials: int = 4
+    """Steps that are tried from a point."""
+    least_gain: float = 0.3
+    """Gain in cost below which a step is not worth a run."""
+    small_gain: float = 2.0
+    """Gain in cost below which the next step will not be worth one."""
+    foretold_within: float = 0.1
+    """How nearly a step has to have done what was foretold for its derivatives to serve again."""
+    base_radius: float = 1.0
+    """Trust radius of a base parameter at the start, in its tolerance."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class SearchSettings:
+    """The search over sets of effects on a bank of responses. Chosen on cases 6 and 20 to 22 of seed 20261126."""
+
+    sizes: tuple[float, ...] = (0.03, 0.1, 0.3, 1.0, 3.0)
+    """Sizes of an effect that are run, in usual ones; between them responses are scaled."""
+    first: tuple[float, ...] = (0.1, 1.0)
+    """Those that every effect is run at; others where the best sets ask for them."""
+    unseen: float = 0.1
+    """Normalised RMS of the change at all of these below which an effect is run at every size of the grid."""
+    looks: int = 4
+    """How often they may ask."""
+    asking: int = 60
+    """Sets that do."""
+    ratio: float = 3.5
+    """Times the largest of these from which the end of a range is so far that sizes between are run, too."""
+    shapes: int = 2
+    """Starts of a shape that are run."""
+    derivative_step: float = 0.15
+    """Step of a derivative, in normalised parameters, or as a share of an effect's size."""
+    beyond: float = 3.0
+    """How far the smallest size that was run may be scaled down, and the largest up."""
+    near: float = 0.5
+    """Share of the delivered gap below which the refit of the base parameters is where the first bank is made."""
+    base_looks: int = 2
+    """How often that refit may look for derivatives."""
+    base_alone: tuple[float, ...] = (-1.0, -0.5, 0.5, 1.0)
+    base_starts: int = 2
+    """Where that refit stops far from the data: shares of its range at which each is tried alone, fits from there."""
+    price: float = 12.0
+    """What an effect costs in a comparison of sets, in -2 log probability."""
+    least_left: float = 1e-3
+    """Share of the residual's squares that the best set may be expected to leave, at least."""
+    own_radius: float = 0.3
+    """How far an effect that is in already may be expected to move, as a share of its size."""
+    most_effects: int = 3
+    """Effects of a set at most: more stand in for a form."""
+    pairs: int = 200
+    """Sets of two, and of three, that are kept."""
+    leading_pairs: int = 60
+    """Pairs that are tried with a third."""
+    rows: int = 12_000
+    """Readings at which responses are kept."""
+    batch: int = 120
+    """Runs that are simulated at a time."""
+    fitted: int = 12
+    """Sets that are fitted in a round."""
+    steps: int = 6
+    """Steps of such a fit."""
+    corrected: int = 4
+    """Best of these fits that are run exactly."""
+    further: int = 4
+    """Steps that they then go further, with derivatives from small steps."""
+    polish_looks: int = 3
+    """How often that is done anew."""
+    fine_step: float = 1e-3
+    """Step of these derivatives, in normalised parameters."""
+    near_leader: float = 25.0
+    most_leaders: int = 6
+    """Cost behind the best up to which a set is fitted to the end, too, and sets for which that is done."""
+    negligible: float = 0.01
+    """Normalised size of an effect that is as good as absent."""
+    wide_leaders: int = 3
+    """Best sets whose derivatives are taken over wide steps, too, for refits without a fold of the data."""
+    radius: float = 0.5
+    least_reach: float = 0.6
+    """Trust radius at its start, as a share of a parameter's value, and what a value counts for at least."""
+    grow: float = 1.5
+    shrink: float = 0.4
+    """What the radius is multiplied by after a step that was good, and one that was not."""
+    failures: int = 3
+    least_gain: float = 0.5
+    """Steps in a row that were not good, and expected gain, from which a fit stays where it is."""
+    better: float = 3.0
+    """Gain of a round below which it was the last."""
