@@ -11,6 +11,7 @@ from .report.headline import VERDICTS
 from .report.next_step import action
 from .report.parts import Piece, part_key, part_name, pieces
 from .report.signals import Signals, without_signals
+from .report.swings import sentence
 from .result.numbers import (
     NBSP,
     cleaned,
@@ -64,6 +65,7 @@ def lines(data: Data, signals: Signals | None = None, encoding: str | None = "ut
     fixed = [
         *_budget(data, marks),
         *_where(data, signals),
+        *_wrapped(sentence(data, signals), 2, "    "),
         *_next(data, signals),
         *_end(data),
         *([files] if files else []),

@@ -64,7 +64,7 @@ def replay_components(problem: Problem, point: Point) -> list[Replay]:
     if rows is None:
         return []
     whole = _Whole(point, sources, rows, dict(rate_pairs(sources, rows[0], problem.fit_step)))
-    measured = {b.connector for b in problem.observations.series}
+    measured = {b.connector for b in problem.samples.series}
     made = []
     for name in names:
         into = [(start, end) for start, end in links if end.startswith(f"{name}.")]
@@ -89,7 +89,7 @@ def _replay(problem: Problem, component: _Component, whole: _Whole) -> Replay | 
         return None
     missed, amplification = {}, {}
     for k, connector in enumerate(component.outputs):
-        blocks = [b for b in problem.observations.series if b.connector == connector]
+        blocks = [b for b in problem.samples.series if b.connector == connector]
         if blocks:
             signals = [[x[:, k] for x in rows[b.run * copies : (b.run + 1) * copies]] for b in blocks]
             missed[connector], amplification[connector] = _missed(problem, blocks, signals)
@@ -109,7 +109,7 @@ def _job(
 ) -> Job:
     """A run of the component driven with run r's measurements, disturbed by their noise if there is a generator; what
     nobody measured is added to `assumed`."""
-    info, blocks = problem.runs[r], problem.observations.of_run(r)
+    info, blocks = problem.runs[r], problem.samples.of_run(r)
     grid = problem.grid(r, problem.fit_step)
     changes = {k: v for k, v in problem.changes(r, whole.point).items() if k.split(".", 1)[0] in (component.name, k)}
     inputs = {k: v for k, v in info.inputs.items() if k.startswith(f"{component.name}.")}
@@ -141,7 +141,7 @@ def _missed(problem: Problem, blocks: Sequence[Block], signals: Sequence[Sequenc
         copies = [np.interp(b.t, grid, x) for x in rows]
         passed = np.mean([(c - copies[0]) ** 2 for c in copies[1:]], axis=0)
         passed = np.full(len(b.t), passed.mean())
-        own = problem.observations.noise_std[b.place]
+        own = problem.samples.noise_std[b.place]
         e = (b.y - copies[0]) / np.sqrt(own**2 + passed)
         energy, count = energy + float(e @ e), count + len(e)
         spread, noise = spread + float(passed.sum()), noise + float(np.sum(own**2))

@@ -25,8 +25,8 @@ class NextMeasurement:
 def rank_measurements(problem: Problem, first: Hypothesis, second: Hypothesis) -> list[NextMeasurement]:
     """Changes of conditions and further channels, those under which the two fitted hypotheses differ most first."""
     usual = {m.connector: m.noise_std for m in problem.catalogue.measurables}
-    noise_std = problem.observations.noise_std
-    own = {b.connector: float(np.median(noise_std[b.place])) for b in problem.observations.series}
+    noise_std = problem.samples.noise_std
+    own = {b.connector: float(np.median(noise_std[b.place])) for b in problem.samples.series}
     own.update({c: usual[c] for c in problem.connectors if c not in own and c in usual})
     extra = {c: noise for c, noise in usual.items() if c not in problem.connectors}
     record = (*(c for c in problem.connectors if c in own), *extra)

@@ -107,7 +107,7 @@ def bands(blocks: Sequence[Block], residual: np.ndarray, edges: Sequence[float])
     limits = list(pairwise(edges))
     energy = np.zeros(len(limits))
     for b in blocks:
-        if b.event is not None:
+        if not b.is_series:
             continue
         e = residual[b.place]
         spacing = float(np.median(np.diff(b.t)))
@@ -126,7 +126,7 @@ def change_points(block: Block, residual: np.ndarray, settings: AnalysisSettings
     """Times [s] at which the level of a block's residual changes, the clearest first (PELT, Killick 2012)."""
     import ruptures
 
-    if block.event is not None:
+    if not block.is_series:
         return []
     e = residual[block.place]
     count = min(settings.change_point_bins, len(block.t) // 4)

@@ -28,7 +28,7 @@ def _rates(problem: Problem) -> list[str]:
     warnings = []
     for a, b in rate_pairs(problem.connectors, rows[0], problem.fit_step):
         for r, info in enumerate(problem.runs):
-            blocks = problem.observations.of_run(r)
+            blocks = problem.samples.of_run(r)
             if a not in blocks or b not in blocks:
                 continue
             scale = _rate_scale(problem, blocks[a], blocks[b])
@@ -52,7 +52,7 @@ def _rate_scale(problem: Problem, rate_block: Block, block: Block) -> float | No
 
 def _sums(problem: Problem, nominal: np.ndarray) -> list[str]:
     for r in range(len(problem.runs)):
-        blocks = problem.observations.of_run(r)
+        blocks = problem.samples.of_run(r)
         warnings = [_contradiction(problem, nominal, r, target, blocks) for target in blocks]
         if any(warnings):
             return [text for text in warnings if text is not None]

@@ -21,12 +21,12 @@ def folds(observations: Observations, stretches: int, count: int) -> list[np.nda
     """Masks (n,) of the entries left out in turn; together they are all entries.
 
     Each run is cut into so many stretches of time, which are dealt out to `count` folds, runs shifted to each other.
-    Readings that are single moments are dealt out run by run.
+    Readings that stand alone, such as moments, are dealt out run by run.
     """
     long = max(float(observations.time.max()), 1e-12) / stretches * (1.0 + 1e-12)
     alone = np.zeros(len(observations), bool)
     for b in observations.blocks:
-        alone[b.place] = b.event is not None
+        alone[b.place] = len(b.t) == 1
     place = np.where(alone, 0, (observations.time / long).astype(int)) + np.where(alone, 1, 7) * observations.run
     return [mask for k in range(count) if (mask := place % count == k).any()]
 

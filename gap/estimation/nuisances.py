@@ -12,7 +12,7 @@ def nuisance_columns(problem: Problem, model: np.ndarray) -> np.ndarray:
     observations = problem.observations
     columns = []
     for k in range(len(observations.span)):
-        columns.append(np.where(observations.channel == k, usual_bias(problem, k), 0.0))
+        columns.append(np.where((observations.channel == k) & observations.follows, usual_bias(problem, k), 0.0))
     slope = observations.slope(model)
     for r in range(len(problem.runs)):
         columns.append(np.where(observations.run == r, -usual_clock_error(problem, r) * slope, 0.0))
@@ -30,5 +30,5 @@ def usual_bias(problem: Problem, channel: int) -> float:
 def usual_clock_error(problem: Problem, run: int) -> float:
     """Usual misalignment of a run's clock [s]."""
     settings = problem.settings.noise
-    intervals = [b.interval for b in problem.observations.series if b.run == run]
+    intervals = [b.interval for b in problem.samples.series if b.run == run]
     return min(settings.max_clock_offset, settings.clock_offset * min(intervals, default=0.0))

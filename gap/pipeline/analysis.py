@@ -6,12 +6,12 @@ from dataclasses import replace
 
 import numpy as np
 
+from ..analysis.all_samples import residuals_of_all_samples
 from ..analysis.character import describe_rest
 from ..analysis.component_replay import replay_components
 from ..analysis.experiment_design import rank_measurements
 from ..analysis.localisation import localise, regions
 from ..analysis.residual_structure import residual_structure
-from ..checks.sensor_consistency import check_sensors
 from ..estimation.uncertainty import reduction_interval
 from .remarks import remarks
 from .state import State
@@ -40,10 +40,9 @@ def locate(state: State) -> State:
 
 
 def replay(state: State) -> State:
-    """Each component alone, driven with what was measured; and whether sensors contradict each other."""
+    """Each component alone, driven with what was measured."""
     replays = replay_components(state.problem, state.refit.fit.point)
-    warnings = (*state.warnings, *check_sensors(state.problem, state.nominal))
-    return replace(state, replays=tuple(replays), warnings=warnings)
+    return replace(state, replays=tuple(replays))
 
 
 def _masks(state: State) -> dict[str, np.ndarray]:
@@ -54,6 +53,14 @@ def _masks(state: State) -> dict[str, np.ndarray]:
         return regions(scoring, (), (), [], scoring.fit_step)
     rows = scoring.rows([state.refit.fit.point], step, record, keep=False)[0]
     return {} if rows is None else regions(scoring, wanted, record, rows, step)
+
+
+def draw_swings(state: State) -> State:
+    """All samples of what swings, to be drawn."""
+    fits = [state.ranked_baseline.hypothesis.fit, state.chosen.hypothesis.fit]
+    problems = [state.problem, *([state.holdout.problem] if state.holdout else [])]
+    made = [residuals_of_all_samples(p, fits) if p.recorded is not None else () for p in problems]
+    return replace(state, all_samples=made[0], held_samples=made[1] if len(made) > 1 else ())
 
 
 def design_experiment(state: State) -> State:

@@ -15,6 +15,7 @@ from ..estimation.fit import Fit
 from ..estimation.linear import profile_nuisances
 from ..estimation.nuisances import nuisance_columns, usual_bias
 from ..problem.build import build_problem
+from ..problem.find_swings import as_compared, compare_swings
 from ..problem.problem import Problem
 from ..problem.step_size import simulate_as_chosen
 
@@ -42,7 +43,8 @@ class HoldoutRuns:
         told = zip(learned.labels, fit.nuisances, strict=False)
         biases = {label: q * usual_bias(learned, j) for j, (label, q) in enumerate(told)}
         offsets = np.array([biases.get(label, 0.0) for label in self.problem.labels[:channels]])
-        shifted = model + offsets[self.problem.observations.channel]
+        observations = self.problem.observations
+        shifted = model + np.where(observations.follows, offsets[observations.channel], 0.0)
         return profile_nuisances(self.problem, shifted, clocks, fit.dispersion).residual
 
     def like(self, learned: Problem) -> HoldoutRuns:
@@ -60,7 +62,8 @@ def pose_holdout(learned: Problem, campaign: Campaign) -> HoldoutRuns:
     check_time(problem)
     assessed = simulate_as_chosen(problem, learned)
     check_campaign(assessed.problem, assessed.nominal)
-    return HoldoutRuns(assessed.problem, assessed.nominal)
+    problem = compare_swings(assessed.problem, assessed.nominal)
+    return HoldoutRuns(problem, as_compared(problem, assessed.nominal))
 
 
 def split_runs(campaign: Campaign) -> Sequence[Campaign]:

@@ -7,11 +7,13 @@ from .stage import Stage
 
 PIPELINE = (
     Stage("numerical gap: the model at its step and at half of it", preparation.assess_steps),
+    Stage("what swings", preparation.describe_swings),
     Stage("held-out runs", preparation.pose_held_out_runs, when=lambda s: s.holdout_campaign is not None),
     Stage("finite differences", preparation.prepare_fits),
     Stage("refitting the base parameters", search.fit_baseline),
     Stage("comparing sets of effects", search.look_at_sets),
     Stage("fitting the best of them", search.fit_best_sets, when=lambda s: s.looked is not None),
+    Stage("what acts alike, in its place", search.swap_relatives, when=search.has_relatives),
     Stage("comparing sets around the best", search.compare_sets, when=search.goes_on),
     Stage("comparing sets from elsewhere", search.compare_sets, when=search.goes_on),
     Stage("comparing sets once more", search.compare_sets, when=search.goes_on),
@@ -23,5 +25,6 @@ PIPELINE = (
     Stage("looking at what is left", analysis.look_at_rest),
     Stage("where the gap lies", analysis.locate, always=True),
     Stage("which component has it", analysis.replay),
+    Stage("signals of what swings", analysis.draw_swings),
     Stage("what to measure next", analysis.design_experiment),
 )

@@ -5,8 +5,10 @@ from __future__ import annotations
 from dataclasses import replace
 
 from ..checks.campaign_sanity import check_campaign
+from ..checks.sensor_consistency import check_sensors
 from ..checks.time_unit import check_time
 from ..estimation.nuisances import nuisance_columns
+from ..problem.find_swings import as_compared, compare_swings
 from ..problem.step_size import assess_step_error, choose_difference_step, choose_fit_step
 from .holdout import pose_holdout
 from .state import State
@@ -23,6 +25,17 @@ def assess_steps(state: State) -> State:
         warnings=(*state.warnings, *warnings, *([assessed.unresolved] if assessed.unresolved else [])),
         noise_widened=assessed.unresolved,
     )  # fmt: skip
+
+
+def describe_swings(state: State) -> State:
+    """What swings by itself described by its course, amplitude and frequency; and whether sensors contradict each
+    other, for which samples are needed."""
+    problem = compare_swings(state.problem, state.nominal)
+    nominal, change = as_compared(problem, state.nominal), state.step_change
+    if len(change):
+        change = nominal - as_compared(problem, state.nominal - change)
+    warnings = (*state.warnings, *check_sensors(state.problem, state.nominal))
+    return replace(state, problem=problem, nominal=nominal, step_change=change, warnings=warnings)
 
 
 def pose_held_out_runs(state: State) -> State:

@@ -102,6 +102,6 @@ def _given_back(state: State, whole: RankedHypothesis, subset: RankedHypothesis)
                 continue
             k = state.problem.labels.index(connector)
             more = subset.hypothesis.fit.nuisances[k] - whole.hypothesis.fit.nuisances[k]
-            mine = observations.channel == k
+            mine = (observations.channel == k) & observations.follows
             made[mine] += more * usual_bias(state.problem, k) / observations.noise_std[mine]
     return made

@@ -9,6 +9,7 @@ from ...core.errors import SimulationError
 from ..estimation.nuisances import nuisance_columns
 from ..search.baseline import deliver, explains_much, refit_base, unfitted_base
 from ..search.leaders import refine_macro_step, widen_derivatives
+from ..search.relatives import swap_relatives as swapped
 from ..search.rounds import (
     Round,
     best_of_each_set,
@@ -95,6 +96,20 @@ def fit_the_best(state: State) -> State:
     found = drop_each(problem, found, N)
     baseline = next(h for h in found if not h.candidates)
     return replace(state, problem=problem, baseline=baseline, found=tuple(h for h in found if h.candidates))
+
+
+def swap_relatives(state: State) -> State:
+    """Effects that act alike in each other's place."""
+    found = swapped(state.problem, best_of_each_set(state.hypotheses), state.nuisance_jacobian)
+    baseline = next(h for h in found if not h.candidates)
+    rest = tuple(h for h in found if h.candidates)
+    return replace(state, baseline=baseline, found=rest, so_far=_so_far(found))
+
+
+def has_relatives(state: State) -> bool:
+    """Whether the best set has effects that others act like."""
+    groups = [c.group for c in state.problem.candidates]
+    return any(groups.count(c.group) > 1 for c in best_of_each_set(state.hypotheses)[0].candidates)
 
 
 def judge(state: State) -> State:

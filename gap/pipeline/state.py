@@ -93,6 +93,10 @@ class State:
     places: tuple[Place, ...] = ()
     replays: tuple[Replay, ...] = ()
     reduction_ci: tuple[float, float] = (0.0, 0.0)
+    all_samples: tuple[np.ndarray, ...] = ()
+    """Residuals of all samples as delivered, calibrated, with the effects (n,); empty where nothing swings."""
+    held_samples: tuple[np.ndarray, ...] = ()
+    """The same of the held-out runs."""
     character: Character | None = None
     """Of what is unexplained."""
     next_measurements: tuple[NextMeasurement, ...] = ()

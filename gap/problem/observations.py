@@ -8,6 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
+from functools import cached_property
 from typing import NamedTuple
 
 import numpy as np
@@ -15,6 +16,7 @@ import numpy as np
 from ..settings import NoiseSettings
 from .noise import estimate_noise_std
 from .sensors import Sensor
+from .swing import SwingFeature
 
 
 @dataclass(frozen=True)
@@ -60,7 +62,7 @@ class EventObservation:
 class Block:
     """The samples of one channel in one run: times [s], readings, noise, and their place in the long vector.
 
-    With an `event` it is a single reading: a duration.
+    With an `event` it is a single reading: a duration. With a `feature` its readings describe a swing.
     """
 
     run: int
@@ -75,6 +77,17 @@ class Block:
     """The noise is what the campaign says, not what was estimated."""
     clock_jitter: float | None = None
     """Standard deviation of the readings' times [s]; None: the usual share of a sample interval."""
+    feature: SwingFeature | None = None
+
+    @property
+    def is_series(self) -> bool:
+        """Whether it is samples of a signal."""
+        return self.event is None and self.feature is None
+
+    @property
+    def follows(self) -> bool:
+        """Whether a bias of its channel's sensor is added to its readings."""
+        return self.feature is None or self.feature.follows
 
     @property
     def interval(self) -> float:
@@ -101,7 +114,12 @@ class Observations:
     @property
     def series(self) -> list[Block]:
         """The blocks that are time series."""
-        return [b for b in self.blocks if b.event is None]
+        return [b for b in self.blocks if b.is_series]
+
+    @cached_property
+    def follows(self) -> np.ndarray:
+        """Which readings (n,) a bias of their channel's sensor is added to: not amplitude and frequency of a swing."""
+        return np.concatenate([np.full(len(b.t), b.follows) for b in self.blocks])
 
     def __len__(self) -> int:
         return len(self.y)
@@ -120,10 +138,10 @@ class Observations:
             sensor = (sensors or {}).get(b.connector)
             if b.event is not None:
                 made[b.place] = b.event.read(grids[b.run], x)
-            elif sensor is None:
-                made[b.place] = np.interp(b.t, grids[b.run], x)
-            else:
-                made[b.place] = sensor.read(grids[b.run], x, b.t)
+                continue
+            t = b.t if b.feature is None else b.feature.swing.t
+            read = np.interp(t, grids[b.run], x) if sensor is None else sensor.read(grids[b.run], x, t)
+            made[b.place] = read if b.feature is None else b.feature.read(read)
         return made
 
     def whiten(self, model: np.ndarray) -> np.ndarray:
@@ -144,7 +162,7 @@ class Observations:
         for b in self.blocks:
             x = residual[b.place]
             beyond = float(x @ x) - len(x)
-            if b.event is not None:
+            if not b.is_series:
                 total += beyond
             elif b.stated:
                 channels.setdefault(b.channel, np.zeros(2))[:] += (
@@ -171,7 +189,7 @@ class Observations:
         """Rate of change [unit/s] of a long vector along each block."""
         made = np.zeros(len(self.y))
         for b in self.blocks:
-            if b.event is None:
+            if b.event is None and b.follows and len(b.t) > 1:
                 made[b.place] = np.gradient(model[b.place], b.t)
         return made
 

@@ -67,6 +67,13 @@ class Problem:
     scenario_stop: float | None = None
     """Stop time of the package's scenario [s]."""
     settings: Settings = DEFAULT
+    recorded: Observations | None = None
+    """All samples as they were measured, where `observations` compare some of them otherwise; else None."""
+
+    @property
+    def samples(self) -> Observations:
+        """The observations with all samples as they were measured."""
+        return self.recorded or self.observations
 
     def with_discretisation(self, **changes: Any) -> Problem:
         """The same problem simulated with other steps or another method."""
@@ -89,7 +96,7 @@ class Problem:
         for k, c in enumerate(self.campaign.outputs):
             if c.model_form_scatter is not None:
                 own = c.model_form_scatter / unit(self.units[c.connector]).factor
-                stated[self.observations.channel == k] = own
+                stated[(self.observations.channel == k) & self.observations.follows] = own
         return float(np.mean((stated / self.observations.noise_std) ** 2))
 
     @property

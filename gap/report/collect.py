@@ -8,6 +8,7 @@ from ...core.units import convert, unit
 from ..analysis.verdict import NO_GAP
 from ..campaign.campaign import Channel as Measured
 from ..campaign.campaign import si
+from ..pipeline.holdout import HoldoutRuns
 from ..pipeline.state import State
 from ..problem.problem import Problem
 from .section import SHOWN
@@ -30,14 +31,9 @@ def collect(state: State) -> Signals:
     problem = state.problem
     channels = [_channel(problem, c) for c in problem.campaign.outputs]
     channels += [Channel(label, label, "s") for label in problem.labels[len(channels) :]]
-    calibrated = state.ranked_baseline.hypothesis.fit.residual
-    chosen = state.chosen.hypothesis
-    explained = chosen.fit.residual if chosen.candidates else None
-    runs = _runs(problem, state.nominal, calibrated, explained, False)
+    runs = _runs(problem, *_residuals(state), False)
     if state.holdout is not None:
-        held = state.holdout
-        last = state.after(state.chosen) if chosen.candidates else None
-        runs += _runs(held.problem, held.nominal, state.after(state.ranked_baseline), last, True)
+        runs += _runs(state.holdout.problem, *_held_out_residuals(state, state.holdout), True)
     neutral = {x.name: x.start for c in problem.candidates for x in c.parameters}
     return Signals(
         problem.campaign.system.name, tuple(channels), tuple(runs), tuple(_dependences(state)),
@@ -64,20 +60,44 @@ def _shown(problem: Problem, c: Measured, values: Array) -> Array:
     return np.asarray(convert(values, _own(problem, c), c.unit))
 
 
+def _residuals(state: State) -> tuple[Array, Array, Array | None]:
+    """As delivered, calibrated and with the effects, of all samples of the runs that were learned from."""
+    baseline, chosen = state.ranked_baseline.hypothesis.fit, state.chosen.hypothesis
+    before = state.problem.observations.whiten(state.nominal)
+    return _drawn(state.all_samples, before, baseline.residual, chosen.fit.residual, bool(chosen.candidates))
+
+
+def _held_out_residuals(state: State, held: HoldoutRuns) -> tuple[Array, Array, Array | None]:
+    """The same of the held-out runs."""
+    calibrated, last = state.after(state.ranked_baseline), state.after(state.chosen)
+    return _drawn(state.held_samples, held.before, calibrated, last, bool(state.chosen.hypothesis.candidates))
+
+
+def _drawn(
+    simulated: tuple[Array, ...], before: Array, calibrated: Array, last: Array, effects: bool
+) -> tuple[Array, Array, Array | None]:
+    """What was simulated anew where something swings; last: with the effects, if there are any."""
+    if simulated:
+        before, calibrated, last = simulated
+    return before, calibrated, last if effects else None
+
+
 def _runs(
-    problem: Problem, nominal: Array, calibrated: Array, explained: Array | None, held_out: bool
+    problem: Problem, before: Array, calibrated: Array, explained: Array | None, held_out: bool
 ) -> list[RunSignals]:
-    """Runs of a problem; nominal: the model's long vector (n,), calibrated and explained: normalised residuals (n,)."""
-    observations, outputs, made = problem.observations, problem.campaign.outputs, []
+    """Runs of a problem with what its models leave: normalised residuals of all samples (n,)."""
+    observations, outputs, made = problem.samples, problem.campaign.outputs, []
     for r, info in enumerate(problem.runs):
         traces = []
         for b in sorted((b for b in observations.series if b.run == r), key=lambda b: b.channel):
             c, at = outputs[b.channel], b.place
             noise = observations.noise_std[at]
-            fitted = [None if x is None else _shown(problem, c, b.y - x[at] * noise) for x in (calibrated, explained)]
-            assert fitted[0] is not None
+            models = [None if x is None else _shown(problem, c, b.y - x[at] * noise)
+                      for x in (before, calibrated, explained)]  # fmt: skip
+            assert models[0] is not None
+            assert models[1] is not None
             traces.append(
-                Trace(c.connector, b.t, _shown(problem, c, b.y), _shown(problem, c, nominal[at]), fitted[0], fitted[1],
+                Trace(c.connector, b.t, _shown(problem, c, b.y), models[0], models[1], models[2],
                       noise * _factor(problem, c))
             )  # fmt: skip
         inputs = [

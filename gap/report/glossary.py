@@ -25,5 +25,7 @@ GLOSSARY = {
     "held out": "Not used for fitting: the model has to foretell it.",
     "residual": "Measured minus modelled.",
     "at bound": "The fitted value stands at the end of its allowed range, so it may not be the true one.",
+    "swing": "A stretch of time in which the machine moves to and fro by itself. Two machines that swing alike do not "
+    "stay in step, so it is compared by its course, amplitude and frequency instead of sample by sample.",
     "tolerance": "How far a base parameter may be from its stated value.",
 }

@@ -37,11 +37,12 @@ def _milliseconds(seconds: float) -> str:
 
 def _not_samples(data: Data, signals: Signals) -> list[str]:
     """Channels that were not compared sample by sample, and how."""
-    ways: dict[tuple[str, str], list[str]] = {}
+    ways: dict[str, list[str]] = {}
     for o in data["observations"]:
-        if o["as"] not in ("samples", "event"):
-            ways.setdefault((signals.channel(o["channel"]).column, o["as"]), []).append(o["run"])
-    return [f"{column} in {listed(runs)}, by its {way}" for (column, way), runs in ways.items()]
+        if o["as"] == "swing":
+            ways.setdefault(signals.channel(o["channel"]).column, []).append(o["run"])
+    by = "while it swings, by its course, amplitude and frequency"
+    return [f"{column} in {listed(list(dict.fromkeys(runs)))}, {by}" for column, runs in ways.items()]
 
 
 METHOD = Section("method", "Numerics and method", method)

@@ -7,7 +7,7 @@ from importlib.resources import files
 from typing import Any
 
 from ..result.numbers import cleaned
-from . import budget, calibration, charts, curves, effects, headline, left, method, next_step, runs, where
+from . import budget, calibration, charts, curves, effects, headline, left, method, next_step, runs, swings, where
 from .glossary import GLOSSARY
 from .signals import Signals, without_signals
 
@@ -16,6 +16,7 @@ SECTIONS = (
     budget.SECTION,
     where.SECTION,
     charts.SECTION,
+    swings.SECTION,
     runs.EVENTS,
     left.SECTION,
     curves.SECTION,

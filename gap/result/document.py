@@ -18,6 +18,7 @@ from ..problem.noise import rms
 from .headline import cautions, headline
 from .moments import contrasts, events, has_moments
 from .naming import members
+from .observations import observations
 from .parameters import moved_base, parameters
 
 SCHEMA = 2
@@ -165,14 +166,15 @@ def _masked_parts(s: State, mask: np.ndarray) -> list[dict[str, Any]]:
 
 def _channel(s: State, k: int, label: str) -> dict[str, Any]:
     """RMS of a channel in the unit of its FMU, and its parts."""
-    observations = s.scoring.observations
-    mask, noise = observations.channel == k, observations.noise_std
+    compared, noise = s.scoring.observations, s.scoring.observations.noise_std
+    own = compared.channel == k
+    mask = own & compared.follows
     calibrated = s.alternatives[0].residuals[frozenset()]
     series = k < len(s.problem.campaign.outputs)
     return {
         "unit": s.problem.units.get(label, "1") if series else "s", "noise": rms(noise[mask]),
         "delivered": rms((s.before * noise)[mask]), "calibrated": rms((calibrated * noise)[mask]),
-        "explained": _left(s.alternatives, mask, noise), "parts": _masked_parts(s, mask),
+        "explained": _left(s.alternatives, mask, noise), "parts": _masked_parts(s, own),
     }  # fmt: skip
 
 
@@ -227,15 +229,6 @@ def reduction(s: State) -> dict[str, Any]:
     value = 1.0 - after / before if before > 0.0 else 0.0
     low, high = s.reduction_ci
     return {"value": value, "ci95": [min(low, value), max(high, value)], "how": s.held_out_how}
-
-
-def observations(s: State) -> list[dict[str, Any]]:
-    """What each channel of a run was compared as."""
-    problems = [s.problem, *([s.holdout.problem] if s.holdout else [])]
-    return [
-        {"run": p.runs[b.run].name, "channel": p.labels[b.channel], "as": "samples" if b.event is None else "event"}
-        for p in problems for b in p.observations.blocks
-    ]  # fmt: skip
 
 
 def where(s: State) -> list[dict[str, Any]]:

@@ -16,7 +16,7 @@ from ..estimation.dispersion import estimate_dispersion
 from ..estimation.fit import Fit
 from ..estimation.linear import Linear, profile_nuisances
 from ..problem.noise import rms
-from ..problem.parameters import EffectCandidate, EstimatedParameter, penalty, point_of
+from ..problem.parameters import EffectCandidate, EstimatedParameter, Point, penalty, point_of
 from ..problem.problem import Problem
 from ..selection.hypothesis import Hypothesis, penalised_deviance
 from .bank import Bank, in_batches, rows_of, wide_step
@@ -99,6 +99,26 @@ def without(
     _differentiate(problem, [walk], settings.derivative_step)
     _walk(problem, [walk], rows_of(problem), nuisance_jacobian, settings.steps)
     return polish(problem, [Hypothesis(candidates, _fit(problem, walk))], nuisance_jacobian, settings.polish_looks)[0]
+
+
+def fit_from(
+    problem: Problem, candidates: tuple[EffectCandidate, ...], point: Point, near: Fit, nuisance_jacobian: np.ndarray
+) -> Hypothesis | None:
+    """A quick fit of a set of effects from a point, with the correction of a fit near it; None where the model does not
+    run."""
+    settings = problem.settings.search
+    model = problem.evaluate([point])[0]
+    if model is None:
+        return None
+    parameters = (*problem.base, *(x for c in candidates for x in c.parameters))
+    u = np.array([point.get(x.name, 0.0) for x in parameters])
+    jacobian = np.zeros((len(model), len(parameters)))
+    walk = _stand(
+        problem, candidates, parameters, u, model + near.correction, near.correction, jacobian, nuisance_jacobian
+    )  # fmt: skip
+    _differentiate(problem, [walk], settings.derivative_step)
+    _walk(problem, [walk], rows_of(problem), nuisance_jacobian, settings.steps)
+    return Hypothesis(candidates, _fit(problem, walk), quick=True)
 
 
 def _walk_from(problem: Problem, h: Hypothesis, exact: np.ndarray, nuisance_jacobian: np.ndarray) -> _Walk:

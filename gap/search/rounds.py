@@ -7,6 +7,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from ..problem.parameters import EffectCandidate
 from ..problem.problem import Problem
 from ..selection.hypothesis import Hypothesis, is_adequate
 from ..settings import SearchSettings
@@ -36,7 +37,7 @@ def first_look(problem: Problem, nuisance_jacobian: np.ndarray, at: Hypothesis) 
     bank, proposals = propose(problem, bank, nuisance_jacobian)
     chosen = choose(proposals, at, settings.fitted)
     found = refine(problem, bank, chosen, nuisance_jacobian, settings.steps)
-    found = sorted((h for h in found if not has_idle_effect(h, settings.negligible)), key=score)
+    found = sorted((h for h in found if not idle_effects(h, settings.negligible)), key=score)
     return Round(tuple(found), gains(problem, bank, nuisance_jacobian))
 
 
@@ -85,10 +86,10 @@ def _swaps_relative(p: Proposal, at: Hypothesis) -> bool:
     return len(gone) == len(new) == 1 and gone[0].group == new[0].group
 
 
-def has_idle_effect(h: Hypothesis, negligible: float) -> bool:
-    """Whether an effect of a hypothesis has come to nothing."""
-    main = {x.name for c in h.candidates for x in c.parameters if not x.shape}
-    return any(abs(u) < negligible for name, u in h.fit.point.items() if name in main)
+def idle_effects(h: Hypothesis, negligible: float) -> list[EffectCandidate]:
+    """Effects of a hypothesis that have come to nothing."""
+    point = h.fit.point
+    return [c for c in h.candidates if any(abs(point[x.name]) < negligible for x in c.parameters if not x.shape)]
 
 
 def score(h: Hypothesis) -> float:

@@ -19,7 +19,7 @@ from .judging import (
     UncertaintySettings,
     ValidationSettings,
 )
-from .problem import NoiseSettings, NumericsSettings, ParameterSettings
+from .problem import NoiseSettings, NumericsSettings, ParameterSettings, SwingSettings
 from .reading import READING, FaultSettings, ReadingSettings, SanitySettings
 from .search import FitSettings, SearchSettings
 from .telling import AnalysisSettings, ReportSettings, TerminalSettings
@@ -42,6 +42,7 @@ __all__ = [
     "SanitySettings",
     "SearchSettings",
     "Settings",
+    "SwingSettings",
     "SyntheticSettings",
     "TerminalSettings",
     "UncertaintySettings",
@@ -55,6 +56,7 @@ class Settings:
 
     noise: NoiseSettings = field(default_factory=NoiseSettings)
     faults: FaultSettings = field(default_factory=FaultSettings)
+    swings: SwingSettings = field(default_factory=SwingSettings)
     numerics: NumericsSettings = field(default_factory=NumericsSettings)
     parameters: ParameterSettings = field(default_factory=ParameterSettings)
     fit: FitSettings = field(default_factory=FitSettings)

@@ -92,3 +92,44 @@ class ParameterSettings:
     """Prior standard deviation of a base parameter, in its tolerance."""
     effect_std: float = 3.0
     """Prior standard deviation of an effect's size, in its usual size."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class SwingSettings:
+    """A machine that swings by itself is compared by its course, amplitude and frequency: what does not depend on
+    phase."""
+
+    window: float = 1.0
+    """Width of the window that finds the course around which a signal swings [s]."""
+    periods: float = 2.5
+    """The same in periods of the swing, where that is longer: a swing at a window's border would leak into the
+    course."""
+    envelope_from: float = 2.5
+    """Amplitude of a swing in the noise of its channel."""
+    coherence_window: float = 3.0
+    """Time over which the model's own swing is compared with the measured one [s]."""
+    coherent: float = 0.5
+    """Share of the measured swing's energy that follows the model's, from which it keeps pace: it is compared
+    sample by sample, for a constant shift of phase says when something happens."""
+    own_share: float = 0.1
+    """Energy of the model's swing in that of the measured one below which it does not swing, whatever its phase."""
+    least: float = 3.0
+    """How long a swing lasts at least [s]."""
+    gap: float = 1.0
+    """Pause that does not end a swing [s]."""
+    cycles: float = 6.0
+    """Periods that it has at least."""
+    narrow: float = 0.3
+    """Half width of the band around its frequency, as a share of that, in which a swing has its energy."""
+    narrow_share: float = 0.6
+    """Share of the energy there at least: what follows a rough command has none."""
+    least_samples: float = 4.0
+    """Samples in a period at least."""
+    envelope_error: float = 0.05
+    """What a model's form leaves open of an amplitude, as a share of it."""
+    frequency_error: float = 0.01
+    """The same of a frequency."""
+    course_error: float = 0.02
+    """What it leaves open of the course, as a share of the amplitude."""
+    crossing: float = 0.3
+    """Amplitude that a signal reaches between two of its zero crossings, as a share of its RMS."""

@@ -97,6 +97,10 @@ class SearchSettings:
     near_leader: float = 25.0
     most_leaders: int = 6
     """Cost behind the best up to which a set is fitted to the end, too, and sets for which that is done."""
+    relatives: int = 3
+    """Effects of the same group that are fitted in the place of one of the best set."""
+    size_looks: int = 2
+    """How often the sizes between those of the grid are halved for that."""
     negligible: float = 0.01
     """Normalised size of an effect that is as good as absent."""
     wide_leaders: int = 3

@@ -81,6 +81,7 @@ class ReportSettings:
     channels: int = 12
     regions: int = 14
     hypotheses: int = 8
+    swings: int = 10
     """Rows of a table, those that matter most first; the rest is in diagnosis.json."""
     probable: float = 0.5
     """Inclusion probability from which an effect is named in sentences."""

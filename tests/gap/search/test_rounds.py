@@ -13,7 +13,7 @@ from deepsea_cosim.gap.search.rounds import (
     choose,
     drop_each,
     fit_leaders,
-    has_idle_effect,
+    idle_effects,
     next_start,
     score,
     search_round,
@@ -152,19 +152,19 @@ def test_idle_effects_are_dropped():
     negligible = p.settings.search.negligible
     idle = start(p, nuisance_jacobian, EFFECTS[:2], {"p": 0.7, "q": 0.5 * negligible})
     busy = start(p, nuisance_jacobian, EFFECTS[:2], {"p": 0.7, "q": -2.0 * negligible})
-    assert has_idle_effect(idle, negligible)
-    assert not has_idle_effect(busy, negligible)
-    assert not has_idle_effect(deliver(p, nuisance_jacobian), negligible)
+    assert idle_effects(idle, negligible)
+    assert not idle_effects(busy, negligible)
+    assert not idle_effects(deliver(p, nuisance_jacobian), negligible)
     found = first_round(p, nuisance_jacobian).hypotheses
     quick = [h for h in found if h.quick]
-    assert not any(has_idle_effect(h, negligible) for h in quick)
+    assert not any(idle_effects(h, negligible) for h in quick)
 
 
 def test_an_idle_shape_or_base_parameter_is_none():
     p, nuisance_jacobian = posed(moving(LINEAR), {}, EFFECTS)
     shape = EstimatedParameter("p.v", "effect", 0.0, 1.0, -1.0, 1.0, 1.0, shape=True)
     candidate = replace(EFFECTS[0], parameters=(*EFFECTS[0].parameters, shape))
-    assert not has_idle_effect(start(p, nuisance_jacobian, [candidate], {"p": 0.5}), 0.01)
+    assert not idle_effects(start(p, nuisance_jacobian, [candidate], {"p": 0.5}), 0.01)
 
 
 def test_gains_of_a_round_are_those_of_its_beginning():

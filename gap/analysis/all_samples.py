@@ -1,0 +1,26 @@
+"""Residuals of all samples, those included that were compared as a swing: nothing is judged by them, they are drawn."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import replace
+
+import numpy as np
+
+from ..estimation.fit import Fit
+from ..estimation.nuisances import usual_bias
+from ..problem.problem import Problem
+
+
+def residuals_of_all_samples(problem: Problem, fits: Sequence[Fit]) -> tuple[np.ndarray, ...]:
+    """Normalised residuals (n,) of the model as delivered and of fits, with their biases; NaN where a run fails."""
+    whole = replace(problem, observations=problem.samples, recorded=None)
+    observations = whole.observations
+    usual = np.array([usual_bias(whole, k) for k in range(len(observations.span))])
+    biases = [np.zeros(len(usual)), *(f.nuisances[: len(usual)] * usual for f in fits)]
+    models = whole.exact([{}, *(f.point for f in fits)])
+    unknown = np.full(len(observations), np.nan)
+    return tuple(
+        unknown if m is None else observations.whiten(m + b[observations.channel])
+        for m, b in zip(models, biases, strict=True)
+    )

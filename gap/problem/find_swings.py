@@ -1,0 +1,187 @@
+"""Where a machine swings by itself, and the observations in which such stretches are compared as swings.
+
+It swings where its readings stand out of their own course by more than the noise, for some periods, at one frequency,
+and do not keep pace with the model: what answers to the command keeps pace, however much it lags.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import replace
+from typing import NamedTuple
+
+import numpy as np
+from scipy.ndimage import uniform_filter1d
+from scipy.signal import hilbert
+
+from ..settings import SwingSettings
+from .observations import Block, Observations
+from .problem import Problem
+from .swing import Swing, SwingFeature, crossing_frequency, hann_means, local_lines
+
+
+class _Stretch(NamedTuple):
+    """From when to when a signal stands out of its course [s], and at which frequency, where it has one."""
+
+    start: float
+    end: float
+    frequency: float | None
+
+    def meets(self, other: _Stretch) -> bool:
+        """Whether both have some time in common."""
+        return self.start < other.end and other.start < self.end
+
+
+def compare_swings(problem: Problem, delivered: np.ndarray) -> Problem:
+    """The problem with what swings compared by course, amplitude and frequency: the same one where nothing does.
+
+    delivered: the model's long vector (n,).
+    """
+    observations = problem.observations
+    found = find_swings(observations, delivered, problem.settings.swings)
+    if not any(found):
+        return problem
+    return replace(problem, observations=_with_swings(observations, found), recorded=observations)
+
+
+def find_swings(observations: Observations, delivered: np.ndarray, settings: SwingSettings) -> list[list[Swing]]:
+    """The swings of every block.
+
+    While one channel of a run swings at a frequency of its own, so does the machine: then others swing, too, that show
+    several frequencies.
+    """
+    blocks = observations.blocks
+    stretches = [_stretches(b, delivered[b.place], settings) for b in blocks]
+    made: list[list[Swing]] = []
+    for b, own in zip(blocks, stretches, strict=True):
+        plain = [x for c, xs in zip(blocks, stretches, strict=True) if c.run == b.run for x in xs if x.frequency]
+        made.append([])
+        for stretch in own:
+            like = next((x for x in plain if stretch.meets(x)), None)
+            if like is not None:
+                made[-1].append(_swing(observations, b, stretch, like, settings))
+    return made
+
+
+def _stretches(block: Block, model: np.ndarray, settings: SwingSettings) -> list[_Stretch]:
+    """Where a block stands out of its course and does not keep pace with the model, which reads (n,)."""
+    if not block.is_series or len(block.t) < 3 or not 0.0 < 4.0 * block.interval < settings.window:
+        return []
+    grid = np.arange(block.t[0], block.t[-1], block.interval)
+    course = local_lines(grid, grid, settings.window)
+    rests = [x - course @ x for x in (np.interp(grid, block.t, y) for y in (block.y, model))]
+    alone = _stands_out(grid, rests[0], block.noise_std, settings) & ~_keeps_pace(rests, block.interval, settings)
+    long = _lasting(grid, alone, settings)
+    return [_Stretch(a, b, _own_frequency(grid, rests[0], a, b, settings)) for a, b in long]
+
+
+def _stands_out(t: np.ndarray, rest: np.ndarray, noise_std: float, settings: SwingSettings) -> np.ndarray:
+    """Where the amplitude (n,) is beyond the noise."""
+    squared = 2.0 * (hann_means(t, t, settings.window) @ rest**2 - noise_std**2)
+    return np.asarray(squared > (settings.envelope_from * noise_std) ** 2)
+
+
+def _keeps_pace(rests: Sequence[np.ndarray], interval: float, settings: SwingSettings) -> np.ndarray:
+    """Where what swings in the readings does so in the model, with a phase that stays (n,)."""
+    measured, model = (hilbert(x) for x in rests)
+    size = max(1, round(settings.coherence_window / interval))
+
+    def mean(x: np.ndarray) -> np.ndarray:
+        return np.asarray(uniform_filter1d(x.real, size) + 1j * uniform_filter1d(x.imag, size))
+
+    own, other, both = mean(np.abs(measured) ** 2).real, mean(np.abs(model) ** 2).real, mean(measured * np.conj(model))
+    follows = np.abs(both) ** 2 > settings.coherent * own * other
+    return np.asarray(follows & (other > settings.own_share * own))
+
+
+def _lasting(t: np.ndarray, mask: np.ndarray, settings: SwingSettings) -> list[tuple[float, float]]:
+    """From when to when a mask (n,) holds, short pauses closed, short stretches left out."""
+    edges = np.flatnonzero(np.diff(np.concatenate([[0], mask.astype(int), [0]])))
+    made: list[tuple[float, float]] = []
+    for start, end in zip(edges[::2], edges[1::2], strict=True):
+        a, b = float(t[start]), float(t[end - 1])
+        if made and a - made[-1][1] < settings.gap:
+            made[-1] = (made[-1][0], b)
+        else:
+            made.append((a, b))
+    return [(a, b) for a, b in made if b - a >= settings.least]
+
+
+def _own_frequency(t: np.ndarray, rest: np.ndarray, a: float, b: float, settings: SwingSettings) -> float | None:
+    """The frequency [1/s] at which the rest (n,) swings from a to b; None where it has none of its own."""
+    inside = (t >= a) & (t <= b)
+    frequency = crossing_frequency(t[inside], rest[inside], settings.crossing)
+    interval = float(t[1] - t[0])
+    if frequency is None or frequency * (b - a) < settings.cycles:
+        return None
+    if frequency * interval * settings.least_samples > 1.0:
+        return None
+    spectrum = np.abs(np.fft.rfft(rest[inside] * np.hanning(int(inside.sum())))) ** 2
+    near = np.abs(np.fft.rfftfreq(int(inside.sum()), interval) / frequency - 1.0) <= settings.narrow
+    return frequency if spectrum[near].sum() >= settings.narrow_share * spectrum.sum() else None
+
+
+def _swing(
+    observations: Observations, block: Block, stretch: _Stretch, like: _Stretch, settings: SwingSettings
+) -> Swing:
+    """A swing as far as its window looks; like: the same or another channel's, at a plain frequency."""
+    a, b, frequency = stretch
+    assert like.frequency is not None
+    window = min(max(settings.window, settings.periods / (frequency or like.frequency)), b - a)
+    half = 0.5 * window
+    a, b = max(float(block.t[0]), a - half), min(float(block.t[-1]), b + half)
+    near = (block.t >= a - half) & (block.t <= b + half)
+    at = np.linspace(a, b, max(2, 1 + round((b - a) / half)))
+    noise = observations.noise_std[block.place][near]
+    return Swing(block.t[near], at, window, noise, frequency, settings)
+
+
+def _with_swings(observations: Observations, found: Sequence[Sequence[Swing]]) -> Observations:
+    """The observations with, of each block, the samples outside its swings, and what describes these."""
+    blocks: list[Block] = []
+    readings, noises, place = [], [], 0
+
+    def add(block: Block, y: np.ndarray, t: np.ndarray, noise_std: np.ndarray) -> None:
+        nonlocal place
+        at = slice(place, place + len(y))
+        blocks.append(replace(block, t=t, y=y, place=at))
+        readings.append(y)
+        noises.append(noise_std)
+        place = at.stop
+
+    for b, swings in zip(observations.blocks, found, strict=True):
+        noise_std = observations.noise_std[b.place]
+        outside = np.ones(len(b.t), bool)
+        for swing in swings:
+            outside &= (b.t < swing.at[0]) | (b.t > swing.at[-1])
+        if outside.any():
+            add(b, b.y[outside], b.t[outside], noise_std[outside])
+        for swing in swings:
+            y = b.y[np.isin(b.t, swing.t)]
+            for quantity in swing.quantities:
+                feature = SwingFeature(swing, quantity)
+                add(replace(b, feature=feature), feature.read(y, noisy=True), feature.at, swing.noise_of(quantity, y))
+    return replace(
+        observations, blocks=tuple(blocks), y=np.concatenate(readings), noise_std=np.concatenate(noises),
+        run=np.concatenate([np.full(len(b.t), b.run) for b in blocks]),
+        channel=np.concatenate([np.full(len(b.t), b.channel) for b in blocks]),
+        time=np.concatenate([b.t for b in blocks]),
+    )  # fmt: skip
+
+
+def as_compared(problem: Problem, samples: np.ndarray) -> np.ndarray:
+    """The long vector (n,) of a problem from one of all samples as they were recorded."""
+    if problem.recorded is None:
+        return samples
+    whole = {(b.run, b.channel): b for b in problem.recorded.blocks if b.event is None}
+    events = iter([samples[b.place] for b in problem.recorded.blocks if b.event is not None])
+    made = np.empty(len(problem.observations))
+    for b in problem.observations.blocks:
+        if b.event is not None:
+            made[b.place] = next(events)
+            continue
+        source = whole[b.run, b.channel]
+        wanted = b.t if b.feature is None else b.feature.swing.t
+        read = samples[source.place][np.isin(source.t, wanted)]
+        made[b.place] = read if b.feature is None else b.feature.read(read)
+    return made

@@ -1,0 +1,187 @@
+"""What does not depend on phase of a signal that swings by itself: its course, its amplitude, its frequency.
+
+Two machines that swing alike do not stay in step, so the difference of their samples says nothing: it is as large for
+the right model as for none. The course is a local straight line with the weights of a Hann window; the rest is what
+swings. All that is linear in the samples is so in the measured and in the model's alike.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+from scipy.sparse import csr_array
+
+from ..settings import SwingSettings
+
+COURSE, AMPLITUDE, FREQUENCY = "course", "amplitude", "frequency"
+
+
+@dataclass(frozen=True, eq=False)
+class Swing:
+    """A stretch of time in which a signal swings: its samples' times (n,) and those at which it is described (m,)."""
+
+    t: np.ndarray
+    at: np.ndarray
+    """Spaced by half a window [s]."""
+    window: float
+    """Full width of the course's window [s]."""
+    noise_std: np.ndarray
+    """Of the samples (n,)."""
+    frequency: float | None
+    """As measured [1/s]; None of a signal that shows several."""
+    settings: SwingSettings
+
+    @property
+    def quantities(self) -> tuple[str, ...]:
+        """What describes it."""
+        return (COURSE, AMPLITUDE) if self.frequency is None else (COURSE, AMPLITUDE, FREQUENCY)
+
+    @cached_property
+    def _course(self) -> csr_array:
+        return local_lines(self.t, self.t, self.window)
+
+    @cached_property
+    def course_weights(self) -> csr_array:
+        """The course at the description's times from the samples (m, n)."""
+        return local_lines(self.t, self.at, self.window)
+
+    @cached_property
+    def energy_weights(self) -> csr_array:
+        """Weights (m, n) of the rest's squares, which add up to 1."""
+        return hann_means(self.t, self.at, self.window)
+
+    @cached_property
+    def least_energy(self) -> float:
+        """Squared amplitude of what stands out of the noise."""
+        return float(np.mean(self.noise_std**2)) * self.settings.envelope_from**2
+
+    def rest(self, x: np.ndarray) -> np.ndarray:
+        """What swings (n,) of samples (n,)."""
+        made: np.ndarray = x - self._course @ x
+        return made
+
+    @cached_property
+    def noise_energy(self) -> np.ndarray:
+        """Mean square of the rest of pure noise (m,), times two: squared amplitude that it looks like."""
+        own = 1.0 - 2.0 * self._course.diagonal() + (self._course**2).sum(axis=1)
+        made: np.ndarray = 2.0 * self.energy_weights @ (self.noise_std**2 * own)
+        return made
+
+    def course(self, x: np.ndarray) -> np.ndarray:
+        """Around which the samples (n,) swing (m,)."""
+        made: np.ndarray = self.course_weights @ x
+        return made
+
+    def amplitude(self, x: np.ndarray, noisy: bool) -> np.ndarray:
+        """Logarithm of the amplitude (m,) with the noise's part, which samples of a model are given."""
+        energy = 2.0 * (self.energy_weights @ self.rest(x) ** 2)
+        made: np.ndarray = 0.5 * np.log(energy + (0.0 if noisy else self.noise_energy))
+        return made
+
+    def log_frequency(self, x: np.ndarray) -> float:
+        """Logarithm of the frequency; that of what swings less than noise is as good as any: the measured one."""
+        assert self.frequency is not None
+        rest = self.rest(x)
+        found = crossing_frequency(self.t, rest, self.settings.crossing)
+        if found is None:
+            return float(np.log(self.frequency))
+        energy = 2.0 * float(np.mean(rest**2))
+        share = energy / (energy + self.least_energy)
+        return float(share * np.log(found) + (1.0 - share) * np.log(self.frequency))
+
+    def noise_of(self, quantity: str, y: np.ndarray) -> np.ndarray:
+        """Standard deviation (m,), or one for the frequency, of what readings y (n,) say of a quantity.
+
+        The noise of samples passed on, and what no model's form promises (settings).
+        """
+        settings, variance = self.settings, self.noise_std**2
+        squared = np.maximum(np.exp(2.0 * self.amplitude(y, True)) - self.noise_energy, 1e-300)
+        if quantity == COURSE:
+            passed = self.course_weights**2 @ variance
+            return np.asarray(np.sqrt(passed + settings.course_error**2 * squared))
+        if quantity == AMPLITUDE:
+            weight = self.energy_weights**2
+            spread = weight @ (2.0 * variance**2) + (weight @ (2.0 * variance)) * squared
+            return np.asarray(np.hypot(np.sqrt(spread) / (squared + self.noise_energy), settings.envelope_error))
+        assert self.frequency is not None
+        duration = float(self.t[-1] - self.t[0])
+        usual = float(np.sqrt(np.mean(variance) / np.mean(squared)))
+        timing = np.sqrt(2.0) * usual / (2.0 * np.pi * self.frequency * duration)
+        return np.array([np.hypot(timing, settings.frequency_error)])
+
+
+@dataclass(frozen=True, eq=False)
+class SwingFeature:
+    """One quantity of a swing: what a block compares instead of samples."""
+
+    swing: Swing
+    quantity: str
+    """course [unit of the channel], amplitude (its logarithm), frequency (its logarithm)."""
+
+    @property
+    def follows(self) -> bool:
+        """Whether a bias of the sensor moves it as it does samples."""
+        return self.quantity == COURSE
+
+    @property
+    def at(self) -> np.ndarray:
+        """Times at which it is read [s]."""
+        at = self.swing.at
+        return at if self.quantity != FREQUENCY else np.array([0.5 * (at[0] + at[-1])])
+
+    def read(self, x: np.ndarray, noisy: bool = False) -> np.ndarray:
+        """The quantity of samples at the swing's times (n,); noisy: measured ones."""
+        if self.quantity == COURSE:
+            return self.swing.course(x)
+        if self.quantity == AMPLITUDE:
+            return self.swing.amplitude(x, noisy)
+        return np.array([self.swing.log_frequency(x)])
+
+
+def hann_means(t: np.ndarray, at: np.ndarray, window: float) -> csr_array:
+    """Weights (m, n) of a Hann window of full width `window` around each time of `at` (m,) on samples at t (n,)."""
+    return _weights(t, at, window, lines=False)
+
+
+def local_lines(t: np.ndarray, at: np.ndarray, window: float) -> csr_array:
+    """Weights (m, n) that give the value there of a straight line through the samples in the window: at the ends of
+    the record, too, where a mean would lag behind."""
+    return _weights(t, at, window, lines=True)
+
+
+def _weights(t: np.ndarray, at: np.ndarray, window: float, lines: bool) -> csr_array:
+    half = 0.5 * window
+    low, high = np.searchsorted(t, at - half), np.searchsorted(t, at + half, side="right")
+    values, columns, ends = [], [], [0]
+    for x, a, b in zip(at, low, high, strict=True):
+        d = t[a:b] - x
+        w = 0.5 + 0.5 * np.cos(np.pi * d / half) + 1e-12
+        if lines and len(d) > 2:
+            s0, s1, s2 = w.sum(), w @ d, w @ (d * d)
+            w = w * (s2 - s1 * d) / (s0 * s2 - s1 * s1)
+        else:
+            w = w / w.sum()
+        values.append(w)
+        columns.append(np.arange(a, b))
+        ends.append(ends[-1] + len(w))
+    return csr_array((np.concatenate(values), np.concatenate(columns), ends), shape=(len(at), len(t)))
+
+
+def crossing_frequency(t: np.ndarray, rest: np.ndarray, share: float) -> float | None:
+    """Frequency [1/s] from the first to the last zero crossing of what swings (n,), between which it reaches a share
+    of its RMS; None where it has less than three."""
+    level = share * float(np.sqrt(np.mean(rest**2)))
+    clear = np.flatnonzero(np.abs(rest) > level)
+    turned = np.flatnonzero(np.diff(np.sign(rest[clear])) != 0.0)
+    if len(turned) < 3:
+        return None
+    crossings = [_crossing(t, rest, clear[k], clear[k + 1]) for k in (turned[0], turned[-1])]
+    return float((len(turned) - 1) / (2.0 * max(crossings[1] - crossings[0], 1e-300)))
+
+
+def _crossing(t: np.ndarray, x: np.ndarray, a: int, b: int) -> float:
+    """Time at which x changes its sign last between two samples of unlike sign."""
+    k = a + int(np.flatnonzero(np.sign(x[a:b]) != np.sign(x[b]))[-1])
+    return float(t[k] + (t[k + 1] - t[k]) * x[k] / (x[k] - x[k + 1]))

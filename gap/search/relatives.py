@@ -1,0 +1,108 @@
+"""Effects that act alike, tried in each other's place.
+
+A bank at a point where one of them is in foretells badly what another would do instead: a delay and a slow valve both
+make a machine swing, and the difference of two swings is no sum of responses. So each is simulated in the other's
+place.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from typing import NamedTuple
+
+import numpy as np
+
+from ..estimation.linear import profile_nuisances
+from ..problem.noise import rms
+from ..problem.parameters import EffectCandidate, Point
+from ..problem.problem import Problem
+from ..selection.hypothesis import Hypothesis
+from .bank import in_batches
+from .refinement import fit_from, polish
+from .rounds import best_of_each_set, idle_effects, score
+from .sizes import grid, variants
+
+
+class _Swap(NamedTuple):
+    """A hypothesis with an effect in another one's place, at a size."""
+
+    candidates: tuple[EffectCandidate, ...]
+    relative: EffectCandidate
+    point: Point
+    left: float
+    """Normalised RMS of the residual."""
+
+
+def swap_relatives(problem: Problem, found: Sequence[Hypothesis], nuisance_jacobian: np.ndarray) -> list[Hypothesis]:
+    """With the best hypothesis' effects replaced one at a time by others of their group, those that come near fitted to
+    the end."""
+    best, settings = found[0], problem.settings.search
+    known = {h.labels for h in found if not h.quick}
+    swaps = [s for gone in best.candidates for s in _swaps(problem, best, gone, nuisance_jacobian)]
+    swaps = [s for s in swaps if frozenset(c.label for c in s.candidates) not in known]
+    nearest = sorted(swaps, key=lambda s: s.left)[: settings.relatives]
+    if problem.stop_requested:
+        return list(found)
+    looked = [_fitted(problem, s, best, nuisance_jacobian) for s in nearest]
+    fitted = [h for h in looked if h is not None and h.labels not in known]
+    near = [h for h in fitted if score(h) < score(best) + settings.near_leader]
+    done = polish(problem, near, nuisance_jacobian, settings.polish_looks)
+    return best_of_each_set([*found, *done, *(h for h in fitted if h not in near)])
+
+
+def _fitted(problem: Problem, swap: _Swap, best: Hypothesis, nuisance_jacobian: np.ndarray) -> Hypothesis | None:
+    """A fit from there, anew without what has come to nothing: it stood by the effect that was replaced."""
+    made = fit_from(problem, swap.candidates, swap.point, best.fit, nuisance_jacobian)
+    if made is None or not (idle := idle_effects(made, problem.settings.search.negligible)):
+        return made
+    kept = tuple(c for c in made.candidates if c not in idle)
+    gone = {x.name for c in idle for x in c.parameters}
+    point = {name: u for name, u in made.fit.point.items() if name not in gone}
+    return fit_from(problem, kept, point, best.fit, nuisance_jacobian) if kept else None
+
+
+def _swaps(
+    problem: Problem, best: Hypothesis, gone: EffectCandidate, nuisance_jacobian: np.ndarray
+) -> list[_Swap]:
+    """Each relative of an effect in its place, at the size of the grid, and then between, that serves best."""
+    settings = problem.settings.search
+    relatives = [c for c in problem.candidates if c.group == gone.group and c.label not in best.labels]
+    tried: dict[str, dict[float, _Swap]] = {c.label: {} for c in relatives}
+    wanted = [(c, v) for c in relatives for v in variants(c, grid(c.main, settings), settings)]
+    for _ in range(1 + settings.size_looks):
+        for swap in _simulated(problem, best, gone, wanted, nuisance_jacobian):
+            size = swap.point[swap.relative.main.name]
+            own = tried[swap.relative.label]
+            if size not in own or swap.left < own[size].left:
+                own[size] = swap
+        wanted = [entry for own in tried.values() if own for entry in _between(own)]
+    return [min(own.values(), key=lambda s: s.left) for own in tried.values() if own]
+
+
+def _between(tried: Mapping[float, _Swap]) -> list[tuple[EffectCandidate, dict[str, float]]]:
+    """Sizes half way, by their ratio, from the best to its neighbours."""
+    best = min(tried.values(), key=lambda s: s.left)
+    main = best.relative.main.name
+    size = best.point[main]
+    same = sorted(s for s in tried if s * size > 0.0)
+    k = same.index(size)
+    values = {x.name: best.point[x.name] for x in best.relative.parameters}
+    return [(best.relative, {**values, main: float(np.sign(size) * np.sqrt(size * s))}) for s in
+            (*same[max(0, k - 1) : k], *same[k + 1 : k + 2])]  # fmt: skip
+
+
+def _simulated(
+    problem: Problem, best: Hypothesis, gone: EffectCandidate,
+    wanted: Sequence[tuple[EffectCandidate, Mapping[str, float]]], nuisance_jacobian: np.ndarray,
+) -> list[_Swap]:  # fmt: skip
+    """The best hypothesis with each of these in the place of an effect; those that run."""
+    kept = tuple(c for c in best.candidates if c is not gone)
+    own = {x.name for x in gone.parameters}
+    rest = {name: u for name, u in best.fit.point.items() if name not in own}
+    points = [{**rest, **values} for _, values in wanted]
+    made = []
+    for (c, _), point, coarse in zip(wanted, points, in_batches(problem, points), strict=True):
+        if coarse is not None:
+            left = rms(profile_nuisances(problem, coarse + best.fit.correction, nuisance_jacobian, 1.0).residual)
+            made.append(_Swap((*kept, c), c, point, left))
+    return made
