@@ -49,6 +49,11 @@ class FormulaProblem:
     """Points of each call of `answer`: at the fit's step, and exact."""
 
     @property
+    def samples(self) -> Observations:
+        """No formula swings."""
+        return self.observations
+
+    @property
     def macro_step(self) -> float:
         """Of exact runs [s]."""
         return self.discretisation.macro_step
