@@ -24,3 +24,15 @@ def residuals_of_all_samples(problem: Problem, fits: Sequence[Fit]) -> tuple[np.
         unknown if m is None else observations.whiten(m + b[observations.channel])
         for m, b in zip(models, biases, strict=True)
     )
+
+
+def among_all_samples(problem: Problem, residual: np.ndarray) -> np.ndarray:
+    """A normalised residual (n,) of a problem at its place among all samples (m,): NaN for those of a swing."""
+    if problem.recorded is None:
+        return residual
+    whole = {(b.run, b.channel): b for b in problem.recorded.series}
+    made = np.full(len(problem.recorded), np.nan)
+    for b in problem.observations.series:
+        source = whole[b.run, b.channel]
+        made[source.place][np.isin(source.t, b.t)] = residual[b.place]
+    return made

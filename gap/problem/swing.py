@@ -43,6 +43,13 @@ class Swing:
         return local_lines(self.t, self.t, self.window)
 
     @cached_property
+    def _whole(self) -> slice:
+        """The samples whose window is whole, if those are half of them: at a record's ends a line turns the phase."""
+        half = 0.5 * self.window
+        start, end = np.searchsorted(self.t, [self.t[0] + half, self.t[-1] - half])
+        return slice(int(start), int(end)) if 2 * (end - start) >= len(self.t) else slice(None)
+
+    @cached_property
     def course_weights(self) -> csr_array:
         """The course at the description's times from the samples (m, n)."""
         return local_lines(self.t, self.at, self.window)
@@ -84,7 +91,7 @@ class Swing:
         """Logarithm of the frequency; that of what swings less than noise is as good as any: the measured one."""
         assert self.frequency is not None
         rest = self.rest(x)
-        found = crossing_frequency(self.t, rest, self.settings.crossing)
+        found = crossing_frequency(self.t[self._whole], rest[self._whole], self.settings.crossing)
         if found is None:
             return float(np.log(self.frequency))
         energy = 2.0 * float(np.mean(rest**2))

@@ -59,6 +59,7 @@ def embed(data: Data, signals: Signals) -> dict[str, Any]:
 def deviation(t: Trace, model: str = "calibrated") -> float:
     """RMS of measured minus a model, as a multiple of the noise."""
     e = (t.measured - getattr(t, model)) / np.maximum(t.noise, 1e-300)
+    e = e[np.isfinite(e)]  # of a swing that there was no time to simulate
     return float(np.sqrt(np.mean(e**2))) if len(e) else 0.0
 
 

@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from ...core.units import convert, unit
+from ..analysis.all_samples import among_all_samples
 from ..analysis.verdict import NO_GAP
 from ..campaign.campaign import Channel as Measured
 from ..campaign.campaign import si
@@ -63,22 +64,22 @@ def _shown(problem: Problem, c: Measured, values: Array) -> Array:
 def _residuals(state: State) -> tuple[Array, Array, Array | None]:
     """As delivered, calibrated and with the effects, of all samples of the runs that were learned from."""
     baseline, chosen = state.ranked_baseline.hypothesis.fit, state.chosen.hypothesis
-    before = state.problem.observations.whiten(state.nominal)
-    return _drawn(state.all_samples, before, baseline.residual, chosen.fit.residual, bool(chosen.candidates))
+    left = (state.problem.observations.whiten(state.nominal), baseline.residual, chosen.fit.residual)
+    return _drawn(state.problem, state.all_samples, left, bool(chosen.candidates))
 
 
 def _held_out_residuals(state: State, held: HoldoutRuns) -> tuple[Array, Array, Array | None]:
     """The same of the held-out runs."""
-    calibrated, last = state.after(state.ranked_baseline), state.after(state.chosen)
-    return _drawn(state.held_samples, held.before, calibrated, last, bool(state.chosen.hypothesis.candidates))
+    left = (held.before, state.after(state.ranked_baseline), state.after(state.chosen))
+    return _drawn(held.problem, state.held_samples, left, bool(state.chosen.hypothesis.candidates))
 
 
 def _drawn(
-    simulated: tuple[Array, ...], before: Array, calibrated: Array, last: Array, effects: bool
+    problem: Problem, simulated: tuple[Array, ...], left: tuple[Array, ...], effects: bool
 ) -> tuple[Array, Array, Array | None]:
-    """What was simulated anew where something swings; last: with the effects, if there are any."""
-    if simulated:
-        before, calibrated, last = simulated
+    """What was simulated anew where something swings, else, where there was no time for it, the rest of the samples;
+    effects: whether the last has any."""
+    before, calibrated, last = simulated or tuple(among_all_samples(problem, x) for x in left)
     return before, calibrated, last if effects else None
 
 

@@ -45,13 +45,14 @@ class FormulaProblem:
     settings: Settings = DEFAULT
     simulator: FormulaSimulator = field(default_factory=FormulaSimulator)
     stop_requested: bool = False
+    recorded: Observations | None = None
     asked: list[tuple[list[Point], list[Point]]] = field(default_factory=list)
     """Points of each call of `answer`: at the fit's step, and exact."""
 
     @property
     def samples(self) -> Observations:
-        """No formula swings."""
-        return self.observations
+        """All samples as they were measured."""
+        return self.recorded or self.observations
 
     @property
     def macro_step(self) -> float:

@@ -82,11 +82,13 @@ def pushed(t: np.ndarray, seed: int) -> np.ndarray:
     return 1.5 * np.sin(2 * np.pi * f * np.asarray(t)[..., None] + phase).sum(-1)
 
 
-def measure(seed: int, extra: Callable[[float, float, float], float], m: float = 2.05, k: float = 78.0, d: float = 3.1
-            ) -> np.ndarray:  # fmt: skip
+def measure(
+    seed: int, extra: Callable[[float, float, float], float], m: float = 2.05, k: float = 78.0, d: float = 3.1,
+    push: Callable[[np.ndarray, int], np.ndarray] = pushed,
+) -> np.ndarray:  # fmt: skip
     """Columns time, u, x of a machine whose unmodelled force is extra(t, x, v)."""
     t = np.arange(round(STOP * RATE) + 1) / RATE
-    u = pushed(t, seed)
+    u = push(t, seed)
 
     def rate(s: float, y: np.ndarray) -> list[float]:
         return [y[1], (np.interp(s, t, u) - k * y[0] - d * y[1] + extra(s, y[0], y[1])) / m]
@@ -96,10 +98,11 @@ def measure(seed: int, extra: Callable[[float, float, float], float], m: float =
     return np.column_stack([t, u, x])
 
 
-def campaign(folder: Path, toys: Path, runs: list[np.ndarray], head: str = "", more: str = "") -> Path:
+def campaign(folder: Path, toys: Path, runs: list[np.ndarray], head: str = "", more: str = "", effects: str = ""
+             ) -> Path:  # fmt: skip
     """Write package, catalogue, run files and campaign.toml into the folder; returns the latter."""
     package(folder / "toy.ssp", {"o": toys / "Oscillator.fmu"}, stop=STOP, step=1e-3)
-    (folder / "effects.toml").write_text(EFFECTS)
+    (folder / "effects.toml").write_text(EFFECTS + effects)
     text = 'name = "toy"\nsystem = "toy.ssp"\neffects = "effects.toml"\n' + head
     text += '[[channel]]\ncolumn = "u"\nconnector = "o.u"\nunit = "N"\nrole = "input"\n'
     text += '[[channel]]\ncolumn = "x"\nconnector = "o.x"\nunit = "mm"\nnoise_std = 0.2\n'

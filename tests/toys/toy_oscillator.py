@@ -1,4 +1,5 @@
-"""A mass on a spring with a damper, pushed by a force; friction, a cubic spring and a gain of the force as effects."""
+"""A mass on a spring with a damper, pushed by a force; as effects friction, a cubic spring, a gain of the force, and
+a drive that makes it swing by itself (van der Pol)."""
 
 from math import tanh
 
@@ -10,11 +11,12 @@ class Oscillator(Fmi2Slave):
         super().__init__(**kwargs)
         self.u, self.x, self.v = 0.0, 0.0, 0.0
         self.m, self.k, self.d, self.F_c, self.k3, self.gain = 2.0, 80.0, 3.0, 0.0, 0.0, 1.0
+        self.mu = 0.0
         fixed = {"causality": Fmi2Causality.parameter, "variability": Fmi2Variability.fixed}
         self.register_variable(Real("u", causality=Fmi2Causality.input))
         self.register_variable(Real("x", causality=Fmi2Causality.output))
         self.register_variable(Real("v", causality=Fmi2Causality.output))
-        for name in ("m", "k", "d", "F_c", "k3", "gain"):
+        for name in ("m", "k", "d", "F_c", "k3", "gain", "mu"):
             self.register_variable(Real(name, **fixed))
 
     def rate(self, x, v):
@@ -23,6 +25,8 @@ class Oscillator(Fmi2Slave):
             force -= self.k3 * x**3
         if self.F_c:
             force -= self.F_c * tanh(v / 0.01)
+        if self.mu:
+            force += self.mu * (1.0 - (x / 0.02) ** 2) * v
         return force / self.m
 
     def do_step(self, current_time, step_size):
