@@ -1,4 +1,4 @@
-"""Effects that act alike, tried in each other's place, on formulas whose bank foretells badly what the other would do."""
+"""Effects that act alike, tried in each other's place, where a bank foretells badly what the other would do."""
 
 from __future__ import annotations
 
