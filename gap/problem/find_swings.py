@@ -1,7 +1,8 @@
 """Where a machine swings by itself, and the observations in which such stretches are compared as swings.
 
 It swings where its readings stand out of their own course by more than the noise, for some periods, at one frequency,
-and do not keep pace with the model: what answers to the command keeps pace, however much it lags.
+and do not keep pace with the model: what answers to the command keeps pace, however much it lags. What a measured
+input drives at that frequency does not swing by itself either, however wrong the model's answer to it is.
 """
 
 from __future__ import annotations
@@ -32,26 +33,36 @@ class _Stretch(NamedTuple):
         return self.start < other.end and other.start < self.end
 
 
+Input = tuple[np.ndarray, np.ndarray]
+"""Times (n,) [s] and values (n,)."""
+
+
 def compare_swings(problem: Problem, delivered: np.ndarray) -> Problem:
     """The problem with what swings compared by course, amplitude and frequency: the same one where nothing does.
 
     delivered: the model's long vector (n,).
     """
     observations = problem.observations
-    found = find_swings(observations, delivered, problem.settings.swings)
+    inputs = [list(r.inputs.values()) for r in problem.runs]
+    found = find_swings(observations, delivered, problem.settings.swings, inputs)
     if not any(found):
         return problem
     return replace(problem, observations=_with_swings(observations, found), recorded=observations)
 
 
-def find_swings(observations: Observations, delivered: np.ndarray, settings: SwingSettings) -> list[list[Swing]]:
-    """The swings of every block.
+def find_swings(
+    observations: Observations, delivered: np.ndarray, settings: SwingSettings,
+    inputs: Sequence[Sequence[Input]] = (),
+) -> list[list[Swing]]:  # fmt: skip
+    """The swings of every block; inputs: what was measured of those that drive each run.
 
     While one channel of a run swings at a frequency of its own, so does the machine: then others swing, too, that show
     several frequencies.
     """
     blocks = observations.blocks
     stretches = [_stretches(b, delivered[b.place], settings) for b in blocks]
+    for b, own in zip(blocks, stretches, strict=True):
+        own[:] = [x for x in own if not any(_drives(i, x, settings) for i in (inputs[b.run] if inputs else ()))]
     made: list[list[Swing]] = []
     for b, own in zip(blocks, stretches, strict=True):
         plain = [x for c, xs in zip(blocks, stretches, strict=True) if c.run == b.run for x in xs if x.frequency]
@@ -119,6 +130,19 @@ def _own_frequency(t: np.ndarray, rest: np.ndarray, a: float, b: float, settings
     spectrum = np.abs(np.fft.rfft(rest[inside] * np.hanning(int(inside.sum())))) ** 2
     near = np.abs(np.fft.rfftfreq(int(inside.sum()), interval) / frequency - 1.0) <= settings.narrow
     return frequency if spectrum[near].sum() >= settings.narrow_share * spectrum.sum() else None
+
+
+def _drives(given: Input, stretch: _Stretch, settings: SwingSettings) -> bool:
+    """Whether an input has more of its energy at the frequency of a stretch, meanwhile, than what noise has there."""
+    t, u = given
+    inside = (t >= stretch.start) & (t <= stretch.end)
+    if stretch.frequency is None or inside.sum() < settings.cycles:
+        return False
+    grid = np.linspace(stretch.start, stretch.end, int(inside.sum()))
+    x = np.interp(grid, t, u)
+    spectrum = np.abs(np.fft.rfft((x - x.mean()) * np.hanning(len(x)))) ** 2
+    near = np.abs(np.fft.rfftfreq(len(x), grid[1] - grid[0]) / stretch.frequency - 1.0) <= settings.narrow
+    return bool(spectrum[near].sum() > settings.driven_share * spectrum.sum())
 
 
 def _swing(

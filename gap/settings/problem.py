@@ -125,6 +125,8 @@ class SwingSettings:
     """Share of the energy there at least: what follows a rough command has none."""
     least_samples: float = 4.0
     """Samples in a period at least."""
+    driven_share: float = 0.01
+    """Energy of a measured input in that band, as a share of all it has, from which it drives the swing."""
     envelope_error: float = 0.05
     """What a model's form leaves open of an amplitude, as a share of it."""
     frequency_error: float = 0.01

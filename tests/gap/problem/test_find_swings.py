@@ -75,6 +75,15 @@ def test_a_channel_that_shows_several_frequencies_swings_along():
     assert "frequency" not in found[1][0].quantities
 
 
+@pytest.mark.parametrize("drive", [0.0, 0.2])
+def test_what_a_measured_input_drives_does_not_swing_by_itself(drive):
+    """The model answers at another phase each time, for its resonance is elsewhere; a slow input drives nothing."""
+    t = np.arange(0.0, 20.0, 0.005)
+    given = np.sin(0.3 * t) + drive * np.sin(2.0 * np.pi * 3.0 * t) + np.random.default_rng(1).normal(0.0, 0.02, len(t))
+    found = find_swings(observed(commanded() + own()), commanded(), SETTINGS, [[(t, given)]])
+    assert len(found[0]) == (0 if drive else 1)
+
+
 def posed(measured, model):
     """The problem of a formula, compared as what swings asks for."""
     observations = observed(measured)
