@@ -135,10 +135,13 @@ def without_needless(problem: Problem, found: Sequence[Hypothesis]) -> list[Hypo
 
 
 def fit_leaders(problem: Problem, found: Sequence[Hypothesis], nuisance_jacobian: np.ndarray) -> list[Hypothesis]:
-    """With those near the best fitted to the end, too."""
+    """With those near the best fitted to the end, too, and those to which others have nothing to add: these are judged
+    in the others' place, however much the others score within the noise."""
     settings = problem.settings.search
     near = [h for h in found if score(h) < score(found[0]) + settings.near_leader][: settings.most_leaders]
-    quick = [h for h in near if h.quick]
+    enough = [h for h in without_needless(problem, found) if h.candidates and is_adequate(problem, h.fit)]
+    wanted = {h.labels: h for h in (*near, *enough[: settings.most_leaders])}
+    quick = [h for h in wanted.values() if h.quick]
     return best_of_each_set([*found, *polish(problem, quick, nuisance_jacobian, settings.polish_looks)])
 
 
