@@ -232,6 +232,19 @@ def test_of_each_set_the_best_fit_counts_and_an_effect_has_its_price():
     assert score(both) - score(good) == pytest.approx(p.settings.search.price)
 
 
+def test_what_is_enough_alone_is_fitted_to_the_end_though_others_are_far_better_within_the_noise():
+    """The noise is stated ten times too large: a larger set gains far below it, and is not what will be judged."""
+    p, N = posed(moving(LINEAR), {"a": 0.5, "p": 0.7, "q": 0.05}, EFFECTS, noise=0.001)
+    p = replace(p, observations=replace(p.observations, noise_std=np.full(len(p.observations), 0.01)))
+    alone = replace(start(p, N, EFFECTS[:1], {"a": 0.5, "p": 0.66}), quick=True)
+    both = start(p, N, EFFECTS[:2], {"a": 0.5, "p": 0.7, "q": 0.05})
+    assert score(alone) - score(both) > p.settings.search.near_leader
+    found = fit_leaders(p, best_of_each_set([alone, both]), N)
+    (fitted,) = [h for h in found if h.ids == ("p",)]
+    assert not fitted.quick
+    assert fitted.fit.point["p"] == pytest.approx(0.7, abs=0.01)
+
+
 def test_only_those_near_the_best_are_fitted_to_the_end():
     p, nuisance_jacobian = posed(moving(LINEAR), {"a": 0.5, "p": 0.7}, EFFECTS)
     near = replace(start(p, nuisance_jacobian, EFFECTS[:1], {"a": 0.5, "p": 0.68}), quick=True)
