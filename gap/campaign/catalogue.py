@@ -4,6 +4,9 @@
     id, text, group                 address, neutral, bounds, prior     parameter, tolerance
                                     also, shape, starts
 
+    [[effect.form]]                 [[effect.form.parameter]]
+    id, text                        address, neutral, bounds, prior, also, starts
+
     [[sensor]]
     id, text, group, quantity (bias, scale, lag, delay), neutral, bounds, prior
 
@@ -20,7 +23,7 @@ A third party makes its own effects known to the diagnosis by writing such a fil
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from math import inf
 from pathlib import Path
 from typing import Any, TypeVar
@@ -68,6 +71,18 @@ class Parameter:
 
 
 @dataclass(frozen=True)
+class Form:
+    """Another form of an effect than its plain one: further parameters, which change nothing at their neutral values.
+
+    It is tried where the effect is in. `starts` of its parameters are values at which it shows.
+    """
+
+    id: str
+    text: str
+    parameters: tuple[Parameter, ...]
+
+
+@dataclass(frozen=True)
 class Effect:
     """A candidate cause."""
 
@@ -75,6 +90,12 @@ class Effect:
     text: str
     group: str
     parameters: tuple[Parameter, ...]
+    forms: tuple[Form, ...] = ()
+
+    @property
+    def all_parameters(self) -> tuple[Parameter, ...]:
+        """Those of its forms among them."""
+        return (*self.parameters, *(p for f in self.forms for p in f.parameters))
 
     @property
     def main(self) -> Parameter:
@@ -188,12 +209,33 @@ class _Reader(Tables):
         return Parameter(address, neutral, low, high, prior, also, shape, starts)
 
     def effect(self, table: dict[str, Any], entry: str) -> Effect:
-        self.no_strangers(table, ("id", "text", "group", "parameter"), entry)
+        self.no_strangers(table, ("id", "text", "group", "parameter", "form"), entry)
         parameters = tuple(self.parameter(p, entry) for p in self.tables(table, entry, "parameter"))
         if not any(not p.shape for p in parameters):
             raise self.error(f"{entry}: has no parameter that is not a shape")
         id, text, group = (self.get(table, entry, key, str) for key in ("id", "text", "group"))
-        return Effect(id, text, group, parameters)
+        forms = tuple(
+            self.form(f, f"{entry}: form {f.get('id', k)}")
+            for k, f in enumerate(self.tables(table, entry, "form"), 1)
+        )
+        if (twice := repeated([f.id for f in forms])) is not None:
+            raise self.error(f"{entry}: form {twice}: is listed twice")
+        return Effect(id, text, group, parameters, forms)
+
+    def form(self, table: dict[str, Any], entry: str) -> Form:
+        self.no_strangers(table, ("id", "text", "parameter"), entry)
+        id, text = (self.get(table, entry, key, str) for key in ("id", "text"))
+        parameters = tuple(
+            replace(self.parameter(p, entry), shape=True) for p in self.tables(table, entry, "parameter")
+        )
+        if not parameters:
+            raise self.error(f"{entry}: has no parameter")
+        for p in parameters:
+            if not p.starts:
+                raise self.error(f"{entry}, {p.address}: needs 'starts', values at which the form shows")
+            if p.neutral in p.starts:
+                raise self.error(f"{entry}, {p.address}: 'starts' holds the neutral value {p.neutral:g}")
+        return Form(id, text, parameters)
 
     def sensor(self, table: dict[str, Any], entry: str) -> Sensor:
         self.no_strangers(table, ("id", "text", "group", "quantity", "neutral", "bounds", "prior"), entry)
@@ -265,7 +307,7 @@ def _catalogue(data: dict[str, Any], shown: str) -> Catalogue:
         raise reader.error(f"{shown}: two sensor entries are a {twice}; one is enough for all channels")
     belongs: dict[str, str] = {}
     for e in effects:
-        addresses = [a for p in e.parameters for a in (p.address, *p.also)]
+        addresses = [a for p in e.all_parameters for a in (p.address, *p.also)]
         if (twice := repeated(addresses)) is not None:
             raise reader.error(f"{shown}: effect {e.id}: has '{twice}' twice")
         for address in addresses:

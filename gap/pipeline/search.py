@@ -8,6 +8,8 @@ from dataclasses import replace
 from ...core.errors import SimulationError
 from ..estimation.nuisances import nuisance_columns
 from ..search.baseline import deliver, explains_much, refit_base, unfitted_base
+from ..search.forms import have_forms, in_forms_of
+from ..search.forms import try_forms as tried
 from ..search.leaders import refine_macro_step, widen_derivatives
 from ..search.relatives import swap_relatives as swapped
 from ..search.rounds import (
@@ -63,7 +65,7 @@ def _having(state: State, found: Round) -> State:
     at = state.beginning
     hypotheses = best_of_each_set([*state.hypotheses, *found.hypotheses])
     baseline = next(h for h in hypotheses if not h.candidates)
-    banked = (*state.banked, at.labels)
+    banked = (*state.banked, at.parts)
     elsewhere = None if at is state.elsewhere else state.elsewhere
     before = score(best_of_each_set(state.hypotheses)[0])
     better = score(hypotheses[0]) < before - state.problem.settings.search.better
@@ -101,9 +103,31 @@ def fit_the_best(state: State) -> State:
 def swap_relatives(state: State) -> State:
     """Effects that act alike in each other's place."""
     found = swapped(state.problem, best_of_each_set(state.hypotheses), state.nuisance_jacobian)
+    return _among(state, found)
+
+
+def try_forms(state: State) -> State:
+    """Effects that are in, in other forms than the plain one; the best set's forms are those of its effects from then
+    on."""
+    found = tried(state.problem, best_of_each_set(state.hypotheses), state.nuisance_jacobian)
+    problem = in_forms_of(state.problem, found[0])
+    return replace(_among(state, found), problem=problem)
+
+
+def has_forms(state: State) -> bool:
+    """Whether something is left, and an effect that is in could be in another form."""
+    found = best_of_each_set(state.hypotheses)
+    return have_forms(found) and not is_adequate(state.problem, found[0].fit)
+
+
+def _among(state: State, found: Sequence[Hypothesis]) -> State:
+    """The state with fits that came between two rounds; where they are better, the next one begins there."""
     baseline = next(h for h in found if not h.candidates)
-    rest = tuple(h for h in found if h.candidates)
-    return replace(state, baseline=baseline, found=rest, so_far=_so_far(found))
+    better = score(found[0]) < score(best_of_each_set(state.hypotheses)[0])
+    start = next_start(found, state.banked, True, state.elsewhere) if better else state.start
+    return replace(
+        state, baseline=baseline, found=tuple(h for h in found if h.candidates), start=start, so_far=_so_far(found)
+    )  # fmt: skip
 
 
 def has_relatives(state: State) -> bool:

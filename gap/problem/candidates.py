@@ -10,11 +10,11 @@ from ...core.errors import CosimError, UnknownNameError, did_you_mean
 from ...core.repeated import repeated
 from ...master.session import Session
 from ..campaign.campaign import BaseTolerance, Campaign, CampaignError, FactorTolerance
-from ..campaign.catalogue import Catalogue, Effect
+from ..campaign.catalogue import Catalogue, Effect, Parameter
 from ..campaign.catalogue import Sensor as SensorEffect
 from ..settings import ParameterSettings
 from .observations import Observations
-from .parameters import EffectCandidate, EstimatedParameter
+from .parameters import EffectCandidate, EffectForm, EstimatedParameter
 from .problem import RunConditions, matching
 
 
@@ -41,7 +41,7 @@ def base_parameters(
     """The base parameters of catalogue and campaign; what is held instead is added to the warnings."""
     values = runs[0].values
     tolerances = _tolerances(campaign, catalogue, values)
-    changed = {a: e.id for e in catalogue.effects for p in e.parameters for a in (p.address, *p.also)}
+    changed = {a: e.id for e in catalogue.effects for p in e.all_parameters for a in (p.address, *p.also)}
     made = []
     for addresses, tolerance in tolerances.items():
         if tolerance == 0.0:
@@ -97,23 +97,29 @@ def effect_candidates(
 def _effect(
     effect: Effect, runs: Sequence[RunConditions], warnings: list[str], settings: ParameterSettings
 ) -> EffectCandidate:
-    parameters = []
-    for p in effect.parameters:
-        for address in (p.address, *p.also):
-            if address not in runs[0].values:
-                hint = did_you_mean(address, list(runs[0].values))
-                raise UnknownNameError(f"effect {effect.id}: the package has no parameter '{address}'{hint}")
-        start = float(runs[0].values[p.address])
-        if any(info.values[p.address] != start for info in runs):
-            warnings.append(f"effect {effect.id}: '{p.address}' differs between the runs; the first run's counts")
-        low, high = (p.low - start) / p.prior, (p.high - start) / p.prior
-        parameters.append(
-            EstimatedParameter(
-                p.address, "effect", start, p.prior, min(low, 0.0), max(high, 0.0), settings.effect_std,
-                (p.address, *p.also), p.shape, tuple((v - start) / p.prior for v in p.starts),
-            )
-        )  # fmt: skip
-    return EffectCandidate(effect.id, effect.text, effect.group, tuple(sorted(parameters, key=lambda u: u.shape)))
+    def estimated(entries: Sequence[Parameter]) -> tuple[EstimatedParameter, ...]:
+        return tuple(_estimated(effect.id, p, runs, warnings, settings) for p in entries)
+
+    parameters = sorted(estimated(effect.parameters), key=lambda u: u.shape)
+    forms = tuple(EffectForm(f.id, f.text, estimated(f.parameters)) for f in effect.forms)
+    return EffectCandidate(effect.id, effect.text, effect.group, tuple(parameters), forms=forms)
+
+
+def _estimated(
+    effect: str, p: Parameter, runs: Sequence[RunConditions], warnings: list[str], settings: ParameterSettings
+) -> EstimatedParameter:
+    for address in (p.address, *p.also):
+        if address not in runs[0].values:
+            hint = did_you_mean(address, list(runs[0].values))
+            raise UnknownNameError(f"effect {effect}: the package has no parameter '{address}'{hint}")
+    start = float(runs[0].values[p.address])
+    if any(info.values[p.address] != start for info in runs):
+        warnings.append(f"effect {effect}: '{p.address}' differs between the runs; the first run's counts")
+    low, high = (p.low - start) / p.prior, (p.high - start) / p.prior
+    return EstimatedParameter(
+        p.address, "effect", start, p.prior, min(low, 0.0), max(high, 0.0), settings.effect_std,
+        (p.address, *p.also), p.shape, tuple((v - start) / p.prior for v in p.starts),
+    )  # fmt: skip
 
 
 def _sensor(
@@ -140,7 +146,7 @@ def check_catalogue(catalogue: Catalogue, session: Session) -> None:
                 raise CampaignError(f"{entry}: {error}") from None
 
     for effect in catalogue.effects:
-        for p in effect.parameters:
+        for p in effect.all_parameters:
             for address in (p.address, *p.also):
                 check_values(f"effect {effect.id}", address, (p.low, p.high))
     for e in catalogue.experiments:

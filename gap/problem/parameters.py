@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -46,6 +46,15 @@ class EstimatedParameter:
 
 
 @dataclass(frozen=True)
+class EffectForm:
+    """Another form of an effect than its plain one: further parameters, at 0 the plain one."""
+
+    id: str
+    text: str
+    parameters: tuple[EstimatedParameter, ...]
+
+
+@dataclass(frozen=True)
 class EffectCandidate:
     """A possible cause: an effect of the machine, or one of a sensor."""
 
@@ -55,6 +64,25 @@ class EffectCandidate:
     parameters: tuple[EstimatedParameter, ...]
     weight: float = 1.0
     """Share of its id's prior probability: an effect of any of n channels is n candidates."""
+    forms: tuple[EffectForm, ...] = ()
+    """In which it may be."""
+    form: EffectForm | None = None
+    """In which it is; None: the plain one."""
+
+    def in_form(self, form: EffectForm) -> EffectCandidate:
+        """The plain effect in one of its forms, whose parameters are then shapes of it."""
+        own = tuple(replace(x, starts=()) for x in form.parameters)
+        return replace(self, parameters=(*self.parameters, *own), form=form)
+
+    @property
+    def name(self) -> str:
+        """The label, with the form."""
+        return self.label if self.form is None else f"{self.label} [{self.form.id}]"
+
+    @property
+    def parts(self) -> frozenset[str]:
+        """What it consists of: itself, and its form."""
+        return frozenset([self.label, self.name])
 
     @property
     def main(self) -> EstimatedParameter:

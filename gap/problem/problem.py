@@ -107,7 +107,8 @@ class Problem:
     @cached_property
     def parameters(self) -> dict[str, EstimatedParameter]:
         """All parameters by name."""
-        return {u.name: u for u in (*self.base, *(u for c in self.candidates for u in c.parameters))}
+        effects = [x for c in self.candidates for x in (*(y for f in c.forms for y in f.parameters), *c.parameters)]
+        return {x.name: x for x in (*self.base, *effects)}
 
     def changes(self, run: int, point: Point) -> dict[str, Any]:
         """Parameters to set for the run at that point: its conditions, and what the point says of the model."""

@@ -15,6 +15,7 @@ from ..estimation.cross_validation import predict_each_run
 from ..pipeline.diagnosis import Diagnosis
 from ..pipeline.state import State
 from ..problem.noise import rms
+from .forms import form
 from .headline import cautions, headline
 from .moments import contrasts, events, has_moments
 from .naming import members
@@ -91,7 +92,7 @@ def parts(s: State) -> list[dict[str, Any]]:
         made.append(
             {"kind": "effect", "group": group, "effects": own, "text": {e: texts[e] for e in own},
              "share": part.share, "ci95": list(part.ci95), "inclusion_probability": s.inclusion.groups[group],
-             "minor": part.share < minor, "within_group": _within(s, group), "form": None,
+             "minor": part.share < minor, "within_group": _within(s, group), "form": form(s, own),
              "parameters": _part_parameters(s, own)}
         )  # fmt: skip
     rest = shared.unexplained
@@ -218,7 +219,8 @@ def hypotheses(s: State) -> list[dict[str, Any]]:
             told = parameters(s.problem, fit, s.nuisance_jacobian, ("effect", "sensor"))
         made.append(
             {"effects": list(r.hypothesis.ids), "label": r.hypothesis.label, "probability": p, "left": r.gap,
-             "status": fit.status, "parameters": told}
+             "status": fit.status, "forms": {c.id: c.form.id for c in r.hypothesis.candidates if c.form is not None},
+             "parameters": told}
         )  # fmt: skip
     return made
 

@@ -44,8 +44,8 @@ def first_look(problem: Problem, nuisance_jacobian: np.ndarray, at: Hypothesis) 
 def fit_to_the_end(problem: Problem, nuisance_jacobian: np.ndarray, looked: Round) -> Round:
     """The same with the best of its fits gone on with."""
     leaders = _polish_leaders(problem, looked.hypotheses, nuisance_jacobian)
-    done = {h.labels for h in leaders}
-    rest = [h for h in looked.hypotheses if h.labels not in done]
+    done = {h.parts for h in leaders}
+    rest = [h for h in looked.hypotheses if h.parts not in done]
     return Round((*leaders, *rest), looked.gains)
 
 
@@ -93,8 +93,10 @@ def idle_effects(h: Hypothesis, negligible: float) -> list[EffectCandidate]:
 
 
 def score(h: Hypothesis) -> float:
-    """What hypotheses are compared by until they are judged: the fit, its parameters, a price for every effect."""
-    return h.penalised_deviance + SearchSettings.price * len(h.candidates)
+    """What hypotheses are compared by until they are judged: the fit, its parameters, a price for every effect and for
+    every form that is not the plain one."""
+    forms = sum(c.form is not None for c in h.candidates)
+    return h.penalised_deviance + SearchSettings.price * len(h.candidates) + SearchSettings.form_price * forms
 
 
 def best_of_each_set(hypotheses: Iterable[Hypothesis]) -> list[Hypothesis]:
@@ -102,7 +104,7 @@ def best_of_each_set(hypotheses: Iterable[Hypothesis]) -> list[Hypothesis]:
     known of a set, for it rests on the long step's error at another point."""
     best: dict[frozenset[str], Hypothesis] = {}
     for h in sorted(hypotheses, key=lambda h: (h.quick, h.penalised_deviance)):
-        best.setdefault(h.labels, h)
+        best.setdefault(h.parts, h)
     return sorted(best.values(), key=score)
 
 
@@ -116,12 +118,12 @@ def next_start(
     model as delivered they do. Nor may the right effect beside a wrong one: at the set without that, it does.
     """
     best = found[0]
-    new = best.labels not in banked
+    new = best.parts not in banked
     if elsewhere is not None and not (new and better):
         return elsewhere
     if new:
         return best
-    parts = (h for h in found if h.candidates and h.labels < best.labels and h.labels not in banked)
+    parts = (h for h in found if h.candidates and h.parts < best.parts and h.parts not in banked)
     return next(parts, None)
 
 
@@ -130,7 +132,7 @@ def without_needless(problem: Problem, found: Sequence[Hypothesis]) -> list[Hypo
     nothing, to show that none does better."""
     enough = [h for h in found if is_adequate(problem, h.fit)]
     return [
-        h for h in found if not any(g.labels < h.labels and (g.candidates or len(h.candidates) > 1) for g in enough)
+        h for h in found if not any(g.parts < h.parts and (g.candidates or len(h.candidates) > 1) for g in enough)
     ]  # fmt: skip
 
 
@@ -140,7 +142,7 @@ def fit_leaders(problem: Problem, found: Sequence[Hypothesis], nuisance_jacobian
     settings = problem.settings.search
     near = [h for h in found if score(h) < score(found[0]) + settings.near_leader][: settings.most_leaders]
     enough = [h for h in without_needless(problem, found) if h.candidates and is_adequate(problem, h.fit)]
-    wanted = {h.labels: h for h in (*near, *enough[: settings.most_leaders])}
+    wanted = {h.parts: h for h in (*near, *enough[: settings.most_leaders])}
     quick = [h for h in wanted.values() if h.quick]
     return best_of_each_set([*found, *polish(problem, quick, nuisance_jacobian, settings.polish_looks)])
 
@@ -155,13 +157,13 @@ def drop_each(problem: Problem, found: Sequence[Hypothesis], nuisance_jacobian: 
     for _ in range(problem.settings.search.most_effects):
         best = made[0]
         for gone in best.candidates:
-            labels = best.labels - {gone.label}
-            if labels in tried or problem.stop_requested:
+            left = best.parts - gone.parts
+            if left in tried or problem.stop_requested:
                 continue
-            tried.add(labels)
-            left = without(problem, best, gone, nuisance_jacobian)
-            if left is not None:
-                made.append(left)
+            tried.add(left)
+            fitted = without(problem, best, gone, nuisance_jacobian)
+            if fitted is not None:
+                made.append(fitted)
         made = best_of_each_set(made)
         if made[0] is best:
             break

@@ -21,14 +21,16 @@ Labels = frozenset[str]
 def complete_subsets(
     problem: Problem, ranked: Sequence[RankedHypothesis], best: RankedHypothesis, nuisance_jacobian: np.ndarray
 ) -> dict[Labels, RankedHypothesis]:
-    """The best fit of every subset of a hypothesis' effects, itself among them.
+    """The best fit of every subset of a hypothesis' effects in their forms, itself among them.
 
     Those that were not fitted are now, from where a larger set stands; where there is no time for that, the fit without
     an effect is foretold by the derivatives.
     """
     found: dict[Labels, RankedHypothesis] = {}
+    forms = {c.label: c.form for c in best.hypothesis.candidates}
     for r in sorted(ranked, key=lambda r: r.neg2_log_posterior):
-        found.setdefault(r.hypothesis.labels, r)
+        if all(c.form == forms.get(c.label, c.form) for c in r.hypothesis.candidates):
+            found.setdefault(r.hypothesis.labels, r)
     whole = best.hypothesis.labels
     made = {whole: best, frozenset(): found[frozenset()]}
     for size in range(len(whole) - 1, 0, -1):

@@ -62,7 +62,7 @@ def prior(problem: Problem, h: Hypothesis) -> float:
     ids = len({c.id for c in problem.candidates})
     if not h.candidates:
         return settings.prior_none
-    weight = float(np.prod([c.weight for c in h.candidates]))
+    weight = float(np.prod([c.weight * (1.0 if c.form is None else settings.prior_of_form) for c in h.candidates]))
     size, known = len(h.candidates), settings.prior_of_size
     return known[min(size, len(known)) - 1] * weight / max(1, comb(ids, size))
 

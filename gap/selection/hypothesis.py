@@ -33,7 +33,7 @@ class Hypothesis:
     @property
     def label(self) -> str:
         """For people."""
-        return " + ".join(c.label for c in self.candidates) or "refit of the base parameters"
+        return " + ".join(c.name for c in self.candidates) or "refit of the base parameters"
 
     @property
     def penalised_deviance(self) -> float:
@@ -44,6 +44,11 @@ class Hypothesis:
     def labels(self) -> frozenset[str]:
         """Of its effects."""
         return frozenset(c.label for c in self.candidates)
+
+    @property
+    def parts(self) -> frozenset[str]:
+        """Its effects' labels, and the forms that they are in: what it says beyond the base parameters."""
+        return frozenset(x for c in self.candidates for x in c.parts)
 
     @property
     def ids(self) -> tuple[str, ...]:

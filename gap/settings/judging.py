@@ -22,6 +22,8 @@ class EvidenceSettings:
     prior_none: float = 0.3
     prior_of_size: tuple[float, ...] = (0.5, 0.16, 0.04)
     """Prior probability of no effect, and of one, two and three together (shared by all sets of that size)."""
+    prior_of_form: float = 0.2
+    """Prior probability of a form that an effect may have, beside the plain one's 1."""
     adequate: float = 0.02
     """Structured energy beyond chance, per reading, with which nothing is left to explain."""
     chance: float = 1.5

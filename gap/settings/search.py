@@ -68,6 +68,14 @@ class SearchSettings:
     """Where that refit stops far from the data: shares of its range at which each is tried alone, fits from there."""
     price: float = 12.0
     """What an effect costs in a comparison of sets, in -2 log probability."""
+    form_price: float = 6.0
+    """The same of a form other than the plain one."""
+    form_leaders: int = 2
+    """Best sets of each size whose effects are tried in other forms."""
+    form_beyond: float = 1.5
+    """How far beyond its start a form's parameter may be expected to go, in that."""
+    forms_fitted: int = 5
+    """Of these the best that are fitted."""
     least_left: float = 1e-3
     """Share of the residual's squares that the best set may be expected to leave, at least."""
     own_radius: float = 0.3

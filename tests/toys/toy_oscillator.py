@@ -1,5 +1,5 @@
 """A mass on a spring with a damper, pushed by a force; as effects friction, a cubic spring, a gain of the force, and
-a drive that makes it swing by itself (van der Pol)."""
+a drive that makes it swing by itself (van der Pol). Friction may be uneven: greater one way than the other."""
 
 from math import tanh
 
@@ -11,12 +11,12 @@ class Oscillator(Fmi2Slave):
         super().__init__(**kwargs)
         self.u, self.x, self.v = 0.0, 0.0, 0.0
         self.m, self.k, self.d, self.F_c, self.k3, self.gain = 2.0, 80.0, 3.0, 0.0, 0.0, 1.0
-        self.mu = 0.0
+        self.mu, self.uneven = 0.0, 0.0
         fixed = {"causality": Fmi2Causality.parameter, "variability": Fmi2Variability.fixed}
         self.register_variable(Real("u", causality=Fmi2Causality.input))
         self.register_variable(Real("x", causality=Fmi2Causality.output))
         self.register_variable(Real("v", causality=Fmi2Causality.output))
-        for name in ("m", "k", "d", "F_c", "k3", "gain", "mu"):
+        for name in ("m", "k", "d", "F_c", "k3", "gain", "mu", "uneven"):
             self.register_variable(Real(name, **fixed))
 
     def rate(self, x, v):
@@ -24,7 +24,7 @@ class Oscillator(Fmi2Slave):
         if self.k3:
             force -= self.k3 * x**3
         if self.F_c:
-            force -= self.F_c * tanh(v / 0.01)
+            force -= self.F_c * (1.0 + self.uneven * tanh(v / 0.01)) * tanh(v / 0.01)
         if self.mu:
             force += self.mu * (1.0 - (x / 0.02) ** 2) * v
         return force / self.m

@@ -1,0 +1,136 @@
+"""Other forms of the effects that are in: a dead zone of four unequal lands, friction that is greater one way.
+
+An effect in a wrong form explains much and leaves much; so forms are tried where something is left, in the best sets of
+every size, for a wrong form also makes wrong effects look useful beside it. What a form would do is foretold from runs
+at its starts; the most promising ones are fitted.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import replace
+from typing import NamedTuple
+
+import numpy as np
+
+from ..estimation.linear import Linear, profile_nuisances
+from ..problem.noise import rms
+from ..problem.parameters import EffectCandidate, EffectForm, EstimatedParameter, Point, penalty
+from ..problem.problem import Problem
+from ..selection.hypothesis import Hypothesis, penalised_deviance
+from .bank import in_batches
+from .refinement import fit_from, polish
+from .rounds import best_of_each_set, score
+
+
+class _Option(NamedTuple):
+    """An effect of a hypothesis in another form: where it is expected to fit best, and its expected deviance there."""
+
+    base: Hypothesis
+    plain: EffectCandidate
+    form: EffectForm
+    point: Point
+    expected: float
+
+    @property
+    def candidates(self) -> tuple[EffectCandidate, ...]:
+        """Of the hypothesis, with the effect in that form."""
+        return tuple(c.in_form(self.form) if c is self.plain else c for c in self.base.candidates)
+
+
+class _Tried(NamedTuple):
+    """A parameter of a form, and what it does to the model at the start that serves best: a value, and the change."""
+
+    parameter: EstimatedParameter
+    value: float
+    change: np.ndarray
+
+
+def try_forms(problem: Problem, found: Sequence[Hypothesis], nuisance_jacobian: np.ndarray) -> list[Hypothesis]:
+    """With effects of the best sets in other forms, those that come near fitted to the end."""
+    settings = problem.settings.search
+    known = {h.parts for h in found}
+    options = [o for h in _leaders(found, settings.form_leaders) for o in _options(problem, h, nuisance_jacobian)]
+    options = [o for o in options if _parts(o) not in known]
+    fitted = []
+    for o in sorted(options, key=lambda o: o.expected)[: settings.forms_fitted]:
+        if not problem.stop_requested:
+            made = fit_from(problem, o.candidates, o.point, o.base.fit, nuisance_jacobian)
+            fitted += [] if made is None else [made]
+    least = min((score(h) for h in (*found, *fitted)), default=0.0)
+    near = [h for h in fitted if score(h) < least + settings.near_leader]
+    done = polish(problem, near, nuisance_jacobian, settings.polish_looks)
+    return best_of_each_set([*found, *done, *(h for h in fitted if h not in near)])
+
+
+def in_forms_of(problem: Problem, best: Hypothesis) -> Problem:
+    """The problem in which every effect of a hypothesis has the form that it has there, wherever it is tried from now
+    on."""
+    formed = {c.label: c for c in best.candidates if c.form is not None}
+    if not formed:
+        return problem
+    return replace(problem, candidates=tuple(formed.get(c.label, c) for c in problem.candidates))
+
+
+def have_forms(found: Sequence[Hypothesis]) -> bool:
+    """Whether an effect of any of these could be in another form."""
+    return any(c.forms and c.form is None for h in found for c in h.candidates)
+
+
+def _parts(o: _Option) -> frozenset[str]:
+    return frozenset(x for c in o.candidates for x in c.parts)
+
+
+def _leaders(found: Sequence[Hypothesis], most: int) -> list[Hypothesis]:
+    """The best of each size: beside a wrong form, others would come first among all."""
+    made: list[Hypothesis] = []
+    for size in sorted({len(h.candidates) for h in found if h.candidates}):
+        own = sorted((h for h in found if len(h.candidates) == size), key=score)
+        made += own[:most]
+    return made
+
+
+def _options(problem: Problem, h: Hypothesis, nuisance_jacobian: np.ndarray) -> list[_Option]:
+    """Every form of every effect that is in its plain one, foretold."""
+    wanted = [
+        (c, f, x, v) for c in h.candidates if c.form is None for f in c.forms for x in f.parameters for v in x.starts
+    ]
+    points = [{**h.fit.point, x.name: v} for _, _, x, v in wanted]
+    coarse = h.fit.model - h.fit.correction
+    tried: dict[tuple[str, str], dict[str, list[_Tried]]] = {}
+    for (c, f, x, v), model in zip(wanted, in_batches(problem, points), strict=True):
+        if model is not None and np.any(model != coarse):
+            tried.setdefault((c.label, f.id), {}).setdefault(x.name, []).append(_Tried(x, v, model - coarse))
+    made = []
+    for c in h.candidates:
+        for f in c.forms:
+            if (own := tried.get((c.label, f.id))) is not None and c.form is None:
+                best = [min(xs, key=lambda x: _left(problem, h, x.change, nuisance_jacobian)) for xs in own.values()]
+                made.append(_foretold(problem, h, c, f, best, nuisance_jacobian))
+    return made
+
+
+def _left(problem: Problem, h: Hypothesis, change: np.ndarray, nuisance_jacobian: np.ndarray) -> float:
+    return rms(profile_nuisances(problem, h.fit.model + change, nuisance_jacobian, 1.0).residual)
+
+
+def _foretold(
+    problem: Problem, h: Hypothesis, plain: EffectCandidate, form: EffectForm, tried: Sequence[_Tried],
+    nuisance_jacobian: np.ndarray,
+) -> _Option:  # fmt: skip
+    """Where a form is expected to fit best: linear in what was tried of its parameters, the others moving with them."""
+    fit, settings = h.fit, problem.settings.search
+    parameters = (*fit.parameters, *(t.parameter for t in tried))
+    u = np.concatenate([fit.normalised, np.zeros(len(tried))])
+    jacobian = np.column_stack([fit.jacobian, *(t.change / t.value for t in tried)])
+    line = Linear.around(problem, u, fit.model, jacobian, nuisance_jacobian)
+    reach = [np.inf if x.kind == "base" else settings.radius * max(settings.least_reach, abs(v))
+             for x, v in zip(fit.parameters, fit.normalised, strict=True)]  # fmt: skip
+    reach += [settings.form_beyond * abs(t.value) for t in tried]
+    step = line.step(parameters, fit.dispersion, np.array(reach))
+    moved = u + step.d
+    channels = len(problem.observations.span)
+    expected = penalised_deviance(
+        rms(line.predicted_residual(step)), penalty(parameters, moved, step.q[:channels])
+    )  # fmt: skip
+    return _Option(h, plain, form, {x.name: float(v) for x, v in zip(parameters, moved, strict=True)}, expected)
