@@ -25,9 +25,9 @@ from .controller import integral_rate, pid_output, ramp_command, ramp_rate
 from .cylinder import chamber_volume, end_stop_force, leakage, rod_force
 from .friction import piston_friction
 from .line import line_derivatives
-from .oil import air_softening, effective_bulk_modulus, pressure, temperature_factor, viscosity
+from .oil import air_softening, effective_bulk_modulus, gap_flow, pressure, temperature_factor, viscosity
 from .supply import limited_by_pump, override_pressure, pump_flow, supply_pressure
-from .valve import flow_gain, land_diameter, land_flow, land_opening, spool_acceleration
+from .valve import flow_gain, land_diameter, land_flow, land_opening, limited, notched, spool_acceleration
 
 BORDER = 10
 PA, P1, P2, PB, PT, XC, VC, INTEGRAL, SPOOL, SPOOL_RATE = range(BORDER)
@@ -41,9 +41,14 @@ PA, P1, P2, PB, PT, XC, VC, INTEGRAL, SPOOL, SPOOL_RATE = range(BORDER)
     A_C, V_T, L_C, M_C, B_C, K_C, PRECOMPRESSION,
     GAIN, KP, KI, KD, USE_INPUT, TARGET, T_START, RAMP, HOLD, RTOL,
     F_C, V_0, F_EXTRA, V_S, K_P, AIR, POLYTROPIC, HALF_AT_CHAMBER, BETA_LINE,
-    SPOOL_T, SPOOL_DAMPING, DELAY, OVERLAP, NULL_SHIFT, VALVE_LEAK, OVERRIDE, MINOR, SAMPLING, LAW,
-) = range(64)  # fmt: skip
+    SPOOL_T, SPOOL_DAMPING, DELAY, NULL_SHIFT, OVERRIDE, MINOR, SAMPLING, LAW,
+    UNEVEN_C, UNEVEN_S, UNEVEN_P, EXPONENT, STROKE_TIME, LAP_PA, LAP_AT, LAP_PB, LAP_BT,
+    LEAK_PA, LEAK_AT, LEAK_PB, LEAK_BT, LEAK_TURBULENT, GAIN_ERROR, NOTCH, RETRACT, C_FURTHER, C_TURBULENT,
+) = range(81)  # fmt: skip
 """Places of the constants in the array made by `constants`."""
+
+SIZE = C_TURBULENT + 1
+"""Number of constants."""
 
 SHORTEST = 2.5e-4
 """Shortest delay or sampling period of the controller that is followed slice by slice [s], see `march`."""
@@ -52,7 +57,7 @@ OUTPUTS = ("F_h", "P1", "P2", "Pa", "Pb", "Pp", "Pt", "Q1", "Q2", "Qa", "Qb", "Q
 
 
 def constants(p: Mapping[str, float]) -> np.ndarray:
-    """The numbers that the kernels need, (64,) float64, from the parameters of the variable table.
+    """The numbers that the kernels need, (`SIZE`,) float64, from the parameters of the variable table.
 
     Raises `ParameterError` when parameters contradict each other.
     """
@@ -76,7 +81,7 @@ def constants(p: Mapping[str, float]) -> np.ndarray:
     delay, period = p["effect.command_delay.tau"], p["effect.controller_sampling.period"]
     if period < SHORTEST:  # sampling so fast is the delay of half a period that it amounts to
         delay, period = delay + 0.5 * period, 0.0
-    c = np.zeros(64)
+    c = np.zeros(SIZE)
     values = {
         SEGMENTS: n, P_AM: p_am,
         ETA0: p["oil.rho"] * nu0, ALPHA: p["oil.alpha"], RHO: p["oil.rho"],
@@ -93,7 +98,6 @@ def constants(p: Mapping[str, float]) -> np.ndarray:
         LINE_R: 128.0 * dx / (pi * diameter**4), LINE_I: p["oil.rho"] * dx / bore,
         LINE_K: beta_line / (bore * dx), HALF_SEGMENT: 0.5 * bore * dx, VARIABLE: float(p["line.variable_viscosity"]),
         A1: area_1, A2: area_2, V0: p["cylinder.dead_volume"],
-        C_L: p["cylinder.c_l"] * p["effect.piston_leakage.scale"],
         B_H: p["cylinder.B_h"] * p["effect.cylinder_viscous_error.scale"],
         STROKE: p["cylinder.stroke"], CLEARANCE: p["cylinder.stop_clearance"],
         STOP_K: p["cylinder.stop_stiffness"], STOP_D: p["cylinder.stop_damping"],
@@ -109,15 +113,39 @@ def constants(p: Mapping[str, float]) -> np.ndarray:
         AIR: p["effect.entrained_air.fraction"], POLYTROPIC: p["effect.entrained_air.polytropic"],
         HALF_AT_CHAMBER: 0.5 * bore * dx * softer, BETA_LINE: beta_line,
         SPOOL_T: p["effect.valve_dynamics.T"], SPOOL_DAMPING: p["effect.valve_dynamics.damping"],
-        DELAY: delay, OVERLAP: p["effect.valve_dead_zone.overlap"],
-        NULL_SHIFT: p["effect.valve_null_shift.shift"], VALVE_LEAK: p["effect.valve_leakage.c"],
-        OVERRIDE: p["effect.relief_override.R"],
+        DELAY: delay, NULL_SHIFT: p["effect.valve_null_shift.shift"], OVERRIDE: p["effect.relief_override.R"],
         MINOR: p["effect.line_minor_losses.K"] * p["oil.rho"] / (2.0 * bore**2 * n),
-        SAMPLING: period, LAW: law,
+        SAMPLING: period, LAW: law, **_forms(p),
     }  # fmt: skip
     for place, value in values.items():
         c[place] = value
     return c
+
+
+def _forms(p: Mapping[str, float]) -> dict[int, float]:
+    """What effects are in, four lands each with its own, and the form that they have."""
+    gain, overlap = p["effect.valve_flow_gain.scale"], p["effect.valve_dead_zone.overlap"]
+    leak, worn = p["effect.valve_leakage.c"], p["effect.piston_leakage.scale"]
+    bent, retraction = p["effect.piston_leakage.turbulent"], p["effect.valve_flow_gain.retraction"]
+    lands = ("pa", "at", "pb", "bt")
+    laps, leaks = (range(first, first + len(lands)) for first in (LAP_PA, LEAK_PA))
+    lap = {place: overlap * p[f"effect.valve_dead_zone.{x}"] for place, x in zip(laps, lands, strict=True)}
+    if max(lap.values()) >= 1.0:
+        raise ParameterError(
+            f"parameter 'effect.valve_dead_zone.overlap' = {overlap:g} makes a land's overlap {max(lap.values()):g} of "
+            "the stroke, which has to be less than 1"
+        )
+    return {
+        UNEVEN_C: p["effect.cylinder_coulomb_friction.uneven"],
+        UNEVEN_S: p["effect.cylinder_stribeck_friction.uneven"],
+        UNEVEN_P: p["effect.seal_pressure_friction.uneven"], EXPONENT: p["effect.cylinder_stribeck_friction.exponent"],
+        STROKE_TIME: p["effect.valve_dynamics.stroke_time"], **lap,
+        **{place: leak * p[f"effect.valve_leakage.{x}"] for place, x in zip(leaks, lands, strict=True)},
+        LEAK_TURBULENT: p["effect.valve_leakage.turbulent"], GAIN_ERROR: gain, NOTCH: p["effect.valve_flow_gain.notch"],
+        RETRACT: 1.0 if retraction == 1.0 else (1.0 + (gain - 1.0) * retraction) / gain,
+        C_L: p["cylinder.c_l"] * (worn if bent == 0.0 else 1.0),
+        C_FURTHER: p["cylinder.c_l"] * (worn - 1.0) if bent != 0.0 else 0.0, C_TURBULENT: bent,
+    }  # fmt: skip
 
 
 def state_scales(c: np.ndarray) -> np.ndarray:
@@ -162,14 +190,29 @@ def land(opening: float, P_from: float, P_to: float, c: object) -> float:
 
 
 @kernel
+def land_of(x: float, overlap: float, c: object) -> float:
+    """Opening (0..1) of a land that the spool opens by moving so far."""
+    opening = land_opening(x, overlap)
+    return opening if c[NOTCH] == 1.0 else notched(opening, c[GAIN_ERROR], c[NOTCH])
+
+
+@kernel
+def supplied_opening(x_v: float, c: object) -> float:
+    """Opening of the land p-a, or that of the land p-b with a negative sign; of two at most one is open."""
+    if x_v >= 0.0:
+        return land_of(x_v, c[LAP_PA], c)
+    return -c[RETRACT] * land_of(-x_v, c[LAP_PB], c)
+
+
+@kernel
 def relief_pressure(s: float, Pa: float, Pb: float, Pt: float, c: object) -> float:
     """Pressure [Pa] that the relief valve holds at port p, as long as the pump suffices; s: signed opening."""
     P = Pt + c[P_CRACK]
     if c[OVERRIDE] == 0.0:
         return P
     return override_pressure(
-        P, c[OVERRIDE], c[Q_PUMP], c[VALVE_LEAK], Pa + Pb, abs(s), Pa if s >= 0.0 else Pb,
-        c[K_Q], c[D_LAND], c[LAM_CRIT], c[RHO], c[ETA0], c[ALPHA], c[LAW],
+        P, c[OVERRIDE], c[Q_PUMP], c[LEAK_PA], c[LEAK_PB], c[LEAK_TURBULENT], Pa, Pb,
+        abs(s), Pa if s >= 0.0 else Pb, c[K_Q], c[D_LAND], c[LAM_CRIT], c[RHO], c[ETA0], c[ALPHA], c[LAW],
     )  # fmt: skip
 
 
@@ -180,22 +223,22 @@ def valve_flows(x_v: float, Pa: float, Pb: float, Pt: float, c: object) -> tuple
     What the supplied land takes is limited by the pump. Leakage past the lands flows from p to both ports and from both
     ports to t.
     """
-    s = land_opening(x_v, c[OVERLAP])
+    s = supplied_opening(x_v, c)
     P_p = relief_pressure(s, Pa, Pb, Pt, c)
-    if s >= 0.0:
-        Q_p = limited_by_pump(land(s, P_p, Pa, c), c[Q_PUMP])
-        Q_t = land(s, Pb, Pt, c)
-        Q_a, Q_b = Q_p, Q_t
-    else:
-        Q_t = land(-s, Pa, Pt, c)
-        Q_p = limited_by_pump(land(-s, P_p, Pb, c), c[Q_PUMP])
-        Q_a, Q_b = -Q_t, -Q_p
-    if c[VALVE_LEAK] > 0.0:
-        leak = c[VALVE_LEAK]
-        Q_a += leak * (P_p - Pa) - leak * (Pa - Pt)
-        Q_b -= leak * (P_p - Pb) - leak * (Pb - Pt)
-        Q_p += leak * (2.0 * P_p - Pa - Pb)
-        Q_t += leak * (Pa + Pb - 2.0 * Pt)
+    a_t, b_t = c[RETRACT] * land_of(-x_v, c[LAP_AT], c), land_of(x_v, c[LAP_BT], c)
+    Q_at = land(a_t, Pa, Pt, c) if a_t > 0.0 else 0.0
+    Q_bt = land(b_t, Pb, Pt, c) if b_t > 0.0 else 0.0
+    Q_p = limited_by_pump(land(abs(s), P_p, Pa if s >= 0.0 else Pb, c), c[Q_PUMP])
+    Q_t = Q_at + Q_bt
+    Q_a, Q_b = (Q_p - Q_at, Q_bt) if s >= 0.0 else (-Q_at, Q_bt - Q_p)
+    if c[LEAK_PA] + c[LEAK_AT] + c[LEAK_PB] + c[LEAK_BT] > 0.0:
+        bent = c[LEAK_TURBULENT]
+        pa, at = gap_flow(P_p - Pa, c[LEAK_PA], bent), gap_flow(Pa - Pt, c[LEAK_AT], bent)
+        pb, bt = gap_flow(P_p - Pb, c[LEAK_PB], bent), gap_flow(Pb - Pt, c[LEAK_BT], bent)
+        Q_a += pa - at
+        Q_b -= pb - bt
+        Q_p += pa + pb
+        Q_t += at + bt
     return Q_a, Q_b, Q_p, Q_t
 
 
@@ -239,7 +282,7 @@ def derivatives(
     Q_a, Q_b, Q_p, Q_t = valve_flows(x_v, Pa, Pb, Pt, c)
     Q_in = Q_t + c[Q_PUMP] - Q_p
 
-    leak = leakage(P_1, P_2, c[C_L])
+    leak = leakage(P_1, P_2, c[C_L], c[C_FURTHER], c[C_TURBULENT])
     V_1 = chamber_volume(c[V0], c[A1], x_h) + c[HALF_AT_CHAMBER]
     V_2 = chamber_volume(c[V0], c[A2], c[STROKE] - x_h) + c[HALF_AT_CHAMBER]
     beta, air, n_air = c[BETA_E], c[AIR], c[POLYTROPIC]
@@ -260,7 +303,7 @@ def derivatives(
     f[b + SPOOL] = 0.0
     f[b + SPOOL_RATE] = 0.0
     if c[SPOOL_T] > 0.0:
-        f[b + SPOOL] = y[b + SPOOL_RATE]
+        f[b + SPOOL] = limited(y[b + SPOOL_RATE], c[STROKE_TIME])
         f[b + SPOOL_RATE] = spool_acceleration(
             y[b + SPOOL], y[b + SPOOL_RATE], spool_command(u, c), c[SPOOL_T], c[SPOOL_DAMPING]
         )
@@ -277,8 +320,10 @@ def outputs(
     u = controller(c[GAIN] * (x_cmd - x_h), c[GAIN] * (v_cmd - v_h), y[b + INTEGRAL], held, c)
     x_v = spool(u, y[b + SPOOL], c)
     Q_a, Q_b, Q_p, _ = valve_flows(x_v, Pa, Pb, Pt, c)
-    opening = land_opening(x_v, c[OVERLAP])
-    friction = piston_friction(v_h, P_1, P_2, c[F_C], c[V_0], c[F_EXTRA], c[V_S], c[K_P])
+    opening = supplied_opening(x_v, c)
+    friction = piston_friction(
+        v_h, P_1, P_2, c[F_C], c[V_0], c[F_EXTRA], c[V_S], c[K_P], c[UNEVEN_C], c[UNEVEN_S], c[UNEVEN_P], c[EXPONENT]
+    )
     out[0] = rod_force(P_1, P_2, v_h, c[P_AM], c[A1], c[A2], c[B_H]) - friction + end_stop_force(
         x_h, v_h, c[STROKE], c[CLEARANCE], c[STOP_K], c[STOP_D]
     )

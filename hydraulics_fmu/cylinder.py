@@ -5,6 +5,7 @@ from __future__ import annotations
 from math import pi
 
 from ..core.jit import kernel
+from .oil import gap_flow
 
 
 def areas(D_h: float, d_h: float) -> tuple[float, float]:
@@ -13,9 +14,10 @@ def areas(D_h: float, d_h: float) -> tuple[float, float]:
 
 
 @kernel
-def leakage(P1: float, P2: float, c_l: float) -> float:
-    """Flow [m3/s] past the piston from the piston side to the rod side (Eqs. 23, 24)."""
-    return c_l * (P1 - P2)
+def leakage(P1: float, P2: float, c_l: float, further: float = 0.0, turbulent: float = 0.0) -> float:
+    """Flow [m3/s] past the piston from the piston side to the rod side (Eqs. 23, 24), and what a worn seal lets through
+    beyond that, a share of it turbulent (`oil.gap_flow`)."""
+    return c_l * (P1 - P2) + gap_flow(P1 - P2, further, turbulent)
 
 
 @kernel

@@ -9,12 +9,20 @@ from ..core.jit import kernel
 
 @kernel
 def piston_friction(
-    v: float, P1: float, P2: float, F_c: float, v_0: float, F_extra: float, v_s: float, k_p: float
-) -> float:
-    """Friction force [N] against the velocity v [m/s]: [F_c + F_extra exp(-|v|/v_s) + k_p |P1 - P2|] tanh(v/v_0).
+    v: float, P1: float, P2: float, F_c: float, v_0: float, F_extra: float, v_s: float, k_p: float,
+    uneven_c: float = 0.0, uneven_s: float = 0.0, uneven_p: float = 0.0, exponent: float = 1.0,
+) -> float:  # fmt: skip
+    """Friction force [N] against the velocity v [m/s]: with s = tanh(v/v_0), which regularises the sign,
+
+        s [F_c (1 + uneven_c s) + F_extra (1 + uneven_s s) exp(-(|v|/v_s)^exponent) + k_p |P1 - P2| (1 + uneven_p s)].
 
     F_c: Coulomb; F_extra = F_s - F_c: what Stribeck friction adds near standstill, falling with v_s; k_p [m2]: growth
-    with the seal's pressure difference (Armstrong-Helouvry et al. 1994, Automatica 30(7)). tanh with v_0 regularises
-    the sign. Zero exactly when F_c, F_extra and k_p are.
+    with the seal's pressure difference (Armstrong-Helouvry et al. 1994, Automatica 30(7)). uneven: share by which each
+    is greater extending and less retracting. Zero exactly when F_c, F_extra and k_p are.
     """
-    return (F_c + F_extra * exp(-abs(v) / v_s) + k_p * abs(P1 - P2)) * tanh(v / v_0)
+    s = tanh(v / v_0)
+    fall = abs(v) / v_s
+    if exponent != 1.0:
+        fall = fall**exponent
+    whole = F_c * (1.0 + uneven_c * s) + F_extra * (1.0 + uneven_s * s) * exp(-fall)
+    return (whole + k_p * (1.0 + uneven_p * s) * abs(P1 - P2)) * s

@@ -2,10 +2,16 @@
 
 from __future__ import annotations
 
-from math import exp, log, log10
+from math import exp, log, log10, sqrt
 
 from ..core.jit import kernel
 from ..core.sea import ATMOSPHERE
+
+GAP_PRESSURE = 1e7
+"""Pressure difference [Pa] at which a turbulent leakage is as large as the laminar one of the same coefficient."""
+
+GAP_SMOOTHING = 1e4
+"""Pressure difference [Pa] below which a turbulent leakage is made linear, so that its slope stays finite."""
 
 
 @kernel
@@ -20,6 +26,19 @@ def viscosity(P: float, eta0: float, alpha: float, law: float = 0.0) -> float:
     depth = log(eta0) + 9.67
     roelands = depth * ((1.0 + 5.1e-9 * P) ** (alpha / (5.1e-9 * depth)) - 1.0)
     return eta0 * exp((1.0 - law) * alpha * P + law * roelands)
+
+
+@kernel
+def gap_flow(dp: float, c: float, turbulent: float = 0.0) -> float:
+    """Flow [m3/s] through a gap of leakage coefficient c [m3/(s Pa)] under the pressure difference dp [Pa].
+
+    c dp where it is laminar; of a worn one a share is turbulent, c sqrt(10 MPa |dp|): alike at 10 MPa. The root is made
+    linear below some 10 kPa.
+    """
+    if turbulent == 0.0:
+        return c * dp
+    root = dp * sqrt(GAP_PRESSURE) / sqrt(sqrt(dp * dp + GAP_SMOOTHING * GAP_SMOOTHING))
+    return c * ((1.0 - turbulent) * dp + turbulent * root)
 
 
 @kernel

@@ -11,7 +11,9 @@ from .circuit import (
     A_C,
     ALPHA,
     BORDER,
+    C_FURTHER,
     C_L,
+    C_TURBULENT,
     ETA0,
     I_MAX,
     K_C,
@@ -26,6 +28,7 @@ from .circuit import (
     VARIABLE,
     valve_flows,
 )  # fmt: skip
+from .cylinder import leakage
 from .line import mean_viscosity
 from .oil import viscosity
 
@@ -89,7 +92,7 @@ def steady_state(c: object, F_hold: float) -> tuple[object, bool]:
     for _ in range(100):
         P_2 = 0.5 * (low + high)
         P_1 = c[P_AM] + (F_hold + (P_2 - c[P_AM]) * c[A2]) / c[A1]
-        q = c[C_L] * (P_1 - P_2)
+        q = leakage(P_1, P_2, c[C_L], c[C_FURTHER], c[C_TURBULENT])
         line_nodes(P_1, q, 1.0, c, nodes_a)  # from the chamber back to port a
         line_nodes(P_2, q, -1.0, c, nodes_b)
         Pa, Pb = nodes_a[n], nodes_b[n]

@@ -12,7 +12,7 @@ from functools import lru_cache
 import numpy as np
 
 from ..core.jit import array_at, kernel
-from .circuit import BORDER, LAW, OUTPUTS, SEGMENTS, constants, state_scales
+from .circuit import BORDER, OUTPUTS, SEGMENTS, SIZE, constants, state_scales
 from .integrator import OK, TOO_MANY, TOO_SMALL, new_workspace
 from .march import MEMORY, step
 from .steady import steady_state
@@ -31,9 +31,6 @@ NOT_FOLLOWED = 3
 T, REF, RATE, UNUSED, CONSTANTS = range(5)
 """Places in the row: start of the last step [s] (inf: there was none), x_ref then [m], its slope [m/s], whether x_ref
 is unused and nothing was said of that; then constants, state, its scales, the controller's memory, the workspace."""
-
-SIZE = LAW + 1
-"""Number of constants."""
 
 X_H, V_H, X_REF = (HYDRAULICS.index(name) for name in ("x_h", "v_h", "x_ref"))
 FIRST = HYDRAULICS.index(OUTPUTS[0])

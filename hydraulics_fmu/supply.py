@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from ..core.jit import kernel
+from .oil import gap_flow
 from .valve import land_flow
 
 
@@ -23,19 +24,20 @@ def limited_by_pump(demand: float, Q_pump: float) -> float:
 
 @kernel
 def override_pressure(
-    P_set: float, R: float, Q_pump: float, leak: float, P_ports: float, opening: float, P_port: float,
+    P_set: float, R: float, Q_pump: float, leak_a: float, leak_b: float, turbulent: float, Pa: float, Pb: float,
+    opening: float, P_port: float,
     k_q: float, diameter: float, lam_crit: float, rho: float, eta0: float, alpha: float, law: float = 0.0,
 ) -> float:  # fmt: skip
     """Supply pressure [Pa] of a relief valve whose pressure rises with its flow: P_p = P_set + R Q_rv.
 
-    Q_rv = Q_pump - demand(P_p), and the demand (land and leakage: leak (2 P_p - P_ports)) grows with P_p, so bisection
-    closes it. P_set when the demand takes all the pump gives.
+    Q_rv = Q_pump - demand(P_p), and the demand (land and leakage to both ports) grows with P_p, so bisection closes it.
+    P_set when the demand takes all the pump gives.
     """
     low, high = P_set, P_set + R * Q_pump
     for _ in range(40):
         P = 0.5 * (low + high)
         demand = land_flow(opening, P, P_port, k_q, diameter, lam_crit, rho, eta0, alpha, law)
-        demand += leak * (2.0 * P - P_ports)
+        demand += gap_flow(P - Pa, leak_a, turbulent) + gap_flow(P - Pb, leak_b, turbulent)
         if P_set + R * (Q_pump - demand) > P:
             low = P
         else:

@@ -26,13 +26,32 @@ def land_diameter(q_rated: float, dp_rated: float, rho: float) -> float:
 
 
 @kernel
-def land_opening(x_v: float, overlap: float) -> float:
-    """Signed opening of the lands at spool position x_v: with `overlap` the first part of the stroke opens nothing."""
-    if abs(x_v) <= overlap:
+def land_opening(x: float, overlap: float) -> float:
+    """Opening (0..1) of a land that the spool opens by moving so far, x in -1..1: with an overlap the first part of the
+    stroke opens nothing; a land with underlap, a negative one, is open already when the spool is centred."""
+    if x <= overlap:
         return 0.0
     if overlap == 0.0:
-        return x_v
-    return (x_v - overlap if x_v > 0.0 else x_v + overlap) / (1.0 - overlap)
+        return x
+    return (x - overlap) / (1.0 - overlap)
+
+
+@kernel
+def notched(opening: float, gain: float, notch: float) -> float:
+    """Opening (0..1) of a land whose flow gain is wrong by the factor `gain` up to the opening `notch` only: beyond it
+    the slope is that of a right one."""
+    if opening <= notch:
+        return opening
+    return notch + (opening - notch) / gain
+
+
+@kernel
+def limited(w: float, stroke_time: float) -> float:
+    """Speed [1/s] at which a spool moves that would at w but takes a `stroke_time` [s] for its stroke at the least.
+
+    w / (1 + (w stroke_time)^4)^(1/4); 0: no limit.
+    """
+    return w / sqrt(sqrt(1.0 + (w * stroke_time) ** 4))
 
 
 @kernel

@@ -23,6 +23,7 @@ EFFECTS = (
     _effect("joint_friction.tau_c", 0.0, "N.m", 0.0, 1e5, "Coulomb friction of the pivot"),
     _effect("joint_friction.viscous", 0.0, "N.m.s/rad", 0.0, 1e6, "viscous friction of the pivot"),
     _effect("joint_friction.omega_0", 5e-3, "rad/s", 1e-6, 1.0, "angular velocity over which friction turns"),
+    _effect("joint_friction.uneven", 0.0, "1", -1.0, 1.0, "share by which its Coulomb part is greater upwards"),
     _effect("payload_error.scale", 1.0, "1", 0.0, 100.0, "factor on the load's mass and weight"),
     _effect("buoyancy_error.force", 0.0, "N", -1e5, 1e5, "additional upward force at the beam's middle"),
     _effect("marine_growth.thickness", 0.0, "m", 0.0, 0.5, "thickness of neutrally buoyant growth on beam and barrel"),
@@ -37,7 +38,9 @@ EFFECTS = (
 
 _PLACE = {v.name.removeprefix("effect."): k for k, v in enumerate(EFFECTS)}
 
-TAU_C, TAU_V, OMEGA_0 = (_PLACE[f"joint_friction.{name}"] for name in ("tau_c", "viscous", "omega_0"))
+TAU_C, TAU_V, OMEGA_0, UNEVEN = (
+    _PLACE[f"joint_friction.{name}"] for name in ("tau_c", "viscous", "omega_0", "uneven")
+)
 BUOY = _PLACE["buoyancy_error.force"]
 AMPLITUDE_2, FREQUENCY_2, PHASE_2 = (_PLACE[f"current_unsteady.{n}"] for n in ("amplitude", "frequency", "phase"))
 """Places of the effects' parameters among the constants of the kernels, which begin with them."""
@@ -60,8 +63,10 @@ def with_effects(p: Mapping[str, float]) -> dict[str, float]:
 
 @kernel
 def pivot_friction(omega: float, c: object) -> float:
-    """Torque [N m] of the pivot's friction against omega [rad/s]: Coulomb (regularised) and viscous."""
-    return c[TAU_C] * tanh(omega / c[OMEGA_0]) + c[TAU_V] * omega
+    """Torque [N m] of the pivot's friction against omega [rad/s]: Coulomb (regularised; greater upwards by a share,
+    less downwards) and viscous."""
+    s = tanh(omega / c[OMEGA_0])
+    return c[TAU_C] * (1.0 + c[UNEVEN] * s) * s + c[TAU_V] * omega
 
 
 @kernel

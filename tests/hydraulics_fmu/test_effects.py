@@ -134,7 +134,8 @@ def test_temperature_by_walther():
 def test_dead_zone():
     assert land_opening(0.04, 0.05) == 0.0
     assert land_opening(1.0, 0.05) == 1.0
-    assert land_opening(-0.525, 0.05) == pytest.approx(-0.5)
+    assert land_opening(0.525, 0.05) == pytest.approx(0.5)
+    assert land_opening(-0.525, 0.05) == 0.0
     assert land_opening(0.3, 0.0) == 0.3
 
 
@@ -266,10 +267,11 @@ def test_valve_leakage_raises_the_pump_share_and_conserves_flow():
 def test_relief_override_closes_the_balance():
     args = (4.45e-8, 1.3e-3, 1000.0, 850.0, 850 * 22e-6, 2.2e-8)
     R, P_set, Q_pump = 2e10, 2e7, 1.45e-4
-    P = override_pressure(P_set, R, Q_pump, 0.0, 0.0, 0.4, 5e6, *args)
+    P = override_pressure(P_set, R, Q_pump, 0.0, 0.0, 0.0, 5e6, 5e6, 0.4, 5e6, *args)
     demand = land_flow(0.4, P, 5e6, *args)
     assert pytest.approx(P_set + R * (Q_pump - demand), rel=1e-9) == P
-    assert override_pressure(P_set, R, Q_pump, 0.0, 0.0, 0.0, 5e6, *args) == pytest.approx(P_set + R * Q_pump)
+    shut = override_pressure(P_set, R, Q_pump, 0.0, 0.0, 0.0, 5e6, 5e6, 0.0, 5e6, *args)
+    assert shut == pytest.approx(P_set + R * Q_pump)
 
 
 def test_supply_droop_lowers_the_supply():

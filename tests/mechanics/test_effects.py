@@ -65,6 +65,9 @@ def test_pivot_friction_opposes_the_motion():
     assert pivot_friction(-0.2, c) == pytest.approx(-32.0)
     assert pivot_friction(0.0, c) == 0.0
     assert pivot_friction(0.2, arm().c) == 0.0
+    uneven = arm(joint_friction__tau_c=30.0, joint_friction__uneven=0.4).c
+    assert pivot_friction(0.2, uneven) == pytest.approx(42.0)
+    assert pivot_friction(-0.2, uneven) == pytest.approx(-18.0)
 
 
 def test_unsteady_current_adds_to_the_steady_one():
