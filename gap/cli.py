@@ -57,7 +57,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
 
 
 def _effects(options: argparse.Namespace) -> int:
-    from .campaign.catalogue import load_from_package
+    from .campaign.read_catalogue import load_from_package
 
     catalogue = load_from_package(options.package)
     print(f"{'effect':<28}{'group':<18}{'parameter':<52}{'neutral':>9}{'bounds':>22}{'usual':>10}")

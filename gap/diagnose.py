@@ -7,7 +7,7 @@ from collections.abc import Callable
 from concurrent.futures import Executor
 
 from ..master.pool import Pool
-from .campaign import catalogue as catalogues
+from .campaign import read_catalogue as catalogues
 from .campaign.campaign import Campaign
 from .pipeline.diagnosis import Diagnosis
 from .pipeline.pipeline import PIPELINE

@@ -26,8 +26,8 @@ from ..core.files import make_folder, writing
 from ..core.units import convert, unit
 from ..master.session import Session
 from .campaign.campaign import CampaignError, Channel, own_unit, si
-from .campaign.catalogue import QUANTITIES
 from .campaign.read import base_of, channels_of, take, use_of
+from .campaign.read_catalogue import QUANTITIES
 from .problem.sensors import Sensor
 from .settings import READING, SyntheticSettings
 

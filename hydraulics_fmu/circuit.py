@@ -22,8 +22,9 @@ from ..core.sea import ambient_pressure
 from . import cylinder
 from .compensator import piston_acceleration, tank_pressure_rate
 from .controller import integral_rate, pid_output, ramp_command, ramp_rate
+from .curves import SIDE, on_curve
 from .cylinder import chamber_volume, end_stop_force, leakage, rod_force
-from .friction import piston_friction
+from .friction import piston_friction, sign_of
 from .line import line_derivatives
 from .oil import air_softening, effective_bulk_modulus, gap_flow, pressure, temperature_factor, viscosity
 from .supply import limited_by_pump, override_pressure, pump_flow, supply_pressure
@@ -44,10 +45,15 @@ PA, P1, P2, PB, PT, XC, VC, INTEGRAL, SPOOL, SPOOL_RATE = range(BORDER)
     SPOOL_T, SPOOL_DAMPING, DELAY, NULL_SHIFT, OVERRIDE, MINOR, SAMPLING, LAW,
     UNEVEN_C, UNEVEN_S, UNEVEN_P, EXPONENT, STROKE_TIME, LAP_PA, LAP_AT, LAP_PB, LAP_BT,
     LEAK_PA, LEAK_AT, LEAK_PB, LEAK_BT, LEAK_TURBULENT, GAIN_ERROR, NOTCH, RETRACT, C_FURTHER, C_TURBULENT,
-) = range(81)  # fmt: skip
+    CURVE_V, METERED,
+) = range(83)  # fmt: skip
 """Places of the constants in the array made by `constants`."""
 
-SIZE = C_TURBULENT + 1
+FRICTION_CURVE = METERED + 1
+METERING = FRICTION_CURVE + 2 * SIDE
+"""First places of the curves' values."""
+
+SIZE = METERING + 2 * SIDE
 """Number of constants."""
 
 SHORTEST = 2.5e-4
@@ -135,7 +141,10 @@ def _forms(p: Mapping[str, float]) -> dict[int, float]:
             f"parameter 'effect.valve_dead_zone.overlap' = {overlap:g} makes a land's overlap {max(lap.values()):g} of "
             "the stroke, which has to be less than 1"
         )
+    rubs, opens = _curve(p, "cylinder_friction_curve"), _curve(p, "valve_metering_curve")
     return {
+        CURVE_V: p["effect.cylinder_friction_curve.v_max"] if any(rubs) else 0.0, METERED: float(any(opens)),
+        **dict(enumerate(rubs, FRICTION_CURVE)), **dict(enumerate(opens, METERING)),
         UNEVEN_C: p["effect.cylinder_coulomb_friction.uneven"],
         UNEVEN_S: p["effect.cylinder_stribeck_friction.uneven"],
         UNEVEN_P: p["effect.seal_pressure_friction.uneven"], EXPONENT: p["effect.cylinder_stribeck_friction.exponent"],
@@ -146,6 +155,10 @@ def _forms(p: Mapping[str, float]) -> dict[int, float]:
         C_L: p["cylinder.c_l"] * (worn if bent == 0.0 else 1.0),
         C_FURTHER: p["cylinder.c_l"] * (worn - 1.0) if bent != 0.0 else 0.0, C_TURBULENT: bent,
     }  # fmt: skip
+
+
+def _curve(p: Mapping[str, float], effect: str) -> list[float]:
+    return [p[f"effect.{effect}.y{k}"] for k in range(1, 2 * SIDE + 1)]
 
 
 def state_scales(c: np.ndarray) -> np.ndarray:
@@ -197,11 +210,19 @@ def land_of(x: float, overlap: float, c: object) -> float:
 
 
 @kernel
+def metered(opening: float, x_v: float, c: object) -> float:
+    """Opening (0..1) of a land that the spool opens by where it is, with what the metering curve adds."""
+    if c[METERED] == 0.0:
+        return opening
+    return max(0.0, opening + on_curve(x_v, c, METERING, 0.0))
+
+
+@kernel
 def supplied_opening(x_v: float, c: object) -> float:
     """Opening of the land p-a, or that of the land p-b with a negative sign; of two at most one is open."""
     if x_v >= 0.0:
-        return land_of(x_v, c[LAP_PA], c)
-    return -c[RETRACT] * land_of(-x_v, c[LAP_PB], c)
+        return metered(land_of(x_v, c[LAP_PA], c), x_v, c)
+    return -metered(c[RETRACT] * land_of(-x_v, c[LAP_PB], c), x_v, c)
 
 
 @kernel
@@ -226,6 +247,10 @@ def valve_flows(x_v: float, Pa: float, Pb: float, Pt: float, c: object) -> tuple
     s = supplied_opening(x_v, c)
     P_p = relief_pressure(s, Pa, Pb, Pt, c)
     a_t, b_t = c[RETRACT] * land_of(-x_v, c[LAP_AT], c), land_of(x_v, c[LAP_BT], c)
+    if x_v >= 0.0:
+        b_t = metered(b_t, x_v, c)
+    else:
+        a_t = metered(a_t, x_v, c)
     Q_at = land(a_t, Pa, Pt, c) if a_t > 0.0 else 0.0
     Q_bt = land(b_t, Pb, Pt, c) if b_t > 0.0 else 0.0
     Q_p = limited_by_pump(land(abs(s), P_p, Pa if s >= 0.0 else Pb, c), c[Q_PUMP])
@@ -324,6 +349,8 @@ def outputs(
     friction = piston_friction(
         v_h, P_1, P_2, c[F_C], c[V_0], c[F_EXTRA], c[V_S], c[K_P], c[UNEVEN_C], c[UNEVEN_S], c[UNEVEN_P], c[EXPONENT]
     )
+    if c[CURVE_V] > 0.0:
+        friction += on_curve(v_h / c[CURVE_V], c, FRICTION_CURVE, 1.0) * sign_of(v_h, c[V_0])
     out[0] = rod_force(P_1, P_2, v_h, c[P_AM], c[A1], c[A2], c[B_H]) - friction + end_stop_force(
         x_h, v_h, c[STROKE], c[CLEARANCE], c[STOP_K], c[STOP_D]
     )

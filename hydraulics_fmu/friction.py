@@ -8,11 +8,17 @@ from ..core.jit import kernel
 
 
 @kernel
+def sign_of(v: float, v_0: float) -> float:
+    """The sign of a velocity v [m/s], regularised: tanh(v/v_0)."""
+    return tanh(v / v_0)
+
+
+@kernel
 def piston_friction(
     v: float, P1: float, P2: float, F_c: float, v_0: float, F_extra: float, v_s: float, k_p: float,
     uneven_c: float = 0.0, uneven_s: float = 0.0, uneven_p: float = 0.0, exponent: float = 1.0,
 ) -> float:  # fmt: skip
-    """Friction force [N] against the velocity v [m/s]: with s = tanh(v/v_0), which regularises the sign,
+    """Friction force [N] against the velocity v [m/s]: with the regularised sign s of v (`sign_of`),
 
         s [F_c (1 + uneven_c s) + F_extra (1 + uneven_s s) exp(-(|v|/v_s)^exponent) + k_p |P1 - P2| (1 + uneven_p s)].
 
@@ -20,7 +26,7 @@ def piston_friction(
     with the seal's pressure difference (Armstrong-Helouvry et al. 1994, Automatica 30(7)). uneven: share by which each
     is greater extending and less retracting. Zero exactly when F_c, F_extra and k_p are.
     """
-    s = tanh(v / v_0)
+    s = sign_of(v, v_0)
     fall = abs(v) / v_s
     if exponent != 1.0:
         fall = fall**exponent

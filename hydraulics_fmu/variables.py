@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from ..core.variables import Variable, VariableTable, count, parameter, signal_in, signal_out, switch
+from .curves import knots
 
 _STATE = ("F_hold", "x_h", "v_h")
 
@@ -19,6 +20,9 @@ EFFECTS = (
     _effect("cylinder_stribeck_friction.v_s", 0.02, "m/s", 1e-4, 1.0, "velocity over which the Stribeck part falls"),
     _effect("cylinder_stribeck_friction.uneven", 0.0, "1", -1.0, 1.0, "share by which it is greater extending"),
     _effect("cylinder_stribeck_friction.exponent", 1.0, "1", 0.2, 5.0, "power of the velocity with which it falls"),
+    _effect("cylinder_friction_curve.v_max", 0.1, "m/s", 1e-4, 10.0, "velocity at the outer knots of the curve"),
+    *(_effect(f"cylinder_friction_curve.y{k}", 0.0, "N", -1e5, 1e5, f"friction against the motion at {x:g} of v_max, "
+              "beyond all other") for k, x in enumerate(knots(), 1)),
     _effect("seal_pressure_friction.k_p", 0.0, "m2", 0.0, 1e-2, "friction per pressure difference over the piston"),
     _effect("seal_pressure_friction.uneven", 0.0, "1", -1.0, 1.0, "share by which it is greater extending"),
     _effect("cylinder_viscous_error.scale", 1.0, "1", 0.0, 1e3, "factor on the viscous friction of the piston"),
@@ -41,6 +45,8 @@ EFFECTS = (
     _effect("valve_flow_gain.scale", 1.0, "1", 0.05, 10.0, "factor on the valve's rated flow"),
     _effect("valve_flow_gain.retraction", 1.0, "1", -2.0, 3.0, "share of its error that retraction has"),
     _effect("valve_flow_gain.notch", 1.0, "1", 0.01, 1.0, "opening up to which it is wrong, its slope right beyond"),
+    *(_effect(f"valve_metering_curve.y{k}", 0.0, "1", -1.0, 1.0, f"what the lands open further with the spool at "
+              f"{x:g} of its stroke") for k, x in enumerate(knots(), 1)),
     _effect("piston_leakage.scale", 1.0, "1", 0.0, 1e3, "factor on the piston's leakage"),
     _effect("piston_leakage.turbulent", 0.0, "1", 0.0, 1.0, "share of the further leakage that is turbulent"),
     _effect("oil_temperature.T", 313.15, "K", 263.15, 393.15, "temperature of the oil"),

@@ -46,7 +46,7 @@ assert told == [stages[0].name]
 
 EFFECT = """
 import numpy as np
-from deepsea_cosim.gap.campaign.catalogue import load
+from deepsea_cosim.gap.campaign.read_catalogue import load
 from deepsea_cosim.mechanics.arm import Arm
 from deepsea_cosim.mechanics.variables import ARM
 from pathlib import Path

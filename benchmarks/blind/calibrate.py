@@ -20,7 +20,7 @@ from pathlib import Path
 from typing import Any, NamedTuple
 
 import numpy as np
-from deepsea_cosim.gap.selection.calibration import Calibration
+from deepsea_cosim.gap.selection.calibration import Calibration, Curvature
 from deepsea_cosim.gap.selection.posterior import Evidence, inclusion, inclusion_features, weigh
 from deepsea_cosim.gap.settings import PosteriorSettings
 
@@ -28,15 +28,14 @@ from .records import Record, load
 from .scoring.names import plain
 from .scoring.true import Truth
 
-INDEPENDENT = (7.0, 10.0, 15.0, 20.0, 30.0)
-SCATTER = (0.0, 0.3, 1.0, 3.0)
+INDEPENDENT = (10.0, 15.0, 20.0, 30.0, 45.0, 70.0, 100.0, 150.0)
+SCATTER = (0.0, 0.1, 0.3, 1.0, 3.0)
 TEMPERATURE = (1.0, 1.5, 2.0, 3.0)
 """What is tried."""
 
 RIDGE = 1e-4
 """Keeps the weights finite, per observation."""
 
-PRICES = ("penalty", "occam", "prior")
 PLAIN = PosteriorSettings().plain_energy
 EFFECTS = 34
 """Effects of the catalogue: those that a diagnosis did not look at have probability 0."""
@@ -68,19 +67,24 @@ def cases_of(places: Iterable[Path]) -> list[Case]:
     made: dict[tuple[Any, Any], Case] = {}
     for place in places:
         for record in load(place):
-            if record.diagnosis is not None and "evidence" in record.diagnosis:
+            if record.diagnosis is not None and judged_alike(record.diagnosis):
                 key = (record.answer.get("seed"), record.name)
                 made.setdefault(key, case_of(record.answer, record.diagnosis))
     return list(made.values())
 
 
+def judged_alike(diagnosis: dict[str, Any]) -> bool:
+    """Whether a diagnosis tells what its hypotheses are judged by today: those of earlier methods do not."""
+    return all("curvature" in h for h in diagnosis.get("evidence", {}).get("hypotheses", [{}]))
+
+
 def case_of(answer: dict[str, Any], diagnosis: dict[str, Any]) -> Case:
-    """A case from its answer and diagnosis, of schema 1 or 2."""
+    """A case from its answer and diagnosis."""
     found = diagnosis["evidence"]
     evidence = tuple(
         Evidence(
-            tuple(h["effects"]), h["structured_energy"] if "structured_energy" in h else h["held_out_shared"],
-            sum(h["terms"][key] for key in PRICES),
+            tuple(h["effects"]), h["structured_energy"], h["terms"]["prior"],
+            Curvature(*(tuple(h["curvature"][key]) for key in Curvature._fields)),
         )
         for h in found["hypotheses"]
     )  # fmt: skip
@@ -191,16 +195,14 @@ def summary(cases: Sequence[Case], o: Observations, p: np.ndarray) -> list[str]:
 
 
 def recalibrated(record: Record) -> Record:
-    """A case with the inclusion probabilities of the shipped calibration in place of its own."""
-    if record.diagnosis is None:
+    """A case with the inclusion probabilities of the shipped calibration in place of its own, where it can be judged
+    anew."""
+    if record.diagnosis is None or not judged_alike(record.diagnosis):
         return record
     calibration, case = Calibration.load(), case_of(record.answer, record.diagnosis)
     posterior = weigh(case.evidence, calibration, case.readings)
     ids = sorted({id for e in case.evidence for id in e.ids})
     told = {id: inclusion(posterior, frozenset([id]), calibration, PLAIN) for id in ids}
-    causes = [{"effects": [id], "probability": p} for id, p in sorted(told.items(), key=lambda item: -item[1])]
-    if "causes" in record.diagnosis:
-        return record._replace(diagnosis={**record.diagnosis, "causes": causes})
     own = record.diagnosis["effects"]
     effects = {id: {**own.get(id, {}), "inclusion_probability": p} for id, p in told.items()}
     return record._replace(diagnosis={**record.diagnosis, "effects": effects})

@@ -170,6 +170,8 @@ def main() -> None:
     p.add_argument("--processes", type=int, default=1)
     p.add_argument("--edition", type=int, default=LATEST, choices=list(KINDS_OF_CASE),
                    help="of the benchmark; 1 reproduces the seeds up to 20261126")
+    p.add_argument("--linear", action="store_true",
+                   help="sizes after a linear refit and no true budgets, in a second a case: to develop on")
     options = p.parse_args()
     if not options.package.is_file():
         p.error(f"--package {options.package}: no such file")
@@ -177,7 +179,10 @@ def main() -> None:
     todo = [k for k in wanted if not (options.out / f"case_{k:04d}" / "campaign.toml").exists()]
     print(f"{len(wanted) - len(todo)} cases are there already, {len(todo)} to make", flush=True)
     begin = time.perf_counter()
-    make = partial(write_case, options.seed, out=options.out, package=options.package, edition=options.edition)
+    make = partial(
+        write_case, options.seed, out=options.out, package=options.package, edition=options.edition,
+        refit=not options.linear,
+    )
     if options.processes == 1:
         for k in todo:
             print(_line(make(k)), flush=True)

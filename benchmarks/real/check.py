@@ -16,7 +16,8 @@ from pathlib import Path
 import numpy as np
 from deepsea_cosim.core.errors import SimulationError
 from deepsea_cosim.gap.campaign import read as reader
-from deepsea_cosim.gap.campaign.catalogue import Parameter, Sensor, load_from_package
+from deepsea_cosim.gap.campaign.catalogue import Parameter, Sensor
+from deepsea_cosim.gap.campaign.read_catalogue import load_from_package
 from deepsea_cosim.gap.problem.noise import estimate_channel_noise
 from deepsea_cosim.gap.problem.sensors import Sensor as Reading
 from deepsea_cosim.master.session import Session

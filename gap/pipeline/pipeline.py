@@ -19,6 +19,7 @@ PIPELINE = (
     Stage("comparing sets from elsewhere", search.compare_sets, when=search.goes_on),
     Stage("comparing sets once more", search.compare_sets, when=search.goes_on),
     Stage("other forms of what is in now", search.try_forms, when=search.has_forms),
+    Stage("what is in, as free curves", search.try_curves, when=search.has_curves),
     Stage("fitting the best to the end", search.fit_the_best),
     Stage("judging the hypotheses", search.judge),
     Stage("ranking what is there", search.rank_what_is_there, when=lambda s: not s.ranked, always=True),

@@ -38,8 +38,7 @@ def weigh_hypotheses(state: State) -> State:
 
 
 def _evidence(r: RankedHypothesis) -> Evidence:
-    price = sum(value for key, value in r.terms.items() if key != "fit")
-    return Evidence(r.hypothesis.ids, r.structured_energy, price)
+    return Evidence(r.hypothesis.ids, r.structured_energy, r.terms["prior"], r.curvature)
 
 
 def _doubts(state: State, members: frozenset[str]) -> list[float]:

@@ -114,6 +114,17 @@ def try_forms(state: State) -> State:
     return replace(_among(state, found), problem=problem)
 
 
+def try_curves(state: State) -> State:
+    """Effects that are in, as free curves in the place of their formulas."""
+    return _among(state, tried(state.problem, best_of_each_set(state.hypotheses), state.nuisance_jacobian, curves=True))
+
+
+def has_curves(state: State) -> bool:
+    """Whether something is left, and an effect that is in could be a free curve."""
+    found = best_of_each_set(state.hypotheses)
+    return have_forms(found, curves=True) and not is_adequate(state.problem, found[0].fit)
+
+
 def has_forms(state: State) -> bool:
     """Whether something is left, and an effect that is in could be in another form."""
     found = best_of_each_set(state.hypotheses)

@@ -61,7 +61,7 @@ def build_problem(
     runs = tuple(_until_last_reading(r, info, campaign, blocks, macro_step) for r, info in enumerate(package.runs))
     observations = gather(blocks, settings.noise)
     base = base_parameters(campaign, catalogue, runs, warnings, settings.parameters)
-    candidates = effect_candidates(campaign, catalogue, runs, observations, warnings, settings.parameters)
+    candidates = effect_candidates(campaign, catalogue, runs, observations, warnings, settings)
     for name in catalogue.estimation:
         addresses_of(name, runs[0].values, "estimation")
     discretisation = Discretisation(macro_step, difference_step=settings.numerics.difference_steps[0])

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from math import log
 from typing import Any
 
@@ -10,9 +10,10 @@ from ...core.errors import CosimError, UnknownNameError, did_you_mean
 from ...core.repeated import repeated
 from ...master.session import Session
 from ..campaign.campaign import BaseTolerance, Campaign, CampaignError, FactorTolerance
-from ..campaign.catalogue import Catalogue, Effect, Parameter
+from ..campaign.catalogue import Catalogue, Curve, Effect, Parameter
 from ..campaign.catalogue import Sensor as SensorEffect
-from ..settings import ParameterSettings
+from ..settings import ParameterSettings, Settings
+from .curves import CurveForm, curve_form, formula_over, knots_of
 from .observations import Observations
 from .parameters import EffectCandidate, EffectForm, EstimatedParameter
 from .problem import RunConditions, matching
@@ -41,7 +42,8 @@ def base_parameters(
     """The base parameters of catalogue and campaign; what is held instead is added to the warnings."""
     values = runs[0].values
     tolerances = _tolerances(campaign, catalogue, values)
-    changed = {a: e.id for e in catalogue.effects for p in e.all_parameters for a in (p.address, *p.also)}
+    changed = {a: f"effect {e.id}" for e in catalogue.effects for p in e.all_parameters for a in (p.address, *p.also)}
+    changed |= {a: f"curve {c.id}" for c in catalogue.curves for a in c.parameters}
     made = []
     for addresses, tolerance in tolerances.items():
         if tolerance == 0.0:
@@ -52,7 +54,7 @@ def base_parameters(
             factor, scale = None, tolerance
         for a in addresses:
             if a in changed:
-                raise CampaignError(f"base {a}: that is what effect {changed[a]} changes; leave it out of the base")
+                raise CampaignError(f"base {a}: that is what {changed[a]} changes; leave it out of the base")
             if isinstance(values[a], (bool, str)) or not isinstance(values[a], (int, float)):
                 raise CampaignError(f"base {a}: {values[a]!r} is no number that could be refitted")
         if all(info.values[a] == 0.0 for info in runs for a in addresses):
@@ -82,27 +84,30 @@ def _tolerances(
 
 def effect_candidates(
     campaign: Campaign, catalogue: Catalogue, runs: Sequence[RunConditions], observations: Observations,
-    warnings: list[str], settings: ParameterSettings,
+    warnings: list[str], settings: Settings,
 ) -> tuple[EffectCandidate, ...]:  # fmt: skip
     """The effects of the machine, and those of every channel's sensor."""
-    made = [_effect(e, runs, warnings, settings) for e in catalogue.effects]
+    curves = [curve_form(c, settings.curves) for c in catalogue.curves]
+    made = [_effect(e, curves, runs, warnings, settings.parameters) for e in catalogue.effects]
     channels = [c for k, c in enumerate(campaign.outputs) if any(b.channel == k for b in observations.blocks)]
     for s in catalogue.sensors:
         for k, c in enumerate(campaign.outputs):
             if c in channels:
-                made.append(_sensor(s, c.connector, float(observations.span[k]), len(channels), settings))
+                made.append(_sensor(s, c.connector, float(observations.span[k]), len(channels), settings.parameters))
     return tuple(made)
 
 
 def _effect(
-    effect: Effect, runs: Sequence[RunConditions], warnings: list[str], settings: ParameterSettings
-) -> EffectCandidate:
+    effect: Effect, curves: Sequence[CurveForm], runs: Sequence[RunConditions], warnings: list[str],
+    settings: ParameterSettings,
+) -> EffectCandidate:  # fmt: skip
     def estimated(entries: Sequence[Parameter]) -> tuple[EstimatedParameter, ...]:
         return tuple(_estimated(effect.id, p, runs, warnings, settings) for p in entries)
 
     parameters = sorted(estimated(effect.parameters), key=lambda u: u.shape)
-    forms = tuple(EffectForm(f.id, f.text, estimated(f.parameters)) for f in effect.forms)
-    return EffectCandidate(effect.id, effect.text, effect.group, tuple(parameters), forms=forms)
+    forms = [EffectForm(f.id, f.text, estimated(f.parameters)) for f in effect.forms]
+    forms += [c for c in curves if effect.id in c.curve.effects]
+    return EffectCandidate(effect.id, effect.text, effect.group, tuple(parameters), forms=tuple(forms))
 
 
 def _estimated(
@@ -149,9 +154,24 @@ def check_catalogue(catalogue: Catalogue, session: Session) -> None:
         for p in effect.all_parameters:
             for address in (p.address, *p.also):
                 check_values(f"effect {effect.id}", address, (p.low, p.high))
+    for c in catalogue.curves:
+        _check_curve(c, session, check_values)
     for e in catalogue.experiments:
         check_values(f"experiment {e.parameter}", e.parameter, e.values)
     for m in catalogue.measurables:
         connector_of(f"measurable {m.connector}", session, m.connector)
     for region in catalogue.regions:
         connector_of(f"region '{region.text}'", session, region.signal)
+
+
+def _check_curve(curve: Curve, session: Session, check_values: Callable[[str, str, Iterable[float]], None]) -> None:
+    entry, known = f"curve {curve.id}", session.values()
+    for address in (*curve.parameters, *filter(None, [curve.knots_of]), *curve.names.values()):
+        if address not in known:
+            hint = did_you_mean(address, list(known))
+            raise UnknownNameError(f"{entry}: the package has no parameter '{address}'{hint}")
+        check_values(entry, address, (-curve.prior, curve.prior) if address in curve.parameters else ())
+    try:
+        formula_over(curve, known, knots_of(curve, known))
+    except ValueError as error:
+        raise CampaignError(f"{entry}: formula {error}") from None

@@ -32,6 +32,8 @@ class EstimatedParameter:
     starts: tuple[float, ...] = ()
     """Of a shape: normalised values to try first."""
     factor: float | None = None
+    weights: tuple[float, ...] = ()
+    """Of a shape of a curve: what is added to each of the addresses for a value of 1."""
 
     @property
     def tolerance_text(self) -> str:

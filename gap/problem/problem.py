@@ -124,6 +124,9 @@ class Problem:
             if parameter.kind == "base" and u != 0.0:
                 for address in parameter.addresses:
                     made[address] = info.values[address] * parameter.value(u)
+            elif parameter.weights and u != 0.0:
+                for address, weight in zip(parameter.addresses, parameter.weights, strict=True):
+                    made[address] = made.get(address, info.values[address]) + weight * parameter.value(u)
             elif parameter.kind == "effect" and u != 0.0:
                 for address in parameter.addresses:
                     made[address] = parameter.value(u)

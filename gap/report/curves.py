@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from ..result.numbers import pretty
+from ..result.numbers import percent, pretty
 from .parts import Data
 from .section import Context, Section
 from .signals import Signals
@@ -18,9 +18,11 @@ def context(data: Data, signals: Signals) -> Context | None:
 
 
 def _figure(c: Data) -> Context:
-    """points: [[x, y], ...]; band95: [[low, high], ...] at the same x."""
+    """points and plain: [[x, y], ...]; band95: [[low, high], ...] at the same x."""
     x, y = f"[{pretty(c['x']) or '–'}]", f"[{pretty(c['y']) or '–'}]"
-    return {"what": c["what"], "svg": curve(c["points"], c["band95"], x, y)}
+    drawn = curve(c["points"], c["band95"], c["plain"], x, y)
+    return {"what": c["what"], "effect": c["effect"], "plain": bool(c["plain"]), "svg": drawn,
+            "probability": percent(c["probability"])}  # fmt: skip
 
 
 SECTION = Section("curves", "Curves that were fitted freely", context)

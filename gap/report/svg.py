@@ -125,14 +125,19 @@ def scatter(d: Dependence, x_label: str, y_label: str) -> Markup:
     return frame(axes, x_label, y_label, inner, f"{y_label} against {x_label}")
 
 
-def curve(points: Sequence[Sequence[float]], band: Sequence[Sequence[float]], x_label: str, y_label: str) -> Markup:
-    """A curve through points (x, y), with a band (low, high) at the same x."""
+def curve(
+    points: Sequence[Sequence[float]], band: Sequence[Sequence[float]], plain: Sequence[Sequence[float]],
+    x_label: str, y_label: str,
+) -> Markup:  # fmt: skip
+    """A curve through points (x, y), with a band (low, high) at the same x, and another one, dashed, beside it."""
     p = np.asarray(points, float)
-    b = np.asarray(band, float).reshape(-1, 2)
-    axes = Axes(limits(p[:, 0]), limits(np.concatenate([p[:, 1], b.ravel()])))
+    b, other = np.asarray(band, float).reshape(-1, 2), np.asarray(plain, float).reshape(-1, 2)
+    axes = Axes(limits(p[:, 0]), limits(np.concatenate([p[:, 1], other[:, 1], b.ravel()])))
     inner = []
     if len(b) == len(p):
         edge = np.concatenate([p[:, 0], p[::-1, 0]]), np.concatenate([b[:, 0], b[::-1, 1]])
         inner.append(f'<path class="band" d="{path(*axes.at(*edge))}Z"/>')
+    if len(other):
+        inner.append(f'<path class="plain" stroke="{INK[1]}" d="{path(*axes.at(other[:, 0], other[:, 1]))}"/>')
     inner.append(f'<path class="mean" stroke="{INK[0]}" d="{path(*axes.at(p[:, 0], p[:, 1]))}"/>')
     return frame(axes, x_label, y_label, inner, f"{y_label} over {x_label}")

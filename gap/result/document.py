@@ -15,6 +15,7 @@ from ..estimation.cross_validation import predict_each_run
 from ..pipeline.diagnosis import Diagnosis
 from ..pipeline.state import State
 from ..problem.noise import rms
+from .curves import curves
 from .forms import form
 from .headline import cautions, headline
 from .moments import contrasts, events, has_moments
@@ -47,7 +48,7 @@ def document(d: Diagnosis) -> dict[str, Any]:
         "observations": observations(s),
         "where": where(s),
         "replay": replay(s),
-        "curves": [],
+        "curves": curves(s),
         "next_experiment": None, "next_channel": None,
         "numerics": numerics(s),
         "warnings": list(dict.fromkeys(s.warnings)),
@@ -269,7 +270,8 @@ def evidence(s: State) -> dict[str, Any]:
             {"effects": list(r.hypothesis.ids), "label": r.hypothesis.label, "probability": p,
              "parameters": len(r.hypothesis.fit.normalised), "fit_rms": r.hypothesis.fit.rms, "held_out_rms": r.gap,
              "structured_energy": r.structured_energy, "dispersion": r.hypothesis.fit.dispersion,
-             "status": r.hypothesis.fit.status, "neg2_log_posterior": r.neg2_log_posterior, "terms": r.terms}
+             "status": r.hypothesis.fit.status, "neg2_log_posterior": r.neg2_log_posterior, "terms": r.terms,
+             "curvature": {key: list(values) for key, values in r.curvature._asdict().items()}}
             for r, p in zip(s.ranked, s.probabilities, strict=True)
         ],
         "structure": _structure(s),

@@ -17,7 +17,7 @@ def parameters(problem: Problem, fit: Fit, nuisance_jacobian: np.ndarray, kinds:
     std, width = parameter_std(problem, fit, nuisance_jacobian), problem.settings.uncertainty.width
     made = {}
     for x, u, s, end in zip(fit.parameters, fit.normalised, std, fit.at_bound, strict=True):
-        if x.kind not in kinds:
+        if x.kind not in kinds or x.weights:  # a curve's are told as the curve
             continue
         low, high = max(x.low, u - width * s), min(x.high, u + width * s)
         factor, unit = shown_scale(problem, x)

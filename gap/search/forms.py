@@ -14,6 +14,7 @@ from typing import NamedTuple
 import numpy as np
 
 from ..estimation.linear import Linear, profile_nuisances
+from ..problem.curves import CurveForm
 from ..problem.noise import rms
 from ..problem.parameters import EffectCandidate, EffectForm, EstimatedParameter, Point, penalty
 from ..problem.problem import Problem
@@ -46,11 +47,15 @@ class _Tried(NamedTuple):
     change: np.ndarray
 
 
-def try_forms(problem: Problem, found: Sequence[Hypothesis], nuisance_jacobian: np.ndarray) -> list[Hypothesis]:
-    """With effects of the best sets in other forms, those that come near fitted to the end."""
+def try_forms(
+    problem: Problem, found: Sequence[Hypothesis], nuisance_jacobian: np.ndarray, curves: bool = False
+) -> list[Hypothesis]:
+    """With effects of the best sets in other forms, those that come near fitted to the end; curves: as free curves, not
+    in forms that have a formula."""
     settings = problem.settings.search
     known = {h.parts for h in found}
-    options = [o for h in _leaders(found, settings.form_leaders) for o in _options(problem, h, nuisance_jacobian)]
+    leaders = _leaders([h for h in found if _wanted(h, curves)], settings.form_leaders)
+    options = [o for h in leaders for o in _options(problem, h, curves, nuisance_jacobian)]
     options = [o for o in options if _parts(o) not in known]
     fitted = []
     for o in sorted(options, key=lambda o: o.expected)[: settings.forms_fitted]:
@@ -72,9 +77,18 @@ def in_forms_of(problem: Problem, best: Hypothesis) -> Problem:
     return replace(problem, candidates=tuple(formed.get(c.label, c) for c in problem.candidates))
 
 
-def have_forms(found: Sequence[Hypothesis]) -> bool:
-    """Whether an effect of any of these could be in another form."""
-    return any(c.forms and c.form is None for h in found for c in h.candidates)
+def have_forms(found: Sequence[Hypothesis], curves: bool = False) -> bool:
+    """Whether an effect of any of these could be in another form; curves: as a free curve."""
+    return any(_wanted(h, curves) for h in found)
+
+
+def _wanted(h: Hypothesis, curves: bool) -> list[tuple[EffectCandidate, EffectForm]]:
+    """The effects in the plain form with those that are to be tried; a curve's values are there once."""
+    used = {c.form.id for c in h.candidates if isinstance(c.form, CurveForm)}
+    return [
+        (c, f) for c in h.candidates if c.form is None for f in c.forms
+        if isinstance(f, CurveForm) is curves and f.id not in used
+    ]  # fmt: skip
 
 
 def _parts(o: _Option) -> frozenset[str]:
@@ -90,11 +104,10 @@ def _leaders(found: Sequence[Hypothesis], most: int) -> list[Hypothesis]:
     return made
 
 
-def _options(problem: Problem, h: Hypothesis, nuisance_jacobian: np.ndarray) -> list[_Option]:
+def _options(problem: Problem, h: Hypothesis, curves: bool, nuisance_jacobian: np.ndarray) -> list[_Option]:
     """Every form of every effect that is in its plain one, foretold."""
-    wanted = [
-        (c, f, x, v) for c in h.candidates if c.form is None for f in c.forms for x in f.parameters for v in x.starts
-    ]
+    pairs = _wanted(h, curves)
+    wanted = [(c, f, x, v) for c, f in pairs for x in f.parameters for v in x.starts]
     points = [{**h.fit.point, x.name: v} for _, _, x, v in wanted]
     coarse = h.fit.model - h.fit.correction
     tried: dict[tuple[str, str], dict[str, list[_Tried]]] = {}
@@ -102,11 +115,10 @@ def _options(problem: Problem, h: Hypothesis, nuisance_jacobian: np.ndarray) -> 
         if model is not None and np.any(model != coarse):
             tried.setdefault((c.label, f.id), {}).setdefault(x.name, []).append(_Tried(x, v, model - coarse))
     made = []
-    for c in h.candidates:
-        for f in c.forms:
-            if (own := tried.get((c.label, f.id))) is not None and c.form is None:
-                best = [min(xs, key=lambda x: _left(problem, h, x.change, nuisance_jacobian)) for xs in own.values()]
-                made.append(_foretold(problem, h, c, f, best, nuisance_jacobian))
+    for c, f in pairs:
+        if (own := tried.get((c.label, f.id))) is not None:
+            best = [min(xs, key=lambda x: _left(problem, h, x.change, nuisance_jacobian)) for xs in own.values()]
+            made.append(_foretold(problem, h, c, f, best, nuisance_jacobian))
     return made
 
 

@@ -9,6 +9,7 @@ import json
 from dataclasses import dataclass
 from functools import cache
 from importlib.resources import files
+from typing import NamedTuple
 
 import numpy as np
 
@@ -18,6 +19,26 @@ from ..settings import EvidenceSettings
 def chance(readings: int, deviations: float = EvidenceSettings.chance) -> float:
     """Energy per reading that normalised residuals of so many readings may share when nothing but noise is left."""
     return float(deviations / np.sqrt(readings))
+
+
+class Curvature(NamedTuple):
+    """How the cost of a fit changes around it, along directions (k,) that do not mix."""
+
+    energy: tuple[float, ...]
+    """Energy per reading that is added one prior standard deviation away."""
+    place: tuple[float, ...]
+    """Where the fit stands, in prior standard deviations from what is stated."""
+    shared: tuple[float, ...]
+    """Energies of the directions of base parameters and nuisances alone, which every hypothesis has."""
+
+
+class Judged(NamedTuple):
+    """-2 log posterior of a hypothesis but for its prior: what is left, what the parameters' values cost, and what they
+    cost for the volume of their prior that the data rule out."""
+
+    fit: float
+    penalty: float
+    occam: float
 
 
 @dataclass(frozen=True)
@@ -37,13 +58,23 @@ class Calibration:
     inclusion: tuple[float, ...]
     """Weights of the features of an effect's inclusion (`posterior.inclusion_features`), the constant first."""
 
-    def deviance(self, energy: float, scatter: float, readings: int) -> float:
-        """What a residual's structured energy counts for as evidence, the less the better.
+    def judge(self, energy: float, around: Curvature, scatter: float, readings: int) -> Judged:
+        """What a fit counts for as evidence, the less the better; energy: the structured one that it leaves.
 
-        What right models miss, what chance shares of so many readings, and the scatter of the model's form are added,
-        so that less is no evidence.
+        What right models miss, what chance shares of so many readings, and the scatter of the model's form are added to
+        it, so that less is no evidence. The parameters count where that evidence and their priors together are best,
+        which is nearer to what is stated than the fit, for there every reading counts.
         """
-        return min(self.independent, readings) * float(np.log(energy + self.discrepancy + chance(readings) + scatter))
+        pieces, floor = min(self.independent, readings), self.discrepancy + chance(readings) + scatter
+        rise, place = np.array(around.energy), np.array(around.place)
+        moved = 0.0
+        for _ in range(EvidenceSettings.judging_rounds):
+            stays = 1.0 / (1.0 + pieces / (energy + moved + floor) * rise)
+            moved = float(rise @ (place * stays) ** 2)
+        weight = pieces / (energy + moved + floor)
+        ruled_out = np.log1p(weight * rise).sum() - np.log1p(weight * np.array(around.shared)).sum()
+        penalty = float(((place * (1.0 - stays)) ** 2).sum())
+        return Judged(pieces * float(np.log(energy + moved + floor)), penalty, float(ruled_out))
 
     def beyond_chance(self, energy: float, readings: int) -> float:
         """What a residual shares beyond chance, with what right models miss added."""

@@ -6,7 +6,9 @@ approximation; noise has no part in E, see `Observations.structured_energy`):
     S_h = n ln(E_h + e + 1.5 / sqrt(N)) + penalty_h + occam_h - 2 ln prior_h
 
 n is the number of independent pieces that a wrong model's residual counts for, e the energy in which two models differ
-that are both right for what they are about (`calibration`); N readings share 1 / sqrt(N) by chance.
+that are both right for what they are about (`calibration`); N readings share 1 / sqrt(N) by chance. All three terms are
+those of this one likelihood: the parameters stand where S_h is least, which is not where the fit does, for a fit counts
+every reading (`Calibration.judge`).
 """
 
 from __future__ import annotations
@@ -21,7 +23,7 @@ from ..estimation.cross_validation import HeldOut, held_out
 from ..estimation.fit import Fit
 from ..problem.noise import rms
 from ..problem.problem import Problem
-from .calibration import Calibration
+from .calibration import Calibration, Curvature
 from .hypothesis import Hypothesis
 
 
@@ -33,6 +35,7 @@ class RankedHypothesis:
     held_out: np.ndarray
     structured_energy: float
     """Per reading, in units of its spread."""
+    curvature: Curvature
     neg2_log_posterior: float = 0.0
     terms: dict[str, float] = field(default_factory=dict)
     """What that is made of."""
@@ -43,17 +46,19 @@ class RankedHypothesis:
         return rms(self.held_out)
 
 
-def occam_factor(problem: Problem, fit: Fit, dispersion: float) -> float:
-    """How much of the prior's volume of the effects' parameters the data rule out, twice the log.
-
-    ln det(1 + sd J^T W J sd / dispersion) of all parameters less that of the base parameters, which every hypothesis
-    has.
-    """
-    sd = np.array([x.sd for x in fit.parameters])
-    A = fit.jacobian * (sd / problem.observations.noise_std[:, None])
-    whole = np.eye(len(sd)) + A.T @ A / dispersion
-    base = np.flatnonzero([x.kind == "base" for x in fit.parameters])
-    return float(np.linalg.slogdet(whole)[1] - np.linalg.slogdet(whole[np.ix_(base, base)])[1])
+def curvature(problem: Problem, fit: Fit, nuisance_jacobian: np.ndarray) -> Curvature:
+    """How a fit's cost changes around it; nuisances count as parameters whose prior has a standard deviation of 1."""
+    nuisances = nuisance_jacobian.shape[1]
+    sd = np.array([*(x.sd for x in fit.parameters), *[1.0] * nuisances])
+    columns = np.concatenate([fit.jacobian, nuisance_jacobian], axis=1)
+    A = columns * sd / problem.observations.noise_std[:, None]
+    gram = A.T @ A / len(A)
+    biases = np.where(np.arange(nuisances) < fit.channels, fit.nuisances, 0.0)  # clocks may differ as they like
+    energy, directions = np.linalg.eigh(gram)
+    place = directions.T @ np.concatenate([fit.normalised / sd[: len(fit.parameters)], biases])
+    every = np.flatnonzero([*(x.kind == "base" for x in fit.parameters), *[True] * nuisances])
+    shared = np.linalg.eigvalsh(gram[np.ix_(every, every)])
+    return Curvature(*(tuple(map(float, v)) for v in (np.maximum(energy, 0.0), place, np.maximum(shared, 0.0))))
 
 
 def prior(problem: Problem, h: Hypothesis) -> float:
@@ -75,19 +80,13 @@ def rank_hypotheses(
 
     before: what has been ranked; a fit found there is not asked about left-out data again.
     """
-    left_out = [_held_out(problem, h, nuisance_jacobian, before) for h in hypotheses]
-    best = min(range(len(left_out)), key=lambda k: rms(left_out[k].residual))
-    dispersion = max(1.0, hypotheses[best].fit.dispersion)
-    calibration = Calibration.load()
-    made = []
-    for h, (residual, energy) in zip(hypotheses, left_out, strict=True):
-        terms = {
-            "fit": calibration.deviance(energy, 0.0, len(problem.observations)),
-            "penalty": h.fit.penalty(),
-            "occam": occam_factor(problem, h.fit, dispersion),
-            "prior": -2.0 * float(np.log(prior(problem, h))),
-        }
-        made.append(RankedHypothesis(h, residual, energy, sum(terms.values()), terms))
+    calibration, made = Calibration.load(), []
+    for h in hypotheses:
+        residual, energy = _held_out(problem, h, nuisance_jacobian, before)
+        around = curvature(problem, h.fit, nuisance_jacobian)
+        judged = calibration.judge(energy, around, 0.0, len(problem.observations))
+        terms = {**judged._asdict(), "prior": -2.0 * float(np.log(prior(problem, h)))}
+        made.append(RankedHypothesis(h, residual, energy, around, sum(terms.values()), terms))
     return sorted(made, key=lambda r: r.neg2_log_posterior)
 
 

@@ -13,20 +13,22 @@ from typing import NamedTuple
 import numpy as np
 
 from ..settings import PosteriorSettings
-from .calibration import Calibration
+from .calibration import Calibration, Curvature
 
 Ids = tuple[str, ...]
 """Sorted ids of a hypothesis' effects."""
 
 
 class Evidence(NamedTuple):
-    """What is known of a hypothesis: its effects, the structured energy that it leaves on held-out data, its price."""
+    """What is known of a hypothesis: its effects, the structured energy that it leaves on held-out data, its prior, and
+    how its fit's cost changes around it."""
 
     ids: Ids
     energy: float
     """Per reading, in units of its spread."""
-    price: float
-    """What parameters, prior and the volume that the data rule out cost, in -2 log posterior."""
+    prior: float
+    """-2 log of its prior probability."""
+    curvature: Curvature = Curvature((), (), ())
 
 
 class Posterior(NamedTuple):
@@ -46,7 +48,7 @@ def weigh(evidence: Sequence[Evidence], calibration: Calibration, readings: int)
     energies = np.array([e.energy for e in evidence])
     least = calibration.beyond_chance(float(energies.min()), readings) - calibration.discrepancy
     scatter = calibration.scatter * least
-    neg2 = np.array([calibration.deviance(e.energy, scatter, readings) + e.price for e in evidence])
+    neg2 = np.array([e.prior + sum(calibration.judge(e.energy, e.curvature, scatter, readings)) for e in evidence])
     weight = np.exp(-0.5 * (neg2 - neg2.min()) / calibration.temperature)
     baseline = next(e.energy for e in evidence if not e.ids)
     best = evidence[int(np.argmin(neg2))].energy

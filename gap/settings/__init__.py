@@ -19,7 +19,7 @@ from .judging import (
     UncertaintySettings,
     ValidationSettings,
 )
-from .problem import NoiseSettings, NumericsSettings, ParameterSettings, SwingSettings
+from .problem import CurveSettings, NoiseSettings, NumericsSettings, ParameterSettings, SwingSettings
 from .reading import READING, FaultSettings, ReadingSettings, SanitySettings
 from .search import FitSettings, SearchSettings
 from .telling import AnalysisSettings, ReportSettings, TerminalSettings
@@ -30,6 +30,7 @@ __all__ = [
     "AnalysisSettings",
     "BootstrapSettings",
     "BudgetSettings",
+    "CurveSettings",
     "EvidenceSettings",
     "FaultSettings",
     "FitSettings",
@@ -59,6 +60,7 @@ class Settings:
     swings: SwingSettings = field(default_factory=SwingSettings)
     numerics: NumericsSettings = field(default_factory=NumericsSettings)
     parameters: ParameterSettings = field(default_factory=ParameterSettings)
+    curves: CurveSettings = field(default_factory=CurveSettings)
     fit: FitSettings = field(default_factory=FitSettings)
     search: SearchSettings = field(default_factory=SearchSettings)
     validation: ValidationSettings = field(default_factory=ValidationSettings)

@@ -28,6 +28,8 @@ class EvidenceSettings:
     """Structured energy beyond chance, per reading, with which nothing is left to explain."""
     chance: float = 1.5
     """Standard deviations of the energy that noise shares by chance which are no evidence."""
+    judging_rounds: int = 8
+    """Rounds in which the point is found at which parameters count when a hypothesis is judged."""
     deviance_readings: float = 150.0
     """Readings that count in the penalised deviance by which the search ranks fits until they are judged."""
 

@@ -95,6 +95,26 @@ class ParameterSettings:
 
 
 @dataclass(frozen=True, kw_only=True)
+class CurveSettings:
+    """Free curves in the place of a formula."""
+
+    length: float = 2.0
+    """Distance, in knots, over which values resemble each other."""
+    mirror: float = 0.5
+    """How much values at the same distance to either side of zero do: machines are nearly symmetric."""
+    least_energy: float = 0.02
+    """Share of the strongest shape's variance below which a shape is left out."""
+    std: float = 1.0
+    """Prior standard deviation of a shape's size, in usual ones."""
+    reach: float = 5.0
+    """Largest size of a shape, in usual ones."""
+    start: float = 0.7
+    """Size at which a shape is run to foretell what it would do, in usual ones."""
+    drawn: int = 3
+    """Points between two knots at which a curve is told: what a formula adds bends there."""
+
+
+@dataclass(frozen=True, kw_only=True)
 class SwingSettings:
     """A machine that swings by itself is compared by its course, amplitude and frequency: what does not depend on
     phase."""

@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 from deepsea_cosim.core.errors import ParameterError
 from deepsea_cosim.hydraulics_fmu import circuit
+from deepsea_cosim.hydraulics_fmu.curves import knots, on_curve
 from deepsea_cosim.hydraulics_fmu.friction import piston_friction
 from deepsea_cosim.hydraulics_fmu.oil import GAP_PRESSURE, gap_flow
 from deepsea_cosim.hydraulics_fmu.valve import land_opening, limited, notched
@@ -135,3 +136,43 @@ def test_a_worn_seal_is_turbulent_in_what_it_adds_only():
 def test_an_overlap_of_the_whole_stroke_is_refused():
     with pytest.raises(ParameterError, match="less than 1"):
         Effected(valve_dead_zone__overlap=0.4, valve_dead_zone__pa=3.0)
+
+
+def test_a_curve_is_straight_between_its_knots_and_level_beyond():
+    values = np.array([9.0, *np.random.default_rng(1).normal(size=10), 9.0])
+    for x in (-0.99, -0.3, -0.031, 0.04, 0.1, 0.7):
+        assert on_curve(x, values, 1, 1.0) == pytest.approx(np.interp(x, knots(), values[1:11]))
+    assert on_curve(7.0, values, 1, 1.0) == values[10]
+    assert on_curve(-7.0, values, 1, 1.0) == values[1]
+    for at_zero in (0.0, 1.0):
+        assert on_curve(0.015, values, 1, at_zero) == pytest.approx((0.5 + 0.5 * at_zero) * values[6])
+        assert on_curve(-0.015, values, 1, at_zero) == pytest.approx((0.5 + 0.5 * at_zero) * values[5])
+
+
+def test_a_level_friction_curve_is_coulomb_friction():
+    level = {f"cylinder_friction_curve__y{k}": 200.0 for k in range(1, 11)}
+    for v in (-0.2, -0.01, 0.0, 3e-4, 0.05):
+        forces = []
+        for effects in (level, {"cylinder_coulomb_friction__F_c": 200.0}):
+            rig, out = Effected(**effects), np.zeros(len(circuit.OUTPUTS))
+            circuit.outputs_at(rig.y, rig.c, 0.0, 1e-3, 0.05, v, 0.0, 0.0, 0.0, out)
+            forces.append(out[0])
+        assert forces[0] == pytest.approx(forces[1], abs=1e-9)
+
+
+def test_a_metering_curve_adds_to_the_opening_and_shuts_a_land_at_most():
+    """Lands of 0.95 x + 0.05 x are those of the plain valve; with -x they are shut."""
+    at = np.array(knots())
+    whole = {f"valve_metering_curve__y{k}": -abs(x) for k, x in enumerate(at, 1)}
+    dead = {"valve_dead_zone__overlap": 0.05}
+    back = {f"valve_metering_curve__y{k}": abs(x) - max(0.0, abs(x) - 0.05) / 0.95 for k, x in enumerate(at, 1)}
+    for x_v in (*at, -0.2, 0.4, 0.6):
+        assert flows(x_v, **whole) == pytest.approx(np.zeros(4), abs=1e-12)
+        assert flows(x_v, **dead, **back) == pytest.approx(flows(x_v), rel=1e-6)
+
+
+def test_curves_of_zeros_change_nothing_bit_for_bit():
+    plain = Effected().run(0.3)
+    with_reference = Effected(cylinder_friction_curve__v_max=0.3).run(0.3)
+    for name, values in plain.items():
+        np.testing.assert_array_equal(values, with_reference[name])

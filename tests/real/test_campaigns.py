@@ -10,7 +10,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 from deepsea_cosim.gap.campaign import read as reader
-from deepsea_cosim.gap.campaign.catalogue import load
+from deepsea_cosim.gap.campaign.read_catalogue import load
 from deepsea_cosim.gap.diagnose import diagnose
 from deepsea_cosim.gap.problem.noise import rms
 from deepsea_cosim.gap.result.document import document

@@ -36,7 +36,18 @@ def test_every_core_effect_is_there_once():
 
 def test_every_effect_of_the_fmus_is_listed():
     own = {v.name.split(".")[1] for table in TABLES.values() for v in table if v.name.startswith("effect.")}
-    assert own <= {e["id"] for e in CATALOGUE["effect"]}
+    curves = {address.split(".")[2] for c in CATALOGUE["curve"] for address in c["parameters"]}
+    assert own <= {e["id"] for e in CATALOGUE["effect"]} | curves
+
+
+@pytest.mark.parametrize("curve", CATALOGUE["curve"], ids=lambda c: c["id"])
+def test_values_of_a_curve(curve):
+    assert len(curve["knots"]) == len(curve["parameters"])
+    for knot, address in zip(curve["knots"], curve["parameters"], strict=True):
+        v = variable(address)
+        assert v.start == 0.0
+        assert v.min <= -5 * curve["prior"] < 5 * curve["prior"] <= v.max
+        assert f"{knot:g}" in v.description
 
 
 @pytest.mark.parametrize("effect", CATALOGUE["effect"], ids=lambda e: e["id"])

@@ -8,7 +8,7 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-from deepsea_cosim.gap.campaign import catalogue as catalogues
+from deepsea_cosim.gap.campaign import read_catalogue as catalogues
 from deepsea_cosim.gap.campaign.read import read
 from deepsea_cosim.gap.estimation.gauss_newton import fit
 from deepsea_cosim.gap.estimation.linear import profile_nuisances

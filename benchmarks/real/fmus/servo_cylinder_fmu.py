@@ -5,6 +5,7 @@ friction and end stops act as set-valued forces, so the piston really sticks (Mo
 exactly absent at its start value.
 """
 
+from bisect import bisect
 from math import ceil, copysign, exp, pi, sqrt
 
 from pythonfmu import Fmi2Causality, Fmi2Slave, Fmi2Variability, Real
@@ -17,6 +18,9 @@ P_SMALL = 2e4
 
 P_AMBIENT = 1e5
 """[Pa]; all other pressures are above it."""
+
+KNOTS = (-0.4, -0.2, -0.1, -0.04, -0.01, 0.01, 0.04, 0.1, 0.2, 0.4)
+"""Speeds at which the friction curve has values [m/s]."""
 
 PARAMETERS = {
     # base: dimensions as published; pS and pT as measured at the end stops; b by least squares on the ten steady
@@ -55,6 +59,7 @@ PARAMETERS = {
     "air": (0.0, "free air in a chamber with its hose, at ambient pressure [m3]"),
     "leak_piston": (0.0, "leakage over the piston [m3/(s Pa)]"),
     "leak_valve": (0.0, "opening that each closed land keeps [V]"),
+    **{f"F_curve{k}": (0.0, f"dry friction beyond all other at {v:g} m/s [N]") for k, v in enumerate(KNOTS, 1)},
 }
 OUTPUTS = {
     "x": "position [m]",
@@ -69,6 +74,13 @@ def orifice(gain, dp):
     """Flow [m3/s] over dp [Pa] and the slope of its secant [m3/(s Pa)]; with it an implicit step never overshoots."""
     slope = gain / sqrt(sqrt(dp * dp + P_SMALL * P_SMALL))
     return slope * dp, slope
+
+
+def on_curve(v, values):
+    """The curve at a speed v [m/s]: straight between its knots, level beyond them."""
+    i = min(max(bisect(KNOTS, v), 1), len(KNOTS) - 1)
+    share = min(max((v - KNOTS[i - 1]) / (KNOTS[i] - KNOTS[i - 1]), 0.0), 1.0)
+    return values[i - 1] + share * (values[i] - values[i - 1])
 
 
 class ServoCylinder(Fmi2Slave):
@@ -92,6 +104,7 @@ class ServoCylinder(Fmi2Slave):
         self.x, self.v, self.pA, self.pB = self.x0, 0.0, self.pA0, self.pB0
         self.F = self.pA * self.A1 - self.pB * self.A2
         self.spool, self.commands = self.u, []
+        self.curve = [getattr(self, f"F_curve{k}") for k in range(1, len(KNOTS) + 1)]
 
     def do_step(self, current_time, step_size):
         n = ceil(step_size / H - 1e-6)
@@ -117,12 +130,14 @@ class ServoCylinder(Fmi2Slave):
             u = copysign(max(abs(u) - self.dead_zone, 0.0), u)
         return u / (1.0 + self.saturation * abs(u))
 
-    def friction(self):
-        """Largest dry friction [N]."""
+    def friction(self, way):
+        """Largest dry friction against a push to that way [N]."""
         dry = self.F_coulomb + self.k_pressure * abs(self.pA - self.pB)
         if self.F_stribeck > 0.0:
             dry += self.F_stribeck * exp(-abs(self.v) / self.v_stribeck)
-        return dry
+        if any(self.curve):
+            dry += on_curve(copysign(max(abs(self.v), KNOTS[len(KNOTS) // 2]), way), self.curve)
+        return max(dry, 0.0)
 
     def compliance(self, volume, p):
         """Of a chamber with that volume of oil at pressure p [m3/Pa]; the air in it is compressed isothermally."""
@@ -149,7 +164,7 @@ class ServoCylinder(Fmi2Slave):
         pA, pB = self.pA + (qSA - qAT - qL) / sA, self.pB + (qSB - qBT + qL) / sB
         mass = self.m / h + self.b * self.b_scale + A1 * A1 / sA + A2 * A2 / sB
         push = self.m / h * self.v + pA * A1 - pB * A2 + self.F_offset
-        v = (push - copysign(min(self.friction(), abs(push)), push)) / mass
+        v = (push - copysign(min(self.friction(push), abs(push)), push)) / mass
         x = min(max(self.x + h * v, self.x_min), self.x_max)
         if x != self.x + h * v:
             v = (x - self.x) / h

@@ -3,7 +3,7 @@ import zipfile
 
 import pytest
 from deepsea_cosim.core.errors import PackageError
-from deepsea_cosim.gap.campaign.catalogue import load_from_package, parse
+from deepsea_cosim.gap.campaign.read_catalogue import load_from_package, parse
 
 GOOD = """
 [[effect]]
@@ -95,3 +95,45 @@ prior = 0.015
 def test_entries_that_would_hide_each_other(text, message):
     with pytest.raises(PackageError, match=message):
         parse(text)
+
+
+CURVE = """
+[[curve]]
+id = "rubbing"
+text = "how it rubs"
+effects = ["rub"]
+x = "m/s"
+y = "N"
+knots = [-1, 0.1, 1]
+parameters = ["m.y1", "m.y2", "m.y3"]
+prior = 20
+formula = "F_c * tanh(x)"
+names = { F_c = "m.F_c" }
+"""
+
+
+def test_a_curve_is_read():
+    (curve,) = parse(GOOD + CURVE).curves
+    assert curve.knots == (-1.0, 0.1, 1.0)
+    assert curve.names == {"F_c": "m.F_c"}
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "message"),
+    [
+        ("[-1, 0.1, 1]", "[-1, 1, 0.1]", "in rising order"),
+        ("[-1, 0.1, 1]", "[-1, 1]", "three numbers at least"),
+        ('"m.y1", ', "", "2 addresses for 3 knots"),
+        ('["rub"]', "[]", "has to name what the curve can be a form of"),
+        ('["rub"]', '["hum"]', "'hum', which is no effect here"),
+        ("m.y1", "m.F_c", "effect rub and curve rubbing both have 'm.F_c'"),
+        ("m.y1", "m.y2", "'m.y2' twice"),
+        ("{ F_c", "{ x", "for each name in the formula other than x"),
+        ("prior = 20", "prior = 0", "has to be positive"),
+        ("knots =", "nodes =", "nodes"),
+        (CURVE, CURVE + CURVE, "listed twice"),
+    ],
+)
+def test_faults_of_a_curve(old, new, message):
+    with pytest.raises(PackageError, match=message):
+        parse(GOOD + CURVE.replace(old, new, 1))

@@ -5,8 +5,8 @@ import json
 
 import pytest
 from deepsea_cosim.core.errors import CosimError
-from deepsea_cosim.gap.campaign.catalogue import parse
 from deepsea_cosim.gap.campaign.read import read, take
+from deepsea_cosim.gap.campaign.read_catalogue import parse
 
 from .test_campaign import CAMPAIGN, table
 from .test_catalogue import GOOD

@@ -4,7 +4,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from deepsea_cosim.gap.campaign import catalogue
+from deepsea_cosim.gap.campaign import read_catalogue
 from deepsea_cosim.gap.campaign.read import CampaignError, read
 from deepsea_cosim.gap.diagnose import diagnose
 from deepsea_cosim.gap.estimation.nuisances import usual_bias
@@ -63,7 +63,7 @@ def test_the_parameter_of_a_held_out_run_may_be_what_a_base_parameter_scales(une
     uneven.write_text(uneven.read_text().replace('use = "holdout"', 'use = "holdout"\nparameters = { "o.d" = 0.0 }'))
     c = read(uneven)
     with Pool(c.system, None, 1) as pool:
-        learned = build_problem(replace(c, runs=c.runs[:1]), catalogue.load(c.effects), pool)
+        learned = build_problem(replace(c, runs=c.runs[:1]), read_catalogue.load(c.effects), pool)
         held = pose_holdout(learned, replace(c, runs=c.runs[1:]))
         assert {x.name for x in held.problem.base} == {"o.m", "o.k", "o.d"}
         assert held.problem.exact([{"o.d": 0.5, "o.m": 0.1}])[0] is not None

@@ -1,8 +1,8 @@
 """A campaign of a toy with its catalogue."""
 
 import pytest
-from deepsea_cosim.gap.campaign.catalogue import load
 from deepsea_cosim.gap.campaign.read import read
+from deepsea_cosim.gap.campaign.read_catalogue import load
 
 from tests.gap.oscillator import campaign, measure
 

@@ -6,7 +6,8 @@ from pathlib import Path
 import pytest
 from deepsea_cosim.core.errors import CosimError, UnknownNameError
 from deepsea_cosim.gap.campaign.campaign import Campaign
-from deepsea_cosim.gap.campaign.catalogue import Base, Catalogue, Experiment, Measurable, load_from_package
+from deepsea_cosim.gap.campaign.catalogue import Base, Catalogue, Experiment, Measurable
+from deepsea_cosim.gap.campaign.read_catalogue import load_from_package
 from deepsea_cosim.gap.problem.build import build_problem
 from deepsea_cosim.gap.problem.candidates import base_parameters, check_catalogue
 from deepsea_cosim.gap.problem.problem import RunConditions
@@ -40,7 +41,7 @@ def test_an_estimation_setting_that_nobody_has(posed):
 def test_two_base_entries_of_one_parameter_are_refused():
     """k means that of every component; o.k named as well would be refitted twice."""
     run = RunConditions("run", 1.0, {}, {}, {"o.k": 1.0, "q.k": 2.0})
-    catalogue = Catalogue((), (), (Base("k", 0.05),))
+    catalogue = Catalogue((), (), (), (Base("k", 0.05),))
     campaign = Campaign("c", Path("s.ssp"), None, (), ())
     settings = ParameterSettings()
     found = base_parameters(campaign, catalogue, [run], [], settings)

@@ -8,8 +8,8 @@ from math import log
 import numpy as np
 import pytest
 from deepsea_cosim.gap.campaign.campaign import FactorTolerance
-from deepsea_cosim.gap.campaign.catalogue import load
 from deepsea_cosim.gap.campaign.read import read
+from deepsea_cosim.gap.campaign.read_catalogue import load
 from deepsea_cosim.gap.estimation.nuisances import nuisance_columns
 from deepsea_cosim.gap.problem.build import build_problem
 from deepsea_cosim.gap.problem.noise import estimate_noise_std

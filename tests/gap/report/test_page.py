@@ -19,8 +19,10 @@ EVENT = {
 }  # fmt: skip
 CONTRAST = {**EVENT, "runs": ["run01", "run02"], "changed": "viscosity", "measured": 0.447}
 CURVE = {
-    "what": "piston friction", "x": "m/s", "y": "N", "points": [[-0.1, -500.0], [0.0, 0.0], [0.1, 510.0]],
+    "id": "friction_curve", "what": "piston friction", "effect": "coulomb_friction", "x": "m/s", "y": "N",
+    "points": [[-0.1, -500.0], [0.0, 0.0], [0.1, 510.0]], "probability": 0.93,
     "band95": [[-550.0, -450.0], [-20.0, 20.0], [450.0, 560.0]],
+    "plain": [[-0.1, -480.0], [0.0, 0.0], [0.1, 480.0]], "knots": [[-0.1, -20.0], [0.1, 30.0]],
 }  # fmt: skip
 
 
@@ -121,7 +123,8 @@ def test_moments_and_curves_have_sections_where_there_are_some():
     data = diagnosis(events=[EVENT, {**EVENT, "limit": "at most"}], contrasts=[CONTRAST], curves=[CURVE])
     parsed = Page(render(data, signals()))
     assert {"events", "curves"} <= set(parsed.sections)
-    for told in ("7.625", "at most 7.625", "7.634 (0.45)", "run01 − run02", "piston friction"):
+    for told in ("7.625", "at most 7.625", "7.634 (0.45)", "run01 − run02", "piston friction", "93 %",
+                 "the plain form of coulomb_friction"):
         assert told in parsed.words, told
 
 

@@ -2,9 +2,10 @@
 
 import numpy as np
 import pytest
-from deepsea_cosim.gap.selection.calibration import Calibration
+from deepsea_cosim.gap.selection.calibration import Calibration, Curvature, chance
 from deepsea_cosim.gap.selection.posterior import Evidence, inclusion, inclusion_features, inclusions, temper, weigh
 from deepsea_cosim.gap.settings import PosteriorSettings
+from scipy.optimize import minimize
 
 READINGS = 5000
 PLAIN_ENERGY = PosteriorSettings().plain_energy
@@ -113,3 +114,34 @@ def test_doubts_multiply_the_odds():
     assert 0.0 < temper(1.0, [0.5]) <= 1.0
     tempered = [temper(p, [0.2]) for p in (0.1, 0.5, 0.9, 0.99)]
     assert tempered == sorted(tempered)
+
+
+def test_a_fit_is_judged_where_evidence_and_priors_together_are_best():
+    """Against a minimum found numerically, with the second derivative's determinant there."""
+    bare = Calibration(15.0, 0.05, 0.0, 1.0, PLAIN.inclusion)
+    around = Curvature((0.0, 0.4, 30.0), (2.0, -3.0, 1.5), (0.2,))
+    floor = 0.05 + chance(READINGS)
+    rise, place = np.array(around.energy), np.array(around.place)
+
+    def cost(d):
+        return 15.0 * np.log(2.0 + floor + rise @ d**2) + ((place + d) ** 2).sum()
+
+    best = minimize(cost, np.zeros(3), tol=1e-12).x
+    weight = 15.0 / (2.0 + floor + rise @ best**2)
+    judged = bare.judge(2.0, around, 0.0, READINGS)
+    assert judged.fit + judged.penalty == pytest.approx(cost(best), abs=1e-6)
+    assert judged.penalty == pytest.approx(((place + best) ** 2).sum(), abs=1e-5)
+    assert judged.occam == pytest.approx(np.log1p(weight * rise).sum() - np.log1p(weight * 0.2), abs=1e-6)
+
+
+def test_parameters_that_the_data_say_nothing_of_cost_nothing():
+    nothing = Curvature((0.0, 0.0), (5.0, -2.0), ())
+    assert PLAIN.judge(1.0, nothing, 0.0, READINGS)[1:] == (0.0, 0.0)
+
+
+def test_the_more_the_data_say_the_more_a_value_far_from_the_prior_costs():
+    found = [PLAIN.judge(1.0, Curvature((r,), (3.0,), ()), 0.0, READINGS) for r in (0.01, 0.1, 1.0, 100.0)]
+    for one in ("penalty", "occam", "fit"):
+        costs = [getattr(j, one) for j in found]
+        assert costs == sorted(costs) or one == "fit"
+    assert found[-1].penalty == pytest.approx(9.0, rel=0.01)

@@ -1,0 +1,245 @@
+"""Reads the catalogue of effects, from a file or from a package."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import replace
+from itertools import pairwise
+from math import inf
+from pathlib import Path
+from typing import Any, TypeVar
+
+from ...core.errors import PackageError
+from ...core.repeated import repeated
+from ...core.toml_tables import Tables
+from .catalogue import Base, Catalogue, Curve, Effect, Experiment, Form, Measurable, Parameter, Region, Sensor
+
+T = TypeVar("T")
+
+PACKED = "resources/effects.toml"
+"""Where the catalogue lies in an .ssp."""
+
+SCHEMA = 1
+"""Version of the format."""
+
+VERDICTS = ("none", "unknown")
+"""What no effect is called."""
+
+QUANTITIES = ("bias", "scale", "lag", "delay")
+
+
+class _Reader(Tables):
+    """Takes the catalogue's entries out of their tables."""
+
+    def __init__(self) -> None:
+        super().__init__(PackageError)
+
+    def above_zero(self, table: dict[str, Any], entry: str, key: str) -> float:
+        value = self.number(table, entry, key)
+        if not value > 0.0:
+            raise self.error(f"{entry}: '{key}' = {value:g} has to be positive")
+        return value
+
+    def range(self, table: dict[str, Any], entry: str) -> tuple[float, float, float, float]:
+        neutral, bounds = self.number(table, entry, "neutral"), self.numbers(table, entry, "bounds")
+        if len(bounds) != 2 or not bounds[0] < bounds[1]:
+            raise self.error(f"{entry}: 'bounds' = {bounds} has to be two numbers, the lower first")
+        if not bounds[0] <= neutral <= bounds[1]:
+            raise self.error(f"{entry}: 'neutral' = {neutral:g} lies outside the bounds {bounds}")
+        return neutral, bounds[0], bounds[1], self.above_zero(table, entry, "prior")
+
+    def parameter(self, table: dict[str, Any], entry: str) -> Parameter:
+        self.no_strangers(table, ("address", "neutral", "bounds", "prior", "also", "shape", "starts"), entry)
+        address = self.get(table, entry, "address", str)
+        entry = f"{entry}, {address}"
+        neutral, low, high, prior = self.range(table, entry)
+        starts = tuple(self.numbers(table, entry, "starts", ()))
+        if not all(low <= v <= high for v in starts):
+            raise self.error(f"{entry}: 'starts' = {list(starts)} has to be numbers within the bounds")
+        also, shape = self.strings(table, entry, "also"), self.get(table, entry, "shape", bool, False)
+        return Parameter(address, neutral, low, high, prior, also, shape, starts)
+
+    def effect(self, table: dict[str, Any], entry: str) -> Effect:
+        self.no_strangers(table, ("id", "text", "group", "parameter", "form"), entry)
+        parameters = tuple(self.parameter(p, entry) for p in self.tables(table, entry, "parameter"))
+        if not any(not p.shape for p in parameters):
+            raise self.error(f"{entry}: has no parameter that is not a shape")
+        id, text, group = (self.get(table, entry, key, str) for key in ("id", "text", "group"))
+        forms = tuple(
+            self.form(f, f"{entry}: form {f.get('id', k)}")
+            for k, f in enumerate(self.tables(table, entry, "form"), 1)
+        )
+        if (twice := repeated([f.id for f in forms])) is not None:
+            raise self.error(f"{entry}: form {twice}: is listed twice")
+        return Effect(id, text, group, parameters, forms)
+
+    def form(self, table: dict[str, Any], entry: str) -> Form:
+        self.no_strangers(table, ("id", "text", "parameter"), entry)
+        id, text = (self.get(table, entry, key, str) for key in ("id", "text"))
+        parameters = tuple(
+            replace(self.parameter(p, entry), shape=True) for p in self.tables(table, entry, "parameter")
+        )
+        if not parameters:
+            raise self.error(f"{entry}: has no parameter")
+        for p in parameters:
+            if not p.starts:
+                raise self.error(f"{entry}, {p.address}: needs 'starts', values at which the form shows")
+            if p.neutral in p.starts:
+                raise self.error(f"{entry}, {p.address}: 'starts' holds the neutral value {p.neutral:g}")
+        return Form(id, text, parameters)
+
+    def curve(self, table: dict[str, Any], entry: str) -> Curve:
+        known = ("id", "text", "effects", "x", "y", "knots", "knots_of", "parameters", "prior", "formula", "names")
+        self.no_strangers(table, known, entry)
+        id, text, x, y = (self.get(table, entry, key, str) for key in ("id", "text", "x", "y"))
+        knots, parameters = tuple(self.numbers(table, entry, "knots")), self.strings(table, entry, "parameters")
+        if len(knots) < 3 or any(b <= a for a, b in pairwise(knots)):
+            raise self.error(f"{entry}: 'knots' = {list(knots)} has to be three numbers at least, in rising order")
+        if len(parameters) != len(knots):
+            raise self.error(f"{entry}: 'parameters' has {len(parameters)} addresses for {len(knots)} knots")
+        effects = self.strings(table, entry, "effects")
+        if not effects:
+            raise self.error(f"{entry}: 'effects' has to name what the curve can be a form of")
+        formula, knots_of = (self.get(table, entry, key, str, "") for key in ("formula", "knots_of"))
+        names = self.get(table, entry, "names", dict, {})
+        if "x" in names or not all(isinstance(a, str) for a in names.values()):
+            raise self.error(f"{entry}: 'names' has to give an address for each name in the formula other than x")
+        prior = self.above_zero(table, entry, "prior")
+        return Curve(id, text, effects, x, y, knots, parameters, prior, knots_of, formula, names)
+
+    def sensor(self, table: dict[str, Any], entry: str) -> Sensor:
+        self.no_strangers(table, ("id", "text", "group", "quantity", "neutral", "bounds", "prior"), entry)
+        id, text, group, quantity = (self.get(table, entry, key, str) for key in ("id", "text", "group", "quantity"))
+        if quantity not in QUANTITIES:
+            raise self.error(f"{entry}: 'quantity' = '{quantity}' is none of {', '.join(QUANTITIES)}")
+        neutral, low, high, prior = self.range(table, entry)
+        if neutral != (right := 1.0 if quantity == "scale" else 0.0):
+            raise self.error(f"{entry}: 'neutral' = {neutral:g}; a {quantity} is absent at {right:g}")
+        if quantity in ("lag", "delay") and low < 0.0:
+            raise self.error(f"{entry}: 'bounds' = [{low:g}, {high:g}]; a {quantity} cannot be negative")
+        return Sensor(id, text, group, quantity, neutral, low, high, prior)
+
+    def base(self, table: dict[str, Any], entry: str) -> Base:
+        self.no_strangers(table, ("parameter", "tolerance"), entry)
+        tolerance = self.number(table, entry, "tolerance")
+        if not 0.0 < tolerance < 1.0:
+            raise self.error(f"{entry}: 'tolerance' = {tolerance:g} has to lie between 0 and 1")
+        return Base(self.get(table, entry, "parameter", str), tolerance)
+
+    def region(self, table: dict[str, Any], entry: str) -> Region:
+        self.no_strangers(table, ("text", "signal", "above", "below", "rate", "size"), entry)
+        limits: dict[str, float] = {key: self.number(table, entry, key) for key in ("above", "below") if key in table}
+        if not limits:
+            raise self.error(f"{entry}: needs 'above' or 'below'")
+        if limits.get("above", -inf) >= limits.get("below", inf):
+            raise self.error(f"{entry}: nothing is above {limits['above']:g} and below {limits['below']:g}")
+        rate, size = (self.get(table, entry, key, bool, False) for key in ("rate", "size"))
+        text, signal = (self.get(table, entry, key, str) for key in ("text", "signal"))
+        return Region(text, signal, limits.get("above", -inf), limits.get("below", inf), rate, size)
+
+    def experiment(self, table: dict[str, Any], entry: str) -> Experiment:
+        self.no_strangers(table, ("parameter", "values"), entry)
+        values = tuple(self.numbers(table, entry, "values"))
+        if not values:
+            raise self.error(f"{entry}: 'values' is empty")
+        return Experiment(self.get(table, entry, "parameter", str), values)
+
+    def measurable(self, table: dict[str, Any], entry: str) -> Measurable:
+        self.no_strangers(table, ("connector", "noise_std"), entry)
+        return Measurable(self.get(table, entry, "connector", str), self.above_zero(table, entry, "noise_std"))
+
+
+def parse(text: str, shown: str = "effects.toml") -> Catalogue:
+    """The catalogue in a TOML text; `PackageError` names the entry that is wrong."""
+    return _catalogue(Tables(PackageError).parse(text, shown), shown)
+
+
+def _catalogue(data: dict[str, Any], shown: str) -> Catalogue:
+    reader = _Reader()
+    tables = ("effect", "curve", "sensor", "base", "region", "experiment", "measurable", "estimation")
+    reader.no_strangers(data, ("schema", *tables), shown)
+    if data.get("schema", SCHEMA) != SCHEMA:
+        raise reader.error(f"{shown}: schema = {data['schema']!r} is not known; this is {SCHEMA}")
+
+    def all_of(kind: str, name: str, make: Callable[[dict[str, Any], str], T]) -> tuple[T, ...]:
+        tables = reader.tables(data, shown, kind)
+        return tuple(make(t, f"{shown}: {kind} {t.get(name, i)}") for i, t in enumerate(tables, 1))
+
+    effects = all_of("effect", "id", reader.effect)
+    sensors = all_of("sensor", "id", reader.sensor)
+    ids = [*(e.id for e in effects), *(s.id for s in sensors)]
+    for id in ids:
+        if ids.count(id) > 1:
+            raise reader.error(f"{shown}: effect {id}: is listed twice")
+        if id in VERDICTS:
+            raise reader.error(f"{shown}: effect {id}: that is the name of a verdict; call it otherwise")
+    if (twice := repeated([s.quantity for s in sensors])) is not None:
+        raise reader.error(f"{shown}: two sensor entries are a {twice}; one is enough for all channels")
+    curves = all_of("curve", "id", reader.curve)
+    _check_curves(reader, curves, effects, shown)
+    _check_addresses(reader, curves, effects, shown)
+    base = all_of("base", "parameter", reader.base)
+    if (twice := repeated([b.parameter for b in base])) is not None:
+        raise reader.error(f"{shown}: base {twice}: is listed twice")
+    if not ids:
+        raise reader.error(f"{shown}: holds no effects")
+    estimation = reader.get(data, shown, "estimation", dict, {})
+    reader.no_strangers(estimation, ("parameters",), f"{shown}: estimation")
+    return Catalogue(
+        effects,
+        sensors,
+        curves,
+        base,
+        all_of("region", "text", reader.region),
+        all_of("experiment", "parameter", reader.experiment),
+        all_of("measurable", "connector", reader.measurable),
+        reader.get(estimation, f"{shown}: estimation", "parameters", dict) if estimation else {},
+    )
+
+
+def _check_curves(reader: _Reader, curves: Sequence[Curve], effects: Sequence[Effect], shown: str) -> None:
+    if (twice := repeated([c.id for c in curves])) is not None:
+        raise reader.error(f"{shown}: curve {twice}: is listed twice")
+    for c in curves:
+        for id in c.effects:
+            own = next((e for e in effects if e.id == id), None)
+            if own is None:
+                raise reader.error(f"{shown}: curve {c.id}: 'effects' names '{id}', which is no effect here")
+            if any(f.id == c.id for f in own.forms):
+                raise reader.error(f"{shown}: curve {c.id}: effect {id} has a form of that name; call it otherwise")
+
+
+def _check_addresses(reader: _Reader, curves: Sequence[Curve], effects: Sequence[Effect], shown: str) -> None:
+    """A parameter belongs to one entry."""
+    belongs: dict[str, str] = {}
+    entries = [(f"effect {e.id}", [a for p in e.all_parameters for a in (p.address, *p.also)]) for e in effects]
+    for entry, addresses in [*entries, *((f"curve {c.id}", c.parameters) for c in curves)]:
+        if (twice := repeated(addresses)) is not None:
+            raise reader.error(f"{shown}: {entry}: has '{twice}' twice")
+        for address in addresses:
+            if belongs.setdefault(address, entry) != entry:
+                raise reader.error(f"{shown}: {belongs[address]} and {entry} both have '{address}'")
+
+
+def load(path: Path) -> Catalogue:
+    """The catalogue in a file."""
+    return _catalogue(Tables(PackageError).load(path), str(path))
+
+
+def load_from_package(package: Path) -> Catalogue:
+    """The catalogue packed in an .ssp."""
+    import zipfile
+
+    from ...ssp.reader import DEFAULT, no_package
+
+    if not package.is_file():
+        raise PackageError(f"{package}: no such file")
+    try:
+        with zipfile.ZipFile(package) as archive:
+            if DEFAULT not in archive.namelist():
+                raise PackageError(f"{package}: {no_package(archive.namelist())}")
+            return parse(archive.read(PACKED).decode("utf-8"), f"{package}/{PACKED}")
+    except KeyError:
+        raise PackageError(f"{package}: holds no {PACKED}; name a catalogue with 'effects' in the campaign") from None
+    except (zipfile.BadZipFile, UnicodeDecodeError) as error:
+        raise PackageError(f"{package}: not a zip archive or damaged ({error})") from None

@@ -1,0 +1,69 @@
+"""The free curves of the most probable hypothesis that has one, with their bands, as JSON."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from typing import Any
+
+import numpy as np
+
+from ..estimation.uncertainty import parameter_covariance
+from ..pipeline.state import State
+from ..problem.curves import CurveForm, formula_over, knots_of
+from ..problem.parameters import EffectCandidate
+from ..selection.evidence import RankedHypothesis
+
+
+def curves(s: State) -> list[dict[str, Any]]:
+    """Each curve once, of the most probable hypothesis that has it, where that effect is named."""
+    made: dict[str, dict[str, Any]] = {}
+    for r in s.ranked:
+        for c in r.hypothesis.candidates:
+            if isinstance(c.form, CurveForm) and c.form.id not in made and s.is_named(c.id):
+                made[c.form.id] = _curve(s, r, c, c.form)
+    return list(made.values())
+
+
+def _curve(s: State, r: RankedHypothesis, c: EffectCandidate, form: CurveForm) -> dict[str, Any]:
+    """Points of the curve with what the formulas make of it, their 95 % band, and the same effects' plain forms, all at
+    the same x."""
+    fit, problem = r.hypothesis.fit, s.problem
+    knots = knots_of(form.curve, _values(s, r))
+    x = _drawn_at(knots, problem.settings.curves.drawn)
+    added = np.interp(x, knots, form.values(fit.point))
+    own = [k for k, p in enumerate(fit.parameters) if p.weights and p.name in {q.name for q in form.parameters}]
+    J = np.stack([np.interp(x, knots, fit.parameters[k].weights) for k in own], axis=1)
+    C = parameter_covariance(problem, fit, s.nuisance_jacobian)[np.ix_(own, own)]
+    reach = problem.settings.uncertainty.width * np.sqrt(np.einsum("ij,jk,ik->i", J, C, J))
+    total = formula_over(form.curve, _values(s, r), x) + added
+    plain = _plain(s, r, c)
+    return {
+        "id": form.id, "what": form.text, "effect": c.id, "x": form.curve.x, "y": form.curve.y,
+        "probability": _probability(s, c), "points": _pairs(x, total), "band95": _pairs(total - reach, total + reach),
+        "knots": _pairs(knots, form.values(fit.point)),
+        "plain": [] if plain is None else _pairs(x, formula_over(form.curve, _values(s, plain), x)),
+    }  # fmt: skip
+
+
+def _drawn_at(knots: np.ndarray, between: int) -> np.ndarray:
+    """Places at which a curve is drawn: its knots, and so many between two of them."""
+    steps = np.linspace(0.0, 1.0, between + 1, endpoint=False)
+    return np.append((knots[:-1, None] + np.diff(knots)[:, None] * steps).ravel(), knots[-1])
+
+
+def _plain(s: State, r: RankedHypothesis, c: EffectCandidate) -> RankedHypothesis | None:
+    """The same effects without the curve, where they were fitted."""
+    parts = r.hypothesis.parts - {c.name} | {c.label}
+    return next((other for other in s.ranked if other.hypothesis.parts == parts), None)
+
+
+def _values(s: State, r: RankedHypothesis) -> Mapping[str, Any]:
+    return {**s.problem.runs[0].values, **s.problem.model_values(0, r.hypothesis.fit.point)}
+
+
+def _probability(s: State, c: EffectCandidate) -> float:
+    return sum(p for r, p in zip(s.ranked, s.probabilities, strict=True) if c.name in r.hypothesis.parts)
+
+
+def _pairs(a: Sequence[float] | np.ndarray, b: Sequence[float] | np.ndarray) -> list[list[float]]:
+    return np.stack([a, b], axis=1).tolist()  # type: ignore[no-any-return]
