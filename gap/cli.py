@@ -13,6 +13,7 @@ EXAMPLES = """examples:
   cosim-gap effects build/deepsea_11km.ssp
   cosim-gap simulate template.toml --out campaign
   cosim-gap diagnose campaign/campaign.toml --out diagnosis
+  cosim-gap diagnose campaign/campaign.toml --out diagnosis --resume    # after a stop, or with accept = [...]
 
 exit codes: 0 done, 1 the simulation had to stop, 2 bad input, 130 interrupted
 """
@@ -43,6 +44,11 @@ def parser() -> argparse.ArgumentParser:
     diagnose.add_argument(
         "--time-limit", metavar="SECONDS", type=seconds,
         help="judge what has been found after about this time, as the first Ctrl-C does (default: look everywhere)",
+    )  # fmt: skip
+    diagnose.add_argument(
+        "--resume", metavar="DIR", type=folder, nargs="?", const=True,
+        help="go on from an earlier diagnosis of the campaign, in that folder (default: that of --out); what `accept` "
+             "takes as known is so answered quickly",
     )  # fmt: skip
     diagnose.add_argument("--no-report", action="store_true", help="no report.html")
     diagnose.add_argument("--quiet", action="store_true", help="print nothing but errors")

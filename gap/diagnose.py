@@ -14,6 +14,7 @@ from .pipeline.pipeline import PIPELINE
 from .pipeline.stage import run_pipeline
 from .pipeline.state import begin
 from .problem.stop import StopToken
+from .search.earlier import Earlier
 from .settings import DEFAULT, Settings
 
 
@@ -26,16 +27,18 @@ def diagnose(
     stop: StopToken | None = None,
     settings: Settings = DEFAULT,
     tell: Callable[[str], None] = lambda text: None,
+    earlier: Earlier | None = None,
 ) -> Diagnosis:
     """The diagnosis of a campaign.
 
     say: gets each stage's name; progress: the number of simulations so far; stop: as soon as it is requested, what has
-    been found by then is judged; tell: gets what is known so far, in a sentence, as it grows.
+    been found by then is judged; tell: gets what is known so far, in a sentence, as it grows; earlier: sets of effects
+    of an earlier diagnosis, to go on from.
     """
     started = time.perf_counter()
     stop = stop or StopToken()
     catalogue = catalogues.load(campaign.effects) if campaign.effects else catalogues.load_from_package(campaign.system)
     with Pool(campaign.system, executor, processes, progress) as pool:
         say("reading the model")
-        state = run_pipeline(PIPELINE, begin(campaign, catalogue, pool, stop, settings), say, tell)
+        state = run_pipeline(PIPELINE, begin(campaign, catalogue, pool, stop, settings, earlier), say, tell)
         return Diagnosis(state, pool.count, time.perf_counter() - started)

@@ -19,15 +19,18 @@ def diagnose_command(options: argparse.Namespace) -> int:
     from .diagnose import diagnose
     from .problem.stop import StopToken
     from .report.collect import collect
+    from .result.read import load_earlier
     from .result.write import write
     from .summary import lines
 
     campaign = read(options.campaign)
+    before = options.out if options.resume is True else options.resume
+    earlier = None if before is None else load_earlier(before)
     make_folder(options.out)
     show = _Progress(options.quiet)
     with _Patience(options.time_limit) as patience, cluster(options.dask) as executor:
         d = diagnose(campaign, executor, show.stage, show.run, options.processes, StopToken(patience.ended),
-                     tell=show.known)  # fmt: skip
+                     tell=show.known, earlier=earlier)  # fmt: skip
     show.clear()
     data = write(d, options.out)
     signals = collect(d.state)

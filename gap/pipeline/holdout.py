@@ -58,7 +58,7 @@ def pose_holdout(learned: Problem, campaign: Campaign) -> HoldoutRuns:
     """The held-out runs of a campaign, simulated as those that are learned from."""
     pool, stop = learned.simulator.pool, learned.simulator.stop
     problem = build_problem(campaign, learned.catalogue, pool, stop, learned.settings)
-    problem = replace(problem, base=learned.base, candidates=learned.candidates)
+    problem = replace(problem, base=learned.base, candidates=learned.candidates, accepted=learned.accepted)
     check_time(problem)
     assessed = simulate_as_chosen(problem, learned)
     check_campaign(assessed.problem, assessed.nominal)

@@ -7,7 +7,8 @@ from dataclasses import replace
 
 from ...core.errors import SimulationError
 from ..estimation.nuisances import nuisance_columns
-from ..search.baseline import deliver, explains_much, refit_base, unfitted_base
+from ..search.baseline import deliver, explains_much, refit_again, refit_base, unfitted_base
+from ..search.earlier import baseline_point, fit_again, known_to
 from ..search.forms import have_forms, in_forms_of
 from ..search.forms import try_forms as tried
 from ..search.leaders import refine_macro_step, widen_derivatives
@@ -34,11 +35,29 @@ def fit_baseline(state: State) -> State:
     refit explains little, for base parameters bent to what they cannot explain lead away from what can. The other one
     is for later."""
     delivered = deliver(state.problem, state.nuisance_jacobian)
-    baseline = refit_base(state.problem, state.nuisance_jacobian, delivered)
+    baseline = None
+    if state.earlier is not None and state.problem.base:
+        point = baseline_point(state.problem, known_to(state.problem, state.earlier))
+        baseline = refit_again(state.problem, state.nuisance_jacobian, delivered, point)
+    baseline = baseline or refit_base(state.problem, state.nuisance_jacobian, delivered)
     start, other = delivered, baseline
     if explains_much(state.problem, baseline, delivered):
         start, other = other, start
     return replace(state, baseline=baseline, start=start, elsewhere=other)
+
+
+def take_up(state: State) -> State:
+    """The sets of an earlier diagnosis, fitted anew from where they stood; the search goes on from the best of them,
+    once if it had come to its end before."""
+    if state.earlier is None:
+        raise ValueError("there is no earlier diagnosis")
+    sets = known_to(state.problem, state.earlier)
+    found = fit_again(state.problem, sets, state.refit, state.nuisance_jacobian)
+    hypotheses = best_of_each_set([*state.hypotheses, *found])
+    return replace(
+        state, found=tuple(h for h in hypotheses if h.candidates), start=hypotheses[0], so_far=_so_far(hypotheses),
+        elsewhere=None if state.earlier.finished else state.elsewhere,
+    )  # fmt: skip
 
 
 def look_at_sets(state: State) -> State:
@@ -87,7 +106,8 @@ def _so_far(found: Sequence[Hypothesis]) -> str:
 def goes_on(state: State) -> bool:
     """Whether another round may find something: the best leaves something, and there is a set to go on from."""
     best = best_of_each_set(state.hypotheses)[0]
-    return state.start is not None and bool(state.banked) and not is_adequate(state.problem, best.fit)
+    begun = bool(state.banked) or state.earlier is not None
+    return state.start is not None and begun and not is_adequate(state.problem, best.fit)
 
 
 def fit_the_best(state: State) -> State:

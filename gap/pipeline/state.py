@@ -22,6 +22,7 @@ from ..problem.build import build_problem
 from ..problem.noise import rms
 from ..problem.problem import Problem
 from ..problem.stop import StopToken
+from ..search.earlier import Earlier
 from ..search.rounds import Round
 from ..selection.evidence import RankedHypothesis
 from ..selection.hypothesis import Hypothesis, is_adequate
@@ -61,6 +62,8 @@ class State:
     holdout: HoldoutRuns | None = None
     nuisance_jacobian: np.ndarray = field(default_factory=_not_yet)
     """(n, m)."""
+    earlier: Earlier | None = None
+    """What an earlier diagnosis had fitted, to go on from."""
     baseline: Hypothesis | None = None
     """The refit of the base parameters."""
     start: Hypothesis | None = None
@@ -203,11 +206,16 @@ class State:
         return replace(self, sections={**self.sections, key: value})
 
 
-def begin(campaign: Campaign, catalogue: Catalogue, pool: Pool, stop: StopToken, settings: Settings = DEFAULT) -> State:
+def begin(
+    campaign: Campaign, catalogue: Catalogue, pool: Pool, stop: StopToken, settings: Settings = DEFAULT,
+    earlier: Earlier | None = None,
+) -> State:  # fmt: skip
     """The state in which a diagnosis begins: the campaign posed for its package."""
     if all(r.use == "holdout" for r in campaign.runs):
         remedy = "so there is nothing to fit; take that out of one run at least"
         raise CampaignError(f"{campaign.file}: every run has use = 'holdout', {remedy}")
     learn, *held = split_runs(campaign)
     problem = build_problem(learn, catalogue, pool, stop, settings)
-    return State(problem, held[0] if held else None, problem.macro_step, warnings=problem.warnings)
+    return State(
+        problem, held[0] if held else None, problem.macro_step, warnings=problem.warnings, earlier=earlier
+    )  # fmt: skip

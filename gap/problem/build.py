@@ -61,14 +61,17 @@ def build_problem(
     runs = tuple(_until_last_reading(r, info, campaign, blocks, macro_step) for r, info in enumerate(package.runs))
     observations = gather(blocks, settings.noise)
     base = base_parameters(campaign, catalogue, runs, warnings, settings.parameters)
-    candidates = effect_candidates(campaign, catalogue, runs, observations, warnings, settings)
+    possible = effect_candidates(campaign, catalogue, runs, observations, warnings, settings)
+    accepted = tuple(c.as_accepted() for c in possible if c.id in campaign.accept)
+    candidates = tuple(c for c in possible if c.id not in campaign.accept)
+    base = (*base, *(x for c in accepted for x in c.parameters))
     for name in catalogue.estimation:
         addresses_of(name, runs[0].values, "estimation")
     discretisation = Discretisation(macro_step, difference_step=settings.numerics.difference_steps[0])
     return Problem(
         campaign, catalogue, Simulator(pool, stop, settings.numerics.kept_runs), discretisation, runs, observations,
         tuple(dict.fromkeys(b.connector for b in blocks)), package.units, base, candidates, tuple(labels),
-        tuple(warnings), package.parameter_units, package.signals, package.stop, settings,
+        accepted, tuple(warnings), package.parameter_units, package.signals, package.stop, settings,
     )  # fmt: skip
 
 

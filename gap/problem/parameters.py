@@ -34,6 +34,13 @@ class EstimatedParameter:
     factor: float | None = None
     weights: tuple[float, ...] = ()
     """Of a shape of a curve: what is added to each of the addresses for a value of 1."""
+    accepted: bool = False
+    """Of an effect that is known to be there: refitted together with the base parameters."""
+
+    @property
+    def in_every_set(self) -> bool:
+        """Whether every hypothesis has it."""
+        return self.kind == "base" or self.accepted
 
     @property
     def tolerance_text(self) -> str:
@@ -70,6 +77,10 @@ class EffectCandidate:
     """In which it may be."""
     form: EffectForm | None = None
     """In which it is; None: the plain one."""
+
+    def as_accepted(self) -> EffectCandidate:
+        """The effect as one that is known to be there, in its plain form."""
+        return replace(self, parameters=tuple(replace(x, accepted=True) for x in self.parameters), forms=())
 
     def in_form(self, form: EffectForm) -> EffectCandidate:
         """The plain effect in one of its forms, whose parameters are then shapes of it."""

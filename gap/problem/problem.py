@@ -56,9 +56,12 @@ class Problem:
     units: dict[str, str]
     """Unit of each connector in its FMU."""
     base: tuple[EstimatedParameter, ...]
+    """What every hypothesis has: the base parameters, and those of accepted effects."""
     candidates: tuple[EffectCandidate, ...]
     labels: tuple[str, ...]
     """Name of each channel: its connector, or the event."""
+    accepted: tuple[EffectCandidate, ...] = ()
+    """Effects that are known to be there; they are none of the candidates."""
     warnings: tuple[str, ...] = ()
     """What was found odd while the problem was built."""
     parameter_units: Mapping[str, str] = field(default_factory=dict)

@@ -1,8 +1,9 @@
-"""Section "calibration": how far the base parameters moved within their tolerances."""
+"""Section "calibration": how far the base parameters moved within their tolerances, and effects taken as known."""
 
 from __future__ import annotations
 
 from ..result.numbers import change, pretty, with_interval
+from .budget import parameter
 from .parts import Data
 from .section import Context, Section
 from .signals import Signals
@@ -10,9 +11,16 @@ from .signals import Signals
 
 def context(data: Data, signals: Signals) -> Context | None:
     """A row for each base parameter that moved, those that used most of their tolerance first."""
-    moved = data["calibration"]["moved"]
-    if not moved:
+    moved, accepted = data["calibration"]["moved"], data["calibration"].get("accepted", {})
+    if not moved and not accepted:
         return None
+    known = [{"effect": id, "text": e["text"],
+              "parameters": [parameter(n, p, signals) for n, p in e["parameters"].items()]}
+             for id, e in accepted.items()]  # fmt: skip
+    return {"known": known, **(_strips(moved) if moved else {"rows": []})}
+
+
+def _strips(moved: Data) -> Context:
     ordered = sorted(moved.items(), key=lambda x: -_used(x[1]))
     rows = [_row(name, p) for name, p in ordered]
     reach = 1.05 * max(max(abs(v) for v in (r["low"], r["high"], r["at"], 1.25 * r["tolerance"])) for r in rows)

@@ -41,7 +41,7 @@ def document(d: Diagnosis) -> dict[str, Any]:
         "headline": headline(s, divided, moments), "cautions": cautions(s),
         "finished": not s.unfinished, "unfinished_stage": s.unfinished,
         "budget": divided,
-        "calibration": {"moved": moved_base(s.problem, chosen, s.nuisance_jacobian)},
+        "calibration": {"moved": moved_base(s.problem, chosen, s.nuisance_jacobian), "accepted": accepted(s)},
         "effects": effects(s),
         "hypotheses": hypotheses(s),
         "reduction": reduction(s),
@@ -56,6 +56,7 @@ def document(d: Diagnosis) -> dict[str, Any]:
                    "stages": dict(s.seconds)},
         "settings": s.problem.settings.as_dict(),
         "evidence": evidence(s),
+        "search": search(s),
         **s.sections,
     }  # fmt: skip
     if moments:
@@ -195,8 +196,18 @@ def _runs(s: State) -> dict[str, Any]:
     return made
 
 
+def accepted(s: State) -> dict[str, Any]:
+    """The effects that are known to be there, with their parameters in the most probable hypothesis."""
+    found = parameters(s.problem, s.chosen.hypothesis.fit, s.nuisance_jacobian, ("effect", "sensor"))
+    made: dict[str, Any] = {}
+    for c in s.problem.accepted:
+        own = made.setdefault(c.id, {"text": c.text, "parameters": {}})
+        own["parameters"] |= {x.name: found[x.name] for x in c.parameters}
+    return made
+
+
 def effects(s: State) -> dict[str, Any]:
-    """Every effect of the catalogue."""
+    """Every effect of the catalogue that is not taken as known."""
     shares: dict[str, float] = {}
     ids = {c.label: c.id for c in s.problem.candidates}
     for label, share in s.shared_out.effects.items():
@@ -259,6 +270,19 @@ def numerics(s: State) -> dict[str, Any]:
     error = rms(s.step_change / s.problem.observations.noise_std) if known else None
     return {"method": d.method, "step": d.macro_step, "fit_step": d.fit_step, "step_error": error,
             "package_step": s.package_step, "richardson_order": d.richardson_order}  # fmt: skip
+
+
+def search(s: State) -> dict[str, Any]:
+    """Where the search stood: the best sets of effects with their forms and normalised parameters, to go on from."""
+    told = s.problem.settings.search.remembered
+    return {
+        "finished": not s.unfinished,
+        "sets": [
+            {"effects": {c.label: c.form and c.form.id for c in r.hypothesis.candidates},
+             "point": {name: u for name, u in r.hypothesis.fit.point.items() if u != 0.0}}
+            for r in [*s.ranked[:told], s.ranked_baseline]
+        ],
+    }  # fmt: skip
 
 
 def evidence(s: State) -> dict[str, Any]:

@@ -46,7 +46,9 @@ def _physical(state: State, budget: dict[str, Any], events: list[dict[str, Any]]
 
 def _divided(state: State, budget: dict[str, Any]) -> str:
     before, after = multiple(budget["delivered"]), multiple(budget["calibrated"])
-    calibration = f"Calibration within the tolerances brings the gap from {before} to {after} times the noise"
+    known = list(dict.fromkeys(plain(c.id) for c in state.problem.accepted))
+    taken = f", with {listed(known)} taken as known," if known else ""
+    calibration = f"Calibration within the tolerances{taken} brings the gap from {before} to {after} times the noise"
     if state.verdict == NO_GAP:
         return f"No effect is missing: {calibration[0].lower()}{calibration[1:]}."
     rest = next(p for p in budget["parts"] if p["kind"] == "unexplained")

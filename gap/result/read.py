@@ -7,6 +7,7 @@ from pathlib import Path
 from typing import Any
 
 from ...core.errors import CosimError
+from ..search.earlier import Earlier, EarlierSet
 from .document import SCHEMA
 
 
@@ -33,3 +34,12 @@ def load(path: Path) -> dict[str, Any]:
     raise DiagnosisError(
         f"{file}: schema {schema} is not known here (this version reads {SCHEMA}); update deepsea-cosim"
     )
+
+
+def load_earlier(path: Path) -> Earlier:
+    """The sets that the diagnosis in a folder had fitted; raises `DiagnosisError` where it does not tell them."""
+    found = load(path).get("search")
+    if not found:
+        file = path / "diagnosis.json" if path.is_dir() else path
+        raise DiagnosisError(f"{file}: tells no sets to go on from; diagnose without --resume once")
+    return Earlier(tuple(EarlierSet(s["effects"], s["point"]) for s in found["sets"]), found["finished"])

@@ -10,11 +10,13 @@ from ...core.errors import SimulationError
 from ..estimation.dispersion import estimate_dispersion
 from ..estimation.fit import Fit
 from ..estimation.linear import profile_nuisances
+from ..problem.parameters import Point
 from ..problem.problem import Problem
 from ..selection.hypothesis import Hypothesis, is_adequate
 from .bank import in_batches, without_responses
 from .refinement import polish, refine
 from .sets import Proposal
+from .sizes import grid, variants
 
 
 def as_delivered(
@@ -45,6 +47,18 @@ def deliver(problem: Problem, nuisance_jacobian: np.ndarray) -> Hypothesis:
     return as_delivered(problem, exact, coarse, nuisance_jacobian)
 
 
+def refit_again(
+    problem: Problem, nuisance_jacobian: np.ndarray, delivered: Hypothesis, point: Point
+) -> Hypothesis | None:
+    """The base parameters alone, from where an earlier refit stood; None where the model does not run there."""
+    (coarse,) = problem.evaluate([point])
+    if coarse is None:
+        return None
+    start = _standing(problem, delivered.fit, point, coarse, nuisance_jacobian)
+    at = _walked(problem, nuisance_jacobian, start)
+    return polish(problem, [at], nuisance_jacobian, problem.settings.search.polish_looks)[0]
+
+
 def refit_base(problem: Problem, nuisance_jacobian: np.ndarray, delivered: Hypothesis) -> Hypothesis:
     """The base parameters alone, from the model as delivered.
 
@@ -55,10 +69,11 @@ def refit_base(problem: Problem, nuisance_jacobian: np.ndarray, delivered: Hypot
     if not problem.base:
         return replace(delivered, fit=replace(delivered.fit, converged=True))
     looks = settings.polish_looks
-    baseline = polish(problem, [_walked(problem, nuisance_jacobian, delivered)], nuisance_jacobian, looks)[0]
+    start = _with_accepted(problem, nuisance_jacobian, delivered)
+    baseline = polish(problem, [_walked(problem, nuisance_jacobian, start)], nuisance_jacobian, looks)[0]
     if explains_much(problem, baseline, delivered):
         return baseline
-    starts = _nearer_points(problem, nuisance_jacobian, baseline, delivered)
+    starts = _nearer_points(problem, nuisance_jacobian, baseline, start)
     others = [_walked(problem, nuisance_jacobian, h) for h in starts if not problem.stop_requested]
     if others:
         best = min(others, key=lambda h: h.fit.rms)
@@ -72,6 +87,31 @@ def explains_much(problem: Problem, baseline: Hypothesis, delivered: Hypothesis)
     """Whether a refit of the base parameters leaves little of the delivered gap, or nothing to explain."""
     near = problem.settings.search.near * delivered.fit.rms
     return baseline.fit.rms < near or is_adequate(problem, baseline.fit)
+
+
+def _with_accepted(problem: Problem, nuisance_jacobian: np.ndarray, delivered: Hypothesis) -> Hypothesis:
+    """The model as delivered with each accepted effect in turn at the size of the grid that serves best: at none, what
+    begins to act at a threshold has no derivative."""
+    settings, best = problem.settings.search, delivered
+    for c in problem.accepted:
+        own = variants(c, grid(c.main, settings), settings)
+        points = [{**best.fit.point, **values} for values in own]
+        tried = [
+            _standing(problem, delivered.fit, point, coarse, nuisance_jacobian)
+            for point, coarse in zip(points, in_batches(problem, points), strict=True) if coarse is not None
+        ]  # fmt: skip
+        best = min([best, *tried], key=lambda h: h.fit.rms)
+    return best
+
+
+def _standing(
+    problem: Problem, delivered: Fit, point: Point, coarse: np.ndarray, nuisance_jacobian: np.ndarray
+) -> Hypothesis:
+    """No effects, at a point; coarse: the long vector there (n,) at the fit's step."""
+    model = coarse + delivered.correction
+    q, residual = profile_nuisances(problem, model, nuisance_jacobian, 1.0)
+    u = np.array([point.get(x.name, 0.0) for x in problem.base])
+    return Hypothesis((), replace(delivered, normalised=u, model=model, nuisances=q, residual=residual))
 
 
 def _walked(problem: Problem, nuisance_jacobian: np.ndarray, at: Hypothesis) -> Hypothesis:
@@ -92,20 +132,17 @@ def _nearer_points(
 ) -> list[Hypothesis]:
     """Points that differ from what is stated in one parameter only and are nearer to the data than a fit, the best of
     each parameter, the best first."""
-    correction = delivered.fit.correction
+    known = delivered.fit.point
     tried = [
-        replace(delivered.fit, normalised=np.where(np.arange(len(problem.base)) == k, u, 0.0))
-        for k, x in enumerate(problem.base)
+        (x.name, {**known, x.name: u})
+        for x in problem.base
         for share in problem.settings.search.base_alone
         if (u := share * (x.high if share > 0.0 else -x.low))
     ]
-    best: dict[int, Hypothesis] = {}
-    for fit, coarse in zip(tried, in_batches(problem, [f.point for f in tried]), strict=True):
-        if coarse is None:
-            continue
-        q, residual = profile_nuisances(problem, coarse + correction, nuisance_jacobian, 1.0)
-        h = Hypothesis((), replace(fit, model=coarse + correction, nuisances=q, residual=residual))
-        k = int(np.argmax(np.abs(fit.normalised)))
-        if h.fit.rms < best.get(k, baseline).fit.rms:  # not what merely strains the sensors' biases less
-            best[k] = h
+    best: dict[str, Hypothesis] = {}
+    for (name, point), coarse in zip(tried, in_batches(problem, [p for _, p in tried]), strict=True):
+        if coarse is not None:
+            h = _standing(problem, delivered.fit, point, coarse, nuisance_jacobian)
+            if h.fit.rms < best.get(name, baseline).fit.rms:  # not what merely strains the sensors' biases less
+                best[name] = h
     return sorted(best.values(), key=lambda h: h.fit.rms)[: problem.settings.search.base_starts]

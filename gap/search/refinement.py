@@ -190,9 +190,9 @@ def _begin(
         u = np.array([p.point.get(x.name, 0.0) for x in parameters])
         jacobian = np.zeros((len(model), len(parameters)))
         for k, x in enumerate(parameters):
-            if x.kind == "base" or x.name in known:
+            if x.in_every_set or x.name in known:
                 jacobian[:, k] = bank.jacobian[:, known[x.name]]
-                if x.kind == "base":
+                if x.in_every_set:
                     continue
             h = wide_step(x, float(u[k]), settings.derivative_step)
             points.append({**p.point, x.name: float(u[k] + h)})

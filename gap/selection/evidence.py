@@ -56,7 +56,7 @@ def curvature(problem: Problem, fit: Fit, nuisance_jacobian: np.ndarray) -> Curv
     biases = np.where(np.arange(nuisances) < fit.channels, fit.nuisances, 0.0)  # clocks may differ as they like
     energy, directions = np.linalg.eigh(gram)
     place = directions.T @ np.concatenate([fit.normalised / sd[: len(fit.parameters)], biases])
-    every = np.flatnonzero([*(x.kind == "base" for x in fit.parameters), *[True] * nuisances])
+    every = np.flatnonzero([*(x.in_every_set for x in fit.parameters), *[True] * nuisances])
     shared = np.linalg.eigvalsh(gram[np.ix_(every, every)])
     return Curvature(*(tuple(map(float, v)) for v in (np.maximum(energy, 0.0), place, np.maximum(shared, 0.0))))
 

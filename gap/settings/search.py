@@ -105,6 +105,8 @@ class SearchSettings:
     near_leader: float = 25.0
     most_leaders: int = 6
     """Cost behind the best up to which a set is fitted to the end, too, and sets for which that is done."""
+    remembered: int = 30
+    """Sets whose points diagnosis.json tells, to go on from."""
     relatives: int = 3
     """Effects of the same group that are fitted in the place of one of the best set."""
     size_looks: int = 2

@@ -39,6 +39,7 @@ class FormulaProblem:
     observations: Observations
     base: tuple[EstimatedParameter, ...] = ()
     candidates: tuple[EffectCandidate, ...] = ()
+    accepted: tuple[EffectCandidate, ...] = ()
     runs: tuple[RunConditions, ...] = (RunConditions("run", 0.0, {}, {}, {}),)
     labels: tuple[str, ...] = ("m.x",)
     discretisation: Discretisation = field(default_factory=lambda: Discretisation(STEP))

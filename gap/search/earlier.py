@@ -1,0 +1,86 @@
+"""Going on from an earlier diagnosis: its sets of effects, fitted anew from where they stood.
+
+Only points are carried over, and every one is simulated again, so nothing that has changed since (an accepted effect, a
+further run, another catalogue) makes an old number pass for a new one.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from ..problem.parameters import EffectCandidate, EstimatedParameter, Point
+from ..problem.problem import Problem
+from ..selection.hypothesis import Hypothesis
+from .refinement import fit_from, polish
+from .rounds import best_of_each_set, score
+
+
+@dataclass(frozen=True)
+class EarlierSet:
+    """A set of effects by their labels, each with its form (None: the plain one), and where its fit stood."""
+
+    effects: Mapping[str, str | None]
+    point: Point
+
+
+@dataclass(frozen=True)
+class Earlier:
+    """What an earlier diagnosis had fitted, the best first."""
+
+    sets: tuple[EarlierSet, ...]
+    finished: bool
+    """Its search had come to its end."""
+
+
+def known_to(problem: Problem, earlier: Earlier) -> list[EarlierSet]:
+    """The sets that the problem can have, without what it takes as known, and of their points what it knows; a set that
+    occurs twice is the one that had most of what is known."""
+    accepted = {c.label for c in problem.accepted}
+    known = {x.name for x in (*problem.base, *(x for c in problem.candidates for x in _all_of(c)))}
+    made: dict[frozenset[tuple[str, str | None]], EarlierSet] = {}
+    for s in sorted(earlier.sets, key=lambda s: len(accepted - s.effects.keys())):
+        left = {label: form for label, form in s.effects.items() if label not in accepted}
+        if all(_candidate(problem, label, form) is not None for label, form in left.items()):
+            point = {name: u for name, u in s.point.items() if name in known}
+            made.setdefault(frozenset(left.items()), EarlierSet(left, point))
+    return list(made.values())
+
+
+def baseline_point(problem: Problem, sets: Sequence[EarlierSet]) -> Point:
+    """Where a refit of what every set has may begin: where it stood without effects, else beside the best of them."""
+    alone = next((s for s in sets if not s.effects), None) or next(iter(sets), None)
+    return {x.name: alone.point.get(x.name, 0.0) for x in problem.base} if alone else {}
+
+
+def fit_again(
+    problem: Problem, sets: Sequence[EarlierSet], baseline: Hypothesis, nuisance_jacobian: np.ndarray
+) -> list[Hypothesis]:
+    """The best sets fitted from where they stood, those near the best of them to the end, the best first."""
+    settings, made = problem.settings.search, []
+    for s in [s for s in sets if s.effects][: settings.fitted]:
+        if problem.stop_requested:
+            break
+        chosen = [_candidate(problem, label, form) for label, form in s.effects.items()]
+        candidates = tuple(c for c in chosen if c is not None)
+        found = fit_from(problem, candidates, s.point, baseline.fit, nuisance_jacobian)
+        made += [] if found is None else [found]
+    made = sorted(made, key=score)
+    near = [h for h in made if score(h) < score(made[0]) + settings.near_leader][: settings.most_leaders]
+    done = polish(problem, near, nuisance_jacobian, settings.polish_looks)
+    return best_of_each_set([*done, *(h for h in made if h not in near)])
+
+
+def _all_of(c: EffectCandidate) -> list[EstimatedParameter]:
+    return [*c.parameters, *(x for f in c.forms for x in f.parameters)]
+
+
+def _candidate(problem: Problem, label: str, form: str | None) -> EffectCandidate | None:
+    """The effect in that form; None where there is none such."""
+    c = next((c for c in problem.candidates if c.label == label), None)
+    if c is None or form is None:
+        return c
+    own = next((f for f in c.forms if f.id == form), None)
+    return c.in_form(own) if own is not None else None
