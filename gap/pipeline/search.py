@@ -7,7 +7,7 @@ from dataclasses import replace
 
 from ...core.errors import SimulationError
 from ..estimation.nuisances import nuisance_columns
-from ..search.baseline import deliver, explains_much, refit_again, refit_base, unfitted_base
+from ..search.baseline import deliver, explains_much, is_strained, refit_again, refit_base, unfitted_base
 from ..search.earlier import baseline_point, fit_again, known_to
 from ..search.forms import have_forms, in_forms_of
 from ..search.forms import try_forms as tried
@@ -32,8 +32,8 @@ from .state import State
 
 def fit_baseline(state: State) -> State:
     """The refit of the base parameters, and where the first bank is made: there, or at the model as delivered where the
-    refit explains little, for base parameters bent to what they cannot explain lead away from what can. The other one
-    is for later."""
+    refit explains little or strains many of them, for base parameters bent to what they cannot explain lead away from
+    what can. The other one is for later."""
     delivered = deliver(state.problem, state.nuisance_jacobian)
     baseline = None
     if state.earlier is not None and state.problem.base:
@@ -41,7 +41,8 @@ def fit_baseline(state: State) -> State:
         baseline = refit_again(state.problem, state.nuisance_jacobian, delivered, point)
     baseline = baseline or refit_base(state.problem, state.nuisance_jacobian, delivered)
     start, other = delivered, baseline
-    if explains_much(state.problem, baseline, delivered):
+    adequate = is_adequate(state.problem, baseline.fit)
+    if explains_much(state.problem, baseline, delivered) and (adequate or not is_strained(state.problem, baseline)):
         start, other = other, start
     return replace(state, baseline=baseline, start=start, elsewhere=other)
 

@@ -89,6 +89,12 @@ def explains_much(problem: Problem, baseline: Hypothesis, delivered: Hypothesis)
     return baseline.fit.rms < near or is_adequate(problem, baseline.fit)
 
 
+def is_strained(problem: Problem, baseline: Hypothesis) -> bool:
+    """Whether so many base parameters stand at the ends of their tolerances that they are bent to what they cannot
+    explain: around such a point right effects do not show."""
+    return sum(baseline.fit.at_bound) > problem.settings.search.strained * len(problem.base)
+
+
 def _with_accepted(problem: Problem, nuisance_jacobian: np.ndarray, delivered: Hypothesis) -> Hypothesis:
     """The model as delivered with each accepted effect in turn at the size of the grid that serves best: at none, what
     begins to act at a threshold has no derivative."""

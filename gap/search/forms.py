@@ -20,7 +20,7 @@ from ..problem.parameters import EffectCandidate, EffectForm, EstimatedParameter
 from ..problem.problem import Problem
 from ..selection.hypothesis import Hypothesis, penalised_deviance
 from .bank import in_batches
-from .refinement import fit_from, polish
+from .refinement import Place, polish, stand_at
 from .rounds import best_of_each_set, score
 
 
@@ -32,6 +32,13 @@ class _Option(NamedTuple):
     form: EffectForm
     point: Point
     expected: float
+
+    @property
+    def starts(self) -> tuple[Point, Point]:
+        """Where a fit may begin: there, and where the plain form stands. A machine that hunts about its dead zone is so
+        rugged that now the one, now the other leads to the floor; derivatives over small steps lead there, those over
+        wide ones lead away (four lands with a late sensor: 2.3 times the noise, 3.9 and 6.8)."""
+        return self.point, self.base.fit.point
 
     @property
     def candidates(self) -> tuple[EffectCandidate, ...]:
@@ -57,11 +64,11 @@ def try_forms(
     leaders = _leaders([h for h in found if _wanted(h, curves)], settings.form_leaders)
     options = [o for h in leaders for o in _options(problem, h, curves, nuisance_jacobian)]
     options = [o for o in options if _parts(o) not in known]
-    fitted = []
-    for o in sorted(options, key=lambda o: o.expected)[: settings.forms_fitted]:
-        if not problem.stop_requested:
-            made = fit_from(problem, o.candidates, o.point, o.base.fit, nuisance_jacobian)
-            fitted += [] if made is None else [made]
+    if problem.stop_requested:
+        return list(found)
+    chosen = sorted(options, key=lambda o: o.expected)[: settings.forms_fitted]
+    begun = stand_at(problem, [Place(o.candidates, p, o.base.fit) for o in chosen for p in o.starts], nuisance_jacobian)
+    fitted = best_of_each_set(polish(problem, begun, nuisance_jacobian, settings.form_looks))
     least = min((score(h) for h in (*found, *fitted)), default=0.0)
     near = [h for h in fitted if score(h) < least + settings.near_leader]
     done = polish(problem, near, nuisance_jacobian, settings.polish_looks)

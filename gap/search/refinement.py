@@ -9,6 +9,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, field
+from typing import NamedTuple
 
 import numpy as np
 
@@ -119,6 +120,29 @@ def fit_from(
     _differentiate(problem, [walk], settings.derivative_step)
     _walk(problem, [walk], rows_of(problem), nuisance_jacobian, settings.steps)
     return Hypothesis(candidates, _fit(problem, walk), quick=True)
+
+
+class Place(NamedTuple):
+    """A set of effects at a point; a fit near it has the correction of its long step."""
+
+    candidates: tuple[EffectCandidate, ...]
+    point: Point
+    near: Fit
+
+
+def stand_at(problem: Problem, places: Sequence[Place], nuisance_jacobian: np.ndarray) -> list[Hypothesis]:
+    """Hypotheses as they stand at these places, without derivatives yet, for `polish`; those that run."""
+    made = []
+    for at, coarse in zip(places, problem.evaluate([at.point for at in places]), strict=True):
+        if coarse is not None:
+            parameters = (*problem.base, *(x for c in at.candidates for x in c.parameters))
+            u = np.array([at.point.get(x.name, 0.0) for x in parameters])
+            model, none = coarse + at.near.correction, np.zeros((len(coarse), len(parameters)))
+            walk = _stand(
+                problem, at.candidates, parameters, u, model, at.near.correction, none, nuisance_jacobian
+            )  # fmt: skip
+            made.append(Hypothesis(at.candidates, _fit(problem, walk), quick=True))
+    return made
 
 
 def _walk_from(problem: Problem, h: Hypothesis, exact: np.ndarray, nuisance_jacobian: np.ndarray) -> _Walk:

@@ -111,15 +111,15 @@ def best_of_each_set(hypotheses: Iterable[Hypothesis]) -> list[Hypothesis]:
 def next_start(
     found: Sequence[Hypothesis], banked: Sequence[frozenset[str]], better: bool, elsewhere: Hypothesis | None
 ) -> Hypothesis | None:
-    """Where the next bank is made: at the best set while that is better than what was known before the last bank, else
-    elsewhere, else at the best set or part of it at which there has been none.
+    """Where the next bank is made: once at the best set if that is better than what was known before, then elsewhere,
+    then at the best set or part of it at which there has been none.
 
     Base parameters that were fitted without the right effects are bent, and around them these may not show; around the
     model as delivered they do. Nor may the right effect beside a wrong one: at the set without that, it does.
     """
     best = found[0]
     new = best.parts not in banked
-    if elsewhere is not None and not (new and better):
+    if elsewhere is not None and not (new and better and len(banked) < 2):
         return elsewhere
     if new:
         return best

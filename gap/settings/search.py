@@ -61,6 +61,8 @@ class SearchSettings:
     """How far the smallest size that was run may be scaled down, and the largest up."""
     near: float = 0.5
     """Share of the delivered gap below which the refit of the base parameters is where the first bank is made."""
+    strained: float = 0.34
+    """Share of the base parameters at the ends of their tolerances from which it is not: they are bent then."""
     base_looks: int = 2
     """How often that refit may look for derivatives."""
     base_alone: tuple[float, ...] = (-1.0, -0.5, 0.5, 1.0)
@@ -76,6 +78,8 @@ class SearchSettings:
     """How far beyond its start a form's parameter may be expected to go, in that."""
     forms_fitted: int = 5
     """Of these the best that are fitted."""
+    form_looks: int = 2
+    """How often such a fit may look for derivatives before those that stay behind are left."""
     least_left: float = 1e-3
     """Share of the residual's squares that the best set may be expected to leave, at least."""
     own_radius: float = 0.3
