@@ -111,6 +111,18 @@ def goes_on(state: State) -> bool:
     return state.start is not None and begun and not is_adequate(state.problem, best.fit)
 
 
+def leaves_much(state: State) -> bool:
+    """Whether what the best set leaves is more than a trifle of what calibration leaves."""
+    best, left = best_of_each_set(state.hypotheses)[0], state.refit.fit
+    energy, whole = (state.problem.observations.structured_energy(f.residual) for f in (best.fit, left))
+    return energy > state.problem.settings.search.trifle * whole
+
+
+def still_goes_on(state: State) -> bool:
+    """Whether another round may find something that is worth it."""
+    return goes_on(state) and leaves_much(state)
+
+
 def fit_the_best(state: State) -> State:
     """Sets near the best to the end, the macro step that it needs, and it without each of its effects."""
     problem, N = state.problem, state.nuisance_jacobian
@@ -143,7 +155,7 @@ def try_curves(state: State) -> State:
 def has_curves(state: State) -> bool:
     """Whether something is left, and an effect that is in could be a free curve."""
     found = best_of_each_set(state.hypotheses)
-    return have_forms(found, curves=True) and not is_adequate(state.problem, found[0].fit)
+    return have_forms(found, curves=True) and not is_adequate(state.problem, found[0].fit) and leaves_much(state)
 
 
 def has_forms(state: State) -> bool:

@@ -103,11 +103,11 @@ def _parts(o: _Option) -> frozenset[str]:
 
 
 def _leaders(found: Sequence[Hypothesis], most: int) -> list[Hypothesis]:
-    """The best of each size: beside a wrong form, others would come first among all."""
-    made: list[Hypothesis] = []
-    for size in sorted({len(h.candidates) for h in found if h.candidates}):
-        own = sorted((h for h in found if len(h.candidates) == size), key=score)
-        made += own[:most]
+    """The best and the next, and the best of each size: beside a wrong form, others would come first among all."""
+    ordered = sorted((h for h in found if h.candidates), key=score)
+    made = ordered[: most + 1]
+    for size in sorted({len(h.candidates) for h in ordered}):
+        made += [h for h in [h for h in ordered if len(h.candidates) == size][:most] if h not in made]
     return made
 
 

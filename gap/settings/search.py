@@ -49,6 +49,9 @@ class SearchSettings:
     """Normalised RMS of the change at all of these below which an effect is run at every size of the grid."""
     looks: int = 4
     """How often they may ask."""
+    trifle: float = 0.01
+    """Share of the energy left by calibration below which what the best set leaves is asked about once more only, and
+    by no curve."""
     asking: int = 60
     """Sets that do."""
     ratio: float = 3.5
@@ -72,13 +75,13 @@ class SearchSettings:
     """What an effect costs in a comparison of sets, in -2 log probability."""
     form_price: float = 6.0
     """The same of a form other than the plain one."""
-    form_leaders: int = 2
-    """Best sets of each size whose effects are tried in other forms."""
+    form_leaders: int = 1
+    """Best sets of each size, beside the best of all, whose effects are tried in other forms."""
     form_beyond: float = 1.5
     """How far beyond its start a form's parameter may be expected to go, in that."""
     forms_fitted: int = 5
     """Of these the best that are fitted."""
-    form_looks: int = 2
+    form_looks: int = 1
     """How often such a fit may look for derivatives before those that stay behind are left."""
     least_left: float = 1e-3
     """Share of the residual's squares that the best set may be expected to leave, at least."""
