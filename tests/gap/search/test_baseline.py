@@ -1,10 +1,12 @@
 """The model as delivered, and the refit of the base parameters where the way to the data is not straight."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from deepsea_cosim.gap.estimation.nuisances import nuisance_columns
-from deepsea_cosim.gap.problem.parameters import EstimatedParameter
-from deepsea_cosim.gap.search.baseline import deliver, refit_base
+from deepsea_cosim.gap.problem.parameters import EffectCandidate, EstimatedParameter
+from deepsea_cosim.gap.search.baseline import deliver, is_strained, refit_again, refit_base
 
 from tests.gap.formula import FormulaProblem, at_any_step, measured
 
@@ -73,3 +75,36 @@ def test_the_refit_leaves_no_more_than_the_model_as_delivered():
     p, nuisance_jacobian = posed(machine, {"late": 1.0})
     delivered = deliver(p, nuisance_jacobian)
     assert refit_base(p, nuisance_jacobian, delivered).fit.rms <= delivered.fit.rms * 1.01
+
+
+def rubbing(p):
+    """An accepted effect that begins to act at 0.8 only: at 0 it has no derivative."""
+    return straight(p) + 0.3 * max(0.0, p.get("f", 0.0) - 0.8) * np.cos(5 * T)
+
+
+def test_an_accepted_effect_is_refitted_from_the_size_that_serves_best():
+    f = EffectCandidate("f", "rubs", "f", (EstimatedParameter("f", "effect", 0.0, 1.0, 0.0, 5.0, 3.0),)).as_accepted()
+    p, nuisance_jacobian = posed(rubbing, {"a": 0.4, "b": -0.3, "f": 2.0}, (*BASE, *f.parameters))
+    delivered = deliver(p, nuisance_jacobian)
+    found = refit_base(replace(p, accepted=(f,)), nuisance_jacobian, delivered).fit
+    assert found.rms < 1.1
+    assert found.point["f"] == pytest.approx(2.0, abs=0.05)
+
+
+def test_a_refit_is_taken_up_where_it_stood():
+    p, nuisance_jacobian = posed(straight, {"a": 0.4, "b": -0.3})
+    delivered = deliver(p, nuisance_jacobian)
+    before = refit_base(p, nuisance_jacobian, delivered)
+    p.asked.clear()
+    again = refit_again(p, nuisance_jacobian, delivered, before.fit.point)
+    assert again is not None
+    assert again.fit.rms == pytest.approx(before.fit.rms, abs=1e-3)
+    nowhere, columns = posed(lambda q: None if "a" in q else straight(q), {})
+    assert refit_again(nowhere, columns, delivered, {"a": 0.3}) is None
+
+
+def test_base_parameters_at_the_ends_of_their_tolerances_are_strained():
+    p, nuisance_jacobian = posed(straight, {"a": 5.0, "b": -5.0})
+    delivered = deliver(p, nuisance_jacobian)
+    assert is_strained(p, refit_base(p, nuisance_jacobian, delivered))
+    assert not is_strained(p, delivered)

@@ -220,6 +220,7 @@ def test_the_next_bank_is_made_at_the_best_set_else_at_its_best_part_where_there
     delivered = found[-1]
     assert next_start(found, [frozenset()], True, delivered) is both
     assert next_start(found, [frozenset()], False, delivered) is delivered
+    assert next_start(found, [frozenset(), part.labels], True, delivered) is delivered
     assert next_start(found, [frozenset()], False, None) is both
 
 

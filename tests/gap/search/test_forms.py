@@ -1,0 +1,69 @@
+"""Effects in other forms: foretold, fitted from two starts, compared with the plain one."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from deepsea_cosim.gap.problem.parameters import EffectForm, EstimatedParameter
+from deepsea_cosim.gap.search.forms import have_forms, in_forms_of, try_forms
+from deepsea_cosim.gap.search.refinement import Place, polish, stand_at
+from deepsea_cosim.gap.search.rounds import best_of_each_set
+
+from .made import T, effect, posed, start
+
+
+def shape(name, starts=(-0.5, 0.5)):
+    return EstimatedParameter(name, "effect", 0.0, 1.0, -1.0, 1.0, 0.5, shape=True, starts=starts)
+
+
+UNEVEN = EffectForm("uneven", "more one way", (shape("lean"),))
+BENT = EffectForm("bent", "bends", (shape("bend"),))
+P = replace(effect("p"), forms=(UNEVEN, BENT))
+
+
+def machine(p):
+    s = np.sin(2.0 * T)
+    rub = np.tanh(4.0 * s) * (1.0 + p.get("lean", 0.0) * np.tanh(4.0 * s)) + p.get("bend", 0.0) * s**3
+    return (1.0 + 0.05 * p.get("a", 0.0)) * np.sin(T) + 0.3 * p.get("p", 0.0) * rub
+
+
+def fitted(truth):
+    p, nuisance_jacobian = posed(machine, truth, [P])
+    plain = polish(p, [start(p, nuisance_jacobian, [P], {"p": 0.8})], nuisance_jacobian, 3)
+    return p, best_of_each_set(plain), try_forms(p, plain, nuisance_jacobian)
+
+
+def test_the_form_that_the_machine_has_comes_first():
+    p, plain, found = fitted({"a": 0.3, "p": 0.9, "lean": 0.4})
+    assert plain[0].fit.rms > 3.0
+    assert found[0].label == "p [uneven]"
+    assert found[0].fit.rms < 1.1
+    assert found[0].fit.point["lean"] == pytest.approx(0.4, abs=0.02)
+    assert {h.label for h in found} == {"p", "p [uneven]", "p [bent]"}
+    (c,) = in_forms_of(p, found[0]).candidates
+    assert c.form is UNEVEN
+
+
+def test_the_plain_form_stays_first_where_it_is_right():
+    p, _, found = fitted({"a": 0.3, "p": 0.9})
+    assert found[0].label == "p"
+    assert in_forms_of(p, found[0]) is p
+
+
+def test_what_has_no_forms_is_left_alone():
+    q = effect("q")
+    p, nuisance_jacobian = posed(machine, {}, [q])
+    plain = [start(p, nuisance_jacobian, [q], {})]
+    assert not have_forms(plain)
+    assert try_forms(p, plain, nuisance_jacobian) == plain
+
+
+def test_hypotheses_stand_where_they_are_put():
+    p, nuisance_jacobian = posed(machine, {"p": 0.9}, [P])
+    near = start(p, nuisance_jacobian, [P], {"p": 0.8}).fit
+    p.asked.clear()
+    there, astray = Place((P,), {"p": 0.5, "a": 0.1}, near), Place((P,), {"p": 0.7}, near)
+    found = stand_at(p, [there, astray], nuisance_jacobian)
+    assert [h.fit.point["p"] for h in found] == [0.5, 0.7]
+    assert found[0].fit.model == pytest.approx(machine({"p": 0.5, "a": 0.1}))
+    assert sum(len(coarse) + len(exact) for coarse, exact in p.asked) == 2
