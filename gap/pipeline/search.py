@@ -111,16 +111,16 @@ def goes_on(state: State) -> bool:
     return state.start is not None and begun and not is_adequate(state.problem, best.fit)
 
 
-def leaves_much(state: State) -> bool:
-    """Whether what the best set leaves is more than a trifle of what calibration leaves."""
+def _leaves_more_than(state: State, trifle: float) -> bool:
+    """Whether what the best set leaves is more than that share of what calibration leaves, as energies."""
     best, left = best_of_each_set(state.hypotheses)[0], state.refit.fit
     energy, whole = (state.problem.observations.structured_energy(f.residual) for f in (best.fit, left))
-    return energy > state.problem.settings.search.trifle * whole
+    return energy > trifle * whole
 
 
 def still_goes_on(state: State) -> bool:
     """Whether another round may find something that is worth it."""
-    return goes_on(state) and leaves_much(state)
+    return goes_on(state) and _leaves_more_than(state, state.problem.settings.search.trifle)
 
 
 def fit_the_best(state: State) -> State:
@@ -155,7 +155,8 @@ def try_curves(state: State) -> State:
 def has_curves(state: State) -> bool:
     """Whether something is left, and an effect that is in could be a free curve."""
     found = best_of_each_set(state.hypotheses)
-    return have_forms(found, curves=True) and not is_adequate(state.problem, found[0].fit) and leaves_much(state)
+    wanted = have_forms(found, curves=True) and not is_adequate(state.problem, found[0].fit)
+    return wanted and _leaves_more_than(state, state.problem.settings.search.curve_trifle)
 
 
 def has_forms(state: State) -> bool:

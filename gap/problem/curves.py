@@ -2,7 +2,7 @@
 
 The values have a Gaussian prior whose covariance falls with the distance of two knots; its leading eigenvectors, scaled
 by the usual size, are the shapes (Rasmussen and Williams 2006, section 4.3). So neighbouring knots move together where
-the data do not tell them apart, and a curve costs some five parameters, however many knots it has.
+the data do not tell them apart, and a curve costs fewer parameters than it has knots.
 """
 
 from __future__ import annotations

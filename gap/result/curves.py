@@ -15,13 +15,15 @@ from ..selection.evidence import RankedHypothesis
 
 
 def curves(s: State) -> list[dict[str, Any]]:
-    """Each curve once, of the most probable hypothesis that has it, where that effect is named."""
+    """Each curve once, of the most probable hypothesis that has it, where that effect is named and the curve not
+    improbable."""
     made: dict[str, dict[str, Any]] = {}
+    least = s.problem.settings.curves.told
     for r in s.ranked:
         for c in r.hypothesis.candidates:
             if isinstance(c.form, CurveForm) and c.form.id not in made and s.is_named(c.id):
                 made[c.form.id] = _curve(s, r, c, c.form)
-    return list(made.values())
+    return [c for c in made.values() if c["probability"] >= least]
 
 
 def _curve(s: State, r: RankedHypothesis, c: EffectCandidate, form: CurveForm) -> dict[str, Any]:

@@ -50,8 +50,9 @@ class SearchSettings:
     looks: int = 4
     """How often they may ask."""
     trifle: float = 0.01
-    """Share of the energy left by calibration below which what the best set leaves is asked about once more only, and
-    by no curve."""
+    """Share of the energy left by calibration below which what the best set leaves is asked about once more only."""
+    curve_trifle: float = 0.003
+    """The same share below which no curve is tried."""
     asking: int = 60
     """Sets that do."""
     ratio: float = 3.5

@@ -98,7 +98,7 @@ def test_the_same_rest_is_less_of_a_doubt_where_it_is_less_of_the_gap():
     """What one of the catalogue imitates leaves part of a small gap; a right cause of another law, of a large one."""
     small = included("a", {(): 1.0, ("a",): 0.5}, SHIPPED)
     large = included("a", {(): 1000.0, ("a",): 0.5}, SHIPPED)
-    assert small < 0.5 < large
+    assert small < PosteriorSettings().sure < large
 
 
 def test_the_features_of_a_baseline_as_good_as_all_are_finite():
