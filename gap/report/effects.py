@@ -44,8 +44,9 @@ def hypotheses(data: Data, signals: Signals) -> Context | None:
         return None
     rows = [
         {
-            "effects": list(h["effects"]), "probability": percent(h["probability"]),
-            "width": 100.0 * min(1.0, h["probability"]), "left": multiple(h["left"]),
+            "effects": [_with_form(e, h.get("forms") or {}) for e in h["effects"]],
+            "probability": percent(h["probability"]), "width": 100.0 * min(1.0, h["probability"]),
+            "left": multiple(h["left"]),
             "status": STATUS.get(h["status"], h["status"]),
             "parameters": [parameter(n, p, signals) for n, p in (h.get("parameters") or {}).items()],
         }
@@ -53,6 +54,10 @@ def hypotheses(data: Data, signals: Signals) -> Context | None:
     ]  # fmt: skip
     rest = known[SHOWN.hypotheses :]
     return {"rows": rows, "rest": len(rest), "rest_probability": percent(sum(h["probability"] for h in rest))}
+
+
+def _with_form(effect: str, forms: Data) -> str:
+    return f"{effect} [{forms[effect]}]" if effect in forms else effect
 
 
 EFFECTS = Section("effects", "Effects of the catalogue", effects)

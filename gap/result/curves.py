@@ -7,10 +7,11 @@ from typing import Any
 
 import numpy as np
 
+from ..campaign.catalogue import Curve
 from ..estimation.uncertainty import parameter_covariance
 from ..pipeline.state import State
 from ..problem.curves import CurveForm, formula_over, knots_of
-from ..problem.parameters import EffectCandidate
+from ..problem.parameters import EffectCandidate, Point
 from ..selection.evidence import RankedHypothesis
 
 
@@ -28,22 +29,28 @@ def curves(s: State) -> list[dict[str, Any]]:
 
 def _curve(s: State, r: RankedHypothesis, c: EffectCandidate, form: CurveForm) -> dict[str, Any]:
     """Points of the curve with what the formulas make of it, their 95 % band, and the same effects' plain forms, all at
-    the same x."""
+    the same x. The band is that of the whole: level and curve stand in for each other."""
     fit, problem = r.hypothesis.fit, s.problem
-    knots = knots_of(form.curve, _values(s, r))
+    knots = knots_of(form.curve, _values(s, fit.point))
     x = _drawn_at(knots, problem.settings.curves.drawn)
-    added = np.interp(x, knots, form.values(fit.point))
-    own = [k for k, p in enumerate(fit.parameters) if p.weights and p.name in {q.name for q in form.parameters}]
-    J = np.stack([np.interp(x, knots, fit.parameters[k].weights) for k in own], axis=1)
+
+    def whole(point: Point) -> np.ndarray:
+        made = formula_over(form.curve, _values(s, point), x) + np.interp(x, knots, form.values(point))
+        return np.asarray(made, float)
+
+    total, step = whole(fit.point), problem.settings.curves.step
+    effects = {x.name for c in r.hypothesis.candidates for x in c.parameters}
+    own = [k for k, p in enumerate(fit.parameters) if p.name in effects]
+    moved = [{**fit.point, fit.parameters[k].name: float(fit.normalised[k]) + step} for k in own]
+    J = np.stack([(whole(point) - total) / step for point in moved], axis=1)
     C = parameter_covariance(problem, fit, s.nuisance_jacobian)[np.ix_(own, own)]
     reach = problem.settings.uncertainty.width * np.sqrt(np.einsum("ij,jk,ik->i", J, C, J))
-    total = formula_over(form.curve, _values(s, r), x) + added
     plain = _plain(s, r, c)
     return {
         "id": form.id, "what": form.text, "effect": c.id, "x": form.curve.x, "y": form.curve.y,
         "probability": _probability(s, c), "points": _pairs(x, total), "band95": _pairs(total - reach, total + reach),
         "knots": _pairs(knots, form.values(fit.point)),
-        "plain": [] if plain is None else _pairs(x, formula_over(form.curve, _values(s, plain), x)),
+        "plain": [] if plain is None else _pairs(x, _formula(s, plain, form.curve, x)),
     }  # fmt: skip
 
 
@@ -59,8 +66,12 @@ def _plain(s: State, r: RankedHypothesis, c: EffectCandidate) -> RankedHypothesi
     return next((other for other in s.ranked if other.hypothesis.parts == parts), None)
 
 
-def _values(s: State, r: RankedHypothesis) -> Mapping[str, Any]:
-    return {**s.problem.runs[0].values, **s.problem.model_values(0, r.hypothesis.fit.point)}
+def _formula(s: State, r: RankedHypothesis, curve: Curve, x: np.ndarray) -> np.ndarray:
+    return formula_over(curve, _values(s, r.hypothesis.fit.point), x)
+
+
+def _values(s: State, point: Point) -> Mapping[str, Any]:
+    return {**s.problem.runs[0].values, **s.problem.model_values(0, point)}
 
 
 def _probability(s: State, c: EffectCandidate) -> float:

@@ -111,6 +111,8 @@ class CurveSettings:
     """Largest size of a shape, in usual ones."""
     start: float = 0.7
     """Size at which a shape is run to foretell what it would do, in usual ones."""
+    step: float = 1e-4
+    """Step of the derivative of a drawn curve, in normalised parameters."""
     told: float = 0.1
     """Probability from which a curve is told."""
     drawn: int = 3

@@ -183,3 +183,10 @@ def test_a_folder_that_cannot_be_written(tmp_path):
     (tmp_path / "file").write_text("")
     with pytest.raises(OutputError, match="cannot be written"):
         write_report(diagnosis(), signals(), tmp_path / "file")
+
+
+def test_sets_of_effects_are_told_with_their_forms():
+    data = diagnosis()
+    effect = data["hypotheses"][0]["effects"][0]
+    data["hypotheses"][0]["forms"] = {effect: "unequal_lands"}
+    assert f"{effect} [unequal_lands]" in Page(render(data)).words
