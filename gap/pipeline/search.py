@@ -176,7 +176,9 @@ def _among(state: State, found: Sequence[Hypothesis]) -> State:
 
 
 def has_relatives(state: State) -> bool:
-    """Whether the best set has effects that others act like."""
+    """Whether the best set has effects that others act like; an earlier search that came to its end has tried them."""
+    if state.earlier is not None and state.earlier.finished:
+        return False
     groups = [c.group for c in state.problem.candidates]
     return any(groups.count(c.group) > 1 for c in best_of_each_set(state.hypotheses)[0].candidates)
 
