@@ -11,7 +11,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from ..problem.parameters import EffectCandidate, EstimatedParameter, Point
+from ..problem.parameters import EffectCandidate, Point
 from ..problem.problem import Problem
 from ..selection.hypothesis import Hypothesis
 from .refinement import fit_from, polish
@@ -36,15 +36,17 @@ class Earlier:
 
 
 def known_to(problem: Problem, earlier: Earlier) -> list[EarlierSet]:
-    """The sets that the problem can have, without what it takes as known, and of their points what it knows; a set that
-    occurs twice is the one that had most of what is known."""
+    """The sets that the problem can have, without what it takes as known, and of their points what such a set has: what
+    was accepted before and is not now is no part of it. A set that occurs twice is the one that had most of what is
+    known."""
     accepted = {c.label for c in problem.accepted}
-    known = {x.name for x in (*problem.base, *(x for c in problem.candidates for x in _all_of(c)))}
     made: dict[frozenset[tuple[str, str | None]], EarlierSet] = {}
     for s in sorted(earlier.sets, key=lambda s: len(accepted - s.effects.keys())):
         left = {label: form for label, form in s.effects.items() if label not in accepted}
-        if all(_candidate(problem, label, form) is not None for label, form in left.items()):
-            point = {name: u for name, u in s.point.items() if name in known}
+        found = [_candidate(problem, label, form) for label, form in left.items()]
+        own = {x.name for x in (*problem.base, *(x for c in found if c is not None for x in c.parameters))}
+        if None not in found:
+            point = {name: u for name, u in s.point.items() if name in own}
             made.setdefault(frozenset(left.items()), EarlierSet(left, point))
     return list(made.values())
 
@@ -71,10 +73,6 @@ def fit_again(
     near = [h for h in made if score(h) < score(made[0]) + settings.near_leader][: settings.most_leaders]
     done = polish(problem, near, nuisance_jacobian, settings.polish_looks)
     return best_of_each_set([*done, *(h for h in made if h not in near)])
-
-
-def _all_of(c: EffectCandidate) -> list[EstimatedParameter]:
-    return [*c.parameters, *(x for f in c.forms for x in f.parameters)]
 
 
 def _candidate(problem: Problem, label: str, form: str | None) -> EffectCandidate | None:
