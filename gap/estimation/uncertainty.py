@@ -15,16 +15,12 @@ def data_std(problem: Problem, fit: Fit, nuisance_jacobian: np.ndarray, energy: 
 
     energy: what lasts through all readings beyond the noise, per reading.
     """
-    std: np.ndarray = np.sqrt(np.maximum(np.diag(_covariance(problem, fit, nuisance_jacobian, energy)), 0.0))
+    std: np.ndarray = np.sqrt(np.maximum(np.diag(data_covariance(problem, fit, nuisance_jacobian, energy)), 0.0))
     return std
 
 
-def parameter_covariance(problem: Problem, fit: Fit, nuisance_jacobian: np.ndarray) -> np.ndarray:
-    """Covariance (k, k) of the u, with what lasts through all readings because no form of the library is exact."""
-    return _covariance(problem, fit, nuisance_jacobian, problem.settings.uncertainty.form_energy)
-
-
-def _covariance(problem: Problem, fit: Fit, nuisance_jacobian: np.ndarray, energy: float) -> np.ndarray:
+def data_covariance(problem: Problem, fit: Fit, nuisance_jacobian: np.ndarray, energy: float) -> np.ndarray:
+    """Covariance (k, k) of the u; energy: as of `data_std`."""
     line = Linear.around(problem, fit.normalised, fit.model, fit.jacobian, nuisance_jacobian)
     H = line.curvature(fit.parameters, fit.dispersion + energy * len(problem.observations))
     k = len(fit.normalised)

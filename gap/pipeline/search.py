@@ -8,7 +8,7 @@ from dataclasses import replace
 from ...core.errors import SimulationError
 from ..estimation.nuisances import nuisance_columns
 from ..search.baseline import deliver, explains_much, is_strained, refit_again, refit_base, unfitted_base
-from ..search.earlier import baseline_point, fit_again, known_to
+from ..search.earlier import baseline_point, fit_again
 from ..search.forms import have_forms, in_forms_of
 from ..search.forms import try_forms as tried
 from ..search.leaders import refine_macro_step, widen_derivatives
@@ -37,7 +37,7 @@ def fit_baseline(state: State) -> State:
     delivered = deliver(state.problem, state.nuisance_jacobian)
     baseline = None
     if state.earlier is not None and state.problem.base:
-        point = baseline_point(state.problem, known_to(state.problem, state.earlier))
+        point = baseline_point(state.problem, state.earlier.sets)
         baseline = refit_again(state.problem, state.nuisance_jacobian, delivered, point)
     baseline = baseline or refit_base(state.problem, state.nuisance_jacobian, delivered)
     start, other = delivered, baseline
@@ -52,8 +52,7 @@ def take_up(state: State) -> State:
     once if it had come to its end before."""
     if state.earlier is None:
         raise ValueError("there is no earlier diagnosis")
-    sets = known_to(state.problem, state.earlier)
-    found = fit_again(state.problem, sets, state.refit, state.nuisance_jacobian)
+    found = fit_again(state.problem, state.earlier.sets, state.refit, state.nuisance_jacobian)
     hypotheses = best_of_each_set([*state.hypotheses, *found])
     return replace(
         state, found=tuple(h for h in hypotheses if h.candidates), start=hypotheses[0], so_far=_so_far(hypotheses),

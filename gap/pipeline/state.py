@@ -22,7 +22,7 @@ from ..problem.build import build_problem
 from ..problem.noise import rms
 from ..problem.problem import Problem
 from ..problem.stop import StopToken
-from ..search.earlier import Earlier
+from ..search.earlier import Earlier, known_to
 from ..search.rounds import Round
 from ..selection.evidence import RankedHypothesis
 from ..selection.hypothesis import Hypothesis, is_adequate
@@ -63,7 +63,7 @@ class State:
     nuisance_jacobian: np.ndarray = field(default_factory=_not_yet)
     """(n, m)."""
     earlier: Earlier | None = None
-    """What an earlier diagnosis had fitted, to go on from."""
+    """What an earlier diagnosis had fitted, to go on from; only sets that the problem can have."""
     baseline: Hypothesis | None = None
     """The refit of the base parameters."""
     start: Hypothesis | None = None
@@ -216,6 +216,5 @@ def begin(
         raise CampaignError(f"{campaign.file}: every run has use = 'holdout', {remedy}")
     learn, *held = split_runs(campaign)
     problem = build_problem(learn, catalogue, pool, stop, settings)
-    return State(
-        problem, held[0] if held else None, problem.macro_step, warnings=problem.warnings, earlier=earlier
-    )  # fmt: skip
+    known = earlier and replace(earlier, sets=tuple(known_to(problem, earlier)))
+    return State(problem, held[0] if held else None, problem.macro_step, warnings=problem.warnings, earlier=known)

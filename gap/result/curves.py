@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 
 from ..campaign.catalogue import Curve
-from ..estimation.uncertainty import parameter_covariance
+from ..estimation.uncertainty import data_covariance
 from ..pipeline.state import State
 from ..problem.curves import CurveForm, formula_over, knots_of
 from ..problem.parameters import EffectCandidate, Point
@@ -18,13 +18,13 @@ from ..selection.evidence import RankedHypothesis
 def curves(s: State) -> list[dict[str, Any]]:
     """Each curve once, of the most probable hypothesis that has it, where that effect is named and the curve not
     improbable."""
-    made: dict[str, dict[str, Any]] = {}
+    found: dict[str, tuple[RankedHypothesis, EffectCandidate, CurveForm]] = {}
     least = s.problem.settings.curves.told
     for r in s.ranked:
         for c in r.hypothesis.candidates:
-            if isinstance(c.form, CurveForm) and c.form.id not in made and s.is_named(c.id):
-                made[c.form.id] = _curve(s, r, c, c.form)
-    return [c for c in made.values() if c["probability"] >= least]
+            if isinstance(c.form, CurveForm) and s.is_named(c.id):
+                found.setdefault(c.form.id, (r, c, c.form))
+    return [_curve(s, r, c, form) for r, c, form in found.values() if _probability(s, c) >= least]
 
 
 def _curve(s: State, r: RankedHypothesis, c: EffectCandidate, form: CurveForm) -> dict[str, Any]:
@@ -43,8 +43,9 @@ def _curve(s: State, r: RankedHypothesis, c: EffectCandidate, form: CurveForm) -
     own = [k for k, p in enumerate(fit.parameters) if p.name in effects]
     moved = [{**fit.point, fit.parameters[k].name: float(fit.normalised[k]) + step} for k in own]
     J = np.stack([(whole(point) - total) / step for point in moved], axis=1)
-    C = parameter_covariance(problem, fit, s.nuisance_jacobian)[np.ix_(own, own)]
-    reach = problem.settings.uncertainty.width * np.sqrt(np.einsum("ij,jk,ik->i", J, C, J))
+    settings = problem.settings.uncertainty
+    C = data_covariance(problem, fit, s.nuisance_jacobian, settings.form_energy)[np.ix_(own, own)]
+    reach = settings.width * np.sqrt(np.einsum("ij,jk,ik->i", J, C, J))
     plain = _plain(s, r, c)
     return {
         "id": form.id, "what": form.text, "effect": c.id, "x": form.curve.x, "y": form.curve.y,

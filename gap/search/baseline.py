@@ -13,8 +13,8 @@ from ..estimation.linear import profile_nuisances
 from ..problem.parameters import Point
 from ..problem.problem import Problem
 from ..selection.hypothesis import Hypothesis, is_adequate
-from .bank import in_batches, without_responses
-from .refinement import polish, refine
+from .bank import without_responses
+from .refinement import Place, polish, refine, stand_at
 from .sets import Proposal
 from .sizes import grid, variants
 
@@ -51,10 +51,9 @@ def refit_again(
     problem: Problem, nuisance_jacobian: np.ndarray, delivered: Hypothesis, point: Point
 ) -> Hypothesis | None:
     """The base parameters alone, from where an earlier refit stood; None where the model does not run there."""
-    (coarse,) = problem.evaluate([point])
-    if coarse is None:
+    (start,) = stand_at(problem, [Place((), point, delivered.fit.correction)], nuisance_jacobian)
+    if start is None:
         return None
-    start = _standing(problem, delivered.fit, point, coarse, nuisance_jacobian)
     at = _walked(problem, nuisance_jacobian, start)
     return polish(problem, [at], nuisance_jacobian, problem.settings.search.polish_looks)[0]
 
@@ -100,24 +99,10 @@ def _with_accepted(problem: Problem, nuisance_jacobian: np.ndarray, delivered: H
     begins to act at a threshold has no derivative."""
     settings, best = problem.settings.search, delivered
     for c in problem.accepted:
-        own = variants(c, grid(c.main, settings), settings)
-        points = [{**best.fit.point, **values} for values in own]
-        tried = [
-            _standing(problem, delivered.fit, point, coarse, nuisance_jacobian)
-            for point, coarse in zip(points, in_batches(problem, points), strict=True) if coarse is not None
-        ]  # fmt: skip
-        best = min([best, *tried], key=lambda h: h.fit.rms)
+        points = [{**best.fit.point, **values} for values in variants(c, grid(c.main, settings), settings)]
+        tried = stand_at(problem, [Place((), p, delivered.fit.correction) for p in points], nuisance_jacobian)
+        best = min([best, *(h for h in tried if h is not None)], key=lambda h: h.fit.rms)
     return best
-
-
-def _standing(
-    problem: Problem, delivered: Fit, point: Point, coarse: np.ndarray, nuisance_jacobian: np.ndarray
-) -> Hypothesis:
-    """No effects, at a point; coarse: the long vector there (n,) at the fit's step."""
-    model = coarse + delivered.correction
-    q, residual = profile_nuisances(problem, model, nuisance_jacobian, 1.0)
-    u = np.array([point.get(x.name, 0.0) for x in problem.base])
-    return Hypothesis((), replace(delivered, normalised=u, model=model, nuisances=q, residual=residual))
 
 
 def _walked(problem: Problem, nuisance_jacobian: np.ndarray, at: Hypothesis) -> Hypothesis:
@@ -145,10 +130,9 @@ def _nearer_points(
         for share in problem.settings.search.base_alone
         if (u := share * (x.high if share > 0.0 else -x.low))
     ]
+    places = [Place((), point, delivered.fit.correction) for _, point in tried]
     best: dict[str, Hypothesis] = {}
-    for (name, point), coarse in zip(tried, in_batches(problem, [p for _, p in tried]), strict=True):
-        if coarse is not None:
-            h = _standing(problem, delivered.fit, point, coarse, nuisance_jacobian)
-            if h.fit.rms < best.get(name, baseline).fit.rms:  # not what merely strains the sensors' biases less
-                best[name] = h
+    for (name, _), h in zip(tried, stand_at(problem, places, nuisance_jacobian), strict=True):
+        if h is not None and h.fit.rms < best.get(name, baseline).fit.rms:  # not what merely strains the biases less
+            best[name] = h
     return sorted(best.values(), key=lambda h: h.fit.rms)[: problem.settings.search.base_starts]

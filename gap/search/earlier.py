@@ -14,8 +14,8 @@ import numpy as np
 from ..problem.parameters import EffectCandidate, Point
 from ..problem.problem import Problem
 from ..selection.hypothesis import Hypothesis
-from .refinement import fit_from, polish
-from .rounds import best_of_each_set, score
+from .refinement import fit_from
+from .rounds import best_of_each_set, polish_near, score
 
 
 @dataclass(frozen=True)
@@ -69,10 +69,8 @@ def fit_again(
         candidates = tuple(c for c in chosen if c is not None)
         found = fit_from(problem, candidates, s.point, baseline.fit, nuisance_jacobian)
         made += [] if found is None else [found]
-    made = sorted(made, key=score)
-    near = [h for h in made if score(h) < score(made[0]) + settings.near_leader][: settings.most_leaders]
-    done = polish(problem, near, nuisance_jacobian, settings.polish_looks)
-    return best_of_each_set([*done, *(h for h in made if h not in near)])
+    least = min((score(h) for h in made), default=0.0)
+    return best_of_each_set(polish_near(problem, made, least, nuisance_jacobian))
 
 
 def _candidate(problem: Problem, label: str, form: str | None) -> EffectCandidate | None:

@@ -21,7 +21,7 @@ from ..problem.problem import Problem
 from ..selection.hypothesis import Hypothesis, penalised_deviance
 from .bank import in_batches
 from .refinement import Place, polish, stand_at
-from .rounds import best_of_each_set, score
+from .rounds import best_of_each_set, polish_near, score
 
 
 class _Option(NamedTuple):
@@ -67,12 +67,11 @@ def try_forms(
     if problem.stop_requested:
         return list(found)
     chosen = sorted(options, key=lambda o: o.expected)[: settings.forms_fitted]
-    begun = stand_at(problem, [Place(o.candidates, p, o.base.fit) for o in chosen for p in o.starts], nuisance_jacobian)
+    places = [Place(o.candidates, p, o.base.fit.correction) for o in chosen for p in o.starts]
+    begun = [h for h in stand_at(problem, places, nuisance_jacobian) if h is not None]
     fitted = best_of_each_set(polish(problem, begun, nuisance_jacobian, settings.form_looks))
     least = min((score(h) for h in (*found, *fitted)), default=0.0)
-    near = [h for h in fitted if score(h) < least + settings.near_leader]
-    done = polish(problem, near, nuisance_jacobian, settings.polish_looks)
-    return best_of_each_set([*found, *done, *(h for h in fitted if h not in near)])
+    return best_of_each_set([*found, *polish_near(problem, fitted, least, nuisance_jacobian)])
 
 
 def in_forms_of(problem: Problem, best: Hypothesis) -> Problem:
@@ -107,7 +106,8 @@ def _leaders(found: Sequence[Hypothesis], most: int) -> list[Hypothesis]:
     ordered = sorted((h for h in found if h.candidates), key=score)
     made = ordered[: most + 1]
     for size in sorted({len(h.candidates) for h in ordered}):
-        made += [h for h in [h for h in ordered if len(h.candidates) == size][:most] if h not in made]
+        own = [h for h in ordered if len(h.candidates) == size]
+        made += [h for h in own[:most] if h not in made]
     return made
 
 

@@ -24,6 +24,14 @@ from .bank import Bank, in_batches, rows_of, wide_step
 from .sets import Proposal
 
 
+class Place(NamedTuple):
+    """A set of effects at a point, and the correction of the long step there (n,)."""
+
+    candidates: tuple[EffectCandidate, ...]
+    point: Point
+    correction: np.ndarray
+
+
 @dataclass(eq=False)
 class _Walk:
     """One set on its way: working state of `refine`."""
@@ -108,41 +116,32 @@ def fit_from(
     """A quick fit of a set of effects from a point, with the correction of a fit near it; None where the model does not
     run."""
     settings = problem.settings.search
-    model = problem.evaluate([point])[0]
-    if model is None:
+    (coarse,) = problem.evaluate([point])
+    if coarse is None:
         return None
-    parameters = (*problem.base, *(x for c in candidates for x in c.parameters))
-    u = np.array([point.get(x.name, 0.0) for x in parameters])
-    jacobian = np.zeros((len(model), len(parameters)))
-    walk = _stand(
-        problem, candidates, parameters, u, model + near.correction, near.correction, jacobian, nuisance_jacobian
-    )  # fmt: skip
+    walk = _put(problem, Place(candidates, point, near.correction), coarse, nuisance_jacobian)
     _differentiate(problem, [walk], settings.derivative_step)
     _walk(problem, [walk], rows_of(problem), nuisance_jacobian, settings.steps)
     return Hypothesis(candidates, _fit(problem, walk), quick=True)
 
 
-class Place(NamedTuple):
-    """A set of effects at a point; a fit near it has the correction of its long step."""
-
-    candidates: tuple[EffectCandidate, ...]
-    point: Point
-    near: Fit
-
-
-def stand_at(problem: Problem, places: Sequence[Place], nuisance_jacobian: np.ndarray) -> list[Hypothesis]:
-    """Hypotheses as they stand at these places, without derivatives yet, for `polish`; those that run."""
-    made = []
-    for at, coarse in zip(places, problem.evaluate([at.point for at in places]), strict=True):
-        if coarse is not None:
-            parameters = (*problem.base, *(x for c in at.candidates for x in c.parameters))
-            u = np.array([at.point.get(x.name, 0.0) for x in parameters])
-            model, none = coarse + at.near.correction, np.zeros((len(coarse), len(parameters)))
-            walk = _stand(
-                problem, at.candidates, parameters, u, model, at.near.correction, none, nuisance_jacobian
-            )  # fmt: skip
-            made.append(Hypothesis(at.candidates, _fit(problem, walk), quick=True))
+def stand_at(
+    problem: Problem, places: Sequence[Place], nuisance_jacobian: np.ndarray
+) -> list[Hypothesis | None]:
+    """Hypotheses as they stand at these places, without derivatives yet; None where the model does not run."""
+    made: list[Hypothesis | None] = []
+    for at, coarse in zip(places, in_batches(problem, [at.point for at in places]), strict=True):
+        walk = None if coarse is None else _put(problem, at, coarse, nuisance_jacobian)
+        made.append(None if walk is None else Hypothesis(at.candidates, _fit(problem, walk), quick=True))
     return made
+
+
+def _put(problem: Problem, at: Place, coarse: np.ndarray, nuisance_jacobian: np.ndarray) -> _Walk:
+    """A walk that begins at a place, its derivatives 0 so far; coarse: the long vector there (n,) at the fit's step."""
+    parameters = (*problem.base, *(x for c in at.candidates for x in c.parameters))
+    u = np.array([at.point.get(x.name, 0.0) for x in parameters])
+    model, jacobian = coarse + at.correction, np.zeros((len(coarse), len(parameters)))
+    return _stand(problem, at.candidates, parameters, u, model, at.correction, jacobian, nuisance_jacobian)
 
 
 def _walk_from(problem: Problem, h: Hypothesis, exact: np.ndarray, nuisance_jacobian: np.ndarray) -> _Walk:
@@ -206,24 +205,19 @@ def _begin(
     walks: list[_Walk] = []
     models = problem.evaluate([p.point for p in proposals])
     known = {x.name: k for k, x in enumerate(bank.parameters)}
-    for p, model in zip(proposals, models, strict=True):
-        if model is None:
+    for p, coarse in zip(proposals, models, strict=True):
+        if coarse is None:
             continue
-        model = model + bank.correction
-        parameters = (*problem.base, *(x for c in p.candidates for x in c.parameters))
-        u = np.array([p.point.get(x.name, 0.0) for x in parameters])
-        jacobian = np.zeros((len(model), len(parameters)))
-        for k, x in enumerate(parameters):
+        walk = _put(problem, Place(p.candidates, p.point, bank.correction), coarse, nuisance_jacobian)
+        for k, x in enumerate(walk.parameters):
             if x.in_every_set or x.name in known:
-                jacobian[:, k] = bank.jacobian[:, known[x.name]]
+                walk.jacobian[:, k] = bank.jacobian[:, known[x.name]]
                 if x.in_every_set:
                     continue
-            h = wide_step(x, float(u[k]), settings.derivative_step)
-            points.append({**p.point, x.name: float(u[k] + h)})
+            h = wide_step(x, float(walk.u[k]), settings.derivative_step)
+            points.append({**p.point, x.name: float(walk.u[k] + h)})
             whose.append((len(walks), k, h))
-        walks.append(
-            _stand(problem, p.candidates, parameters, u, model, bank.correction, jacobian, nuisance_jacobian)
-        )
+        walks.append(walk)
     for (w, k, h), model in zip(whose, problem.evaluate(points), strict=True):
         if model is not None:
             walks[w].jacobian[:, k] = (model + bank.correction - walks[w].model) / h

@@ -18,8 +18,8 @@ from ..problem.parameters import EffectCandidate, Point
 from ..problem.problem import Problem
 from ..selection.hypothesis import Hypothesis
 from .bank import in_batches
-from .refinement import fit_from, polish
-from .rounds import best_of_each_set, idle_effects, score
+from .refinement import fit_from
+from .rounds import best_of_each_set, idle_effects, polish_near, score
 from .sizes import grid, variants
 
 
@@ -45,9 +45,7 @@ def swap_relatives(problem: Problem, found: Sequence[Hypothesis], nuisance_jacob
         return list(found)
     looked = [_fitted(problem, s, best, nuisance_jacobian) for s in nearest]
     fitted = [h for h in looked if h is not None and h.labels not in known]
-    near = [h for h in fitted if score(h) < score(best) + settings.near_leader]
-    done = polish(problem, near, nuisance_jacobian, settings.polish_looks)
-    return best_of_each_set([*found, *done, *(h for h in fitted if h not in near)])
+    return best_of_each_set([*found, *polish_near(problem, fitted, score(best), nuisance_jacobian)])
 
 
 def _fitted(problem: Problem, swap: _Swap, best: Hypothesis, nuisance_jacobian: np.ndarray) -> Hypothesis | None:

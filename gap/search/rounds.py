@@ -62,6 +62,16 @@ def _polish_leaders(
     return [*first, *polish(problem, others, nuisance_jacobian, settings.polish_looks)]
 
 
+def polish_near(
+    problem: Problem, fitted: Sequence[Hypothesis], least: float, nuisance_jacobian: np.ndarray
+) -> list[Hypothesis]:
+    """Fits of which those near the least score, at most `most_leaders`, are gone on with to the end."""
+    settings, ordered = problem.settings.search, sorted(fitted, key=score)
+    near = [h for h in ordered if score(h) < least + settings.near_leader][: settings.most_leaders]
+    done = polish(problem, near, nuisance_jacobian, settings.polish_looks)
+    return [*done, *(h for h in ordered if h not in near)]
+
+
 def choose(proposals: Sequence[Proposal], at: Hypothesis, most: int) -> list[Proposal]:
     """The sets to be fitted, `most` or a few more.
 
