@@ -62,7 +62,7 @@ def test_hypotheses_stand_where_they_are_put():
     p, nuisance_jacobian = posed(machine, {"p": 0.9}, [P])
     near = start(p, nuisance_jacobian, [P], {"p": 0.8}).fit
     p.asked.clear()
-    there, astray = Place((P,), {"p": 0.5, "a": 0.1}, near), Place((P,), {"p": 0.7}, near)
+    there, astray = (Place((P,), point, near.correction) for point in ({"p": 0.5, "a": 0.1}, {"p": 0.7}))
     found = stand_at(p, [there, astray], nuisance_jacobian)
     assert [h.fit.point["p"] for h in found] == [0.5, 0.7]
     assert found[0].fit.model == pytest.approx(machine({"p": 0.5, "a": 0.1}))
