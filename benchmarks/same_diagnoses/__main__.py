@@ -117,7 +117,7 @@ def verdict(before: Outcome, after: Outcome, names: dict[str, str], most: int) -
     found = differences(before.folder, after.folder, names)
     if not found:
         return ["identical"]
-    lines = [f"{len(found)} fields differ"]
+    lines = [f"{len(found)} fields differ, by {max(d.size for d in found):.1g} of their values at most"]
     lines += [f"    {d.field}: {d.before} -> {d.after}" for d in found[:most]]
     return lines
 

@@ -7,6 +7,7 @@ A field is named by its keys and places, joined by "/", for keys have dots in th
 from __future__ import annotations
 
 import json
+import math
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 from itertools import zip_longest
@@ -15,10 +16,13 @@ from typing import Any
 
 Field = tuple[str, ...]
 
-IGNORED: tuple[Field, ...] = (("timing", "wall_s"), ("timing", "stages"))
+IGNORED: tuple[Field, ...] = (("timing", "wall_s"), ("timing", "first_budget_s"), ("timing", "stages"))
 """Fields, with all that is in them, that are wall times."""
 
 MISSING = "(missing)"
+
+NIL = 1e-9
+"""What is smaller is a rest of rounding, such as a probability of 1e-38 or a sum that is 0."""
 
 
 @dataclass(frozen=True)
@@ -28,6 +32,15 @@ class Difference:
     field: str
     before: str
     after: str
+
+    @property
+    def size(self) -> float:
+        """Relative to the larger value or to `NIL`; inf where these are no numbers."""
+        try:
+            a, b = float(self.before), float(self.after)
+        except ValueError:
+            return math.inf
+        return abs(a - b) / max(abs(a), abs(b), NIL) if math.isfinite(a) and math.isfinite(b) and a != b else math.inf
 
 
 def fields_of(value: Any, where: Field = ()) -> Iterator[tuple[Field, str]]:

@@ -5,6 +5,7 @@ from __future__ import annotations
 import re
 import subprocess
 import sys
+import tomllib
 import zipfile
 from collections.abc import Collection
 from dataclasses import dataclass
@@ -45,14 +46,17 @@ def catalogue_of(package: Path) -> str:
 
 
 def cut(catalogue: str, effects: Collection[str], base: Collection[str]) -> str:
-    """The text of a catalogue with these effects, sensors and base parameters only; the rest stays."""
+    """The text of a catalogue with these effects, sensors and base parameters, and the curves that stand for these
+    effects only; the rest stays."""
     kept, keep = [], True
     for part in re.split(r"^(?=\[)", catalogue, flags=re.MULTILINE):
         head = part.partition("\n")[0]
         if head in ("[[effect]]", "[[sensor]]", "[[base]]"):
             name = re.search(r'^(?:id|parameter) = "(.*)"', part, re.MULTILINE)
             keep = name is not None and name[1] in (base if head == "[[base]]" else effects)
-        elif head != "[[effect.parameter]]":
+        elif head == "[[curve]]":
+            keep = set(tomllib.loads(part)["curve"][0]["effects"]) <= set(effects)
+        elif not head.lstrip("[").startswith(("effect.", "sensor.", "curve.")):
             keep = True
         if keep:
             kept.append(part)

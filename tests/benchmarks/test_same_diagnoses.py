@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import subprocess
 import sys
 from pathlib import Path
@@ -55,6 +56,13 @@ def test_a_field_may_have_another_name():
     assert len(diagnosis_differences(DIAGNOSIS, later)) == 8
 
 
+def test_a_sum_in_another_order_is_told_from_another_method():
+    (rounded,) = diagnosis_differences({"gap": 1.0}, {"gap": 1.0 + 1e-12})
+    (other,) = diagnosis_differences({"gap": 1.0}, {"gap": "none"})
+    assert 5e-13 < rounded.size < 2e-12
+    assert other.size == math.inf
+
+
 def test_lines_that_differ():
     (found,) = text_differences("a.ssv", "one\ntwo\n", "one\nthree\n")
     assert (found.field, found.before, found.after) == ("a.ssv line 2", "two", "three")
@@ -84,11 +92,13 @@ def test_the_code_of_a_tree_is_not_merged_with_the_installed_code(other_tree, tm
 
 def test_a_catalogue_is_cut_to_a_few_effects():
     a, b = ('[[base]]\nparameter = "a"\n', '[[base]]\nparameter = "b"\n')
-    one, two = (f'[[effect]]\nid = "{i}"\n[[effect.parameter]]\naddress = "{i}"\n' for i in ("one", "two"))
+    form = '[[effect.form]]\nid = "bent"\n[[effect.form.parameter]]\naddress = "bend"\n'
+    one, two = (f'[[effect]]\nid = "{i}"\n[[effect.parameter]]\naddress = "{i}"\n{form}' for i in ("one", "two"))
+    curve = '[[curve]]\nid = "free"\neffects = ["one"]\n[curve.plain]\nc = [1]\n'
     sensor, region = '[[sensor]]\nid = "late"\n', "[[region]]\n"
-    whole = f"# head\n{a}{b}{one}{two}{sensor}{region}"
+    whole = f"# head\n{a}{b}{one}{two}{curve}{sensor}{region}"
     assert cut(whole, ("two",), ("b",)) == f"# head\n{b}{two}{region}"
-    assert cut(whole, ("one", "late"), ("a", "b")) == f"# head\n{a}{b}{one}{sensor}{region}"
+    assert cut(whole, ("one", "late"), ("a", "b")) == f"# head\n{a}{b}{one}{curve}{sensor}{region}"
 
 
 LOADED = """
