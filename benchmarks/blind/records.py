@@ -12,7 +12,7 @@ from pathlib import Path
 from typing import Any, NamedTuple
 
 ANSWER = ("case", "seed", "edition", "kind", "size")
-EFFECT = ("id", "group", "alike", "channel", "form", "size", "library")
+EFFECT = ("id", "group", "alike", "channel", "form", "size", "size_net", "library")
 BUDGET = ("calibrated", "shares")
 HYPOTHESIS = ("effects", "held_out_shared", "fit_rms", "unknowns")
 PART = ("kind", "group", "effects", "share", "ci95", "inclusion_probability", "within_group", "form", "rms")

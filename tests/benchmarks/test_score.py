@@ -18,6 +18,7 @@ from benchmarks.blind.scoring.names import in_group, plain, same_set
 from benchmarks.blind.scoring.outcome import Share, outcomes
 from benchmarks.blind.scoring.report import as_markdown, as_text
 from benchmarks.blind.scoring.table import quantiles, score
+from benchmarks.blind.scoring.true import Truth
 
 
 def effect(id, *alike, channel=None, form=None, **library):
@@ -114,6 +115,15 @@ def test_what_is_too_small_counts_neither_as_missed_nor_as_false():
     faint = outcome(answer("single", effect("a"), size=0.4), diagnosis({}))  # 1.08 times the noise
     assert faint.exact
     assert faint.hits == []
+
+
+def test_without_a_true_budget_sizes_tell_the_shares():
+    a = answer("pair", effect("a") | {"size": 9.0, "size_net": 6.0}, effect("b") | {"size": 8.0, "size_net": 1.0})
+    o = outcome(a, diagnosis({"a": 0.9}))
+    assert [e.name for e, _ in o.hits] == ["a"]
+    assert [e.share for e in Truth.of(a).effects] == pytest.approx([36 / 37, 1 / 37])
+    without = answer("pair", effect("a"), effect("b"))
+    assert [e.share for e in Truth.of(without).effects] == [None, None]
 
 
 def test_nothing_wrong_and_outside_the_catalogue():

@@ -40,14 +40,9 @@ class Truth:
 
     @classmethod
     def of(cls, answer: dict[str, Any]) -> Truth:
-        """From the contents of an answer file, with its budget where it has one."""
+        """From the contents of an answer file, with its budget where it has one, else as far as sizes tell it."""
         entries = answer["effects"]
-        budget = answer.get("budget")
-        alone = 1.0 if len(entries) == 1 else None
-        shares = budget["shares"] if budget else [alone] * len(entries)
-        left = sqrt(max(budget["calibrated"] ** 2 - 1.0, 0.0)) if budget else None
-        if left is None and len(entries) < 2:
-            left = float(answer["size"])
+        shares, left = _budget(answer)
         effects = tuple(_effect(e, s, answer) for e, s in zip(entries, shares, strict=True))
         return cls(answer["kind"], effects, float(answer["size"]), left)
 
@@ -73,6 +68,23 @@ class Truth:
     def wanted(self) -> tuple[TrueEffect, ...]:
         """Effects of the catalogue that are to be found."""
         return tuple(e for e in self.effects if self.known and self.counts(e))
+
+
+def _budget(answer: dict[str, Any]) -> tuple[list[float | None], float | None]:
+    """Each effect's share, and what a refit leaves without noise; None where it is not known.
+
+    Without a true budget the sizes beyond base parameters and sensors' own biases stand for it, as if no effect had to
+    do with another: in a case made with `--linear`.
+    """
+    entries, budget = answer["effects"], answer.get("budget")
+    if budget:
+        return budget["shares"], sqrt(max(budget["calibrated"] ** 2 - 1.0, 0.0))
+    if len(entries) < 2:
+        return [1.0] * len(entries), float(answer["size"])
+    if all("size_net" in e for e in entries):
+        squares = [float(e["size_net"]) ** 2 for e in entries]
+        return [s / max(sum(squares), 1e-300) for s in squares], sqrt(sum(squares))
+    return [None] * len(entries), None
 
 
 def _effect(entry: dict[str, Any], share: float | None, answer: dict[str, Any]) -> TrueEffect:
