@@ -138,7 +138,7 @@ def _missed(problem: Problem, blocks: Sequence[Block], signals: Sequence[Sequenc
     energy, count, spread, noise = 0.0, 0, 0.0, 0.0
     for b, rows in zip(blocks, signals, strict=True):
         grid = problem.grid(b.run, _step(problem))
-        copies = [np.interp(b.t, grid, x) for x in rows]
+        copies = [b.read(grid, x) for x in rows]
         passed = np.mean([(c - copies[0]) ** 2 for c in copies[1:]], axis=0)
         passed = np.full(len(b.t), passed.mean())
         own = problem.samples.noise_std[b.place]

@@ -163,10 +163,13 @@ def _series(campaign: Campaign, units: dict[str, str], settings: Settings) -> li
             if c.noise_std is not None:
                 told = c.noise_std / unit(units[c.connector]).factor
                 noise = float(np.hypot(told, quantisation_step(y) / np.sqrt(12.0)))
-            t, y, m = decimate(t, y, settings.noise.max_samples)
-            jitter = None if c.clock_jitter is None else c.clock_jitter / np.sqrt(m)
+            times, y = decimate(t, y, settings.noise.max_samples)
+            fewer = np.sqrt(times.shape[1])
+            jitter = None if c.clock_jitter is None else c.clock_jitter / fewer
             stated = c.noise_std is not None
-            blocks.append(RawBlock(r, k, c.connector, t, y, noise / np.sqrt(m), None, stated, jitter))
+            blocks.append(
+                RawBlock(r, k, c.connector, times.mean(1), y, noise / fewer, None, stated, jitter, times)
+            )
     return blocks
 
 

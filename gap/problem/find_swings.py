@@ -165,10 +165,11 @@ def _with_swings(observations: Observations, found: Sequence[Sequence[Swing]]) -
     blocks: list[Block] = []
     readings, noises, place = [], [], 0
 
-    def add(block: Block, y: np.ndarray, t: np.ndarray, noise_std: np.ndarray) -> None:
+    def add(block: Block, y: np.ndarray, t: np.ndarray, noise_std: np.ndarray, kept: np.ndarray) -> None:
         nonlocal place
         at = slice(place, place + len(y))
-        blocks.append(replace(block, t=t, y=y, place=at))
+        members = None if block.members is None else block.members[kept]
+        blocks.append(replace(block, t=t, y=y, place=at, members=members))
         readings.append(y)
         noises.append(noise_std)
         place = at.stop
@@ -179,12 +180,14 @@ def _with_swings(observations: Observations, found: Sequence[Sequence[Swing]]) -
         for swing in swings:
             outside &= (b.t < swing.at[0]) | (b.t > swing.at[-1])
         if outside.any():
-            add(b, b.y[outside], b.t[outside], noise_std[outside])
+            add(b, b.y[outside], b.t[outside], noise_std[outside], outside)
         for swing in swings:
-            y = b.y[np.isin(b.t, swing.t)]
+            inside = np.isin(b.t, swing.t)
+            y = b.y[inside]
             for quantity in swing.quantities:
                 feature = SwingFeature(swing, quantity)
-                add(replace(b, feature=feature), feature.read(y, noisy=True), feature.at, swing.noise_of(quantity, y))
+                described, noise = feature.read(y, noisy=True), swing.noise_of(quantity, y)
+                add(replace(b, feature=feature), described, feature.at, noise, inside)
     return replace(
         observations, blocks=tuple(blocks), y=np.concatenate(readings), noise_std=np.concatenate(noises),
         run=np.concatenate([np.full(len(b.t), b.run) for b in blocks]),

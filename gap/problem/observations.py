@@ -78,6 +78,17 @@ class Block:
     clock_jitter: float | None = None
     """Standard deviation of the readings' times [s]; None: the usual share of a sample interval."""
     feature: SwingFeature | None = None
+    members: np.ndarray | None = None
+    """Times [s] (n, m) of the samples that each reading, or sample of a swing, is the mean of; None: of one, at `t`."""
+
+    def read(self, grid: np.ndarray, x: np.ndarray, sensor: Sensor | None = None) -> np.ndarray:
+        """What the samples (n,) would be if the signal were x (k,) at the increasing times `grid`: averaged as they
+        are, for a mean over a spike is not what the signal is in the middle."""
+        t = self.t if self.feature is None else self.feature.swing.t
+        at = t[:, None] if self.members is None else self.members
+        flat = np.interp(at.ravel(), grid, x) if sensor is None else sensor.read(grid, x, at.ravel())
+        made: np.ndarray = flat.reshape(at.shape).mean(1)
+        return made
 
     @property
     def is_series(self) -> bool:
@@ -139,8 +150,7 @@ class Observations:
             if b.event is not None:
                 made[b.place] = b.event.read(grids[b.run], x)
                 continue
-            t = b.t if b.feature is None else b.feature.swing.t
-            read = np.interp(t, grids[b.run], x) if sensor is None else sensor.read(grids[b.run], x, t)
+            read = b.read(grids[b.run], x, sensor)
             made[b.place] = read if b.feature is None else b.feature.read(read)
         return made
 
@@ -244,13 +254,11 @@ def _smooth(x: np.ndarray, t: np.ndarray, width: float) -> np.ndarray:
     return mean
 
 
-def decimate(t: np.ndarray, y: np.ndarray, most: int) -> tuple[np.ndarray, np.ndarray, int]:
-    """Times and readings averaged over m neighbours so that at most `most` are left; and m."""
+def decimate(t: np.ndarray, y: np.ndarray, most: int) -> tuple[np.ndarray, np.ndarray]:
+    """Readings averaged over m neighbours so that at most `most` are left, (n,), and the times of these, (n, m)."""
     m = -(-len(t) // most)
-    if m == 1:
-        return t, y, 1
     n = len(t) // m * m
-    return t[:n].reshape(-1, m).mean(1), y[:n].reshape(-1, m).mean(1), m
+    return t[:n].reshape(-1, m), y[:n].reshape(-1, m).mean(1)
 
 
 class RawBlock(NamedTuple):
@@ -265,6 +273,7 @@ class RawBlock(NamedTuple):
     event: EventObservation | None
     stated: bool
     clock_jitter: float | None = None
+    members: np.ndarray | None = None
 
 
 def gather(blocks: Sequence[RawBlock], settings: NoiseSettings | None = None) -> Observations:
@@ -274,8 +283,11 @@ def gather(blocks: Sequence[RawBlock], settings: NoiseSettings | None = None) ->
         end = place + len(b.t)
         at = slice(place, end)
         made.append(
-            Block(b.run, b.channel, b.connector, b.t, b.y, b.noise_std, at, b.event, b.stated, b.clock_jitter)
-        )
+            Block(
+                b.run, b.channel, b.connector, b.t, b.y, b.noise_std, at, b.event, b.stated, b.clock_jitter,
+                members=b.members,
+            )
+        )  # fmt: skip
         place = end
     channels = 1 + max(b.channel for b in made)
     span, level = np.zeros(channels), np.zeros(channels)

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 from deepsea_cosim.gap.problem.find_swings import as_compared, compare_swings, find_swings
-from deepsea_cosim.gap.problem.observations import RawBlock, gather
+from deepsea_cosim.gap.problem.observations import RawBlock, decimate, gather
 from deepsea_cosim.gap.settings import DEFAULT, SwingSettings
 
 from tests.gap.formula import FormulaProblem, at_any_step
@@ -22,13 +22,15 @@ def own(frequency=3.0, start=6.0, end=16.0):
     return 0.2 * np.sin(2.0 * np.pi * frequency * T + 1.0) * ((start < T) & (end > T))
 
 
-def observed(*channels, seed=0):
-    """Readings of channels in one run."""
+def observed(*channels, seed=0, most=len(T)):
+    """Readings of channels in one run, averaged to at most so many."""
     random = np.random.default_rng(seed)
-    return gather([
-        RawBlock(0, k, f"m.{k}", T, y + random.normal(0.0, NOISE, len(T)), NOISE, None, True)
-        for k, y in enumerate(channels)
-    ])  # fmt: skip
+    blocks = []
+    for k, y in enumerate(channels):
+        times, read = decimate(T, y + random.normal(0.0, NOISE, len(T)), most)
+        noise = NOISE / np.sqrt(times.shape[1])
+        blocks.append(RawBlock(0, k, f"m.{k}", times.mean(1), read, noise, None, True, members=times))
+    return gather(blocks)
 
 
 def swings(measured, model):
@@ -114,6 +116,15 @@ def test_simulated_rows_and_recorded_samples_are_compared_alike():
     problem = posed(commanded() + own(), commanded())
     read = problem.observations.read([T], [commanded()[:, None]], {"m.0": 0})
     assert read == pytest.approx(as_compared(problem, commanded()), abs=1e-12)
+
+
+def test_simulated_rows_are_averaged_as_the_samples_of_a_swing_are():
+    observations = observed(commanded() + own(), most=len(T) // 2)
+    averaged = observations.read([T], [commanded()[:, None]], {"m.0": 0})
+    problem = compare_swings(FormulaProblem(at_any_step(lambda p: averaged), observations), averaged)
+    assert problem.recorded is observations
+    read = problem.observations.read([T], [commanded()[:, None]], {"m.0": 0})
+    assert read == pytest.approx(as_compared(problem, averaged), abs=1e-12)
 
 
 def test_entries_have_the_time_and_channel_of_their_block():

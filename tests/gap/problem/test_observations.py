@@ -59,11 +59,25 @@ def test_reading_is_the_sensors():
 
 
 def test_averaging_keeps_mean_and_reduces_noise():
-    t, y, m = decimate(np.arange(10000.0), np.random.default_rng(0).normal(3.0, 1.0, 10000), 2500)
-    assert m == 4
-    assert len(t) == len(y) == 2500
+    t, y = decimate(np.arange(10000.0), np.random.default_rng(0).normal(3.0, 1.0, 10000), 2500)
+    assert t.shape == (2500, 4)
+    assert t.ravel().tolist() == list(range(10000))
+    assert len(y) == 2500
     assert y.mean() == pytest.approx(3.0, abs=0.05)
     assert y.std() == pytest.approx(0.5, rel=0.05)
+
+
+@pytest.mark.parametrize("most", [400, 150, 60])
+def test_the_model_is_averaged_as_the_readings_are(most):
+    """A spike that one of the averaged samples has is there in both, so the right model leaves nothing."""
+    spiky = np.exp(-(((T - 4.02) / 0.03) ** 2)) + np.sign(T - 7.03)
+    times, y = decimate(T, spiky, most)
+    block = RawBlock(0, 0, "a.x", times.mean(1), y, 0.1, None, True, members=times)
+    read = gather([block]).read([T], [spiky[:, None]], {"a.x": 0})
+    assert read == pytest.approx(y, abs=1e-12)
+    shifted = Sensor(delay=0.5)
+    late = gather([block]).read([T - 0.5], [spiky[:, None]], {"a.x": 0}, {"a.x": shifted})
+    assert late == pytest.approx(y, abs=1e-12)
 
 
 def test_estimated_noise_is_corrected_by_the_models_own_roughness():
