@@ -195,8 +195,9 @@ def _next(data: Data, signals: Signals) -> list[str]:
     if not step:
         return []
     sets = " from ".join(" + ".join(e) or "no effect" for e in step["separates"])
-    apart = multiple(step["expected_separation"])
-    return _wrapped(f"Measure next: {action(step, signals)}; tells {sets} ({apart} times the noise apart)", 2, "    ")
+    apart, sure = multiple(step["expected_separation"]), step["expected_probability"]
+    told = f"{apart} times the noise apart; {percent(sure['then'])} sure then, {percent(sure['now'])} now"
+    return _wrapped(f"Measure next: {action(step, signals)}; tells {sets} ({told})", 2, "    ")
 
 
 def _end(data: Data) -> list[str]:

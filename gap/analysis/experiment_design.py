@@ -1,57 +1,152 @@
-"""Which single further run, or channel, would tell the leading candidates apart best."""
+"""Which single further run, or channel, would tell the two leading hypotheses apart best.
+
+Two fitted hypotheses a and b foretell other readings m_a and m_b, in units of the noise, of which their parameters, the
+new run's clock and a new sensor's bias could still take up something. With their derivatives J and covariances C as the
+data so far leave them, and columns N of those nuisances, one standard deviation each, the readings differ by
+
+    D^2 = (m_a - m_b)^T (1 + J_a C_a J_a^T + J_b C_b J_b^T + N N^T)^-1 (m_a - m_b)
+
+and the separation is D / sqrt(readings): the distance in times the noise that no refit closes (the discrimination
+criterion of Box and Hill, Technometrics 9, 1967, for models whose parameters are not known exactly). The base
+parameters' derivatives, which differ little, are those of the first hypothesis for both.
+"""
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 
 from ...master.pool import Failure, Job
+from ..estimation.nuisances import usual_clock_error
+from ..estimation.uncertainty import data_covariance
+from ..problem.parameters import Point
 from ..problem.problem import Problem, RunConditions, matching
-from ..selection.hypothesis import Hypothesis
+from ..search.bank import wide_step
+from ..selection.calibration import Calibration, chance
+from ..selection.evidence import RankedHypothesis
+
+_Two = tuple[RankedHypothesis, RankedHypothesis]
 
 
 @dataclass(frozen=True)
 class NextMeasurement:
-    """A change of conditions or a channel to add, what it separates, and by how much (normalised RMS)."""
+    """A change of conditions or a channel to add, what it separates, by how much (normalised RMS that no refit closes),
+    and the probability that the right one of the two is expected to have beside the other, now and then."""
 
     change: dict[str, Any]
     separates: tuple[tuple[str, ...], tuple[str, ...]]
     separation: float
+    expected: tuple[float, float] = (0.5, 0.5)
 
 
-def rank_measurements(problem: Problem, first: Hypothesis, second: Hypothesis) -> list[NextMeasurement]:
-    """Changes of conditions and further channels, those under which the two fitted hypotheses differ most first."""
+class _Signals(NamedTuple):
+    """What is read under a change, every `interval` [s]: rows (n, channels) of both hypotheses, and how these change
+    with each normalised parameter."""
+
+    both: tuple[np.ndarray, np.ndarray]
+    slopes: dict[tuple[int, str], np.ndarray]
+    """By hypothesis and parameter; of base parameters the first one's alone."""
+    interval: float
+
+
+def rival(ranked: Sequence[RankedHypothesis], probabilities: Sequence[float], problem: Problem) -> int | None:
+    """The place of the hypothesis that the first one has to be told from: the most probable that is about something
+    else, if that is a question, else that has other effects."""
+    groups = {c.id: c.group for c in problem.candidates}
+    kinds = [frozenset(groups.get(id, id) for id in r.hypothesis.ids) for r in ranked]
+    least = problem.settings.analysis.question * probabilities[0]
+    others = [k for k, p in enumerate(probabilities) if kinds[k] != kinds[0] and p >= least]
+    others += [k for k, r in enumerate(ranked) if r.hypothesis.ids != ranked[0].hypothesis.ids]
+    return next(iter(others), None)
+
+
+def rank_measurements(
+    problem: Problem, two: _Two, odds: float, nuisance_jacobian: np.ndarray
+) -> list[NextMeasurement]:
+    """Changes of conditions and further channels, those under which the two differ most first.
+
+    odds: of the first against the second, as the data so far leave them.
+    """
     usual = {m.connector: m.noise_std for m in problem.catalogue.measurables}
     noise_std = problem.samples.noise_std
     own = {b.connector: float(np.median(noise_std[b.place])) for b in problem.samples.series}
     own.update({c: usual[c] for c in problem.connectors if c not in own and c in usual})
     extra = {c: noise for c, noise in usual.items() if c not in problem.connectors}
-    record = (*(c for c in problem.connectors if c in own), *extra)
-    if not record:
+    noise = {**{c: own[c] for c in problem.connectors if c in own}, **extra}
+    if not noise:
         return []
-    noise = np.array([own.get(c, extra.get(c, np.nan)) for c in record])
     changes = _changes(problem)
-    results = _simulated(problem, changes, (first, second), record)
-    separates = (first.ids, second.ids)
+    read = _simulated(problem, changes, two, tuple(noise))
+    separates = (two[0].hypothesis.ids, two[1].hypothesis.ids)
+    spread = [_spread(problem, r, nuisance_jacobian) for r in two]
     found: list[NextMeasurement] = []
-    count = len(record) - len(extra)
-    for i, change in enumerate(changes):
-        a, b = results[2 * i], results[2 * i + 1]
-        if isinstance(a, Failure) or isinstance(b, Failure):
+    for change, signals in zip(changes, read, strict=True):
+        if signals is None:
             continue
-        apart = np.sqrt(np.mean(((a - b) / noise) ** 2, axis=0))
-        if change:
-            separation = float(np.sqrt(np.mean((apart[:count] if count else apart) ** 2)))
-            found.append(NextMeasurement(change, separates, separation))
-        else:
-            found += [
-                NextMeasurement({"channel": c}, separates, float(apart[count + k] / np.sqrt(count + 1)))
-                for k, c in enumerate(extra)
-            ]
+        for channels in [own] if change else [{c: n} for c, n in extra.items()]:
+            if not channels:
+                continue
+            squared, count = _apart(problem, two, signals, spread, tuple(noise), channels, not change)
+            said = change or {"channel": next(iter(channels))}
+            share = 1.0 if change else 1.0 / (len(own) + 1)  # beside the channels that are there
+            separation = float(np.sqrt(share * squared / count))
+            found.append(NextMeasurement(said, separates, separation, _expected(problem, two, odds, separation)))
     return sorted(found, key=lambda n: -n.separation)
+
+
+def _spread(problem: Problem, ranked: RankedHypothesis, nuisance_jacobian: np.ndarray) -> np.ndarray:
+    """Moves (k, k) of a fit's parameters, one standard deviation each, that do not depend on each other."""
+    energy = problem.settings.uncertainty.form_energy
+    values, directions = np.linalg.eigh(data_covariance(problem, ranked.hypothesis.fit, nuisance_jacobian, energy))
+    return np.asarray(directions * np.sqrt(np.maximum(values, 0.0)))
+
+
+def _apart(
+    problem: Problem, two: _Two, signals: _Signals, spread: Sequence[np.ndarray], record: tuple[str, ...],
+    channels: Mapping[str, float], added: bool,
+) -> tuple[float, int]:  # fmt: skip
+    """The square of what the readings of some channels differ by that nothing takes up, and how many they are."""
+    chosen, noise = [record.index(c) for c in channels], np.array(list(channels.values()))
+
+    def column(rows: np.ndarray) -> np.ndarray:
+        return np.asarray((rows[:, chosen] / noise).ravel())
+
+    one = signals.both[0]
+    if added:  # to a run that was measured: the clock is known as well as it is, the new sensor's bias is not
+        nuisance = problem.settings.noise.bias_of_span * np.ptp(one, axis=0) * np.ones_like(one)
+    else:
+        nuisance = usual_clock_error(problem, 0) * np.gradient(one, signals.interval, axis=0)
+    taken = [column(nuisance)[:, None]]
+    for k, ranked in enumerate(two):
+        names = [x.name for x in ranked.hypothesis.fit.parameters]
+        slopes = [column(signals.slopes[(k, name) if (k, name) in signals.slopes else (0, name)]) for name in names]
+        if slopes:
+            taken.append(np.stack(slopes, axis=1) @ spread[k])
+    columns, difference = np.concatenate(taken, axis=1), column(one - signals.both[1])
+    moment = columns.T @ difference
+    inner = np.linalg.solve(np.eye(len(moment)) + columns.T @ columns, moment)
+    return max(0.0, float(difference @ difference - moment @ inner)), len(difference)
+
+
+def _expected(problem: Problem, two: _Two, odds: float, separation: float) -> tuple[float, float]:
+    """The expected probability of the right one of the two, now and with one more run of that separation."""
+    calibration, readings = Calibration.load(), len(problem.observations)
+    share = 1.0 / (1.0 + len(problem.runs))
+    energy = np.array([r.structured_energy for r in two])
+    floor = calibration.scatter * (calibration.beyond_chance(float(energy.min()), readings) - calibration.discrepancy)
+    floor += calibration.discrepancy + chance(readings)
+    now = np.log(odds) - 0.5 * calibration.independent * float(np.log((energy[1] + floor) / (energy[0] + floor)))
+    sure = []
+    for right in (0, 1):
+        missed = np.where(np.arange(2) == right, 0.0, separation**2)
+        then = (1.0 - share) * energy + share * missed
+        gain = 0.5 * calibration.independent * float(np.log((then[1] + floor) / (then[0] + floor)))
+        sure.append(1.0 / (1.0 + np.exp(-(now + gain) * (1.0 if right == 0 else -1.0) / calibration.temperature)))
+    p = odds / (1.0 + odds)
+    return p**2 + (1.0 - p) ** 2, float(p * sure[0] + (1.0 - p) * sure[1])
 
 
 def _changes(problem: Problem) -> list[dict[str, Any]]:
@@ -69,17 +164,67 @@ def _changes(problem: Problem) -> list[dict[str, Any]]:
 
 
 def _simulated(
-    problem: Problem, changes: Sequence[dict[str, Any]], hypotheses: Sequence[Hypothesis], record: tuple[str, ...]
-) -> list[np.ndarray | Failure]:
-    """The first run under each change with each hypothesis."""
+    problem: Problem, changes: Sequence[dict[str, Any]], two: _Two, record: tuple[str, ...]
+) -> list[_Signals | None]:
+    """The first run under each change with both hypotheses and their derivatives; None where one of them fails."""
     step, method, inputs = problem.fit_step, problem.discretisation.method, problem.runs[0].inputs
+    moves = _moves(problem, two)
+    points = [*(r.hypothesis.fit.point for r in two), *(m.point for m in moves)]
+    grid = problem.grid(0, step)
     jobs = []
     for change in changes:
         trial = replace(problem, runs=(_changed(problem, change),))
-        for h in hypotheses:
-            stop = problem.grid(0, step)[-1]
-            jobs.append(Job(record, stop, step, trial.changes(0, h.fit.point), inputs, method=method))
-    return problem.simulator.simulate(jobs)
+        jobs += [Job(record, grid[-1], step, trial.changes(0, p), inputs, method=method) for p in points]
+    found = problem.simulator.simulate(jobs)
+    apart = -(-len(grid) // problem.settings.analysis.design_rows)
+    made: list[_Signals | None] = []
+    for k in range(len(changes)):
+        own = found[k * len(points) : (k + 1) * len(points)]
+        read = [None if isinstance(x, Failure) else _read(problem, grid, x, record, p, apart)
+                for x, p in zip(own, points, strict=True)]  # fmt: skip
+        a, b = read[:2]
+        if a is None or b is None:
+            made.append(None)
+            continue
+        slopes = {
+            (m.of, m.name): np.zeros_like(a) if x is None else (x - (a, b)[m.of]) / m.by
+            for m, x in zip(moves, read[2:], strict=True)
+        }
+        made.append(_Signals((a, b), slopes, apart * step))
+    return made
+
+
+class _Move(NamedTuple):
+    """A parameter of a hypothesis, how far it is moved, and the point there."""
+
+    of: int
+    name: str
+    by: float
+    point: Point
+
+
+def _moves(problem: Problem, two: _Two) -> list[_Move]:
+    made: dict[tuple[int, str], _Move] = {}
+    for k, ranked in enumerate(two):
+        point = ranked.hypothesis.fit.point
+        for x in ranked.hypothesis.fit.parameters:
+            if x.in_every_set and (0, x.name) in made:
+                continue
+            by = wide_step(x, point[x.name], problem.settings.search.derivative_step)
+            made[k, x.name] = _Move(k, x.name, by, {**point, x.name: point[x.name] + by})
+    return list(made.values())
+
+
+def _read(
+    problem: Problem, grid: np.ndarray, rows: np.ndarray, record: tuple[str, ...], point: Point, apart: int
+) -> np.ndarray:
+    """What the channels read every so many rows, with the point's errors of their sensors."""
+    made = rows[::apart].copy()
+    for connector, sensor in problem.sensors(point).items():
+        if connector in record:
+            k = record.index(connector)
+            made[:, k] = sensor.read(grid, rows[:, k], grid[::apart])
+    return made
 
 
 def _same(a: Any, b: Any) -> bool:

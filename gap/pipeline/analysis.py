@@ -9,7 +9,7 @@ import numpy as np
 from ..analysis.all_samples import residuals_of_all_samples
 from ..analysis.character import describe_rest
 from ..analysis.component_replay import replay_components
-from ..analysis.experiment_design import rank_measurements
+from ..analysis.experiment_design import rank_measurements, rival
 from ..analysis.localisation import localise, regions
 from ..analysis.residual_structure import residual_structure
 from ..estimation.uncertainty import reduction_interval
@@ -65,8 +65,9 @@ def draw_swings(state: State) -> State:
 
 def design_experiment(state: State) -> State:
     """What to measure next to tell the most probable hypothesis from the next one that is about something else."""
-    if len(state.ranked) < 2:
+    k = rival(state.ranked, state.probabilities, state.problem)
+    if k is None:
         return state
-    first, *others = [r.hypothesis for r in state.ranked]
-    second = next((h for h in others if not set(h.ids or ("",)) & set(first.ids or ("",))), others[0])
-    return replace(state, next_measurements=tuple(rank_measurements(state.problem, first, second)))
+    odds = state.probabilities[0] / max(state.probabilities[k], state.problem.settings.posterior.least)
+    found = rank_measurements(state.problem, (state.ranked[0], state.ranked[k]), odds, state.nuisance_jacobian)
+    return replace(state, next_measurements=tuple(found))

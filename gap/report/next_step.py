@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import Any
 
-from ..result.numbers import given, listed, multiple, pretty
+from ..result.numbers import given, listed, multiple, percent, pretty
 from .parts import Data
 from .section import SHOWN, Context, Section
 from .signals import Signals
@@ -35,7 +35,9 @@ def separation(step: Data) -> str:
     size = step["expected_separation"]
     how = "clearly apart" if size > SHOWN.apart else "apart" if size > 1.0 else "hardly apart"
     sets = listed([" + ".join(e) or "no effect" for e in step["separates"]])
-    return f"{sets} would then differ by {multiple(size)} times the noise (RMS): {how}"
+    sure = step["expected_probability"]
+    told = f"the right one of the two would be {percent(sure['then'])} sure, now it is {percent(sure['now'])}"
+    return f"{sets} would then differ by {multiple(size)} times the noise (RMS) that no refit closes: {how}; {told}"
 
 
 def _step(step: Data, signals: Signals) -> Context:

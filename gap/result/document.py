@@ -316,4 +316,5 @@ def _structure(s: State) -> Mapping[str, Any] | None:
 def _measurement(n: NextMeasurement) -> dict[str, Any]:
     return {
         "change": n.change, "separates": [list(e) for e in n.separates], "expected_separation": n.separation,
+        "expected_probability": {"now": n.expected[0], "then": n.expected[1]},
     }  # fmt: skip

@@ -48,6 +48,11 @@ class AnalysisSettings:
     """Readings of a channel that are looked at."""
     structure_least: int = 100
     """Readings of a channel below which nothing is said."""
+    question: float = 0.05
+    """Probability beside the best one's from which a hypothesis about something else is what the next measurement is to
+    tell it from; of less, one with other effects is."""
+    design_rows: int = 400
+    """Times of a run at which a next measurement is foretold."""
     structure_bins: int = 40
     """Bins of a signal in which the residual's mean is taken."""
 

@@ -146,9 +146,11 @@ def diagnosis(verdict: str = "explained_in_part", runs: int = 3, **changes: Any)
              "noise_amplification": {"arm.x_h": 0.2}}
         ],
         "curves": [],
-        "next_experiment": {"change": {"depth": 6000.0}, "separates": [["friction"], []], "expected_separation": 6.1},
+        "next_experiment": {"change": {"depth": 6000.0}, "separates": [["friction"], []], "expected_separation": 6.1,
+                            "expected_probability": {"now": 0.58, "then": 0.97}},
         "next_channel": {
             "change": {"channel": "hydraulics.Q1"}, "separates": [["a"], ["b"]], "expected_separation": 0.4,
+            "expected_probability": {"now": 0.58, "then": 0.6},
         },
         "numerics": {
             "method": "nepce", "step": 0.002, "step_error": 0.38, "fit_step": 0.008, "package_step": 0.002,

@@ -99,7 +99,9 @@ def test_drawings_are_told_in_words(page):
 def test_tells_what_matters():
     words = Page(render(diagnosis(), signals())).words
     for told in ("62 %", "56 to 66 %", "510 N (430 to 600 N; without the effect 0 N)", "0.426 mm", "run03 (held out)",
-                 "depth 11000 m", "One more run with depth = 6000 m.", "6.10 times the noise (RMS): clearly apart",
+                 "depth 11000 m", "One more run with depth = 6000 m.",
+                 "6.10 times the noise (RMS) that no refit closes: clearly apart",
+                 "97 % sure, now it is 58 %",
                  "2.200 × 10⁻⁵ m²/s", "27 of the 30 effects", "nepce, macro step 2.00 ms (8.00 ms in the search)",
                  "70 to 77 %", "0.38 times the noise; that is taken out",
                  "unequal lands", "foretold by the other runs"):  # fmt: skip
