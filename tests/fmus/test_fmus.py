@@ -5,6 +5,7 @@ from __future__ import annotations
 import re
 import subprocess
 import sys
+import threading
 import zipfile
 from contextlib import contextmanager
 from pathlib import Path
@@ -500,3 +501,30 @@ def test_a_system_without_a_folder_for_temporary_files(tmp_path, monkeypatch):
     monkeypatch.setattr("tempfile.gettempdir", none)
     monkeypatch.setenv("DEEPSEA_COSIM_CACHE", str(tmp_path / "cache"))
     assert space["cache_folders"]() == [tmp_path / "cache" / "deepsea-cosim", tmp_path]
+
+
+def test_modules_are_counted_while_another_thread_imports():
+    """FMUs that begin in two threads import at the same time."""
+    space = {"__file__": "script.py"}
+    exec((HERE / "entry.py.in").read_text().partition("# pythonfmu 0.7.0 runs")[0], space)
+    stop, begun = threading.Event(), threading.Event()
+
+    def importing():
+        while not stop.is_set():
+            for k in range(500):
+                sys.modules[f"not_there_{k}"] = sys
+            begun.set()
+            for k in range(500):
+                del sys.modules[f"not_there_{k}"]
+
+    before, thread = sys.getswitchinterval(), threading.Thread(target=importing)
+    sys.setswitchinterval(1e-6)
+    thread.start()
+    try:
+        begun.wait()
+        for _ in range(300):
+            assert "pytest" in space["names_of"]("pytest")
+    finally:
+        stop.set()
+        thread.join()
+        sys.setswitchinterval(before)
