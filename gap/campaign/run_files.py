@@ -198,14 +198,17 @@ def _start_in_file(table: MeasurementTable, seconds: FloatArray, form: FileForma
 
 
 def _check_start(table: MeasurementTable, seconds: FloatArray, form: FileFormat, warnings: list[str]) -> None:
-    """Times that do not begin where the model does are told, unless the campaign says where that is."""
+    """Times that do not begin where the model does are told, unless the campaign says where that is.
+
+    A clock that jitters may begin a little early: such a reading is left out.
+    """
     first, length = float(seconds[0]), float(seconds[-1] - seconds[0])
     if form.start is not None:
         if seconds[-1] <= 0.0:
             raise CampaignError(f"{table.file}: ends {-seconds[-1]:g} s before 'start'")
         return
     remedy = f"start = {first:g} (or \"first\") makes this 0 s of the model, start = 0 says that it is the same clock"
-    if first < 0.0:
+    if first < -READING.early_start * float(np.median(np.diff(seconds))):
         raise CampaignError(
             f"{table.file}: time starts at {first:g} s, before the model does; {remedy} and what is before is left out"
         )

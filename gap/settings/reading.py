@@ -11,6 +11,8 @@ class ReadingSettings:
 
     min_samples: int = 20
     """Fewest samples of a channel in a run that a diagnosis can use."""
+    early_start: float = 0.5
+    """Share of a sample interval that time may start before 0 without a word."""
     late_start: float = 0.2
     """Share of a run's length that time may start late without a word."""
     start_elsewhere: float = 1.0

@@ -108,6 +108,12 @@ def test_a_run_has_a_format_of_its_own(written: Written) -> None:
     assert x == pytest.approx(1e-3 * X)
 
 
+def test_a_clock_that_jitters_may_begin_a_little_early(written: Written) -> None:
+    early = T - 0.3 * (T[1] - T[0]) * (np.arange(len(T)) == 0)
+    run = read(written(run=table(early))).runs[0]
+    assert all(times[0] == T[1] for times, _ in run.series.values())
+
+
 def test_a_clock_that_jitters_is_told(written: Written) -> None:
     """3 % of an interval, either way; and a clock of the converter's resolution is not."""
     jitter = np.random.default_rng(1).uniform(-0.003, 0.003, len(T))
