@@ -6,14 +6,14 @@ machine has done something, and what looks like a fault is kept: the acceleratio
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
 
 from ..settings import READING, FaultSettings
-from .glitches import Scale, Stretch, dropout_candidates, glitch_candidates
+from .glitches import Scale, Stretch, distance_of, dropout_candidates, glitch_candidates
 from .machine_events import has_event, kinks
 from .stuck_sensor import constant_stretches, is_stuck_in_motion, is_stuck_in_noise, leaves_with_a_jump
 from .table import FloatArray
@@ -102,14 +102,37 @@ def _judge(channels: Mapping[str, _Channel], name: str, settings: FaultSettings)
 def _machine_did_something(
     channels: Mapping[str, _Channel], own: _Channel, stretch: Stretch, settings: FaultSettings
 ) -> bool:
-    """Whether any channel, the stretch's own among them, changes its course where the stretch begins or ends."""
-    begin, end = own.t[stretch.first], own.t[stretch.last - 1]
-    for c in channels.values():
-        noise = c.scale.noise + c.scale.resolution / 4.0
-        samples = {int(np.searchsorted(c.t, moment)) for moment in (begin, end)}
-        if any(has_event(c.kinks, k, noise, settings) for k in samples):
-            return True
-    return False
+    """Whether any channel, the stretch's own among them, changes its course where the stretch begins or ends.
+
+    Of a few readings that are off by more than the channel's whole course it is chance that both come together, unless
+    others are off wherever as much happens.
+    """
+    is_short = stretch.last - stretch.first <= settings.longest_glitch
+    is_outside = is_short and distance_of(own.y, stretch) > settings.outside * own.scale.span
+    moments = (float(own.t[stretch.first]), float(own.t[stretch.last - 1]))
+    marked = [float(own.t[s.first]) for s in (*own.glitches, *own.dropouts)]
+    return any(
+        _has_event(c, moment, settings) and not (is_outside and _happens_without(c, moment, marked, settings))
+        for c in channels.values()
+        for moment in moments
+    )
+
+
+def _has_event(c: _Channel, moment: float, settings: FaultSettings) -> bool:
+    noise = c.scale.noise + c.scale.resolution / 4.0
+    return has_event(c.kinks, int(np.searchsorted(c.t, moment)), noise, settings)
+
+
+def _happens_without(c: _Channel, moment: float, marked: Sequence[float], settings: FaultSettings) -> bool:
+    """Whether a channel changes its course as much at another moment, far from all that are marked."""
+    at = settings.event_at
+    k = int(np.searchsorted(c.t, moment))
+    size = float(c.kinks[max(k - at, 0) : k + at + 1].max())
+    elsewhere = c.kinks >= settings.event_alike * size
+    for other in (moment, *marked):
+        k = int(np.searchsorted(c.t, other))
+        elsewhere[max(k - 2 * settings.event_window, 0) : k + 2 * settings.event_window + 1] = False
+    return bool(elsewhere.any())
 
 
 def _is_stuck(channels: Mapping[str, _Channel], name: str, stretch: Stretch, settings: FaultSettings) -> bool:

@@ -30,13 +30,7 @@ class Stretch:
 
 def far_enough(y: FloatArray, stretch: Stretch, scale: Scale, settings: FaultSettings) -> bool:
     """Whether the readings of a stretch are all to one side of, and far from, the line between their neighbours."""
-    i, j = stretch.first, stretch.last
-    before, after = y[i - 1], y[j]
-    line = before + (after - before) * (np.arange(i, j) - (i - 1)) / (j - i + 1)
-    away = y[i:j] - line
-    distance = float(np.abs(away).min())
-    if (away > 0.0).any() and (away < 0.0).any():
-        return False
+    distance = distance_of(y, stretch)
     least = max(
         settings.share_of_span * scale.span,
         settings.above_noise * scale.noise,
@@ -45,6 +39,15 @@ def far_enough(y: FloatArray, stretch: Stretch, scale: Scale, settings: FaultSet
     if distance <= least:
         return False
     return distance > settings.above_steps * usual_step(y, stretch, settings)
+
+
+def distance_of(y: FloatArray, stretch: Stretch) -> float:
+    """How far the readings of a stretch are from the line between their neighbours at least, 0 if not all to one side."""
+    i, j = stretch.first, stretch.last
+    before, after = y[i - 1], y[j]
+    line = before + (after - before) * (np.arange(i, j) - (i - 1)) / (j - i + 1)
+    away = y[i:j] - line
+    return 0.0 if (away > 0.0).any() and (away < 0.0).any() else float(np.abs(away).min())
 
 
 def usual_step(y: FloatArray, stretch: Stretch, settings: FaultSettings) -> float:

@@ -80,6 +80,10 @@ class FaultSettings:
     """Samples on each side over which the usual kink of a channel is taken."""
     event_at: int = 2
     """Samples by which a kink may be off: it is where the two lines fit least."""
+    outside: float = 2.0
+    """Times the channel's span that a few readings are off, from which one event of the machine does not excuse them."""
+    event_alike: float = 0.5
+    """Share of an event's kink from which another one would move the same readings: what an impact does grows with it."""
     hole: float = 3.0
     """Usual intervals that readings may be apart; beyond, nothing is said of what the channel did meanwhile."""
     stuck_vicinity: int = 30

@@ -104,6 +104,14 @@ def test_a_real_event_of_one_sample_is_kept_where_another_channel_shows_it():
     assert alone["a"].glitches.sum() == 1  # nothing tells it from a glitch
 
 
+@pytest.mark.parametrize("moment", [200, 500, 700, 900])
+def test_a_glitch_just_when_the_machine_does_something_is_found(moment):
+    """It is far outside the channel's course, and the valve switches elsewhere without one."""
+    y = noisy(stroke(), 5e-5)
+    y[moment] += 4.0 * np.ptp(y)
+    assert list(faults(y, noisy(pressure(), 0.02))["glitches"]) == [moment]
+
+
 def test_what_is_frequent_is_a_signal():
     y = noisy(0.0 * T, 0.01)
     y[::8] += 5.0
