@@ -42,7 +42,7 @@ def far_enough(y: FloatArray, stretch: Stretch, scale: Scale, settings: FaultSet
 
 
 def distance_of(y: FloatArray, stretch: Stretch) -> float:
-    """How far the readings of a stretch are from the line between their neighbours at least, 0 if not all to one side."""
+    """How far the readings of a stretch are from the line between their neighbours at least; 0 if on both sides."""
     i, j = stretch.first, stretch.last
     before, after = y[i - 1], y[j]
     line = before + (after - before) * (np.arange(i, j) - (i - 1)) / (j - i + 1)
