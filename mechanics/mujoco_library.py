@@ -27,8 +27,8 @@ def addresses() -> tuple[int, ...]:
     if not found:
         raise SimulationError(f"the library of MuJoCo {mujoco.__version__} is not in {folder}; is it installed whole?")
     library = ctypes.CDLL(str(found[0]))
-    # its Python package has MuJoCo ask the clock some ten times a step, for timers that nobody reads here; the library's
-    # own default is not to
+    # its Python package has MuJoCo ask the clock some ten times a step, for timers that nobody reads here: the
+    # library on its own does not
     ctypes.c_void_p.in_dll(library, "mjcb_time").value = None
     made = [ctypes.cast(getattr(library, name), ctypes.c_void_p).value for name in NAMES]
     return tuple(address or 0 for address in made)
