@@ -2,9 +2,12 @@
 
 from __future__ import annotations
 
+import importlib
+import threading
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from concurrent.futures import Executor
+from contextlib import suppress
 
 from ..master.pool import Pool
 from .campaign import read_catalogue as catalogues
@@ -16,6 +19,23 @@ from .pipeline.state import begin
 from .problem.stop import StopToken
 from .search.earlier import Earlier
 from .settings import DEFAULT, Settings
+
+NEEDED_TO_STOP = ("arch.bootstrap", "ruptures")
+"""What the stages that are run even when asked to stop import: loaded while the first runs are simulated, for it takes
+as long as stopping may."""
+
+
+def import_ahead(names: Sequence[str]) -> threading.Thread:
+    """Import modules in the background; one that is not there is told by who needs it."""
+
+    def work() -> None:
+        for name in names:
+            with suppress(ImportError):
+                importlib.import_module(name)
+
+    thread = threading.Thread(target=work, name="imports", daemon=True)
+    thread.start()
+    return thread
 
 
 def diagnose(
@@ -40,5 +60,7 @@ def diagnose(
     catalogue = catalogues.load(campaign.effects) if campaign.effects else catalogues.load_from_package(campaign.system)
     with Pool(campaign.system, executor, processes, progress) as pool:
         say("reading the model")
-        state = run_pipeline(PIPELINE, begin(campaign, catalogue, pool, stop, settings, earlier), say, tell)
+        beginning = begin(campaign, catalogue, pool, stop, settings, earlier)
+        import_ahead(NEEDED_TO_STOP)
+        state = run_pipeline(PIPELINE, beginning, say, tell)
         return Diagnosis(state, pool.count, time.perf_counter() - started)

@@ -3,13 +3,14 @@
 import json
 import re
 import signal
+import sys
 
 import numpy as np
 import pytest
 from deepsea_cosim.core.errors import SimulationError
 from deepsea_cosim.gap.campaign.read import read
 from deepsea_cosim.gap.cli import main
-from deepsea_cosim.gap.diagnose import diagnose
+from deepsea_cosim.gap.diagnose import diagnose, import_ahead
 from deepsea_cosim.gap.problem.stop import StopToken
 from deepsea_cosim.gap.result.document import document
 from deepsea_cosim.gap.result.parameter_set import parameter_set
@@ -444,3 +445,9 @@ def _settles(d, m=2.0, k=80.0, force=2.0):
     w = np.sqrt(k / m - s * s)
     x = force / k * (1 - np.exp(-s * t) * (np.cos(w * t) + s / w * np.sin(w * t)))
     return t[np.flatnonzero(np.abs(x - force / k) > 1e-3)[-1]]
+
+
+def test_modules_are_imported_ahead_and_a_missing_one_is_left_to_who_needs_it(monkeypatch):
+    monkeypatch.delitem(sys.modules, "json.tool", raising=False)
+    import_ahead(("there_is_no_such_module", "json.tool")).join()
+    assert "json.tool" in sys.modules
