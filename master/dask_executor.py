@@ -21,8 +21,12 @@ class DaskExecutor(Executor):
         self._client = client
 
     def submit(self, fn: Callable[..., Any], /, *args: Any, **kwargs: Any) -> Future[Any]:
-        """The future of fn(*args) on the cluster; cancelling it takes the task back."""
-        sent = self._client.submit(fn, *args, **kwargs)
+        """The future of fn(*args) on the cluster; cancelling it takes the task back.
+
+        Nothing is taken from an earlier call with the same arguments: a task that was blamed for the end of a worker
+        is sent again to be tried alone.
+        """
+        sent = self._client.submit(fn, *args, pure=False, **kwargs)
         future: Future[Any] = Future()
 
         async def follow() -> None:

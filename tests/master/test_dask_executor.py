@@ -7,7 +7,7 @@ from concurrent.futures import as_completed
 
 import pytest
 
-pytest.importorskip("distributed")
+distributed = pytest.importorskip("distributed")
 
 from deepsea_cosim.master.dask_executor import DaskExecutor
 
@@ -32,7 +32,7 @@ class Cluster:
         self.sent, self.waiting = [], []
         self.loop = self
 
-    def submit(self, fn, *args):
+    def submit(self, fn, *args, pure):
         self.sent.append(Sent(fn(*args)))
         return self.sent[-1]
 
@@ -58,3 +58,18 @@ def test_every_future_ends_also_where_gathering_raises():
     assert isinstance(futures[2].exception(), asyncio.CancelledError)
     assert cluster.sent[3].taken_back
     assert not cluster.sent[0].taken_back
+
+
+def failing_at_first(marked):
+    if not marked.exists():
+        marked.touch()
+        raise RuntimeError("at first")
+    return 5
+
+
+def test_a_task_sent_again_is_run_again_while_its_first_future_is_kept(tmp_path):
+    with distributed.Client(processes=False, n_workers=1, threads_per_worker=1, dashboard_address=None) as client:
+        executor = DaskExecutor(client)
+        first = executor.submit(failing_at_first, tmp_path / "marked")
+        assert isinstance(first.exception(timeout=20.0), RuntimeError)
+        assert executor.submit(failing_at_first, tmp_path / "marked").result(timeout=20.0) == 5
