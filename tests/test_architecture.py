@@ -7,6 +7,7 @@ import tomllib
 from pathlib import Path
 
 import pytest
+from deepsea_cosim.gap.diagnose import NEEDED_TO_STOP
 
 REPOSITORY = Path(__file__).parent.parent
 PACKAGES = ("core", "hydraulics_fmu", "mechanics", "fmus", "ssp", "master", "gap", "study")
@@ -173,3 +174,16 @@ def test_numbers_of_the_diagnosis_stand_in_its_settings():
             if isinstance(node, ast.Assign | ast.AnnAssign) and node.value is not None and is_number(node.value):
                 wrong += [f"{path}: {name}" for name in sorted(names - TABLES)]
     assert not wrong
+
+
+def test_what_a_stopped_diagnosis_imports_late_is_imported_ahead():
+    """Or it waits for that; budget and place of the gap are told also then."""
+    late = set()
+    for module in ("analysis/budget.py", "analysis/localisation.py"):
+        functions = [n for n in ast.walk(gap_modules()[module]) if isinstance(n, ast.FunctionDef)]
+        for node in (inner for function in functions for inner in ast.walk(function)):
+            if isinstance(node, ast.Import):
+                late |= {alias.name for alias in node.names}
+            elif isinstance(node, ast.ImportFrom) and not node.level:
+                late.add(node.module)
+    assert late == set(NEEDED_TO_STOP)

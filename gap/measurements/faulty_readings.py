@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 
 from ..settings import READING, FaultSettings
 from .glitches import Scale, Stretch, distance_of, dropout_candidates, glitch_candidates
-from .machine_events import has_event, kinks
+from .machine_events import happens_without, has_event, kinks
 from .stuck_sensor import constant_stretches, is_stuck_in_motion, is_stuck_in_noise, leaves_with_a_jump
 from .table import FloatArray
 
@@ -53,6 +53,10 @@ class _Channel:
     """Of the channel without its candidates."""
     glitches: list[Stretch]
     dropouts: list[Stretch]
+
+    def sample(self, moment: float) -> int:
+        """Number of the first reading at or after a moment [s]."""
+        return int(np.searchsorted(self.t, moment))
 
 
 def find_faulty_readings(
@@ -120,19 +124,11 @@ def _machine_did_something(
 
 def _has_event(c: _Channel, moment: float, settings: FaultSettings) -> bool:
     noise = c.scale.noise + c.scale.resolution / 4.0
-    return has_event(c.kinks, int(np.searchsorted(c.t, moment)), noise, settings)
+    return has_event(c.kinks, c.sample(moment), noise, settings)
 
 
 def _happens_without(c: _Channel, moment: float, marked: Sequence[float], settings: FaultSettings) -> bool:
-    """Whether a channel changes its course as much at another moment, far from all that are marked."""
-    at = settings.event_at
-    k = int(np.searchsorted(c.t, moment))
-    size = float(c.kinks[max(k - at, 0) : k + at + 1].max())
-    elsewhere = c.kinks >= settings.event_alike * size
-    for other in (moment, *marked):
-        k = int(np.searchsorted(c.t, other))
-        elsewhere[max(k - 2 * settings.event_window, 0) : k + 2 * settings.event_window + 1] = False
-    return bool(elsewhere.any())
+    return happens_without(c.kinks, c.sample(moment), [c.sample(other) for other in marked], settings)
 
 
 def _is_stuck(channels: Mapping[str, _Channel], name: str, stretch: Stretch, settings: FaultSettings) -> bool:

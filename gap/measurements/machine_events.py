@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+
 import numpy as np
 
 from ..settings import FaultSettings
@@ -33,12 +35,21 @@ def kinks(t: FloatArray, y: FloatArray, settings: FaultSettings) -> FloatArray:
 
 def has_event(kink: FloatArray, k: int, noise: float, settings: FaultSettings) -> bool:
     """Whether the course of a channel changes unusually at its sample k, and most just there; `noise` in its unit."""
-    at, vicinity = settings.event_at, settings.event_vicinity
-    near = kink[max(k - at, 0) : k + at + 1]
-    if not len(near):
-        return False
+    vicinity, w = settings.event_vicinity, settings.event_window
+    size = _largest(kink, k, settings.event_at)
     around = np.r_[kink[max(k - vicinity, 0) : max(k - 10, 0)], kink[k + 10 : k + vicinity]]
     usual = float(np.median(around)) if len(around) else 0.0
-    w = settings.event_window
-    is_peak = float(near.max()) >= 0.8 * float(kink[max(k - w, 0) : k + w + 1].max())
-    return is_peak and float(near.max()) > settings.event * (usual + noise)
+    return size >= 0.8 * _largest(kink, k, w) and size > settings.event * (usual + noise)
+
+
+def happens_without(kink: FloatArray, k: int, marked: Sequence[int], settings: FaultSettings) -> bool:
+    """Whether the course of a channel changes as much as at its sample k at one that is far from k and all marked."""
+    elsewhere = kink >= settings.event_alike * _largest(kink, k, settings.event_at)
+    for other in (k, *marked):
+        elsewhere[max(other - 2 * settings.event_window, 0) : other + 2 * settings.event_window + 1] = False
+    return bool(elsewhere.any())
+
+
+def _largest(kink: FloatArray, k: int, reach: int) -> float:
+    """The largest within `reach` samples of k."""
+    return float(kink[max(k - reach, 0) : k + reach + 1].max(initial=0.0))

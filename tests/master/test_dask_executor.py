@@ -7,7 +7,7 @@ from concurrent.futures import as_completed
 
 import pytest
 
-distributed = pytest.importorskip("distributed")
+pytest.importorskip("distributed")
 
 from deepsea_cosim.master.dask_executor import DaskExecutor
 
@@ -68,7 +68,9 @@ def failing_at_first(marked):
 
 
 def test_a_task_sent_again_is_run_again_while_its_first_future_is_kept(tmp_path):
-    with distributed.Client(processes=False, n_workers=1, threads_per_worker=1, dashboard_address=None) as client:
+    from distributed import Client
+
+    with Client(processes=False, n_workers=1, threads_per_worker=1, dashboard_address=None) as client:
         executor = DaskExecutor(client)
         first = executor.submit(failing_at_first, tmp_path / "marked")
         assert isinstance(first.exception(timeout=20.0), RuntimeError)
