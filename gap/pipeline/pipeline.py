@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
-from . import analysis, preparation, probabilities, search
+from . import analysis, preparation, probabilities, search, some_runs
 from .stage import Stage
 
 PIPELINE = (
     Stage("numerical gap: the model at its step and at half of it", preparation.assess_steps),
     Stage("what swings", preparation.describe_swings),
     Stage("held-out runs", preparation.pose_held_out_runs, when=lambda s: s.holdout_campaign is not None),
+    Stage("runs to begin with", some_runs.begin_with_some, when=some_runs.has_many_runs),
     Stage("finite differences", preparation.prepare_fits),
     Stage("refitting the base parameters", search.fit_baseline),
     Stage("what an earlier diagnosis has found", search.take_up, when=lambda s: s.earlier is not None),
@@ -21,6 +22,10 @@ PIPELINE = (
     Stage("comparing sets once more", search.compare_sets, when=search.still_goes_on),
     Stage("other forms of what is in now", search.try_forms, when=search.has_forms),
     Stage("what is in, as free curves", search.try_curves, when=search.has_curves),
+    Stage("fitting the best sets to all runs", some_runs.fit_to_all, when=some_runs.is_confined),
+    Stage("runs of which most is left", some_runs.begin_where_most_is_left, when=some_runs.leaves_more_than_some),
+    Stage("comparing sets on these", search.compare_sets, when=some_runs.is_confined),
+    Stage("fitting the best of them to all runs", some_runs.fit_to_all, when=some_runs.is_confined),
     Stage("fitting the best to the end", search.fit_the_best),
     Stage("judging the hypotheses", search.judge),
     Stage("ranking what is there", search.rank_what_is_there, when=lambda s: not s.ranked, always=True),

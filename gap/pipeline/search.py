@@ -55,8 +55,8 @@ def take_up(state: State) -> State:
     found = fit_again(state.problem, state.earlier.sets, state.refit, state.nuisance_jacobian)
     hypotheses = best_of_each_set([*state.hypotheses, *found])
     return replace(
-        state, found=tuple(h for h in hypotheses if h.candidates), start=hypotheses[0], so_far=_so_far(hypotheses),
-        elsewhere=None if state.earlier.finished else state.elsewhere,
+        state, found=tuple(h for h in hypotheses if h.candidates), start=hypotheses[0],
+        so_far=so_far(state, hypotheses), elsewhere=None if state.earlier.finished else state.elsewhere,
     )  # fmt: skip
 
 
@@ -65,7 +65,7 @@ def look_at_sets(state: State) -> State:
     looked = first_look(state.problem, state.nuisance_jacobian, state.beginning)
     hypotheses = best_of_each_set([*state.hypotheses, *looked.hypotheses])
     found = tuple(h for h in hypotheses if h.candidates)
-    return replace(state, looked=looked, found=found, gains=looked.gains, so_far=_so_far(hypotheses))
+    return replace(state, looked=looked, found=found, gains=looked.gains, so_far=so_far(state, hypotheses))
 
 
 def fit_best_sets(state: State) -> State:
@@ -90,16 +90,17 @@ def _having(state: State, found: Round) -> State:
     better = score(hypotheses[0]) < before - state.problem.settings.search.better
     return replace(
         state, baseline=baseline, found=tuple(h for h in hypotheses if h.candidates), banked=banked,
-        elsewhere=elsewhere, start=next_start(hypotheses, banked, better, elsewhere), so_far=_so_far(hypotheses),
+        elsewhere=elsewhere, start=next_start(hypotheses, banked, better, elsewhere),
+        so_far=so_far(state, hypotheses),
     )  # fmt: skip
 
 
-def _so_far(found: Sequence[Hypothesis]) -> str:
+def so_far(state: State, found: Sequence[Hypothesis]) -> str:
     """What the best set leaves of what calibration leaves."""
     best, left = found[0], next(h.fit.rms for h in found if not h.candidates)
     if not best.candidates:
         return f"so far: no effect does better than calibration, which leaves {left:.3g} times the noise"
-    compared = f"{len(found) - 1} sets fitted"
+    compared = f"{len(found) - 1} sets fitted{state.confinement}"
     return f"so far: {best.label} leaves {best.fit.rms:.3g} of the {left:.3g} noises left by calibration; {compared}"
 
 
@@ -170,7 +171,8 @@ def _among(state: State, found: Sequence[Hypothesis]) -> State:
     better = score(found[0]) < score(best_of_each_set(state.hypotheses)[0])
     start = next_start(found, state.banked, True, state.elsewhere) if better else state.start
     return replace(
-        state, baseline=baseline, found=tuple(h for h in found if h.candidates), start=start, so_far=_so_far(found)
+        state, baseline=baseline, found=tuple(h for h in found if h.candidates), start=start,
+        so_far=so_far(state, found),
     )  # fmt: skip
 
 
@@ -203,5 +205,7 @@ def rank_what_is_there(state: State) -> State:
         raise SimulationError(f"{system}: stopped before the model as delivered had run once; nothing can be said")
     N = state.nuisance_jacobian if len(state.nuisance_jacobian) else nuisance_columns(state.problem, state.nominal)
     baseline = state.baseline or unfitted_base(state.problem, state.nominal, N)
-    state = replace(state, nuisance_jacobian=N, baseline=baseline, holdout=None)
+    told = [f"Stopped before all runs were looked at: what is said here was found{state.confinement}"]
+    warnings = (*state.warnings, *(told if state.all_runs else []))
+    state = replace(state, nuisance_jacobian=N, baseline=baseline, holdout=None, warnings=warnings)
     return replace(state, ranked=tuple(rank_hypotheses(state.problem, state.hypotheses, N)))

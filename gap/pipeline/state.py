@@ -44,6 +44,15 @@ class Inclusion:
 
 
 @dataclass(frozen=True, eq=False)
+class AllRuns:
+    """What the search comes back to from some of the runs; as in `State`."""
+
+    problem: Problem
+    nominal: np.ndarray
+    step_change: np.ndarray
+
+
+@dataclass(frozen=True, eq=False)
 class State:
     """Filled from top to bottom."""
 
@@ -59,6 +68,10 @@ class State:
     """How far halving the package's step moves each entry (n,)."""
     chosen_step: float = 0.0
     """Macro step of exact runs that the delivered model needs [s]."""
+    all_runs: AllRuns | None = None
+    """All of them, while the problem is that of some."""
+    left_by_some: float = 0.0
+    """Normalised RMS that the best set left of some runs when the search came back from them; 0 before."""
     holdout: HoldoutRuns | None = None
     nuisance_jacobian: np.ndarray = field(default_factory=_not_yet)
     """(n, m)."""
@@ -113,6 +126,11 @@ class State:
     """Wall time of each stage [s]."""
     sections: Mapping[str, Any] = field(default_factory=dict)
     """What a stage adds to diagnosis.json, by its key there; JSON values."""
+
+    @property
+    def confinement(self) -> str:
+        """To be said of what was found on some of the runs; else nothing."""
+        return f" on {len(self.problem.runs)} of {len(self.all_runs.problem.runs)} runs" if self.all_runs else ""
 
     @property
     def scoring(self) -> Problem:

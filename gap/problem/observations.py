@@ -189,6 +189,24 @@ class Observations:
         """The time series of a run by connector."""
         return {b.connector: b for b in self.series if b.run == run}
 
+    def entries(self, runs: Sequence[int]) -> np.ndarray:
+        """Where the readings of some runs stand in the long vector (m,)."""
+        made: np.ndarray = np.flatnonzero(np.isin(self.run, runs))
+        return made
+
+    def of_runs(self, runs: Sequence[int]) -> Observations:
+        """Those of some runs, which are counted anew in that order; a channel's span and level stay those of all."""
+        number = {r: k for k, r in enumerate(runs)}
+        kept, end = [], 0
+        for b in (b for b in self.blocks if b.run in number):
+            begin, end = end, end + b.place.stop - b.place.start
+            kept.append(replace(b, run=number[b.run], place=slice(begin, end)))
+        at = self.entries(runs)
+        return replace(
+            self, blocks=tuple(kept), y=self.y[at], noise_std=self.noise_std[at], channel=self.channel[at],
+            time=self.time[at], run=np.array([number[r] for r in self.run[at]], dtype=int),
+        )  # fmt: skip
+
     def stretches(self, width: float) -> np.ndarray:
         """The stretch of time of a run, `width` [s] long, in which each reading lies (n,): 0, 1, ... without gaps."""
         per_run = int(self.time.max() / width) + 1

@@ -113,6 +113,15 @@ class Problem:
         effects = [x for c in self.candidates for x in (*(y for f in c.forms for y in f.parameters), *c.parameters)]
         return {x.name: x for x in (*self.base, *effects)}
 
+    def of_runs(self, runs: Sequence[int]) -> Problem:
+        """The same problem of some of its runs, in that order."""
+        campaign = replace(self.campaign, runs=tuple(self.campaign.runs[r] for r in runs))
+        recorded = None if self.recorded is None else self.recorded.of_runs(runs)
+        return replace(
+            self, campaign=campaign, runs=tuple(self.runs[r] for r in runs), recorded=recorded,
+            observations=self.observations.of_runs(runs),
+        )  # fmt: skip
+
     def changes(self, run: int, point: Point) -> dict[str, Any]:
         """Parameters to set for the run at that point: its conditions, and what the point says of the model."""
         return {**self.runs[run].changes, **self.model_values(run, point)}
@@ -176,7 +185,7 @@ class Problem:
             made = [self._job(r, point, h, record, exact) for r in range(len(self.runs))]
             jobs.update(made)
             keys.append([key for key, _ in made])
-        names = {key: self.runs[key[0]].name for key in jobs}  # type: ignore[index]
+        names = {key: key[0].name for key in jobs}  # type: ignore[index]
         found = self.simulator.run(jobs, names, keep)
         signals: list[list[np.ndarray] | None] = []
         for wanted in keys:
@@ -192,7 +201,7 @@ class Problem:
         changes, method = self.changes(run, point), self.discretisation.method
         if step > self.macro_step and not tight:
             changes = {**self.catalogue.estimation, **changes}
-        key = (run, step, method, record, tuple(sorted((k, repr(v)) for k, v in changes.items())))
+        key = (self.runs[run], step, method, record, tuple(sorted((k, repr(v)) for k, v in changes.items())))
         stop = self._steps(run, step) * step
         return key, Job(record, stop, step, changes, self.runs[run].inputs, method=method)
 

@@ -94,6 +94,15 @@ class SearchSettings:
     """Sets of two, and of three, that are kept."""
     leading_pairs: int = 60
     """Pairs that are tried with a third."""
+    many_runs: int = 12
+    some_runs: int = 6
+    """Runs from which on, and runs on which the search begins."""
+    same_conditions: float = 0.1
+    """What a run under the same conditions as another is worth beside one that is as far from it as the runs are."""
+    fitted_to_all: int = 4
+    """Best sets that are then fitted to all runs."""
+    more_left: float = 1.2
+    """Times what the best of them left of some runs from which, left of all, the search goes on."""
     rows: int = 12_000
     """Readings at which responses are kept."""
     batch: int = 120
