@@ -11,7 +11,8 @@ from ..search.baseline import deliver, explains_much, is_strained, refit_again, 
 from ..search.earlier import baseline_point, fit_again
 from ..search.forms import have_forms, in_forms_of
 from ..search.forms import try_forms as tried
-from ..search.leaders import refine_macro_step, widen_derivatives
+from ..search.leaders import refine_fit_step, refine_macro_step, widen_derivatives
+from ..search.relatives import fit_relatives_at_best
 from ..search.relatives import swap_relatives as swapped
 from ..search.rounds import (
     Round,
@@ -128,6 +129,8 @@ def fit_the_best(state: State) -> State:
     problem, N = state.problem, state.nuisance_jacobian
     found = fit_leaders(problem, best_of_each_set(state.hypotheses), N)
     problem, found = refine_macro_step(problem, found, N)
+    problem, found = refine_fit_step(problem, found, N)
+    found = fit_relatives_at_best(problem, found, N)
     found = drop_each(problem, found, N)
     baseline = next(h for h in found if not h.candidates)
     return replace(state, problem=problem, baseline=baseline, found=tuple(h for h in found if h.candidates))

@@ -14,8 +14,8 @@ from ..estimation.scheduler import run_fits
 from ..problem.noise import rms
 from ..problem.problem import Problem
 from ..selection.hypothesis import Hypothesis
-from .refinement import polish
-from .rounds import score
+from .refinement import polish, stand_exactly
+from .rounds import best_of_each_set, score
 
 
 def widen_derivatives(problem: Problem, found: Sequence[Hypothesis], nuisance_jacobian: np.ndarray) -> list[Hypothesis]:
@@ -41,6 +41,28 @@ class Refined(NamedTuple):
 
     problem: Problem
     hypotheses: list[Hypothesis]
+
+
+def refine_fit_step(problem: Problem, found: Sequence[Hypothesis], nuisance_jacobian: np.ndarray) -> Refined:
+    """Halve the step of a fit's runs while they are far from the exact ones at the best fit, and fit the best anew.
+
+    It was chosen at the model as delivered; a machine that hunts about a dead zone does so from step to step of a long
+    one, and derivatives from such runs lead nowhere (four lands with a late sensor: 13.6 noises apart at 8 ms, and fits
+    that stand still; 1.7 at 4 ms, and 1.34 times the noise become 1.02).
+    """
+    made, count = list(found), problem.settings.numerics.refitted
+    while problem.discretisation.coarsening > 1 and not problem.stop_requested:
+        best = made[0].fit
+        (coarse,), (exact,) = problem.answer([best.point], [best.point])
+        if coarse is None or exact is None:
+            break
+        if rms((exact - coarse) / problem.observations.noise_std) <= problem.settings.numerics.coarse_error:
+            break
+        problem = problem.with_discretisation(coarsening=problem.discretisation.coarsening // 2)
+        here = stand_exactly(problem, [(h.candidates, h.fit.point) for h in made[:count]], nuisance_jacobian)
+        done = polish(problem, here, nuisance_jacobian, problem.settings.search.polish_looks)
+        made = best_of_each_set([*done, *made])
+    return Refined(problem, made)
 
 
 def refine_macro_step(problem: Problem, found: Sequence[Hypothesis], nuisance_jacobian: np.ndarray) -> Refined:

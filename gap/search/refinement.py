@@ -136,6 +136,19 @@ def stand_at(
     return made
 
 
+def stand_exactly(
+    problem: Problem, wanted: Sequence[tuple[tuple[EffectCandidate, ...], Point]], nuisance_jacobian: np.ndarray
+) -> list[Hypothesis]:
+    """Sets of effects as they stand at points, each corrected by its own exact run; those that run."""
+    points = [point for _, point in wanted]
+    places = [
+        Place(candidates, point, exact - coarse)
+        for (candidates, point), coarse, exact in zip(wanted, *problem.answer(points, points), strict=True)
+        if coarse is not None and exact is not None
+    ]
+    return [h for h in stand_at(problem, places, nuisance_jacobian) if h is not None]
+
+
 def _put(problem: Problem, at: Place, coarse: np.ndarray, nuisance_jacobian: np.ndarray) -> _Walk:
     """A walk that begins at a place, its derivatives 0 so far; coarse: the long vector there (n,) at the fit's step."""
     parameters = (*problem.base, *(x for c in at.candidates for x in c.parameters))

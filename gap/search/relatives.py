@@ -18,7 +18,7 @@ from ..problem.parameters import EffectCandidate, Point
 from ..problem.problem import Problem
 from ..selection.hypothesis import Hypothesis
 from .bank import in_batches
-from .refinement import fit_from
+from .refinement import fit_from, polish, stand_exactly
 from .rounds import best_of_each_set, idle_effects, polish_near, score
 from .sizes import grid, variants
 
@@ -46,6 +46,25 @@ def swap_relatives(problem: Problem, found: Sequence[Hypothesis], nuisance_jacob
     looked = [_fitted(problem, s, best, nuisance_jacobian) for s in nearest]
     fitted = [h for h in looked if h is not None and h.labels not in known]
     return best_of_each_set([*found, *polish_near(problem, fitted, score(best), nuisance_jacobian)])
+
+
+def fit_relatives_at_best(
+    problem: Problem, found: Sequence[Hypothesis], nuisance_jacobian: np.ndarray
+) -> list[Hypothesis]:
+    """With each effect of the best hypothesis replaced by the relatives that serve nearly as well where it stands,
+    fitted from there to the end, also where such a set is known: it may have been fitted into another pit.
+
+    What acts alike should lose or win by the data, not by its way there (four lands with a late sensor: 1.18 times the
+    noise with the delay that was there, 1.04 with a lag in its place, 0.98 with the delay from where the lag stood).
+    """
+    best, settings = found[0], problem.settings.search
+    swaps = [s for gone in best.candidates for s in _swaps(problem, best, gone, nuisance_jacobian)]
+    nearest = sorted(swaps, key=lambda s: s.left)[: settings.relatives]
+    if problem.stop_requested or not nearest:
+        return list(found)
+    begun = stand_exactly(problem, [(s.candidates, s.point) for s in nearest], nuisance_jacobian)
+    near = [h for h in begun if score(h) < score(best) + settings.relatives_near]
+    return best_of_each_set([*found, *polish(problem, near, nuisance_jacobian, settings.polish_looks)])
 
 
 def _fitted(problem: Problem, swap: _Swap, best: Hypothesis, nuisance_jacobian: np.ndarray) -> Hypothesis | None:

@@ -126,6 +126,8 @@ class SearchSettings:
     """Sets whose points diagnosis.json tells, to go on from."""
     relatives: int = 3
     """Effects of the same group that are fitted in the place of one of the best set."""
+    relatives_near: float = 100.0
+    """Cost behind the best up to which these are fitted from where it stands."""
     size_looks: int = 2
     """How often the sizes between those of the grid are halved for that."""
     negligible: float = 0.01
