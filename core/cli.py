@@ -112,3 +112,26 @@ def exit_code(command: str, work: Callable[[], int], interrupted: str = "interru
     except KeyboardInterrupt:
         print(f"{command}: {interrupted}", file=sys.stderr)
         return 130
+
+
+def end_with(main: Callable[[], int], last: Callable[[], None]) -> NoReturn:
+    """A console script: run its main function, then `last`, and end the process at once.
+
+    FMUs that are still loaded may crash while Python shuts down, and after a diagnosis that takes a second.
+    """
+    for name in ("stdout", "stderr"):  # closed by the caller: print into nothing
+        if getattr(sys, name) is None:
+            setattr(sys, name, open(os.devnull, "w"))  # noqa: SIM115
+        getattr(sys, name).reconfigure(errors="replace")
+    try:
+        code = main()
+        sys.stdout.flush()
+    except OSError as error:  # what is printed cannot be written; nobody reads on, as after `| head`, is no fault
+        sys.stdout = open(os.devnull, "w")  # noqa: SIM115
+        code = int(not isinstance(error, BrokenPipeError))
+    except SystemExit as stop:
+        code = stop.code if isinstance(stop.code, int) else int(stop.code is not None)
+    last()
+    sys.stdout.flush()
+    sys.stderr.flush()
+    os._exit(code)

@@ -3,11 +3,12 @@
 from __future__ import annotations
 
 import argparse
-import sys
+import atexit
 from collections.abc import Sequence
 from pathlib import Path
+from typing import NoReturn
 
-from ..core.cli import OneLineParser, add_processes, add_version, exit_code, folder, seconds
+from ..core.cli import OneLineParser, add_processes, add_version, end_with, exit_code, folder, seconds
 
 EXAMPLES = """examples:
   cosim-gap effects build/deepsea_11km.ssp
@@ -95,5 +96,17 @@ def _diagnose(options: argparse.Namespace) -> int:
     return diagnose_command(options)
 
 
+def command() -> NoReturn:
+    """The console script."""
+    end_with(main, _last)
+
+
+def _last() -> None:
+    from ..master.cli import forget_unpacked
+
+    forget_unpacked()
+    atexit._run_exitfuncs()  # or the pool's semaphores are told to be lost
+
+
 if __name__ == "__main__":
-    sys.exit(main())
+    command()

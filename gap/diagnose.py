@@ -20,9 +20,8 @@ from .problem.stop import StopToken
 from .search.earlier import Earlier
 from .settings import DEFAULT, Settings
 
-NEEDED_TO_STOP = ("arch.bootstrap", "ruptures")
-"""What the stages that are run even when asked to stop import: loaded while the first runs are simulated, for it takes
-as long as stopping may."""
+NEEDED_LATE = ("arch.bootstrap", "ruptures", "sklearn.ensemble", "threadpoolctl")
+"""What judging and telling import: loaded while the first runs are simulated, for it takes as long as stopping may."""
 
 
 def import_ahead(names: Sequence[str]) -> threading.Thread:
@@ -61,6 +60,6 @@ def diagnose(
     with Pool(campaign.system, executor, processes, progress) as pool:
         say("reading the model")
         beginning = begin(campaign, catalogue, pool, stop, settings, earlier)
-        import_ahead(NEEDED_TO_STOP)
+        import_ahead(NEEDED_LATE)
         state = run_pipeline(PIPELINE, beginning, say, tell)
         return Diagnosis(state, pool.count, time.perf_counter() - started)

@@ -11,7 +11,7 @@ from pathlib import Path
 from time import perf_counter
 from typing import TYPE_CHECKING, Any, NoReturn
 
-from ..core.cli import OneLineParser, add_version, exit_code, folder, positive, seconds
+from ..core.cli import OneLineParser, add_version, end_with, exit_code, folder, positive, seconds
 from .algorithms import NAMES
 
 if TYPE_CHECKING:
@@ -270,25 +270,15 @@ def _give_up(said: str) -> NoReturn:
     os._exit(130)
 
 
-def command() -> NoReturn:
-    """The console script. It ends the process at once: FMUs that are still loaded may crash while Python shuts down."""
-    for name in ("stdout", "stderr"):  # closed by the caller: print into nothing
-        if getattr(sys, name) is None:
-            setattr(sys, name, open(os.devnull, "w"))  # noqa: SIM115
-        getattr(sys, name).reconfigure(errors="replace")
-    try:
-        code = main()
-        sys.stdout.flush()
-    except OSError as error:  # what is printed cannot be written; nobody reads on, as after `| head`, is no fault
-        sys.stdout = open(os.devnull, "w")  # noqa: SIM115
-        code = int(not isinstance(error, BrokenPipeError))
-    except SystemExit as stop:
-        code = stop.code if isinstance(stop.code, int) else int(stop.code is not None)
+def forget_unpacked() -> None:
+    """Remove the folders of the FMUs that were loaded, if any were."""
     if fmu := sys.modules.get(f"{__package__}.slaves.fmu"):
         fmu.forget_unpacked()
-    sys.stdout.flush()
-    sys.stderr.flush()
-    os._exit(code)
+
+
+def command() -> NoReturn:
+    """The console script."""
+    end_with(main, forget_unpacked)
 
 
 if __name__ == "__main__":

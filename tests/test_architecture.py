@@ -7,7 +7,7 @@ import tomllib
 from pathlib import Path
 
 import pytest
-from deepsea_cosim.gap.diagnose import NEEDED_TO_STOP
+from deepsea_cosim.gap.diagnose import NEEDED_LATE
 
 REPOSITORY = Path(__file__).parent.parent
 PACKAGES = ("core", "hydraulics_fmu", "mechanics", "fmus", "ssp", "master", "gap", "study")
@@ -177,13 +177,13 @@ def test_numbers_of_the_diagnosis_stand_in_its_settings():
 
 
 def test_what_a_stopped_diagnosis_imports_late_is_imported_ahead():
-    """Or it waits for that; budget and place of the gap are told also then."""
+    """Or it waits for that."""
     late = set()
-    for module in ("analysis/budget.py", "analysis/localisation.py"):
-        functions = [n for n in ast.walk(gap_modules()[module]) if isinstance(n, ast.FunctionDef)]
+    for path, tree in gap_modules().items():
+        functions = [n for n in ast.walk(tree) if isinstance(n, ast.FunctionDef) and room(path) == "analysis"]
         for node in (inner for function in functions for inner in ast.walk(function)):
             if isinstance(node, ast.Import):
                 late |= {alias.name for alias in node.names}
             elif isinstance(node, ast.ImportFrom) and not node.level:
                 late.add(node.module)
-    assert late == set(NEEDED_TO_STOP)
+    assert late == set(NEEDED_LATE)

@@ -12,6 +12,7 @@ import numpy as np
 
 from ..estimation.cross_validation import folds
 from ..problem.problem import Problem
+from ..problem.stop import StopRequested
 
 
 @dataclass(frozen=True)
@@ -53,6 +54,8 @@ def _structure(problem: Problem, residual: np.ndarray, rows: list[np.ndarray], s
     total = left = 0.0
     channels, varies = {}, {}
     for k, label in enumerate(problem.labels):
+        if problem.stop_requested:
+            raise StopRequested
         mine = np.flatnonzero(problem.observations.channel == k)
         if len(mine) < settings.structure_least:
             continue
