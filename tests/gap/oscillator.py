@@ -101,7 +101,7 @@ def measure(
 def campaign(folder: Path, toys: Path, runs: list[np.ndarray], head: str = "", more: str = "", effects: str = ""
              ) -> Path:  # fmt: skip
     """Write package, catalogue, run files and campaign.toml into the folder; returns the latter."""
-    package(folder / "toy.ssp", {"o": toys / "Oscillator.fmu"}, stop=STOP, step=2e-3)
+    package(folder / "toy.ssp", {"o": toys / "Oscillator.fmu"}, stop=STOP, step=1e-3)
     (folder / "effects.toml").write_text(EFFECTS + effects)
     text = 'name = "toy"\nsystem = "toy.ssp"\neffects = "effects.toml"\n' + head
     text += '[[channel]]\ncolumn = "u"\nconnector = "o.u"\nunit = "N"\nrole = "input"\n'

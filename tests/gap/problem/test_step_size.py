@@ -53,7 +53,7 @@ def test_the_macro_steps_error_goes_with_a_coupling_of_second_order(posed):
 def test_exact_runs_take_the_longest_step_that_does_not_matter(posed):
     told, catalogue = posed
     with Pool(told.system, processes=1) as pool:
-        problem = build_problem(told, catalogue, pool).with_discretisation(macro_step=1e-3)
+        problem = build_problem(told, catalogue, pool)
         step = problem.macro_step
         error = rms(problem.at_step({}, step) - problem.at_step({}, step / 2.0))
         noisy = assess_step_error(with_noise(problem, 100.0 * error)).problem
