@@ -15,7 +15,6 @@ from ..estimation.cross_validation import predict_each_run
 from ..pipeline.diagnosis import Diagnosis
 from ..pipeline.state import State
 from ..problem.noise import rms
-from ..search.earlier import as_earlier
 from .curves import curves
 from .forms import form
 from .headline import cautions, headline
@@ -279,7 +278,7 @@ def search(s: State) -> dict[str, Any]:
     return {
         "finished": not s.unfinished,
         "sets": [
-            {"effects": dict(as_earlier(r.hypothesis).effects),
+            {"effects": {c.label: c.form and c.form.id for c in r.hypothesis.candidates},
              "point": {name: u for name, u in r.hypothesis.fit.point.items() if u != 0.0}}
             for r in [*s.ranked[:told], s.ranked_baseline]
         ],

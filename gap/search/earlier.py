@@ -35,11 +35,6 @@ class Earlier:
     """Its search had come to its end."""
 
 
-def as_earlier(h: Hypothesis) -> EarlierSet:
-    """The set of a hypothesis and where it stands."""
-    return EarlierSet({c.label: c.form.id if c.form else None for c in h.candidates}, h.fit.point)
-
-
 def known_to(problem: Problem, earlier: Earlier) -> list[EarlierSet]:
     """The sets that the problem can have, without what it takes as known, and of their points what such a set has: what
     was accepted before and is not now is no part of it. A set that occurs twice is the one that had most of what is

@@ -140,13 +140,12 @@ def stand_exactly(
     problem: Problem, wanted: Sequence[tuple[tuple[EffectCandidate, ...], Point]], nuisance_jacobian: np.ndarray
 ) -> list[Hypothesis]:
     """Sets of effects as they stand at points, each corrected by its own exact run; those that run."""
-    points = [point for _, point in wanted]
-    places = [
-        Place(candidates, point, exact - coarse)
-        for (candidates, point), coarse, exact in zip(wanted, *problem.answer(points, points), strict=True)
-        if coarse is not None and exact is not None
-    ]
-    return [h for h in stand_at(problem, places, nuisance_jacobian) if h is not None]
+    points, made = [point for _, point in wanted], []
+    for (candidates, point), coarse, exact in zip(wanted, *problem.answer(points, points), strict=True):
+        if coarse is not None and exact is not None:
+            walk = _put(problem, Place(candidates, point, exact - coarse), coarse, nuisance_jacobian)
+            made.append(Hypothesis(candidates, _fit(problem, walk), quick=True))
+    return made
 
 
 def _put(problem: Problem, at: Place, coarse: np.ndarray, nuisance_jacobian: np.ndarray) -> _Walk:

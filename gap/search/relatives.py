@@ -7,7 +7,7 @@ place.
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping, Sequence, Set
 from typing import NamedTuple
 
 import numpy as np
@@ -36,11 +36,9 @@ class _Swap(NamedTuple):
 def swap_relatives(problem: Problem, found: Sequence[Hypothesis], nuisance_jacobian: np.ndarray) -> list[Hypothesis]:
     """With the best hypothesis' effects replaced one at a time by others of their group, those that come near fitted to
     the end."""
-    best, settings = found[0], problem.settings.search
+    best = found[0]
     known = {h.labels for h in found if not h.quick}
-    swaps = [s for gone in best.candidates for s in _swaps(problem, best, gone, nuisance_jacobian)]
-    swaps = [s for s in swaps if frozenset(c.label for c in s.candidates) not in known]
-    nearest = sorted(swaps, key=lambda s: s.left)[: settings.relatives]
+    nearest = _nearest(problem, best, known, nuisance_jacobian)
     if problem.stop_requested:
         return list(found)
     looked = [_fitted(problem, s, best, nuisance_jacobian) for s in nearest]
@@ -58,13 +56,21 @@ def fit_relatives_at_best(
     noise with the delay that was there, 1.04 with a lag in its place, 0.98 with the delay from where the lag stood).
     """
     best, settings = found[0], problem.settings.search
-    swaps = [s for gone in best.candidates for s in _swaps(problem, best, gone, nuisance_jacobian)]
-    nearest = sorted(swaps, key=lambda s: s.left)[: settings.relatives]
+    nearest = _nearest(problem, best, set(), nuisance_jacobian)
     if problem.stop_requested or not nearest:
         return list(found)
     begun = stand_exactly(problem, [(s.candidates, s.point) for s in nearest], nuisance_jacobian)
     near = [h for h in begun if score(h) < score(best) + settings.relatives_near]
     return best_of_each_set([*found, *polish(problem, near, nuisance_jacobian, settings.polish_looks)])
+
+
+def _nearest(
+    problem: Problem, best: Hypothesis, known: Set[frozenset[str]], nuisance_jacobian: np.ndarray
+) -> list[_Swap]:
+    """The swaps of the best hypothesis' effects that leave least, without sets that are known, by their labels."""
+    swaps = [s for gone in best.candidates for s in _swaps(problem, best, gone, nuisance_jacobian)]
+    new = [s for s in swaps if frozenset(c.label for c in s.candidates) not in known]
+    return sorted(new, key=lambda s: s.left)[: problem.settings.search.relatives]
 
 
 def _fitted(problem: Problem, swap: _Swap, best: Hypothesis, nuisance_jacobian: np.ndarray) -> Hypothesis | None:

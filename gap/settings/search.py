@@ -96,7 +96,7 @@ class SearchSettings:
     """Pairs that are tried with a third."""
     many_runs: int = 12
     some_runs: int = 6
-    """Runs from which on, and runs on which the search begins."""
+    """Runs above which the search begins on some of them, and on how many; for the time it takes, tuned on no seed."""
     same_conditions: float = 0.1
     """What a run under the same conditions as another is worth beside one that is as far from it as the runs are."""
     fitted_to_all: int = 4
@@ -127,7 +127,8 @@ class SearchSettings:
     relatives: int = 3
     """Effects of the same group that are fitted in the place of one of the best set."""
     relatives_near: float = 100.0
-    """Cost behind the best up to which these are fitted from where it stands."""
+    """Cost behind the best up to which these are fitted from where it stands; on one case (seed 777, four lands with a
+    late sensor)."""
     size_looks: int = 2
     """How often the sizes between those of the grid are halved for that."""
     negligible: float = 0.01
