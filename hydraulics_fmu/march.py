@@ -77,9 +77,8 @@ def march(
         u, u_rate = float("nan"), 0.0
         x = x_0 + v_h * s
         if not plain:
-            stop = min(stop, s + SLICE)
             if delay > 0.0:
-                stop = min(stop, s + max(delay, SHORTEST))
+                stop = min(stop, s + min(max(delay, SHORTEST), SLICE))
             sample = True
             if period > 0.0:
                 tick = floor(t / period + 1e-9) * period
