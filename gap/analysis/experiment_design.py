@@ -8,7 +8,8 @@ data so far leave them, and columns N of those nuisances, one standard deviation
 
 and the separation is D / sqrt(readings): the distance in times the noise that no refit closes (the discrimination
 criterion of Box and Hill, Technometrics 9, 1967, for models whose parameters are not known exactly). The base
-parameters' derivatives, which differ little, are those of the first hypothesis for both.
+parameters' derivatives, which differ little, are those of the first hypothesis for both. D is never more than the plain
+distance |m_a - m_b|, so derivatives are taken under the changes with the greatest of these alone.
 """
 
 from __future__ import annotations
@@ -78,7 +79,7 @@ def rank_measurements(
     noise = {**{c: own[c] for c in problem.connectors if c in own}, **extra}
     if not noise:
         return []
-    changes = _changes(problem)
+    changes = _promising(problem, _changes(problem), two, own)
     read = _simulated(problem, changes, two, tuple(noise))
     separates = (two[0].hypothesis.ids, two[1].hypothesis.ids)
     spread = [_spread(problem, r, nuisance_jacobian) for r in two]
@@ -163,34 +164,59 @@ def _changes(problem: Problem) -> list[dict[str, Any]]:
     return changes
 
 
-def _simulated(
-    problem: Problem, changes: Sequence[dict[str, Any]], two: _Two, record: tuple[str, ...]
-) -> list[_Signals | None]:
-    """The first run under each change with both hypotheses and their derivatives; None where one of them fails."""
+def _promising(
+    problem: Problem, changes: Sequence[dict[str, Any]], two: _Two, channels: Mapping[str, float]
+) -> list[dict[str, Any]]:
+    """No change, and those under which the fits as they stand differ most in the channels that are there."""
+    if not channels:
+        return [c for c in changes if not c]
+    record, noise = tuple(channels), np.array(list(channels.values()))
+    points = [r.hypothesis.fit.point for r in two]
+    made = []
+    for change, (a, b) in zip(changes, _runs(problem, changes, points, record), strict=True):
+        if change and a is not None and b is not None:
+            made.append((float(np.mean(((a - b) / noise) ** 2)), change))
+    ordered = [change for _, change in sorted(made, key=lambda x: -x[0])]
+    return [*(c for c in changes if not c), *ordered[: problem.settings.analysis.designs]]
+
+
+def _runs(
+    problem: Problem, changes: Sequence[dict[str, Any]], points: Sequence[Point], record: tuple[str, ...]
+) -> list[list[np.ndarray | None]]:
+    """What is read (n, channels) in the first run under each change at every point; None where the model fails."""
     step, method, inputs = problem.fit_step, problem.discretisation.method, problem.runs[0].inputs
-    moves = _moves(problem, two)
-    points = [*(r.hypothesis.fit.point for r in two), *(m.point for m in moves)]
     grid = problem.grid(0, step)
     jobs = []
     for change in changes:
         trial = replace(problem, runs=(_changed(problem, change),))
         jobs += [Job(record, grid[-1], step, trial.changes(0, p), inputs, method=method) for p in points]
     found = problem.simulator.simulate(jobs)
-    apart = -(-len(grid) // problem.settings.analysis.design_rows)
+    read = [None if isinstance(x, Failure) else _read(problem, grid, x, record, p, _rows_apart(problem, grid))
+            for x, p in zip(found, [*points] * len(changes), strict=True)]  # fmt: skip
+    return [read[k * len(points) : (k + 1) * len(points)] for k in range(len(changes))]
+
+
+def _rows_apart(problem: Problem, grid: np.ndarray) -> int:
+    return -(-len(grid) // problem.settings.analysis.design_rows)
+
+
+def _simulated(
+    problem: Problem, changes: Sequence[dict[str, Any]], two: _Two, record: tuple[str, ...]
+) -> list[_Signals | None]:
+    """The first run under each change with both hypotheses and their derivatives; None where one of them fails."""
+    moves = _moves(problem, two)
+    points = [*(r.hypothesis.fit.point for r in two), *(m.point for m in moves)]
+    interval = _rows_apart(problem, problem.grid(0, problem.fit_step)) * problem.fit_step
     made: list[_Signals | None] = []
-    for k in range(len(changes)):
-        own = found[k * len(points) : (k + 1) * len(points)]
-        read = [None if isinstance(x, Failure) else _read(problem, grid, x, record, p, apart)
-                for x, p in zip(own, points, strict=True)]  # fmt: skip
-        a, b = read[:2]
+    for a, b, *moved in _runs(problem, changes, points, record):
         if a is None or b is None:
             made.append(None)
             continue
         slopes = {
             (m.of, m.name): np.zeros_like(a) if x is None else (x - (a, b)[m.of]) / m.by
-            for m, x in zip(moves, read[2:], strict=True)
+            for m, x in zip(moves, moved, strict=True)
         }
-        made.append(_Signals((a, b), slopes, apart * step))
+        made.append(_Signals((a, b), slopes, interval))
     return made
 
 

@@ -62,14 +62,17 @@ def try_forms(
     settings = problem.settings.search
     known = {h.parts for h in found}
     leaders = _leaders([h for h in found if _wanted(h, curves)], settings.form_leaders)
+    best = min(found, key=score)
+    if best.fit.rms < settings.little_left:
+        leaders = [h for h in leaders if h.fit.rms < settings.far * best.fit.rms]
     options = [o for h in leaders for o in _options(problem, h, curves, nuisance_jacobian)]
     options = [o for o in options if _parts(o) not in known]
     if problem.stop_requested:
         return list(found)
     chosen = sorted(options, key=lambda o: o.expected)[: settings.forms_fitted]
-    places = [Place(o.candidates, p, o.base.fit.correction) for o in chosen for p in o.starts]
+    places = [Place(o.candidates, p, o.base.fit.correction, o.base.fit) for o in chosen for p in o.starts]
     begun = [h for h in stand_at(problem, places, nuisance_jacobian) if h is not None]
-    fitted = best_of_each_set(polish(problem, begun, nuisance_jacobian, settings.form_looks))
+    fitted = best_of_each_set(polish(problem, begun, nuisance_jacobian, settings.form_looks, derivatives_known=True))
     least = min((score(h) for h in (*found, *fitted)), default=0.0)
     return best_of_each_set([*found, *polish_near(problem, fitted, least, nuisance_jacobian)])
 

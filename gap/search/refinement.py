@@ -25,11 +25,13 @@ from .sets import Proposal
 
 
 class Place(NamedTuple):
-    """A set of effects at a point, and the correction of the long step there (n,)."""
+    """A set of effects at a point, the correction of the long step there (n,), and a fit near it whose derivatives may
+    serve there."""
 
     candidates: tuple[EffectCandidate, ...]
     point: Point
     correction: np.ndarray
+    near: Fit | None = None
 
 
 @dataclass(eq=False)
@@ -61,15 +63,19 @@ def refine(
 
 
 def polish(
-    problem: Problem, hypotheses: Sequence[Hypothesis], nuisance_jacobian: np.ndarray, looks: int
-) -> list[Hypothesis]:
+    problem: Problem, hypotheses: Sequence[Hypothesis], nuisance_jacobian: np.ndarray, looks: int,
+    derivatives_known: bool = False,
+) -> list[Hypothesis]:  # fmt: skip
     """The hypotheses fitted on with exact runs where they stand and derivatives from small steps, side by side.
 
     A valve that saturates a millisecond later moves a pressure by hundreds of noise levels for that millisecond: near
-    the data only the derivative at the point itself leads on. One that does not run stays as it is.
+    the data only the derivative at the point itself leads on; they are taken anew after a look that has gained much,
+    and after others what its steps have found serves. Where they are known, the first look takes those that are not
+    there yet only. A hypothesis that does not run stays as it is.
     """
     settings, made, going = problem.settings.search, list(hypotheses), list(range(len(hypotheses)))
     confirmed: dict[int, Hypothesis] = {}
+    gained = dict.fromkeys(going, np.inf)
     for look in range(looks + 1):
         if not going or problem.stop_requested:
             break
@@ -81,11 +87,13 @@ def polish(
             walks = {k: w for k, w in walks.items() if w.cost < confirmed[k].penalised_deviance}
             made = [confirmed[k] if k in going and k not in walks else h for k, h in enumerate(made)]
         if look < looks:
-            _differentiate(problem, list(walks.values()))
+            wanted = [w for k, w in walks.items() if gained[k] > settings.much]
+            _differentiate(problem, wanted, missing_only=derivatives_known and look == 0)
         confirmed = {k: Hypothesis(w.candidates, _fit(problem, w, converged=True)) for k, w in walks.items()}
         if look < looks:
             _walk(problem, list(walks.values()), rows_of(problem), nuisance_jacobian, settings.further)
-        going = [k for k, w in walks.items() if confirmed[k].penalised_deviance - w.cost > settings.least_gain]
+        gained = {k: confirmed[k].penalised_deviance - w.cost for k, w in walks.items()}
+        going = [k for k, gain in gained.items() if gain > settings.least_gain]
         for k, w in walks.items():
             made[k] = Hypothesis(w.candidates, _fit(problem, w)) if k in going else confirmed[k]
     return made
@@ -94,7 +102,8 @@ def polish(
 def without(
     problem: Problem, h: Hypothesis, gone: EffectCandidate, nuisance_jacobian: np.ndarray
 ) -> Hypothesis | None:
-    """The hypothesis without one of its effects, fitted from where it stands; None where the model does not run."""
+    """The hypothesis without one of its effects, fitted from where it stands, to the end where that may come near it;
+    None where the model does not run."""
     settings, fit = problem.settings.search, h.fit
     kept = np.array([x not in gone.parameters for x in fit.parameters])
     parameters = tuple(x for x, keep in zip(fit.parameters, kept, strict=True) if keep)
@@ -107,7 +116,8 @@ def without(
     walk = _stand(problem, candidates, parameters, u, model, fit.correction, jacobian, nuisance_jacobian)
     _differentiate(problem, [walk], settings.derivative_step)
     _walk(problem, [walk], rows_of(problem), nuisance_jacobian, settings.steps)
-    return polish(problem, [Hypothesis(candidates, _fit(problem, walk))], nuisance_jacobian, settings.polish_looks)[0]
+    looks = settings.polish_looks if rms(walk.residual) < settings.far * fit.rms else 0
+    return polish(problem, [Hypothesis(candidates, _fit(problem, walk))], nuisance_jacobian, looks)[0]
 
 
 def fit_from(
@@ -149,10 +159,16 @@ def stand_exactly(
 
 
 def _put(problem: Problem, at: Place, coarse: np.ndarray, nuisance_jacobian: np.ndarray) -> _Walk:
-    """A walk that begins at a place, its derivatives 0 so far; coarse: the long vector there (n,) at the fit's step."""
+    """A walk that begins at a place, derivatives that are not known 0; coarse: the long vector there (n,) at the fit's
+    step."""
     parameters = (*problem.base, *(x for c in at.candidates for x in c.parameters))
     u = np.array([at.point.get(x.name, 0.0) for x in parameters])
     model, jacobian = coarse + at.correction, np.zeros((len(coarse), len(parameters)))
+    if at.near is not None:
+        known = {x.name: k for k, x in enumerate(at.near.parameters)}
+        for k, x in enumerate(parameters):
+            if x.name in known:
+                jacobian[:, k] = at.near.jacobian[:, known[x.name]]
     return _stand(problem, at.candidates, parameters, u, model, at.correction, jacobian, nuisance_jacobian)
 
 
@@ -174,7 +190,9 @@ def _stand(
     return _Walk(candidates, parameters, u, model, correction, jacobian, q, residual, cost, radius)
 
 
-def _differentiate(problem: Problem, walks: Sequence[_Walk], h: float = 0.0) -> None:
+def _differentiate(
+    problem: Problem, walks: Sequence[_Walk], h: float = 0.0, missing_only: bool = False
+) -> None:
     """Derivatives at the walks' points from small steps, or from steps of h, where these change anything; where they do
     not, the former ones stay."""
     h = h or max(problem.settings.search.fine_step, problem.discretisation.difference_step)
@@ -182,6 +200,8 @@ def _differentiate(problem: Problem, walks: Sequence[_Walk], h: float = 0.0) -> 
     for w in walks:
         w.jacobian = w.jacobian.copy()
         for k, x in enumerate(w.parameters):
+            if missing_only and np.any(w.jacobian[:, k]):
+                continue
             step = h if w.u[k] + h <= x.high else -h
             moved = w.u.copy()
             moved[k] += step

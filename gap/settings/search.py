@@ -78,6 +78,8 @@ class SearchSettings:
     """The same of a form other than the plain one."""
     form_leaders: int = 1
     """Best sets of each size, beside the best of all, whose effects are tried in other forms."""
+    little_left: float = 1.1
+    """Times the noise below which the best set leaves so little that sets which leave far more are tried in no form."""
     form_beyond: float = 1.5
     """How far beyond its start a form's parameter may be expected to go, in that."""
     forms_fitted: int = 5
@@ -117,6 +119,11 @@ class SearchSettings:
     """Steps that they then go further, with derivatives from small steps."""
     polish_looks: int = 3
     """How often that is done anew."""
+    much: float = 20.0
+    """Gain of such a look, in -2 log probability, from which the next one takes derivatives anew."""
+    far: float = 3.0
+    """Times the noise that a set leaves from which it is not fitted to the end without one of its effects: with
+    derivatives over wide steps fits were seen to stop at twice of what was to be had (case 21)."""
     fine_step: float = 1e-3
     """Step of these derivatives, in normalised parameters."""
     near_leader: float = 25.0

@@ -67,3 +67,18 @@ def test_hypotheses_stand_where_they_are_put():
     assert [h.fit.point["p"] for h in found] == [0.5, 0.7]
     assert found[0].fit.model == pytest.approx(machine({"p": 0.5, "a": 0.1}))
     assert sum(len(coarse) + len(exact) for coarse, exact in p.asked) == 2
+
+
+@pytest.mark.parametrize(("truth", "tried"), [({"q": 0.8}, False), ({"q": 0.8, "bend": 0.3, "p": 0.9}, True)])
+def test_where_the_best_leaves_the_noise_sets_that_leave_far_more_are_tried_in_no_form(truth, tried):
+    q = effect("q")
+
+    def both(point):
+        return machine(point) + 0.1 * point.get("q", 0.0) * np.cos(9.0 * T)
+
+    p, columns = posed(both, truth, [P, q])
+    found = polish(p, [start(p, columns, [q], {"q": 0.5}), start(p, columns, [P], {"p": 0.5})], columns, 3)
+    p.asked.clear()
+    made = try_forms(p, best_of_each_set(found), columns)
+    assert any("[" in h.label for h in made) is tried
+    assert bool(p.asked) is tried

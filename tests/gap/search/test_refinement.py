@@ -9,14 +9,14 @@ import pytest
 from deepsea_cosim.gap.problem.parameters import EstimatedParameter
 from deepsea_cosim.gap.search.bank import build_bank
 from deepsea_cosim.gap.search.baseline import deliver
-from deepsea_cosim.gap.search.refinement import polish, refine, without
+from deepsea_cosim.gap.search.refinement import Place, polish, refine, stand_at, without
 from deepsea_cosim.gap.search.sets import Proposal
 from deepsea_cosim.gap.selection.hypothesis import Hypothesis, penalised_deviance
 from scipy.optimize import lsq_linear, minimize
 
 from tests.gap.formula import FormulaProblem, at_any_step, measured
 
-from .made import BASE, T, effect, moving, posed, start
+from .made import BASE, T, effect, moving, pitch, posed, start
 
 LINEAR = {name: (lambda u: 0.1 * u) for name in ("p", "q")}
 P, Q = effect("p"), effect("q")
@@ -102,6 +102,53 @@ def test_runs_of_a_polish_are_exact():
     assert found.fit.point["p"] == pytest.approx(0.7, abs=0.03)
     assert found.fit.correction == pytest.approx(-0.09 * np.cos(T))
     assert found.fit.rms == pytest.approx(1.0, abs=0.1)
+
+
+def moved(p, calls):
+    """How many runs each of these calls for derivatives had: those with a point for every parameter."""
+    return [n for n in calls if n >= len(p.base) + 1]
+
+
+def test_derivatives_are_taken_anew_after_a_look_that_gained_much_only():
+    """Near the best the first look brings nearly all that there is; far from it later looks bring much, too."""
+    linear, columns = posed(moving(LINEAR), {"a": 0.3, "p": 0.7}, [P])
+    begin = start(linear, columns, [P], {"a": 0.3, "p": 0.74})
+    linear.asked.clear()
+    (found,) = polish(linear, [begin], columns, 4)
+    assert 0.5 < begin.penalised_deviance - found.penalised_deviance < 20.0
+    assert moved(linear, [len(coarse) for coarse, _ in linear.asked]) == [2]
+    assert sum(len(exact) for _, exact in linear.asked) > 1, "it has looked again"
+
+    bent, columns = posed(moving({"p": lambda u: 0.1 * u + 0.2 * u**3}), {"a": 0.3, "p": 1.2}, [P])
+    begin = start(bent, columns, [P], {"p": 0.3})
+    bent.asked.clear()
+    (found,) = polish(bent, [begin], columns, 4)
+    assert found.fit.rms < 1.1
+    assert len(moved(bent, [len(coarse) for coarse, _ in bent.asked])) > 1
+
+
+def test_derivatives_that_are_known_are_not_taken_in_the_first_look():
+    p, columns = posed(moving(LINEAR), {"a": 0.3, "p": 0.7, "q": 0.5}, [P, Q])
+    (near,) = polish(p, [start(p, columns, [P], {"p": 0.6})], columns, 4)
+    place = Place((P, Q), {**near.fit.point, "q": 0.2}, near.fit.correction, near.fit)
+    (begun,) = stand_at(p, [place], columns)
+    p.asked.clear()
+    (found,) = polish(p, [begun], columns, 1, derivatives_known=True)
+    assert [len(coarse) for coarse, _ in p.asked][:2] == [0, 1], "of q alone"
+    assert found.fit.point == pytest.approx({"a": 0.3, "p": 0.7, "q": 0.5}, abs=0.06)
+    assert found.fit.jacobian[:, 2] == pytest.approx(0.1 * np.cos(pitch(1) * T), abs=1e-6)
+
+
+@pytest.mark.parametrize(("size", "looks"), [(0.15, 1), (3.0, 0)])
+def test_without_an_effect_that_explains_nearly_all_nothing_is_fitted_to_the_end(size, looks):
+    """But where it stands there is an exact run."""
+    p, columns = posed(moving(LINEAR), {"a": 0.3, "p": size, "q": 0.5}, [P, Q])
+    (both,) = polish(p, [start(p, columns, [P, Q], {"p": size, "q": 0.5})], columns, 4)
+    p.asked.clear()
+    left = without(p, both, P, columns)
+    assert left.fit.status == "converged"
+    assert moved(p, [len(coarse) for coarse, _ in p.asked]) == [2] * (1 + looks)
+    assert sum(len(exact) for _, exact in p.asked) >= 1
 
 
 def test_what_does_not_run_exactly_stays_as_it_is():
