@@ -143,7 +143,7 @@ def _expected(problem: Problem, two: _Two, odds: float, separation: float) -> tu
     sure = []
     for right in (0, 1):
         missed = np.where(np.arange(2) == right, 0.0, separation**2)
-        then = (1.0 - share) * energy + share * missed
+        then = energy + share * missed  # of another run each leaves what it leaves so far, and the wrong one misses it
         gain = 0.5 * calibration.independent * float(np.log((then[1] + floor) / (then[0] + floor)))
         sure.append(1.0 / (1.0 + np.exp(-(now + gain) * (1.0 if right == 0 else -1.0) / calibration.temperature)))
     p = odds / (1.0 + odds)

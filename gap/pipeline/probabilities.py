@@ -23,7 +23,7 @@ def weigh_hypotheses(state: State) -> State:
     evidence = [_evidence(r) for r in state.ranked]
     posterior = weigh(evidence, calibration, len(problem.observations))
     groups = {c.id: c.group for c in problem.candidates}
-    effects, of_groups = inclusions(posterior, groups, calibration, problem.settings.posterior.plain_energy)
+    effects, of_groups = inclusions(posterior, groups, calibration)
     order = np.argsort(-posterior.probability, kind="stable")
     state = replace(
         state, ranked=tuple(state.ranked[k] for k in order),

@@ -72,7 +72,8 @@ def try_forms(
     chosen = sorted(options, key=lambda o: o.expected)[: settings.forms_fitted]
     places = [Place(o.candidates, p, o.base.fit.correction, o.base.fit) for o in chosen for p in o.starts]
     begun = [h for h in stand_at(problem, places, nuisance_jacobian) if h is not None]
-    fitted = best_of_each_set(polish(problem, begun, nuisance_jacobian, settings.form_looks, derivatives_known=True))
+    done = polish(problem, begun, nuisance_jacobian, settings.form_looks, derivatives_known=not curves)
+    fitted = best_of_each_set(done)
     least = min((score(h) for h in (*found, *fitted)), default=0.0)
     return best_of_each_set([*found, *polish_near(problem, fitted, least, nuisance_jacobian)])
 

@@ -1,7 +1,7 @@
 """From evidence to probabilities: of every hypothesis that was looked at, and of every effect to be in the machine.
 
-The raw probability of an effect is the sum over all hypotheses that contain it. It is calibrated per effect: a logistic
-function of it and of what the best hypothesis leaves, fitted on benchmark cases whose truth was known. So an effect
+The probability of an effect is a logistic function of the share of the gap that it is expected to explain, over all
+hypotheses, and of what the best of them leaves, fitted on benchmark cases whose truth was known. So an effect
 that only comes nearest, where the real cause is in no catalogue, does not look sure.
 """
 
@@ -58,30 +58,34 @@ def weigh(evidence: Sequence[Evidence], calibration: Calibration, readings: int)
     )  # fmt: skip
 
 
-def inclusion_features(posterior: Posterior, members: frozenset[str], plain: float) -> np.ndarray:
+def expected_share(posterior: Posterior, members: frozenset[str]) -> float:
+    """Share of what the refit leaves that any of some effects is expected to explain: of every hypothesis, what it
+    leaves less than the best one of its other effects, times its probability."""
+    expected = 0.0
+    for probability, e in zip(posterior.probability, posterior.evidence, strict=True):
+        others = set(e.ids) - members
+        if len(others) < len(e.ids):
+            without = min(x.energy for x in posterior.evidence if others.issuperset(x.ids))
+            expected += float(probability) * max(0.0, without - e.energy)
+    return expected / posterior.baseline
+
+
+def inclusion_features(posterior: Posterior, members: frozenset[str]) -> np.ndarray:
     """What the inclusion of any of some effects is judged by.
 
-    A constant; the log-odds of the raw probability; the logarithm of what the best hypothesis leaves, up to `plain`,
-    for of more only its share tells; the logarithm of its share in what the refit leaves; and of the share that the
-    effects explain.
+    A constant; the logarithm of the share of what the refit leaves that the best hypothesis leaves, too; and of the
+    share that the effects are expected to explain. What they explain beyond the best hypothesis without them, which
+    stood in its place, is nothing for a right effect that two others imitate together.
     """
-    have = np.array([bool(members & set(e.ids)) for e in posterior.evidence])
-    raw = float(posterior.probability[have].sum())
-    energies = np.array([e.energy for e in posterior.evidence])
-    without, with_them = energies[~have].min(), energies[have].min() if have.any() else np.inf
-    share = max(0.0, float(without - min(with_them, without))) / posterior.baseline
-    left, least = posterior.left, PosteriorSettings.least
-    return np.array([
-        1.0, np.log((raw + least) / (1.0 - raw + least)), np.log(left / (1.0 + left / plain)),
-        min(0.0, float(np.log(left / posterior.baseline))), np.log(share + 0.01),
-    ])  # fmt: skip
+    left = min(0.0, float(np.log(posterior.left / posterior.baseline)))
+    return np.array([1.0, left, np.log(expected_share(posterior, members) + PosteriorSettings.trace)])
 
 
-def inclusion(posterior: Posterior, members: frozenset[str], calibration: Calibration, plain: float) -> float:
+def inclusion(posterior: Posterior, members: frozenset[str], calibration: Calibration) -> float:
     """Calibrated probability that any of some effects is in the machine; 0 where none of them was looked at."""
     if not any(members & set(e.ids) for e in posterior.evidence):
         return 0.0
-    odds = inclusion_features(posterior, members, plain) @ np.array(calibration.inclusion)
+    odds = inclusion_features(posterior, members) @ np.array(calibration.inclusion)
     return float(min(1.0 / (1.0 + np.exp(-np.clip(odds, -30.0, 30.0))), PosteriorSettings.surest))
 
 
@@ -92,15 +96,15 @@ def temper(probability: float, doubts: Sequence[float]) -> float:
 
 
 def inclusions(
-    posterior: Posterior, groups: Mapping[str, str], calibration: Calibration, plain: float
+    posterior: Posterior, groups: Mapping[str, str], calibration: Calibration
 ) -> tuple[dict[str, float], dict[str, float]]:
     """Calibrated probability of every effect, and of every group; groups: of each effect by its id."""
-    effects = {id: inclusion(posterior, frozenset([id]), calibration, plain) for id in groups}
+    effects = {id: inclusion(posterior, frozenset([id]), calibration) for id in groups}
     members: dict[str, set[str]] = {}
     for id, group in groups.items():
         members.setdefault(group, set()).add(id)
     of_groups = {
-        group: max(inclusion(posterior, frozenset(ids), calibration, plain), *(effects[id] for id in ids))
+        group: max(inclusion(posterior, frozenset(ids), calibration), *(effects[id] for id in ids))
         for group, ids in members.items()
     }
     return effects, of_groups

@@ -38,8 +38,8 @@ class EvidenceSettings:
 class PosteriorSettings:
     """Which probabilities a verdict needs, and what lowers them."""
 
-    plain_energy: float = 0.3
-    """Energy per reading that is plainly left: of more, only its share in the gap tells how sure an effect is."""
+    trace: float = 0.003
+    """Share of the gap below which an expected share tells no more."""
     named: float = 0.5
     """Inclusion probability from which an effect is named."""
     sure: float = 0.8

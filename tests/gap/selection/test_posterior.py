@@ -3,14 +3,21 @@
 import numpy as np
 import pytest
 from deepsea_cosim.gap.selection.calibration import Calibration, Curvature, chance
-from deepsea_cosim.gap.selection.posterior import Evidence, inclusion, inclusion_features, inclusions, temper, weigh
+from deepsea_cosim.gap.selection.posterior import (
+    Evidence,
+    expected_share,
+    inclusion,
+    inclusion_features,
+    inclusions,
+    temper,
+    weigh,
+)
 from deepsea_cosim.gap.settings import PosteriorSettings
 from scipy.optimize import minimize
 
 READINGS = 5000
-PLAIN_ENERGY = PosteriorSettings().plain_energy
-PLAIN = Calibration(20.0, 0.01, 0.0, 1.0, (0.0, 1.0, 0.0, 0.0, 0.0))
-"""Inclusion is the raw probability."""
+PLAIN = Calibration(20.0, 0.01, 0.0, 1.0, (np.log(2.0), 0.0, 2.0))
+"""The odds of an inclusion are twice the square of the share that is expected."""
 SHIPPED = Calibration.load()
 
 
@@ -25,7 +32,7 @@ def probability(posterior, ids):
 
 
 def included(id, energies, calibration=PLAIN, price=0.0):
-    return inclusion(weighed(energies, calibration, price), frozenset([id]), calibration, PLAIN_ENERGY)
+    return inclusion(weighed(energies, calibration, price), frozenset([id]), calibration)
 
 
 @pytest.mark.parametrize("calibration", [PLAIN, SHIPPED])
@@ -65,18 +72,35 @@ def test_near_equals_share_where_the_best_leaves_much():
     assert probability(little, ("a",)) > 0.99
 
 
-def test_an_effect_is_in_all_hypotheses_that_contain_it():
-    """A sensor's effect in two channels is two hypotheses of one effect, and pairs count for both."""
-    found = weighed({("s",): 1.0, (): 1.0, ("s", "t"): 1.0, ("u",): 1.0})
-    groups = {"s": "sensors", "t": "sensors", "u": "other", "v": "other"}
-    effects, of_groups = inclusions(found, groups, PLAIN, PLAIN_ENERGY)
-    assert effects["s"] == pytest.approx(0.5, abs=1e-4)
-    assert effects["t"] == effects["u"] == pytest.approx(0.25, abs=1e-4)
+def test_what_an_effect_is_expected_to_explain_is_the_mean_over_all_hypotheses():
+    energies = {(): 10.0, ("s",): 4.0, ("u",): 6.0, ("s", "t"): 3.0, ("t", "u"): 5.5}
+    found = weighed(energies)
+    p = dict(zip(energies, found.probability, strict=True))
+    wanted = {
+        "s": p["s",] * 6.0 + p["s", "t"] * 7.0, "t": p["s", "t"] * 1.0 + p["t", "u"] * 0.5,
+        "u": p["u",] * 4.0 + p["t", "u"] * 4.5, "st": p["s",] * 6.0 + p["s", "t"] * 7.0 + p["t", "u"] * 0.5,
+    }  # fmt: skip
+    for members, energy in wanted.items():
+        assert expected_share(found, frozenset(members)) == pytest.approx(energy / found.baseline), members
+    effects, of_groups = inclusions(found, {"s": "sensors", "t": "sensors", "u": "other", "v": "other"}, PLAIN)
     assert effects["v"] == 0.0, "not looked at"
-    assert of_groups["sensors"] == pytest.approx(0.5, abs=1e-4)
+    assert effects["s"] == inclusion(found, frozenset("s"), PLAIN)
+    assert of_groups["sensors"] == pytest.approx(inclusion(found, frozenset("st"), PLAIN))
     assert of_groups["other"] == effects["u"]
-    twice = weigh([Evidence(("s",), 1.0, 0.0), Evidence(("s",), 1.0, 0.0), Evidence((), 1.0, 0.0)], PLAIN, READINGS)
-    assert inclusion(twice, frozenset("s"), PLAIN, PLAIN_ENERGY) == pytest.approx(2 / 3, abs=1e-4)
+
+
+def test_a_sensors_effect_in_two_channels_is_one_effect():
+    twice = weigh([Evidence(("s",), 1.0, 0.0), Evidence(("s",), 1.0, 0.0), Evidence((), 3.0, 0.0)], PLAIN, READINGS)
+    assert expected_share(twice, frozenset("s")) == pytest.approx(
+        (1.0 - twice.probability[2]) * 2.0 / twice.baseline
+    )  # fmt: skip
+
+
+def test_a_right_effect_that_two_others_imitate_together_is_as_sure_as_it_is_probable():
+    alone = included("a", {(): 10.0, ("a",): 0.0, ("b",): 7.0}, SHIPPED, 6.0)
+    imitated = included("a", {(): 10.0, ("a",): 0.0, ("b",): 7.0, ("b", "c"): 0.0}, SHIPPED, 6.0)
+    assert imitated > 0.5
+    assert imitated < alone
 
 
 @pytest.mark.parametrize("calibration", [PLAIN, SHIPPED])
@@ -103,7 +127,7 @@ def test_the_same_rest_is_less_of_a_doubt_where_it_is_less_of_the_gap():
 
 def test_the_features_of_a_baseline_as_good_as_all_are_finite():
     found = weighed({(): 0.0, ("a",): 0.0})
-    assert np.isfinite(inclusion_features(found, frozenset("a"), PLAIN_ENERGY)).all()
+    assert np.isfinite(inclusion_features(found, frozenset("a"))).all()
 
 
 def test_doubts_multiply_the_odds():
