@@ -19,7 +19,6 @@ from ..analysis.verdict import verdict
 from ..campaign.campaign import Campaign, CampaignError
 from ..campaign.catalogue import Catalogue
 from ..problem.build import build_problem
-from ..problem.noise import rms
 from ..problem.problem import Problem
 from ..problem.stop import StopToken
 from ..search.earlier import Earlier, known_to
@@ -214,10 +213,6 @@ class State:
     def left_by_calibration(self) -> np.ndarray:
         """Normalised residual that the refit of the base parameters leaves, as the most probable hypothesis sees it."""
         return self.alternatives[0].residuals[frozenset()]
-
-    def gap(self, ranked: RankedHypothesis) -> float:
-        """Held-out normalised RMS of a hypothesis."""
-        return rms(self.after(ranked))
 
     def with_section(self, key: str, value: Any) -> State:
         """With a section of diagnosis.json."""

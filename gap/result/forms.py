@@ -6,6 +6,7 @@ from collections.abc import Sequence
 from typing import Any
 
 from ..pipeline.state import State
+from ..problem.noise import rms
 from ..problem.parameters import EffectCandidate
 from ..selection.evidence import RankedHypothesis
 
@@ -34,10 +35,11 @@ def _probability(s: State, c: EffectCandidate) -> float:
 
 
 def _share(s: State, best: RankedHypothesis, c: EffectCandidate) -> float:
-    """0 where the same effects were not fitted in the plain form."""
+    """On the runs that are learned from, for held-out ones would have to be simulated, and the processes that do are
+    gone when results are written; 0 where the same effects were not fitted in the plain form."""
     parts = best.hypothesis.parts - {c.name} | {c.label}
     plain = next((r for r in s.ranked if r.hypothesis.parts == parts), None)
-    gap = s.shared_out.calibrated**2 - 1.0
+    gap = rms(s.ranked_baseline.held_out) ** 2 - 1.0
     if plain is None or gap <= 0.0:
         return 0.0
-    return min(1.0, max(0.0, (s.gap(plain) ** 2 - s.gap(best) ** 2) / gap))
+    return min(1.0, max(0.0, (rms(plain.held_out) ** 2 - rms(best.held_out) ** 2) / gap))
