@@ -1,8 +1,9 @@
 """One communication step with a controller whose output is delayed or sampled: slices with a known output.
 
-Without these effects it is one call of `integrator.advance`. With them the step is cut into slices of at most 1 ms, at
-the controller's sampling times, and at most the delay long; at the start of a slice the controller's output is computed
-and remembered, and within it the output in force is known: what was remembered the delay ago, joined by straight lines.
+Without these effects it is one call of `integrator.advance`. With them the step is cut at the controller's sampling
+times and, with a delay, into slices of at most 1 ms that are no longer than the delay; at the start of a slice the
+controller's output is computed and remembered, and within it the output in force is known: what was remembered the
+delay ago, joined by straight lines.
 `memory` holds this history; it is part of the state.
 
 No slice is shorter than `SHORTEST`, so that a run's cost stays bounded: for a shorter delay the last straight line goes
@@ -37,7 +38,7 @@ FIRST = 3
 MEMORY = FIRST + 2 * LENGTH
 """Size of the memory: number of entries made, output in force [mA], time of the last sample [s], times, outputs."""
 SLICE = 1e-3
-"""Longest slice [s]."""
+"""Longest slice with a delay [s]."""
 
 
 @kernel

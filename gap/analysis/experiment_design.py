@@ -168,16 +168,17 @@ def _promising(
     problem: Problem, changes: Sequence[dict[str, Any]], two: _Two, channels: Mapping[str, float]
 ) -> list[dict[str, Any]]:
     """No change, and those under which the fits as they stand differ most in the channels that are there."""
+    unchanged, changed = [c for c in changes if not c], [c for c in changes if c]
     if not channels:
-        return [c for c in changes if not c]
+        return unchanged
     record, noise = tuple(channels), np.array(list(channels.values()))
     points = [r.hypothesis.fit.point for r in two]
     made = []
-    for change, (a, b) in zip(changes, _runs(problem, changes, points, record), strict=True):
-        if change and a is not None and b is not None:
+    for change, (a, b) in zip(changed, _runs(problem, changed, points, record), strict=True):
+        if a is not None and b is not None:
             made.append((float(np.mean(((a - b) / noise) ** 2)), change))
     ordered = [change for _, change in sorted(made, key=lambda x: -x[0])]
-    return [*(c for c in changes if not c), *ordered[: problem.settings.analysis.designs]]
+    return [*unchanged, *ordered[: problem.settings.analysis.designs]]
 
 
 def _runs(
