@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from . import analysis, preparation, probabilities, search, some_runs
+from . import analysis, formed, preparation, probabilities, search, some_runs
 from .stage import Stage
 
 PIPELINE = (
@@ -31,6 +31,7 @@ PIPELINE = (
     Stage("ranking what is there", search.rank_what_is_there, when=lambda s: not s.ranked, always=True),
     Stage("weighing the hypotheses", probabilities.weigh_hypotheses, always=True),
     Stage("sharing out the gap", probabilities.share_gap, always=True),
+    Stage("what forms are worth", formed.weigh_forms, when=formed.has_formed, always=True),
     Stage("looking at what is left", analysis.look_at_rest),
     Stage("where the gap lies", analysis.locate, always=True),
     Stage("which component has it", analysis.replay),

@@ -19,6 +19,7 @@ from ..analysis.verdict import verdict
 from ..campaign.campaign import Campaign, CampaignError
 from ..campaign.catalogue import Catalogue
 from ..problem.build import build_problem
+from ..problem.parameters import EffectCandidate
 from ..problem.problem import Problem
 from ..problem.stop import StopToken
 from ..search.earlier import Earlier, known_to
@@ -40,6 +41,19 @@ class Inclusion:
     effects: Mapping[str, float]
     groups: Mapping[str, float]
     group_of: Mapping[str, str]
+
+
+@dataclass(frozen=True, eq=False)
+class Formed:
+    """An effect in another form than the plain one."""
+
+    effect: EffectCandidate
+    hypothesis: RankedHypothesis
+    """The most probable one that has the effect."""
+    probability: float
+    """Of the form among the hypotheses that have the effect."""
+    share: float
+    """What the plain form leaves more, of what calibration leaves."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -103,6 +117,8 @@ class State:
     alternatives: tuple[Alternative, ...] = ()
     """Plausible hypotheses with what every subset of their effects leaves on the scoring data."""
     budget: Budget | None = None
+    formed: tuple[Formed, ...] = ()
+    """Effects in other forms than the plain one."""
     masks: Mapping[str, np.ndarray] = field(default_factory=dict)
     """Regions of the scoring data, by name."""
     places: tuple[Place, ...] = ()

@@ -34,8 +34,12 @@ def machine(uneven):
     return [measure(seed, friction) for seed in (1, 2)]
 
 
-def diagnosed(toys, folder, uneven):
+def diagnosed(toys, folder, uneven, held_out=""):
     path = campaign(folder, toys, machine(uneven))
+    text = path.read_text()
+    if held_out:
+        text = text.replace(f'file = "{held_out}"', f'file = "{held_out}"\nuse = "holdout"')
+    path.write_text(text)
     (folder / "effects.toml").write_text(WITH_FORM)
     return document(diagnose(read(path), processes=1))
 
@@ -70,6 +74,18 @@ def test_the_form_has_a_share_within_that_of_its_effect(uneven):
     assert sum(p["share"] for p in uneven["budget"]["parts"]) == pytest.approx(1.0)
     plain = next(h for h in uneven["evidence"]["hypotheses"] if h["label"] == "friction")
     assert plain["held_out_rms"] > 2.0 > 1.1 > uneven["budget"]["explained"]
+
+
+def test_with_a_run_held_out_the_share_is_what_the_plain_form_leaves_there(toys, tmp_path):
+    """Simulated there before the processes end: written after, the whole diagnosis was lost."""
+    data = diagnosed(toys, tmp_path, 0.5, held_out="run1.csv")
+    part, budget = friction_of(data), data["budget"]
+    assert part["form"]["id"] == "unequal_directions"
+    assert budget["held_out"].startswith("runs")
+    assert budget["explained"] == pytest.approx(1.0, abs=0.05)
+    plain = next(h for h in data["evidence"]["hypotheses"] if h["label"] == "friction")
+    like_learned = (plain["held_out_rms"] ** 2 - 1.0) / (budget["calibrated"] ** 2 - 1.0)
+    assert part["form"]["share"] == pytest.approx(like_learned, rel=0.5)
 
 
 def test_the_plain_form_is_said_of_a_machine_that_has_it(toys, tmp_path):

@@ -1,0 +1,55 @@
+"""The stage that says of effects in other forms than the plain one how sure the form is, and what it is worth."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+from ...core.errors import SimulationError
+from ..problem.noise import rms
+from ..problem.parameters import EffectCandidate
+from ..problem.stop import StopRequested
+from ..selection.evidence import RankedHypothesis
+from .state import Formed, State
+
+
+def has_formed(state: State) -> bool:
+    """Whether any effect was fitted in another form than the plain one."""
+    return any(c.form is not None for r in state.ranked for c in r.hypothesis.candidates)
+
+
+def weigh_forms(state: State) -> State:
+    """The form of every effect in the most probable hypothesis that has it, where that is not the plain one.
+
+    On the scoring data, as the budget: the plain form is simulated there, so this comes before results are written.
+    """
+    first: dict[str, RankedHypothesis] = {}
+    for r in state.ranked:
+        for c in r.hypothesis.candidates:
+            first.setdefault(c.label, r)
+    made = []
+    for label, r in first.items():
+        c = next(c for c in r.hypothesis.candidates if c.label == label)
+        if c.form is not None:
+            made.append(Formed(c, r, _probability(state, c), _share(state, r, c)))
+    return replace(state, formed=tuple(made))
+
+
+def _probability(s: State, c: EffectCandidate) -> float:
+    """Of the form among the hypotheses that have the effect."""
+    having = [(r, p) for r, p in zip(s.ranked, s.probabilities, strict=True) if c.label in r.hypothesis.labels]
+    return sum(p for r, p in having if c.name in r.hypothesis.parts) / max(sum(p for _, p in having), 1e-300)
+
+
+def _share(s: State, best: RankedHypothesis, c: EffectCandidate) -> float:
+    """What the same effects leave more with this one in its plain form, of what calibration leaves; 0 where these were
+    not fitted, or there is no time to simulate them."""
+    parts = best.hypothesis.parts - {c.name} | {c.label}
+    plain = next((r for r in s.ranked if r.hypothesis.parts == parts), None)
+    gap = s.shared_out.calibrated**2 - 1.0
+    if plain is None or gap <= 0.0:
+        return 0.0
+    try:
+        plainly, so = (max(rms(s.after(r)) ** 2 - 1.0, 0.0) for r in (plain, best))
+    except (SimulationError, StopRequested):
+        return 0.0
+    return min(1.0, max(0.0, (plainly - so) / gap))
