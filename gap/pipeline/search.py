@@ -11,7 +11,7 @@ from ..search.baseline import deliver, explains_much, is_strained, refit_again, 
 from ..search.earlier import baseline_point, fit_again
 from ..search.forms import have_forms, in_forms_of
 from ..search.forms import try_forms as tried
-from ..search.leaders import refine_fit_step, refine_macro_step, widen_derivatives
+from ..search.leaders import refine_fit_step, refine_macro_step, refit_past_wall, widen_derivatives
 from ..search.relatives import fit_relatives_at_best
 from ..search.relatives import swap_relatives as swapped
 from ..search.rounds import (
@@ -34,13 +34,16 @@ from .state import State
 def fit_baseline(state: State) -> State:
     """The refit of the base parameters, and where the first bank is made: there, or at the model as delivered where the
     refit explains little or strains many of them, for base parameters bent to what they cannot explain lead away from
-    what can. The other one is for later."""
+    what can. The other one is for later. Where the refit needs runs of shorter steps, so does the search."""
     delivered = deliver(state.problem, state.nuisance_jacobian)
     baseline = None
     if state.earlier is not None and state.problem.base:
         point = baseline_point(state.problem, state.earlier.sets)
         baseline = refit_again(state.problem, state.nuisance_jacobian, delivered, point)
     baseline = baseline or refit_base(state.problem, state.nuisance_jacobian, delivered)
+    problem, (baseline,) = refit_past_wall(state.problem, baseline, state.nuisance_jacobian)
+    if problem is not state.problem:
+        state, delivered = replace(state, problem=problem), deliver(problem, state.nuisance_jacobian)
     start, other = delivered, baseline
     adequate = is_adequate(state.problem, baseline.fit)
     if explains_much(state.problem, baseline, delivered) and (adequate or not is_strained(state.problem, baseline)):

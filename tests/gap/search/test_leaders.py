@@ -7,7 +7,7 @@ import pytest
 from deepsea_cosim.gap.estimation.nuisances import nuisance_columns
 from deepsea_cosim.gap.problem.parameters import EffectCandidate, EstimatedParameter
 from deepsea_cosim.gap.search.baseline import deliver, refit_base
-from deepsea_cosim.gap.search.leaders import refine_macro_step, widen_derivatives
+from deepsea_cosim.gap.search.leaders import refine_macro_step, refit_past_wall, widen_derivatives
 from deepsea_cosim.gap.search.refinement import polish
 from deepsea_cosim.gap.selection.hypothesis import Hypothesis
 
@@ -57,6 +57,35 @@ def test_steps_stay_where_the_best_fit_does_not_depend_on_them():
     kept, (baseline,) = refine_macro_step(p, [found], nuisance_jacobian)
     assert kept.macro_step == 1.0
     assert baseline is found
+
+
+def walled(steps_that_swing):
+    """A machine without effects whose runs of some steps swing where the way to the data goes on, its refit so."""
+
+    def swings(p, step):
+        a = p.get("a", 0.0)
+        return machine(p) + steps_that_swing(step) * (a > 0.4) * (2.0 + a) * np.sin(9.0 * T)
+
+    p = FormulaProblem(swings, measured(machine, {"a": 0.8}, T, 0.002), (GAIN,)).with_discretisation(coarsening=4)
+    nuisance_jacobian = nuisance_columns(p, machine({}))
+    return p, refit_base(p, nuisance_jacobian, deliver(p, nuisance_jacobian)), nuisance_jacobian
+
+
+def test_a_refit_gets_past_a_wall_that_only_long_steps_have():
+    p, baseline, nuisance_jacobian = walled(lambda step: step > 2.5)
+    assert baseline.fit.point["a"] < 0.4
+    refined, (found,) = refit_past_wall(p, baseline, nuisance_jacobian)
+    assert found.fit.point["a"] == pytest.approx(0.8, abs=0.02)
+    assert found.fit.converged
+    assert refined.discretisation.coarsening == 2
+    again, (same,) = refit_past_wall(refined, found, nuisance_jacobian)
+    assert (again, same) == (refined, found)
+
+
+def test_a_wall_that_exact_runs_have_too_is_the_machines():
+    p, baseline, nuisance_jacobian = walled(lambda step: True)
+    refined, (found,) = refit_past_wall(p, baseline, nuisance_jacobian)
+    assert (refined, found) == (p, baseline)
 
 
 def test_hypotheses_far_behind_are_laid_aside():
