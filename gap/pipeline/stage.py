@@ -48,6 +48,6 @@ def run_pipeline(
         state = replace(state, seconds={**state.seconds, stage.name: time.perf_counter() - begin})
         if state.so_far != known:
             tell(state.so_far)
-            first = state.first_answer or sum(state.seconds.values())
-            state = replace(state, first_answer=first)
+            if not state.first_answer and (state.found or state.looked):
+                state = replace(state, first_answer=sum(state.seconds.values()))
     return state

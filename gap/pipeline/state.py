@@ -107,7 +107,7 @@ class State:
     so_far: str = ""
     """What the search knows, for whoever waits."""
     first_answer: float = 0.0
-    """Time until it first knew anything [s]; 0 before."""
+    """Time until it first knew anything of effects [s]; 0 before."""
     ranked: tuple[RankedHypothesis, ...] = ()
     """All hypotheses, the best first."""
     structure: Structure | None = None
