@@ -91,6 +91,8 @@ def read_run_file(path: Path, channels: tuple[Channel, ...], form: FileFormat, w
         column = _column(table, channel)
         if id(column.time) not in clocks:
             clocks[id(column.time)] = _model_time(table, column.time, form, warnings)
+            if any(c.role == "output" and c.clock_jitter is None for c in channels):
+                _warn_of_jitter(table, clocks[id(column.time)], warnings)
         clock = clocks[id(column.time)]
         if (found := _readings(table, column, clock, channel, warnings)) is not None:
             series[channel.connector] = found
@@ -143,13 +145,19 @@ def _model_time(table: MeasurementTable, raw: FloatArray, form: FileFormat, warn
     if gaps.max() > READING.hole * np.median(gaps):
         at = kept[int(np.argmax(gaps))]
         warnings.append(f"{table.file.name}: nothing was measured for {gaps.max():g} s after {at:g} s")
+    return seconds
+
+
+def _warn_of_jitter(table: MeasurementTable, seconds: FloatArray, warnings: list[str]) -> None:
+    """Of a clock that is not even, on the model's clock (n,)."""
+    kept = seconds[seconds >= 0.0]
     if jitters(kept):
         jitter = clock_jitter(kept)
         warnings.append(
-            f"{table.file.name}: its clock jitters by {jitter:.2g} s, {jitter / np.median(gaps):.1%} of a sample "
-            "interval; its times are taken as they stand: 'clock_jitter' [s] of a channel says how far they may be off"
+            f"{table.file.name}: its clock jitters by {jitter:.2g} s, {jitter / np.median(np.diff(kept)):.1%} of a "
+            "sample interval; its times are taken as they stand: 'clock_jitter' [s] of a channel says how far they may "
+            "be off"
         )
-    return seconds
 
 
 def _unit_of_time(table: MeasurementTable, form: FileFormat) -> str:

@@ -117,9 +117,15 @@ def test_a_clock_that_jitters_may_begin_a_little_early(written: Written) -> None
 def test_a_clock_that_jitters_is_told(written: Written) -> None:
     """3 % of an interval, either way; and a clock of the converter's resolution is not."""
     jitter = np.random.default_rng(1).uniform(-0.003, 0.003, len(T))
-    (warning,) = read(written(run=table(T + np.abs(jitter[0]) + jitter))).warnings
+    uneven = table(T + np.abs(jitter[0]) + jitter)
+    (warning,) = read(written(run=uneven)).warnings
     assert "jitters" in warning
     assert "'clock_jitter'" in warning
+    x = 'unit = "mm"\nclock_jitter = 0.002'
+    assert len(read(written('unit = "mm"', x, run=uneven)).warnings) == 1, "not of the other channel"
+    path = written('unit = "mm"', x, run=uneven)
+    path.write_text(path.read_text().replace('unit = "bar"', 'unit = "bar"\nclock_jitter = 0.002'))
+    assert read(path).warnings == [], "where it is stated of all there is nothing to ask for"
     assert read(written(run=table(np.round(T + 0.0004 * np.sin(T), 3)))).warnings == []
 
 
