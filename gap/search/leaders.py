@@ -88,8 +88,10 @@ def refit_past_wall(problem: Problem, baseline: Hypothesis, nuisance_jacobian: n
     while problem.discretisation.coarsening > 1 and rms(found[0].fit.correction / problem.observations.noise_std) > (
         settings.numerics.coarse_error
     ):
-        problem = problem.with_discretisation(coarsening=problem.discretisation.coarsening // 2)
-        found = stand_exactly(problem, [((), point)], nuisance_jacobian)
+        shorter = problem.with_discretisation(coarsening=problem.discretisation.coarsening // 2)
+        if not (again := stand_exactly(shorter, [((), point)], nuisance_jacobian)):
+            break
+        problem, found = shorter, again
     return Refined(problem, polish(problem, found, nuisance_jacobian, settings.search.polish_looks))
 
 
