@@ -13,7 +13,7 @@ from ..estimation.gauss_newton import with_wide_differences
 from ..estimation.linear import Linear
 from ..estimation.scheduler import run_fits
 from ..problem.noise import rms
-from ..problem.parameters import point_of
+from ..problem.parameters import EffectCandidate, Point, point_of
 from ..problem.problem import Problem
 from ..selection.hypothesis import Hypothesis, is_adequate
 from .refinement import polish, stand_exactly
@@ -53,18 +53,45 @@ def refine_fit_step(problem: Problem, found: Sequence[Hypothesis], nuisance_jaco
     that stand still; 1.7 at 4 ms, and 1.34 times the noise become 1.02).
     """
     made, count = list(found), problem.settings.numerics.refitted
-    while problem.discretisation.coarsening > 1 and not problem.stop_requested:
-        best = made[0].fit
-        (coarse,), (exact,) = problem.answer([best.point], [best.point])
-        if coarse is None or exact is None:
+    while not problem.stop_requested:
+        there = _stand(problem, made[0].candidates, made[0].fit.point, nuisance_jacobian)
+        if there is None:
             break
-        if rms((exact - coarse) / problem.observations.noise_std) <= problem.settings.numerics.coarse_error:
+        shorter, there = _at_step_that_resembles(problem, there, nuisance_jacobian)
+        if shorter is problem:
             break
-        problem = problem.with_discretisation(coarsening=problem.discretisation.coarsening // 2)
-        here = stand_exactly(problem, [(h.candidates, h.fit.point) for h in made[:count]], nuisance_jacobian)
+        problem = shorter
+        others = [(h.candidates, h.fit.point) for h in made[1:count]]
+        here = [there, *stand_exactly(problem, others, nuisance_jacobian)]
         done = polish(problem, here, nuisance_jacobian, problem.settings.search.polish_looks)
         made = best_of_each_set([*done, *made])
     return Refined(problem, made)
+
+
+class _Standing(NamedTuple):
+    """A problem, and a set of effects as it stands at a point with its own exact run."""
+
+    problem: Problem
+    there: Hypothesis
+
+
+def _at_step_that_resembles(problem: Problem, there: Hypothesis, nuisance_jacobian: np.ndarray) -> _Standing:
+    """The problem with the step of a fit's runs halved until they are near the exact one where a set stands, as far as
+    runs of the halved step are to be had there."""
+    settings, noise = problem.settings.numerics, problem.observations.noise_std
+    while problem.discretisation.coarsening > 1 and rms(there.fit.correction / noise) > settings.coarse_error:
+        shorter = problem.with_discretisation(coarsening=problem.discretisation.coarsening // 2)
+        again = _stand(shorter, there.candidates, there.fit.point, nuisance_jacobian)
+        if again is None:
+            break
+        problem, there = shorter, again
+    return _Standing(problem, there)
+
+
+def _stand(
+    problem: Problem, candidates: tuple[EffectCandidate, ...], point: Point, nuisance_jacobian: np.ndarray
+) -> Hypothesis | None:
+    return next(iter(stand_exactly(problem, [(candidates, point)], nuisance_jacobian)), None)
 
 
 def refit_past_wall(problem: Problem, baseline: Hypothesis, nuisance_jacobian: np.ndarray) -> Refined:
@@ -77,22 +104,16 @@ def refit_past_wall(problem: Problem, baseline: Hypothesis, nuisance_jacobian: n
     fit, settings = baseline.fit, problem.settings
     line = Linear.around(problem, fit.normalised, fit.model, fit.jacobian, nuisance_jacobian)
     step = line.step(fit.parameters, fit.dispersion, np.full(len(fit.normalised), np.inf))
-    point = point_of(fit.parameters, fit.normalised + step.d)
-    there = replace(fit, normalised=fit.normalised + step.d, nuisances=step.q, residual=line.predicted_residual(step))
+    u, left = fit.normalised + step.d, line.predicted_residual(step)
+    expected = replace(fit, normalised=u, nuisances=step.q, residual=left)
     much = baseline.penalised_deviance - settings.search.much
-    if replace(baseline, fit=there).penalised_deviance > much or is_adequate(problem, fit) or problem.stop_requested:
+    if replace(baseline, fit=expected).penalised_deviance > much or is_adequate(problem, fit) or problem.stop_requested:
         return Refined(problem, [baseline])
-    found = stand_exactly(problem, [((), point)], nuisance_jacobian)
-    if not found or found[0].penalised_deviance > much:
+    there = _stand(problem, (), point_of(fit.parameters, u), nuisance_jacobian)
+    if there is None or there.penalised_deviance > much:
         return Refined(problem, [baseline])
-    while problem.discretisation.coarsening > 1 and rms(found[0].fit.correction / problem.observations.noise_std) > (
-        settings.numerics.coarse_error
-    ):
-        shorter = problem.with_discretisation(coarsening=problem.discretisation.coarsening // 2)
-        if not (again := stand_exactly(shorter, [((), point)], nuisance_jacobian)):
-            break
-        problem, found = shorter, again
-    return Refined(problem, polish(problem, found, nuisance_jacobian, settings.search.polish_looks))
+    problem, there = _at_step_that_resembles(problem, there, nuisance_jacobian)
+    return Refined(problem, polish(problem, [there], nuisance_jacobian, settings.search.polish_looks))
 
 
 def refine_macro_step(problem: Problem, found: Sequence[Hypothesis], nuisance_jacobian: np.ndarray) -> Refined:

@@ -2,13 +2,15 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from deepsea_cosim.gap.estimation.nuisances import nuisance_columns
 from deepsea_cosim.gap.problem.parameters import EffectCandidate, EstimatedParameter
 from deepsea_cosim.gap.search.baseline import deliver, refit_base
-from deepsea_cosim.gap.search.leaders import refine_macro_step, refit_past_wall, widen_derivatives
-from deepsea_cosim.gap.search.refinement import polish
+from deepsea_cosim.gap.search.leaders import refine_fit_step, refine_macro_step, refit_past_wall, widen_derivatives
+from deepsea_cosim.gap.search.refinement import polish, stand_exactly
 from deepsea_cosim.gap.selection.hypothesis import Hypothesis
 
 from tests.gap.formula import FormulaProblem, measured
@@ -86,6 +88,32 @@ def test_a_wall_that_exact_runs_have_too_is_the_machines():
     p, baseline, nuisance_jacobian = walled(lambda step: True)
     refined, (found,) = refit_past_wall(p, baseline, nuisance_jacobian)
     assert (refined, found) == (p, baseline)
+
+
+def test_the_refit_keeps_its_steps_where_shorter_ones_do_not_run():
+    p, baseline, nuisance_jacobian = walled(lambda step: step > 2.5)
+    stalls = replace(p, model=lambda point, step: None if step == 2.0 else p.model(point, step))
+    refined, (found,) = refit_past_wall(stalls, baseline, nuisance_jacobian)
+    assert refined.discretisation.coarsening == 4
+    assert found.penalised_deviance < baseline.penalised_deviance - 20.0
+
+
+def test_steps_of_a_fits_runs_are_halved_while_they_are_far_from_exact_ones_at_the_best():
+    truth = machine({"a": 0.4, "m.e": 4.6})
+    hunting = FormulaProblem(  # where it is delayed, and in steps above 1.5
+        lambda point, step: machine(point) + (step > 1.5) * point.get("m.e", 0.0) * np.sin(7.0 * T),
+        measured(lambda _: truth, {}, T), (GAIN,),
+    ).with_discretisation(coarsening=4)  # fmt: skip
+    nuisance_jacobian = nuisance_columns(hunting, machine({}))
+    baseline = refit_base(hunting, nuisance_jacobian, deliver(hunting, nuisance_jacobian))
+    (there,) = stand_exactly(hunting, [((DELAY,), {"m.e": 4.4})], nuisance_jacobian)
+    refined, (best, *_, last) = refine_fit_step(hunting, [there, baseline], nuisance_jacobian)
+    assert refined.discretisation.coarsening == 1
+    assert best.fit.point["m.e"] == pytest.approx(4.6, abs=0.02)
+    assert best.fit.rms == pytest.approx(1.0, abs=0.1)
+    assert last.candidates == ()
+    at_ease, _ = refine_fit_step(hunting, [baseline, there], nuisance_jacobian)
+    assert at_ease is hunting, "what is far at others than the best does not count"
 
 
 def test_hypotheses_far_behind_are_laid_aside():
