@@ -106,12 +106,12 @@ def _parts(o: _Option) -> frozenset[str]:
 
 
 def _leaders(found: Sequence[Hypothesis], most: int) -> list[Hypothesis]:
-    """The best and the next, and the best of each size: beside a wrong form, others would come first among all."""
+    """The best, and the best of each size: beside a wrong form, others would come first among all."""
     ordered = sorted((h for h in found if h.candidates), key=score)
-    made = ordered[: most + 1]
+    made = ordered[:most]
     for size in sorted({len(h.candidates) for h in ordered}):
-        own = [h for h in ordered if len(h.candidates) == size]
-        made += [h for h in own[:most] if h not in made]
+        best = next(h for h in ordered if len(h.candidates) == size)
+        made += [best] if best not in made else []
     return made
 
 

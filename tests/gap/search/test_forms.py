@@ -82,3 +82,19 @@ def test_where_the_best_leaves_the_noise_sets_that_leave_far_more_are_tried_in_n
     made = try_forms(p, best_of_each_set(found), columns)
     assert any("[" in h.label for h in made) is tried
     assert bool(p.asked) is tried
+
+
+def test_an_effect_is_tried_in_its_forms_behind_others_that_serve_better_than_its_plain_one():
+    bowed = EffectForm("bowed", "bows", (shape("bow"),))
+    q, r = (replace(effect(name), forms=(bowed,)) for name in "qr")
+
+    def imitated(point):
+        s = np.tanh(4.0 * np.sin(2.0 * T))
+        others = point.get("q", 0.0) * (s + 0.3 * s**2) + point.get("r", 0.0) * (s + 0.5 * s**2)
+        return machine(point) + 0.3 * others * (1.0 + point.get("bow", 0.0) * np.cos(9.0 * T))
+
+    p, columns = posed(imitated, {"p": 0.9, "lean": 0.4}, [P, q, r])
+    begun = [start(p, columns, [e], {e.main.name: 0.8}) for e in (P, q, r)]
+    plain = best_of_each_set(polish(p, begun, columns, 3))
+    assert plain[-1].label == "p"
+    assert try_forms(p, plain, columns)[0].label == "p [uneven]"
