@@ -2,8 +2,9 @@
 
     python -m benchmarks.real.check FOLDER/NAME/campaign.toml [EFFECT[+EFFECT...] ...]
 
-Base parameters move within their tolerances in every row. Prints RMS on the held-out runs, over all channels in
-noise_std and per channel in the unit of the FMU, and the parameters found. Without effects, every single one is tried.
+Base parameters move within their tolerances in every row, and so does each run's clock where a channel states
+`clock_jitter`. Prints RMS on the held-out runs, over all channels in noise_std and per channel in the unit of the FMU,
+and the parameters found. Without effects, every single one is tried.
 """
 
 from __future__ import annotations
@@ -26,6 +27,9 @@ from scipy.optimize import least_squares
 REACH, SD = 1.0, 0.6
 """How far a base parameter may go, and the standard deviation of its prior, in tolerances."""
 
+CLOCK = 1e-3
+"""Usual error of a run's clock [s], where a channel states `clock_jitter`: the most that the tool allows for."""
+
 
 class Problem:
     """A campaign with its package loaded; unknowns count in tolerances (base) or usual sizes (effects)."""
@@ -42,6 +46,7 @@ class Problem:
             series = [r.series[c.connector][1] for r in self.campaign.runs if c.connector in r.series]
             self.noise[c.connector] = c.noise_std or float(np.median([estimate_channel_noise(y) for y in series]))
             self.span[c.connector] = float(np.ptp(np.concatenate(series)))
+        self.jitter = {c.connector: c.clock_jitter for c in self.campaign.outputs if c.clock_jitter is not None}
 
     def parameters(self, name: str) -> tuple[Parameter | Sensor, ...]:
         """Of an effect, or of a sensor's effect written as id(connector)."""
@@ -57,7 +62,13 @@ class Problem:
     def residuals(
         self, use: str, values: Mapping[str, float], readings: Mapping[str, Reading]
     ) -> dict[str, np.ndarray]:
-        """Model less measurement of each output over the runs of that use."""
+        """Model less measurement of each output over the runs of that use, in its unit."""
+        return {c: error for c, (error, _) in self.deviations(use, values, readings).items()}
+
+    def deviations(
+        self, use: str, values: Mapping[str, float], readings: Mapping[str, Reading]
+    ) -> dict[str, tuple[np.ndarray, np.ndarray]]:
+        """Model less measurement of each output over the runs of that use, and its noise (n,), in its unit."""
         made: dict[str, list[np.ndarray]] = {c: [] for c in self.outputs}
         step = self.session.structure.step_size
         for run in self.campaign.runs:
@@ -66,11 +77,33 @@ class Problem:
             stop = np.ceil(max(run.series[c][0][-1] for c in self.outputs if c in run.series) / step - 1e-6) * step
             inputs = {c.connector: run.series[c.connector] for c in self.campaign.inputs}
             t, rows = self.session.run(self.outputs, stop, step, {**values, **run.parameters}, inputs)
-            for k, c in enumerate(self.outputs):
-                if c in run.series:
-                    at, y = run.series[c]
-                    made[c].append(readings.get(c, Reading()).read(t, rows[:, k], at) - y)
-        return {c: np.concatenate(e) for c, e in made.items()}
+            models = {
+                c: readings.get(c, Reading()).read(t, rows[:, k], run.series[c][0])
+                for k, c in enumerate(self.outputs)
+                if c in run.series
+            }
+            for c, pair in self.on_time(run.series, models).items():
+                made[c].append(pair)
+        return {c: tuple(np.concatenate(pairs, axis=1)) for c, pairs in made.items()}
+
+    def on_time(
+        self, measured: Mapping[str, tuple[np.ndarray, np.ndarray]], models: Mapping[str, np.ndarray]
+    ) -> dict[str, np.ndarray]:
+        """Error and noise (2, n) of each channel of a run, with the run's clock where it fits best.
+
+        Only where times of readings are stated to be uncertain; they make noise where the signal moves, too.
+        """
+        made, up, down = {}, 0.0, CLOCK**-2
+        slopes = {c: np.gradient(y, t) for c, (t, y) in measured.items() if c in self.jitter}
+        for c, model in models.items():
+            error, slope = model - measured[c][1], slopes.get(c, 0.0)
+            noise = np.sqrt(self.noise[c] ** 2 + (self.jitter.get(c, 0.0) * slope) ** 2) * np.ones_like(error)
+            made[c] = np.stack([error, noise])
+            up += float(np.sum(slope * error / noise**2))
+            down += float(np.sum((slope / noise) ** 2))
+        for c, slope in slopes.items():
+            made[c][0] -= up / down * slope
+        return made
 
     def values(self, names: Sequence[str], u: Sequence[float]) -> tuple[dict[str, float], dict[str, Reading]]:
         """Parameters and sensors at a point: base first, then the effects' parameters in order."""
@@ -97,11 +130,11 @@ class Problem:
         def cost(u: np.ndarray) -> np.ndarray:
             prior = u[: len(self.base)] / SD
             try:
-                errors = self.residuals("fit", *self.values(names, u))
+                errors = self.deviations("fit", *self.values(names, u))
             except SimulationError:
                 return np.full(self.size + len(prior), 1e3)
-            self.size = sum(map(len, errors.values()))
-            return np.concatenate([*(e / self.noise[c] for c, e in errors.items()), prior])
+            self.size = sum(len(error) for error, _ in errors.values())
+            return np.concatenate([*(error / noise for error, noise in errors.values()), prior])
 
         best = None
         for shape in itertools.product(*(
@@ -116,9 +149,9 @@ class Problem:
 
     def row(self, title: str, values: Mapping[str, float], readings: Mapping[str, Reading]) -> str:
         """One line: RMS on the held-out runs, and what was found."""
-        errors = self.residuals("holdout", values, readings)
-        rms = {c: float(np.sqrt(np.mean(e * e))) for c, e in errors.items()}
-        whole = np.sqrt(np.mean(np.concatenate([(e / self.noise[c]) ** 2 for c, e in errors.items()])))
+        errors = self.deviations("holdout", values, readings)
+        rms = {c: float(np.sqrt(np.mean(e * e))) for c, (e, _) in errors.items()}
+        whole = np.sqrt(np.mean(np.concatenate([(e / noise) ** 2 for e, noise in errors.values()])))
         shown = "  ".join(f"{c.partition('.')[2]} {v:9.4g}" for c, v in rms.items())
         found = ", ".join(f"{a.partition('.')[2]} {v:.4g}" for a, v in values.items())
         sensors = ", ".join(f"{c} {r}" for c, r in readings.items())

@@ -41,13 +41,15 @@ NO_PARAMETERS = """<?xml version="1.0" encoding="UTF-8"?>
 
 @dataclass(frozen=True)
 class Channel:
-    """A column of the runs, the connector it belongs to, its unit, and its noise in that unit where repeats tell it."""
+    """A column of the runs, the connector it belongs to, its unit, and, if known, its noise in that unit and how far
+    its times may be off [s]."""
 
     column: str
     connector: str
     unit: str
     role: str = "output"
     noise_std: float | None = None
+    clock_jitter: float | None = None
 
 
 @dataclass
@@ -109,7 +111,8 @@ def write(measured: Measured, folder: Path) -> Path:
     lines = [f'name = "{measured.name}"', f'system = "{measured.name}.ssp"']
     for c in measured.channels:
         lines += ["[[channel]]", f'column = "{c.column}"', f'connector = "{c.connector}"', f'unit = "{c.unit}"']
-        lines += [f'role = "{c.role}"'] + ([f"noise_std = {c.noise_std:.3g}"] if c.noise_std is not None else [])
+        known = {"noise_std": c.noise_std, "clock_jitter": c.clock_jitter}
+        lines += [f'role = "{c.role}"', *(f"{k} = {v:.3g}" for k, v in known.items() if v is not None)]
     for run in measured.runs:
         rows = np.column_stack(list(run.columns.values())).tolist()
         text = "\n".join([",".join(run.columns), *(",".join(map(_cell, row)) for row in rows)])

@@ -195,6 +195,19 @@ def test_a_piston_sticks_below_its_friction():
     assert model.x == 0.1
 
 
+def test_a_run_with_uncertain_times_has_a_clock_of_its_own():
+    """A channel that states `clock_jitter` is compared where the run's clock fits best; others as they stand."""
+    t = np.linspace(0.0, 10.0, 1000)
+    measured = {"late": (t, np.sin(t)), "sure": (t, np.sin(t))}
+    problem = check.Problem.__new__(check.Problem)
+    problem.noise, problem.jitter = {"late": 1e-4, "sure": 1e-4}, {"late": 0.0}
+    told = problem.on_time(measured, {"late": np.sin(t - 2e-3), "sure": np.sin(t - 2e-3)})
+    assert np.abs(told["late"][0]).max() < 3e-5
+    assert np.abs(told["sure"][0]).max() == pytest.approx(2e-3, rel=0.01)
+    problem.jitter = {"late": 1e-3}
+    assert problem.on_time(measured, {"late": np.sin(t)})["late"][1].max() == pytest.approx(1e-3, rel=0.02)
+
+
 def test_tanks_settle_where_inflow_is_outflow():
     model = slave("cascaded_tanks")
     level = drive(model, np.full((3000, 1), 3.0), "y", 4.0)
