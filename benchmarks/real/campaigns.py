@@ -2,7 +2,8 @@
 
     python -m benchmarks.real.campaigns --data DATA_FOLDER --out FOLDER [NAME ...]
 
-Then `cosim-gap diagnose FOLDER/NAME/campaign.toml --out ...`. Without names all of them are made whose data are there.
+Then `cosim-gap diagnose FOLDER/NAME/campaign.toml --out ...`. Without names all of them are made whose data are there
+(`benchmarks.real.fetch` gets what may be had).
 """
 
 from __future__ import annotations
@@ -12,12 +13,12 @@ import sys
 from collections.abc import Callable, Sequence
 from pathlib import Path
 
-from . import cascaded_tanks, piston_seal, servo_cylinder, servo_joint, silverbox
+from . import cascaded_tanks, mr_damper, piston_seal, servo_cylinder, servo_joint, silverbox
 from .package import Measured, write
 
 NAMES: dict[str, Callable[[Path], Measured]] = {
     module.__name__.rpartition(".")[2]: module.measured
-    for module in (servo_cylinder, piston_seal, silverbox, cascaded_tanks, servo_joint)
+    for module in (servo_cylinder, piston_seal, silverbox, cascaded_tanks, servo_joint, mr_damper)
 }
 
 

@@ -4,6 +4,7 @@ Needs the measured data in ../shared/data; skips without. The causes' sizes come
 """
 
 import importlib.util
+import json
 from dataclasses import replace
 from pathlib import Path
 
@@ -16,7 +17,7 @@ from deepsea_cosim.gap.problem.noise import rms
 from deepsea_cosim.gap.result.document import document
 from deepsea_cosim.master.session import Session
 
-from benchmarks.real import campaigns, check
+from benchmarks.real import campaigns, check, fetch
 from benchmarks.real.package import HERE
 
 DATA = Path(__file__).parents[3] / "shared" / "data"
@@ -123,6 +124,7 @@ KNOWN = {
         "joint.q",
         0.96,
     ),
+    "mr_damper": ({"c": 47300.0, "F_hysteresis": 551.0, "way": 2.53e-4, "thinning": 39.3}, "damper.F", 0.77),
 }  # fmt: skip
 """Parameters found by least squares on the runs for fitting, the channel, and by how much its held-out RMS falls."""
 
@@ -235,6 +237,43 @@ def test_a_joint_gives_way_to_its_load_by_its_stiffness_and_follows_late():
     assert np.abs(steps[1] - steps[0]).max() > 0.1
 
 
+def damper(x, v, **parameters):
+    """Forces of a magnetorheological damper at positions x and speeds v (n,), in steps of 1 ms."""
+    model = slave("mr_damper")
+    for name, value in parameters.items():
+        setattr(model, name, value)
+    return drive(model, np.column_stack([x, v]), "F", 1e-3)
+
+
+def test_a_yield_force_that_builds_up_over_a_way_does_so_exponentially():
+    """On a way s from where it was at -F it comes to F (1 - 2 exp(-s/way)), whatever the steps; a loop takes from x
+    to x the less force the shorter the stroke is."""
+    x = 1e-3 * np.concatenate([np.linspace(1.0, -1.0, 200), np.linspace(-1.0, 1.0, 300)])
+    force = damper(x, np.zeros(500), F_hysteresis=500.0, way=2e-4)
+    moved = x[201:-1] + np.diff(x[201:]) - x[199]
+    assert force[201:-1] == pytest.approx(500.0 * (1.0 - 2.0 * np.exp(-moved / 2e-4)), abs=0.1)
+
+
+def test_a_damper_with_a_spring_before_it_lags_as_its_closed_form():
+    """Maxwell's element at an angular frequency w: the force is c v / (1 + i w c softness)."""
+    t, w, c, softness = 1e-3 * np.arange(2000), 30.0, 29600.0, 4e-7
+    force = damper(np.zeros(2000), np.cos(w * t), softness=softness)
+    steady = (c / (1.0 + 1j * w * c * softness) * np.exp(1j * w * (t + 1e-3))).real
+    assert force[500:] == pytest.approx(steady[500:], abs=2e-3 * c)
+
+
+def test_a_damper_answers_to_its_speed_in_both_halves_of_its_stroke():
+    v = np.array([0.05, 0.05, -0.05, -0.05])
+    x = np.array([0.001, -0.001, 0.001, -0.001])
+    for at, speed in zip(x, v, strict=True):
+        force = damper(np.full(5, at), np.full(5, speed), c=1e4, F_yield=100.0, k=1e4, F_offset=7.0)[-1]
+        assert force == pytest.approx(1e4 * speed + 100.0 * np.sign(speed) + 1e4 * at + 7.0)
+        shifted = damper(np.full(5, at), np.full(5, speed), c=0.0, F_shifted=100.0, v_shift=0.02, v_width=0.05)[-1]
+        assert shifted == pytest.approx(100.0 * np.tanh((speed + np.sign(at) * 0.02) / 0.05))
+        thin = damper(np.full(5, at), np.full(5, speed), c=1e4, thinning=20.0)[-1]
+        assert thin == pytest.approx(1e4 * speed / 2.0)
+
+
 def test_a_run_with_uncertain_times_has_a_clock_of_its_own():
     """A channel that states `clock_jitter` is compared where the run's clock fits best; others as they stand."""
     t = np.linspace(0.0, 10.0, 1000)
@@ -246,6 +285,21 @@ def test_a_run_with_uncertain_times_has_a_clock_of_its_own():
     assert np.abs(told["sure"][0]).max() == pytest.approx(2e-3, rel=0.01)
     problem.jitter = {"late": 1e-3}
     assert problem.on_time(measured, {"late": np.sin(t)})["late"][1].max() == pytest.approx(1e-3, rel=0.02)
+
+
+def test_what_is_public_is_fetched_once(tmp_path):
+    site = tmp_path / "site of copies"
+    for source in fetch.SOURCES:
+        copy = site / source.repository / source.commit / source.path
+        copy.parent.mkdir(parents=True, exist_ok=True)
+        entries = {"entries": [0] * source.readings}
+        copy.write_text(json.dumps(entries) if copy.suffix == ".json" else "0\n" * source.readings)
+    assert fetch.fetch(tmp_path / "data", site.as_uri()) == len(fetch.SOURCES)
+    assert fetch.fetch(tmp_path / "data", "nowhere://") == 0
+    copy.write_text("0\n")
+    assert fetch.main(["--data", str(tmp_path / "other"), "--site", site.as_uri()]) == 2
+    assert not (tmp_path / "other" / fetch.SOURCES[-1].target).exists()
+    assert fetch.main(["--data", str(tmp_path / "third"), "--site", (tmp_path / "none").as_uri()]) == 2
 
 
 def test_tanks_settle_where_inflow_is_outflow():
