@@ -107,7 +107,7 @@ def split(alternatives: Sequence[Alternative], mask: np.ndarray | slice = slice(
         own, rest = _shares(game)
         gap = float(game.gap[0])
         nothing += a.probability * float(rest[0])
-        left += a.probability * float(rest[0]) * gap
+        left += a.probability * (gap - float(game.worth[a.labels][0]))
         for label, share in own.items():
             effects[label] = effects.get(label, 0.0) + a.probability * float(share[0])
     return Split(float(np.sqrt(1.0 + gap)), float(np.sqrt(1.0 + left)), effects, nothing)

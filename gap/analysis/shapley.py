@@ -23,12 +23,13 @@ def subsets(players: frozenset[Player]) -> list[frozenset[Player]]:
 
 
 def monotone(game: Game[Player]) -> dict[frozenset[Player], np.ndarray]:
-    """The game in which no set is worth less than one of its subsets: a larger model may leave its further effects at
-    nothing."""
+    """The game in which no set is worth less than nothing, nor more than one that contains it: all together are worth
+    what they leave, and what one of them spoils in data that were not fitted is nobody's share."""
     made: dict[frozenset[Player], np.ndarray] = {}
-    for s in sorted(game, key=len):
-        below = [made[s - {p}] for p in s if s - {p} in made]
-        made[s] = np.maximum.reduce([game[s], *below]) if below else game[s]
+    players = max(game, key=len)
+    for s in sorted(game, key=len, reverse=True):
+        above = [made[s | {p}] for p in players - s if s | {p} in made]
+        made[s] = np.minimum.reduce([np.maximum(game[s], 0.0), *above])
     return made
 
 

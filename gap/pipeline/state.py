@@ -192,9 +192,13 @@ class State:
         return next(r for r in self.ranked if not r.hypothesis.candidates)
 
     def is_named(self, id: str) -> bool:
-        """Whether an effect is probable enough to be named, itself or as a member of its group."""
+        """Whether an effect is probable enough to be named, itself or as a member of a group of which no other is."""
         least, inclusion = self.problem.settings.posterior.named, self.inclusion
-        return max(inclusion.effects[id], inclusion.groups[inclusion.group_of[id]]) >= least
+        group = inclusion.group_of[id]
+        others = (inclusion.effects[x] for x, own in inclusion.group_of.items() if own == group and x != id)
+        if inclusion.effects[id] >= least:
+            return True
+        return inclusion.groups[group] >= least and max(others, default=0.0) < least
 
     @property
     def chosen(self) -> RankedHypothesis:

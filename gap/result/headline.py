@@ -8,6 +8,7 @@ from ..analysis.verdict import EXPLAINED, NO_GAP, UNEXPLAINED
 from ..pipeline.probabilities import at_bound
 from ..pipeline.remarks import base_at_tolerance
 from ..pipeline.state import State
+from ..problem.noise import rms
 from .channels import leading_channel
 from .naming import part_name, plain, shown_factor
 from .numbers import NBSP, listed, multiple, percent, percents, quantity
@@ -36,12 +37,21 @@ def _physical(state: State, budget: dict[str, Any], events: list[dict[str, Any]]
     label = leading_channel(budget)
     c = budget["per_channel"][label]
     factor, unit = shown_factor(state, label)
-    steps = [quantity(c[key] * factor, unit) for key in ("delivered", "calibrated", "explained")]
-    what = f"{label} misses the measurement by {steps[0]} (rms) as delivered, by {steps[1]} once calibrated"
+    delivered, calibrated = (quantity(c[key] * factor, unit) for key in ("delivered", "calibrated"))
+    what = f"{label} misses the measurement by {delivered} (rms) as delivered, by {calibrated} once calibrated"
     if state.chosen.hypothesis.candidates:
         effects = listed([plain(id) for id in state.chosen.hypothesis.ids])
-        return f"{what} and by {steps[2]} with {effects} in the model."
+        left = quantity(_left_in(state, label) * factor, unit)
+        return f"{what} and by {left} with {effects} in the model."
     return f"{what}; its noise is {quantity(c['noise'] * factor, unit)}."
+
+
+def _left_in(state: State, label: str) -> float:
+    """RMS of what the chosen set leaves of a channel, in the unit of its FMU: the budget's own is an average over all
+    plausible sets, with effects in some that are not sure enough to be named."""
+    scoring = state.scoring.observations
+    own = (scoring.channel == state.scoring.labels.index(label)) & scoring.follows
+    return rms((state.after(state.chosen) * scoring.noise_std)[own])
 
 
 def _divided(state: State, budget: dict[str, Any]) -> str:
@@ -56,15 +66,22 @@ def _divided(state: State, budget: dict[str, Any]) -> str:
     if state.verdict == UNEXPLAINED:
         nearest = f" (nearest: {listed([plain(e) for e in rest['nearest']], word='or')})" if rest["nearest"] else ""
         return f"{calibration}; what is left is in no effect of the catalogue{nearest}: {rest['character']}."
-    told = [_part(state, p) for p in budget["parts"] if p["kind"] == "effect" and _worth_naming(state, p)]
+    effects = [p for p in budget["parts"] if p["kind"] == "effect" and not p["minor"]]
+    told = [_part(state, p) for p in effects if _is_sure_enough(state, p)]
     if not told:
         return f"{calibration}."
+    told += [_unsure_part(state, p) for p in effects if not _is_sure_enough(state, p)]
     ending = "" if state.verdict == EXPLAINED else f", {left}: {rest['character']}"
     return f"{calibration}; of what is left then, {', '.join(told)}{ending}."
 
 
-def _worth_naming(state: State, part: dict[str, Any]) -> bool:
-    return not part["minor"] and part["inclusion_probability"] >= state.problem.settings.posterior.named
+def _is_sure_enough(state: State, part: dict[str, Any]) -> bool:
+    return bool(part["inclusion_probability"] >= state.problem.settings.posterior.named)
+
+
+def _unsure_part(state: State, part: dict[str, Any]) -> str:
+    name = part_name(state, part["group"], part["effects"])
+    return f"{percent(part['share'])} goes with {name}, which is unsure ({percent(part['inclusion_probability'])})"
 
 
 def _part(state: State, part: dict[str, Any]) -> str:

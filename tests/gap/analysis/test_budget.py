@@ -42,9 +42,18 @@ def test_effects_that_imitate_each_other_share_what_either_explains():
 
 
 def test_an_effect_that_makes_held_out_data_worse_explains_nothing():
+    """And both together explain what they leave, not what the other one would leave alone."""
     found = split([alternative({"": 10.0, "a": 2.0, "b": 11.0, "ab": 3.0})])
-    assert found.effects == pytest.approx({"a": 0.8, "b": 0.0})
-    assert found.unexplained == pytest.approx(0.2)
+    assert found.effects == pytest.approx({"a": 0.7, "b": 0.0})
+    assert found.unexplained == pytest.approx(0.3)
+    assert found.explained == pytest.approx(2.0)
+
+
+def test_what_is_worse_than_the_refit_is_said_to_be():
+    found = split([alternative({"": 3.0, "a": 8.0})])
+    assert found.effects == {"a": 0.0}
+    assert found.unexplained == 1.0
+    assert found.explained == pytest.approx(3.0)
 
 
 def test_hypotheses_are_averaged_with_their_probabilities():
