@@ -44,3 +44,27 @@ def integral_rate(error: float, u: float, ki: float, limit: float) -> float:
     if (u >= limit and error > 0.0) or (u <= -limit and error < 0.0):
         return 0.0
     return ki * error
+
+
+@kernel
+def controller_output(error: float, error_rate: float, integral: float, held: float, c: object) -> float:
+    """Controller output u [mA]: the PID's, or `held` when that is a number (delay and sampling, see `march`)."""
+    if held == held:
+        return held
+    return pid_output(error, error_rate, integral, c.controller.kp, c.controller.kd, c.valve.i_rated)
+
+
+@kernel
+def command(t: float, t_0: float, x_ref: float, ref_rate: float, c: object) -> float:
+    """Command in force [m]: the built-in ramp, or the input continued from time t_0 with its rate."""
+    if c.command.use_input != 0.0:
+        return x_ref + ref_rate * (t - t_0)
+    return ramp_command(t, c.command.target, c.command.t_start, c.command.ramp_time, c.command.hold_time)
+
+
+@kernel
+def command_rate(t: float, ref_rate: float, c: object) -> float:
+    """Rate [m/s] of the command in force just before time t [s]."""
+    if c.command.use_input != 0.0:
+        return ref_rate
+    return ramp_rate(t, c.command.target, c.command.t_start, c.command.ramp_time, c.command.hold_time)

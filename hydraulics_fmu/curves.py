@@ -20,15 +20,15 @@ def knots() -> tuple[float, ...]:
 
 
 @kernel
-def on_curve(x: float, values: object, first: int, at_zero: float) -> float:
-    """The curve at x (share of the reference), whose values stand in an array from `first` on; as far as its last knot
-    beyond it. Towards zero it goes to `at_zero` times its value at the first knot of that side."""
+def on_curve(x: float, values: object, at_zero: float) -> float:
+    """The curve at x (share of the reference) with these values at its knots; as far as its last knot beyond it.
+    Towards zero it goes to `at_zero` times its value at the first knot of that side."""
     at, i, way = abs(x), SIDE, 1
     if x < 0.0:
         i, way = SIDE - 1, -1
-    low, y_low = 0.0, at_zero * values[first + i]
+    low, y_low = 0.0, at_zero * values[i]
     for k in range(SIDE):
-        high, y_high = KNOTS[k], values[first + i]
+        high, y_high = KNOTS[k], values[i]
         if at <= high:
             return y_low + (y_high - y_low) * (at - low) / (high - low)
         low, y_low = high, y_high

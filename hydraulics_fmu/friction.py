@@ -5,6 +5,7 @@ from __future__ import annotations
 from math import exp, tanh
 
 from ..core.jit import kernel
+from .curves import on_curve
 
 
 @kernel
@@ -32,3 +33,17 @@ def piston_friction(
         fall = fall**exponent
     whole = F_c * (1.0 + uneven_c * s) + F_extra * (1.0 + uneven_s * s) * exp(-fall)
     return (whole + k_p * (1.0 + uneven_p * s) * abs(P1 - P2)) * s
+
+
+@kernel
+def friction(v_h: float, P_1: float, P_2: float, c: object) -> float:
+    """Friction of the piston [N] against its velocity v_h [m/s]."""
+    coulomb, stribeck = c.effect.cylinder_coulomb_friction, c.effect.cylinder_stribeck_friction
+    seal = c.effect.seal_pressure_friction
+    F = piston_friction(
+        v_h, P_1, P_2, coulomb.F_c, coulomb.v_0, stribeck.F_extra, stribeck.v_s, seal.k_p,
+        coulomb.uneven, stribeck.uneven, seal.uneven, stribeck.exponent,
+    )  # fmt: skip
+    if c.cylinder.curve_speed > 0.0:
+        F += on_curve(v_h / c.cylinder.curve_speed, c.cylinder.friction, 1.0) * sign_of(v_h, coulomb.v_0)
+    return F

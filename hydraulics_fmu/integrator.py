@@ -12,7 +12,8 @@ import numpy as np
 
 from ..core.jit import kernel
 from .bordered import factorise, solve
-from .circuit import BORDER, HOLD, RAMP, RTOL, SEGMENTS, T_START, USE_INPUT, command, command_rate, derivatives
+from .circuit import BORDER, chain_length, derivatives
+from .controller import command, command_rate
 from .tableau import GAMMA, NODES, A, C, E, M
 
 STAGES = 4
@@ -45,13 +46,13 @@ def new_workspace(segments: int) -> np.ndarray:
 @kernel
 def next_corner(s: float, h: float, t_0: float, c: object) -> float:
     """The next corner of the built-in command after t_0 + s [s], as time since t_0; h when that comes first."""
-    corner = c[T_START] - t_0
+    corner = c.command.t_start - t_0
     margin = 1e-9 * h + 1e-15 * abs(t_0)
-    if c[USE_INPUT] == 0.0:
+    if c.command.use_input == 0.0:
         for i in range(4):
             if s + margin < corner < h - margin:
                 return corner
-            corner += c[HOLD] if i == 1 else c[RAMP]
+            corner += c.command.hold_time if i == 1 else c.command.ramp_time
     return h
 
 
@@ -65,11 +66,9 @@ def advance(
     A controller output that is not continuous is u_0 + u_rate (t - t_0) [mA]; otherwise u_0 is NaN.
 
     Returns OK, or TOO_SMALL or TOO_MANY with y as it was. The largest error over all states, each divided by its
-    scale, is kept below the relative tolerance c[RTOL] in every step.
+    scale, is kept below the relative tolerance `solver.rtol` in every step.
     """
-    n = int(c[SEGMENTS])
-    nc = 2 * (2 * n - 1)
-    m = BORDER
+    nc, m = chain_length(c), BORDER
     ny = nc + m
     # the rooms of the workspace
     a = SCALARS
@@ -164,7 +163,7 @@ def advance(
             e = abs(E[0] * U[0, i] + E[1] * U[1, i] + E[2] * U[2, i] + E[3] * U[3, i]) / scale[i]
             if not (e <= error):  # also true for NaN, which must not pass
                 error = e
-        error /= c[RTOL]
+        error /= c.solver.rtol
         if error <= 1.0:
             for i in range(ny):
                 y[i] += M[0] * U[0, i] + M[1] * U[1, i] + M[2] * U[2, i] + M[3] * U[3, i]

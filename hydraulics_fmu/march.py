@@ -15,21 +15,9 @@ from __future__ import annotations
 from math import floor
 
 from ..core.jit import kernel
-from .circuit import (
-    DELAY,
-    GAIN,
-    I_MAX,
-    INTEGRAL,
-    KD,
-    KP,
-    SAMPLING,
-    SEGMENTS,
-    SHORTEST,
-    command,
-    command_rate,
-    outputs_at,
-)
-from .controller import pid_output
+from .circuit import border, outputs_at
+from .constants import SHORTEST
+from .controller import command, command_rate, pid_output
 from .integrator import OK, advance
 
 LENGTH = 1024
@@ -66,9 +54,9 @@ def march(
     t_0: float, h: float, x_0: float, v_h: float, x_ref: float, ref_rate: float,
 ) -> int:  # fmt: skip
     """Advance y over the step as `advance` does, with delay and sampling of the controller where switched on."""
-    delay, period = c[DELAY], c[SAMPLING]
+    delay, period, gain = c.controller.delay, c.controller.period, c.sensor.gain
     plain = delay == 0.0 and period == 0.0
-    integral = 2 * (2 * int(c[SEGMENTS]) - 1) + INTEGRAL
+    limit = c.valve.i_rated
     tiny = 1e-9 * max(h, 1e-6)
     s = 0.0  # time since t_0, as in `advance`
     status = OK
@@ -93,7 +81,7 @@ def march(
                 r = command(t, t_0, x_ref, ref_rate, c)
                 r_rate = command_rate(t_0 + 0.5 * (s + stop), ref_rate, c)
                 memory[HELD] = pid_output(
-                    c[GAIN] * (r - x), c[GAIN] * (r_rate - v_h), y[integral], c[KP], c[KD], c[I_MAX]
+                    gain * (r - x), gain * (r_rate - v_h), border(y).integral, c.controller.kp, c.controller.kd, limit
                 )
             u = memory[HELD]
             if delay > 0.0:
@@ -101,8 +89,8 @@ def march(
                 memory[FIRST + k] = t
                 memory[FIRST + LENGTH + k] = u
                 memory[COUNT] += 1.0
-                u = remembered(t - delay, memory, c[I_MAX])
-                u_rate = (remembered(t_0 + stop - delay, memory, c[I_MAX]) - u) / (stop - s)
+                u = remembered(t - delay, memory, limit)
+                u_rate = (remembered(t_0 + stop - delay, memory, limit) - u) / (stop - s)
             else:
                 memory[COUNT] += 1.0
         status = advance(y, w, c, scale, t, stop - s, x, v_h, x_ref + ref_rate * s, ref_rate, u, u_rate)
@@ -113,9 +101,9 @@ def march(
 @kernel
 def output_in_force(t: float, memory: object, c: object) -> float:
     """Controller output [mA] that acts on the valve at time t [s], or NaN when it is continuous."""
-    if c[DELAY] > 0.0:
-        return remembered(t - c[DELAY], memory, c[I_MAX]) if memory[COUNT] > 0.0 else float("nan")
-    if c[SAMPLING] > 0.0:
+    if c.controller.delay > 0.0:
+        return remembered(t - c.controller.delay, memory, c.valve.i_rated) if memory[COUNT] > 0.0 else float("nan")
+    if c.controller.period > 0.0:
         return memory[HELD] if memory[COUNT] > 0.0 else float("nan")
     return float("nan")
 

@@ -12,7 +12,8 @@ from functools import lru_cache
 import numpy as np
 
 from ..core.jit import array_at, kernel
-from .circuit import BORDER, OUTPUTS, SEGMENTS, SIZE, constants, state_scales
+from .circuit import BORDER, OUTPUTS, chain_length, state_scales
+from .constants import SIZE, by_name, constants
 from .integrator import OK, TOO_MANY, TOO_SMALL, new_workspace
 from .march import MEMORY, step
 from .steady import steady_state
@@ -62,8 +63,8 @@ def advance(values: int, n: int, row: int, m: int, t: float, h: float) -> int:
     values, row: addresses of the instance's values (n,) and of its row (m,). Returns `OK`, a fault, `NOT_FOLLOWED`.
     """
     v, b = array_at(values, n), array_at(row, m)
-    c = b[CONSTANTS : CONSTANTS + SIZE]
-    states = 2 * (2 * int(c[SEGMENTS]) - 1) + BORDER
+    c = by_name(b[CONSTANTS : CONSTANTS + SIZE])
+    states = chain_length(c) + BORDER
     a = CONSTANTS + SIZE
     y, scale = b[a : a + states], b[a + states : a + 2 * states]
     a += 2 * states

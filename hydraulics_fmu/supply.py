@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from ..core.jit import kernel
 from .oil import gap_flow
-from .valve import land_flow
+from .valve import land_flow, supplied_opening
 
 
 def pump_flow(ideal: float, slip: float, thicker: float) -> float:
@@ -65,3 +65,26 @@ def supply_pressure(
         else:
             low = middle
     return 0.5 * (low + high)
+
+
+@kernel
+def relief_pressure(s: float, Pa: float, Pb: float, Pt: float, c: object) -> float:
+    """Pressure [Pa] that the relief valve holds at port p, as long as the pump suffices; s: signed opening."""
+    P, valve, oil = Pt + c.relief.p_set, c.valve, c.oil
+    if c.effect.relief_override.R == 0.0:
+        return P
+    return override_pressure(
+        P, c.effect.relief_override.R, c.pump.flow, valve.leak.pa, valve.leak.pb, c.effect.valve_leakage.turbulent,
+        Pa, Pb, abs(s), Pa if s >= 0.0 else Pb, valve.k_q, valve.land_diameter, valve.lam_crit, oil.rho, oil.eta0,
+        oil.alpha, c.effect.viscosity_law.share,
+    )  # fmt: skip
+
+
+@kernel
+def port_pressure(x_v: float, Pa: float, Pb: float, Pt: float, c: object) -> float:
+    """Pressure [Pa] at port p with the spool at x_v and these pressures at the other ports."""
+    s, valve, oil = supplied_opening(x_v, c), c.valve, c.oil
+    return supply_pressure(
+        abs(s), Pa if s >= 0.0 else Pb, relief_pressure(s, Pa, Pb, Pt, c), c.pump.flow,
+        valve.k_q, valve.land_diameter, valve.lam_crit, oil.rho, oil.eta0, oil.alpha, c.effect.viscosity_law.share,
+    )  # fmt: skip

@@ -5,6 +5,7 @@ from __future__ import annotations
 from math import pi, sqrt, tanh
 
 from ..core.jit import kernel
+from .curves import on_curve
 from .oil import viscosity
 
 CQ_MAX = 0.7
@@ -81,3 +82,50 @@ def land_flow(
     else:
         flow = k_q * opening * size / sqrt(sqrt(dp * dp + SMOOTHING * SMOOTHING))
     return flow if dp >= 0.0 else -flow
+
+
+@kernel
+def spool_command(u: float, c: object) -> float:
+    """Commanded spool position k_v u with k_v = 1/i_rated (Eq. 10), shifted by the null shift, in -1..1."""
+    return min(max(u / c.valve.i_rated + c.effect.valve_null_shift.shift, -1.0), 1.0)
+
+
+@kernel
+def spool_position(u: float, state: float, c: object) -> float:
+    """Spool position x_v in -1..1: its command at once, or the spool's own state when it has dynamics."""
+    if c.valve.spool_time == 0.0:
+        return spool_command(u, c)
+    return min(max(state, -1.0), 1.0)
+
+
+@kernel
+def land(opening: float, P_from: float, P_to: float, c: object) -> float:
+    """Flow [m3/s] through one land of the servo valve."""
+    valve, oil = c.valve, c.oil
+    return land_flow(
+        opening, P_from, P_to, valve.k_q, valve.land_diameter, valve.lam_crit, oil.rho, oil.eta0, oil.alpha,
+        c.effect.viscosity_law.share,
+    )  # fmt: skip
+
+
+@kernel
+def land_of(x: float, overlap: float, c: object) -> float:
+    """Opening (0..1) of a land that the spool opens by moving so far."""
+    opening, gain = land_opening(x, overlap), c.effect.valve_flow_gain
+    return opening if gain.notch == 1.0 else notched(opening, gain.scale, gain.notch)
+
+
+@kernel
+def metered(opening: float, x_v: float, c: object) -> float:
+    """Opening (0..1) of a land that the spool opens by where it is, with what the metering curve adds."""
+    if c.valve.curved == 0.0:
+        return opening
+    return max(0.0, opening + on_curve(x_v, c.valve.metering, 0.0))
+
+
+@kernel
+def supplied_opening(x_v: float, c: object) -> float:
+    """Opening of the land p-a, or that of the land p-b with a negative sign; of two at most one is open."""
+    if x_v >= 0.0:
+        return metered(land_of(x_v, c.valve.overlap.pa, c), x_v, c)
+    return -metered(c.valve.retraction * land_of(-x_v, c.valve.overlap.pb, c), x_v, c)

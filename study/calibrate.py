@@ -15,6 +15,7 @@ from math import hypot
 import numpy as np
 
 from ..hydraulics_fmu import circuit, integrator
+from ..hydraulics_fmu.constants import by_name, constants
 from ..hydraulics_fmu.steady import steady_state
 from ..hydraulics_fmu.variables import HYDRAULICS
 from ..mechanics.arm import Arm
@@ -37,10 +38,10 @@ def run(
 ) -> tuple[np.ndarray, np.ndarray]:
     """Times [s] and displacements [m] of the machine, both halves in one process, stepped one after the other."""
     p = HYDRAULICS.parameters(hydraulics)
-    c = circuit.constants(p)
-    scale = circuit.state_scales(c)
+    numbers = constants(p)
+    c, scale = by_name(numbers), circuit.state_scales(numbers)
     body = Arm(ARM.parameters(arm))
-    y, _ = steady_state(c, body.F_hold)
+    y, _ = steady_state(numbers, body.F_hold)
     w = integrator.new_workspace(int(p["line.segments"]))
     out = np.zeros(len(circuit.OUTPUTS))
     n = round(stop / h)

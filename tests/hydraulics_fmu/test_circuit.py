@@ -5,9 +5,15 @@ import pytest
 from deepsea_cosim.core.errors import ParameterError
 from deepsea_cosim.hydraulics_fmu import circuit, integrator, tableau
 from deepsea_cosim.hydraulics_fmu.bordered import factorise, solve
+from deepsea_cosim.hydraulics_fmu.constants import by_name, constants
 from deepsea_cosim.hydraulics_fmu.steady import steady_state
 from deepsea_cosim.hydraulics_fmu.variables import HYDRAULICS
 from scipy.integrate import solve_ivp
+
+
+def border_of(y):
+    """The border's states in y by name; a compiled function would give Python a copy of them."""
+    return circuit.border.py_func(y)
 
 
 class Rig:
@@ -15,14 +21,15 @@ class Rig:
 
     def __init__(self, F_hold=6632.0, **changes):
         self.p = HYDRAULICS.parameters({name.replace("__", "."): value for name, value in changes.items()})
-        self.c = circuit.constants(self.p)
-        self.scale = circuit.state_scales(self.c)
-        self.y, self.held = steady_state(self.c, F_hold)
+        self.numbers = constants(self.p)
+        self.c = by_name(self.numbers)
+        self.scale = circuit.state_scales(self.numbers)
+        self.y, self.held = steady_state(self.numbers, F_hold)
         self.w = integrator.new_workspace(int(self.p["line.segments"]))
 
     @property
-    def c_border(self):
-        return len(self.y) - circuit.BORDER
+    def border(self):
+        return border_of(self.y)
 
     def step(self, t, h, x=0.0, v=0.0, ref=0.0, ref_rate=0.0):
         status = integrator.advance(self.y, self.w, self.c, self.scale, t, h, x, v, ref, ref_rate, np.nan, 0.0)
@@ -35,7 +42,7 @@ class Rig:
 
     def rate(self, x=0.0, v=0.0, x_cmd=0.0, v_cmd=0.0, y=None):
         f = np.empty_like(self.y)
-        circuit.derivatives(self.y if y is None else y, self.c, x, v, x_cmd, v_cmd, np.nan, f)
+        circuit.derivatives(self.y if y is None else np.array(y), self.c, x, v, x_cmd, v_cmd, np.nan, f)
         return f
 
 
@@ -174,11 +181,11 @@ def test_against_scipy(changes):
 def test_any_time_and_any_step(t_0, h):
     """Late, early, tiny and huge steps: the state moves by h times its rate, or stays at rest."""
     rig = Rig(command__t_start=1e6)
-    rig.y[rig.c_border + circuit.PT] += 1e4
-    rate = rig.rate()[rig.c_border + circuit.XC + 1]
-    before = rig.y[rig.c_border + circuit.VC]
+    rig.border.p_t += 1e4
+    rate = border_of(rig.rate()).v_c
+    before = rig.border.v_c
     rig.step(t_0, h)
-    moved = rig.y[rig.c_border + circuit.VC] - before
+    moved = rig.border.v_c - before
     if h < 1e-7:
         assert moved == pytest.approx(h * rate, rel=1e-2)
     else:
@@ -208,19 +215,17 @@ def test_tolerance_controls_the_error():
 
 def oil_volume(rig, x):
     """Oil in lines and chambers, and in tank and compensator, referred to zero pressure [m3]."""
-    c, y = rig.c, rig.y
-    n = int(c[circuit.SEGMENTS])
-    chain = 2 * n - 1
-    b = 2 * chain
-    segment = 2 * c[circuit.HALF_SEGMENT]
-    beta = c[circuit.BETA_E]
-    V_1 = c[circuit.V0] + c[circuit.A1] * x + c[circuit.HALF_SEGMENT]
-    V_2 = c[circuit.V0] + c[circuit.A2] * (c[circuit.STROKE] - x) + c[circuit.HALF_SEGMENT]
-    V_tank = c[circuit.V_T] + c[circuit.A_C] * (c[circuit.L_C] - y[b + circuit.XC])
+    c, y, s = rig.c, rig.y, rig.border
+    chain = circuit.chain_length(c) // 2
+    segment = 2 * c.line.half_segment
+    beta = c.oil.beta_e
+    V_1 = c.cylinder.dead_volume + c.cylinder.area_1 * x + c.line.half_segment
+    V_2 = c.cylinder.dead_volume + c.cylinder.area_2 * (c.cylinder.stroke - x) + c.line.half_segment
+    V_tank = c.tank.volume + c.compensator.area * (c.compensator.length - s.x_c)
     # a volume V at pressure p holds V exp(p/beta), because the chambers' equation is dp = beta dV_in/V
     total = sum(segment * np.exp(y[first + k] / beta) for first in (0, chain) for k in range(1, chain, 2))
-    total += c[circuit.HALF_SEGMENT] * (np.exp(y[b + circuit.PA] / beta) + np.exp(y[b + circuit.PB] / beta))
-    total += V_1 * np.exp(y[b + circuit.P1] / beta) + V_2 * np.exp(y[b + circuit.P2] / beta)
+    total += c.line.half_segment * (np.exp(s.p_a / beta) + np.exp(s.p_b / beta))
+    total += V_1 * np.exp(s.p_1 / beta) + V_2 * np.exp(s.p_2 / beta)
     return total, V_tank
 
 
@@ -235,7 +240,7 @@ def test_closed_valve_traps_the_oil():
     for k in range(n, 2 * n):  # let the lines settle
         rig.step(k * 1e-3, 1e-3, v * n * 1e-3, 0.0)
     after = rig.outputs(v * n * 1e-3)
-    A_1 = rig.c[circuit.A1]
+    A_1 = rig.c.cylinder.area_1
     expected = 1.4e9 * np.log(V / (V + A_1 * v * n * 1e-3))
     assert after["P1"] - before["P1"] == pytest.approx(expected, rel=5e-3)
     assert after["Pa"] == pytest.approx(after["P1"], rel=1e-6)
@@ -277,4 +282,4 @@ def test_the_pump_delivers_no_more_than_it_can():
 
 def test_rod_thicker_than_the_piston_is_refused():
     with pytest.raises(ParameterError, match=r"cylinder\.d_h"):
-        circuit.constants(HYDRAULICS.parameters({"cylinder.d_h": 0.05}))
+        constants(HYDRAULICS.parameters({"cylinder.d_h": 0.05}))

@@ -3,14 +3,16 @@
 import numpy as np
 import pytest
 from deepsea_cosim.hydraulics_fmu import circuit
+from deepsea_cosim.hydraulics_fmu.constants import SHORTEST
 from deepsea_cosim.hydraulics_fmu.friction import piston_friction
-from deepsea_cosim.hydraulics_fmu.march import LENGTH, MEMORY, SHORTEST, march, output_in_force, remembered
+from deepsea_cosim.hydraulics_fmu.march import LENGTH, MEMORY, march, output_in_force, remembered
 from deepsea_cosim.hydraulics_fmu.oil import air_softening, temperature_factor
+from deepsea_cosim.hydraulics_fmu.ports import port_flows
 from deepsea_cosim.hydraulics_fmu.supply import override_pressure
 from deepsea_cosim.hydraulics_fmu.valve import land_flow, land_opening
 from deepsea_cosim.hydraulics_fmu.variables import EFFECTS, HYDRAULICS
 
-from .test_circuit import Rig
+from .test_circuit import Rig, border_of
 
 
 class Effected(Rig):
@@ -48,33 +50,32 @@ def test_all_effects_are_absent_bit_for_bit():
     c = rig.c
     for _ in range(50):
         y = rig.y * (1 + 0.01 * rng.normal(size=len(rig.y)))
-        y[circuit.SPOOL - circuit.BORDER :] = 0.0
+        border = border_of(y)
+        border.spool = border.spool_rate = 0.0
         f = rig.rate(0.1, 0.03, 0.1 + 1e-3 * rng.normal(), 0.04, y)
         b, chain = len(y) - circuit.BORDER, (len(y) - circuit.BORDER) // 2
-        border = y[b:]
-        Pa, P1, P2, Pb, Pt = border[:5]
+        Pa, P1, P2, Pb, Pt = y[b : b + 5]
         x_cmd = 0.1
         f = rig.rate(0.1, 0.03, x_cmd, 0.04, y)
-        error_rate = c[circuit.GAIN] * (0.04 - 0.03)
-        u = pid_output(0.0, error_rate, border[circuit.INTEGRAL], c[circuit.KP], c[circuit.KD], 10.0)
-        x_v = u / c[circuit.I_MAX]
-        of_land = ("K_Q", "D_LAND", "LAM_CRIT", "RHO", "ETA0", "ALPHA")
-        lands = tuple(c[getattr(circuit, name)] for name in of_land)
+        error_rate = c.sensor.gain * (0.04 - 0.03)
+        u = pid_output(0.0, error_rate, border.integral, c.controller.kp, c.controller.kd, 10.0)
+        x_v = u / c.valve.i_rated
+        lands = (c.valve.k_q, c.valve.land_diameter, c.valve.lam_crit, c.oil.rho, c.oil.eta0, c.oil.alpha)
         if x_v >= 0:
-            Qp, Qt = land_flow(x_v, Pt + c[circuit.P_CRACK], Pa, *lands), land_flow(x_v, Pb, Pt, *lands)
+            Qp, Qt = land_flow(x_v, Pt + c.relief.p_set, Pa, *lands), land_flow(x_v, Pb, Pt, *lands)
             Qa, Qb = Qp, Qt
         else:
-            Qp, Qt = land_flow(-x_v, Pt + c[circuit.P_CRACK], Pb, *lands), land_flow(-x_v, Pa, Pt, *lands)
+            Qp, Qt = land_flow(-x_v, Pt + c.relief.p_set, Pb, *lands), land_flow(-x_v, Pa, Pt, *lands)
             Qa, Qb = -Qt, -Qp
-        k = c[circuit.BETA_E] / c[circuit.HALF_SEGMENT]
+        k = c.oil.beta_e / c.line.half_segment
         assert f[b] == k * (Qa - y[0])
         assert f[b + 3] == k * (y[b - 1] - Qb)
-        V_1 = c[circuit.V0] + c[circuit.A1] * 0.1 + c[circuit.HALF_SEGMENT]
-        leak = c[circuit.C_L] * (P1 - P2)
-        assert f[b + 1] == c[circuit.BETA_E] / V_1 * (y[chain - 1] - c[circuit.A1] * 0.03 - leak)
+        V_1 = c.cylinder.dead_volume + c.cylinder.area_1 * 0.1 + c.line.half_segment
+        leak = c.cylinder.leak * (P1 - P2)
+        assert f[b + 1] == c.oil.beta_e / V_1 * (y[chain - 1] - c.cylinder.area_1 * 0.03 - leak)
         tank = tank_pressure_rate(
-            Qt + c[circuit.Q_PUMP] - Qp, c[circuit.Q_PUMP], border[circuit.VC], border[circuit.XC],
-            c[circuit.A_C], c[circuit.V_T], c[circuit.L_C], c[circuit.BETA],
+            Qt + c.pump.flow - Qp, c.pump.flow, border.v_c, border.x_c,
+            c.compensator.area, c.tank.volume, c.compensator.length, c.oil.beta,
         )  # fmt: skip
         assert f[b + 4] == tank
 
@@ -120,8 +121,8 @@ def test_air_is_the_wood_limit_of_an_isothermal_bubble():
 def test_hoses_are_softer_at_every_depth():
     for depth in (0.0, 11000.0):
         rig = Effected(depth=depth, hose_compliance__compliance=1 / 0.5e9)
-        assert rig.c[circuit.BETA_LINE] == pytest.approx(1 / (1 / 1.4e9 + 1 / 0.5e9))
-        assert rig.c[circuit.HALF_AT_CHAMBER] / rig.c[circuit.HALF_SEGMENT] == pytest.approx(1 + 1.4 / 0.5)
+        assert rig.c.line.beta == pytest.approx(1 / (1 / 1.4e9 + 1 / 0.5e9))
+        assert rig.c.line.half_at_chamber / rig.c.line.half_segment == pytest.approx(1 + 1.4 / 0.5)
 
 
 def test_temperature_by_walther():
@@ -210,12 +211,10 @@ def test_a_short_period_is_the_delay_of_its_half():
 @pytest.mark.parametrize("changes", [{}, {"command_delay__tau": 5e-3}], ids=["plain", "delayed"])
 def test_no_step_vanishes_however_late_or_short(changes):
     rig = Effected(command__t_start=1e6, **changes)
-    place = len(rig.y) - circuit.BORDER
-    rig.y[place + circuit.PT] += 1e4
-    before = rig.y[place + circuit.VC]
-    rate = rig.rate()[place + circuit.VC]
+    rig.border.p_t += 1e4
+    before, rate = rig.border.v_c, border_of(rig.rate()).v_c
     rig.step(1e5, 1e-12)
-    assert rig.y[place + circuit.VC] - before == pytest.approx(1e-12 * rate, rel=1e-2)
+    assert rig.border.v_c - before == pytest.approx(1e-12 * rate, rel=1e-2)
 
 
 def test_sampling_holds_between_its_ticks():
@@ -258,7 +257,7 @@ def test_rest_stays_rest_with_every_effect(depth, changes):
 
 def test_valve_leakage_raises_the_pump_share_and_conserves_flow():
     rig = Effected(valve_leakage__c=3e-13)
-    Qa, Qb, Qp, Qt = circuit.valve_flows(0.0, 1.2e8, 1.15e8, 1.1e8, rig.c)
+    Qa, Qb, Qp, Qt = port_flows(0.0, 1.2e8, 1.15e8, 1.1e8, rig.c)
     assert Qp > 0
     assert Qp - Qt == pytest.approx(Qa - Qb, rel=1e-12)
     assert Qa == pytest.approx(3e-13 * ((1.1e8 + 20e6 - 1.2e8) - (1.2e8 - 1.1e8)))
@@ -285,10 +284,10 @@ def test_scaled_parameters():
         ambient_pressure_error__scale=1.02,
     )  # fmt: skip
     plain = Rig()
-    assert rig.c[circuit.K_Q] / plain.c[circuit.K_Q] == pytest.approx(0.7)
-    assert rig.c[circuit.C_L] / plain.c[circuit.C_L] == pytest.approx(4.0)
-    assert rig.c[circuit.LINE_R] / plain.c[circuit.LINE_R] == pytest.approx(0.9**-4)
-    assert rig.c[circuit.P_AM] / plain.c[circuit.P_AM] == pytest.approx(1.02)
+    assert rig.c.valve.k_q / plain.c.valve.k_q == pytest.approx(0.7)
+    assert rig.c.cylinder.leak / plain.c.cylinder.leak == pytest.approx(4.0)
+    assert rig.c.line.resistance / plain.c.line.resistance == pytest.approx(0.9**-4)
+    assert rig.c.sea.p_am / plain.c.sea.p_am == pytest.approx(1.02)
 
 
 def test_minor_losses_in_steady_flow():
@@ -297,4 +296,4 @@ def test_minor_losses_in_steady_flow():
         rig = Effected(line_minor_losses__K=20.0, line__segments=n)
         Q = 5e-5
         v = Q / (np.pi * 4e-3**2 / 4)
-        assert n * rig.c[circuit.MINOR] * Q * Q == pytest.approx(20.0 * 850.0 * v**2 / 2)
+        assert n * rig.c.line.minor * Q * Q == pytest.approx(20.0 * 850.0 * v**2 / 2)

@@ -1,0 +1,128 @@
+"""Whether the hydraulics of two commits are the same, bit for bit, and how long a step of each takes.
+
+    python -m benchmarks.same_machine --before COMMIT [--pairs 5]
+
+The plain machine at three depths and every effect on its own, all its parameters moved from neutral, follow a rod that
+moves as told for some seconds; every output of every step counts. Prints what differs, and with --pairs the time of a
+step after over that before, of runs that take turns. Exit code 1 when anything differs.
+"""
+
+from __future__ import annotations
+
+import argparse
+import hashlib
+import json
+import math
+import subprocess
+import sys
+import tempfile
+import time
+from collections.abc import Mapping
+from pathlib import Path
+
+import numpy as np
+
+REPOSITORY = Path(__file__).parents[1]
+STEP, STOP = 1e-3, 4.0
+"""Macro step and end of a run [s]."""
+BLOCKS = 30
+"""Runs of which the quickest is told."""
+MOVED = 0.05
+"""How far an effect's parameter is moved from its start value, as a share of the way to the end of its range."""
+COMMAND = {"command.t_start": 0.3, "command.ramp_time": 1.2, "command.hold_time": 0.7, "command.target": 0.1}
+PLAIN = {"plain, 0 km": 0.0, "plain, 3 km": 3000.0, "plain, 11 km": 11000.0}
+
+
+def cases() -> dict[str, dict[str, float]]:
+    """Parameters that differ from their start values, by name of the case."""
+    from deepsea_cosim.hydraulics_fmu.variables import EFFECTS
+
+    made = {name: {**COMMAND, "depth": depth} for name, depth in PLAIN.items()}
+    for v in EFFECTS:
+        effect = v.name.split(".")[1]
+        end = v.max if v.max > v.start else v.min
+        made.setdefault(effect, {**COMMAND, "depth": 3000.0})[v.name] = v.start + MOVED * (end - v.start)
+    together = {name: value for name, value in made.items() if name not in PLAIN}
+    for k in range(3):  # effects that meet: every third one
+        made[f"together {k + 1}"] = {n: v for own in list(together.values())[k::3] for n, v in own.items()}
+    return made
+
+
+def outputs(changes: Mapping[str, float], stop: float) -> np.ndarray:
+    """All values of the FMU at every step (steps, values) while the rod moves to and fro."""
+    from deepsea_cosim.hydraulics_fmu import stepping
+    from deepsea_cosim.hydraulics_fmu.variables import HYDRAULICS
+
+    row, _ = stepping.initial_row(HYDRAULICS.parameters(dict(changes)), 6632.0)
+    values = np.zeros(len(HYDRAULICS))
+    at = (values.ctypes.data, len(values), row.ctypes.data, len(row))
+    made = np.empty((round(stop / STEP), len(values)))
+    for k in range(len(made)):
+        t = k * STEP
+        values[stepping.X_H], values[stepping.V_H] = 0.05 * (1.0 - math.cos(2.0 * t)), 0.1 * math.sin(2.0 * t)
+        if (code := stepping.advance(*at, t, STEP)) != 0:
+            raise SystemExit(f"{changes}: step at {t:g} s ended with code {code}")
+        made[k] = values
+    return made
+
+
+def run(wanted: str) -> dict[str, object]:
+    """Digests of all cases, or the mean time of a plain step [s]."""
+    if wanted == "time":
+        taken = []
+        for _ in range(BLOCKS):  # the shortest is the one that nothing else has disturbed
+            begin = time.perf_counter()
+            outputs({**COMMAND, "depth": 3000.0}, STOP)
+            taken.append(time.perf_counter() - begin)
+        return {"step": min(taken) / (STOP / STEP)}
+    return {name: hashlib.sha256(outputs(changes, STOP).tobytes()).hexdigest() for name, changes in cases().items()}
+
+
+def compare(before: str, pairs: int) -> int:
+    """Run both, print what differs; returns the exit code."""
+    from .same_diagnoses import commits
+
+    with tempfile.TemporaryDirectory() as text:
+        scratch = Path(text)
+        full = commits.full_hash(REPOSITORY, before)
+        old = commits.prepared(commits.sources_of(REPOSITORY, full, scratch), full, scratch / "before")
+        new = commits.prepared(REPOSITORY, None, scratch / "after")
+
+        def ask(code: commits.Code, wanted: str) -> dict[str, object]:
+            command = [sys.executable, str(Path(__file__)), "--run", wanted]
+            compiled = {"NUMBA_CACHE_DIR": str(code.folder / "kernels")}  # none that an earlier source was made into
+            environment = {**code.environment, **compiled}
+            done = subprocess.run(command, env=environment, stdout=subprocess.PIPE, text=True, check=True)
+            answer: dict[str, object] = json.loads(done.stdout)
+            return answer
+
+        one, two = ask(old, "digests"), ask(new, "digests")
+        differing = [name for name in {**one, **two} if one.get(name) != two.get(name)]
+        for name in differing:
+            print(f"{name}: {'differs' if name in one and name in two else 'only in one of them'}")
+        same = f"{len(one) - len(differing)} of {len(one)} cases identical"
+        print(f"{same}: {old.name} and {new.name}")
+        if pairs:
+            ratios = sorted(float(ask(new, "time")["step"]) / float(ask(old, "time")["step"]) for _ in range(pairs))
+            least, middle, most = ratios[0], ratios[len(ratios) // 2], ratios[-1]
+            print(f"a plain step takes {middle:.3f} of the time ({least:.3f} to {most:.3f})")
+    return 1 if differing else 0
+
+
+def main() -> int:
+    """Command line."""
+    p = argparse.ArgumentParser(prog="benchmarks.same_machine", description=__doc__.splitlines()[0])
+    p.add_argument("--before", metavar="COMMIT", help="the commit that is right; held against the working tree")
+    p.add_argument("--pairs", type=int, default=0, help="runs of each that are timed in turns")
+    p.add_argument("--run", choices=("digests", "time"), help=argparse.SUPPRESS)
+    options = p.parse_args()
+    if options.run:
+        print(json.dumps(run(options.run)))
+        return 0
+    if options.before is None:
+        p.error("--before COMMIT is missing")
+    return compare(options.before, options.pairs)
+
+
+if __name__ == "__main__":
+    sys.exit(main())
