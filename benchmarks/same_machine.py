@@ -49,20 +49,20 @@ def cases() -> dict[str, dict[str, float]]:
 
 
 def outputs(changes: Mapping[str, float], stop: float) -> np.ndarray:
-    """All values of the FMU at every step (steps, values) while the rod moves to and fro."""
+    """The FMU's outputs at every step (steps, outputs) while the rod moves to and fro."""
     from deepsea_cosim.hydraulics_fmu import stepping
     from deepsea_cosim.hydraulics_fmu.variables import HYDRAULICS
 
     row, _ = stepping.initial_row(HYDRAULICS.parameters(dict(changes)), 6632.0)
     values = np.zeros(len(HYDRAULICS))
     at = (values.ctypes.data, len(values), row.ctypes.data, len(row))
-    made = np.empty((round(stop / STEP), len(values)))
+    made = np.empty((round(stop / STEP), stepping.BEHIND - stepping.FIRST))
     for k in range(len(made)):
         t = k * STEP
         values[stepping.X_H], values[stepping.V_H] = 0.05 * (1.0 - math.cos(2.0 * t)), 0.1 * math.sin(2.0 * t)
         if (code := stepping.advance(*at, t, STEP)) != 0:
             raise SystemExit(f"{changes}: step at {t:g} s ended with code {code}")
-        made[k] = values
+        made[k] = values[stepping.FIRST : stepping.BEHIND]
     return made
 
 

@@ -18,7 +18,7 @@ from ..core.records import record, size_of
 from .compensator import piston_acceleration, tank_pressure_rate
 from .constants import by_name
 from .controller import command, command_rate, controller_output, integral_rate
-from .cylinder import chamber_volume, end_stop_force, leakage, rod_force
+from .cylinder import chamber_volume, end_stop_force, piston_leak, rod_force
 from .friction import friction
 from .line import line_derivatives
 from .oil import air_softening, pressure
@@ -102,7 +102,7 @@ def derivatives(
     Q_a, Q_b, Q_p, Q_t = port_flows(spool_position(u, s.spool, c), Pa, Pb, Pt, c)
     Q_in = Q_t + pump - Q_p
 
-    leak = leakage(P_1, P_2, cylinder.leak, cylinder.leak_further, c.effect.piston_leakage.turbulent)
+    leak = piston_leak(P_1, P_2, c)
     V_1 = chamber_volume(cylinder.dead_volume, cylinder.area_1, x_h) + c.line.half_at_chamber
     V_2 = chamber_volume(cylinder.dead_volume, cylinder.area_2, cylinder.stroke - x_h) + c.line.half_at_chamber
     beta, port = c.oil.beta_e, c.line.beta / c.line.half_segment

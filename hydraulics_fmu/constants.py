@@ -4,7 +4,7 @@ several of them beside those of its component."""
 from __future__ import annotations
 
 from collections.abc import Mapping
-from math import pi
+from math import pi, sqrt
 
 import numpy as np
 
@@ -14,7 +14,14 @@ from ..core.records import record, row_of, size_of
 from ..core.sea import ambient_pressure
 from . import cylinder
 from .curves import SIDE
-from .oil import effective_bulk_modulus, temperature_factor, viscosity
+from .oil import (
+    effective_bulk_modulus,
+    expansion,
+    index_factor,
+    stiffness_factor,
+    temperature_factor,
+    viscosity,
+)
 from .supply import pump_flow
 from .valve import flow_gain, land_diameter
 from .variables import HYDRAULICS
@@ -26,7 +33,8 @@ LANDS = ("pa", "at", "pb", "bt")
 """Lands of the valve: from p to a, from a to t, from p to b, from b to t."""
 
 DERIVED = (
-    "sea.p_am", "oil.eta0", "oil.beta_e", "pump.flow", "relief.p_set",
+    "sea.p_am", "oil.eta0", "oil.alpha", "oil.rho", "oil.beta", "oil.beta_e", "oil.thinner", "pump.flow",
+    "relief.p_set",
     "valve.k_q", "valve.land_diameter", "valve.spool_time", "valve.retraction", "valve.curved",
     *(f"valve.overlap.{land}" for land in LANDS), *(f"valve.leak.{land}" for land in LANDS),
     f"valve.metering[{2 * SIDE}]",
@@ -36,9 +44,10 @@ DERIVED = (
     "cylinder.curve_speed", f"cylinder.friction[{2 * SIDE}]",
     "compensator.area", "controller.delay", "controller.period",
 )  # fmt: skip
-"""What `constants` works out, under the components that it is of."""
+"""What `constants` works out, under the components that it is of; the oil's are those at its temperature, in the place
+of what is stated for 40 C."""
 
-MACHINE = record([*(name for name in HYDRAULICS.parameters({}) if not name.endswith(".T")), *DERIVED])
+MACHINE = record(dict.fromkeys([*(name for name in HYDRAULICS.parameters({}) if not name.endswith(".T")), *DERIVED]))
 """The record of all constants; a T is under a longer name among those that are worked out."""
 
 SIZE = size_of(MACHINE)
@@ -61,27 +70,40 @@ def constants(p: Mapping[str, float]) -> np.ndarray:
             f"parameter 'cylinder.d_h' = {p['cylinder.d_h']:g} m must be less than "
             f"'cylinder.D_h' = {p['cylinder.D_h']:g} m"
         )
-    return row_of(MACHINE, {**p, **_of_oil_and_supply(p), **_of_valve(p), **_of_lines(p), **_of_cylinder(p),
-                            **_of_controller(p)})  # fmt: skip
+    oil = _of_oil(p)
+    warm = {**p, **oil}
+    made = (_of_supply(warm, p), _of_valve(warm, p), _of_lines(warm), _of_cylinder(warm), _of_controller(warm))
+    return row_of(MACHINE, warm | {name: value for part in made for name, value in part.items()})
 
 
-def _of_oil_and_supply(p: Mapping[str, float]) -> dict[str, float]:
-    nu0 = p["oil.nu0"] * temperature_factor(p["effect.oil_temperature.T"])
+def _of_oil(p: Mapping[str, float]) -> dict[str, float]:
+    """The oil at its temperature; density, modulus and index are those that the parameters state for 40 C there."""
+    T = p["effect.oil_temperature.T"]
+    rho, beta = p["oil.rho"] / expansion(T), p["oil.beta"] * stiffness_factor(T)
+    cold = p["oil.rho"] * p["oil.nu0"]
+    eta0 = rho * (p["oil.nu0"] * temperature_factor(T))
+    return {
+        "oil.eta0": eta0, "oil.rho": rho, "oil.beta": beta, "oil.alpha": p["oil.alpha"] * index_factor(eta0, cold),
+        "oil.beta_e": effective_bulk_modulus.py_func(beta, p["line.beta_wall"]), "oil.thinner": cold / eta0,
+    }  # fmt: skip
+
+
+def _of_supply(warm: Mapping[str, float], p: Mapping[str, float]) -> dict[str, float]:
     p_am = ambient_pressure(p["depth"]) * p["effect.ambient_pressure_error.scale"]
-    thicker = viscosity.py_func(
-        p_am + 0.5 * p["relief.p_crack"], p["oil.rho"] * nu0, p["oil.alpha"], p["effect.viscosity_law.share"]
-    ) / (p["oil.rho"] * p["oil.nu0"])
+    eta = viscosity.py_func(
+        p_am + 0.5 * p["relief.p_crack"], warm["oil.eta0"], warm["oil.alpha"], p["effect.viscosity_law.share"]
+    )
+    thicker = eta / (p["oil.rho"] * p["oil.nu0"])
     return {
         "sea.p_am": p_am,
-        "oil.eta0": p["oil.rho"] * nu0,
-        "oil.beta_e": effective_bulk_modulus.py_func(p["oil.beta"], p["line.beta_wall"]),
         "pump.flow": pump_flow(p["pump.displacement"] * p["pump.speed"], p["effect.pump_slip.slip"], thicker),
         "relief.p_set": p["relief.p_crack"] * (1.0 - p["effect.supply_droop.droop"]),
         "compensator.area": pi * p["compensator.diameter"] ** 2 / 4.0,
     }
 
 
-def _of_valve(p: Mapping[str, float]) -> dict[str, float | list[float]]:
+def _of_valve(warm: Mapping[str, float], p: Mapping[str, float]) -> dict[str, float | list[float]]:
+    """The rated flow is that of oil at 40 C; lighter oil flows faster through the same land."""
     q_rated = p["valve.q_rated"] * p["effect.valve_flow_gain.scale"]
     gain, retraction = p["effect.valve_flow_gain.scale"], p["effect.valve_flow_gain.retraction"]
     overlap, leak = p["effect.valve_dead_zone.overlap"], p["effect.valve_leakage.c"]
@@ -93,7 +115,7 @@ def _of_valve(p: Mapping[str, float]) -> dict[str, float | list[float]]:
         )
     opens = _curve(p, "valve_metering_curve")
     return {
-        "valve.k_q": flow_gain(q_rated, p["valve.dp_rated"]),
+        "valve.k_q": flow_gain(q_rated, p["valve.dp_rated"]) * sqrt(p["oil.rho"] / warm["oil.rho"]),
         "valve.land_diameter": land_diameter(q_rated, p["valve.dp_rated"], p["oil.rho"]),
         "valve.spool_time": p["effect.valve_dynamics.T"],
         "valve.retraction": 1.0 if retraction == 1.0 else (1.0 + (gain - 1.0) * retraction) / gain,
@@ -108,7 +130,7 @@ def _of_lines(p: Mapping[str, float]) -> dict[str, float]:
     diameter = p["line.diameter"] * p["effect.line_diameter_error.scale"]
     bore = pi * diameter**2 / 4.0
     dx = p["line.length"] / n
-    beta_e = effective_bulk_modulus.py_func(p["oil.beta"], p["line.beta_wall"])
+    beta_e = p["oil.beta_e"]
     softer = 1.0 + beta_e * p["effect.hose_compliance.compliance"]
     return {
         "line.resistance": 128.0 * dx / (pi * diameter**4), "line.inertance": p["oil.rho"] * dx / bore,

@@ -14,10 +14,12 @@ def areas(D_h: float, d_h: float) -> tuple[float, float]:
 
 
 @kernel
-def leakage(P1: float, P2: float, c_l: float, further: float = 0.0, turbulent: float = 0.0) -> float:
+def leakage(
+    P1: float, P2: float, c_l: float, further: float = 0.0, turbulent: float = 0.0, thinner: float = 1.0
+) -> float:
     """Flow [m3/s] past the piston from the piston side to the rod side (Eqs. 23, 24), and what a worn seal lets through
-    beyond that, a share of it turbulent (`oil.gap_flow`)."""
-    return c_l * (P1 - P2) + gap_flow(P1 - P2, further, turbulent)
+    beyond that, a share of it turbulent (`oil.gap_flow`); of oil that is `thinner` more flows."""
+    return gap_flow(P1 - P2, c_l, 0.0, thinner) + gap_flow(P1 - P2, further, turbulent, thinner)
 
 
 @kernel
@@ -51,3 +53,12 @@ def rod_force(P1: float, P2: float, v: float, P_am: float, A_1: float, A_2: floa
     Written with pressures above ambient, because the ambient parts cancel exactly with F_am = P_am (A_1 - A_2).
     """
     return (P1 - P_am) * A_1 - (P2 - P_am) * A_2 - B_h * v
+
+
+@kernel
+def piston_leak(P_1: float, P_2: float, c: object) -> float:
+    """Flow [m3/s] past the piston of the machine with these constants."""
+    cylinder = c.cylinder
+    return leakage(
+        P_1, P_2, cylinder.leak, cylinder.leak_further, c.effect.piston_leakage.turbulent, c.oil.thinner
+    )

@@ -10,6 +10,9 @@ from ..core.sea import ATMOSPHERE
 GAP_PRESSURE = 1e7
 """Pressure difference [Pa] at which a turbulent leakage is as large as the laminar one of the same coefficient."""
 
+STATED_AT = 313.15
+"""Temperature [K] that parameters of the oil, and of what depends on it, are stated at."""
+
 GAP_SMOOTHING = 1e4
 """Pressure difference [Pa] below which a turbulent leakage is made linear, so that its slope stays finite."""
 
@@ -29,16 +32,17 @@ def viscosity(P: float, eta0: float, alpha: float, law: float = 0.0) -> float:
 
 
 @kernel
-def gap_flow(dp: float, c: float, turbulent: float = 0.0) -> float:
+def gap_flow(dp: float, c: float, turbulent: float = 0.0, thinner: float = 1.0) -> float:
     """Flow [m3/s] through a gap of leakage coefficient c [m3/(s Pa)] under the pressure difference dp [Pa].
 
-    c dp where it is laminar; of a worn one a share is turbulent, c sqrt(10 MPa |dp|): alike at 10 MPa. The root is made
-    linear below some 10 kPa.
+    c dp where it is laminar, in proportion to how much `thinner` the oil is than that which c was stated for; of a worn
+    one a share is turbulent, c sqrt(10 MPa |dp|), whatever the viscosity: alike at 10 MPa. The root is made linear
+    below some 10 kPa.
     """
     if turbulent == 0.0:
-        return c * dp
+        return c * dp * thinner
     root = dp * sqrt(GAP_PRESSURE) / sqrt(sqrt(dp * dp + GAP_SMOOTHING * GAP_SMOOTHING))
-    return c * ((1.0 - turbulent) * dp + turbulent * root)
+    return c * ((1.0 - turbulent) * thinner * dp + turbulent * root)
 
 
 @kernel
@@ -65,12 +69,37 @@ def temperature_factor(T: float) -> float:
     log10 log10(nu/cSt + 0.7) = A - B log10 T. Exactly 1 at 313.15 K.
     """
     y_40, y_100 = (log10(log10(nu + 0.7)) for nu in (22.0, 4.3))
-    slope = (y_40 - y_100) / (log10(373.15) - log10(313.15))
+    slope = (y_40 - y_100) / (log10(373.15) - log10(STATED_AT))
 
     def nu(kelvin: float) -> float:
-        return 10.0 ** 10.0 ** (y_40 - slope * (log10(kelvin) - log10(313.15))) - 0.7
+        return 10.0 ** 10.0 ** (y_40 - slope * (log10(kelvin) - log10(STATED_AT))) - 0.7
 
-    return nu(T) / nu(313.15)
+    return nu(T) / nu(STATED_AT)
+
+
+def expansion(T: float) -> float:
+    """Volume of oil at T [K] relative to that at 40 C: 8e-4 a kelvin (Bair 2007, High Pressure Rheology for
+    Quantitative Elastohydrodynamics). Exactly 1 at 313.15 K."""
+    return 1.0 + 8e-4 * (T - STATED_AT)
+
+
+def stiffness_factor(T: float) -> float:
+    """Bulk modulus of oil at T [K] relative to that at 40 C: exp(-6.5e-3 dT) (Bair 2007, for the modulus without
+    pressure in Tait's equation). Exactly 1 at 313.15 K."""
+    return exp(-6.5e-3 * (T - STATED_AT))
+
+
+def index_factor(eta: float, eta_40: float) -> float:
+    """Viscosity-pressure index of oil with the viscosity eta relative to that of the same with eta_40 [Pa s].
+
+    Wooster's rule: alpha = (0.6 + 0.965 log10 eta/cP) 1e-8/Pa (in Stachowiak and Batchelor, Engineering Tribology,
+    2.9), not below what it gives for 1 cP. Exactly 1 for equal viscosities.
+    """
+
+    def rule(x: float) -> float:
+        return 0.6 + 0.965 * max(log10(1e3 * x), 0.0)
+
+    return rule(eta) / rule(eta_40)
 
 
 @kernel

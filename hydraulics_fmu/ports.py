@@ -28,9 +28,9 @@ def port_flows(x_v: float, Pa: float, Pb: float, Pt: float, c: object) -> tuple[
     Q_t = Q_at + Q_bt
     Q_a, Q_b = (Q_p - Q_at, Q_bt) if s >= 0.0 else (-Q_at, Q_bt - Q_p)
     if leak.pa + leak.at + leak.pb + leak.bt > 0.0:
-        bent = c.effect.valve_leakage.turbulent
-        pa, at = gap_flow(P_p - Pa, leak.pa, bent), gap_flow(Pa - Pt, leak.at, bent)
-        pb, bt = gap_flow(P_p - Pb, leak.pb, bent), gap_flow(Pb - Pt, leak.bt, bent)
+        bent, thinner = c.effect.valve_leakage.turbulent, c.oil.thinner
+        pa, at = gap_flow(P_p - Pa, leak.pa, bent, thinner), gap_flow(Pa - Pt, leak.at, bent, thinner)
+        pb, bt = gap_flow(P_p - Pb, leak.pb, bent, thinner), gap_flow(Pb - Pt, leak.bt, bent, thinner)
         Q_a += pa - at
         Q_b -= pb - bt
         Q_p += pa + pb

@@ -7,7 +7,7 @@ import numpy as np
 from ..core.jit import kernel
 from .circuit import BORDER, border, chain_length
 from .constants import by_name
-from .cylinder import leakage
+from .cylinder import piston_leak
 from .line import mean_viscosity
 from .oil import viscosity
 from .ports import port_flows
@@ -67,8 +67,9 @@ def come_to_rest(constants: object, F_hold: float, y: object) -> bool:
     """Write the state at rest into y (ny,), see `steady_state`; arrays alone, so that it is compiled with an FMU.
 
     The spool stands where its flow replaces the piston's leakage q, and the integral part of the controller holds it
-    there. Unknown is P2: the force gives P1, q follows, Eq. 22 gives both lines' losses, and both lands must pass q
-    at one opening. The difference of the lands' flows falls with P2, so bisection closes it.
+    there, of a valve without null shift: what else the integral part has then is `controller.integral_start`. Unknown
+    is P2: the force gives P1, q follows, Eq. 22 gives both lines' losses, and both lands must pass q at one opening.
+    The difference of the lands' flows falls with P2, so bisection closes it.
     """
     c = by_name(constants)
     n, cylinder, compensator, p_am = int(c.line.segments), c.cylinder, c.compensator, c.sea.p_am
@@ -83,7 +84,7 @@ def come_to_rest(constants: object, F_hold: float, y: object) -> bool:
     for _ in range(100):
         P_2 = 0.5 * (low + high)
         P_1 = p_am + (F_hold + (P_2 - p_am) * A_2) / A_1
-        q = leakage(P_1, P_2, cylinder.leak, cylinder.leak_further, c.effect.piston_leakage.turbulent)
+        q = piston_leak(P_1, P_2, c)
         line_nodes(P_1, q, 1.0, c, nodes_a)  # from the chamber back to port a
         line_nodes(P_2, q, -1.0, c, nodes_b)
         Pa, Pb = nodes_a[n], nodes_b[n]
@@ -115,5 +116,5 @@ def come_to_rest(constants: object, F_hold: float, y: object) -> bool:
     s = border(y)
     s.p_a, s.p_1, s.p_2, s.p_b, s.p_t = nodes_a[n], nodes_a[0], nodes_b[0], nodes_b[n], Pt
     s.x_c, s.v_c, s.spool, s.spool_rate = 0.0, 0.0, x_v, 0.0
-    s.integral = (x_v - c.effect.valve_null_shift.shift) * c.valve.i_rated
+    s.integral = x_v * c.valve.i_rated + c.controller.integral_start
     return held

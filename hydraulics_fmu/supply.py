@@ -27,6 +27,7 @@ def override_pressure(
     P_set: float, R: float, Q_pump: float, leak_a: float, leak_b: float, turbulent: float, Pa: float, Pb: float,
     opening: float, P_port: float,
     k_q: float, diameter: float, lam_crit: float, rho: float, eta0: float, alpha: float, law: float = 0.0,
+    thinner: float = 1.0,
 ) -> float:  # fmt: skip
     """Supply pressure [Pa] of a relief valve whose pressure rises with its flow: P_p = P_set + R Q_rv.
 
@@ -37,7 +38,7 @@ def override_pressure(
     for _ in range(40):
         P = 0.5 * (low + high)
         demand = land_flow(opening, P, P_port, k_q, diameter, lam_crit, rho, eta0, alpha, law)
-        demand += gap_flow(P - Pa, leak_a, turbulent) + gap_flow(P - Pb, leak_b, turbulent)
+        demand += gap_flow(P - Pa, leak_a, turbulent, thinner) + gap_flow(P - Pb, leak_b, turbulent, thinner)
         if P_set + R * (Q_pump - demand) > P:
             low = P
         else:
@@ -76,7 +77,7 @@ def relief_pressure(s: float, Pa: float, Pb: float, Pt: float, c: object) -> flo
     return override_pressure(
         P, c.effect.relief_override.R, c.pump.flow, valve.leak.pa, valve.leak.pb, c.effect.valve_leakage.turbulent,
         Pa, Pb, abs(s), Pa if s >= 0.0 else Pb, valve.k_q, valve.land_diameter, valve.lam_crit, oil.rho, oil.eta0,
-        oil.alpha, c.effect.viscosity_law.share,
+        oil.alpha, c.effect.viscosity_law.share, oil.thinner,
     )  # fmt: skip
 
 

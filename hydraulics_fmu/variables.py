@@ -131,6 +131,9 @@ HYDRAULICS = VariableTable(
         parameter("controller.kp", 2.5, "mA", 0.0, 1e6, "proportional gain, per unit of the sensor"),
         parameter("controller.ki", 0.001, "mA/s", 0.0, 1e6, "integral gain, per unit of the sensor"),
         parameter("controller.kd", 0.001, "mA.s", 0.0, 1e6, "derivative gain, per unit of the sensor"),
+        parameter("controller.integral_start", 0.0, "mA", -1e5, 1e5, "integral part at t = 0 beyond what replaces the "
+                  "piston's leakage at rest: 0 = switched on at rest; -i_rated times the valve's null shift = at work "
+                  "for long", 10.0),
         parameter("solver.rtol", 1e-5, "1", 1e-10, 1e-2, "relative tolerance of the integration in each step"),
         *EFFECTS,
     )

@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 from deepsea_cosim.hydraulics_fmu import circuit
 from deepsea_cosim.hydraulics_fmu.constants import SHORTEST
+from deepsea_cosim.hydraulics_fmu.cylinder import piston_leak
 from deepsea_cosim.hydraulics_fmu.friction import piston_friction
 from deepsea_cosim.hydraulics_fmu.march import LENGTH, MEMORY, march, output_in_force, remembered
 from deepsea_cosim.hydraulics_fmu.oil import air_softening, temperature_factor
@@ -132,6 +133,48 @@ def test_temperature_by_walther():
     assert temperature_factor(290.0) > temperature_factor(300.0) > 1.0
 
 
+def test_all_that_depends_on_the_oils_temperature_moves_together():
+    cold, warm = (Effected(oil_temperature__T=T, valve_leakage__c=2e-13).c for T in (313.15, 353.15))
+    nu = 22e-6 * temperature_factor(353.15)
+    assert warm.oil.rho == pytest.approx(850.0 / 1.032)
+    assert warm.oil.eta0 == pytest.approx(850.0 / 1.032 * nu)
+    assert warm.oil.beta == pytest.approx(1.4e9 * np.exp(-0.26))
+    assert warm.oil.alpha / cold.oil.alpha == pytest.approx(
+        (0.6 + 0.965 * np.log10(1e3 * warm.oil.eta0)) / (0.6 + 0.965 * np.log10(18.7))
+    )
+    assert warm.line.beta == pytest.approx(warm.oil.beta, rel=1e-6)
+    assert warm.line.stiffness / cold.line.stiffness == pytest.approx(np.exp(-0.26))
+    assert warm.line.inertance / cold.line.inertance == pytest.approx(1 / 1.032)
+    assert warm.valve.k_q / cold.valve.k_q == pytest.approx(np.sqrt(1.032))
+    assert warm.oil.thinner == pytest.approx(cold.oil.eta0 / warm.oil.eta0)
+
+
+def test_leakages_are_in_proportion_to_how_thin_the_oil_is():
+    """Past the piston and past the lands of the shut valve."""
+    cold, warm = (Effected(oil_temperature__T=T, valve_leakage__c=2e-13) for T in (313.15, 353.15))
+    thinner = warm.c.oil.thinner
+    assert 2.5 < thinner < 5.0
+    assert piston_leak(3e7, 2e7, warm.c) == pytest.approx(thinner * piston_leak(3e7, 2e7, cold.c))
+    pressures = (1.2e8, 1.15e8, 1.1e8)
+    for one, two in zip(port_flows(0.0, *pressures, warm.c), port_flows(0.0, *pressures, cold.c), strict=True):
+        assert one == pytest.approx(thinner * two, rel=1e-9)
+    worn = {"piston_leakage__scale": 3.0, "piston_leakage__turbulent": 1.0}
+    cold, warm = (Effected(oil_temperature__T=T, **worn) for T in (313.15, 353.15))
+    laminar = 5e-12 * 1e7
+    turbulent = piston_leak(3e7, 2e7, cold.c) - laminar
+    assert piston_leak(3e7, 2e7, warm.c) == pytest.approx(thinner * laminar + turbulent)
+
+
+def test_stribeck_friction_is_exact_from_a_tenth_of_its_velocity_on_and_keeps_its_force():
+    for v_s in (0.003, 0.02, 0.06):
+        v = np.linspace(0.0, 5.0 * v_s, 2001)[1:]
+        F = np.array([piston_friction(x, 0.0, 0.0, 0.0, 2e-3, 500.0, v_s, 0.0) for x in v])
+        beyond = v >= 0.1 * v_s
+        assert F[beyond] == pytest.approx(500.0 * np.exp(-v[beyond] / v_s), rel=1e-12)
+        assert F.max() > 0.9 * 500.0
+        assert piston_friction(-v[7], 0.0, 0.0, 0.0, 2e-3, 500.0, v_s, 0.0) == -F[7]
+
+
 def test_dead_zone():
     assert land_opening(0.04, 0.05) == 0.0
     assert land_opening(1.0, 0.05) == 1.0
@@ -224,10 +267,20 @@ def test_sampling_holds_between_its_ticks():
     assert np.all((changes + 1) % 10 == 0)
 
 
-def test_null_shift_is_found_by_the_controller_at_rest():
+def test_a_null_shift_shows_where_the_controller_is_switched_on_at_rest():
+    """It moves the spool until the controller's error has made up for it: shift i_rated/(kp gain)."""
     plain, shifted = Effected(), Effected(valve_null_shift__shift=0.03)
-    assert shifted.outputs()["x_v"] == pytest.approx(plain.outputs()["x_v"], abs=1e-9)
-    assert shifted.outputs()["u"] == pytest.approx(plain.outputs()["u"] - 0.3, abs=1e-8)
+    assert shifted.outputs()["x_v"] == pytest.approx(plain.outputs()["x_v"] + 0.03, abs=1e-12)
+    assert shifted.outputs()["u"] == plain.outputs()["u"]
+    off = 0.03 * 10.0 / (2.5 * 1000.0)
+    assert shifted.outputs(x=off)["x_v"] == pytest.approx(plain.outputs()["x_v"], abs=1e-9)
+
+
+def test_a_controller_long_at_work_has_made_up_for_a_null_shift():
+    plain = Effected()
+    shifted = Effected(valve_null_shift__shift=0.03, controller__integral_start=-0.3)
+    assert shifted.outputs()["x_v"] == pytest.approx(plain.outputs()["x_v"], abs=1e-12)
+    assert shifted.outputs()["u"] == pytest.approx(plain.outputs()["u"] - 0.3, abs=1e-12)
 
 
 @pytest.mark.parametrize(
@@ -235,7 +288,7 @@ def test_null_shift_is_found_by_the_controller_at_rest():
     [
         {"valve_leakage__c": 2e-13},
         {"valve_dead_zone__overlap": 0.1},
-        {"valve_null_shift__shift": -0.05},
+        {"valve_null_shift__shift": -0.05, "controller__integral_start": 0.5},
         {"relief_override__R": 1.5e10},
         {"supply_droop__droop": 0.1},
         {"valve_dynamics__T": 0.005},
