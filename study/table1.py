@@ -75,8 +75,9 @@ def line_response(
     segments: int = 5,
     stop: float = 3.0,
     points: int = 200,
+    rise: float = 0.0,
 ) -> tuple[np.ndarray, np.ndarray]:
-    """Times [s] and loss [Pa] of one line from rest, with the flow Q [m3/s] switched on at its inlet at t = 0.
+    """Times [s] and loss [Pa] of one line from rest, into whose inlet flows Q [m3/s] after a `rise` [s].
 
     The inlet node carries half a segment of oil, the outlet is the ambient pressure.
     """
@@ -87,13 +88,13 @@ def line_response(
     P_out = ambient_pressure(depth)
     resistance, inertance, stiffness = 128 * dx / (pi * diameter**4), RHO * dx / area, BETA / (area * dx)
 
-    def rate(_t: float, y: np.ndarray) -> np.ndarray:
+    def rate(t: float, y: np.ndarray) -> np.ndarray:
         f = np.empty_like(y)
         line_derivatives(
             y, 0, segments, pressure(y[-1], P_VAPOUR), P_out, RHO * nu0, alpha, 0.0, variable, P_VAPOUR,
             resistance, inertance, stiffness, 0.0, BETA, 0.0, 1.0, f,
         )  # fmt: skip
-        f[-1] = 2 * stiffness * (Q - y[0])
+        f[-1] = 2 * stiffness * ((Q if t >= rise else Q * t / rise) - y[0])
         return f
 
     y0 = np.zeros(2 * segments)

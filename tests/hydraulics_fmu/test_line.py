@@ -2,8 +2,10 @@
 
 import numpy as np
 import pytest
+from deepsea_cosim.core.sea import ambient_pressure
 from deepsea_cosim.hydraulics_fmu.line import mean_viscosity, poiseuille_resistance, steady_loss
-from deepsea_cosim.study.table1 import BASE, ROWS, line_response, table
+from deepsea_cosim.study.characteristics import line_transient
+from deepsea_cosim.study.table1 import BASE, BETA, P_VAPOUR, RHO, ROWS, line_response, table
 
 ETA0, ALPHA = 850 * 22e-6, 2.2e-8
 
@@ -58,3 +60,41 @@ def test_a_step_of_flow_travels_at_the_speed_of_sound():
     early = (t > 0.4 * 4.0 / speed) & (t < 1.6 * 4.0 / speed)
     assert P[early].mean() == pytest.approx(joukowsky, rel=0.03)
     assert abs(P[t > 2.1 * 4.0 / speed].mean()) < 0.35 * joukowsky
+
+
+@pytest.mark.parametrize("depth", [1000.0, 3000.0])
+def test_segments_carry_the_waves_that_a_valve_makes(depth):
+    """Against the method of characteristics, RMS of the first 100 ms: a flow that rises in 5 ms, as behind a servo
+    valve. A step would not converge in segments."""
+    line = {name: value for name, value in BASE.items() if name != "depth"}
+    oil = {"rho": RHO, "beta": BETA, "p_vapour": P_VAPOUR}
+    t, exact = line_transient(**line, **oil, P_out=ambient_pressure(depth), rise=5e-3, stop=0.1)
+    off = []
+    for n in (5, 10, 20):
+        times, loss = line_response(**{**BASE, "depth": depth}, segments=n, rise=5e-3, stop=0.1, points=2001)
+        apart = loss - np.interp(times, t, exact)
+        off.append(np.sqrt(np.mean(apart**2) / np.mean(exact**2)))
+    assert off[0] < 0.085
+    assert off[1] < 0.04
+    assert off[0] > 1.9 * off[1] > 1.9 * 1.3 * off[2]
+
+
+def test_characteristics_end_in_the_steady_loss_and_begin_with_joukowsky():
+    line = {name: value for name, value in BASE.items() if name != "depth"}
+    P_out = ambient_pressure(6000.0)
+    t, loss = line_transient(**line, rho=RHO, beta=BETA, p_vapour=P_VAPOUR, P_out=P_out)
+    assert loss[-1] == pytest.approx(steady_loss(BASE["Q"], P_out, ETA0, 2.2e-8, 4.0, 4e-3), rel=1e-3)
+    speed = np.sqrt(BETA / RHO)
+    assert loss[1] == pytest.approx(RHO * speed * BASE["Q"] / (np.pi * 4e-3**2 / 4), rel=0.01)
+    before = loss[t < 7.9 / speed]
+    assert (np.diff(before) >= 0.0).all(), "friction alone until the open end answers"
+    assert loss[np.searchsorted(t, 8.1 / speed)] < 0.5 * before[-1]
+
+
+def test_a_void_opens_where_the_oil_would_tear_and_closes_again():
+    """At the surface the wave that the open end sends back is below zero pressure; volume is not lost by it."""
+    line = {name: value for name, value in BASE.items() if name != "depth"}
+    P_out = ambient_pressure(0.0)
+    _, loss = line_transient(**line, rho=RHO, beta=BETA, p_vapour=P_VAPOUR, P_out=P_out, stop=1.0)
+    assert loss.min() == pytest.approx(P_VAPOUR - P_out)
+    assert loss[-1] == pytest.approx(steady_loss(BASE["Q"], P_out, ETA0, 2.2e-8, 4.0, 4e-3), rel=1e-3)
