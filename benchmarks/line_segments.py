@@ -10,33 +10,26 @@ import time
 from pathlib import Path
 
 import numpy as np
-from deepsea_cosim.core.sea import ambient_pressure
+from deepsea_cosim.gap.problem.noise import rms
 from deepsea_cosim.master.session import Session
 from deepsea_cosim.study.characteristics import line_transient
-from deepsea_cosim.study.table1 import BASE, BETA, P_VAPOUR, RHO, line_response
+from deepsea_cosim.study.table1 import BASE, line_response
 
 SEGMENTS, MANY = (5, 10, 20), 40
 RISES = (2e-3, 5e-3, 10e-3, 20e-3)
 SIGNALS = ("arm.x_h", "hydraulics.P1", "hydraulics.P2", "hydraulics.Pa", "hydraulics.Pb")
 
 
-def rms(x: np.ndarray) -> float:
-    """Root mean square."""
-    return float(np.sqrt(np.mean(x * x)))
-
-
 def one_line() -> None:
     """RMS of the first 100 ms of the loss, of that of the method of characteristics."""
-    line = {name: value for name, value in BASE.items() if name != "depth"}
     print("one line, flow rising in " + ", ".join(f"{1e3 * rise:g}" for rise in RISES) + " ms: off by")
     for depth in (1000.0, 3000.0):
+        case = {**BASE, "depth": depth}
         for n in SEGMENTS:
             made = []
             for rise in RISES:
-                t, exact = line_transient(
-                    **line, rho=RHO, beta=BETA, p_vapour=P_VAPOUR, P_out=ambient_pressure(depth), rise=rise, stop=0.1
-                )
-                times, loss = line_response(**{**BASE, "depth": depth}, segments=n, rise=rise, stop=0.1, points=4001)
+                t, exact = line_transient(**case, rise=rise, stop=0.1)
+                times, loss = line_response(**case, segments=n, rise=rise, stop=0.1, points=4001)
                 made.append(rms(loss - np.interp(times, t, exact)) / rms(exact))
             print(f"{depth / 1e3:4g} km {n:3d} segments  " + "  ".join(f"{100 * x:5.1f} %" for x in made))
 

@@ -40,12 +40,12 @@ READ = record(OUTPUTS)
 def state_scales(constants: np.ndarray) -> np.ndarray:
     """Typical size of each state, (ny,), by which the integration's errors are made dimensionless."""
     c = by_name(constants)
-    n = int(c.line.segments)
-    scales = np.empty(2 * (2 * n - 1) + BORDER)
+    line = chain_length(c) // 2
+    scales = np.empty(2 * line + BORDER)
     flow, p = max(c.pump.flow, 1e-9), c.relief.p_set
-    for first in (0, 2 * n - 1):
-        scales[first : first + 2 * n - 1 : 2] = flow
-        scales[first + 1 : first + 2 * n - 1 : 2] = p
+    for first in (0, line):
+        scales[first : first + line : 2] = flow
+        scales[first + 1 : first + line : 2] = p
     rate = 1.0 / c.valve.spool_time if c.valve.spool_time > 0.0 else 1.0
     scales[-BORDER:] = p, p, p, p, p, 0.1, 0.1, c.valve.i_rated, 1.0, rate
     return scales

@@ -15,6 +15,8 @@ from math import pi, sqrt
 import numpy as np
 
 from ..core.jit import kernel
+from ..core.sea import ambient_pressure
+from .table1 import BETA, P_VAPOUR, RHO
 
 NODES = 400
 """Reaches of the line: halving them changes the loss by less than 0.05 % (RMS)."""
@@ -60,20 +62,20 @@ def march(
 
 
 def line_transient(
-    alpha: float, nu0: float, length: float, diameter: float, P_out: float, Q: float, rho: float, beta: float,
-    p_vapour: float, variable: bool = True, rise: float = 0.0, stop: float = 0.5, nodes: int = NODES,
+    alpha: float, nu0: float, length: float, diameter: float, depth: float, Q: float,
+    variable: bool = True, rise: float = 0.0, stop: float = 0.5, nodes: int = NODES,
 ) -> tuple[np.ndarray, np.ndarray]:  # fmt: skip
     """Times [s] and loss [Pa] of a line from rest, into whose inlet flows Q [m3/s] after a `rise` [s]; its outlet is
-    held at P_out [Pa].
+    held at the ambient pressure. The line of `table1.line_response`, with the same names.
 
     variable: viscosity by the pressure of each reach (True), or that at the lower port's pressure for all (False).
     """
     area, dx = pi * diameter**2 / 4.0, length / nodes
-    speed = sqrt(beta / rho)
+    speed = sqrt(BETA / RHO)
     steps = int(stop * speed / dx) + 1
-    p, loss = np.full(nodes + 1, P_out), np.empty(steps)
+    p, loss = np.full(nodes + 1, ambient_pressure(depth)), np.empty(steps)
     up, down, cavity = (np.zeros(nodes + 1) for _ in range(3))
     resistance = 128.0 * dx / (pi * diameter**4)
-    march(p, up, down, cavity, loss, steps, dx / speed, Q, max(rise, 1e-12), rho * speed / area, resistance,
-          rho * nu0, alpha, variable, p_vapour)  # fmt: skip
+    march(p, up, down, cavity, loss, steps, dx / speed, Q, max(rise, 1e-12), RHO * speed / area, resistance,
+          RHO * nu0, alpha, variable, P_VAPOUR)  # fmt: skip
     return np.arange(steps) * dx / speed, loss

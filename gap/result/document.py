@@ -35,16 +35,16 @@ def document(d: Diagnosis) -> dict[str, Any]:
     s = d.state
     moments = events(s) if has_moments(s) else []
     divided = budget(s)
-    chosen = s.chosen.hypothesis.fit
+    chosen, after = s.chosen.hypothesis.fit, s.after(s.chosen)
     made: dict[str, Any] = {
         "schema": SCHEMA, "campaign": s.problem.campaign.name, "verdict": s.verdict,
-        "headline": headline(s, divided, moments), "cautions": cautions(s),
+        "headline": headline(s, divided, moments, after), "cautions": cautions(s),
         "finished": not s.unfinished, "unfinished_stage": s.unfinished,
         "budget": divided,
         "calibration": {"moved": moved_base(s.problem, chosen, s.nuisance_jacobian), "accepted": accepted(s)},
         "effects": effects(s),
         "hypotheses": hypotheses(s),
-        "reduction": reduction(s),
+        "reduction": reduction(s, after),
         "observations": observations(s),
         "where": where(s),
         "replay": replay(s),
@@ -237,10 +237,10 @@ def hypotheses(s: State) -> list[dict[str, Any]]:
     return made
 
 
-def reduction(s: State) -> dict[str, Any]:
-    """How far the gap as delivered shrinks on held-out data."""
-    before, after = rms(s.before), rms(s.after(s.chosen))
-    value = 1.0 - after / before if before > 0.0 else 0.0
+def reduction(s: State, after: np.ndarray) -> dict[str, Any]:
+    """How far the gap as delivered shrinks on held-out data; after: what the chosen set leaves of it (n,)."""
+    before = rms(s.before)
+    value = 1.0 - rms(after) / before if before > 0.0 else 0.0
     low, high = s.reduction_ci
     return {"value": value, "ci95": [min(low, value), max(high, value)], "how": s.held_out_how}
 

@@ -4,6 +4,8 @@ from __future__ import annotations
 
 from typing import Any
 
+import numpy as np
+
 from ..analysis.verdict import EXPLAINED, NO_GAP, UNEXPLAINED
 from ..pipeline.probabilities import at_bound
 from ..pipeline.remarks import base_at_tolerance
@@ -14,13 +16,14 @@ from .naming import part_name, plain, shown_factor
 from .numbers import NBSP, listed, multiple, percent, percents, quantity
 
 
-def headline(state: State, budget: dict[str, Any], events: list[dict[str, Any]]) -> str:
-    """For people, with plain spaces, so that it can be searched; budget, events: as in diagnosis.json."""
-    sentences = [_physical(state, budget, events), _divided(state, budget), *cautions(state)]
+def headline(state: State, budget: dict[str, Any], events: list[dict[str, Any]], after: np.ndarray) -> str:
+    """For people, with plain spaces, so that it can be searched; budget, events: as in diagnosis.json; after:
+    normalised residual of the chosen set (n,) on the scoring data."""
+    sentences = [_physical(state, budget, events, after), _divided(state, budget), *cautions(state)]
     return " ".join(s for s in sentences if s).replace(NBSP, " ")
 
 
-def _physical(state: State, budget: dict[str, Any], events: list[dict[str, Any]]) -> str:
+def _physical(state: State, budget: dict[str, Any], events: list[dict[str, Any]], after: np.ndarray) -> str:
     """What the gap means: seconds of a moment, or the physical RMS of the channel in which effects explain most; where
     none do, of the one that is off most."""
     timed = [e for e in events if not e["limit"] and abs(e["measured"] - e["delivered"]) > 2.0 * e["std"]]
@@ -41,17 +44,17 @@ def _physical(state: State, budget: dict[str, Any], events: list[dict[str, Any]]
     what = f"{label} misses the measurement by {delivered} (rms) as delivered, by {calibrated} once calibrated"
     if state.chosen.hypothesis.candidates:
         effects = listed([plain(id) for id in state.chosen.hypothesis.ids])
-        left = quantity(_left_in(state, label) * factor, unit)
+        left = quantity(_left_in(state, label, after) * factor, unit)
         return f"{what} and by {left} with {effects} in the model."
     return f"{what}; its noise is {quantity(c['noise'] * factor, unit)}."
 
 
-def _left_in(state: State, label: str) -> float:
+def _left_in(state: State, label: str, after: np.ndarray) -> float:
     """RMS of what the chosen set leaves of a channel, in the unit of its FMU: the budget's own is an average over all
     plausible sets, with effects in some that are not sure enough to be named."""
     scoring = state.scoring.observations
     own = (scoring.channel == state.scoring.labels.index(label)) & scoring.follows
-    return rms((state.after(state.chosen) * scoring.noise_std)[own])
+    return rms((after * scoring.noise_std)[own])
 
 
 def _divided(state: State, budget: dict[str, Any]) -> str:

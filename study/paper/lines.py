@@ -13,7 +13,7 @@ import numpy as np
 
 from ...core.sea import ambient_pressure
 from ..characteristics import line_transient
-from ..table1 import BASE, BETA, P_VAPOUR, RHO, ROWS
+from ..table1 import BASE, P_VAPOUR, ROWS
 
 DEPTHS = (0.0, 3.0, 6.0, 9.0, 11.0)
 """Depths of the figure [km]."""
@@ -56,10 +56,8 @@ class Lines:
 def responses(stop: float = 0.5) -> Lines:
     """All responses of the figure."""
     made = {}
-    line = {name: value for name, value in BASE.items() if name != "depth"}
-    oil = {"rho": RHO, "beta": BETA, "p_vapour": P_VAPOUR}
     for km in DEPTHS:
+        case = {**BASE, "depth": 1e3 * km}
         for variable in (True, False):
-            P_out = ambient_pressure(1e3 * km)
-            made[km, variable] = line_transient(**line, **oil, P_out=P_out, variable=variable, stop=stop)
+            made[km, variable] = line_transient(**case, variable=variable, stop=stop)
     return Lines(made)

@@ -66,12 +66,11 @@ def test_a_step_of_flow_travels_at_the_speed_of_sound():
 def test_segments_carry_the_waves_that_a_valve_makes(depth):
     """Against the method of characteristics, RMS of the first 100 ms: a flow that rises in 5 ms, as behind a servo
     valve. A step would not converge in segments."""
-    line = {name: value for name, value in BASE.items() if name != "depth"}
-    oil = {"rho": RHO, "beta": BETA, "p_vapour": P_VAPOUR}
-    t, exact = line_transient(**line, **oil, P_out=ambient_pressure(depth), rise=5e-3, stop=0.1)
+    case = {**BASE, "depth": depth}
+    t, exact = line_transient(**case, rise=5e-3, stop=0.1)
     off = []
     for n in (5, 10, 20):
-        times, loss = line_response(**{**BASE, "depth": depth}, segments=n, rise=5e-3, stop=0.1, points=2001)
+        times, loss = line_response(**case, segments=n, rise=5e-3, stop=0.1, points=2001)
         apart = loss - np.interp(times, t, exact)
         off.append(np.sqrt(np.mean(apart**2) / np.mean(exact**2)))
     assert off[0] < 0.085
@@ -80,9 +79,8 @@ def test_segments_carry_the_waves_that_a_valve_makes(depth):
 
 
 def test_characteristics_end_in_the_steady_loss_and_begin_with_joukowsky():
-    line = {name: value for name, value in BASE.items() if name != "depth"}
-    P_out = ambient_pressure(6000.0)
-    t, loss = line_transient(**line, rho=RHO, beta=BETA, p_vapour=P_VAPOUR, P_out=P_out)
+    P_out = ambient_pressure(BASE["depth"])
+    t, loss = line_transient(**BASE)
     assert loss[-1] == pytest.approx(steady_loss(BASE["Q"], P_out, ETA0, 2.2e-8, 4.0, 4e-3), rel=1e-3)
     speed = np.sqrt(BETA / RHO)
     assert loss[1] == pytest.approx(RHO * speed * BASE["Q"] / (np.pi * 4e-3**2 / 4), rel=0.01)
@@ -93,8 +91,7 @@ def test_characteristics_end_in_the_steady_loss_and_begin_with_joukowsky():
 
 def test_a_void_opens_where_the_oil_would_tear_and_closes_again():
     """At the surface the wave that the open end sends back is below zero pressure; volume is not lost by it."""
-    line = {name: value for name, value in BASE.items() if name != "depth"}
     P_out = ambient_pressure(0.0)
-    _, loss = line_transient(**line, rho=RHO, beta=BETA, p_vapour=P_VAPOUR, P_out=P_out, stop=1.0)
+    _, loss = line_transient(**{**BASE, "depth": 0.0}, stop=1.0)
     assert loss.min() == pytest.approx(P_VAPOUR - P_out)
     assert loss[-1] == pytest.approx(steady_loss(BASE["Q"], P_out, ETA0, 2.2e-8, 4.0, 4e-3), rel=1e-3)
