@@ -2,9 +2,9 @@
 
     python -m benchmarks.same_machine --before COMMIT [--pairs 5]
 
-The plain machine at three depths and every effect on its own, all its parameters moved from neutral, follow a rod that
-moves as told for some seconds; every output of every step counts. Prints what differs, and with --pairs the time of a
-step after over that before, of runs that take turns. Exit code 1 when anything differs.
+The plain machine at three depths and every effect on its own, all its parameters that both commits know moved
+from neutral, follow a rod that moves as told for some seconds; every output of every step counts. Prints what differs,
+and with --pairs the time of a step after over that before, of runs that take turns. Exit code 1 when anything differs.
 """
 
 from __future__ import annotations
@@ -17,7 +17,7 @@ import subprocess
 import sys
 import tempfile
 import time
-from collections.abc import Mapping
+from collections.abc import Collection, Mapping
 from pathlib import Path
 
 import numpy as np
@@ -33,12 +33,12 @@ COMMAND = {"command.t_start": 0.3, "command.ramp_time": 1.2, "command.hold_time"
 PLAIN = {"plain, 0 km": 0.0, "plain, 3 km": 3000.0, "plain, 11 km": 11000.0}
 
 
-def cases() -> dict[str, dict[str, float]]:
-    """Parameters that differ from their start values, by name of the case."""
+def cases(known: Collection[str]) -> dict[str, dict[str, float]]:
+    """Parameters that differ from their start values, by name of the case; of the effects' only known ones."""
     from deepsea_cosim.hydraulics_fmu.variables import EFFECTS
 
     made = {name: {**COMMAND, "depth": depth} for name, depth in PLAIN.items()}
-    for v in EFFECTS:
+    for v in (v for v in EFFECTS if v.name in known):
         effect = v.name.split(".")[1]
         end = v.max if v.max > v.start else v.min
         made.setdefault(effect, {**COMMAND, "depth": 3000.0})[v.name] = v.start + MOVED * (end - v.start)
@@ -66,8 +66,12 @@ def outputs(changes: Mapping[str, float]) -> np.ndarray:
     return made
 
 
-def run(wanted: str) -> dict[str, object]:
-    """Digests of all cases, or the least time of a plain step [s]."""
+def run(wanted: str, known: Collection[str]) -> dict[str, object]:
+    """The effects' parameters, digests of all cases, or the least time of a plain step [s]."""
+    if wanted == "names":
+        from deepsea_cosim.hydraulics_fmu.variables import EFFECTS
+
+        return {v.name: v.start for v in EFFECTS}
     if wanted == "time":
         taken = []
         for _ in range(BLOCKS):  # the shortest is the one that nothing else has disturbed
@@ -75,7 +79,7 @@ def run(wanted: str) -> dict[str, object]:
             outputs({**COMMAND, "depth": 3000.0})
             taken.append(time.perf_counter() - begin)
         return {"step": min(taken) / (STOP / STEP)}
-    return {name: hashlib.sha256(outputs(changes).tobytes()).hexdigest() for name, changes in cases().items()}
+    return {name: hashlib.sha256(outputs(changes).tobytes()).hexdigest() for name, changes in cases(known).items()}
 
 
 def compare(before: str, pairs: int) -> int:
@@ -88,15 +92,16 @@ def compare(before: str, pairs: int) -> int:
         old = commits.prepared(commits.sources_of(REPOSITORY, full, scratch), full, scratch / "before")
         new = commits.prepared(REPOSITORY, None, scratch / "after")
 
-        def ask(code: commits.Code, wanted: str) -> dict[str, object]:
-            command = [sys.executable, str(Path(__file__)), "--run", wanted]
+        def ask(code: commits.Code, wanted: str, known: Collection[str] = ()) -> dict[str, object]:
+            command = [sys.executable, str(Path(__file__)), "--run", wanted, "--known", *known]
             compiled = {"NUMBA_CACHE_DIR": str(code.folder / "kernels")}  # none that an earlier source was made into
             environment = {**code.environment, **compiled}
             done = subprocess.run(command, env=environment, stdout=subprocess.PIPE, text=True, check=True)
             answer: dict[str, object] = json.loads(done.stdout)
             return answer
 
-        one, two = ask(old, "digests"), ask(new, "digests")
+        known = sorted(set(ask(old, "names")) & set(ask(new, "names")))
+        one, two = ask(old, "digests", known), ask(new, "digests", known)
         differing = [name for name in {**one, **two} if one.get(name) != two.get(name)]
         for name in differing:
             print(f"{name}: {'differs' if name in one and name in two else 'only in one of them'}")
@@ -114,10 +119,11 @@ def main() -> int:
     p = argparse.ArgumentParser(prog="benchmarks.same_machine", description=__doc__.splitlines()[0])
     p.add_argument("--before", metavar="COMMIT", help="the commit that is right; held against the working tree")
     p.add_argument("--pairs", type=int, default=0, help="runs of each that are timed in turns")
-    p.add_argument("--run", choices=("digests", "time"), help=argparse.SUPPRESS)
+    p.add_argument("--run", choices=("names", "digests", "time"), help=argparse.SUPPRESS)
+    p.add_argument("--known", nargs="*", default=(), help=argparse.SUPPRESS)
     options = p.parse_args()
     if options.run:
-        print(json.dumps(run(options.run)))
+        print(json.dumps(run(options.run, options.known)))
         return 0
     if options.before is None:
         p.error("--before COMMIT is missing")

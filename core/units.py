@@ -102,6 +102,7 @@ UNITS: dict[str, Unit] = {
         _unit("g", 1e-3, kg=1),
         _unit("t", 1e3, kg=1),
         _unit("lb", POUND, kg=1),
+        _unit("kg/m", kg=1, m=-1),
         _unit("kg/m3", kg=1, m=-3),
         _unit("kg.m2", kg=1, m=2),
         _unit("m/s", m=1, s=-1),

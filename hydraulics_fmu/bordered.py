@@ -5,6 +5,9 @@ The matrix is A = sigma I - J with
         J = [ T  B ]    T: nc x nc tridiagonal (sub, dia, sup)      B: nc x m dense
             [ C  D ]    C: border row i is fed by one chain column port[i], gain feed[i]      D: m x m dense
 
+Behind the border may stand lags, so many of each flow of the chain: w' = follow (Q - w), which pull at their flow only,
+Q' = ... + pull w. They are eliminated before and found after.
+
 Factorising costs O(nc m) + O(m^3), solving O(nc + m^2). No pivoting in the chain: with flow and pressure in turn its
 off-diagonals have opposite signs, so the pivots only grow; the m x m Schur complement is pivoted.
 """
@@ -84,3 +87,31 @@ def solve(
     for i in range(nc):
         for j in range(m):
             r[i] -= Z[i, j] * r[nc + j]
+
+
+@kernel
+def flow_of(k: int, nc: int) -> int:
+    """Place of the flow k in a chain of nc states, in which each of two lines begins with one and every second is."""
+    n = nc // 4 + 1
+    return 2 * k if k < n else nc // 2 + 2 * (k - n)
+
+
+@kernel
+def fold_lags(pull: object, follow: object, lags: int, sigma: float, dia: object) -> None:
+    """Add to the chain's diagonal what `lags` lags of each flow make of it."""
+    for i in range(len(pull)):
+        dia[flow_of(i // lags, len(dia))] += pull[i] * follow[i] / (sigma + follow[i])
+
+
+@kernel
+def eliminate_lags(pull: object, follow: object, lags: int, sigma: float, nc: int, first: int, r: object) -> None:
+    """Take the lags, which begin at `first`, out of the right-hand side r."""
+    for i in range(len(pull)):
+        r[flow_of(i // lags, nc)] += pull[i] * r[first + i] / (sigma + follow[i])
+
+
+@kernel
+def restore_lags(follow: object, lags: int, sigma: float, nc: int, first: int, u: object) -> None:
+    """Find the lags in the solution u from what stands in their place of the right-hand side."""
+    for i in range(len(follow)):
+        u[first + i] = (u[first + i] + follow[i] * u[flow_of(i // lags, nc)]) / (sigma + follow[i])

@@ -4,6 +4,27 @@ from __future__ import annotations
 
 from ..core.jit import kernel
 
+STOP = 1e8
+"""Stiffness [N/m] of the stop that a compensator's piston meets."""
+
+POLYTROPIC = 1.2
+"""Exponent of the trapped air during a run; on its way down it has had time."""
+
+
+@kernel
+def gas_softening(P_t: float, volume: float, beta: float, gas: float) -> float:
+    """Factor on the stiffness of a tank of that volume [m3] in which air is trapped, gas: its p V [J]; P_t [Pa]."""
+    if gas == 0.0:
+        return 1.0
+    return 1.0 / (1.0 + gas / (POLYTROPIC * P_t * P_t) * beta / volume)
+
+
+@kernel
+def stop_acceleration(x_c: float, c: object) -> float:
+    """What the stop adds [m/s2] to the compensator's piston, when its travel is short and at an end."""
+    over = x_c - c.compensator.travel
+    return -STOP * over / c.compensator.m_c if c.compensator.travel > 0.0 and over > 0.0 else 0.0
+
 
 @kernel
 def tank_pressure_rate(

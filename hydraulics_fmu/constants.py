@@ -4,18 +4,20 @@ several of them beside those of its component."""
 from __future__ import annotations
 
 from collections.abc import Mapping
-from math import pi, sqrt
+from math import exp, pi, sqrt
 
 import numpy as np
 
 from ..core.errors import ParameterError
 from ..core.jit import kernel
 from ..core.records import record, row_of, size_of
-from ..core.sea import ambient_pressure
+from ..core.sea import ATMOSPHERE, ambient_pressure
 from . import cylinder
 from .curves import SIDE
 from .oil import (
+    STATED_AT,
     effective_bulk_modulus,
+    emulsion,
     expansion,
     index_factor,
     stiffness_factor,
@@ -29,20 +31,32 @@ from .variables import HYDRAULICS
 SHORTEST = 2.5e-4
 """Shortest delay or sampling period of the controller that is followed slice by slice [s], see `march`."""
 
+WARM_STEPS = 64
+"""Steps of temperature between which a warm-up's constants are straight lines."""
+
+SMALLEST_VOLUME = 1e-5
+"""Smallest volume [m3] of a supply hose's oil."""
+
+COUNTERBALANCE_LOSS = 0.5e6
+"""Loss [Pa] of a wide open counterbalance valve at the servo valve's rated flow."""
+
 LANDS = ("pa", "at", "pb", "bt")
 """Lands of the valve: from p to a, from a to t, from p to b, from b to t."""
 
 DERIVED = (
-    "sea.p_am", "oil.eta0", "oil.alpha", "oil.rho", "oil.beta", "oil.beta_e", "oil.thinner", "pump.flow",
-    "relief.p_set",
+    "sea.p_am", "oil.eta0", "oil.alpha", "oil.rho", "oil.beta", "oil.beta_e", "oil.thinner", "oil.stated",
+    "states.further", "states.lags", "pump.flow", "relief.p_set", "supply.filter", "supply.filter_back",
+    "supply.moves", "supply.lag", "supply.volume", "supply.inertance", "supply.resistance",
+    "counterbalance.k_q",
     "valve.k_q", "valve.land_diameter", "valve.spool_time", "valve.retraction", "valve.curved",
     *(f"valve.overlap.{land}" for land in LANDS), *(f"valve.leak.{land}" for land in LANDS),
     f"valve.metering[{2 * SIDE}]",
     "line.resistance", "line.inertance", "line.stiffness", "line.half_segment", "line.half_at_chamber", "line.beta",
-    "line.minor",
+    "line.minor", "line.eta0", "line.alpha", "line.reynolds", "line.relaxation",
+    "cylinder.loose", "cylinder.rod_mass", "cylinder.thinner",
     "cylinder.area_1", "cylinder.area_2", "cylinder.viscous", "cylinder.leak", "cylinder.leak_further",
     "cylinder.curve_speed", f"cylinder.friction[{2 * SIDE}]",
-    "compensator.area", "controller.delay", "controller.period",
+    "compensator.area", "compensator.gas", "compensator.travel", "controller.delay", "controller.period",
 )  # fmt: skip
 """What `constants` works out, under the components that it is of; the oil's are those at its temperature, in the place
 of what is stated for 40 C."""
@@ -70,22 +84,61 @@ def constants(p: Mapping[str, float]) -> np.ndarray:
             f"parameter 'cylinder.d_h' = {p['cylinder.d_h']:g} m must be less than "
             f"'cylinder.D_h' = {p['cylinder.D_h']:g} m"
         )
-    oil = _of_oil(p)
+    oil = _of_oil(p, p["effect.oil_temperature.T"])
     warm = {**p, **oil}
-    made = (_of_supply(warm, p), _of_valve(warm, p), _of_lines(warm), _of_cylinder(warm), _of_controller(warm))
-    return row_of(MACHINE, warm | {name: value for part in made for name, value in part.items()})
+    made = (
+        _of_supply(warm, p), _of_valve(warm, p), _of_lines(warm, p), _of_cylinder(warm, p), _of_compensator(p),
+        _of_controller(p),
+    )  # fmt: skip
+    named = warm | {name: value for part in made for name, value in part.items()}
+    named["states.further"] = float(named["supply.moves"] != 0.0 or named["cylinder.loose"] != 0.0)
+    named["states.lags"] = float(p["effect.unsteady_line_friction.share"] > 0.0)
+    return row_of(MACHINE, named)
 
 
-def _of_oil(p: Mapping[str, float]) -> dict[str, float]:
-    """The oil at its temperature; density, modulus and index are those that the parameters state for 40 C there."""
-    T = p["effect.oil_temperature.T"]
-    rho, beta = p["oil.rho"] / expansion(T), p["oil.beta"] * stiffness_factor(T)
+def warming(p: Mapping[str, float]) -> np.ndarray:
+    """The constants at temperatures from that at the start to what the oil warms up to, in equal steps, one behind the
+    other (`WARM_STEPS` + 1 times `SIZE`); nothing where it stays as it is."""
+    T, rise = p["effect.oil_temperature.T"], p["effect.oil_warm_up.rise"]
+    if rise == 0.0:
+        return np.empty(0)
+    shares = np.arange(WARM_STEPS + 1) / WARM_STEPS
+    return np.concatenate([constants({**p, "effect.oil_temperature.T": T + rise * share}) for share in shares])
+
+
+@kernel
+def warmed(t: float, row: object, table: object, c: object) -> None:
+    """Write into the row of c the constants at the oil's temperature at t [s], from those that `warming` gave."""
+    at = WARM_STEPS * (1.0 - exp(-max(t, 0.0) / c.effect.oil_warm_up.time))
+    k = min(int(at), WARM_STEPS - 1)
+    for i in range(SIZE):
+        low, high = table[k * SIZE + i], table[(k + 1) * SIZE + i]
+        row[i] = low + (high - low) * (at - k)
+
+
+def _of_oil(p: Mapping[str, float], T: float) -> dict[str, float]:
+    """The oil at T [K]; density, modulus and index are those that the parameters state for 40 C there."""
     cold = p["oil.rho"] * p["oil.nu0"]
-    eta0 = rho * (p["oil.nu0"] * temperature_factor(T))
+    eta0, rho, beta = emulsion(
+        p["oil.rho"] / expansion(T) * (p["oil.nu0"] * temperature_factor(T)), p["oil.rho"] / expansion(T),
+        p["oil.beta"] * stiffness_factor(T), p["effect.water_in_oil.share"],
+    )  # fmt: skip
+    drops = p["oil.rho"] / expansion(T) * (p["oil.nu0"] * temperature_factor(T))
     return {
-        "oil.eta0": eta0, "oil.rho": rho, "oil.beta": beta, "oil.alpha": p["oil.alpha"] * index_factor(eta0, cold),
+        "oil.eta0": eta0, "oil.rho": rho, "oil.beta": beta, "oil.alpha": p["oil.alpha"] * index_factor(drops, cold),
         "oil.beta_e": effective_bulk_modulus.py_func(beta, p["line.beta_wall"]), "oil.thinner": cold / eta0,
+        "oil.stated": cold,
     }  # fmt: skip
+
+
+def _of_oil_in(
+    place: str, colder: float, warm: Mapping[str, float], p: Mapping[str, float]
+) -> Mapping[str, float]:
+    """The oil in the lines or in the cylinder, which has a share of the tank's deviation from 40 C and is colder."""
+    share = p[f"effect.oil_temperature.{place}"]
+    if share == 1.0 and colder == 0.0:
+        return warm
+    return _of_oil(p, STATED_AT + (p["effect.oil_temperature.T"] - STATED_AT) * share - colder)
 
 
 def _of_supply(warm: Mapping[str, float], p: Mapping[str, float]) -> dict[str, float]:
@@ -93,12 +146,30 @@ def _of_supply(warm: Mapping[str, float], p: Mapping[str, float]) -> dict[str, f
     eta = viscosity.py_func(
         p_am + 0.5 * p["relief.p_crack"], warm["oil.eta0"], warm["oil.alpha"], p["effect.viscosity_law.share"]
     )
-    thicker = eta / (p["oil.rho"] * p["oil.nu0"])
+    thicker, ideal = eta / (p["oil.rho"] * p["oil.nu0"]), p["pump.displacement"] * p["pump.speed"]
+    clogged = p["effect.filter_clogging.dp"] * thicker / ideal if p["effect.filter_clogging.dp"] > 0.0 else 0.0
+    length, diameter = p["effect.umbilical_supply.length"], p["effect.umbilical_supply.diameter"]
+    bore, lag = pi * diameter**2 / 4.0, p["effect.pump_dynamics.T"]
     return {
         "sea.p_am": p_am,
-        "pump.flow": pump_flow(p["pump.displacement"] * p["pump.speed"], p["effect.pump_slip.slip"], thicker),
+        "pump.flow": pump_flow(ideal, p["effect.pump_slip.slip"], thicker, p["effect.pump_slip.turbulent"]),
         "relief.p_set": p["relief.p_crack"] * (1.0 - p["effect.supply_droop.droop"]),
-        "compensator.area": pi * p["compensator.diameter"] ** 2 / 4.0,
+        "supply.filter": clogged * (1.0 - p["effect.filter_clogging.back"]),
+        "supply.filter_back": clogged * p["effect.filter_clogging.back"],
+        "supply.moves": float(length > 0.0 or lag > 0.0), "supply.lag": lag,
+        "supply.inertance": warm["oil.rho"] * length / bore, "supply.resistance": 128.0 * length / (pi * diameter**4),
+        "supply.volume": max(bore * length, SMALLEST_VOLUME) if length > 0.0 else p["effect.pump_dynamics.volume"],
+    }  # fmt: skip
+
+
+def _of_compensator(p: Mapping[str, float]) -> dict[str, float]:
+    """A travel is that of a compensator made for the whole stroke, less what is missing of it; 0: without end."""
+    area_1, area_2 = cylinder.areas(p["cylinder.D_h"], p["cylinder.d_h"])
+    area, missing = pi * p["compensator.diameter"] ** 2 / 4.0, p["effect.compensator_travel.missing"]
+    return {
+        "compensator.area": area,
+        "compensator.gas": ATMOSPHERE * p["effect.compensator_trapped_air.volume"],
+        "compensator.travel": (1.0 - missing) * (area_1 - area_2) * p["cylinder.stroke"] / area if missing else 0.0,
     }
 
 
@@ -115,6 +186,7 @@ def _of_valve(warm: Mapping[str, float], p: Mapping[str, float]) -> dict[str, fl
         )
     opens = _curve(p, "valve_metering_curve")
     return {
+        "counterbalance.k_q": flow_gain(p["valve.q_rated"], COUNTERBALANCE_LOSS),
         "valve.k_q": flow_gain(q_rated, p["valve.dp_rated"]) * sqrt(p["oil.rho"] / warm["oil.rho"]),
         "valve.land_diameter": land_diameter(q_rated, p["valve.dp_rated"], p["oil.rho"]),
         "valve.spool_time": p["effect.valve_dynamics.T"],
@@ -125,30 +197,38 @@ def _of_valve(warm: Mapping[str, float], p: Mapping[str, float]) -> dict[str, fl
     }  # fmt: skip
 
 
-def _of_lines(p: Mapping[str, float]) -> dict[str, float]:
-    n = int(p["line.segments"])
+def _of_lines(warm: Mapping[str, float], p: Mapping[str, float]) -> dict[str, float]:
+    """The modulus is that of the oil in the tank, whatever the lines' temperature."""
+    n, oil = int(p["line.segments"]), _of_oil_in("lines", p["effect.line_thermal.colder"], warm, p)
     diameter = p["line.diameter"] * p["effect.line_diameter_error.scale"]
     bore = pi * diameter**2 / 4.0
     dx = p["line.length"] / n
-    beta_e = p["oil.beta_e"]
+    beta_e = warm["oil.beta_e"]
     softer = 1.0 + beta_e * p["effect.hose_compliance.compliance"]
     return {
-        "line.resistance": 128.0 * dx / (pi * diameter**4), "line.inertance": p["oil.rho"] * dx / bore,
+        "line.resistance": 128.0 * dx / (pi * diameter**4), "line.inertance": oil["oil.rho"] * dx / bore,
         "line.stiffness": beta_e / softer / (bore * dx), "line.beta": beta_e / softer,
         "line.half_segment": 0.5 * bore * dx, "line.half_at_chamber": 0.5 * bore * dx * softer,
-        "line.minor": p["effect.line_minor_losses.K"] * p["oil.rho"] / (2.0 * bore**2 * n),
+        "line.minor": p["effect.line_minor_losses.K"] * oil["oil.rho"] / (2.0 * bore**2 * n),
+        "line.eta0": oil["oil.eta0"], "line.alpha": oil["oil.alpha"],
+        "line.reynolds": 4.0 * oil["oil.rho"] / (pi * diameter),
+        "line.relaxation": 4.0 / (oil["oil.rho"] * diameter**2),
     }  # fmt: skip
 
 
-def _of_cylinder(p: Mapping[str, float]) -> dict[str, float | list[float]]:
+def _of_cylinder(warm: Mapping[str, float], p: Mapping[str, float]) -> dict[str, float | list[float]]:
+    oil = _of_oil_in("cylinder", 0.0, warm, p)
     area_1, area_2 = cylinder.areas(p["cylinder.D_h"], p["cylinder.d_h"])
-    worn, bent = p["effect.piston_leakage.scale"], p["effect.piston_leakage.turbulent"]
+    worn = p["effect.piston_leakage.scale"]
+    bent = p["effect.piston_leakage.turbulent"] != 0.0 or p["effect.piston_leakage.opening"] != 0.0
     rubs = _curve(p, "cylinder_friction_curve")
     return {
         "cylinder.area_1": area_1, "cylinder.area_2": area_2,
         "cylinder.viscous": p["cylinder.B_h"] * p["effect.cylinder_viscous_error.scale"],
-        "cylinder.leak": p["cylinder.c_l"] * (worn if bent == 0.0 else 1.0),
-        "cylinder.leak_further": p["cylinder.c_l"] * (worn - 1.0) if bent != 0.0 else 0.0,
+        "cylinder.loose": float(p["effect.joint_clearance.gap"] > 0.0),
+        "cylinder.rod_mass": p["effect.joint_clearance.rod_mass"], "cylinder.thinner": oil["oil.thinner"],
+        "cylinder.leak": p["cylinder.c_l"] * (1.0 if bent else worn),
+        "cylinder.leak_further": p["cylinder.c_l"] * (worn - 1.0) if bent else 0.0,
         "cylinder.curve_speed": p["effect.cylinder_friction_curve.v_max"] if any(rubs) else 0.0,
         "cylinder.friction": rubs,
     }  # fmt: skip

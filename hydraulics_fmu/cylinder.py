@@ -5,7 +5,16 @@ from __future__ import annotations
 from math import pi
 
 from ..core.jit import kernel
-from .oil import gap_flow
+from .oil import gap_flow, heavier, viscosity
+
+CREEP = 0.05
+"""Velocity [m/s] at which viscous friction is the same whatever its power."""
+
+CUSHION_CQ = 0.7
+"""Discharge coefficient of a cushion's orifice."""
+
+EYE_STIFFNESS, EYE_DAMPING = 1e8, 2e4
+"""Of the contact of rod and eye [N/m, N s/m]: a steel pin's, and some 30 % of what is critical for a rod of 10 kg."""
 
 
 def areas(D_h: float, d_h: float) -> tuple[float, float]:
@@ -29,9 +38,7 @@ def chamber_volume(V_0: float, A: float, x: float) -> float:
 
 
 @kernel
-def end_stop_force(
-    x: float, v: float, stroke: float, clearance: float, stiffness: float, damping: float
-) -> float:
+def end_stop_force(x: float, v: float, stroke: float, clearance: float, stiffness: float, damping: float) -> float:
     """Force [N] of the end stops on the rod, positive extends: stiffness times penetration plus damping.
 
     The damping term grows with the penetration over the first 0.1 mm, so that the force is continuous, and a stop
@@ -58,7 +65,65 @@ def rod_force(P1: float, P2: float, v: float, P_am: float, A_1: float, A_2: floa
 @kernel
 def piston_leak(P_1: float, P_2: float, c: object) -> float:
     """Flow [m3/s] past the piston of the machine with these constants."""
-    cylinder = c.cylinder
-    return leakage(
-        P_1, P_2, cylinder.leak, cylinder.leak_further, c.effect.piston_leakage.turbulent, c.oil.thinner
-    )
+    cylinder, effect = c.cylinder, c.effect.piston_leakage
+    further = cylinder.leak_further
+    if effect.opening > 0.0:
+        further *= 1.0 + effect.opening * abs(P_1 - P_2)
+    return leakage(P_1, P_2, cylinder.leak, further, effect.turbulent, cylinder.thinner)
+
+
+@kernel
+def outward_leaks(P_1: float, P_2: float, c: object) -> tuple[float, float]:
+    """Flows [m3/s] from both chambers into the sea: past the rod's seal, and past fittings of the piston side."""
+    leaks = c.effect.external_leakage
+    if leaks.c == 0.0:
+        return 0.0, 0.0
+    flow = leaks.c * c.cylinder.thinner
+    return leaks.piston_side * flow * (P_1 - c.sea.p_am), flow * (P_2 - c.sea.p_am)
+
+
+@kernel
+def viscous(v: float, P_1: float, P_2: float, c: object) -> float:
+    """Coefficient [N s/m] of the piston's viscous friction at v [m/s]: as stated, or growing with the oil's viscosity
+    between the chambers, or with a power of the velocity other than one (alike at `CREEP`)."""
+    B, form = c.cylinder.viscous, c.effect.cylinder_viscous_error
+    if form.thickening != 0.0:
+        eta = viscosity(0.5 * (P_1 + P_2), c.oil.eta0, c.oil.alpha, c.effect.viscosity_law.share)
+        B *= 1.0 + form.thickening * (eta / c.oil.stated - 1.0)
+    if form.power != 1.0:
+        B *= (max(abs(v), CREEP * 1e-3) / CREEP) ** (form.power - 1.0)
+    return B
+
+
+@kernel
+def eye_force(apart: float, speed: float, c: object) -> float:
+    """Force [N] of a rod on the eye that is loose about it, positive extends; the rod is ahead by `apart` [m] and
+    faster by `speed` [m/s].
+
+    None within half the clearance to either side; beyond it a spring, and a damper that grows in over 10 um and does
+    not pull.
+    """
+    deep = abs(apart) - 0.5 * c.effect.joint_clearance.gap
+    if deep <= 0.0:
+        return 0.0
+    way = 1.0 if apart > 0.0 else -1.0
+    return way * max(EYE_STIFFNESS * deep + EYE_DAMPING * min(deep / 1e-5, 1.0) * way * speed, 0.0)
+
+
+@kernel
+def cushion_force(x: float, v: float, c: object) -> float:
+    """Force [N] of the end cushions on the rod that moves at v [m/s], positive extends.
+
+    Over the last `length` of the stroke an orifice closes through which the oil leaves the chamber, as its hyperbola,
+    from wide open to `area` at the end: dp = rho/2 (A v/(C_q area/share))^2, share the part of the way that is done.
+    Oil enters freely.
+    """
+    cushion, cylinder = c.effect.end_cushion, c.cylinder
+    if v < 0.0:
+        done, A, P, way = 1.0 - x / cushion.length, cylinder.area_1, c.sea.p_am, 1.0
+    else:
+        done, A, P, way = 1.0 - (cylinder.stroke - x) / cushion.length, cylinder.area_2, c.sea.p_am, -1.0
+    if done <= 0.0:
+        return 0.0
+    jet = A * v * min(done, 1.0) / (CUSHION_CQ * cushion.area)
+    return way * A * 0.5 * c.oil.rho * heavier(P, c) * jet * jet

@@ -1,4 +1,5 @@
-"""Friction of the piston beyond the viscous one: Coulomb, Stribeck, and what the seals add with pressure."""
+"""Friction of the piston beyond the viscous one: Coulomb, Stribeck, what the seals add with pressure, and the bristles
+that give before they slide."""
 
 from __future__ import annotations
 
@@ -9,6 +10,9 @@ from .curves import on_curve
 
 STRIBECK_TURN = 0.1
 """Share of v_s within which Stribeck friction has come up."""
+
+REST_WAY = 1e-3
+"""Way [m] over which friction loses what it has gained in rest."""
 
 
 @kernel
@@ -51,14 +55,51 @@ def piston_friction(
 
 
 @kernel
-def friction(v_h: float, P_1: float, P_2: float, c: object) -> float:
+def friction(v_h: float, P_1: float, P_2: float, c: object, m: object) -> float:
     """Friction of the piston [N] against its velocity v_h [m/s]."""
     coulomb, stribeck = c.effect.cylinder_coulomb_friction, c.effect.cylinder_stribeck_friction
-    seal = c.effect.seal_pressure_friction
+    seal, presliding = c.effect.seal_pressure_friction, c.effect.cylinder_presliding
+    F_c, F_extra = coulomb.F_c, stribeck.F_extra
+    if coulomb.sigma0 > 0.0:
+        F_c = 0.0
+    if stribeck.rest_time > 0.0:
+        F_extra *= m.rest
     F = piston_friction(
-        v_h, P_1, P_2, coulomb.F_c, coulomb.v_0, stribeck.F_extra, stribeck.v_s, seal.k_p,
+        v_h, P_1, P_2, F_c, coulomb.v_0, F_extra, stribeck.v_s, seal.k_p,
         coulomb.uneven, stribeck.uneven, seal.uneven, stribeck.exponent,
     )  # fmt: skip
+    if coulomb.sigma0 > 0.0:
+        F += coulomb.sigma0 * m.bristle_coulomb
+    if presliding.F_c > 0.0:
+        F += presliding.sigma0 * m.bristle
     if c.cylinder.curve_speed > 0.0:
         F += on_curve(v_h / c.cylinder.curve_speed, c.cylinder.friction, 1.0) * sign_of(v_h, coulomb.v_0)
     return F
+
+
+@kernel
+def bristle(z: float, v: float, h: float, F_c: float, stiffness: float) -> float:
+    """Deflection [m] of the bristles after h [s] at the velocity v [m/s], from z: dz/dt = v - stiffness |v| z/F_c.
+
+    That of Dahl (1968) and of LuGre (Canudas de Wit et al. 1995, IEEE Trans. Autom. Control 40(3)), exact for a
+    velocity that is held; at rest it stays. The force is stiffness times z: a spring over F_c/stiffness, then F_c.
+    """
+    slid = F_c / stiffness if v > 0.0 else -F_c / stiffness
+    return slid + (z - slid) * exp(-stiffness * abs(v) * h / F_c)
+
+
+@kernel
+def rub(v: float, h: float, c: object, m: object) -> None:
+    """Bring the memory of the piston's friction up to date after h [s] at the velocity v [m/s]."""
+    coulomb, stribeck, presliding = (
+        c.effect.cylinder_coulomb_friction, c.effect.cylinder_stribeck_friction, c.effect.cylinder_presliding
+    )  # fmt: skip
+    if coulomb.sigma0 > 0.0 and coulomb.F_c > 0.0:
+        level = coulomb.F_c * (1.0 + coulomb.uneven * (1.0 if v > 0.0 else -1.0))
+        m.bristle_coulomb = bristle(m.bristle_coulomb, v, h, max(level, 1e-3 * coulomb.F_c), coulomb.sigma0)
+    if presliding.F_c > 0.0:
+        m.bristle = bristle(m.bristle, v, h, presliding.F_c, presliding.sigma0)
+    if stribeck.rest_time > 0.0:  # grown with rest, lost over a way
+        rate = 1.0 / stribeck.rest_time + abs(v) / REST_WAY
+        rested = 1.0 / (stribeck.rest_time * rate)
+        m.rest = rested + (m.rest - rested) * exp(-rate * h)

@@ -11,9 +11,11 @@ from __future__ import annotations
 import numpy as np
 
 from ..core.jit import kernel
-from .bordered import factorise, solve
-from .circuit import BORDER, chain_length, derivatives
+from .bordered import eliminate_lags, factorise, flow_of, fold_lags, restore_lags, solve
+from .circuit import derivatives
 from .controller import command, command_rate
+from .line import LAGS
+from .states import border_length, chain_length, lag_length
 from .tableau import GAMMA, NODES, A, C, E, M
 
 STAGES = 4
@@ -28,17 +30,18 @@ OK, TOO_SMALL, TOO_MANY = 0, 1, 2
 """What `advance` returns: done; the step fell below what time resolves; too many steps."""
 
 
-def workspace_size(segments: int) -> int:
-    """Length of the workspace for lines of so many segments."""
-    nc, m = 2 * (2 * segments - 1), BORDER
-    jacobian = 3 * nc + nc * m + PORTS + m * m
-    factors = nc + nc * m + m * m + m
-    return SCALARS + jacobian + factors + (STAGES + 4) * (nc + m)
+@kernel
+def workspace_size(c: object) -> int:
+    """Length of the workspace of a machine with these constants."""
+    nc, m, nl = chain_length(c), border_length(c), lag_length(c)
+    jacobian = 3 * nc + nc * m + PORTS + m * m + 2 * nl
+    factors = 2 * nc + nc * m + m * m + m
+    return SCALARS + jacobian + factors + (STAGES + 4) * (nc + m + nl)
 
 
-def new_workspace(segments: int) -> np.ndarray:
-    """A workspace without a Jacobian, for lines of so many segments."""
-    w = np.zeros(workspace_size(segments))
+def new_workspace(c: object) -> np.ndarray:
+    """A workspace without a Jacobian, for a machine with these constants."""
+    w = np.zeros(workspace_size(c))
     w[AGE] = -1.0
     return w
 
@@ -59,17 +62,18 @@ def next_corner(s: float, h: float, t_0: float, c: object) -> float:
 @kernel
 def advance(
     y: object, w: object, c: object, scale: object,
-    t_0: float, h: float, x_0: float, v_h: float, x_ref: float, ref_rate: float, u_0: float, u_rate: float,
+    t_0: float, h: float, x_0: float, v_h: float, x_ref: float, ref_rate: float, memory: object,
 ) -> int:  # fmt: skip
     """Advance y in place from t_0 over h [s]; the rod moves as x_0 + v_h (t - t_0), the input command likewise.
 
-    A controller output that is not continuous is u_0 + u_rate (t - t_0) [mA]; otherwise u_0 is NaN.
+    A controller output that is not continuous is u + u_rate (t - t_0) [mA] of the memory; otherwise its u is NaN.
 
     Returns OK, or TOO_SMALL or TOO_MANY with y as it was. The largest error over all states, each divided by its
     scale, is kept below the relative tolerance `solver.rtol` in every step.
     """
-    nc, m = chain_length(c), BORDER
-    ny = nc + m
+    nc, m, nl = chain_length(c), border_length(c), lag_length(c)
+    nb = nc + m
+    ny = nb + nl
     # the rooms of the workspace
     a = SCALARS
     sub, a = w[a : a + nc], a + nc
@@ -78,6 +82,9 @@ def advance(
     B, a = w[a : a + nc * m].reshape(nc, m), a + nc * m
     feed, a = w[a : a + PORTS], a + PORTS
     D, a = w[a : a + m * m].reshape(m, m), a + m * m
+    pull, a = w[a : a + nl], a + nl
+    follow, a = w[a : a + nl], a + nl
+    damped, a = w[a : a + nc], a + nc
     pivot, a = w[a : a + nc], a + nc
     Z, a = w[a : a + nc * m].reshape(nc, m), a + nc * m
     S, a = w[a : a + m * m].reshape(m, m), a + m * m
@@ -112,19 +119,19 @@ def advance(
                     total += A[s, q] * U[q, i]
                 yp[i] = total
             dt = NODES[s] * step
-            held = u_0 + u_rate * (s_now + dt)
-            derivatives(yp, c, x_0 + v_h * (s_now + dt), v_h, r + rate * dt, rate, held, f)
+            held = memory.u + memory.u_rate * (s_now + dt)
+            derivatives(yp, c, x_0 + v_h * (s_now + dt), v_h, r + rate * dt, rate, held, memory, f)
             if s == 0:
                 if w[AGE] < 0.0 or w[AGE] >= MAX_AGE:
                     for i in range(ny):
                         f0[i] = f[i]
                     for colour in range(3 + m):  # every third state of the chain, then each border state alone
                         first = colour if colour < 3 else nc + colour - 3
-                        jump = 3 if colour < 3 else ny
-                        last = nc if colour < 3 else ny
+                        jump = 3 if colour < 3 else nb
+                        last = nc if colour < 3 else nb
                         for i in range(first, last, jump):
                             yp[i] = y[i] + 1e-7 * (abs(y[i]) + scale[i])
-                        derivatives(yp, c, x_0 + v_h * s_now, v_h, r, rate, held, f)
+                        derivatives(yp, c, x_0 + v_h * s_now, v_h, r, rate, held, memory, f)
                         for i in range(first, last, jump):
                             d = yp[i] - y[i]
                             yp[i] = y[i]
@@ -142,6 +149,15 @@ def advance(
                                     B[k, i - nc] = (f[k] - f0[k]) / d
                                 for k in range(m):
                                     D[k, i - nc] = (f[nc + k] - f0[nc + k]) / d
+                    for q in range(LAGS if nl > 0 else 0):  # a lag acts on its own flow only
+                        for i in range(nb + q, ny, LAGS):
+                            yp[i] = y[i] + 1e-7 * (abs(y[i]) + scale[i])
+                        derivatives(yp, c, x_0 + v_h * s_now, v_h, r, rate, held, memory, f)
+                        for i in range(q, nl, LAGS):
+                            d = yp[nb + i] - y[nb + i]
+                            yp[nb + i] = y[nb + i]
+                            k = flow_of(i // LAGS, nc)
+                            pull[i], follow[i] = (f[k] - f0[k]) / d, (f0[nb + i] - f[nb + i]) / d
                     # the lines meet only in the border
                     sub[nc // 2] = 0.0
                     sup[nc // 2 - 1] = 0.0
@@ -150,14 +166,19 @@ def advance(
                     w[AGE] = 0.0
                     w[FACTORED] = 0.0
                 if abs(w[FACTORED] - sigma) > 1e-9 * sigma:
-                    factorise(sub, dia, sup, B, port, feed, D, sigma, pivot, Z, S, order)
+                    for i in range(nc):
+                        damped[i] = dia[i]
+                    fold_lags(pull, follow, LAGS, sigma, damped)
+                    factorise(sub, damped, sup, B, port, feed, D, sigma, pivot, Z, S, order)
                     w[FACTORED] = sigma
             for i in range(ny):
                 total = f[i]
                 for q in range(s):
                     total += C[s, q] / step * U[q, i]
                 U[s, i] = total
+            eliminate_lags(pull, follow, LAGS, sigma, nc, nb, U[s])
             solve(sub, sup, port, feed, pivot, Z, S, order, U[s])
+            restore_lags(follow, LAGS, sigma, nc, nb, U[s])
         error = 0.0
         for i in range(ny):
             e = abs(E[0] * U[0, i] + E[1] * U[1, i] + E[2] * U[2, i] + E[3] * U[3, i]) / scale[i]

@@ -63,6 +63,40 @@ def air_softening(P: float, beta: float, air: float, polytropic: float) -> float
     return 1.0 / (1.0 + beta * air * (ATMOSPHERE / P) ** (1.0 / polytropic) / (polytropic * P))
 
 
+@kernel
+def modulus_factor(P: float, beta: float, c: object) -> float:
+    """Factor on the modulus beta [Pa] of oil and walls at the pressure P [Pa]: K grows with it, air softens it.
+
+    The oil's own share of 1/beta follows K0 + m P.
+    """
+    air, growth = c.effect.entrained_air, c.effect.bulk_modulus_pressure.m
+    free = air.fraction
+    if air.dissolving > 0.0:
+        free /= 1.0 + air.dissolving * max(P - ATMOSPHERE, 0.0)
+    if growth == 0.0:
+        return air_softening(P, beta, free, air.polytropic)
+    K = 1.0 / (1.0 / beta - 1.0 / c.oil.beta + 1.0 / (c.oil.beta + growth * P))
+    return K / beta * air_softening(P, K, free, air.polytropic)
+
+
+@kernel
+def heavier(P: float, c: object) -> float:
+    """Density at the pressure P [Pa] relative to that which is stated: 1 + P/K, as far as it is switched on."""
+    return 1.0 + c.effect.density_pressure.share * P / (c.oil.beta + c.effect.bulk_modulus_pressure.m * P)
+
+
+def emulsion(eta: float, rho: float, beta: float, water: float) -> tuple[float, float, float]:
+    """Viscosity [Pa s], density [kg/m3] and modulus [Pa] of oil with that share of water in fine drops.
+
+    eta (1 - w)^-2.5 (Brinkman 1952, J. Chem. Phys. 20, 571), while its pressure index stays that of the oil between
+    the drops; density and 1/K are those of both, by volume (water: 998 kg/m3, 2.2 GPa).
+    """
+    if water == 0.0:
+        return eta, rho, beta
+    soft = (1.0 - water) / beta + water / 2.2e9
+    return eta * (1.0 - water) ** -2.5, (1.0 - water) * rho + water * 998.0, 1.0 / soft
+
+
 def temperature_factor(T: float) -> float:
     """Kinematic viscosity at T [K] relative to that at 40 C, by Walther's law (22 cSt at 40 C, 4.3 cSt at 100 C).
 

@@ -2,15 +2,19 @@
 
 from __future__ import annotations
 
+from math import nan
+
 import numpy as np
 
 from ..core.jit import kernel
-from .circuit import BORDER, border, chain_length
+from ..core.sea import ATMOSPHERE
+from .bordered import flow_of
 from .constants import by_name
-from .cylinder import piston_leak
-from .line import mean_viscosity
+from .cylinder import EYE_STIFFNESS, outward_leaks, piston_leak
+from .line import LAGS, mean_viscosity
 from .oil import viscosity
 from .ports import port_flows
+from .states import border, border_length, chain_length, further, lag_length
 
 SMALLEST_OPENING = 1e-6
 BEYOND = 2e9
@@ -20,15 +24,15 @@ BEYOND = 2e9
 @kernel
 def line_nodes(P_start: float, q: float, sign: float, c: object, nodes: object) -> None:
     """Write the n + 1 node pressures of a line that passes q [m3/s], from the end P_start [Pa]; sign -1 follows q."""
-    n, oil, law = len(nodes) - 1, c.oil, c.effect.viscosity_law.share
+    n, line, law = len(nodes) - 1, c.line, c.effect.viscosity_law.share
     nodes[0] = P_start
     for j in range(n):
         P = nodes[j]
         for _ in range(50):
             if c.line.variable_viscosity != 0.0:
-                eta = mean_viscosity(nodes[j], P, oil.eta0, oil.alpha, law)
+                eta = mean_viscosity(nodes[j], P, line.eta0, line.alpha, law)
             else:  # Eq. 21: the lower of the two port pressures, with equal losses of all segments
-                eta = viscosity(min(P_start, P_start + n * (P - nodes[j])), oil.eta0, oil.alpha, law)
+                eta = viscosity(min(P_start, P_start + n * (P - nodes[j])), line.eta0, line.alpha, law)
             P_next = min(max(nodes[j] + sign * c.line.resistance * eta * q, 0.0), BEYOND)
             if P_next == P:
                 break
@@ -44,7 +48,7 @@ def opening_for(q: float, Pa: float, Pb: float, Pt: float, c: object) -> float:
         middle = 0.5 * (low + high)
         if middle in (low, high):  # two neighbours among the numbers: it would stay there
             break
-        if port_flows(middle, Pa, Pb, Pt, c)[1] < q:
+        if port_flows(middle, Pa, Pb, Pt, nan, c)[1] < q:
             low = middle
         else:
             high = middle
@@ -57,7 +61,8 @@ def steady_state(constants: np.ndarray, F_hold: float) -> tuple[np.ndarray, bool
     A force that the supply cannot hold against the leakage is held by oil behind the closed valve, with the unloaded
     chamber at tank pressure; then the machine sinks as fast as the piston leaks.
     """
-    y = np.zeros(chain_length(by_name(constants)) + BORDER)
+    c = by_name(constants)
+    y = np.zeros(chain_length(c) + border_length(c) + lag_length(c))
     held = bool(come_to_rest(constants, F_hold, y))
     return y, held
 
@@ -74,47 +79,82 @@ def come_to_rest(constants: object, F_hold: float, y: object) -> bool:
     c = by_name(constants)
     n, cylinder, compensator, p_am = int(c.line.segments), c.cylinder, c.compensator, c.sea.p_am
     A_1, A_2 = cylinder.area_1, cylinder.area_2
-    Pt = p_am + compensator.k_c * compensator.precompression / compensator.area
+    x_c = compressed(c)
+    Pt = p_am + compensator.k_c * (compensator.precompression - x_c) / compensator.area
     P_top = Pt + c.relief.p_set
     nodes_a = np.empty(n + 1)
     nodes_b = np.empty(n + 1)
     low, high = Pt, P_top
-    q, Q_b, surplus = 0.0, 0.0, 0.0
+    q_1, q_2, Q_b, surplus = 0.0, 0.0, 0.0, 0.0
     x_v = 0.0
     for _ in range(100):
         P_2 = 0.5 * (low + high)
         P_1 = p_am + (F_hold + (P_2 - p_am) * A_2) / A_1
-        q = piston_leak(P_1, P_2, c)
-        line_nodes(P_1, q, 1.0, c, nodes_a)  # from the chamber back to port a
-        line_nodes(P_2, q, -1.0, c, nodes_b)
+        leak = piston_leak(P_1, P_2, c)
+        out_1, out_2 = outward_leaks(P_1, P_2, c)
+        q_1, q_2 = leak + out_1, leak - out_2
+        line_nodes(P_1, q_1, 1.0, c, nodes_a)  # from the chamber back to port a
+        line_nodes(P_2, q_2, -1.0, c, nodes_b)
         Pa, Pb = nodes_a[n], nodes_b[n]
-        x_v = opening_for(q, Pa, Pb, Pt, c)
+        x_v = opening_for(q_2, Pa, Pb, Pt, c)
         if abs(x_v) < SMALLEST_OPENING:  # the valve shut: decide by its first opening
-            x_v = SMALLEST_OPENING if q >= 0.0 else -SMALLEST_OPENING
-        Q_a, Q_b, _, _ = port_flows(x_v, Pa, Pb, Pt, c)
-        surplus = Q_a - Q_b
+            x_v = SMALLEST_OPENING if q_2 >= 0.0 else -SMALLEST_OPENING
+        Q_a, Q_b, _, _ = port_flows(x_v, Pa, Pb, Pt, nan, c)
+        surplus = Q_a - Q_b - (q_1 - q_2)
         if P_2 in (low, high):  # as above
             break
         if surplus > 0.0:
             low = P_2
         else:
             high = P_2
-    held = abs(surplus) <= 1e-6 * c.pump.flow and abs(Q_b - q) <= 1e-6 * c.pump.flow
+    held = abs(surplus) <= 1e-6 * c.pump.flow and abs(Q_b - q_2) <= 1e-6 * c.pump.flow
     if not held:
-        q, x_v = 0.0, 0.0
+        q_1, q_2, x_v = 0.0, 0.0, 0.0
         P_2 = Pt if F_hold > 0.0 else p_am + ((Pt - p_am) * A_1 - F_hold) / A_2
         nodes_a[:] = p_am + (F_hold + (P_2 - p_am) * A_2) / A_1
         nodes_b[:] = P_2
     for j in range(n):
-        y[2 * j] = q
-        y[2 * n - 1 + 2 * j] = q
+        y[2 * j] = q_1
+        y[2 * n - 1 + 2 * j] = q_2
         if j > 0:
             y[2 * j - 1] = nodes_a[n - j]
             y[2 * n - 2 + 2 * j] = nodes_b[j]
     if abs(x_v) <= SMALLEST_OPENING:
         x_v = 0.0
-    s = border(y)
+    s = border(y, c)
     s.p_a, s.p_1, s.p_2, s.p_b, s.p_t = nodes_a[n], nodes_a[0], nodes_b[0], nodes_b[n], Pt
-    s.x_c, s.v_c, s.spool, s.spool_rate = 0.0, 0.0, x_v, 0.0
+    s.x_c, s.v_c, s.spool, s.spool_rate = x_c, 0.0, x_v, 0.0
     s.integral = x_v * c.valve.i_rated + c.controller.integral_start
+    rest_further(y, F_hold, c)
     return held
+
+
+@kernel
+def compressed(c: object) -> float:
+    """How far [m] the compensator's piston has followed the air that the sea has compressed, up to its stop."""
+    compensator = c.compensator
+    if compensator.gas == 0.0:
+        return 0.0
+    x_c = compensator.gas * (1.0 / ATMOSPHERE - 1.0 / c.sea.p_am) / compensator.area
+    return min(x_c, compensator.travel) if compensator.travel > 0.0 else x_c
+
+
+@kernel
+def rest_further(y: object, F_hold: float, c: object) -> None:
+    """Write the states behind the first ones of the border at rest."""
+    b, n, s = chain_length(c), int(c.line.segments), border(y, c)
+    if c.states.lags != 0.0:
+        for k in range(2 * n):
+            y[b + border_length(c) + LAGS * k : b + border_length(c) + LAGS * (k + 1)] = y[flow_of(k, b)]
+    if c.states.further == 0.0:
+        return
+    z, P_p = further(y, c), s.p_t + c.relief.p_set
+    taken = port_flows(s.spool, s.p_a, s.p_b, s.p_t, P_p, c)[2]
+    if c.supply.lag > 0.0:
+        P_p -= c.effect.pump_dynamics.droop * c.relief.p_set * taken / c.pump.flow
+    eta = viscosity(P_p, c.oil.eta0, c.oil.alpha, c.effect.viscosity_law.share)
+    z.p_pump, z.Q_hose, z.Q_pump = P_p, taken, taken
+    z.p_p = P_p - c.supply.resistance * eta * taken
+    push = F_hold / EYE_STIFFNESS
+    half = 0.5 * c.effect.joint_clearance.gap
+    z.x_r = push + half if F_hold > 0.0 else push - half

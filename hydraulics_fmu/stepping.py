@@ -12,11 +12,15 @@ from functools import lru_cache
 import numpy as np
 
 from ..core.jit import array_at, kernel
-from .circuit import BORDER, OUTPUTS, chain_length, state_scales
-from .constants import SIZE, by_name, constants
-from .integrator import OK, TOO_MANY, TOO_SMALL, new_workspace
-from .march import MEMORY, step
+from . import memory
+from .circuit import OUTPUTS
+from .constants import SIZE, by_name, constants, warmed, warming
+from .integrator import OK, TOO_MANY, TOO_SMALL, new_workspace, workspace_size
+from .march import step
+from .memory import remembering
+from .states import border, border_length, chain_length, lag_length, state_scales
 from .steady import steady_state
+from .valve import settle
 from .variables import HYDRAULICS
 
 JUMP_RATE = 1.0
@@ -31,7 +35,8 @@ NOT_FOLLOWED = 3
 
 T, REF, RATE, UNUSED, CONSTANTS = range(5)
 """Places in the row: start of the last step [s] (inf: there was none), x_ref then [m], its slope [m/s], whether x_ref
-is unused and nothing was said of that; then constants, state, its scales, the controller's memory, the workspace."""
+is unused and nothing was said of that; then constants, state, its scales, the memory, the workspace, and the constants
+at the temperatures that a warm-up passes."""
 
 X_H, V_H, X_REF = (HYDRAULICS.index(name) for name in ("x_h", "v_h", "x_ref"))
 FIRST = HYDRAULICS.index(OUTPUTS[0])
@@ -42,10 +47,18 @@ BEHIND = FIRST + len(OUTPUTS)
 def initial_row(p: Mapping[str, float], F_hold: float) -> tuple[np.ndarray, bool]:
     """The row of an instance at rest with parameters by name, and whether the supply holds the force F_hold [N]."""
     c = constants(p)
+    named = by_name(c)
     y, held = _rest(c.tobytes(), F_hold)
     head = np.array([np.inf, 0.0, 0.0, float(not p["command.use_input"])])
-    parts = (head, c, y, state_scales(c), np.zeros(MEMORY), new_workspace(int(p["line.segments"])))
+    parts = (head, c, y, state_scales(named), _at_rest(y, named), new_workspace(named), warming(p))
     return np.concatenate(parts), held
+
+
+def _at_rest(y: np.ndarray, c: np.record) -> np.ndarray:
+    """What an instance remembers before its first step."""
+    made = memory.new_memory()
+    settle(border.py_func(y, c).integral, c, remembering.py_func(made))
+    return made
 
 
 @lru_cache(maxsize=8)
@@ -57,18 +70,23 @@ def _rest(c: bytes, F_hold: float) -> tuple[np.ndarray, bool]:
 
 
 @kernel
-def advance(values: int, n: int, row: int, m: int, t: float, h: float) -> int:
+def advance(values: int, n: int, row: int, length: int, t: float, h: float) -> int:
     """Advance from t by h [s] and write the outputs; with h = 0 only the outputs.
 
-    values, row: addresses of the instance's values (n,) and of its row (m,). Returns `OK`, a fault, `NOT_FOLLOWED`.
+    values, row: addresses of the instance's values (n,) and of its row (length,).
+    Returns `OK`, a fault, `NOT_FOLLOWED`.
     """
-    v, b = array_at(values, n), array_at(row, m)
+    v, b = array_at(values, n), array_at(row, length)
     c = by_name(b[CONSTANTS : CONSTANTS + SIZE])
-    states = chain_length(c) + BORDER
+    states = chain_length(c) + border_length(c) + lag_length(c)
     a = CONSTANTS + SIZE
     y, scale = b[a : a + states], b[a + states : a + 2 * states]
     a += 2 * states
-    memory, w = b[a : a + MEMORY], b[a + MEMORY :]
+    m = remembering(b[a : a + memory.SIZE])
+    a += memory.SIZE
+    w = b[a : a + workspace_size(c)]
+    if c.effect.oil_warm_up.rise != 0.0:
+        warmed(t + h, b[CONSTANTS : CONSTANTS + SIZE], b[a + len(w) :], c)
     x_ref, rate = v[X_REF], b[RATE]
     if h > 0.0:
         rate = 0.0
@@ -79,7 +97,7 @@ def advance(values: int, n: int, row: int, m: int, t: float, h: float) -> int:
                 return NOT_FOLLOWED
             if abs(rate) > JUMP_RATE:
                 rate = 0.0
-    status = step(y, w, memory, c, scale, t, h, v[X_H], v[V_H], x_ref, rate, v[FIRST:BEHIND])
+    status = step(y, w, m, c, scale, t, h, v[X_H], v[V_H], x_ref, rate, v[FIRST:BEHIND])
     if status == OK and h > 0.0:
         b[T], b[REF], b[RATE] = t, x_ref, rate
     return status

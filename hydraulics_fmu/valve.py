@@ -2,17 +2,23 @@
 
 from __future__ import annotations
 
-from math import pi, sqrt, tanh
+from math import exp, pi, sqrt, tanh
 
 from ..core.jit import kernel
 from .curves import on_curve
-from .oil import viscosity
+from .oil import heavier, viscosity
 
 CQ_MAX = 0.7
 """Discharge coefficient of the fully turbulent land (usual value for sharp edges)."""
 
 SMOOTHING = 100.0
 """Pressure drop [Pa] below which the printed square root is made linear, so that its slope stays finite."""
+
+COUNTERBALANCE_RANGE, COUNTERBALANCE_LEAK = 0.2, 1e-3
+"""Share of its pressure over which a counterbalance valve opens, and the opening that it keeps when it is shut."""
+
+SILT_MOVES = 1e-6
+"""Share of the stroke by which a spool has moved."""
 
 
 def flow_gain(q_rated: float, dp_rated: float) -> float:
@@ -91,19 +97,78 @@ def spool_command(u: float, c: object) -> float:
 
 
 @kernel
-def spool_position(u: float, state: float, c: object) -> float:
+def caught_command(u: float, c: object, m: object) -> float:
+    """Where the spool is sent by the controller output u [mA], as far as play and silt let it."""
+    x = spool_command(u, c)
+    return x if m.play == 0.0 else held_back(x, m.spool, m.play)
+
+
+@kernel
+def spool_position(u: float, state: float, c: object, m: object) -> float:
     """Spool position x_v in -1..1: its command at once, or the spool's own state when it has dynamics."""
     if c.valve.spool_time == 0.0:
-        return spool_command(u, c)
+        return caught_command(u, c, m)
     return min(max(state, -1.0), 1.0)
 
 
 @kernel
+def counterbalance_loss(Q: float, P_load: float, P_pilot: float, c: object) -> float:
+    """Loss [Pa] of a flow Q [m3/s] out of the cylinder's piston side through a counterbalance valve, (Q/(k o))^2.
+
+    The load's pressure and, `ratio` times as much, the pilot's, which is that of the rod side, open it: from
+    p_set above the sea on, wide over `COUNTERBALANCE_RANGE` of that. Into the cylinder a check valve lets all pass.
+    """
+    effect, p_am = c.effect.counterbalance_valve, c.sea.p_am
+    over = (P_load - p_am) + effect.ratio * (P_pilot - p_am) - effect.p_set
+    opening = min(max(over / (COUNTERBALANCE_RANGE * effect.p_set), COUNTERBALANCE_LEAK), 1.0)
+    return (Q / (c.counterbalance.k_q * opening)) ** 2
+
+
+@kernel
+def sticks(c: object) -> bool:
+    """Whether the spool has a play or silts up."""
+    return c.effect.valve_hysteresis.width > 0.0 or c.effect.silt_lock.force > 0.0
+
+
+@kernel
+def settle(u: float, c: object, m: object) -> None:
+    """The spool as it stands in the middle of its play after a long rest with the controller output u [mA]."""
+    m.spool, m.play = spool_command(u, c), 0.5 * c.effect.valve_hysteresis.width + c.effect.silt_lock.force * m.silt
+
+
+@kernel
+def let_go(u: float, h: float, c: object, m: object) -> None:
+    """Bring the memory of the spool up to date after a slice of h [s] that ended with the controller output u [mA].
+
+    Silt settles as 1 - exp(-t/time) while the spool stands; what sends it further than the silt holds washes it out.
+    """
+    x, silt = spool_command(u, c), c.effect.silt_lock
+    moved = abs(held_back(x, m.spool, m.play) - m.spool)
+    if silt.force > 0.0:
+        if moved > SILT_MOVES:
+            m.silt = 0.0
+        else:
+            m.silt += (1.0 - m.silt) * (1.0 - exp(-h / silt.time))
+    m.spool = held_back(x, m.spool, m.play)
+    m.play = 0.5 * c.effect.valve_hysteresis.width + silt.force * m.silt
+
+
+@kernel
+def held_back(x: float, at: float, width: float) -> float:
+    """Where a spool stands that stood at `at` and is wanted at x, with a play of so much to either side."""
+    return min(max(at, x - width), x + width)
+
+
+@kernel
 def land(opening: float, P_from: float, P_to: float, c: object) -> float:
-    """Flow [m3/s] through one land of the servo valve."""
+    """Flow [m3/s] through one land of the servo valve; oil that pressure makes heavier flows slower."""
     valve, oil = c.valve, c.oil
+    k_q, rho = valve.k_q, oil.rho
+    if c.effect.density_pressure.share > 0.0:
+        more = heavier(0.5 * (P_from + P_to), c)
+        k_q, rho = k_q / sqrt(more), rho * more
     return land_flow(
-        opening, P_from, P_to, valve.k_q, valve.land_diameter, valve.lam_crit, oil.rho, oil.eta0, oil.alpha,
+        opening, P_from, P_to, k_q, valve.land_diameter, valve.lam_crit, rho, oil.eta0, oil.alpha,
         c.effect.viscosity_law.share,
     )  # fmt: skip
 

@@ -5,16 +5,17 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from functools import lru_cache
-from math import pi
 
 import mujoco
 import numpy as np
 
 from ..core.errors import ParameterError
-from ..core.sea import GRAVITY, ambient_pressure
+from ..core.sea import ambient_pressure
 from . import loads, stepping
-from .effects import EFFECTS, effect_constants, with_effects
-from .linkage import check_buildable, linkage
+from .bending import sag
+from .constants import by_name, constants
+from .effects import with_effects
+from .linkage import check_buildable
 from .mjcf import mjcf
 from .mujoco_library import addresses
 from .variables import ARM
@@ -44,7 +45,7 @@ class Arm:
     ):
         """instead: an arm that is not used any more; making MuJoCo's data anew takes most of the time."""
         check_buildable(p["theta0"], p["rod_eye_radius"], p["base_x"], p["base_y"])
-        p = with_effects(p)
+        plain, p = p, with_effects(p)
         self.model = compiled(mjcf(p))
         if instead is not None and instead.model is self.model:
             self.data = instead.data
@@ -56,12 +57,13 @@ class Arm:
         self.row = np.zeros(stepping.SIZE)
         self.row[: stepping.LEVER_0] = self._addresses()
         self.projection = self.row[stepping.PROJECTION : stepping.MATRIX]
-        self.c = self.row[stepping.CONSTANTS :]
-        self.c[:] = constants(p)
+        self.row[stepping.CONSTANTS :] = constants(p, plain)
+        self.c = by_name.py_func(self.row[stepping.CONSTANTS :])
         self.at = (self.values.ctypes.data, len(self.values), self.row.ctypes.data, len(self.row))
         """Where values and row are, for `stepping.advance`."""
-        self.row[stepping.THETA : stepping.PROJECTION] = p["theta0"], 0.0, t
-        stepping.evaluate(self.row.ctypes.data, p["theta0"], 0.0, t)
+        self.row[stepping.THETA : stepping.PROJECTION] = 0.0
+        self.row[stepping.THETA : stepping.HELD] = p["theta0"], 0.0, t, sag(p["theta0"], self.c), 0.0
+        stepping.evaluate(self.row.ctypes.data, p["theta0"], 0.0, t, 0.0)
         self.row[stepping.LEVER_0] = self.projection[loads.LEVER]
         self.F_hold = -self.projection[loads.TORQUE] / self.projection[loads.LEVER]
         self.P_am = ambient_pressure(p["depth"]) * p["effect.ambient_pressure_error.scale"]
@@ -104,20 +106,3 @@ class Arm:
     def set_state(self, state: list[float]) -> None:
         """Restore what `get_state` gave."""
         self.row[stepping.THETA : stepping.MATRIX] = state
-
-
-def constants(p: Mapping[str, float]) -> np.ndarray:
-    """The numbers that `loads` needs, from the parameters by name."""
-    c = np.zeros(loads.SIZE)
-    c[: len(EFFECTS)] = effect_constants(p)
-    c[loads.R_EYE], c[loads.BASE_X], c[loads.BASE_Y] = p["rod_eye_radius"], p["base_x"], p["base_y"]
-    c[loads.L_0] = linkage.py_func(p["theta0"], p["rod_eye_radius"], p["base_x"], p["base_y"])[0]
-    grown = 2.0 * p["effect.marine_growth.thickness"]
-    c[loads.BEAM_L], c[loads.BEAM_D] = p["beam_length"], p["beam_diameter"] + grown
-    c[loads.BARREL_L], c[loads.BARREL_D] = p["barrel_length"], p["barrel_diameter"] + grown
-    c[loads.ROD_D], c[loads.RHO], c[loads.C_M] = p["rod_diameter"], p["rho_s"], p["C_M"]
-    c[loads.C_D], c[loads.PRINTED], c[loads.SPEED] = p["C_D"], p["drag_as_printed"], p["current_speed"]
-    c[loads.AMPLITUDE], c[loads.FREQUENCY] = p["current_amplitude"], p["current_frequency"]
-    net_beam = p["beam_mass"] - p["rho_s"] * pi * p["beam_diameter"] ** 2 / 4.0 * p["beam_length"]
-    c[loads.WEIGHT_MOMENT] = (net_beam * GRAVITY / 2.0 + p["load_weight"]) * p["beam_length"]
-    return c

@@ -59,7 +59,7 @@ def mjcf(p: Mapping[str, float]) -> str:
       {_tube(p["beam_mass"], beam_L, beam_D, beam_L / 2.0)}
       <geom name="beam" type="capsule" fromto="0 0 0 {beam_L!r} 0 0" size="{beam_D / 2!r}" rgba="0.95 0.75 0.2 1"/>
       <site name="beam_eye" pos="{p["rod_eye_radius"]!r} 0 0"/>
-      <body name="load" pos="{beam_L!r} 0 0">
+      <body name="load" pos="{beam_L + p["effect.payload_error.along"]!r} 0 0">
         <inertial pos="0 0 0" mass="{max(load, 1e-9)!r}" diaginertia="1e-9 1e-9 1e-9"/>
         <geom name="load" type="sphere" size="{max(beam_D, 0.02)!r}" rgba="0.7 0.2 0.2 1"/>
       </body>

@@ -9,10 +9,19 @@ from .effects import EFFECTS
 
 BEAM_STRIPS = 8
 
+BASE = ("base.heave_rate", "base.heave_acceleration", "base.pitch", "base.pitch_rate", "base.pitch_acceleration")
+"""The inputs of a base that moves, in the order of `base`."""
+
 
 ARM = VariableTable(
     (
         signal_in("F_h", 0.0, "N", -1e8, 1e8, 1e4, "force of the cylinder on the arm, positive extends"),
+        signal_in("base.heave_rate", 0.0, "m/s", -50.0, 50.0, 1.0, "upward velocity of the base"),
+        signal_in("base.heave_acceleration", 0.0, "m/s2", -1e3, 1e3, 1.0, "its rate", "base.heave_rate"),
+        signal_in("base.pitch", 0.0, "rad", -3.2, 3.2, 0.1, "rotation of the base about the pivot, positive raises the "
+                  "beam"),
+        signal_in("base.pitch_rate", 0.0, "rad/s", -10.0, 10.0, 0.1, "its rate", "base.pitch"),
+        signal_in("base.pitch_acceleration", 0.0, "rad/s2", -100.0, 100.0, 0.1, "its second rate", "base.pitch_rate"),
         signal_out("x_h", "m", 0.1, "displacement of the cylinder rod, 0 at theta0"),
         signal_out("v_h", "m/s", 0.1, "velocity of the cylinder rod, positive extends", rate_of="x_h"),
         signal_out("theta", "rad", 1.0, "angle of the beam above the horizontal"),

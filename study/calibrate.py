@@ -14,8 +14,9 @@ from math import hypot
 
 import numpy as np
 
-from ..hydraulics_fmu import circuit, integrator
+from ..hydraulics_fmu import circuit, integrator, states
 from ..hydraulics_fmu.constants import by_name, constants
+from ..hydraulics_fmu.memory import new_memory, remembering
 from ..hydraulics_fmu.steady import steady_state
 from ..hydraulics_fmu.variables import HYDRAULICS
 from ..mechanics.arm import Arm
@@ -39,19 +40,21 @@ def run(
     """Times [s] and displacements [m] of the machine, both halves in one process, stepped one after the other."""
     p = HYDRAULICS.parameters(hydraulics)
     numbers = constants(p)
-    c, scale = by_name(numbers), circuit.state_scales(numbers)
+    c = by_name(numbers)
+    scale = states.state_scales(c)
     body = Arm(ARM.parameters(arm))
     y, _ = steady_state(numbers, body.F_hold)
-    w = integrator.new_workspace(int(p["line.segments"]))
+    w = integrator.new_workspace(c)
+    m = remembering(new_memory())
     out = np.zeros(len(circuit.OUTPUTS))
     n = round(stop / h)
     x_h = np.zeros(n + 1)
     v_h = 0.0
     for k in range(n):
         t = k * h
-        if integrator.advance(y, w, c, scale, t, h, x_h[k], v_h, 0.0, 0.0, float("nan"), 0.0):
+        if integrator.advance(y, w, c, scale, t, h, x_h[k], v_h, 0.0, 0.0, m):
             raise ArithmeticError(f"the integration failed at t = {t:g} s")
-        circuit.outputs_at(y, c, t, h, x_h[k], v_h, 0.0, 0.0, float("nan"), out)
+        circuit.outputs_at(y, c, t, h, x_h[k], v_h, 0.0, 0.0, float("nan"), m, out)
         body.step(t, h, float(out[0]))
         x_h[k + 1], v_h = body.out.item(0), body.out.item(1)
     return np.arange(n + 1) * h, x_h

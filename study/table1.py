@@ -7,13 +7,15 @@ from __future__ import annotations
 
 from collections.abc import Iterable
 from dataclasses import dataclass, field
-from math import exp, pi
+from math import exp
 
 import numpy as np
 
 from ..core.sea import ambient_pressure
+from ..hydraulics_fmu.constants import by_name, constants
 from ..hydraulics_fmu.line import line_derivatives, steady_loss
 from ..hydraulics_fmu.oil import pressure
+from ..hydraulics_fmu.variables import HYDRAULICS
 
 RHO, BETA = 850.0, 1.4e9
 BASE = {"alpha": 2.2e-8, "nu0": 22e-6, "length": 4.0, "diameter": 4e-3, "depth": 6000.0, "Q": 3e-3 / 60}
@@ -83,18 +85,17 @@ def line_response(
     """
     from scipy.integrate import solve_ivp
 
-    area = pi * diameter**2 / 4
-    dx = length / segments
     P_out = ambient_pressure(depth)
-    resistance, inertance, stiffness = 128 * dx / (pi * diameter**4), RHO * dx / area, BETA / (area * dx)
+    c = by_name(constants(HYDRAULICS.parameters({
+        "oil.rho": RHO, "oil.nu0": nu0, "oil.alpha": alpha, "oil.beta": BETA, "oil.p_vapour": P_VAPOUR,
+        "line.length": length, "line.diameter": diameter, "line.segments": segments,
+        "line.variable_viscosity": variable, "depth": depth,
+    })))  # fmt: skip
 
     def rate(t: float, y: np.ndarray) -> np.ndarray:
         f = np.empty_like(y)
-        line_derivatives(
-            y, 0, segments, pressure(y[-1], P_VAPOUR), P_out, RHO * nu0, alpha, 0.0, variable, P_VAPOUR,
-            resistance, inertance, stiffness, 0.0, BETA, 0.0, 1.0, f,
-        )  # fmt: skip
-        f[-1] = 2 * stiffness * ((Q if t >= rise else Q * t / rise) - y[0])
+        line_derivatives(y, 0, len(y), pressure(y[-1], P_VAPOUR), P_out, c, f)
+        f[-1] = 2 * c.line.stiffness * ((Q if t >= rise else Q * t / rise) - y[0])
         return f
 
     y0 = np.zeros(2 * segments)

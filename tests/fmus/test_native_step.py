@@ -8,7 +8,7 @@ from collections import Counter
 
 import numpy as np
 import pytest
-from deepsea_cosim.hydraulics_fmu import circuit, stepping
+from deepsea_cosim.hydraulics_fmu import states, stepping
 from deepsea_cosim.hydraulics_fmu.constants import SIZE, by_name
 
 from .test_fmus import MODELS, Instance, fails, instance, set_moving_inputs  # noqa: F401
@@ -154,8 +154,8 @@ def test_what_goes_wrong_is_told_in_the_same_words(make, model):
             content["model"]["arm"][0] = float("nan")
         else:
             row = content["model"]["row"]
-            chain = circuit.chain_length(by_name(np.array(row[stepping.CONSTANTS : stepping.CONSTANTS + SIZE])))
-            row[stepping.CONSTANTS + SIZE + chain + circuit.STATES.names.index("p_1")] = float("nan")
+            chain = states.chain_length(by_name(np.array(row[stepping.CONSTANTS : stepping.CONSTANTS + SIZE])))
+            row[stepping.CONSTANTS + SIZE + chain + states.STATES.names.index("p_1")] = float("nan")
         bad = it.deSerializeFMUstate(json.dumps(content).encode())
         it.setFMUstate(bad)
         it.set("F_h" if model == "DeepseaArm" else "v_h", 0.01)

@@ -3,17 +3,19 @@
 import numpy as np
 import pytest
 from deepsea_cosim.core.errors import ParameterError
-from deepsea_cosim.hydraulics_fmu import circuit, integrator, tableau
+from deepsea_cosim.hydraulics_fmu import circuit, integrator, states, tableau
 from deepsea_cosim.hydraulics_fmu.bordered import factorise, solve
 from deepsea_cosim.hydraulics_fmu.constants import by_name, constants
+from deepsea_cosim.hydraulics_fmu.memory import new_memory, remembering
 from deepsea_cosim.hydraulics_fmu.steady import steady_state
+from deepsea_cosim.hydraulics_fmu.valve import settle
 from deepsea_cosim.hydraulics_fmu.variables import HYDRAULICS
 from scipy.integrate import solve_ivp
 
 
-def border_of(y):
+def border_of(y, c):
     """The border's states in y by name; a compiled function would give Python a copy of them."""
-    return circuit.border.py_func(y)
+    return states.border.py_func(y, c)
 
 
 class Rig:
@@ -23,26 +25,29 @@ class Rig:
         self.p = HYDRAULICS.parameters({name.replace("__", "."): value for name, value in changes.items()})
         self.numbers = constants(self.p)
         self.c = by_name(self.numbers)
-        self.scale = circuit.state_scales(self.numbers)
+        self.scale = states.state_scales(self.c)
         self.y, self.held = steady_state(self.numbers, F_hold)
-        self.w = integrator.new_workspace(int(self.p["line.segments"]))
+        self.w = integrator.new_workspace(self.c)
+        self.m = remembering.py_func(new_memory())
+        settle.py_func(self.border.integral, self.c, self.m)
 
     @property
     def border(self):
-        return border_of(self.y)
+        return border_of(self.y, self.c)
 
     def step(self, t, h, x=0.0, v=0.0, ref=0.0, ref_rate=0.0):
-        status = integrator.advance(self.y, self.w, self.c, self.scale, t, h, x, v, ref, ref_rate, np.nan, 0.0)
+        status = integrator.advance(self.y, self.w, self.c, self.scale, t, h, x, v, ref, ref_rate, self.m)
         assert status == integrator.OK
 
     def outputs(self, x=0.0, v=0.0, x_cmd=0.0, v_cmd=0.0):
         out = np.zeros(len(circuit.OUTPUTS))
-        circuit.outputs(self.y, self.c, x, v, x_cmd, v_cmd, np.nan, out)
+        circuit.outputs(self.y, self.c, x, v, x_cmd, v_cmd, np.nan, self.m, out)
         return dict(zip(circuit.OUTPUTS, out, strict=True))
 
     def rate(self, x=0.0, v=0.0, x_cmd=0.0, v_cmd=0.0, y=None):
         f = np.empty_like(self.y)
-        circuit.derivatives(self.y if y is None else np.array(y), self.c, x, v, x_cmd, v_cmd, np.nan, f)
+        y = self.y if y is None else np.array(y)
+        circuit.derivatives(y, self.c, x, v, x_cmd, v_cmd, np.nan, self.m, f)
         return f
 
 
@@ -182,7 +187,7 @@ def test_any_time_and_any_step(t_0, h):
     """Late, early, tiny and huge steps: the state moves by h times its rate, or stays at rest."""
     rig = Rig(command__t_start=1e6)
     rig.border.p_t += 1e4
-    rate = border_of(rig.rate()).v_c
+    rate = border_of(rig.rate(), rig.c).v_c
     before = rig.border.v_c
     rig.step(t_0, h)
     moved = rig.border.v_c - before
@@ -197,9 +202,8 @@ def test_a_failed_step_leaves_the_state_as_it_was():
     rig = Rig()
     rig.step(0.0, 1e-3)
     before = rig.y.copy()
-    assert integrator.advance(
-        rig.y, rig.w, rig.c, rig.scale, 1e-3, 1e-3, 0.0, float("nan"), 0.0, 0.0, np.nan, 0.0
-    ) != integrator.OK
+    status = integrator.advance(rig.y, rig.w, rig.c, rig.scale, 1e-3, 1e-3, 0.0, float("nan"), 0.0, 0.0, rig.m)
+    assert status != integrator.OK
     assert (rig.y == before).all()
     rig.step(1e-3, 1e-3)
     assert np.abs((rig.y - before) / rig.scale).max() < 1e-6
@@ -216,7 +220,7 @@ def test_tolerance_controls_the_error():
 def oil_volume(rig, x):
     """Oil in lines and chambers, and in tank and compensator, referred to zero pressure [m3]."""
     c, y, s = rig.c, rig.y, rig.border
-    chain = circuit.chain_length(c) // 2
+    chain = states.chain_length(c) // 2
     segment = 2 * c.line.half_segment
     beta = c.oil.beta_e
     V_1 = c.cylinder.dead_volume + c.cylinder.area_1 * x + c.line.half_segment

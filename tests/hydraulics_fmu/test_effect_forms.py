@@ -18,7 +18,7 @@ PRESSURES = (3e6, 2.5e6, 0.2e6)
 
 def flows(x_v, **effects):
     """Q_a, Q_b, Q_p, Q_t [m3/s] at a spool position."""
-    return np.array(port_flows(x_v, *PRESSURES, Effected(**effects).c))
+    return np.array(port_flows(x_v, *PRESSURES, np.nan, Effected(**effects).c))
 
 
 def friction(v, **more):
@@ -156,7 +156,7 @@ def test_a_level_friction_curve_is_coulomb_friction():
         forces = []
         for effects in (level, {"cylinder_coulomb_friction__F_c": 200.0}):
             rig, out = Effected(**effects), np.zeros(len(circuit.OUTPUTS))
-            circuit.outputs_at(rig.y, rig.c, 0.0, 1e-3, 0.05, v, 0.0, 0.0, 0.0, out)
+            circuit.outputs_at(rig.y, rig.c, 0.0, 1e-3, 0.05, v, 0.0, 0.0, 0.0, rig.m, out)
             forces.append(out[0])
         assert forces[0] == pytest.approx(forces[1], abs=1e-9)
 

@@ -2,15 +2,17 @@
 
 import numpy as np
 import pytest
-from deepsea_cosim.hydraulics_fmu import circuit
+from deepsea_cosim.hydraulics_fmu import circuit, march
 from deepsea_cosim.hydraulics_fmu.constants import SHORTEST
 from deepsea_cosim.hydraulics_fmu.cylinder import piston_leak
 from deepsea_cosim.hydraulics_fmu.friction import piston_friction
-from deepsea_cosim.hydraulics_fmu.march import LENGTH, MEMORY, march, output_in_force, remembered
+from deepsea_cosim.hydraulics_fmu.march import remembered
+from deepsea_cosim.hydraulics_fmu.memory import new_memory, remembering
 from deepsea_cosim.hydraulics_fmu.oil import air_softening, temperature_factor
 from deepsea_cosim.hydraulics_fmu.ports import port_flows
-from deepsea_cosim.hydraulics_fmu.supply import override_pressure
-from deepsea_cosim.hydraulics_fmu.valve import land_flow, land_opening
+from deepsea_cosim.hydraulics_fmu.states import BORDER
+from deepsea_cosim.hydraulics_fmu.supply import relief_pressure
+from deepsea_cosim.hydraulics_fmu.valve import land, land_flow, land_opening
 from deepsea_cosim.hydraulics_fmu.variables import EFFECTS, HYDRAULICS
 
 from .test_circuit import Rig, border_of
@@ -24,20 +26,17 @@ class Effected(Rig):
         effects = {f"effect.{k}": v for k, v in names.items() if f"effect.{k}" in {e.name for e in EFFECTS}}
         plain = {k.replace(".", "__"): v for k, v in names.items() if f"effect.{k}" not in effects}
         super().__init__(F_hold, **plain, **{k.replace(".", "__"): v for k, v in effects.items()})
-        self.memory = np.zeros(MEMORY)
 
     def step(self, t, h, x=0.0, v=0.0, ref=0.0, ref_rate=0.0):
-        assert march(self.y, self.w, self.memory, self.c, self.scale, t, h, x, v, ref, ref_rate) == 0
+        self.out = np.zeros(len(circuit.OUTPUTS))
+        assert march.step(self.y, self.w, self.m, self.c, self.scale, t, h, x, v, ref, ref_rate, self.out) == 0
 
     def run(self, seconds, h=1e-3, x=lambda t: 0.0, v=0.0):
         rows = []
         for k in range(round(seconds / h)):
             t = k * h
             self.step(t, h, x(t), v)
-            out = np.zeros(len(circuit.OUTPUTS))
-            held = output_in_force(t + h, self.memory, self.c)
-            circuit.outputs_at(self.y, self.c, t, h, x(t), v, 0.0, 0.0, held, out)
-            rows.append(out)
+            rows.append(self.out)
         return dict(zip(circuit.OUTPUTS, np.array(rows).T, strict=True))
 
 
@@ -51,10 +50,10 @@ def test_all_effects_are_absent_bit_for_bit():
     c = rig.c
     for _ in range(50):
         y = rig.y * (1 + 0.01 * rng.normal(size=len(rig.y)))
-        border = border_of(y)
+        border = border_of(y, c)
         border.spool = border.spool_rate = 0.0
         f = rig.rate(0.1, 0.03, 0.1 + 1e-3 * rng.normal(), 0.04, y)
-        b, chain = len(y) - circuit.BORDER, (len(y) - circuit.BORDER) // 2
+        b, chain = len(y) - BORDER, (len(y) - BORDER) // 2
         Pa, P1, P2, Pb, Pt = y[b : b + 5]
         x_cmd = 0.1
         f = rig.rate(0.1, 0.03, x_cmd, 0.04, y)
@@ -156,7 +155,8 @@ def test_leakages_are_in_proportion_to_how_thin_the_oil_is():
     assert 2.5 < thinner < 5.0
     assert piston_leak(3e7, 2e7, warm.c) == pytest.approx(thinner * piston_leak(3e7, 2e7, cold.c))
     pressures = (1.2e8, 1.15e8, 1.1e8)
-    for one, two in zip(port_flows(0.0, *pressures, warm.c), port_flows(0.0, *pressures, cold.c), strict=True):
+    both = (port_flows(0.0, *pressures, np.nan, rig.c) for rig in (warm, cold))
+    for one, two in zip(*both, strict=True):
         assert one == pytest.approx(thinner * two, rel=1e-9)
     worn = {"piston_leakage__scale": 3.0, "piston_leakage__turbulent": 1.0}
     cold, warm = (Effected(oil_temperature__T=T, **worn) for T in (313.15, 353.15))
@@ -218,13 +218,13 @@ def test_delay_does_not_depend_on_the_communication_step():
 
 
 def test_history_interpolates_holds_its_beginning_and_goes_on_to_the_limit():
-    memory = np.zeros(MEMORY)
-    memory[0] = 3
-    memory[3:6] = [0.0, 1.0, 2.0]
-    memory[3 + LENGTH : 6 + LENGTH] = [5.0, 7.0, 6.0]
+    memory = remembering.py_func(new_memory())
+    memory.count = 3
+    memory.times[:3] = [0.0, 1.0, 2.0]
+    memory.outputs[:3] = [5.0, 7.0, 6.0]
     assert [remembered(t, memory, 10.0) for t in (-1.0, 0.5, 1.75, 2.0, 2.5)] == [5.0, 6.0, 6.25, 6.0, 5.5]
     assert remembered(99.0, memory, 10.0) == -10.0
-    memory[4] = memory[5]  # two entries at one time
+    memory.times[1] = memory.times[2]  # two entries at one time
     assert remembered(2.5, memory, 10.0) == 6.0
 
 
@@ -239,7 +239,7 @@ def test_short_delays_and_periods_cost_no_more_and_tend_to_none(name):
     gaps = []
     for size in (2e-4, 5e-5, 3e-8):
         rig, P1 = run(**{name: size})
-        assert rig.memory[0] <= 0.05 / SHORTEST + 2
+        assert rig.m.count <= 0.05 / SHORTEST + 2
         gaps.append(np.abs(P1 - plain).max())
     assert gaps[0] > gaps[1] > gaps[2]
     assert gaps[2] < 1e-3 * np.ptp(plain)
@@ -255,7 +255,7 @@ def test_a_short_period_is_the_delay_of_its_half():
 def test_no_step_vanishes_however_late_or_short(changes):
     rig = Effected(command__t_start=1e6, **changes)
     rig.border.p_t += 1e4
-    before, rate = rig.border.v_c, border_of(rig.rate()).v_c
+    before, rate = rig.border.v_c, border_of(rig.rate(), rig.c).v_c
     rig.step(1e5, 1e-12)
     assert rig.border.v_c - before == pytest.approx(1e-12 * rate, rel=1e-2)
 
@@ -310,20 +310,19 @@ def test_rest_stays_rest_with_every_effect(depth, changes):
 
 def test_valve_leakage_raises_the_pump_share_and_conserves_flow():
     rig = Effected(valve_leakage__c=3e-13)
-    Qa, Qb, Qp, Qt = port_flows(0.0, 1.2e8, 1.15e8, 1.1e8, rig.c)
+    Qa, Qb, Qp, Qt = port_flows(0.0, 1.2e8, 1.15e8, 1.1e8, np.nan, rig.c)
     assert Qp > 0
     assert Qp - Qt == pytest.approx(Qa - Qb, rel=1e-12)
     assert Qa == pytest.approx(3e-13 * ((1.1e8 + 20e6 - 1.2e8) - (1.2e8 - 1.1e8)))
 
 
 def test_relief_override_closes_the_balance():
-    args = (4.45e-8, 1.3e-3, 1000.0, 850.0, 850 * 22e-6, 2.2e-8)
-    R, P_set, Q_pump = 2e10, 2e7, 1.45e-4
-    P = override_pressure(P_set, R, Q_pump, 0.0, 0.0, 0.0, 5e6, 5e6, 0.4, 5e6, *args)
-    demand = land_flow(0.4, P, 5e6, *args)
-    assert pytest.approx(P_set + R * (Q_pump - demand), rel=1e-9) == P
-    shut = override_pressure(P_set, R, Q_pump, 0.0, 0.0, 0.0, 5e6, 5e6, 0.0, 5e6, *args)
-    assert shut == pytest.approx(P_set + R * Q_pump)
+    R, Pt = 2e10, 1e5
+    c = Effected(relief_override__R=R).c
+    Q_pump = c.pump.flow
+    P = relief_pressure(0.4, 5e6, 5e6, Pt, c)
+    assert pytest.approx(Pt + 20e6 + R * (Q_pump - land(0.4, P, 5e6, c)), rel=1e-9) == P
+    assert relief_pressure(0.0, 5e6, 5e6, Pt, c) == pytest.approx(Pt + 20e6 + R * Q_pump)
 
 
 def test_supply_droop_lowers_the_supply():

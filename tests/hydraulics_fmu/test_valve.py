@@ -2,8 +2,10 @@ from math import inf, sqrt
 
 import numpy as np
 import pytest
-from deepsea_cosim.hydraulics_fmu.supply import limited_by_pump, supply_pressure
-from deepsea_cosim.hydraulics_fmu.valve import flow_gain, land_diameter, land_flow
+from deepsea_cosim.hydraulics_fmu.supply import limited_by_pump, port_pressure
+from deepsea_cosim.hydraulics_fmu.valve import flow_gain, land, land_diameter, land_flow
+
+from .test_circuit import Rig
 
 RHO, ETA0, ALPHA = 850.0, 850 * 22e-6, 2.2e-8
 K_Q = flow_gain(5e-3 / 60, 3.5e6)
@@ -56,16 +58,16 @@ def test_odd_monotonic_and_closed(lam_crit):
 
 
 def test_relief_pressure_holds_while_the_pump_suffices():
-    args = (K_Q, D, 1000.0, RHO, ETA0, ALPHA)
-    assert supply_pressure(0.2, 1e7, 2e7, 1.45e-4, *args) == 2e7
+    c = Rig(depth=0.0).c
+    assert port_pressure(0.2, 1e7, 1e7, 1e5, c) == 1e5 + 20e6
     assert limited_by_pump(1e-4, 1.45e-4) == 1e-4
     assert limited_by_pump(-1e-4, 1.45e-4) == -1e-4
 
 
 def test_pressure_falls_when_the_demand_exceeds_the_pump():
-    args = (K_Q, D, 1000.0, RHO, ETA0, ALPHA)
-    Q_pump = 5e-5
-    P = supply_pressure(1.0, 1e6, 2e7, Q_pump, *args)
+    c = Rig(depth=0.0, pump__speed=5e-5 / 6e-6).c
+    Q_pump = c.pump.flow
+    P = port_pressure(1.0, 1e6, 1e6, 1e5, c)
     assert 1e6 < P < 2e7
-    assert land_flow(1.0, P, 1e6, *args) == pytest.approx(Q_pump, rel=1e-9)
+    assert land(1.0, P, 1e6, c) == pytest.approx(Q_pump, rel=1e-9)
     assert limited_by_pump(inf, Q_pump) == Q_pump

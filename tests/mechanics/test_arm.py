@@ -74,7 +74,7 @@ def test_free_fall_conserves_energy():
     kinetic = []
     heights = []
     for a, w in zip(theta, omega, strict=True):
-        stepping.evaluate(arm.row.ctypes.data, a, w, 0.0)
+        stepping.evaluate(arm.row.ctypes.data, a, w, 0.0, 0.0)
         kinetic.append(0.5 * arm.projection[0] * w * w)
         mujoco.mj_forward(arm.model, arm.data)
         heights.append(sum(arm.model.body_mass[i] * arm.data.xipos[i, 2] for i in range(1, arm.model.nbody)))

@@ -27,9 +27,9 @@ def test_effects_are_absent_bit_for_bit():
         for k in range(50):
             x.step(k * 1e-3, 1e-3, 8000.0)
     assert (a.out == b.out).all()
-    assert a.c[loads.BEAM_D] == ARM["beam_diameter"].start
-    assert a.c[loads.C_D] == ARM["C_D"].start
-    assert a.c[loads.SPEED] == ARM["current_speed"].start
+    assert a.c.grown.beam == ARM["beam_diameter"].start
+    assert ARM["C_D"].start == a.c.C_D
+    assert a.c.current_speed == ARM["current_speed"].start
 
 
 def test_payload_is_weight_and_inertia():
@@ -49,7 +49,7 @@ def test_marine_growth_adds_drag_and_water_but_no_weight():
     assert moment(grown) == pytest.approx(moment(clean), rel=1e-12)  # no current, no drag: the same weight
     water = 1025 * 2.0 * np.pi / 12 * LENGTH**3 * (0.14**2 - 0.10**2)
     assert grown.projection[loads.MASS] - clean.projection[loads.MASS] == pytest.approx(water, rel=0.01)
-    assert arm(marine_growth__thickness=0.02).c[loads.BEAM_D] == pytest.approx(0.14)
+    assert arm(marine_growth__thickness=0.02).c.grown.beam == pytest.approx(0.14)
 
 
 def test_drag_scales_with_its_coefficient_and_the_square_of_the_current():

@@ -1,0 +1,71 @@
+"""A supply that does not hold its pressure at once: a pressure-compensated pump, a hose between pump and valve."""
+
+from __future__ import annotations
+
+from math import nan
+
+from ..core.jit import kernel
+from .oil import modulus_factor, pressure, viscosity
+from .states import further
+
+SPILLS_AT, SPILLS_OVER = 1.1, 0.05
+"""Pressure at which the relief valve beside a compensated pump opens, and over which it opens wide, as shares of the
+pump's."""
+
+
+@kernel
+def hose_pressures(y: object, Pt: float, c: object) -> tuple[float, float]:
+    """Pressures [Pa] of port p and of the pump's outlet, whose states are in y, or NaN where the supply has none."""
+    if c.supply.moves == 0.0:
+        return nan, nan
+    z = further(y, c)
+    P_p = pressure(z.p_p, c.oil.p_vapour)
+    if c.supply.lag == 0.0:
+        return P_p, Pt + c.relief.p_set
+    return P_p, P_p if c.supply.inertance == 0.0 else pressure(z.p_pump, c.oil.p_vapour)
+
+
+@kernel
+def spilled(y: object, P_pump: float, Pt: float, c: object) -> float:
+    """Flow [m3/s] through the relief valve of a supply that moves."""
+    if c.supply.lag == 0.0:
+        return c.pump.flow - further(y, c).Q_hose
+    over = P_pump - Pt - SPILLS_AT * c.relief.p_set
+    return max(over, 0.0) * c.pump.flow / (SPILLS_OVER * c.relief.p_set)
+
+
+@kernel
+def delivered(y: object, c: object) -> float:
+    """Flow [m3/s] of the pump of a supply that moves."""
+    return c.pump.flow if c.supply.lag == 0.0 else further(y, c).Q_pump
+
+
+@kernel
+def supply_rates(y: object, Q_p: float, P_p: float, P_pump: float, Pt: float, c: object, f: object) -> None:
+    """Write the rates of the supply's states into f.
+
+    A pressure-compensated pump follows, with a lag, a demand that falls from all it can to nothing over the last
+    `droop` of its pressure; a relief valve opens 10 % above that. Without one the pump is that of the plain machine,
+    which holds the relief pressure and gives at most its flow. The hose in between is one lump: inertia, laminar
+    friction, and its oil at port p.
+    """
+    z, rate, supply, p_set, beta = further(y, c), further(f, c), c.supply, c.relief.p_set, c.oil.beta
+    soft = modulus_factor(P_p, beta, c) * beta / supply.volume
+    taken = Q_p
+    if supply.inertance > 0.0:
+        taken = z.Q_hose
+        eta = viscosity(P_p, c.oil.eta0, c.oil.alpha, c.effect.viscosity_law.share)
+        rate.Q_hose = (P_pump - P_p - supply.resistance * eta * z.Q_hose) / supply.inertance
+        rate.p_p = soft * (z.Q_hose - Q_p)
+    if supply.lag == 0.0:
+        if z.Q_hose >= c.pump.flow and rate.Q_hose > 0.0:
+            rate.Q_hose = 0.0
+        return
+    asked = c.pump.flow * min(max((p_set - (P_pump - Pt)) / (c.effect.pump_dynamics.droop * p_set), 0.0), 1.0)
+    back = spilled(y, P_pump, Pt, c)
+    rate.Q_pump = (asked - z.Q_pump) / supply.lag
+    at_pump = c.oil.beta / c.effect.pump_dynamics.volume * modulus_factor(P_pump, beta, c) * (z.Q_pump - back - taken)
+    if supply.inertance > 0.0:
+        rate.p_pump = at_pump
+    else:
+        rate.p_p = at_pump
