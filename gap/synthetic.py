@@ -3,7 +3,7 @@
 The template is a campaign.toml whose runs need not exist yet. Beyond the campaign's own keys it has
 
     [truth]                 what the machine has and the campaign does not tell: addresses and values, and sensors as
-                            "sensor.<connector>.<bias|scale|lag|delay>" (SI)
+                            "sensor.<connector>.<bias|scale|lag|delay|drift|...>" (SI)
     [[run]] stop_time       end of the run [s]; default: the scenario's
     [[run]] rate            samples a second; default 100
     seed                    of the noise; default 0
@@ -27,7 +27,7 @@ from ..core.units import convert, unit
 from ..master.session import Session
 from .campaign.campaign import CampaignError, Channel, own_unit, si
 from .campaign.read import base_of, channels_of, take, use_of
-from .campaign.read_catalogue import QUANTITIES
+from .campaign.read_catalogue import QUANTITIES, SHAPES
 from .problem.sensors import Sensor
 from .settings import READING, SyntheticSettings
 
@@ -41,7 +41,7 @@ def _sensors(truth: dict[str, Any], channels: tuple[Channel, ...], where: str) -
     for address in truth:
         if address.startswith("sensor."):
             connector, _, quantity = address.removeprefix("sensor.").rpartition(".")
-            if connector not in known or quantity not in QUANTITIES:
+            if connector not in known or quantity not in (*QUANTITIES, *SHAPES):
                 raise CampaignError(f"{where}: truth: '{address}' names no channel or none of {', '.join(QUANTITIES)}")
             quantities.setdefault(connector, {})[quantity] = take.number(truth, f"{where}: truth", address)
     return {connector: Sensor(**values) for connector, values in quantities.items()}

@@ -91,7 +91,7 @@ EFFECTS = (
     _effect("line_minor_losses.K", 0.0, "1", 0.0, 1e4, "loss coefficient of the fittings of each line"),
     _effect("line_minor_losses.line_b", 1.0, "1", 0.0, 10.0, "loss of line b, as a share of that"),
     _effect("line_minor_losses.backward", 1.0, "1", 0.0, 10.0, "loss against the direction of extension, as a share"),
-    _effect("counterbalance_valve.p_set", 0.0, "Pa", 0.0, 1e8, "pressure at which the valve before the piston side opens"),
+    _effect("counterbalance_valve.p_set", 0.0, "Pa", 0.0, 1e8, "pressure at which a valve at the piston side opens"),
     _effect("counterbalance_valve.ratio", 4.0, "1", 0.0, 20.0, "how much more than that pressure the pilot's opens it"),
     _effect("line_turbulence.share", 0.0, "1", 0.0, 3.0, "turbulent friction of the lines, as a share of Blasius' law"),
     _effect("line_turbulence.Re_crit", 2300.0, "1", 500.0, 2e4, "Reynolds number at which it sets in"),

@@ -10,8 +10,9 @@
     [[curve]]
     id, text, effects, x, y, knots, knots_of, parameters, prior, formula, names
 
-    [[sensor]]
-    id, text, group, quantity (bias, scale, lag, delay), neutral, bounds, prior
+    [[sensor]]                      [[sensor.form]]
+    id, text, group, quantity (bias, scale, lag, delay, drift, curvature), neutral, bounds, prior
+                                    id, text, quantity (split), neutral, bounds, prior, starts
 
     [[region]]                      [[experiment]]                      [[measurable]]
     text, signal                    parameter, values                   connector, noise_std
@@ -115,6 +116,27 @@ class Curve:
 
 
 @dataclass(frozen=True)
+class SensorShape:
+    """What a form of a sensor's effect has beyond the plain one."""
+
+    quantity: str
+    neutral: float
+    low: float
+    high: float
+    prior: float
+    starts: tuple[float, ...] = ()
+
+
+@dataclass(frozen=True)
+class SensorForm:
+    """Another form of a sensor's effect."""
+
+    id: str
+    text: str
+    parameter: SensorShape
+
+
+@dataclass(frozen=True)
 class Sensor:
     """An effect of a measurement, possible in every channel."""
 
@@ -126,6 +148,14 @@ class Sensor:
     low: float
     high: float
     prior: float
+    """Of a bias and of a drift in spans of the channel, by the minute; of a curvature what it amounts to at the ends of
+    the span, in spans."""
+    forms: tuple[SensorForm, ...] = ()
+
+    @property
+    def starts(self) -> tuple[float, ...]:
+        """Values to try first: none but the neutral one."""
+        return ()
 
 
 @dataclass(frozen=True)

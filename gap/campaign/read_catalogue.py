@@ -12,7 +12,20 @@ from typing import Any, TypeVar
 from ...core.errors import PackageError
 from ...core.repeated import repeated
 from ...core.toml_tables import Tables
-from .catalogue import Base, Catalogue, Curve, Effect, Experiment, Form, Measurable, Parameter, Region, Sensor
+from .catalogue import (
+    Base,
+    Catalogue,
+    Curve,
+    Effect,
+    Experiment,
+    Form,
+    Measurable,
+    Parameter,
+    Region,
+    Sensor,
+    SensorForm,
+    SensorShape,
+)
 
 T = TypeVar("T")
 
@@ -25,7 +38,10 @@ SCHEMA = 1
 VERDICTS = ("none", "unknown")
 """What no effect is called."""
 
-QUANTITIES = ("bias", "scale", "lag", "delay")
+QUANTITIES = ("bias", "scale", "lag", "delay", "drift", "curvature")
+
+SHAPES = ("split",)
+"""What forms of a sensor's effect have beyond the plain one."""
 
 
 class _Reader(Tables):
@@ -108,7 +124,7 @@ class _Reader(Tables):
         return Curve(id, text, effects, x, y, knots, parameters, prior, knots_of, formula, names)
 
     def sensor(self, table: dict[str, Any], entry: str) -> Sensor:
-        self.no_strangers(table, ("id", "text", "group", "quantity", "neutral", "bounds", "prior"), entry)
+        self.no_strangers(table, ("id", "text", "group", "quantity", "neutral", "bounds", "prior", "form"), entry)
         id, text, group, quantity = (self.get(table, entry, key, str) for key in ("id", "text", "group", "quantity"))
         if quantity not in QUANTITIES:
             raise self.error(f"{entry}: 'quantity' = '{quantity}' is none of {', '.join(QUANTITIES)}")
@@ -117,7 +133,20 @@ class _Reader(Tables):
             raise self.error(f"{entry}: 'neutral' = {neutral:g}; a {quantity} is absent at {right:g}")
         if quantity in ("lag", "delay") and low < 0.0:
             raise self.error(f"{entry}: 'bounds' = [{low:g}, {high:g}]; a {quantity} cannot be negative")
-        return Sensor(id, text, group, quantity, neutral, low, high, prior)
+        forms = [self.sensor_form(f, f"{entry}: form {f.get('id', k)}") for k, f in
+                 enumerate(self.tables(table, entry, "form"), 1)]  # fmt: skip
+        return Sensor(id, text, group, quantity, neutral, low, high, prior, tuple(forms))
+
+    def sensor_form(self, table: dict[str, Any], entry: str) -> SensorForm:
+        self.no_strangers(table, ("id", "text", "quantity", "neutral", "bounds", "prior", "starts"), entry)
+        id, text, quantity = (self.get(table, entry, key, str) for key in ("id", "text", "quantity"))
+        if quantity not in SHAPES:
+            raise self.error(f"{entry}: 'quantity' = '{quantity}' is none of {', '.join(SHAPES)}")
+        neutral, low, high, prior = self.range(table, entry)
+        starts = tuple(self.numbers(table, entry, "starts"))
+        if not all(low <= v <= high and v != neutral for v in starts) or not starts:
+            raise self.error(f"{entry}: 'starts' = {list(starts)} has to be values within the bounds at which it shows")
+        return SensorForm(id, text, SensorShape(quantity, neutral, low, high, prior, starts))
 
     def base(self, table: dict[str, Any], entry: str) -> Base:
         self.no_strangers(table, ("parameter", "tolerance"), entry)

@@ -10,7 +10,7 @@ from ...core.errors import CosimError, UnknownNameError, did_you_mean
 from ...core.repeated import repeated
 from ...master.session import Session
 from ..campaign.campaign import BaseTolerance, Campaign, CampaignError, FactorTolerance
-from ..campaign.catalogue import Catalogue, Curve, Effect, Parameter
+from ..campaign.catalogue import Catalogue, Curve, Effect, Parameter, SensorShape
 from ..campaign.catalogue import Sensor as SensorEffect
 from ..settings import ParameterSettings, Settings
 from .curves import CurveForm, curve_form, formula_over, knots_of
@@ -130,11 +130,23 @@ def _estimated(
 def _sensor(
     effect: SensorEffect, connector: str, span: float, channels: int, settings: ParameterSettings
 ) -> EffectCandidate:
-    scale = effect.prior * (span if effect.quantity == "bias" else 1.0)
-    name = f"sensor.{connector}.{effect.quantity}"
-    low, high = (effect.low - effect.neutral) / effect.prior, (effect.high - effect.neutral) / effect.prior
-    parameter = EstimatedParameter(name, "sensor", effect.neutral, scale, low, high, settings.effect_std)
-    return EffectCandidate(effect.id, effect.text, effect.group, (parameter,), 1.0 / channels)
+    unit = {"bias": span, "drift": span / settings.drift_time, "curvature": 4.0 / span}.get(effect.quantity, 1.0)
+    forms = tuple(
+        EffectForm(f.id, f.text, (_of_sensor(f.parameter, connector, 1.0, settings, True),)) for f in effect.forms
+    )
+    main = _of_sensor(effect, connector, unit, settings)
+    return EffectCandidate(effect.id, effect.text, effect.group, (main,), 1.0 / channels, forms)
+
+
+def _of_sensor(
+    x: SensorEffect | SensorShape, connector: str, unit: float, settings: ParameterSettings, shape: bool = False
+) -> EstimatedParameter:
+    low, high = (x.low - x.neutral) / x.prior, (x.high - x.neutral) / x.prior
+    starts = tuple((v - x.neutral) / x.prior for v in x.starts)
+    return EstimatedParameter(
+        f"sensor.{connector}.{x.quantity}", "sensor", x.neutral, x.prior * unit, low, high, settings.effect_std,
+        shape=shape, starts=starts,
+    )  # fmt: skip
 
 
 def check_catalogue(catalogue: Catalogue, session: Session) -> None:

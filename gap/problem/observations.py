@@ -185,6 +185,11 @@ class Observations:
             total += min(energy, max(0.0, beyond))
         return float(total) / len(self)
 
+    def middle_of(self, connector: str) -> float:
+        """Middle between a channel's largest and smallest reading in any run."""
+        parts = [self.y[b.place] for b in self.series if b.connector == connector]
+        return 0.5 * float(max(p.max() for p in parts) + min(p.min() for p in parts)) if parts else 0.0
+
     def of_run(self, run: int) -> dict[str, Block]:
         """The time series of a run by connector."""
         return {b.connector: b for b in self.series if b.run == run}

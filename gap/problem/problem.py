@@ -158,6 +158,9 @@ class Problem:
             if known[name].kind == "sensor" and u != 0.0:
                 connector, _, quantity = name.removeprefix("sensor.").rpartition(".")
                 found.setdefault(connector, {})[quantity] = known[name].value(u)
+        for connector, quantities in found.items():
+            if "curvature" in quantities:
+                quantities["middle"] = self.observations.middle_of(connector)
         return {connector: Sensor(**quantities) for connector, quantities in found.items()}
 
     def grid(self, run: int, step: float) -> np.ndarray:

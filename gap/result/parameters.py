@@ -60,5 +60,7 @@ def shown_scale(problem: Problem, x: EstimatedParameter) -> Scale:
         return Scale(1.0, "of the stated value")
     if x.kind == "sensor":
         connector, _, quantity = x.name.removeprefix("sensor.").rpartition(".")
-        return Scale(1.0, {"bias": problem.units.get(connector, "1"), "scale": "1"}.get(quantity, "s"))
+        unit = problem.units.get(connector, "1")
+        units = {"bias": unit, "drift": f"{unit}/s", "curvature": f"1/({unit})", "lag": "s", "delay": "s"}
+        return Scale(1.0, units.get(quantity, "1"))
     return Scale(1.0, problem.parameter_units.get(x.name, "1"))

@@ -92,6 +92,8 @@ class ParameterSettings:
     """Prior standard deviation of a base parameter, in its tolerance."""
     effect_std: float = 3.0
     """Prior standard deviation of an effect's size, in its usual size."""
+    drift_time: float = 60.0
+    """Time over which a catalogue states a sensor's drift [s]."""
 
 
 @dataclass(frozen=True, kw_only=True)

@@ -17,7 +17,7 @@ CORE = (
     "cylinder_presliding valve_hysteresis bulk_modulus_pressure external_leakage density_pressure line_turbulence "
     "unsteady_line_friction end_cushion joint_clearance viv beam_flexibility compensator_trapped_air base_motion "
     "oil_warm_up line_thermal counterbalance_valve compensator_travel umbilical_supply pump_dynamics filter_clogging "
-    "water_in_oil silt_lock tether "
+    "water_in_oil silt_lock tether sensor_drift sensor_nonlinearity "
     "cylinder_coulomb_friction cylinder_stribeck_friction seal_pressure_friction cylinder_viscous_error "
     "entrained_air hose_compliance valve_dynamics command_delay valve_dead_zone valve_null_shift valve_leakage "
     "valve_flow_gain orifice_flow_number piston_leakage oil_temperature relief_override supply_droop "
