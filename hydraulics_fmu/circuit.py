@@ -21,9 +21,9 @@ from .cylinder import (
     viscous,
 )
 from .friction import friction
-from .line import LAGS, line_derivatives
+from .line import LAGS, half_at_chamber, line_derivatives
 from .moving_supply import delivered, hose_pressures, spilled, supply_rates
-from .oil import modulus_factor, pressure
+from .oil import line_factor, modulus_factor, pressure
 from .ports import port_flows
 from .states import BORDER, border, border_length, chain_length, further
 from .supply import port_pressure
@@ -111,14 +111,14 @@ def derivatives(
 
     leak = piston_leak(P_1, P_2, c)
     out_1, out_2 = outward_leaks(P_1, P_2, c)
-    V_1 = chamber_volume(cylinder.dead_volume, cylinder.area_1, x) + c.line.half_at_chamber
-    V_2 = chamber_volume(cylinder.dead_volume, cylinder.area_2, cylinder.stroke - x) + c.line.half_at_chamber
+    V_1 = chamber_volume(cylinder.dead_volume, cylinder.area_1, x) + half_at_chamber(P_1, c)
+    V_2 = chamber_volume(cylinder.dead_volume, cylinder.area_2, cylinder.stroke - x) + half_at_chamber(P_2, c)
     beta, port = c.oil.beta_e, c.line.beta / c.line.half_segment
     Q_1, Q_2 = cylinder.area_1 * v, cylinder.area_2 * v
-    rate.p_a = port * modulus_factor(Pa, c.line.beta, c) * (Q_a - y[0])
+    rate.p_a = port * line_factor(Pa, c) * (Q_a - y[0])
     rate.p_1 = beta / V_1 * modulus_factor(P_1, beta, c) * (y[b // 2 - 1] - Q_1 - leak - out_1)
     rate.p_2 = beta / V_2 * modulus_factor(P_2, beta, c) * (Q_2 + leak - y[b // 2] - out_2)
-    rate.p_b = port * modulus_factor(Pb, c.line.beta, c) * (y[b - 1] - Q_b)
+    rate.p_b = port * line_factor(Pb, c) * (y[b - 1] - Q_b)
     Q_in, Q_out = Q_t + c.pump.flow - Q_p, c.pump.flow
     if c.states.further != 0.0:
         f[b + BORDER : lags] = 0.0

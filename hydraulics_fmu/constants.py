@@ -149,11 +149,12 @@ def _of_supply(warm: Mapping[str, float], p: Mapping[str, float]) -> dict[str, f
     thicker, ideal = eta / (p["oil.rho"] * p["oil.nu0"]), p["pump.displacement"] * p["pump.speed"]
     clogged = p["effect.filter_clogging.dp"] * thicker / ideal if p["effect.filter_clogging.dp"] > 0.0 else 0.0
     length, diameter = p["effect.umbilical_supply.length"], p["effect.umbilical_supply.diameter"]
+    droop = p["effect.supply_droop.droop"]
     bore, lag = pi * diameter**2 / 4.0, p["effect.pump_dynamics.T"]
     return {
         "sea.p_am": p_am,
         "pump.flow": pump_flow(ideal, p["effect.pump_slip.slip"], thicker, p["effect.pump_slip.turbulent"]),
-        "relief.p_set": p["relief.p_crack"] * (1.0 - p["effect.supply_droop.droop"]),
+        "relief.p_set": p["relief.p_crack"] * (1.0 - (0.0 if p["effect.supply_droop.time"] else droop)),
         "supply.filter": clogged * (1.0 - p["effect.filter_clogging.back"]),
         "supply.filter_back": clogged * p["effect.filter_clogging.back"],
         "supply.moves": float(length > 0.0 or lag > 0.0), "supply.lag": lag,

@@ -10,7 +10,7 @@ from __future__ import annotations
 from math import exp, log, pi, sinh, sqrt
 
 from ..core.jit import kernel
-from .oil import modulus_factor, pressure, viscosity
+from .oil import line_factor, pressure, viscosity, wall_softening
 
 LAG_WEIGHTS, LAG_RATES = (39.54, 6.212, 2.055), (4171.0, 334.7, 39.49)
 """Zielke's weighting function of unsteady laminar friction as three exponentials, rates in units of nu/R^2.
@@ -78,6 +78,15 @@ def fittings(Q: float, second: bool, c: object) -> float:
 
 
 @kernel
+def half_at_chamber(P: float, c: object) -> float:
+    """Volume [m3] of the half segment at a chamber, its walls' compliance counted as oil."""
+    if c.effect.hose_compliance.stiffening == 0.0:
+        return c.line.half_at_chamber
+    walls = c.line.half_at_chamber - c.line.half_segment
+    return c.line.half_segment + walls * wall_softening(P, c)
+
+
+@kernel
 def line_derivatives(y: object, first: int, lags: int, P_in: float, P_out: float, c: object, f: object) -> None:
     """Write the time derivatives of a line's 2n - 1 states y[first:] into f[first:], and of its lags y[lags:].
 
@@ -95,7 +104,7 @@ def line_derivatives(y: object, first: int, lags: int, P_in: float, P_out: float
         k = first + 2 * j
         if j < n - 1:
             P_right = pressure(y[k + 1], p_vapour)
-            f[k + 1] = line.stiffness * modulus_factor(P_right, line.beta, c) * (y[k] - y[k + 2])
+            f[k + 1] = line.stiffness * line_factor(P_right, c) * (y[k] - y[k + 2])
         else:
             P_right = P_out
         if variable:

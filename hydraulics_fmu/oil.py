@@ -10,6 +10,9 @@ from ..core.sea import ATMOSPHERE
 GAP_PRESSURE = 1e7
 """Pressure difference [Pa] at which a turbulent leakage is as large as the laminar one of the same coefficient."""
 
+HOSE_PRESSURE = 1e7
+"""Pressure above the sea's [Pa] at which the compliance of hoses is stated."""
+
 STATED_AT = 313.15
 """Temperature [K] that parameters of the oil, and of what depends on it, are stated at."""
 
@@ -77,6 +80,25 @@ def modulus_factor(P: float, beta: float, c: object) -> float:
         return air_softening(P, beta, free, air.polytropic)
     K = 1.0 / (1.0 / beta - 1.0 / c.oil.beta + 1.0 / (c.oil.beta + growth * P))
     return K / beta * air_softening(P, K, free, air.polytropic)
+
+
+@kernel
+def wall_softening(P: float, c: object) -> float:
+    """Compliance of the lines' walls at the pressure P [Pa] relative to that which is stated: 1, or falling with the
+    pressure above the sea's."""
+    s = c.effect.hose_compliance.stiffening
+    return 1.0 if s == 0.0 else (1.0 + s) / (1.0 + s * max(P - c.sea.p_am, 0.0) / HOSE_PRESSURE)
+
+
+@kernel
+def line_factor(P: float, c: object) -> float:
+    """Factor on the modulus of a line [Pa], as of `modulus_factor`, with walls that get stiffer."""
+    beta, hose = c.line.beta, c.effect.hose_compliance
+    if hose.stiffening == 0.0:
+        return modulus_factor(P, beta, c)
+    wall = hose.compliance * (wall_softening(P, c) - 1.0)
+    stiffer = 1.0 / (1.0 / beta + wall)
+    return stiffer / beta * modulus_factor(P, stiffer, c)
 
 
 @kernel

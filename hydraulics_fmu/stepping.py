@@ -20,6 +20,7 @@ from .march import step
 from .memory import remembering
 from .states import border, border_length, chain_length, lag_length, state_scales
 from .steady import steady_state
+from .supply import sunk
 from .valve import settle
 from .variables import HYDRAULICS
 
@@ -87,6 +88,8 @@ def advance(values: int, n: int, row: int, length: int, t: float, h: float) -> i
     w = b[a : a + workspace_size(c)]
     if c.effect.oil_warm_up.rise != 0.0:
         warmed(t + h, b[CONSTANTS : CONSTANTS + SIZE], b[a + len(w) :], c)
+    if c.effect.supply_droop.time > 0.0:
+        c.relief.p_set = sunk(t + h, c)
     x_ref, rate = v[X_REF], b[RATE]
     if h > 0.0:
         rate = 0.0

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from math import exp
+
 from ..core.jit import kernel
 from .oil import gap_flow
 from .valve import land, supplied_opening
@@ -19,18 +21,32 @@ def pump_flow(ideal: float, slip: float, thicker: float, turbulent: float = 0.0)
 
 
 @kernel
+def sunk(t: float, c: object) -> float:
+    """The relief valve's set pressure [Pa] at t [s], lowered at once or from the start of the run on."""
+    droop = c.effect.supply_droop
+    return c.relief.p_crack * (1.0 - droop.droop * (1.0 - exp(-max(t, 0.0) / droop.time)))
+
+
+@kernel
 def limited_by_pump(demand: float, Q_pump: float) -> float:
     """Flow [m3/s] into the valve: what it demands at the relief pressure, but never more than the pump delivers."""
     return min(demand, Q_pump)
 
 
 @kernel
+def relief_flow(Q: float, c: object) -> float:
+    """Flow [m3/s] that a relief valve's pressure rises with: Q, or Q_pump (Q/Q_pump)^power."""
+    power = c.effect.relief_override.power
+    return Q if power == 1.0 or Q <= 0.0 else c.pump.flow * (Q / c.pump.flow) ** power
+
+
+@kernel
 def relief_pressure(s: float, Pa: float, Pb: float, Pt: float, c: object) -> float:
     """Pressure [Pa] at port p, as long as the pump suffices; s: signed opening of the supplied land.
 
-    The relief valve's rises with its flow, by R Q_rv, and a filter takes F Q_p away; Q_rv = Q_pump - Q_p, and the
-    demand Q_p (land and leakage to both ports) grows with the pressure, so bisection closes
-    P = P_set + R Q_rv - F Q_p.
+    The relief valve's rises with its flow, by R Q_rv or with another power of it, and a filter takes F Q_p away;
+    Q_rv = Q_pump - Q_p, and the demand Q_p (land and leakage to both ports) grows with the pressure, so bisection
+    closes P = P_set + R Q_rv - F Q_p.
     """
     P_set, R, F, Q_pump = Pt + c.relief.p_set, c.effect.relief_override.R, c.supply.filter, c.pump.flow
     if R == 0.0 and F == 0.0:
@@ -41,7 +57,7 @@ def relief_pressure(s: float, Pa: float, Pb: float, Pt: float, c: object) -> flo
         P = 0.5 * (low + high)
         demand = land(abs(s), P, Pa if s >= 0.0 else Pb, c)
         demand += gap_flow(P - Pa, leak.pa, bent, thinner) + gap_flow(P - Pb, leak.pb, bent, thinner)
-        if P_set + R * (Q_pump - demand) - F * demand > P:
+        if P_set + R * relief_flow(Q_pump - demand, c) - F * demand > P:
             low = P
         else:
             high = P

@@ -29,6 +29,9 @@ def current(t: float, c: object) -> tuple[float, float]:
     unsteady = c.effect.current_unsteady
     v_1, a_1 = wave(t, c.current_amplitude, c.current_frequency, 0.0)
     v_2, a_2 = wave(t, unsteady.amplitude, unsteady.frequency, unsteady.phase)
+    if unsteady.harmonic != 0.0:
+        v, a = wave(t, unsteady.harmonic * unsteady.amplitude, 2.0 * unsteady.frequency, 2.0 * unsteady.phase)
+        v_2, a_2 = v_2 + v, a_2 + a
     return c.current_speed + v_1 + v_2, a_1 + a_2
 
 

@@ -14,10 +14,10 @@ from deepsea_cosim.hydraulics_fmu.compensator import gas_softening
 from deepsea_cosim.hydraulics_fmu.constants import WARM_STEPS, by_name, constants, warmed, warming
 from deepsea_cosim.hydraulics_fmu.cylinder import CREEP, cushion_force, outward_leaks, piston_leak, viscous
 from deepsea_cosim.hydraulics_fmu.friction import bristle
-from deepsea_cosim.hydraulics_fmu.line import LAG_RATES, LAG_WEIGHTS, LAGS, fittings, turbulence
-from deepsea_cosim.hydraulics_fmu.oil import emulsion, heavier, modulus_factor
+from deepsea_cosim.hydraulics_fmu.line import LAG_RATES, LAG_WEIGHTS, LAGS, fittings, half_at_chamber, turbulence
+from deepsea_cosim.hydraulics_fmu.oil import emulsion, heavier, line_factor, modulus_factor
 from deepsea_cosim.hydraulics_fmu.states import border_length, chain_length
-from deepsea_cosim.hydraulics_fmu.supply import pump_flow, relief_pressure, return_pressure
+from deepsea_cosim.hydraulics_fmu.supply import pump_flow, relief_pressure, return_pressure, sunk
 from deepsea_cosim.hydraulics_fmu.valve import counterbalance_loss, held_back, land
 from deepsea_cosim.hydraulics_fmu.variables import HYDRAULICS
 from scipy.integrate import solve_ivp
@@ -39,6 +39,27 @@ def test_air_dissolves():
     P = 2e6 + 101300.0
     soft = [1 / (1.4e9 * modulus_factor(P, 1.4e9, c)) - 1 / 1.4e9 for c in (free, half)]
     assert soft[1] / soft[0] == pytest.approx(0.5)
+
+
+def test_hoses_get_stiffer_as_they_fill_and_are_alike_at_10_mpa():
+    hose = {"depth": 0.0, "hose_compliance__compliance": 2e-9}
+    c, plain = Effected(**hose, hose_compliance__stiffening=1.0).c, Effected(**hose).c
+    at_10, at_30 = c.sea.p_am + 10e6, c.sea.p_am + 30e6
+    assert line_factor(at_10, c) == pytest.approx(1.0)
+    assert half_at_chamber(at_10, c) == pytest.approx(plain.line.half_at_chamber)
+    assert 1 / (c.line.beta * line_factor(at_30, c)) == pytest.approx(1 / 1.4e9 + 2e-9 * 2 / 4)
+    walls = plain.line.half_at_chamber - plain.line.half_segment
+    assert half_at_chamber(at_30, c) == pytest.approx(plain.line.half_segment + walls / 2)
+
+
+def test_a_bent_relief_valve_and_a_supply_that_sinks_slowly():
+    c = Effected(relief_override__R=2e10, relief_override__power=0.6, depth=0.0).c
+    P = relief_pressure(0.4, 5e6, 5e6, 1e5, c)
+    rest = 1.45e-4 - land(0.4, P, 5e6, c)
+    assert pytest.approx(1e5 + 20e6 + 2e10 * 1.45e-4 * (rest / 1.45e-4) ** 0.6, rel=1e-6) == P
+    c = Effected(supply_droop__droop=0.2, supply_droop__time=3.0).c
+    assert c.relief.p_set == 20e6
+    assert sunk(3.0, c) == pytest.approx(20e6 * (1 - 0.2 * (1 - np.exp(-1))))
 
 
 def test_heavy_oil_flows_slower():

@@ -77,5 +77,13 @@ def test_unsteady_current_adds_to_the_steady_one():
     assert acceleration == pytest.approx(0.2 * np.pi / 2 * np.cos(np.pi / 2 + 0.5))
 
 
+def test_unsteady_current_has_a_second_harmonic():
+    swing = {"current_unsteady__amplitude": 0.2, "current_unsteady__frequency": 0.25, "current_unsteady__phase": 0.5}
+    plain, more = arm(**swing), arm(**swing, current_unsteady__harmonic=0.5)
+    (v_1, a_1), (v_2, a_2) = (loads.current(1.0, a.c) for a in (plain, more))
+    assert v_2 - v_1 == pytest.approx(0.1 * np.sin(np.pi + 1.0))
+    assert a_2 - a_1 == pytest.approx(0.1 * np.pi * np.cos(np.pi + 1.0))
+
+
 def test_ambient_pressure():
     assert arm(ambient_pressure_error__scale=1.03).P_am == pytest.approx(1.03 * 110e6)
