@@ -14,6 +14,8 @@
     id, text, group, quantity (bias, scale, lag, delay, drift, curvature), neutral, bounds, prior
                                     id, text, quantity (split), neutral, bounds, prior, starts
 
+    [[effect]] and [[sensor]] may have equation, source and test beside, for people
+
     [[region]]                      [[experiment]]                      [[measurable]]
     text, signal                    parameter, values                   connector, noise_std
     above, below, rate, size

@@ -40,6 +40,9 @@ VERDICTS = ("none", "unknown")
 
 QUANTITIES = ("bias", "scale", "lag", "delay", "drift", "curvature")
 
+NOTES = ("equation", "source", "test")
+"""What an entry may say of an effect for people; no number hangs on it."""
+
 SHAPES = ("split",)
 """What forms of a sensor's effect have beyond the plain one."""
 
@@ -76,7 +79,8 @@ class _Reader(Tables):
         return Parameter(address, neutral, low, high, prior, also, shape, starts)
 
     def effect(self, table: dict[str, Any], entry: str) -> Effect:
-        self.no_strangers(table, ("id", "text", "group", "parameter", "form"), entry)
+        self.no_strangers(table, ("id", "text", "group", "parameter", "form", *NOTES), entry)
+        self.notes(table, entry)
         parameters = tuple(self.parameter(p, entry) for p in self.tables(table, entry, "parameter"))
         if not any(not p.shape for p in parameters):
             raise self.error(f"{entry}: has no parameter that is not a shape")
@@ -88,6 +92,10 @@ class _Reader(Tables):
         if (twice := repeated([f.id for f in forms])) is not None:
             raise self.error(f"{entry}: form {twice}: is listed twice")
         return Effect(id, text, group, parameters, forms)
+
+    def notes(self, table: dict[str, Any], entry: str) -> None:
+        for key in NOTES:
+            self.get(table, entry, key, str, "")
 
     def form(self, table: dict[str, Any], entry: str) -> Form:
         self.no_strangers(table, ("id", "text", "parameter"), entry)
@@ -124,7 +132,9 @@ class _Reader(Tables):
         return Curve(id, text, effects, x, y, knots, parameters, prior, knots_of, formula, names)
 
     def sensor(self, table: dict[str, Any], entry: str) -> Sensor:
-        self.no_strangers(table, ("id", "text", "group", "quantity", "neutral", "bounds", "prior", "form"), entry)
+        known = ("id", "text", "group", "quantity", "neutral", "bounds", "prior", "form", *NOTES)
+        self.no_strangers(table, known, entry)
+        self.notes(table, entry)
         id, text, group, quantity = (self.get(table, entry, key, str) for key in ("id", "text", "group", "quantity"))
         if quantity not in QUANTITIES:
             raise self.error(f"{entry}: 'quantity' = '{quantity}' is none of {', '.join(QUANTITIES)}")
