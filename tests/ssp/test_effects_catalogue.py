@@ -9,8 +9,6 @@ from deepsea_cosim import ssp
 from deepsea_cosim.hydraulics_fmu.variables import HYDRAULICS
 from deepsea_cosim.mechanics.variables import ARM
 
-REPOSITORY = Path(ssp.__file__).parent.parent
-PAGE = (REPOSITORY / "docs" / "effects.md").read_text(encoding="utf-8")
 TABLES = {"hydraulics": HYDRAULICS, "arm": ARM}
 CATALOGUE = tomllib.loads((Path(ssp.__file__).parent / "scenarios" / "deepsea" / "effects.toml").read_text())
 
@@ -80,16 +78,3 @@ def test_base_parameters_exist_and_have_a_size():
 def test_catalogue_is_packed(built):
     with zipfile.ZipFile(built / "deepsea_11km.ssp") as package:
         assert tomllib.loads(package.read("resources/effects.toml").decode()) == CATALOGUE
-
-
-@pytest.mark.parametrize("entry", [*CATALOGUE["effect"], *CATALOGUE["sensor"]], ids=lambda e: e["id"])
-def test_every_effect_says_its_equation_and_its_test_and_stands_on_the_page(entry):
-    path, _, name = entry["test"].partition("::")
-    assert f"def {name}(" in (REPOSITORY / path).read_text()
-    row = next(line for line in PAGE.splitlines() if line.startswith(f"| **{entry['id']}**<br>{entry['text']} | "))
-    assert f" | {entry['equation'].replace('|', chr(92) + '|')} | " in row
-    for p in entry.get("parameter", ()):
-        assert f"`{p['address']}`" in row
-        assert f"{p['neutral']:g}; {p['bounds'][0]:g} to {p['bounds'][1]:g}; {p['prior']:g}" in row
-    for f in entry.get("form", ()):
-        assert f["text"] in row
