@@ -49,6 +49,7 @@ class Model:
 MODELS = (
     Model("DeepseaHydraulics", ("hydraulics",), ("core", "hydraulics_fmu"), ("numpy", "numba")),
     Model("DeepseaArm", ("arm",), ("core", "mechanics"), ("numpy", "numba", "mujoco")),
+    Model("DeepseaSupply", ("supply",), ("core", "hydraulics_fmu"), ("numpy", "numba")),
 )
 
 CONTAINER = Model(
@@ -87,8 +88,8 @@ VERSIONS = {
     ),
 }  # fmt: skip
 
-SYSTEM = "deepsea"
-"""Folder of the shipped system below ssp/scenarios; every .ssv in it is a scenario."""
+SYSTEMS = ("deepsea", "two_axes")
+"""Folders of the shipped systems below ssp/scenarios; every .ssv in one is a scenario."""
 
 
 def _folder(package: str) -> Path:
@@ -338,18 +339,21 @@ def _add_front(
 
 
 def build(folder: Path, say: Callable[[str], None] = lambda text: None, way: Way | None = None) -> list[Path]:
-    """Build both FMUs and all scenarios into `folder`; `say` gets a line per file. Returns the files."""
+    """Build all FMUs and all scenarios into `folder`; `say` gets a line per file. Returns the files."""
     make_folder(folder)
     made = []
     for model in MODELS:
         made.append(build_fmu(model, folder, say, way))
         say(f"{made[-1]}  {made[-1].stat().st_size / 1024:.0f} kB")
     fmus = {f"resources/{path.name}": path for path in made}
-    system = _folder("ssp") / "scenarios" / SYSTEM
-    extra = {"resources/effects.toml": system / "effects.toml"}
-    for parameters in sorted(system.glob("*.ssv")):
-        target = folder / f"{parameters.stem}.ssp"
-        packer.pack(system / "SystemStructure.ssd", parameters, fmus, target, extra)
-        made.append(target)
-        say(str(target))
+    for name in SYSTEMS:
+        system = _folder("ssp") / "scenarios" / name
+        structure = system / "SystemStructure.ssd"
+        own = {source: path for source, path in fmus.items() if f'"{source}"' in structure.read_text()}
+        extra = {f"resources/{path.name}": path for path in system.glob("*.toml")}
+        for parameters in sorted(system.glob("*.ssv")):
+            target = folder / f"{parameters.stem}.ssp"
+            packer.pack(structure, parameters, own, target, extra)
+            made.append(target)
+            say(str(target))
     return made

@@ -29,7 +29,7 @@ def parser() -> argparse.ArgumentParser:
     )
     add_version(p)
     commands = p.add_subparsers(dest="command", required=True, metavar="COMMAND")
-    build = commands.add_parser("build", help="build both FMUs and pack every scenario as an .ssp")
+    build = commands.add_parser("build", help="build the FMUs and pack every scenario as an .ssp")
     build.add_argument("--out", metavar="DIR", type=folder, default=Path("build"), help="folder (default: build)")
     _ways(build)
     build.add_argument("--quiet", action="store_true", help="print nothing but errors")

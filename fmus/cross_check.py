@@ -45,8 +45,13 @@ def _hydraulics(t: float) -> dict[str, float]:
     return {"x_h": 5e-4 * (1.0 - math.cos(w * t)), "v_h": 5e-4 * w * math.sin(w * t)}
 
 
+def _supply(t: float) -> dict[str, float]:
+    return {"Qp[1]": 4e-5 * (1.0 - math.cos(2.0 * math.pi * t)), "Qt[1]": 3e-5 * (1.0 - math.cos(2.0 * math.pi * t))}
+
+
 INPUTS: dict[str, Callable[[float], dict[str, float]]] = {
-    "DeepseaHydraulics": _hydraulics, "DeepseaArm": _arm, "DeepseaMachine": lambda _t: {},
+    "DeepseaHydraulics": _hydraulics, "DeepseaArm": _arm, "DeepseaSupply": _supply,
+    "DeepseaMachine": lambda _t: {},
 }  # fmt: skip
 
 

@@ -25,8 +25,8 @@ class DeepseaHydraulics(Slave):
         self.warned_of: float | None = None
 
     def build(self, parameters: dict[str, float]) -> None:
-        force = self.values.item(HYDRAULICS.index("F_hold"))
-        self.row, held = stepping.initial_row(parameters, force)
+        force, P_s, P_r = (self.values.item(HYDRAULICS.index(name)) for name in ("F_hold", "P_s", "P_r"))
+        self.row, held = stepping.initial_row(parameters, force, P_s, P_r)
         if not held and self.warned_of != force:
             self.warned_of = force
             self.warn(

@@ -14,6 +14,8 @@ def table_of(model: str) -> VariableTable:
     """The variable table of a model."""
     if model == "DeepseaHydraulics":
         from ..hydraulics_fmu.variables import HYDRAULICS as table
+    elif model == "DeepseaSupply":
+        from ..hydraulics_fmu.supply_unit.variables import SUPPLY as table
     elif model == "DeepseaMachine":
         from .machine import DeepseaMachine
 

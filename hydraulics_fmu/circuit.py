@@ -29,20 +29,21 @@ from .states import BORDER, border, border_length, chain_length, further
 from .supply import port_pressure
 from .valve import caught_command, counterbalance_loss, limited, spool_acceleration, spool_position
 
-OUTPUTS = ("F_h", "P1", "P2", "Pa", "Pb", "Pp", "Pt", "Q1", "Q2", "Qa", "Qb", "Qrv", "x_v", "u", "x_cmd")
+OUTPUTS = ("F_h", "P1", "P2", "Pa", "Pb", "Pp", "Pt", "Q1", "Q2", "Qa", "Qb", "Qrv", "x_v", "u", "x_cmd", "Qp", "Qt")
 READ = record(OUTPUTS)
 """The outputs, in the order of the variable table."""
 
 
 @kernel
-def node_pressures(s: object, p_vapour: float) -> tuple[float, float, float, float, float]:
+def node_pressures(s: object, c: object, m: object) -> tuple[float, float, float, float, float]:
     """Absolute pressures [Pa] at port a, chambers 1 and 2, port b and tank, from the border's states s."""
+    p_vapour = c.oil.p_vapour
     return (
         pressure(s.p_a, p_vapour),
         pressure(s.p_1, p_vapour),
         pressure(s.p_2, p_vapour),
         pressure(s.p_b, p_vapour),
-        pressure(s.p_t, p_vapour),
+        m.P_r if c.supply.from_outside != 0.0 else pressure(s.p_t, p_vapour),
     )
 
 
@@ -94,8 +95,8 @@ def derivatives(
     n, b = int(c.line.segments), chain_length(c)
     s, rate = border(y, c), border(f, c)
     cylinder = c.cylinder
-    Pa, P_1, P_2, Pb, Pt = node_pressures(s, c.oil.p_vapour)
-    P_p, P_pump = hose_pressures(y, Pt, c)
+    Pa, P_1, P_2, Pb, Pt = node_pressures(s, c, m)
+    P_p, P_pump = hose_pressures(y, Pt, c, m)
     x, v = rod_at(y, x_h, v_h, c)
 
     lags = b + border_length(c)
@@ -129,7 +130,10 @@ def derivatives(
             z = further(f, c)
             z.x_r = v
             z.v_r = (piston_force(x, v, P_1, P_2, c, m) - eye_force(x - x_h, v - v_h, c)) / cylinder.rod_mass
-    tank_rates(Q_in, Q_out, Pt, s, rate, c)
+    if c.supply.from_outside != 0.0:
+        rate.p_t, rate.x_c, rate.v_c = 0.0, 0.0, 0.0
+    else:
+        tank_rates(Q_in, Q_out, Pt, s, rate, c)
     rate.integral = integral_rate(error, u, c.controller.ki, c.valve.i_rated)
     rate.spool = 0.0
     rate.spool_rate = 0.0
@@ -146,19 +150,23 @@ def outputs(
 ) -> None:
     """Write the outputs, in the order of OUTPUTS, into out; arguments as of `derivatives`."""
     b, s = chain_length(c), border(y, c)
-    Pa, P_1, P_2, Pb, Pt = node_pressures(s, c.oil.p_vapour)
-    P_p, P_pump = hose_pressures(y, Pt, c)
+    Pa, P_1, P_2, Pb, Pt = node_pressures(s, c, m)
+    P_p, P_pump = hose_pressures(y, Pt, c, m)
     x, v = rod_at(y, x_h, v_h, c)
     u = controller_output(c.sensor.gain * (x_cmd - x), c.sensor.gain * (v_cmd - v), s.integral, held, c)
     x_v = spool_position(u, s.spool, c, m)
-    Q_a, Q_b, Q_p, _ = port_flows(x_v, Pa, Pb, Pt, P_p, c)
+    Q_a, Q_b, Q_p, Q_t = port_flows(x_v, Pa, Pb, Pt, P_p, c)
     read = out.view(READ)[0]
     read.F_h = eye_force(x - x_h, v - v_h, c) if c.cylinder.loose != 0.0 else piston_force(x, v, P_1, P_2, c, m)
     read.P1, read.P2, read.Pa, read.Pb, read.Pt = P_1, P_2, Pa, Pb, Pt
     read.Pp = P_p if P_p == P_p else port_pressure(x_v, Pa, Pb, Pt, c)
     read.Q1, read.Q2 = y[b // 2 - 1], y[b // 2]
     read.Qa, read.Qb = Q_a, Q_b
-    read.Qrv = spilled(y, P_pump, Pt, c) if c.supply.moves != 0.0 else c.pump.flow - Q_p
+    read.Qp, read.Qt, read.Qrv = Q_p, Q_t, c.pump.flow - Q_p
+    if c.supply.moves != 0.0:
+        read.Qrv = spilled(y, P_pump, Pt, c)
+    elif c.supply.from_outside != 0.0:
+        read.Qrv = 0.0
     read.x_v, read.u, read.x_cmd = x_v, u, x_cmd
 
 

@@ -157,7 +157,7 @@ def _of_supply(warm: Mapping[str, float], p: Mapping[str, float]) -> dict[str, f
         "relief.p_set": p["relief.p_crack"] * (1.0 - (0.0 if p["effect.supply_droop.time"] else droop)),
         "supply.filter": clogged * (1.0 - p["effect.filter_clogging.back"]),
         "supply.filter_back": clogged * p["effect.filter_clogging.back"],
-        "supply.moves": float(length > 0.0 or lag > 0.0), "supply.lag": lag,
+        "supply.moves": float((length > 0.0 or lag > 0.0) and not p["supply.from_outside"]), "supply.lag": lag,
         "supply.inertance": warm["oil.rho"] * length / bore, "supply.resistance": 128.0 * length / (pi * diameter**4),
         "supply.volume": max(bore * length, SMALLEST_VOLUME) if length > 0.0 else p["effect.pump_dynamics.volume"],
     }  # fmt: skip

@@ -11,14 +11,15 @@ LENGTH = 1024
 """Entries of the controller's history; the latest stands at `count` - 1, modulo this."""
 
 MEMORY = record((
-    "count", "held", "sampled_at", "u", "u_rate",
+    "count", "held", "sampled_at", "u", "u_rate", "P_s", "P_r",
     "spool", "play", "silt", "bristle", "bristle_coulomb", "rest",
     f"times[{LENGTH}]", f"outputs[{LENGTH}]",
 ))  # fmt: skip
 """The controller: entries made, the output held [mA], when it was sampled last [s], the output in the present slice
-[mA] (NaN: that of the present state) and its rate; what holds the spool back: where it stood at the start of the slice,
-how far it is caught [share of the stroke], how silted up it is; the piston's friction: deflection of the bristles of
-presliding and of Coulomb friction [m], how long it rested (0..1); the controller's history: times [s], outputs [mA]."""
+[mA] (NaN: that of the present state) and its rate; pressures of a supply from outside [Pa]; what holds the spool back:
+where it stood at the start of the slice, how far it is caught [share of the stroke], how silted up it is; the piston's
+friction: deflection of the bristles of presliding and of Coulomb friction [m], how long it rested (0..1); the
+controller's history: times [s], outputs [mA]."""
 
 SIZE = size_of(MEMORY)
 """How many numbers these are."""

@@ -14,8 +14,10 @@ pump's."""
 
 
 @kernel
-def hose_pressures(y: object, Pt: float, c: object) -> tuple[float, float]:
+def hose_pressures(y: object, Pt: float, c: object, m: object) -> tuple[float, float]:
     """Pressures [Pa] of port p and of the pump's outlet, whose states are in y, or NaN where the supply has none."""
+    if c.supply.from_outside != 0.0:
+        return m.P_s, m.P_s
     if c.supply.moves == 0.0:
         return nan, nan
     z = further(y, c)

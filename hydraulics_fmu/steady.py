@@ -41,34 +41,38 @@ def line_nodes(P_start: float, q: float, sign: float, c: object, nodes: object) 
 
 
 @kernel
-def opening_for(q: float, Pa: float, Pb: float, Pt: float, c: object) -> float:
+def opening_for(q: float, Pa: float, Pb: float, Pt: float, given: float, c: object) -> float:
     """Spool position at which the valve takes q [m3/s] in at port b; an end of the stroke when it cannot."""
     low, high = -1.0, 1.0
     for _ in range(60):
         middle = 0.5 * (low + high)
         if middle in (low, high):  # two neighbours among the numbers: it would stay there
             break
-        if port_flows(middle, Pa, Pb, Pt, nan, c)[1] < q:
+        if port_flows(middle, Pa, Pb, Pt, given, c)[1] < q:
             low = middle
         else:
             high = middle
     return 0.5 * (low + high)
 
 
-def steady_state(constants: np.ndarray, F_hold: float) -> tuple[np.ndarray, bool]:
+def steady_state(
+    constants: np.ndarray, F_hold: float, P_s: float = 0.0, P_r: float = 0.0
+) -> tuple[np.ndarray, bool]:
     """State (ny,) at rest in which the pressures hold the force F_hold [N], and whether the supply does.
+
+    P_s, P_r: pressures [Pa] of a supply from outside.
 
     A force that the supply cannot hold against the leakage is held by oil behind the closed valve, with the unloaded
     chamber at tank pressure; then the machine sinks as fast as the piston leaks.
     """
     c = by_name(constants)
     y = np.zeros(chain_length(c) + border_length(c) + lag_length(c))
-    held = bool(come_to_rest(constants, F_hold, y))
+    held = bool(come_to_rest(constants, F_hold, P_s, P_r, y))
     return y, held
 
 
 @kernel
-def come_to_rest(constants: object, F_hold: float, y: object) -> bool:
+def come_to_rest(constants: object, F_hold: float, P_s: float, P_r: float, y: object) -> bool:
     """Write the state at rest into y (ny,), see `steady_state`; arrays alone, so that it is compiled with an FMU.
 
     The spool stands where its flow replaces the piston's leakage q, and the integral part of the controller holds it
@@ -82,6 +86,9 @@ def come_to_rest(constants: object, F_hold: float, y: object) -> bool:
     x_c = compressed(c)
     Pt = p_am + compensator.k_c * (compensator.precompression - x_c) / compensator.area
     P_top = Pt + c.relief.p_set
+    given = nan
+    if c.supply.from_outside != 0.0:
+        Pt, P_top, given = P_r, P_s, P_s
     nodes_a = np.empty(n + 1)
     nodes_b = np.empty(n + 1)
     low, high = Pt, P_top
@@ -96,10 +103,10 @@ def come_to_rest(constants: object, F_hold: float, y: object) -> bool:
         line_nodes(P_1, q_1, 1.0, c, nodes_a)  # from the chamber back to port a
         line_nodes(P_2, q_2, -1.0, c, nodes_b)
         Pa, Pb = nodes_a[n], nodes_b[n]
-        x_v = opening_for(q_2, Pa, Pb, Pt, c)
+        x_v = opening_for(q_2, Pa, Pb, Pt, given, c)
         if abs(x_v) < SMALLEST_OPENING:  # the valve shut: decide by its first opening
             x_v = SMALLEST_OPENING if q_2 >= 0.0 else -SMALLEST_OPENING
-        Q_a, Q_b, _, _ = port_flows(x_v, Pa, Pb, Pt, nan, c)
+        Q_a, Q_b, _, _ = port_flows(x_v, Pa, Pb, Pt, given, c)
         surplus = Q_a - Q_b - (q_1 - q_2)
         if P_2 in (low, high):  # as above
             break

@@ -39,17 +39,23 @@ T, REF, RATE, UNUSED, CONSTANTS = range(5)
 is unused and nothing was said of that; then constants, state, its scales, the memory, the workspace, and the constants
 at the temperatures that a warm-up passes."""
 
-X_H, V_H, X_REF = (HYDRAULICS.index(name) for name in ("x_h", "v_h", "x_ref"))
+X_H, V_H, X_REF, P_S, P_R = (HYDRAULICS.index(name) for name in ("x_h", "v_h", "x_ref", "P_s", "P_r"))
 FIRST = HYDRAULICS.index(OUTPUTS[0])
 BEHIND = FIRST + len(OUTPUTS)
 """Places among the instance's values."""
 
 
-def initial_row(p: Mapping[str, float], F_hold: float) -> tuple[np.ndarray, bool]:
-    """The row of an instance at rest with parameters by name, and whether the supply holds the force F_hold [N]."""
+def initial_row(
+    p: Mapping[str, float], F_hold: float, P_s: float = 0.0, P_r: float = 0.0
+) -> tuple[np.ndarray, bool]:
+    """The row of an instance at rest with parameters by name, and whether the supply holds the force F_hold [N].
+
+    P_s, P_r: pressures [Pa] of supply and tank, where these are from outside.
+    """
     c = constants(p)
     named = by_name(c)
-    y, held = _rest(c.tobytes(), F_hold)
+    outside = (P_s, P_r) if p["supply.from_outside"] else (0.0, 0.0)
+    y, held = _rest(c.tobytes(), F_hold, *outside)
     head = np.array([np.inf, 0.0, 0.0, float(not p["command.use_input"])])
     parts = (head, c, y, state_scales(named), _at_rest(y, named), new_workspace(named), warming(p))
     return np.concatenate(parts), held
@@ -63,10 +69,10 @@ def _at_rest(y: np.ndarray, c: np.record) -> np.ndarray:
 
 
 @lru_cache(maxsize=8)
-def _rest(c: bytes, F_hold: float) -> tuple[np.ndarray, bool]:
+def _rest(c: bytes, F_hold: float, P_s: float, P_r: float) -> tuple[np.ndarray, bool]:
     """`steady_state`, which takes as long as a hundred steps: a run asks for it several times, and so does every state
     that is restored."""
-    found: tuple[np.ndarray, bool] = steady_state(np.frombuffer(c).copy(), F_hold)
+    found: tuple[np.ndarray, bool] = steady_state(np.frombuffer(c).copy(), F_hold, P_s, P_r)
     return found
 
 
@@ -88,6 +94,7 @@ def advance(values: int, n: int, row: int, length: int, t: float, h: float) -> i
     w = b[a : a + workspace_size(c)]
     if c.effect.oil_warm_up.rise != 0.0:
         warmed(t + h, b[CONSTANTS : CONSTANTS + SIZE], b[a + len(w) :], c)
+    m.P_s, m.P_r = v[P_S], v[P_R]
     if c.effect.supply_droop.time > 0.0:
         c.relief.p_set = sunk(t + h, c)
     x_ref, rate = v[X_REF], b[RATE]

@@ -5,7 +5,8 @@ from __future__ import annotations
 from ..core.variables import Variable, VariableTable, count, parameter, signal_in, signal_out, switch
 from .curves import knots
 
-_STATE = ("F_hold", "x_h", "v_h")
+_STATE = ("F_hold", "x_h", "v_h", "P_s", "P_r")
+_MOVED = ("x_h", "v_h", "x_ref", "P_s", "P_r")
 
 
 def _effect(name: str, start: float, unit: str, low: float, high: float, text: str) -> Variable:
@@ -116,23 +117,29 @@ HYDRAULICS = VariableTable(
             "F_hold", 6882.6, "N", -1e7, 1e7, 1e4,
             "force that holds the load at rest at t = 0; only the initial pressures depend on it",
         ),
+        signal_in("P_s", 2e7, "Pa", 0.0, 1e9, 1e8, "pressure at valve port p, used when supply.from_outside is true"),
+        signal_in("P_r", 1e5, "Pa", 0.0, 1e9, 1e8, "pressure at valve port t, used when supply.from_outside is true"),
         signal_out("F_h", "N", 1e4, "net force of the cylinder on the arm, positive extends: chambers less ambient, "
                    "friction and end stops", ("v_h", "x_h"), _STATE),
         signal_out("P1", "Pa", 1e8, "pressure in the piston-side chamber", (), _STATE),
         signal_out("P2", "Pa", 1e8, "pressure in the rod-side chamber", (), _STATE),
         signal_out("Pa", "Pa", 1e8, "pressure at valve port a", (), _STATE),
         signal_out("Pb", "Pa", 1e8, "pressure at valve port b", (), _STATE),
-        signal_out("Pp", "Pa", 1e8, "supply pressure at valve port p", ("x_h", "v_h", "x_ref"), _STATE),
-        signal_out("Pt", "Pa", 1e8, "tank pressure at valve port t", (), ()),
+        signal_out("Pp", "Pa", 1e8, "supply pressure at valve port p", _MOVED, _STATE),
+        signal_out("Pt", "Pa", 1e8, "tank pressure at valve port t", ("P_r",), ("P_r",)),
         signal_out("Q1", "m3/s", 1e-4, "flow from line a-1 into the piston-side chamber", (), _STATE),
         signal_out("Q2", "m3/s", 1e-4, "flow from the rod-side chamber into line b-2", (), _STATE),
-        signal_out("Qa", "m3/s", 1e-4, "flow out of valve port a", ("x_h", "v_h", "x_ref"), _STATE),
-        signal_out("Qb", "m3/s", 1e-4, "flow into valve port b", ("x_h", "v_h", "x_ref"), _STATE),
-        signal_out("Qrv", "m3/s", 1e-4, "flow through the relief valve", ("x_h", "v_h", "x_ref"), _STATE),
-        signal_out("x_v", "1", 1.0, "spool position, -1 to 1", ("x_h", "v_h", "x_ref"), _STATE),
-        signal_out("u", "mA", 10.0, "controller output", ("x_h", "v_h", "x_ref"), _STATE),
+        signal_out("Qa", "m3/s", 1e-4, "flow out of valve port a", _MOVED, _STATE),
+        signal_out("Qb", "m3/s", 1e-4, "flow into valve port b", _MOVED, _STATE),
+        signal_out("Qrv", "m3/s", 1e-4, "flow through the relief valve", _MOVED, _STATE),
+        signal_out("x_v", "1", 1.0, "spool position, -1 to 1", _MOVED, _STATE),
+        signal_out("u", "mA", 10.0, "controller output", _MOVED, _STATE),
         signal_out("x_cmd", "m", 0.1, "command in force", ("x_ref",), ()),
+        signal_out("Qp", "m3/s", 1e-4, "flow into valve port p", _MOVED, _STATE),
+        signal_out("Qt", "m3/s", 1e-4, "flow out of valve port t", _MOVED, _STATE),
         parameter("depth", 11000.0, "m", 0.0, 12000.0, "depth below the surface"),
+        switch("supply.from_outside", False, "pressures of supply and tank are the inputs P_s and P_r, without pump, "
+               "relief valve and tank of its own"),
         switch("command.use_input", False, "follow the input x_ref instead of the built-in command"),
         parameter("command.target", 0.2, "m", 0.0, 10.0, "displacement that the built-in command goes to"),
         parameter("command.t_start", 2.0, "s", 0.0, 1e6, "time at which the built-in command starts to rise"),

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterable
 from contextlib import ExitStack
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from itertools import groupby
 from pathlib import Path
 
@@ -13,7 +13,7 @@ from ..ssp.model import Binding, Component, Linear, SignalDictionaryReference, T
 from ..ssp.model import System as Tree
 from ..ssp.wires import Network, Wire, shown_at
 from . import stimuli
-from .algorithms import NAMES
+from .algorithms import chosen
 from .engine.program import listed
 from .loops import loops
 from .options import Options
@@ -64,6 +64,7 @@ def check(package: Path, wanted: Options | None = None) -> Findings:
     wanted = wanted or Options()
     found = Findings()
     _try(found, lambda: check_options(wanted))
+    method: str | None = None
     before = len(found.errors)
     with ExitStack() as stack:
         network = _try(found, lambda: read_package(package, stack, wanted.variant, found.errors))
@@ -77,6 +78,8 @@ def check(package: Path, wanted: Options | None = None) -> Findings:
         network = _try(aside, lambda: with_parameters(package_alone, wanted.parameters)) or package_alone
         found.network = network
         structure = network.structure
+        if not found.errors:
+            method = _try(found, lambda: chosen(wanted.method, structure.method))
         if structure.stop_time is not None or wanted.stop_time is not None:
             times = _try(found, lambda: times_of(structure, wanted.stop_time, wanted.step))
         else:
@@ -122,8 +125,8 @@ def check(package: Path, wanted: Options | None = None) -> Findings:
                 if layout is not None:
                     _try(aside, lambda: layout.chosen(wanted.record))
                     _try(aside, lambda: layout.chosen(wanted.plot, "--plot"))
-                if wanted.method in NAMES:
-                    _try(aside, lambda: check_coupling(system, wanted))
+                if method is not None:
+                    _try(aside, lambda: check_coupling(system, replace(wanted, method=method)))
                 for change in changes:
                     values += _try(aside, lambda change=change: resolve([change], slaves, system=system)) or []
                 aside.warnings += idle(network, values)
@@ -192,9 +195,16 @@ def _driven(
 
 def _inputs(found: Findings, system: System, others: set[tuple[str, str]]) -> None:
     driven = {signal.home for end, signal in system.inputs.items() if end in others or system.driver(end) is not None}
+    idle: dict[str, list[str]] = {}
     for (component, name), signal in system.inputs.items():
         if signal.home not in driven:
-            found.notes.append(f"input '{component}.{name}' is driven by nothing; it keeps its start value")
+            idle.setdefault(component, []).append(name)
+    for component, names in idle.items():
+        if len(names) == 1:
+            found.notes.append(f"input '{component}.{names[0]}' is driven by nothing; it keeps its start value")
+        else:
+            shown = ", ".join(f"'{component}.{name}'" for name in names)
+            found.notes.append(f"inputs are driven by nothing and keep their start values: {shown}")
     for name in system.own_inputs:
         if ("", name) not in others:
             found.notes.append(f"the system's input '{name}' is given nothing; what it leads to keeps its start value")

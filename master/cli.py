@@ -70,7 +70,7 @@ def parser() -> argparse.ArgumentParser:
     run.add_argument(
         "--stimuli", metavar="FILE.csv", type=Path, help="series for the system's inputs: time, and a column an input"
     )
-    run.add_argument("--method", choices=NAMES, default=NAMES[0], help="coupling: %(choices)s (default: %(default)s)")
+    run.add_argument("--method", choices=NAMES, help=f"coupling: %(choices)s (default: the package's, else {NAMES[0]})")
     run.add_argument(
         "--substeps", metavar="component=N", action="append", default=[], type=_substeps,
         help="let a component take N steps of its own in a macro step; may be repeated",
@@ -245,7 +245,7 @@ def _run(options: argparse.Namespace) -> int:
         result = run(options.package, folder, settings, progress=progress, give_up=_give_up)
         files = [options.results, "summary.json", "manifest.json"]
         if plotter:
-            title = f"{options.package.stem} ({options.method}, step {result.summary['step_s']:g} s)"
+            title = f"{options.package.stem} ({result.summary['method']}, step {result.summary['step_s']:g} s)"
             problem = plotter[0].draw(folder / "overview.png", title, result, options.plot)
             if problem:
                 print(f"cosim-master: overview.png was not drawn: {problem}", file=sys.stderr)

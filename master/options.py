@@ -10,7 +10,6 @@ from typing import Any, NoReturn
 import numpy as np
 
 from ..core.errors import UsageError, did_you_mean
-from .algorithms import NAMES
 
 
 @dataclass(frozen=True)
@@ -19,7 +18,8 @@ class Options:
 
     step: float | None = None
     stop_time: float | None = None
-    method: str = NAMES[0]
+    method: str | None = None
+    """The coupling; None: what the package suggests, else the first of all."""
     changes: tuple[tuple[str, str], ...] = ()
     parameters: tuple[Path, ...] = ()
     """Parameter sets (.ssv) on top of the package's; `changes` win over them."""

@@ -4,13 +4,13 @@ from __future__ import annotations
 
 from collections.abc import Iterable
 from contextlib import ExitStack
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 
 from ..core.errors import UsageError
 from ..ssp.wires import Network
 from . import stimuli
-from .algorithms import algorithm, check_method
+from .algorithms import check_method, chosen
 from .bonds import Bond, find_bonds
 from .initialise import early_order
 from .interrupts import Interrupts
@@ -42,6 +42,8 @@ from .times import times_of
 class Prepared:
     """A run that could begin."""
 
+    options: Options
+    """As they were given, with the method that is used."""
     network: Network
     slaves: dict[str, Slave]
     system: System
@@ -62,6 +64,7 @@ def prepare(package: Path, options: Options, stack: ExitStack, interrupt: Interr
     """Read the package; what it was unpacked into goes with the stack. Raises `CosimError` for all that is wrong."""
     check_options(options)
     network = with_parameters(read_package(package, stack, options.variant), options.parameters)
+    options = replace(options, method=chosen(options.method, network.structure.method))
     remarks = list(network.remarks)
     times = times_of(network.structure, options.stop_time, options.step)
     slaves = load_descriptions(network)
@@ -86,12 +89,12 @@ def prepare(package: Path, options: Options, stack: ExitStack, interrupt: Interr
         if drive.texts and drive.signal.component:
             slaves[drive.signal.component].texts.add(drive.signal.name)
     bonds = check_coupling(system, options)
-    return Prepared(network, slaves, system, values, drives, layout, which, times, bonds, remarks)
+    return Prepared(options, network, slaves, system, values, drives, layout, which, times, bonds, remarks)
 
 
 def check_options(options: Options) -> None:
     """Raise `UsageError` for what no package can do."""
-    algorithm(options.method)  # is there one of that name
+    chosen(options.method, None)  # is there one of that name
     if options.record_every < 1:
         raise UsageError(f"--record-every {options.record_every}: it has to be at least 1")
     if options.results and Path(options.results).suffix.lower() not in SUFFIXES:
@@ -103,7 +106,7 @@ def check_options(options: Options) -> None:
 def check_coupling(system: System, options: Options) -> list[Bond]:
     """The power bonds; raises `CosimError` for what the coupling needs and the FMUs do not have."""
     early_order(system)
-    check_method(options.method, system, options.isolate)
+    check_method(chosen(options.method, None), system, options.isolate)
     return find_bonds(system)
 
 

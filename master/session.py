@@ -14,7 +14,7 @@ from typing import Any
 import numpy as np
 
 from ..core.errors import SimulationError, UnknownNameError, UsageError, did_you_mean
-from .algorithms import AT_START, NAMES, algorithm
+from .algorithms import AT_START, algorithm, chosen
 from .direct import probe
 from .engine.program import Program
 from .engine.runner import Runner
@@ -135,7 +135,7 @@ class Session:
         step: float,
         changes: Mapping[str, Any] | None = None,
         inputs: Mapping[str, Series] | None = None,
-        method: str = NAMES[0],
+        method: str | None = None,
         drives: Sequence[Drive] = (),
     ) -> tuple[np.ndarray, np.ndarray]:
         """Times (n,) and recorded signals (n, len(record)) of a run from the package's start time to `stop` [s].
@@ -143,14 +143,16 @@ class Session:
         The last step is shorter where `step` does not divide the time.
 
         changes: parameters by address, on top of the package's; inputs: series by address of unconnected inputs, joined
-        by straight lines and held beyond their ends; drives: likewise, as `stimuli.read` has them from a file. Raises
+        by straight lines and held beyond their ends; method: None is the package's, or the first of all; drives:
+        likewise, as `stimuli.read` has them from a file. Raises
         `SimulationError` when an FMU fails or a recorded value is not finite; the session can be used again afterwards.
         """
         if self._closed:
             raise UsageError("the session is closed: run inside its `with` block")
         system = self.system
         start, stop, step, n = times_of(self.structure, as_time("stop", stop), as_time("step", step))
-        record, method = as_texts("record", record), as_text("method", method)
+        record = as_texts("record", record)
+        method = chosen(None if method is None else as_text("method", method), self.structure.method)
         for slave in system.slaves.values():
             if slave.is_lost:
                 raise SimulationError(f"component '{slave.name}' was lost in an earlier run; open a new session")

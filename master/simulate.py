@@ -95,8 +95,9 @@ def run(
         folder = stack.enter_context(returning()) / folder
         prepared = prepare(package, options, stack, interrupt)
         stack.enter_context(result_folder(folder, options.results))
+        options = prepared.options
         write_manifest(folder, manifest(package, prepared.network, options))
-        this = _Run(package, folder, options, prepared, interrupt, give_up, begin)
+        this = _Run(package, folder, prepared, interrupt, give_up, begin)
         this.start(stack, log, stride)
         this.march(progress)
         result = this.result()
@@ -109,10 +110,10 @@ class _Run:
     """A run under way: `start`, `march`, `result`. Each part knows what is left on disk if it is the last."""
 
     def __init__(
-        self, package: Path, folder: Path, options: Options, prepared: Prepared, interrupt: Interrupts,
+        self, package: Path, folder: Path, prepared: Prepared, interrupt: Interrupts,
         give_up: Callable[[str], object] | None, begin: float,
     ):  # fmt: skip
-        self.package, self.folder, self.options, self.prepared = package, folder, options, prepared
+        self.package, self.folder, self.options, self.prepared = package, folder, prepared.options, prepared
         self.interrupt, self._give_up, self._begin = interrupt, give_up, begin
         self.remarks = list(prepared.remarks)
 

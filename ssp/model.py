@@ -187,3 +187,5 @@ class SystemStructure:
     """Power bonds declared in the annotation: addresses of two outputs whose product is a power."""
     remarks: tuple[str, ...] = ()
     """What deviates from the schema without a doubt about the meaning."""
+    method: str | None = None
+    """The coupling that the package suggests, by its name in the master."""

@@ -42,8 +42,8 @@ MOST_LEVELS = 32
 """Deepest nesting of packages in packages."""
 
 STEP_ANNOTATION = "org.deepsea-cosim.master"
-"""Annotation of DefaultExperiment: <Master stepSize="..."/> suggests the macro step [s], <Bond a="..." b="..."/> in it
-names two outputs whose product is a power."""
+"""Annotation of DefaultExperiment: <Master stepSize="..." method="..."/> suggests the macro step [s] and the coupling,
+<Bond a="..." b="..."/> in it names two outputs whose product is a power."""
 
 
 OTHER_STEPS = {"FixedStepMaster": "stepSize", "FixedStepAlgorithm": "baseStepSize"}
@@ -162,20 +162,21 @@ class _Reader:
         with self._opened(shown):
             system = self.system(document, element, known)
         experiment = document.child(root, f"{SSD}DefaultExperiment")
-        start = stop = step = None
+        start = stop = step = method = None
         bonds: list[tuple[str, str]] = []
         if experiment is not None:
             start, stop = document.number(experiment, "startTime"), document.number(experiment, "stopTime")
             for annotation in experiment.iterfind(f"{SSD}Annotations/{SSC}Annotation"):
                 if annotation.get("type") == STEP_ANNOTATION and len(annotation):
-                    step = document.number(annotation[0], "stepSize")
+                    step, method = document.number(annotation[0], "stepSize"), annotation[0].get("method")
                     for bond in annotation[0]:
                         bonds.append((document.name(bond, "a"), document.name(bond, "b")))
         if step is None:
             step = self._step_of_others(document, [e for e in (experiment, element) if e is not None])
         title = system.name or root.get("name") or "system"
         return SystemStructure(
-            title, of, self.folder / name, system, start or 0.0, stop, step, (name,), tuple(bonds), tuple(self.remarks)
+            title, of, self.folder / name, system, start or 0.0, stop, step, (name,), tuple(bonds), tuple(self.remarks),
+            method,
         )
 
     @staticmethod

@@ -21,12 +21,12 @@ def _drop_stale_kernels() -> None:
     folders = [Path(importlib.import_module(f"deepsea_cosim.{name}").__file__).parent for name in PACKAGES]
     digest = hashlib.sha256()
     for folder in folders:
-        for path in sorted(folder.glob("*.py")):
+        for path in sorted(folder.rglob("*.py")):
             digest.update(path.read_bytes())
     mark = folders[0] / "__pycache__" / "sources.sha256"
     if not mark.is_file() or mark.read_text() != digest.hexdigest():
         for folder in folders:
-            for path in folder.glob("__pycache__/*.nb[ic]"):
+            for path in folder.rglob("__pycache__/*.nb[ic]"):
                 path.unlink()
         mark.parent.mkdir(exist_ok=True)
         mark.write_text(digest.hexdigest())

@@ -17,7 +17,7 @@ if TYPE_CHECKING:  # the command line asks for the names only
     from ..system import System
 
 NAMES = ("gauss-seidel", "jacobi", "extrapolation", "nepce", "interface-jacobian", "fixed-point")
-"""The first is the default."""
+"""The first is the default where the package suggests none."""
 
 AT_START = ("gauss-seidel", "jacobi")
 """Methods of first order: a step's inputs are those at its start. All others hold the mean over the step, also of what
@@ -27,6 +27,16 @@ drives the whole system from a table."""
 def algorithm(name: str) -> Callable[[System, Program], None]:
     """The `write` function of the algorithm called `name`."""
     return _module(name).write
+
+
+def chosen(asked: str | None, suggested: str | None) -> str:
+    """The method that is asked for, or what the package suggests, or the first of all. Raises `UsageError` for one that
+    is not known."""
+    name = asked or suggested or NAMES[0]
+    if name not in NAMES:
+        whose = "" if asked else " that the package suggests"
+        raise UsageError(f"unknown method '{name}'{whose}; known: {', '.join(NAMES)}{did_you_mean(name, NAMES)}")
+    return name
 
 
 def check_method(name: str, system: System, isolated: bool) -> None:

@@ -43,6 +43,7 @@ def sweep_command(options: argparse.Namespace) -> int:
             raise UsageError(f"--vary {axis.name}=...: the table has a column of that name; name its component, too")
     if options.dask is not None and options.case_time is not None:
         raise UsageError("--case-time: a process of a Dask cluster cannot be ended from here; leave one of them out")
+    from ...master.algorithms import chosen
     from ...master.pool import cluster
     from ...master.session import Session
     from ...master.times import times_of
@@ -59,7 +60,8 @@ def sweep_command(options: argparse.Namespace) -> int:
         metrics = metrics or default_metrics(session)
         _, stop, step, _ = times_of(session.structure, options.stop_time, options.step)
         table_of_inputs = options.stimuli and options.stimuli.resolve()
-        settings = Settings(metrics, step, stop, options.method, fixed, table_of_inputs)
+        method = chosen(options.method, session.structure.method)
+        settings = Settings(metrics, step, stop, method, fixed, table_of_inputs)
         check(session, cases[0], settings, _ends(axes))
         known = units(session, [a.name for a in axes], metrics)
     labels = [m.label for m in metrics]

@@ -42,7 +42,7 @@ def test_build_into_a_place_that_cannot_be_written(tmp_path, capsys):
 def test_scenarios_are_packed(built):
     names = {path.stem for path in built.glob("*.ssp")}
     depths = {f"deepsea_{km}km" for km in (0, 3, 6, 9, 10, 11)}
-    assert names == depths | {"deepsea_11km_constant_viscosity"}
+    assert names == depths | {"deepsea_11km_constant_viscosity", "two_axes"}
 
 
 def test_the_build_leaves_no_module_whose_file_is_gone(built):

@@ -37,7 +37,7 @@ def test_validation_finds_nothing(arm):
 
 def test_a_packed_system_has_the_same_connectors_as_with_fmi_2(arm, built, tmp_path):
     """Only the arm is of FMI 3.0; the check of the master finds nothing wrong."""
-    scenarios = Path(build.__file__).parents[1] / "ssp" / "scenarios" / build.SYSTEM
+    scenarios = Path(build.__file__).parents[1] / "ssp" / "scenarios" / "deepsea"
     sources = {"resources/DeepseaArm.fmu": arm, "resources/DeepseaHydraulics.fmu": built / "DeepseaHydraulics.fmu"}
     path = pack(scenarios / "SystemStructure.ssd", next(scenarios.glob("*_0km.ssv")), sources, tmp_path / "p.ssp")
 

@@ -26,7 +26,7 @@ from fmpy.fmi2 import (
 )
 from fmpy.validation import validate_fmu
 
-MODELS = ("DeepseaHydraulics", "DeepseaArm")
+MODELS = ("DeepseaHydraulics", "DeepseaArm", "DeepseaSupply")
 
 
 class Instance:
@@ -93,6 +93,9 @@ def set_moving_inputs(it: Instance, model: str, k: int) -> None:
     """The inputs of a step of a run in which they move."""
     if model == "DeepseaArm":
         it.set("F_h", 7000.0 + 10.0 * k)
+    elif model == "DeepseaSupply":
+        it.set("Qp[1]", 1e-6 * k)
+        it.set("Qt[2]", 8e-7 * k)
     else:
         it.set("x_h", 1e-5 * k)
         it.set("v_h", 0.01)

@@ -10,6 +10,7 @@ import numpy as np
 import pytest
 from deepsea_cosim.hydraulics_fmu import states, stepping
 from deepsea_cosim.hydraulics_fmu.constants import SIZE, by_name
+from deepsea_cosim.hydraulics_fmu.supply_unit import stepping as unit
 
 from .test_fmus import MODELS, Instance, fails, instance, set_moving_inputs  # noqa: F401
 
@@ -152,13 +153,15 @@ def test_what_goes_wrong_is_told_in_the_same_words(make, model):
         content = json.loads(it.serializeFMUstate(good).rstrip(b"\0"))
         if model == "DeepseaArm":
             content["model"]["arm"][0] = float("nan")
+        elif model == "DeepseaSupply":
+            content["model"]["row"][unit.STATE] = float("nan")
         else:
             row = content["model"]["row"]
             chain = states.chain_length(by_name(np.array(row[stepping.CONSTANTS : stepping.CONSTANTS + SIZE])))
             row[stepping.CONSTANTS + SIZE + chain + states.STATES.names.index("p_1")] = float("nan")
         bad = it.deSerializeFMUstate(json.dumps(content).encode())
         it.setFMUstate(bad)
-        it.set("F_h" if model == "DeepseaArm" else "v_h", 0.01)
+        it.set({"DeepseaArm": "F_h", "DeepseaSupply": "Qp[1]"}.get(model, "v_h"), 0.01)
         with fails(it, "not finite at t = 0.001 s: "):
             it.all_outputs()
         with fails(it):

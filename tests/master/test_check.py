@@ -57,7 +57,7 @@ def test_a_table_drives_what_it_names(fmus, tmp_path, capsys):
     (tmp_path / "s.csv").write_text("time,in,a.u2\n0,1,0\n")
     assert main([str(path), "--check", "--stimuli", str(tmp_path / "s.csv")]) == 0
     told = capsys.readouterr().out
-    assert "'a.u3' is driven by nothing" in told
+    assert "driven by nothing and keep their start values: 'a.u3', 'a.u4'" in told
     assert "'a.u2'" not in told
     assert "is given nothing" not in told
 

@@ -1,0 +1,123 @@
+"""Equations of the supply: five states, whose inputs are the flows of all valves together.
+
+    C dP/dt = Q_pump - Q_rv - Q_p      C = V/beta + V_gas/(n P): manifold and accumulator
+    T dQ_pump/dt = demand - Q_pump     of a compensated pump; one of fixed displacement gives what it does not slip
+    tank and compensator               Eqs. 2 and 3 of the paper, as in `compensator`
+
+The filter is between pump and manifold: P_pump = P + F Q_pump, which the compensator of the pump and the relief valve
+feel. No output depends on a flow without delay, so a valve and its supply make no algebraic loop.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from math import pi
+
+import numpy as np
+
+from ...core.jit import kernel
+from ...core.records import record, row_of, size_of
+from ...core.sea import ambient_pressure
+from ..compensator import piston_acceleration, tank_pressure_rate
+from ..oil import viscosity
+from ..supply import pump_flow
+from .variables import SUPPLY
+
+STATES = record(("P", "Q_pump", "P_t", "x_c", "v_c"))
+"""The states."""
+
+COUNT = size_of(STATES)
+"""How many they are."""
+
+CONSTANTS = record((*(name for name in SUPPLY.parameters({}) if not name.endswith(".T")),
+                    "sea.p_am", "pump.flow", "pump.lag", "relief.R", "filter.R", "compensator.area"))  # fmt: skip
+"""The parameters, and what follows from them."""
+
+SIZE = size_of(CONSTANTS)
+"""How many numbers these are."""
+
+
+@kernel
+def by_name(c: object) -> object:
+    """The constants c (`SIZE`,) as a record."""
+    return c.view(CONSTANTS)[0]  # type: ignore[attr-defined]
+
+
+@kernel
+def states(y: object) -> object:
+    """The states y (`COUNT`,), or their rates, as a record."""
+    return y.view(STATES)[0]  # type: ignore[attr-defined]
+
+
+def constants(p: Mapping[str, float]) -> np.ndarray:
+    """The constants (`SIZE`,) of a supply with these parameters."""
+    p_am, ideal = ambient_pressure(p["depth"]), p["pump.displacement"] * p["pump.speed"]
+    eta_0 = p["oil.nu0"]  # only the ratio counts
+    thicker = viscosity.py_func(p_am + 0.5 * p["relief.p_crack"], eta_0, p["oil.alpha"]) / eta_0
+    flow = pump_flow(ideal, p["pump.slip"], thicker)
+    made = {
+        "sea.p_am": p_am, "pump.flow": flow, "pump.lag": p["pump.T"],
+        "relief.R": p["relief.override"] * p["relief.p_crack"] / max(flow, 1e-9),
+        "filter.R": p["filter.dp"] * thicker / max(ideal, 1e-9),
+        "compensator.area": pi * p["compensator.diameter"] ** 2 / 4.0,
+    }  # fmt: skip
+    return row_of(CONSTANTS, {**p, **made})
+
+
+@kernel
+def gas_volume(P: float, c: object) -> float:
+    """Gas [m3] in the accumulator at the pressure P [Pa]: all of it below the precharge."""
+    precharge = c.sea.p_am + c.accumulator.precharge
+    if precharge >= P:
+        return c.accumulator.volume
+    return c.accumulator.volume * (precharge / P) ** (1.0 / c.accumulator.polytropic)
+
+
+@kernel
+def capacity(P: float, c: object) -> float:
+    """Oil [m3/Pa] that manifold and accumulator take per pressure."""
+    made = c.manifold.volume / c.oil.beta
+    if c.accumulator.volume > 0.0 and c.sea.p_am + c.accumulator.precharge < P:
+        made += gas_volume(P, c) / (c.accumulator.polytropic * P)
+    return made
+
+
+@kernel
+def spilled(P_pump: float, P_t: float, c: object) -> float:
+    """Flow [m3/s] through the relief valve."""
+    return max(P_pump - P_t - c.relief.p_crack, 0.0) / c.relief.R
+
+
+@kernel
+def rates(y: object, Q_p: float, Q_t: float, c: object, f: object) -> None:
+    """Write the states' rates into f (`COUNT`,) for flows Q_p taken by the valves and Q_t given back [m3/s]."""
+    s, rate, compensator = states(y), states(f), c.compensator
+    P_pump = s.P + c.filter.R * s.Q_pump
+    Q_rv = spilled(P_pump, s.P_t, c)
+    rate.P = (s.Q_pump - Q_rv - Q_p) / capacity(s.P, c)
+    rate.Q_pump = 0.0
+    if c.pump.compensated != 0.0:
+        over = (c.pump.p_set - (P_pump - s.P_t)) / (c.pump.droop * c.pump.p_set)
+        rate.Q_pump = (c.pump.flow * min(max(over, 0.0), 1.0) - s.Q_pump) / c.pump.lag
+    rate.P_t = tank_pressure_rate(
+        Q_t + Q_rv, s.Q_pump, s.v_c, s.x_c, compensator.area, c.tank.volume, compensator.length, c.oil.beta
+    )
+    rate.x_c = s.v_c
+    rate.v_c = piston_acceleration(
+        s.P_t, s.x_c, s.v_c, c.sea.p_am, compensator.area, compensator.m_c, compensator.B_c, compensator.k_c,
+        compensator.precompression,
+    )  # fmt: skip
+
+
+def rest(c: np.record, Q_p: float) -> np.ndarray:
+    """The states (`COUNT`,) while the valves take a steady flow Q_p [m3/s] and give it back."""
+    y = np.zeros(COUNT)
+    s = states.py_func(y)
+    s.P_t = c.sea.p_am + c.compensator.k_c * c.compensator.precompression / c.compensator.area
+    s.Q_pump = min(Q_p, c.pump.flow) if c.pump.compensated else c.pump.flow
+    if c.pump.compensated:
+        P_pump = s.P_t + c.pump.p_set * (1.0 - c.pump.droop * s.Q_pump / c.pump.flow)
+    else:
+        P_pump = s.P_t + c.relief.p_crack + c.relief.R * (s.Q_pump - Q_p)
+    s.P = P_pump - c.filter.R * s.Q_pump
+    return y
