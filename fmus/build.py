@@ -44,6 +44,8 @@ class Model:
     modules: tuple[str, ...]
     packages: tuple[str, ...]
     needs: tuple[str, ...]
+    text: str = ""
+    """Its README, where it has none of its own in `fmus`."""
 
 
 MODELS = (
@@ -90,6 +92,11 @@ VERSIONS = {
 
 SYSTEMS = ("deepsea", "two_axes")
 """Folders of the shipped systems below ssp/scenarios; every .ssv in one is a scenario."""
+
+
+def system_folder(name: str) -> Path:
+    """Folder of a shipped system."""
+    return _folder("ssp") / "scenarios" / name
 
 
 def _folder(package: str) -> Path:
@@ -229,19 +236,17 @@ class Way:
 
 def build_fmu(
     model: Model, folder: Path, say: Callable[[str], None] = lambda text: None, way: Way | None = None,
-    starts: Mapping[str, float] | None = None,
+    sources: Mapping[str, bytes] | None = None,
 ) -> Path:  # fmt: skip
     """Build one FMU into `folder` and return its path; `say` gets what the user should know.
 
-    starts: start values of the container that differ from the tables'.
+    sources: code that takes the place of the model's, path below the package -> content.
     """
     way = way or Way()
     if way.standalone and c_compiler() is None:
         raise PackageError("--standalone needs a C compiler for its kernels: install gcc or clang, or let CC name one")
     version = VERSIONS[way.fmi]
-    sources = _sources(model, version)
-    if starts:
-        sources["fmus/starts.py"] = f"STARTS = {dict(starts)!r}\n".encode()
+    sources = _sources(model, version) | dict(sources or {})
     if way.standalone:
         sources["core/jit.py"] = (HERE / "jit_ahead.py.in").read_bytes()
         sources |= {f"core/{name}": content for name, content in _kernels_ahead(model).items()}
@@ -292,13 +297,14 @@ def _raw(
     (scratch / "code.zip").write_bytes(_zipped(packed))
     documentation = scratch / "documentation"
     documentation.mkdir()
-    (documentation / "README.md").write_text(readme(model.name))
-    text = html.escape(readme(model.name))
+    told = model.text or readme(model.name)
+    (documentation / "README.md").write_text(told)
+    text = html.escape(told)
     page = f'<!doctype html><meta charset="utf-8"><title>{model.name}</title><pre>{text}</pre>\n'
     (documentation / "index.html").write_text(page, encoding="utf-8")
     # in a process of its own: the builder imports the script, and what it imports stays
-    script_name, place, code, told = (str(p) for p in (script, scratch, scratch / "code.zip", documentation))
-    call = f"build_FMU({script_name!r}, {place!r}, [{code!r}], {told!r})"
+    script_name, place, code, pages = (str(p) for p in (script, scratch, scratch / "code.zip", documentation))
+    call = f"build_FMU({script_name!r}, {place!r}, [{code!r}], {pages!r})"
     environment = {**os.environ, "DEEPSEA_COSIM_CACHE": str(scratch / "cache")}
     command = f"from {version.builder} import FmuBuilder; FmuBuilder.{call}"
     run_python(["-c", command], environment, f"{model.name} cannot be built")
@@ -347,7 +353,7 @@ def build(folder: Path, say: Callable[[str], None] = lambda text: None, way: Way
         say(f"{made[-1]}  {made[-1].stat().st_size / 1024:.0f} kB")
     fmus = {f"resources/{path.name}": path for path in made}
     for name in SYSTEMS:
-        system = _folder("ssp") / "scenarios" / name
+        system = system_folder(name)
         structure = system / "SystemStructure.ssd"
         own = {source: path for source, path in fmus.items() if f'"{source}"' in structure.read_text()}
         extra = {f"resources/{path.name}": path for path in system.glob("*.toml")}

@@ -13,6 +13,8 @@ EXAMPLES = """examples:
   cosim-fmus build --out build
   cosim-fmus build --out build --portable
   cosim-fmus container build/deepsea_11km.ssp --out build
+  cosim-fmus machine examples/machine.toml --out build
+  cosim-fmus arm examples/boom_and_stick/arm.xml --out build
   cosim-fmus check build/DeepseaArm.fmu
   cosim-fmus cross-check build/DeepseaArm.fmu build/DeepseaHydraulics.fmu
 
@@ -33,6 +35,18 @@ def parser() -> argparse.ArgumentParser:
     build.add_argument("--out", metavar="DIR", type=folder, default=Path("build"), help="folder (default: build)")
     _ways(build)
     build.add_argument("--quiet", action="store_true", help="print nothing but errors")
+    own = commands.add_parser("machine", help="make scenarios of your own machine from its data sheet")
+    own.add_argument("sheet", metavar="MACHINE.toml", type=Path, help="bore, rod, stroke, valve, pump, lines, oil, arm")
+    own.add_argument("--out", metavar="DIR", type=folder, default=Path("build"), help="folder (default: build)")
+    own.add_argument("--quiet", action="store_true", help="print nothing but errors")
+    arm = commands.add_parser("arm", help="make an FMU of your own arm from an MJCF model")
+    arm.add_argument("model", metavar="ARM.xml", type=Path, help="its tendons are the cylinders that move it")
+    arm.add_argument("--out", metavar="DIR", type=folder, default=Path("build"), help="folder (default: build)")
+    arm.add_argument("--name", default="", help="of the FMU (default: the file's)")
+    arm.add_argument("--pose", metavar="KEY", default="", help="keyframe in which it starts (default: the first pose)")
+    arm.add_argument("--water", metavar="TABLE.toml", type=Path, help="which geoms are in the water (default: all)")
+    arm.add_argument("--dry", action="store_true", help="none are")
+    _ways(arm)
     one = commands.add_parser("container", help="build one FMU of a scenario: hydraulics and arm coupled")
     one.add_argument("package", metavar="SCENARIO.ssp", type=Path, help="a built scenario")
     one.add_argument("--out", metavar="DIR", type=folder, default=Path("build"), help="folder (default: build)")
@@ -57,7 +71,10 @@ def _ways(p: argparse.ArgumentParser) -> None:
 def main(arguments: Sequence[str] | None = None) -> int:
     """Entry point; returns the exit code: 0 done, 1 a check found problems, 2 bad input."""
     options = parser().parse_args(arguments)
-    commands = {"build": _build, "container": _container, "check": _check, "cross-check": _cross_check}
+    commands = {
+        "build": _build, "machine": _machine, "arm": _arm, "container": _container, "check": _check,
+        "cross-check": _cross_check,
+    }  # fmt: skip
     return exit_code("cosim-fmus", lambda: commands[options.command](options))
 
 
@@ -66,6 +83,25 @@ def _build(options: argparse.Namespace) -> int:
 
     say = (lambda text: None) if options.quiet else lambda text: print(f"  {text}", flush=True)
     build(options.out, say, Way(options.portable, options.standalone, options.fmi))
+    return 0
+
+
+def _machine(options: argparse.Namespace) -> int:
+    from .own_machine import build_machine
+
+    build_machine(options.sheet, options.out, lambda text: None if options.quiet else print(f"  {text}", flush=True))
+    return 0
+
+
+def _arm(options: argparse.Namespace) -> int:
+    from .build import Way
+    from .build_arm import build_arm
+
+    way = Way(options.portable, options.standalone, options.fmi)
+    build_arm(
+        options.model, options.out, options.water, options.dry, options.name, options.pose,
+        lambda text: print(f"  {text}", flush=True), way,
+    )  # fmt: skip
     return 0
 
 

@@ -34,7 +34,7 @@ def starts_of(package: Path, table: VariableTable) -> dict[str, float]:
             parts = " and ".join(PARTS)
             raise PackageError(f"{package}: is no scenario of the deep-sea machine, which consists of {parts}")
         for model in (m for m in MODELS if m.modules[0] in PARTS):
-            if not _is_ours(found[model.modules[0]], model):
+            if not is_ours(found[model.modules[0]], model):
                 raise PackageError(
                     f"{package}: {model.name}.fmu has not the code that is installed here, which a container gets; "
                     "make the package anew with cosim-fmus build"
@@ -56,7 +56,7 @@ def starts_of(package: Path, table: VariableTable) -> dict[str, float]:
     return made
 
 
-def _is_ours(fmu: Path, model: Model) -> bool:
+def is_ours(fmu: Path, model: Model) -> bool:
     """Whether an FMU computes with the model's code as it is installed."""
     try:
         with zipfile.ZipFile(fmu) as archive, zipfile.ZipFile(io.BytesIO(archive.read("resources/code.zip"))) as code:
@@ -89,5 +89,6 @@ def container(
     starts = starts_of(package, DeepseaMachine.table)
     make_folder(folder)
     with tempfile.TemporaryDirectory(dir=folder) as scratch:
-        made = build_fmu(CONTAINER, Path(scratch), say, way, starts)
+        own = {"fmus/starts.py": f"STARTS = {starts!r}\n".encode()} if starts else {}
+        made = build_fmu(CONTAINER, Path(scratch), say, way, own)
         return made.replace(folder / f"{package.stem}.fmu")

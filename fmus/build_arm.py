@@ -1,0 +1,45 @@
+"""Builds the FMU of a user's own arm from an MJCF model."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from pathlib import Path
+
+from ..core.files import make_folder
+from .build import Model, Way, build_fmu
+from .description import variable_tables
+
+TEXT = """# {name}
+
+An arm made by `cosim-fmus arm` from an MJCF model: {joints} joints, moved by the cylinders {tendons}. Each cylinder
+takes its force `<cylinder>.F` (positive extends) and gives displacement `.x`, velocity `.v` and `.F_hold`, the force
+that holds it at rest at t = 0; connect them to `F_h`, `x_h`, `v_h` and `F_hold` of a DeepseaHydraulics. Forces are held
+during a step. Contacts, joint limits and other constraints of the model are not acted on.
+
+In the water, each with the drag coefficient, the inertia coefficient, length and diameter in metres:
+
+{wet}
+"""
+
+
+def build_arm(
+    path: Path, folder: Path, water: Path | None = None, dry: bool = False, name: str = "", pose: str = "",
+    say: Callable[[str], None] = lambda text: None, way: Way | None = None,
+) -> Path:  # fmt: skip
+    """Build <name>.fmu of an MJCF file into `folder`; see `mechanics.own_arm.reading` for the rest."""
+    from ..mechanics.own_arm.reading import read
+    from ..mechanics.own_arm.variables import table_of
+
+    arm = read(path, water, dry, name, pose)
+    make_folder(folder)
+    lines = [f"* {w.geom}: {w.C_D:g}, {w.C_M:g}, {w.length:.4g}, {w.diameter:.4g}" for w in arm.wet] or ["* nothing"]
+    text = TEXT.format(name=arm.name, joints=len(arm.joints), tendons=", ".join(arm.tendons), wet="\n".join(lines))
+    model = Model(
+        arm.name, ("own_arm", "arm_model"), ("core", "mechanics"), ("numpy", "numba", "mujoco"),
+        text + "\n" + variable_tables(table_of(arm)),
+    )  # fmt: skip
+    content = f"from __future__ import annotations\n\nDATA = {arm.as_data()!r}\n".encode()
+    made = build_fmu(model, folder, say, way, sources={"fmus/arm_model.py": content})
+    say(f"{made}: cylinders {', '.join(arm.tendons)}; {len(arm.joints)} joints; in the water: "
+        f"{', '.join(w.geom for w in arm.wet) or 'nothing'}")  # fmt: skip
+    return made

@@ -1,0 +1,77 @@
+"""Scenarios of a user's own machine: a data sheet -> packages with the FMUs, its parameters and its catalogue."""
+
+from __future__ import annotations
+
+import re
+import tempfile
+from collections.abc import Callable, Mapping
+from pathlib import Path
+from xml.sax.saxutils import quoteattr
+
+from ..core.files import make_folder
+from ..core.variables import VariableTable
+from ..hydraulics_fmu.variables import HYDRAULICS
+from ..mechanics.variables import ARM
+from ..ssp import packer
+from .build import MODELS, Way, build_fmu, system_folder
+from .data_sheet import Machine, read, scaled_catalogue, scales
+
+HEAD = """<?xml version="1.0" encoding="UTF-8"?>
+<ssv:ParameterSet xmlns:ssv="http://ssp-standard.org/SSP1/SystemStructureParameterValues" version="1.0" name={name}>
+  <ssv:Parameters>
+"""
+TAIL = "  </ssv:Parameters>\n</ssv:ParameterSet>\n"
+
+
+def parameter_set(name: str, depth: float, machine: Machine) -> str:
+    """The .ssv of a machine at a depth [m]."""
+
+    def entries(component: str, table: VariableTable, values: Mapping[str, float]) -> list[str]:
+        made = []
+        for key, value in {**values, "depth": depth}.items():
+            own = f' unit="{table[key].unit}"' if table[key].unit not in (None, "1") else ""
+            real = f'<ssv:Real value="{float(value)!r}"{own}/>'
+            made.append(f'    <ssv:Parameter name="{component}.{key}">{real}</ssv:Parameter>\n')
+        return made
+
+    lines = [*entries("hydraulics", HYDRAULICS, machine.hydraulics), *entries("arm", ARM, machine.arm)]
+    return HEAD.format(name=quoteattr(name)) + "".join(lines) + TAIL
+
+
+def build_machine(
+    sheet: Path, folder: Path, say: Callable[[str], None] = lambda text: None, way: Way | None = None
+) -> list[Path]:
+    """Build the packages of a sheet into `folder`, one a depth; returns them. FMUs that are there and have the code
+    that is installed are used."""
+    from .container import is_ours
+
+    machine = read(sheet)
+    make_folder(folder)
+    system = system_folder("deepsea")
+    with tempfile.TemporaryDirectory() as place:
+        scratch, fmus = Path(place), {}
+        for model in (m for m in MODELS if m.name != "DeepseaSupply"):
+            there = folder / f"{model.name}.fmu"
+            if way is None and there.is_file() and is_ours(there, model):
+                fmus[f"resources/{model.name}.fmu"] = there
+            else:
+                fmus[f"resources/{model.name}.fmu"] = build_fmu(model, folder, say, way)
+                say(str(there))
+        catalogue = scratch / "effects.toml"
+        shipped = (system / "effects.toml").read_text(encoding="utf-8")
+        catalogue.write_text(scaled_catalogue(shipped, scales(machine)), encoding="utf-8")
+        structure = scratch / "SystemStructure.ssd"
+        text = (system / structure.name).read_text(encoding="utf-8")
+        structure.write_text(re.sub(r'stopTime="[^"]*"', f'stopTime="{machine.stop:.4g}"', text), encoding="utf-8")
+        made = []
+        for depth in machine.depths:
+            name = machine.name if len(machine.depths) == 1 else f"{machine.name}_{depth / 1e3:g}km"
+            values = scratch / f"{name}.ssv"
+            values.write_text(parameter_set(name, depth, machine), encoding="utf-8")
+            target = folder / f"{name}.ssp"
+            packer.pack(structure, values, fmus, target, {"resources/effects.toml": catalogue})
+            made.append(target)
+            say(str(target))
+    for remark in machine.remarks:
+        say(f"note: {remark}")
+    return made

@@ -1,0 +1,165 @@
+"""A machine from its data sheet: units, what follows, what is refused, and the packages that come of it."""
+
+import shutil
+from pathlib import Path
+
+import pytest
+from deepsea_cosim.core.errors import PackageError
+from deepsea_cosim.fmus import cli
+from deepsea_cosim.fmus.data_sheet import KEYS, PAPER, read, scaled_catalogue, scales
+from deepsea_cosim.gap.campaign.read_catalogue import load, load_from_package
+from deepsea_cosim.master.check import check
+from deepsea_cosim.master.simulate import Options, run
+
+REPOSITORY = Path(__file__).parents[2]
+SHEET = REPOSITORY / "examples" / "machine.toml"
+CATALOGUE = REPOSITORY / "ssp" / "scenarios" / "deepsea" / "effects.toml"
+
+PAPERS = """
+depth = 11000
+[cylinder]
+bore = 0.045
+rod = "25 mm"
+stroke = "25 cm"
+dead_volume = "20 mL"
+viscous_friction = 1000
+leakage = 5e-12
+[valve]
+rated_flow = "5 l/min"
+[pump]
+displacement = "6 cm3"
+speed = "1450 rpm"
+pressure = "200 bar"
+[lines]
+length = "4 m"
+diameter = "4 mm"
+[oil]
+viscosity = "22 cSt"
+[controller]
+kp = 2.5
+[command]
+target = "0.2 m"
+ramp_time = 5
+"""
+
+
+def sheet(tmp_path, text):
+    path = tmp_path / "m.toml"
+    path.write_text(text)
+    return path
+
+
+def test_the_papers_sheet_is_the_papers_machine(tmp_path):
+    machine = read(sheet(tmp_path, PAPERS))
+    for name, value in machine.full.items():
+        assert value == pytest.approx(PAPER[name], rel=1e-12), name
+    assert machine.depths == (11000.0,)
+    assert {k for k, v in machine.arm.items() if abs(v) > 0} <= {
+        "rod_eye_radius", "base_x", "base_y", "barrel_length", "rod_length", "rod_diameter", "barrel_diameter",
+    }  # fmt: skip
+    assert scales(machine) == {}
+
+
+def test_a_grade_brings_viscosity_and_pressure_index(tmp_path):
+    thick, thin = (read(sheet(tmp_path, PAPERS.replace('viscosity = "22 cSt"', f'grade = "{g}"'))).full
+                   for g in ("ISO VG 68", "vg15"))  # fmt: skip
+    assert (thick["oil.nu0"], thin["oil.nu0"]) == (pytest.approx(68e-6), pytest.approx(15e-6))
+    assert thin["oil.alpha"] < PAPER["oil.alpha"] < thick["oil.alpha"]
+    assert read(SHEET).full["effect.oil_temperature.T"] == pytest.approx(283.15)
+
+
+def test_a_longer_stroke_takes_a_larger_linkage_and_the_loop_stays_slower_than_the_load(tmp_path):
+    machine = read(SHEET)
+    assert machine.arm["rod_eye_radius"] == pytest.approx(0.212 * 0.4 / 0.25)
+    assert machine.full["controller.kp"] < PAPER["controller.kp"]
+    assert machine.stop == pytest.approx(1.1 * (2 + 8 + 5 + 8))
+
+
+@pytest.mark.parametrize(("old", "new", "words"), [
+    ('rod = "25 mm"', 'rod = "50 mm"', "the rod is 50 mm thick in a bore of 45 mm"),
+    ('rod = "25 mm"', 'rood = "25 mm"', "did you mean 'rod'"),
+    ('rod = "25 mm"', 'rod = "25 bar"', "they measure different quantities"),
+    ('rod = "25 mm"', 'rod = "thick"', "no number with a unit"),
+    ('rod = "25 mm"', 'rod = "25 mmm"', "unknown unit 'mmm'"),
+    ('rod = "25 mm"', "", "'rod' is missing"),
+    ('rod = "25 mm"', "rod = true", "wrong type"),
+    ("bore = 0.045", "bore = 45", "out of range"),
+    ('speed = "1450 rpm"', 'speed = "1450 rpm"\nflow = "8 l/min"', "one is too much"),
+    ('displacement = "6 cm3"', "", "'flow' or 'displacement' is missing"),
+    ('viscosity = "22 cSt"', 'grade = "SAE 10"', "no viscosity grade"),
+    ('viscosity = "22 cSt"', 'grade = "VG 22"\nviscosity = "22 cSt"', "one is too much"),
+    ("depth = 11000", "depth = [0, 0]", "each once"),
+    ("depth = 11000", "depth = 20000", "0 to 12 km"),
+    ("depth = 11000", 'name = "a/b"', "cannot be the name of a file"),
+    ("depth = 11000", "[arm]\nrod_eye_radius = 0.05", "would have to reach"),
+    ("depth = 11000", "[arm]\nload_weight = -1", "out of range"),
+    ("[oil]", "[oil", "not valid TOML"),
+], ids=lambda x: x[:24])  # fmt: skip
+def test_what_cannot_be_is_one_line_that_names_the_place(tmp_path, capsys, old, new, words):
+    text = PAPERS.replace(old, new)
+    assert text != PAPERS
+    path = sheet(tmp_path, text)
+    with pytest.raises(PackageError) as caught:
+        read(path)
+    assert words in str(caught.value)
+    assert cli.main(["machine", str(path), "--out", str(tmp_path / "out")]) == 2
+    told = capsys.readouterr().err
+    assert told.count("\n") == 1
+    assert str(path) in told
+    assert not (tmp_path / "out").exists()
+
+
+@pytest.mark.parametrize(("old", "new", "words"), [
+    ('rated_flow = "5 l/min"', 'rated_flow = "40 l/min"', "the valve is bigger than the pump"),
+    ('pressure = "200 bar"', 'pressure = "20 bar"', "the load needs"),
+    ('diameter = "4 mm"', 'diameter = "2.5 mm"', "at 6 km both lines lose"),
+    ("ramp_time = 5", "ramp_time = 0.5", "drives the oil through the lines"),
+    ('target = "0.2 m"', 'target = "0.3 m"', "beyond the stroke"),
+], ids=lambda x: x[:24])  # fmt: skip
+def test_what_is_odd_is_told(tmp_path, old, new, words):
+    shallow = PAPERS.replace("depth = 11000", "depth = 6000")
+    assert read(sheet(tmp_path, shallow)).remarks == ()
+    told = read(sheet(tmp_path, shallow.replace(old, new))).remarks
+    assert any(words in remark for remark in told)
+
+
+def test_the_papers_machine_is_told_to_be_late_in_the_deep(tmp_path):
+    """It takes 7.6 s for a stroke that it is told to do in 5 s."""
+    (remark,) = read(sheet(tmp_path, PAPERS)).remarks
+    assert "at 11 km both lines lose" in remark
+
+
+def test_effects_are_usual_in_the_size_of_the_machine(tmp_path):
+    machine = read(SHEET)
+    force = 0.063**2 * 21e6 / (0.045**2 * 20e6)
+    path = tmp_path / "effects.toml"
+    path.write_text(scaled_catalogue(CATALOGUE.read_text(), scales(machine)))
+    plain, scaled = load(CATALOGUE), load(path)
+    for id, factor in (("cylinder_coulomb_friction", force), ("valve_leakage", 4.0), ("entrained_air", 1.0)):
+        one, other = plain.effect(id).main, scaled.effect(id).main
+        assert other.prior == pytest.approx(factor * one.prior, rel=1e-3)
+        assert (other.low, other.high) == pytest.approx((factor * one.low, factor * one.high), rel=1e-3)
+        assert other.neutral == one.neutral
+    assert [e.id for e in scaled.effects] == [e.id for e in plain.effects]
+
+
+def test_the_example_builds_and_runs(built, tmp_path, capsys):
+    """With the FMUs that are there already; a package a depth."""
+    for name in ("DeepseaHydraulics", "DeepseaArm"):
+        shutil.copy(built / f"{name}.fmu", tmp_path)
+    assert cli.main(["machine", str(SHEET), "--out", str(tmp_path)]) == 0
+    assert "the valve is bigger than the pump" in capsys.readouterr().out
+    package = tmp_path / "grab_3km.ssp"
+    assert (tmp_path / "grab_0km.ssp").exists()
+    assert not check(package).errors
+    assert len(load_from_package(package).effects) > 50
+    frame = run(package, tmp_path / "out", Options(step=4e-3)).frame
+    assert frame["arm.x_h"].max() == pytest.approx(0.35, abs=2e-3)
+    assert frame["arm.x_h"].iloc[-1] == pytest.approx(0.0, abs=2e-3)
+
+
+def test_every_key_is_in_the_docs():
+    page = (REPOSITORY / "docs" / "machine.md").read_text()
+    for table, keys in KEYS.items():
+        for key in keys:
+            assert f"| `[{table}] {key}` |" in page
