@@ -7,7 +7,7 @@ which value of the library's parameter means exactly the same, where there is on
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from math import log10
 from typing import Any
 
@@ -155,8 +155,35 @@ UNKNOWN = (
     Effect("sensor_nonlinearity", "unknown", "wave", 2e-4, 4e-3, shapes={"wave_length": (0.02, 0.06)}),
     Effect("external_leakage", "unknown", "external_leak", 1e-14, 1e-12, drawn=False),
 )  # fmt: skip
-"""Effects that the catalogue does not know. The last one is not drawn: effects of the catalogue can take it up. `wave`
-is of the displacement sensor: x + wave sin(2 pi x/wave_length)."""
+"""Effects that the catalogue did not know up to edition 2. The last one is not drawn: effects of the catalogue can take
+it up. `wave` is of the displacement sensor: x + wave sin(2 pi x/wave_length)."""
+
+_LEARNT = {
+    "oil_warming": ("oil_warm_up", "viscosity"), "tether_spring": ("tether", "weight"),
+    "beam_flexibility": ("beam_flexibility", "stiffness"), "valve_hysteresis": ("valve_hysteresis", "valve_small"),
+    "viv": ("viv", "current_unsteady"), "end_cushion": ("end_cushion", "ends"),
+    "bulk_modulus_pressure": ("bulk_modulus_pressure", "stiffness"),
+    "cylinder_presliding": ("cylinder_presliding", "friction"), "external_leakage": ("external_leakage", "leakage"),
+}  # fmt: skip
+"""What the catalogue has learnt since, by its id and group there."""
+
+LEARNT = tuple(
+    replace(e, id=_LEARNT[e.id][0], group=_LEARNT[e.id][1], drawn=True) for e in UNKNOWN if e.id in _LEARNT
+)
+STRANGE = tuple(
+    replace(e, id="sensor_wave") if e.knob == "wave" else e for e in UNKNOWN if e.id not in _LEARNT
+)
+"""Of the unknown ones, since edition 3: those that the catalogue has learnt, and those that it does not know still."""
+
+
+def known(edition: int) -> tuple[Effect, ...]:
+    """The effects of the catalogue, those of sensors included, as an edition has them."""
+    return (*CATALOGUE, *SENSORS) if edition < 3 else (*CATALOGUE, *SENSORS, *LEARNT)
+
+
+def unknown(edition: int) -> tuple[Effect, ...]:
+    """The effects outside it that an edition draws."""
+    return tuple(e for e in (UNKNOWN if edition < 3 else STRANGE) if e.drawn)
 
 EXTRA_GROUPS = (
     {"oil_temperature", "viscosity_law", "ambient_pressure_error", "line_diameter_error"},
@@ -168,10 +195,10 @@ EXTRA_GROUPS = (
 """Effects that a single run can hardly tell apart, beyond those with the same group in the catalogue."""
 
 
-def alike(id: str) -> list[str]:
+def alike(id: str, edition: int = 2) -> list[str]:
     """Effects that are in one ambiguity group with this one, itself included, sorted."""
-    known = {e.id: e.group for e in (*CATALOGUE, *SENSORS)}
-    found = {id} | {other for other, group in known.items() if group == known.get(id)}
+    groups = {e.id: e.group for e in known(edition)}
+    found = {id} | {other for other, group in groups.items() if group == groups.get(id)}
     for group in EXTRA_GROUPS:
         if id in group:
             found |= group
@@ -180,7 +207,7 @@ def alike(id: str) -> list[str]:
 
 def by_id(id: str) -> Effect:
     """The effect of that id."""
-    return next(e for e in (*CATALOGUE, *SENSORS, *UNKNOWN) if e.id == id)
+    return next(e for e in (*CATALOGUE, *SENSORS, *UNKNOWN, *LEARNT, *STRANGE) if e.id == id)
 
 
 def describe(values: Mapping[str, Any]) -> str:

@@ -50,7 +50,7 @@ def campaign_text(case: Case, package: str) -> str:
 
 
 def _effect_answer(w: Wrong, case: Case, spans: dict[str, float]) -> dict[str, Any]:
-    entry: dict[str, Any] = {"id": w.effect.id, "group": w.effect.group, "alike": alike(w.effect.id)}
+    entry: dict[str, Any] = {"id": w.effect.id, "group": w.effect.group, "alike": alike(w.effect.id, case.edition)}
     entry |= {"size": w.size, "size_linear": w.size_linear, "size_net": w.size_net, "size_wanted": w.wanted}
     entry["plant"] = w.plant
     if w.form is not None:

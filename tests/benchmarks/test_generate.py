@@ -13,7 +13,7 @@ from deepsea_cosim.gap.campaign.read import read
 from benchmarks.blind import effect_forms
 from benchmarks.blind.case import BASE
 from benchmarks.blind.draw import COUNT, KINDS_OF_CASE, draw, plan
-from benchmarks.blind.effects import CATALOGUE, SENSORS, UNKNOWN, alike
+from benchmarks.blind.effects import CATALOGUE, LEARNT, SENSORS, alike, unknown
 from benchmarks.blind.generate import write_case
 from benchmarks.blind.measure import KINDS, Channel, ideal, lagged, measured
 from benchmarks.blind.records import load
@@ -114,8 +114,10 @@ def test_size_is_what_ridge_regression_leaves():
 def test_names_are_those_of_the_shipped_catalogue():
     groups = {e["id"]: e["group"] for e in SHIPPED["effect"]}
     assert {e.id: groups.get(e.id) for e in CATALOGUE} == {e.id: e.group for e in CATALOGUE}  # it may lag behind
-    assert {e.id: e.group for e in SENSORS} == {s["id"]: s["group"] for s in SHIPPED["sensor"]}
-    assert not {e.id for e in UNKNOWN} & ({*groups} | {s["id"] for s in SHIPPED["sensor"]})
+    assert {e.id: groups.get(e.id) for e in LEARNT} == {e.id: e.group for e in LEARNT}
+    sensors = {s["id"]: s["group"] for s in SHIPPED["sensor"]}
+    assert {e.id: sensors.get(e.id) for e in SENSORS} == {e.id: e.group for e in SENSORS}
+    assert not {e.id for e in unknown(3)} & ({*groups} | {*sensors})
     assert list(BASE) == [b["parameter"] for b in SHIPPED["base"]]
     bounds = {p["address"]: p["bounds"] for e in SHIPPED["effect"] for p in e["parameter"]}
     for e in CATALOGUE:
@@ -125,6 +127,18 @@ def test_names_are_those_of_the_shipped_catalogue():
             for sign in (1.0, -1.0):
                 value = e.convert(e.plant(sign, e.most(sign), {})[e.knob])
                 assert bounds[e.address][0] <= value <= bounds[e.address][1]
+
+
+def test_the_third_edition_counts_what_the_catalogue_has_learnt_as_known():
+    """Only effects that are not in it are unknown there, and the cases of the second stay what they were."""
+    assert alike("valve_hysteresis", 3) == ["valve_dead_zone", "valve_hysteresis", "valve_null_shift"]
+    assert alike("valve_dead_zone") == ["valve_dead_zone", "valve_null_shift"]
+    assert {"local_scoring", "gas_pocket", "sensor_wave"} < {e.id for e in unknown(3)} < {"sensor_wave"} | {
+        e.id for e in unknown(2)
+    }
+    third = draw(5, 1, refit=False, edition=3)
+    assert third.edition == 3
+    assert all(w.size_linear > 0.0 for w in third.wrong)
 
 
 def test_alike():

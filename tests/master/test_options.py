@@ -92,7 +92,7 @@ def test_one_run_at_a_time_writes_to_a_folder(fmus, tmp_path):
 @pytest.mark.parametrize(
     "wrong",
     [{"step": "soon"}, {"step": [1]}, {"record_every": 1.5}, {"substeps": ["a"]}, {"substeps": {"a": 2.5}},
-     {"step": True}, {"changes": ["a"]}, {"step": 10**400}, {"record_every": float("inf")}, {"method": None},
+     {"step": True}, {"changes": ["a"]}, {"step": 10**400}, {"record_every": float("inf")}, {"method": True},
      {"method": 5}, {"variant": 5}, {"steps": 5}, {"changes": 5}, {"changes": [(1, 2)]}, {"substeps": 5},
      {"substeps": {"a": float("inf")}}, {"record": 5}, {"record": [5]}, {"plot": [None]}, {"parameters": 5},
      {"stimuli": 5}, {"isolate": "no"}, {"isolate": np.array([1, 2])}, {"results": "a\0.csv"}, {"step_timeout": -1},

@@ -69,7 +69,7 @@ def test_what_is_given_in_the_wrong_form(toys, tmp_path):
         for given, told in (
             ({"stop": "soon"}, "stop: 'soon' is no number"),
             ({"step": True}, "step: True is no number"),
-            ({"method": None}, "method: None is no text"),
+            ({"method": 5}, "method: 5 is no text"),
             ({"record": [5]}, "record: 5 is no text"),
         ):
             with pytest.raises(UsageError, match=re.escape(told)):
