@@ -8,7 +8,7 @@ from __future__ import annotations
 
 from ..core.jit import kernel
 from ..core.records import record
-from .compensator import gas_softening, piston_acceleration, stop_acceleration, tank_pressure_rate
+from .compensator import gas_softening, stop_acceleration, tank_rates
 from .controller import command, command_rate, controller_output, integral_rate
 from .cylinder import (
     chamber_volume,
@@ -69,19 +69,13 @@ def piston_force(x: float, v: float, P_1: float, P_2: float, c: object, m: objec
 
 
 @kernel
-def tank_rates(Q_in: float, Q_out: float, Pt: float, s: object, rate: object, c: object) -> None:
-    """Write the rates of tank and compensator, of states s, into `rate` for flows [m3/s] into and out of the tank."""
-    compensator, volume = c.compensator, c.tank.volume
-    rate.p_t = modulus_factor(Pt, c.oil.beta, c) * tank_pressure_rate(
-        Q_in, Q_out, s.v_c, s.x_c, compensator.area, volume, compensator.length, c.oil.beta
-    )
-    if compensator.gas > 0.0:
-        rate.p_t *= gas_softening(Pt, volume, c.oil.beta, compensator.gas)
-    rate.x_c = s.v_c
-    rate.v_c = stop_acceleration(s.x_c, c) + piston_acceleration(
-        Pt, s.x_c, s.v_c, c.sea.p_am, compensator.area, compensator.m_c, compensator.B_c, compensator.k_c,
-        compensator.precompression,
-    )  # fmt: skip
+def own_tank_rates(Q_in: float, Q_out: float, Pt: float, s: object, rate: object, c: object) -> None:
+    """`tank_rates` with what effects make of them: a modulus that air and pressure change, trapped air, a stop."""
+    tank_rates(Q_in, Q_out, Pt, s, rate, c)
+    rate.p_t *= modulus_factor(Pt, c.oil.beta, c)
+    if c.compensator.gas > 0.0:
+        rate.p_t *= gas_softening(Pt, c.tank.volume, c.oil.beta, c.compensator.gas)
+    rate.v_c += stop_acceleration(s.x_c, c)
 
 
 @kernel
@@ -133,7 +127,7 @@ def derivatives(
     if c.supply.from_outside != 0.0:
         rate.p_t, rate.x_c, rate.v_c = 0.0, 0.0, 0.0
     else:
-        tank_rates(Q_in, Q_out, Pt, s, rate, c)
+        own_tank_rates(Q_in, Q_out, Pt, s, rate, c)
     rate.integral = integral_rate(error, u, c.controller.ki, c.valve.i_rated)
     rate.spool = 0.0
     rate.spool_rate = 0.0

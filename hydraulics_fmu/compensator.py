@@ -20,6 +20,20 @@ def gas_softening(P_t: float, volume: float, beta: float, gas: float) -> float:
 
 
 @kernel
+def tank_rates(Q_in: float, Q_out: float, P_t: float, s: object, rate: object, c: object) -> None:
+    """Write the rates of tank and compensator, of states s, into `rate` for flows [m3/s] into and out of the tank."""
+    compensator = c.compensator
+    rate.p_t = tank_pressure_rate(
+        Q_in, Q_out, s.v_c, s.x_c, compensator.area, c.tank.volume, compensator.length, c.oil.beta
+    )
+    rate.x_c = s.v_c
+    rate.v_c = piston_acceleration(
+        P_t, s.x_c, s.v_c, c.sea.p_am, compensator.area, compensator.m_c, compensator.B_c, compensator.k_c,
+        compensator.precompression,
+    )  # fmt: skip
+
+
+@kernel
 def stop_acceleration(x_c: float, c: object) -> float:
     """What the stop adds [m/s2] to the compensator's piston, when its travel is short and at an end."""
     over = x_c - c.compensator.travel

@@ -18,12 +18,12 @@ import numpy as np
 from ...core.jit import kernel
 from ...core.records import record, row_of, size_of
 from ...core.sea import ambient_pressure
-from ..compensator import piston_acceleration, tank_pressure_rate
+from ..compensator import tank_rates
 from ..oil import viscosity
 from ..supply import pump_flow
 from .variables import SUPPLY
 
-STATES = record(("P", "Q_pump", "P_t", "x_c", "v_c"))
+STATES = record(("P", "Q_pump", "p_t", "x_c", "v_c"))
 """The states."""
 
 COUNT = size_of(STATES)
@@ -91,33 +91,26 @@ def spilled(P_pump: float, P_t: float, c: object) -> float:
 @kernel
 def rates(y: object, Q_p: float, Q_t: float, c: object, f: object) -> None:
     """Write the states' rates into f (`COUNT`,) for flows Q_p taken by the valves and Q_t given back [m3/s]."""
-    s, rate, compensator = states(y), states(f), c.compensator
+    s, rate = states(y), states(f)
     P_pump = s.P + c.filter.R * s.Q_pump
-    Q_rv = spilled(P_pump, s.P_t, c)
+    Q_rv = spilled(P_pump, s.p_t, c)
     rate.P = (s.Q_pump - Q_rv - Q_p) / capacity(s.P, c)
     rate.Q_pump = 0.0
     if c.pump.compensated != 0.0:
-        over = (c.pump.p_set - (P_pump - s.P_t)) / (c.pump.droop * c.pump.p_set)
+        over = (c.pump.p_set - (P_pump - s.p_t)) / (c.pump.droop * c.pump.p_set)
         rate.Q_pump = (c.pump.flow * min(max(over, 0.0), 1.0) - s.Q_pump) / c.pump.lag
-    rate.P_t = tank_pressure_rate(
-        Q_t + Q_rv, s.Q_pump, s.v_c, s.x_c, compensator.area, c.tank.volume, compensator.length, c.oil.beta
-    )
-    rate.x_c = s.v_c
-    rate.v_c = piston_acceleration(
-        s.P_t, s.x_c, s.v_c, c.sea.p_am, compensator.area, compensator.m_c, compensator.B_c, compensator.k_c,
-        compensator.precompression,
-    )  # fmt: skip
+    tank_rates(Q_t + Q_rv, s.Q_pump, s.p_t, s, rate, c)
 
 
 def rest(c: np.record, Q_p: float) -> np.ndarray:
     """The states (`COUNT`,) while the valves take a steady flow Q_p [m3/s] and give it back."""
     y = np.zeros(COUNT)
     s = states.py_func(y)
-    s.P_t = c.sea.p_am + c.compensator.k_c * c.compensator.precompression / c.compensator.area
+    s.p_t = c.sea.p_am + c.compensator.k_c * c.compensator.precompression / c.compensator.area
     s.Q_pump = min(Q_p, c.pump.flow) if c.pump.compensated else c.pump.flow
     if c.pump.compensated:
-        P_pump = s.P_t + c.pump.p_set * (1.0 - c.pump.droop * s.Q_pump / c.pump.flow)
+        P_pump = s.p_t + c.pump.p_set * (1.0 - c.pump.droop * s.Q_pump / c.pump.flow)
     else:
-        P_pump = s.P_t + c.relief.p_crack + c.relief.R * (s.Q_pump - Q_p)
+        P_pump = s.p_t + c.relief.p_crack + c.relief.R * (s.Q_pump - Q_p)
     s.P = P_pump - c.filter.R * s.Q_pump
     return y

@@ -119,7 +119,7 @@ def advance(values: int, n: int, row: int, m: int, t: float, h: float) -> int:
             move(y, h / steps, Q_p, Q_t, c, b[SCRATCH:])
     s = states(y)
     P_pump = s.P + c.filter.R * s.Q_pump
-    v[FIRST], v[FIRST + 1], v[FIRST + 2], v[FIRST + 3] = s.P, s.P_t, P_pump, s.Q_pump
-    v[FIRST + 4] = spilled(P_pump, s.P_t, c)
+    v[FIRST], v[FIRST + 1], v[FIRST + 2], v[FIRST + 3] = s.P, s.p_t, P_pump, s.Q_pump
+    v[FIRST + 4] = spilled(P_pump, s.p_t, c)
     v[FIRST + 5] = c.accumulator.volume - gas_volume(s.P, c)
-    return DONE if s.P > 0.0 and s.P_t > 0.0 else EMPTY
+    return DONE if s.P > 0.0 and s.p_t > 0.0 else EMPTY
