@@ -6,6 +6,7 @@ from typing import Any
 
 from ..core.errors import SimulationError
 from ..hydraulics_fmu import stepping
+from ..hydraulics_fmu.own_supply import in_vain
 from ..hydraulics_fmu.variables import HYDRAULICS
 from .slave import Slave
 
@@ -23,6 +24,7 @@ class DeepseaHydraulics(Slave):
         super().__init__(**kwargs)
         self.description = "Deep-sea valve-controlled hydraulic cylinder: oil, lines, servo valve, compensator, PID"
         self.warned_of: float | None = None
+        self.told_in_vain: tuple[str, ...] = ()
 
     def build(self, parameters: dict[str, float]) -> None:
         force, P_s, P_r = (self.values.item(HYDRAULICS.index(name)) for name in ("F_hold", "P_s", "P_r"))
@@ -33,6 +35,13 @@ class DeepseaHydraulics(Slave):
                 f"the supply cannot hold F_hold = {force:g} N against the leakage: the run starts with the valve shut "
                 "and the machine will move"
             )
+        unused = in_vain(parameters)
+        if unused and unused != self.told_in_vain:
+            self.warn(
+                f"supply.from_outside is true, so this does nothing: {', '.join(unused)}; what gives P_s and P_r has "
+                "such parameters of its own"
+            )
+        self.told_in_vain = unused
 
     def heed(self, code: int, t: float, h: float) -> bool:
         if code != stepping.NOT_FOLLOWED:

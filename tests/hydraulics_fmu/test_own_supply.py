@@ -1,0 +1,54 @@
+"""A circuit that is fed from outside says which parameters of its own supply are set in vain."""
+
+import numpy as np
+import pytest
+from deepsea_cosim.fmus.hydraulics import DeepseaHydraulics
+from deepsea_cosim.hydraulics_fmu.own_supply import NAMES, in_vain
+from deepsea_cosim.hydraulics_fmu.variables import HYDRAULICS
+
+AT_3_KM = {"depth": 3000.0, "command.t_start": 0.0, "P_s": 51e6, "P_r": 31e6}
+FED = {**AT_3_KM, "supply.from_outside": 1.0}
+
+
+def run(values):
+    """Outputs after 0.1 s of the instance, and what it said as warnings."""
+    it, told = DeepseaHydraulics(instance_name="it", resources="", visible=False, logger=0), []
+    it._tell = lambda text, status: told.append(text) if status is it.statuses.warning else None
+    for name, value in values.items():
+        it.values[HYDRAULICS.index(name)] = value
+    it.setup_experiment(0.0)
+    it.enter_initialization_mode()
+    it.get_real([HYDRAULICS.index("F_h")])  # a start that is computed twice says it once
+    it.exit_initialization_mode()
+    for k in range(100):
+        it.do_step(k * 1e-3, 1e-3)
+    return it.out.copy(), told
+
+
+def test_what_is_named_does_nothing_and_one_line_says_so():
+    """But for the sixth digit: the tolerances of the pressures go by that of the own supply."""
+    plain, told = run(FED)
+    assert told == []
+    for name in NAMES:
+        start, most = HYDRAULICS[name].start, HYDRAULICS[name].max
+        out, told = run({**FED, name: min(1.5 * start + 0.3, start + 0.3 * (most - start))})
+        assert np.abs(out - plain).max() <= 1e-4 * np.abs(plain).max(), name
+        assert np.allclose(out, plain, rtol=2e-5, atol=1e-12), name
+        assert len(told) == 1
+        assert f": {name};" in told[0]
+        assert "\n" not in told[0]
+
+
+def test_several_are_one_line():
+    _, told = run({**FED, "effect.pump_slip.slip": 0.1, "tank.volume": 0.2})
+    assert ["tank.volume, effect.pump_slip.slip;" in text for text in told] == [True]
+
+
+@pytest.mark.parametrize("values", [
+    {**AT_3_KM, "effect.pump_slip.slip": 0.1},
+    {**FED, "effect.filter_clogging.dp": 1e6, "effect.filter_clogging.back": 1.0, "pump.speed": 30.0},
+], ids=["its own supply", "a filter in the return"])  # fmt: skip
+def test_what_acts_is_not_named(values):
+    assert in_vain(HYDRAULICS.parameters({n: v for n, v in values.items() if n not in ("P_s", "P_r")})) == ()
+    _, told = run(values)
+    assert told == []
