@@ -148,7 +148,11 @@ def compressed(c: object) -> float:
 
 @kernel
 def rest_further(y: object, F_hold: float, c: object) -> None:
-    """Write the states behind the first ones of the border at rest."""
+    """Write the states behind the first ones of the border at rest.
+
+    A loose rod lies against its eye, half its clearance ahead; the controller, which has come to rest too, asks for no
+    more than without it.
+    """
     b, n, s = chain_length(c), int(c.line.segments), border(y, c)
     if c.states.lags != 0.0:
         for k in range(2 * n):
@@ -165,3 +169,5 @@ def rest_further(y: object, F_hold: float, c: object) -> None:
     push = F_hold / EYE_STIFFNESS
     half = 0.5 * c.effect.joint_clearance.gap
     z.x_r = push + half if F_hold > 0.0 else push - half
+    if c.cylinder.loose != 0.0:
+        s.integral += c.controller.kp * c.sensor.gain * z.x_r

@@ -135,14 +135,16 @@ def span_of(run_signals: list[Array], channel: Channel) -> float:
 
 
 def erring(channels: tuple[Channel, ...], wrong: tuple[Wrong, ...], spans: dict[str, float]) -> tuple[Channel, ...]:
-    """The channels with the sensor effects in them; `spans` (SI) turn the bias from a share into a value."""
+    """The channels with the sensor effects in them; `spans` (SI) turn bias, drift and bow from shares into values."""
     result = []
     for channel in channels:
         error: dict[str, float] = {}
         for w in wrong:
             if w.column == channel.kind.key:
                 error |= w.plant
-                if "bias" in w.plant:
-                    error["bias"] = w.plant["bias"] * spans[channel.kind.key]
+                span = spans[channel.kind.key]
+                error |= {name: w.plant[name] * span for name in ("bias", "drift", "bow") if name in w.plant}
+                if "bow" in w.plant:
+                    error["bow_span"] = span
         result.append(replace(channel, error=error))
     return tuple(result)

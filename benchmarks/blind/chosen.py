@@ -18,8 +18,8 @@ import numpy as np
 
 from . import effect_forms
 from .case import Case, Wrong
-from .draw import plan
-from .effects import CATALOGUE, SENSORS
+from .draw import KINDS_OF_CASE, LATEST, plan
+from .effects import known
 from .generate import write
 from .ruler import Ruler
 
@@ -27,13 +27,13 @@ TRIED = 200
 """Cases of the seed among which one with the wanted columns is looked for."""
 
 
-def chosen(text: str, rng: np.random.Generator) -> tuple[Wrong, float]:
+def chosen(text: str, rng: np.random.Generator, edition: int = LATEST) -> tuple[Wrong, float]:
     """The effect that a text names, and its wanted size [noise]; raises `ValueError`."""
     match = re.fullmatch(r"(\w+)(?:/(\w+))?(?:@(\w+))?=([\d.]+)", text)
     if match is None:
         raise ValueError(f"'{text}' is no ID[/FORM][@COLUMN]=SIZE")
     id, name, column, size = match.groups()
-    effect = next((e for e in (*CATALOGUE, *SENSORS) if e.id == id), None)
+    effect = next((e for e in known(edition) if e.id == id), None)
     form = next((f for f in effect_forms.FORMS if (f.effect, f.id) == (id, name)), None)
     if effect is None or (name is not None and form is None):
         raise ValueError(f"'{text}': no such effect, or it has no such form")
@@ -41,18 +41,18 @@ def chosen(text: str, rng: np.random.Generator) -> tuple[Wrong, float]:
     return Wrong(effect, 1.0, shapes, 0.0, column, form=form), float(size)
 
 
-def case_with(seed: int, wanted: list[str]) -> Case:
+def case_with(seed: int, wanted: list[str], edition: int = LATEST) -> Case:
     """The first case of the seed with two runs and all wanted columns, with the effects in it; raises `ValueError`."""
     columns = set(re.findall(r"@(\w+)", " ".join(wanted)))
     for index in range(TRIED):
-        case, rng = plan(seed, index)
+        case, rng = plan(seed, index, edition)
         if len(case.runs) == 2 and columns <= {c.kind.key for c in case.channels}:
             break
     else:
         raise ValueError(f"no case of seed {seed} measures {', '.join(sorted(columns))}")
     ruler, wrong = Ruler(case), []
     for text in wanted:
-        trial, size = chosen(text, rng)
+        trial, size = chosen(text, rng, edition)
         scaled = ruler.scaled(trial, size)
         if scaled is None:
             raise ValueError(f"'{text}' cannot be seen in case {index}")
@@ -68,10 +68,11 @@ def main() -> None:
     p.add_argument("--effect", action="append", required=True, metavar="ID[/FORM][@COLUMN]=SIZE", help="one to three")
     p.add_argument("--out", type=Path, required=True, help="folder for the case and its answer")
     p.add_argument("--package", type=Path, required=True, help="the package that the diagnosis compares with")
+    p.add_argument("--edition", type=int, default=LATEST, choices=list(KINDS_OF_CASE), help="of the benchmark")
     p.add_argument("--budget", action="store_true", help="with the true budget, which takes minutes")
     options = p.parse_args()
     try:
-        case = case_with(options.seed, options.effect)
+        case = case_with(options.seed, options.effect, options.edition)
     except ValueError as error:
         p.error(str(error))
     options.out.mkdir(parents=True, exist_ok=True)

@@ -13,7 +13,7 @@ from typing import Any
 from numba import njit
 
 _HERE = Path(__file__).parent
-_SOURCES = ("compiled.py", "machine.py", "forms.py", "water.py", "system.py", "solver.py")
+_SOURCES = ("compiled.py", "machine.py", "forms.py", "supply.py", "lines.py", "water.py", "system.py", "solver.py")
 
 
 def _drop_stale() -> None:

@@ -10,7 +10,7 @@ import numpy as np
 
 from . import effect_forms
 from .case import BASE, Case, Conditions, Wrong
-from .effects import SENSORS, Effect, known, unknown
+from .effects import Effect, known, sensors, unknown
 from .measure import DELAY_MOST, Channel, draw_channels
 from .plant import PlantError
 from .ruler import LARGEST, SMALLEST, Ruler
@@ -48,7 +48,7 @@ def _pick(rng: np.random.Generator, pool: tuple[Effect, ...], channels: tuple[Ch
     effect = pool[int(rng.integers(len(pool)))]
     sign = effect.draw_sign(rng)
     column = None
-    if effect in SENSORS:
+    if effect in sensors(edition):
         column = channels[int(rng.integers(len(channels)))].kind.key
     elif effect.knob == "wave":
         column = "x_h"
@@ -60,7 +60,7 @@ def _pick(rng: np.random.Generator, pool: tuple[Effect, ...], channels: tuple[Ch
 
 
 def _pool(kind: str, edition: int) -> tuple[Effect, ...]:
-    return unknown(edition) if kind == "unknown" else known(edition)
+    return unknown(edition) if kind == "unknown" else tuple(e for e in known(edition) if e.drawn)
 
 
 def plan(seed: int, index: int, edition: int = LATEST) -> tuple[Case, np.random.Generator]:

@@ -167,8 +167,27 @@ _LEARNT = {
 }  # fmt: skip
 """What the catalogue has learnt since, by its id and group there."""
 
+_ALWAYS = (1.0, 1.0)
+"""Range of a switch of the plant that an effect has turned on in every case."""
+
+_QUICK = {"play_rate": (1500.0, 1500.0)}
+"""Without this what has a play had a lag of 3 ms, too: two effects in one."""
+
+_AS_SINCE_3: Mapping[str, Shapes] = {
+    "valve_hysteresis": _QUICK,
+    "oil_temperature": {"oil_varies": _ALWAYS}, "oil_warm_up": {"oil_varies": _ALWAYS},
+    "valve_null_shift": {"null_shows": _ALWAYS}, "external_leakage": {"leak_at_rod": _ALWAYS},
+}  # fmt: skip
+"""What effects have had besides since edition 3."""
+
+
+def _since_3(effect: Effect) -> Effect:
+    more = _AS_SINCE_3.get(effect.id)
+    return effect if more is None else replace(effect, shapes={**effect.shapes, **more})
+
+
 LEARNT = tuple(
-    replace(e, id=_LEARNT[e.id][0], group=_LEARNT[e.id][1], drawn=True) for e in UNKNOWN if e.id in _LEARNT
+    _since_3(replace(e, id=_LEARNT[e.id][0], group=_LEARNT[e.id][1], drawn=True)) for e in UNKNOWN if e.id in _LEARNT
 )
 STRANGE = tuple(
     replace(e, id="sensor_wave") if e.knob == "wave" else e for e in UNKNOWN if e.id not in _LEARNT
@@ -176,14 +195,56 @@ STRANGE = tuple(
 """Of the unknown ones, since edition 3: those that the catalogue has learnt, and those that it does not know still."""
 
 
+NEW = (
+    Effect("silt_lock", "valve_small", "silt", 0.03, 0.18, shapes={"silt_time": (3.0, 20.0), **_QUICK}),
+    Effect("joint_clearance", "clearance", "clearance", 2e-4, 1.9e-3, address=_h("joint_clearance.gap")),
+    Effect("density_pressure", "capacity", "density", 0.8, 2.0),
+    Effect("water_in_oil", "viscosity", "water", 0.04, 0.28, shapes={"oil_varies": _ALWAYS},
+           address=_h("water_in_oil.share")),
+    Effect("line_turbulence", "capacity", "turbulence", 0.7, 1.9, shapes={"roughness": (0.0, 0.01)},
+           drawn=False),
+    Effect("unsteady_line_friction", "friction", "history", 0.8, 2.8, address=_h("unsteady_line_friction.share")),
+    Effect("line_thermal", "viscosity", "line_cooling", 8.0, 28.0, 0.0, 23.0, address=_h("line_thermal.colder")),
+    Effect("counterbalance_valve", "capacity", "hold_set", 5e6, 3.9e7, shapes={"hold_ratio": (1.0, 5.0)}),
+    Effect("filter_clogging", "supply", "filter", 2e5, 4.5e6, address=_h("filter_clogging.dp")),
+    Effect("pump_dynamics", "supply", "pump_time", 0.05, 0.45, shapes={"pump_band": (0.02, 0.15)}),
+    Effect("umbilical_supply", "supply", "hose_length", 50.0, 1500.0, shapes={"hose_diameter": (8e-3, 16e-3)},
+           address=_h("umbilical_supply.length"), also={"hose_diameter": _h("umbilical_supply.diameter")}),
+    Effect("compensator_trapped_air", "tank", "tank_air", 2e-3, 0.019,
+           address=_h("compensator_trapped_air.volume"), drawn=False),
+    Effect("compensator_travel", "tank", "short_travel", 0.3, 0.98, address=_h("compensator_travel.missing")),
+    Effect("base_motion", "base_motion", "heave", 0.3, 3.5,
+           shapes={"heave_frequency": (0.06, 0.3), "heave_phase": (-3.1, 3.1), "pitch_per_heave": (0.0, 0.06)},
+           address=_a("base_motion.heave"),
+           also={"heave_frequency": _a("base_motion.frequency"), "heave_phase": _a("base_motion.phase")}),
+)  # fmt: skip
+"""Effects of the catalogue that were in no edition before the third. Two are not drawn, for nothing is seen of them in
+any case: the flow in the lines has a Reynolds number of 1,300 at most, and trapped air moves the tank's pressure alone,
+which no case measures."""
+
+NEW_SENSORS = (
+    Effect("sensor_drift", "sensor", "drift", 0.01, 0.09, 0.0, 0.09, shapes={"drift_time": (10.0, 60.0)}),
+    Effect("sensor_nonlinearity", "sensor", "bow", 5e-3, 0.09, 0.0, 0.09, shapes={"bow_phase": (-1.5, 1.5)}),
+)
+"""The same of sensors: `drift` is a share of the channel's span after 20 s, `bow` one of half a wave over its span."""
+
+
 def known(edition: int) -> tuple[Effect, ...]:
     """The effects of the catalogue, those of sensors included, as an edition has them."""
-    return (*CATALOGUE, *SENSORS) if edition < 3 else (*CATALOGUE, *SENSORS, *LEARNT)
+    if edition < 3:
+        return (*CATALOGUE, *SENSORS)
+    return (*(_since_3(e) for e in CATALOGUE), *NEW, *LEARNT, *sensors(edition))
+
+
+def sensors(edition: int) -> tuple[Effect, ...]:
+    """Errors of one channel, as an edition has them."""
+    return SENSORS if edition < 3 else (*SENSORS, *NEW_SENSORS)
 
 
 def unknown(edition: int) -> tuple[Effect, ...]:
     """The effects outside it that an edition draws."""
     return tuple(e for e in (UNKNOWN if edition < 3 else STRANGE) if e.drawn)
+
 
 EXTRA_GROUPS = (
     {"oil_temperature", "viscosity_law", "ambient_pressure_error", "line_diameter_error"},
@@ -195,11 +256,17 @@ EXTRA_GROUPS = (
 """Effects that a single run can hardly tell apart, beyond those with the same group in the catalogue."""
 
 
+EXTRA_SINCE_3 = (
+    {"base_motion", "current_unsteady", "viv"},
+    {"sensor_bias", "sensor_drift"},
+)
+
+
 def alike(id: str, edition: int = 2) -> list[str]:
     """Effects that are in one ambiguity group with this one, itself included, sorted."""
     groups = {e.id: e.group for e in known(edition)}
     found = {id} | {other for other, group in groups.items() if group == groups.get(id)}
-    for group in EXTRA_GROUPS:
+    for group in EXTRA_GROUPS if edition < 3 else (*EXTRA_GROUPS, *EXTRA_SINCE_3):
         if id in group:
             found |= group
     return sorted(found)
@@ -207,7 +274,7 @@ def alike(id: str, edition: int = 2) -> list[str]:
 
 def by_id(id: str) -> Effect:
     """The effect of that id."""
-    return next(e for e in (*CATALOGUE, *SENSORS, *UNKNOWN, *LEARNT, *STRANGE) if e.id == id)
+    return next(e for e in (*CATALOGUE, *NEW, *SENSORS, *NEW_SENSORS, *UNKNOWN, *LEARNT, *STRANGE) if e.id == id)
 
 
 def describe(values: Mapping[str, Any]) -> str:

@@ -1,4 +1,4 @@
-"""The plant's own equations of components and effects: oil, friction, valve lands, supply, delay.
+"""The plant's own equations of components and effects: oil, friction, valve lands, delay.
 
 Where the library regularises with tanh the plant uses exponentials, where it cuts sharply the plant bends smoothly, and
 so on: the data are to come from other equations than those that are fitted to them. SI units; pressures are absolute.
@@ -59,6 +59,12 @@ def oil_compliance(c, P: float) -> float:
         free = c.air / (1.0 + max(P - ATMOSPHERE, 0.0) / c.air_half)
         compliance += free * (ATMOSPHERE / P) ** (1.0 / c.air_exponent) / (c.air_exponent * P)
     return compliance
+
+
+@kernel
+def denser(c, P: float) -> float:
+    """Density at P (Pa) relative to that of the surface (Dowson & Higginson 1966, Elasto-Hydrodynamic Lubrication)."""
+    return 1.0 if c.density == 0.0 else 1.0 + c.density * 0.6e-9 * P / (1.0 + 1.7e-9 * P)
 
 
 @kernel
@@ -207,6 +213,9 @@ def land(c, eta0: float, s: float, p_from: float, p_to: float) -> float:
     if c.lam_shift != c.lam_crit:
         x, y = 2.0 * lam / c.lam_crit, 2.0 * lam / max(c.lam_shift, 1.0)
         flow *= y / max(x, 1e-300) * np.sqrt((1.0 + x * x) / (1.0 + y * y)) if lam > 0.0 else 1.0
+    if c.density != 0.0:  # turbulent oil feels it, laminar oil does not
+        heavy, wall = np.sqrt(denser(c, 0.5 * (p_from + p_to))), 2.0 * lam / c.lam_crit
+        flow *= np.tanh(heavy * wall) / max(heavy * np.tanh(wall), 1e-300) if lam > 0.0 else 1.0
     return flow if dp >= 0.0 else -flow
 
 
@@ -234,47 +243,6 @@ def piston_leak(c, dp: float) -> float:
         return c.leakage * c.leakage_scale * dp
     further = leak(c.leakage * (c.leakage_scale - 1.0), dp, c.piston_turbulent)
     return c.leakage * dp + further * (1.0 + c.piston_opening * abs(dp) / 10e6)
-
-
-@kernel
-def relief_pressure(c, t: float, p_t: float) -> float:
-    """Pressure (Pa) at which the relief valve opens: set pressure, droop, hunting of the valve, a dip of the supply."""
-    share = 1.0 - c.droop
-    if c.droop_time > 0.0:
-        share = 1.0 + c.droop * np.expm1(-max(t, 0.0) / c.droop_time)
-    if c.hunting != 0.0:
-        share += c.hunting * np.sin(2.0 * np.pi * c.hunting_frequency * t)
-    if c.dip != 0.0:
-        share -= c.dip * np.exp(-(((t - c.dip_time) / c.dip_width) ** 2))
-    return p_t + c.relief_pressure * share
-
-
-@kernel
-def pump_flow(c, eta0: float, p_p: float, p_t: float) -> float:
-    """Flow (m3/s) that the pump delivers against p_p (Pa): what slips is laminar, Q = n v_p - k dp/eta (Wilson 1950);
-    a share of it may be turbulent and grow with the root of the pressure.
-
-    The viscosity is that in the middle between both pressures.
-    """
-    if c.slip == 0.0:
-        return c.q_pump
-    thicker = viscosity(c, eta0, 0.5 * (p_p + p_t)) / (c.rho * c.nu0)
-    if c.slip_turbulent > 0.0:
-        x = max((p_p - p_t) / c.relief_pressure, 0.0)
-        bent = (1.0 - c.slip_turbulent) * x / thicker + c.slip_turbulent * x / np.sqrt(x + 1e-3)
-        return c.q_pump * max(1.0 - c.slip * bent, 0.05)
-    return c.q_pump * max(1.0 - c.slip * (p_p - p_t) / c.relief_pressure / thicker, 0.05)
-
-
-@kernel
-def relief_flow(c, over: float) -> float:
-    """Flow (m3/s) of a relief valve with override, `over` (Pa) above its opening pressure.
-
-    Slightly bent, through R Q at the pump's full flow, with a dead band of 1 %.
-    """
-    x = over / (c.override * c.q_pump) - 0.01
-    soft = 0.5 * (x + np.sqrt(x * x + 1e-5))
-    return c.q_pump * soft * (1.0 + c.override_bend * (1.0 - soft) / (1.0 + soft)) / 0.99
 
 
 @kernel

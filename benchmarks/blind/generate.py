@@ -61,7 +61,7 @@ def _effect_answer(w: Wrong, case: Case, spans: dict[str, float]) -> dict[str, A
     kind = next(c.kind for c in case.channels if c.kind.key == w.column)
     entry["channel"] = kind.connector
     entry["library"] = {}
-    if w.effect.knob != "wave" and w.form is None:
+    if w.effect.knob not in ("wave", "drift", "bow") and w.form is None:
         value = w.plant[w.effect.knob]
         address = f"sensor.{kind.connector}.{w.effect.knob}"
         entry["library"] = {address: value * spans[w.column] if w.effect.knob == "bias" else value}

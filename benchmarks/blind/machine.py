@@ -7,7 +7,7 @@ exactly absent at its default value.
 
 from __future__ import annotations
 
-from dataclasses import dataclass, fields
+from dataclasses import dataclass, fields, replace
 from math import exp, log, pi
 
 import numpy as np
@@ -206,6 +206,37 @@ class Machine:
     bristle: float = 0.0  # N, LuGre friction with soft bristles
     bristle_length: float = 1.5e-3  # m, deflection at full friction
 
+    play_rate: float = 300.0  # 1/s, at which the spool follows beyond its play
+
+    # Effects of the catalogue that are drawn since edition 3
+    silt: float = 0.0  # share of the stroke that a silted spool withstands
+    silt_time: float = 10.0  # s
+    clearance: float = 0.0  # m, of the rod in its eye
+    density: float = 0.0  # share of the density's growth with pressure
+    water: float = 0.0  # share of water in the oil
+    turbulence: float = 0.0  # share of turbulent friction in the lines
+    roughness: float = 0.0  # of the lines' walls, share of the diameter
+    history: float = 0.0  # share of unsteady laminar friction in the lines
+    line_cooling: float = 0.0  # K, by which the lines' oil is colder, in the mean
+    hold_set: float = 0.0  # Pa, of a counterbalance valve at the piston side
+    hold_ratio: float = 4.0  # of its pilot
+    filter: float = 0.0  # Pa, loss of a filter at the pump's flow with the oil of the surface at 40 C
+    pump_time: float = 0.0  # s, of a pressure-compensated pump
+    pump_band: float = 0.05  # share of the pressure over which it comes back
+    hose_length: float = 0.0  # m, between pump and valve
+    hose_diameter: float = 12e-3  # m
+    tank_air: float = 0.0  # m3 at the surface, trapped in the compensator
+    short_travel: float = 0.0  # share of the way that the compensator lacks
+    heave: float = 0.0  # m, amplitude of the base
+    heave_frequency: float = 0.12  # Hz
+    heave_phase: float = 0.0  # rad
+    pitch_per_heave: float = 0.0  # rad/m
+
+    # What else differs since edition 3
+    oil_varies: float = 0.0  # 1: temperature moves all that it moves, not the viscosity alone
+    null_shows: float = 0.0  # 1: the controller's integral starts without knowing of the valve's null shift
+    leak_at_rod: float = 0.0  # 1: the external leakage is the rod seal's
+
     @property
     def ambient_pressure(self) -> float:
         """Pressure of the sea (Pa): 10 kPa per m, at least one atmosphere."""
@@ -222,6 +253,7 @@ _DERIVED = (
     "p_am", "eta0", "comp_area", "q_pump", "k_q", "land_diameter", "area1", "area2", "line_area", "segment",
     "segment_loss", "half_volume", "length0", "velocity_head", "vogel0", "roelands_z", "beam_d", "barrel_d",
     "drag_factor", "load", "flex_k", "flex_d", "inner_drag", "load_moved", "line_thinner", "lands_apart", "leaks_apart",
+    "moving", "pipe_diameter", "hose_area", "travel", "stated_eta",
 )  # fmt: skip
 RECORD = np.dtype([(f.name, np.float64) for f in fields(Machine)] + [(name, np.float64) for name in _DERIVED])
 SEGMENTS = 5
@@ -233,8 +265,29 @@ def vogel(T: float) -> float:
     return exp(VOGEL_B / (T - VOGEL_C) - VOGEL_B / (313.15 - VOGEL_C))
 
 
+def heated(m: Machine) -> Machine:
+    """The machine with what its oil's temperature moves beside the viscosity: density by 7e-4 per kelvin, modulus by
+    0.55 %, and the pressure index with a power of what is left to the glass (Vogel's C)."""
+    dT = m.temperature - 313.15
+    if m.oil_varies == 0.0 or dT == 0.0:
+        return m
+    index = ((313.15 - VOGEL_C) / (m.temperature - VOGEL_C)) ** 0.6
+    return replace(m, rho=m.rho * (1.0 - 7e-4 * dT), beta=m.beta * (1.0 - 5.5e-3 * dT), alpha=m.alpha * index)
+
+
+def mixed(m: Machine) -> Machine:
+    """The machine with water in its oil: viscosity by Richardson's exponent, density and compliance by volume."""
+    if m.water == 0.0:
+        return m
+    w = m.water
+    rho = (1.0 - w) * m.rho + w * 1000.0
+    beta = 1.0 / ((1.0 - w) / m.beta + w / 2.15e9)
+    return replace(m, rho=rho, beta=beta, nu0=m.nu0 * m.rho / rho * exp(2.8 * w))
+
+
 def constants(m: Machine) -> np.void:
     """Parameters and derived constants in the form the compiled functions read."""
+    plain, m = m, mixed(heated(m))
     c = np.zeros(1, RECORD)[0]
     for f in fields(Machine):
         c[f.name] = getattr(m, f.name)
@@ -283,6 +336,10 @@ def constants(m: Machine) -> np.void:
     c["lands_apart"] = float(m.overlap != 0.0 and lands != (1.0, 1.0, 1.0, 1.0))
     leaks = (m.leak_pa, m.leak_at, m.leak_pb, m.leak_bt, 1.0 + m.leak_turbulent)
     c["leaks_apart"] = float(leaks != (1.0, 1.0, 1.0, 1.0, 1.0))
+    c["moving"] = float(m.override > 0.0 or m.filter > 0.0 or m.pump_time > 0.0 or m.hose_length > 0.0)
+    c["pipe_diameter"], c["hose_area"] = diameter, pi * m.hose_diameter**2 / 4
+    c["stated_eta"] = plain.rho * plain.nu0
+    c["travel"] = (1.0 - m.short_travel) * (c["area1"] - c["area2"]) * m.stroke / c["comp_area"]
     if m.flexibility > 0.0:  # damping ratio 3 % of the load against a held beam
         c["flex_k"] = 1.0 / m.flexibility
         c["flex_d"] = 2 * 0.03 * np.sqrt(c["flex_k"] * c["load"] / m.gravity) * m.beam_length

@@ -56,7 +56,8 @@ class Channel:
     noise: float
     bias: float
     error: Mapping[str, float] = field(default_factory=dict)
-    """bias (SI), scale, lag (s), its order (1 or 2), delay (s), its jitter (share), wave (SI) and wave_length (SI)."""
+    """bias (SI), scale, lag (s), its order (1 or 2), delay (s), its jitter (share), wave (SI) and wave_length (SI),
+    drift (SI) after 20 s and drift_time (s), bow (SI) of half a wave over bow_span (SI) and bow_phase (rad)."""
 
     @property
     def step(self) -> float:
@@ -106,6 +107,8 @@ def ideal(channel: Channel, grid: Array, signals: Array, at: Array, delay: float
     e = channel.error
     if e.get("wave"):
         x = x + e["wave"] * np.sin(2.0 * np.pi * x / e["wave_length"])
+    if e.get("bow"):
+        x = x + e["bow"] * np.sin(np.pi * x / e["bow_span"] + e["bow_phase"])
     if e.get("lag"):
         if e.get("order", 1.0) == 2.0:
             x = lagged(grid, lagged(grid, x, 0.5 * e["lag"]), 0.5 * e["lag"])
@@ -114,7 +117,10 @@ def ideal(channel: Channel, grid: Array, signals: Array, at: Array, delay: float
     late = e.get("delay", 0.0)
     if e.get("jitter"):
         late = late * (1.0 + e["jitter"] * scatter(at.size))
-    return e.get("scale", 1.0) * np.interp(at - delay - late, grid, x) + e.get("bias", 0.0)
+    y = e.get("scale", 1.0) * np.interp(at - delay - late, grid, x) + e.get("bias", 0.0)
+    if e.get("drift"):  # towards a limit, as of a sensor that warms up
+        y = y + e["drift"] * np.expm1(-at / e["drift_time"]) / np.expm1(-20.0 / e["drift_time"])
+    return y
 
 
 def measured(channel: Channel, reading: Array, rng: np.random.Generator) -> Array:

@@ -9,8 +9,9 @@ from __future__ import annotations
 import numpy as np
 
 from .compiled import kernel
+from .lines import LINE_A, LINE_B
 from .machine import SEGMENTS
-from .system import LINE_A, LINE_B, RUN, SETTLE, STATES, controller, derivative, linkage, outputs
+from .system import ROD, RUN, SETTLE, STATES, controller, derivative, linkage, outputs
 
 GAMMA = 0.25
 A = np.array([
@@ -44,7 +45,8 @@ def kinds(position: float, velocity: float, pressure: float, angle: float, rate:
     line = [pressure, flow] * SEGMENTS + [pressure]
     share = 1e-2 * current
     extra = [share, 100 * share, *4 * [current], pressure, share, position, angle, rate]
-    return np.array([position, velocity, pressure, angle, rate, current, *line, *line, *extra])
+    later = [share, 0.1 * position, velocity, flow, flow, flow, pressure, flow, *6 * [flow]]
+    return np.array([position, velocity, pressure, angle, rate, current, *line, *line, *extra, *later])
 
 
 DIFFERENCE = kinds(1e-7, 1e-5, 100.0, 1e-7, 1e-6, 1e-4, 1e-9)
@@ -58,7 +60,7 @@ def jacobian(t: float, y, c, piece: int, mode: int, held: float, step, active, f
     z[:] = y
     m = active.size
     J[:m, :m] = 0.0
-    inner = 2 * SEGMENTS - 1
+    inner = 2 * SEGMENTS - 1 if c.history == 0.0 else 0  # a flow's history acts on all its line
     for colour in range(3):
         for i in range(colour, inner, 3):
             for first in (LINE_A, LINE_B):
@@ -178,7 +180,10 @@ def integrate(c, y, times, corners, step, active, rtol: float, atol, most: int, 
         if c.sampling > 0.0:
             if t >= tick * c.sampling - 1e-12:
                 length, length1, _, _, _, _ = linkage(c, y[3])
-                held, _ = controller(c, piece, t, length - c.length0, length1 * y[4], y[5])
+                x, v = length - c.length0, length1 * y[4]
+                if c.clearance > 0.0:
+                    x, v = x + y[ROD], v + y[ROD + 1]
+                held, _ = controller(c, piece, t, x, v, y[5])
                 tick += 1
             stop = min(stop, tick * c.sampling)
         while t < stop - 1e-12:

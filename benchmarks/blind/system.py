@@ -12,10 +12,15 @@ index                 unit   meaning
 17 .. 27              Pa     line b-2 in turn: chamber 2, flow (m3/s), ..., port b
 28, 29                1 1/s  spool and its rate, with valve dynamics
 30 .. 33              mA     controller output on its way, with delay
-34                    Pa     supply pressure, with override of the relief valve or slip of the pump
+34                    Pa     supply pressure, where it is not that of an ideal relief valve
 35                    1      spool behind its play
 36                    m      bristles of the piston's friction
 37, 38                rad    bending of the beam and its rate (rad/s)
+39                    1      how silted up the spool is
+40, 41                m m/s  rod ahead of its loose eye
+42, 43                m3/s   flow of a pump that needs time, in turn
+44, 45, 46            m3/s   long hose: flow, pressure in its middle (Pa), flow
+47 .. 52              m3/s   lags of the mean flows of both lines
 ====================  =====  ================================================================================
 """
 
@@ -35,19 +40,16 @@ from .forms import (
     oil_compliance,
     physical,
     piston_leak,
-    pump_flow,
-    relief_flow,
-    relief_pressure,
-    segment_viscosity,
     viscosity_now,
     wall_compliance,
 )
-from .machine import SEGMENTS
-from .water import arm, current_at, linkage, other_torque, uneven_arm
+from .lines import HISTORY, LINE_A, LINE_B, line
+from .machine import ATMOSPHERE, SEGMENTS
+from .supply import pump_flow, relief_pressure, supply_flows
+from .water import arm, base_torque, current_at, linkage, other_torque, uneven_arm
 
-LINE_A, LINE_B = 6, 6 + 2 * SEGMENTS + 1
-SPOOL, DELAY, SUPPLY, PLAY, BRISTLE, BEND = 28, 30, 34, 35, 36, 37
-STATES = 39
+SPOOL, DELAY, SUPPLY, PLAY, BRISTLE, BEND, SILT, ROD = 28, 30, 34, 35, 36, 37, 39, 40
+STATES = HISTORY + 6
 RUN, SETTLE = 0, 1
 """Modes: the run itself, or the search for the state at rest with the arm held and the controller's integral free."""
 
@@ -94,17 +96,31 @@ def cylinder_force(c, p1: float, p2: float, x: float, v: float, bristle: float) 
 
 
 @kernel
+def eye_force(c, ahead: float, faster: float) -> float:
+    """Force (N) of the rod on its loose eye, `ahead` of it (m) and faster (m/s): none within half the clearance, then a
+    pin's contact that stiffens (power 1.5) and loses a part of a blow (Hunt & Crossley 1975, J. Appl. Mech. 42)."""
+    deep = abs(ahead) - 0.5 * c.clearance
+    if deep <= 0.0:
+        return 0.0
+    way = 1.0 if ahead > 0.0 else -1.0
+    return way * max(2e10 * deep**1.5 * (1.0 + 2.0 * way * faster), 0.0)
+
+
+@kernel
 def spool_of(c, y, u: float, f, settle: bool) -> float:
     """Spool position (-1..1) for the controller output u (mA); writes the rates of the states between them into f."""
     if c.delay > 0.0:
         u = delayed(c, u, y[DELAY : DELAY + 4], f[DELAY : DELAY + 4])
     x = u / c.rated_current + c.null_shift
     x = min(max(x, -1.0), 1.0)
-    if c.play > 0.0:
+    if c.play > 0.0 or c.silt > 0.0:
         if settle:
             f[PLAY] = 300.0 * (x - y[PLAY])
         else:
-            f[PLAY] = 300.0 * (max(x - y[PLAY] - c.play, 0.0) + min(x - y[PLAY] + c.play, 0.0))
+            half = c.play + c.silt * y[SILT]
+            f[PLAY] = c.play_rate * (max(x - y[PLAY] - half, 0.0) + min(x - y[PLAY] + half, 0.0))
+            if c.silt > 0.0:  # settles while the spool stands, is washed out as it moves by a thousandth of a stroke
+                f[SILT] = (1.0 - y[SILT]) / c.silt_time - y[SILT] * abs(f[PLAY]) / 2e-4
         x = y[PLAY]
     if c.spool_time > 0.0:
         w = y[SPOOL + 1]
@@ -122,11 +138,11 @@ def spool_of(c, y, u: float, f, settle: bool) -> float:
 def valve(c, eta0: float, x_v: float, p_a: float, p_b: float, p_t: float, p_relief: float, p_state: float):
     """Flows (m3/s) Qa out of port a, Qb into port b, Q_p from the pump, Q_t to the tank, Eqs. 6-12; and P_p (Pa).
 
-    Without override the relief valve is ideal: the flow to the machine is the pump's at most, and P_p is the relief
-    pressure. With it P_p is a state of its own, `p_state`.
+    An ideal relief valve: the flow to the machine is the pump's at most, and P_p is the relief pressure. Of another
+    supply P_p is a state of its own, `p_state`.
     """
     pa, at, pb, bt = lands(c, x_v)
-    dynamic = c.override > 0.0
+    dynamic = c.moving > 0.0
     p_p = p_state if dynamic else p_relief
     most = 1e9 if dynamic else pump_flow(c, eta0, p_p, p_t)
     q_pa = min(land(c, eta0, pa, p_p, p_a), most) if pa > 0.0 else 0.0
@@ -170,66 +186,38 @@ def supply_pressure(c, eta0: float, x_v: float, p_a: float, p_b: float, p_t: flo
 
 
 @kernel
-def _line(c, eta0: float, y, first: int, is_b: bool, f) -> None:
-    """Rates of a line's flows and inner nodes, Eqs. 13-15, 21, 22, with losses of fittings, cushion and check valve."""
-    inertance = c.rho * c.segment / c.line_area
-    volume = 2.0 * c.half_volume
-    for i in range(SEGMENTS):
-        k = first + 2 * i + 1
-        q = y[k]
-        p_i, p_o = physical(y[k - 1], c.vapour_pressure), physical(y[k + 1], c.vapour_pressure)
-        loss = c.segment_loss * segment_viscosity(c, eta0, p_i, p_o)
-        if c.diameter_scale != 1.0:  # not even along the line
-            loss *= 1.0 + 0.05 * (i - 2)
-        extra = 0.0
-        if c.minor_loss > 0.0:  # at the valve, on the way, at the cylinder
-            share = (0.5, 0.0, 0.2, 0.0, 0.3)[SEGMENTS - 1 - i if is_b else i]
-            even = c.minor_b if is_b else 1.0
-            extra += share * c.minor_loss * even * (c.minor_back if (q > 0.0) == is_b else 1.0)
-        if is_b and i == 0 and q > 0.0:
-            extra += c.one_way
-        if not is_b and i == SEGMENTS - 1 and q < 0.0 and c.cushion > 0.0:
-            x = linkage(c, y[3])[0] - c.length0
-            extra += c.cushion * min(max(1.0 - x / c.cushion_length, 0.0), 1.0) ** 2
-        f[k] = (p_i - p_o - (loss + extra * c.velocity_head * abs(q)) * q) / inertance
-        if i > 0:
-            compliance = oil_compliance(c, p_i) + wall_compliance(c, p_i)
-            capacity = volume * compliance
-            if c.gas_pocket > 0.0 and not is_b and i == 2:
-                reference = c.p_am + 5e6
-                capacity += c.gas_pocket * (reference / p_i) ** (1.0 / 1.2) / (1.2 * p_i)
-            f[k - 1] = (y[k - 2] - q) / capacity
-
-
-@kernel
 def _tank(c, eta0: float, y, p_t: float, p_p: float, p_relief: float, q_p: float, q_t: float, f) -> None:
     """Rates of supply, tank and compensator, Eqs. 2, 3, 7."""
     x_c, v_c = y[0], y[1]
     q_relief = c.q_pump - q_p
-    if c.override > 0.0:
-        q_relief = relief_flow(c, p_p - p_relief)
-        pump = pump_flow(c, eta0, p_p, p_t)
-        f[SUPPLY] = (pump - q_p - q_relief) / (c.supply_volume * oil_compliance(c, p_p))
-        q_relief += c.q_pump - pump  # what slips gets back to the tank, too
+    if c.moving > 0.0:
+        q_relief, f[SUPPLY] = supply_flows(c, eta0, y, p_t, p_p, p_relief, q_p, f)
     volume = c.tank_volume + c.comp_area * (c.compensator_length - x_c)
     spring = c.compensator_stiffness * (c.compensator_precompression - x_c)
+    if c.short_travel > 0.0 and x_c > c.travel:  # a stop that gives 0.1 mm at the force of 0.1 MPa
+        spring -= 5e7 * (x_c - c.travel) * (1.0 + max(v_c, 0.0) / 1e-2)
+    capacity = volume * oil_compliance(c, p_t)
+    if c.tank_air > 0.0:  # isothermal
+        capacity += c.tank_air * ATMOSPHERE / (p_t * p_t)
     f[0] = v_c
     f[1] = ((c.p_am - p_t) * c.comp_area + spring - c.compensator_damping * v_c) / c.compensator_mass
-    f[2] = (c.comp_area * v_c - c.q_pump + q_t + q_relief) / (volume * oil_compliance(c, p_t))
+    f[2] = (c.comp_area * v_c - c.q_pump + q_t + q_relief) / capacity
 
 
 @kernel
-def _chambers(c, y, x_h: float, v_h: float, q_a: float, q_b: float, f) -> None:
+def _chambers(c, thicker: float, y, x_h: float, v_h: float, q_a: float, q_b: float, f) -> None:
     """Rates of the pressures in chambers and ports, Eqs. 23, 24."""
     p_v, n = c.vapour_pressure, 2 * SEGMENTS
     p_a, p_1 = physical(y[LINE_A], p_v), physical(y[LINE_A + n], p_v)
     p_2, p_b = physical(y[LINE_B], p_v), physical(y[LINE_B + n], p_v)
     half = c.half_volume
-    past = piston_leak(c, p_1 - p_2)
-    out = 0.0
+    past = piston_leak(c, p_1 - p_2) / thicker
+    out = out_rod = 0.0
     if c.external_leak > 0.0:
-        over = p_1 - c.p_am
-        out = c.external_leak * over * (1.0 + (over / 5e6) ** 2)
+        over = (p_2 if c.leak_at_rod > 0.0 else p_1) - c.p_am
+        out = c.external_leak * over * (1.0 + (over / 5e6) ** 2) / thicker
+        if c.leak_at_rod > 0.0:
+            out, out_rod = 0.0, out
     k_a, k_b, k_1, k_2 = oil_compliance(c, p_a), oil_compliance(c, p_b), oil_compliance(c, p_1), oil_compliance(c, p_2)
     volume1 = max(c.dead_volume + c.area1 * x_h, 0.01 * c.dead_volume) + half
     volume2 = max(c.dead_volume + c.area2 * (c.stroke - x_h), 0.01 * c.dead_volume) + half
@@ -238,7 +226,7 @@ def _chambers(c, y, x_h: float, v_h: float, q_a: float, q_b: float, f) -> None:
     capacity1 = volume1 * k_1 + half * wall_compliance(c, p_1)
     capacity2 = volume2 * k_2 + half * wall_compliance(c, p_2)
     f[LINE_A + n] = (y[LINE_A + n - 1] - c.area1 * v_h - past - out) / capacity1
-    f[LINE_B] = (c.area2 * v_h + past - y[LINE_B + 1]) / capacity2
+    f[LINE_B] = (c.area2 * v_h + past - y[LINE_B + 1] - out_rod) / capacity2
 
 
 @kernel
@@ -248,6 +236,8 @@ def _arm(c, t: float, y, lever: float, force: float, settle: bool, f) -> float:
     theta, omega = y[3], y[4]
     v_sea, a_sea = current_at(c, t)
     torque_more = other_torque(c, t, theta, omega)
+    if c.heave > 0.0 and not settle:
+        torque_more += base_torque(c, t, theta, omega, v_sea)
     if c.flexibility > 0.0:
         inertia, torque = arm(c, theta, omega, v_sea, a_sea, 0.0)
         load_inertia = c.load / c.gravity * c.beam_length**2
@@ -284,7 +274,10 @@ def derivative(t: float, y, c, piece: int, mode: int, held: float, f) -> None:
 
     length, length1, _, _, _, _ = linkage(c, y[3])
     x_h, v_h = length - c.length0, length1 * y[4]
-    u, f[5] = controller(c, piece, t, x_h, v_h, y[5])
+    if c.clearance > 0.0:
+        u, f[5] = controller(c, piece, t, x_h + y[ROD], v_h + y[ROD + 1], y[5])
+    else:
+        u, f[5] = controller(c, piece, t, x_h, v_h, y[5])
     if held == held:
         u = held
     x_v = spool_of(c, y, u, f, settle)
@@ -293,20 +286,35 @@ def derivative(t: float, y, c, piece: int, mode: int, held: float, f) -> None:
     q_a, q_b, q_p, q_t, p_p = valve(c, eta0, x_v, p_a, p_b, p_t, p_relief, y[SUPPLY])
 
     _tank(c, eta0, y, p_t, p_p, p_relief, q_p, q_t, f)
-    _line(c, eta0 * c.line_thinner, y, LINE_A, False, f)
-    _line(c, eta0 * c.line_thinner, y, LINE_B, True, f)
-    _chambers(c, y, x_h, v_h, q_a, q_b, f)
+    line(c, eta0 * c.line_thinner, y, LINE_A, False, f)
+    line(c, eta0 * c.line_thinner, y, LINE_B, True, f)
+    thicker = eta0 / c.stated_eta if c.oil_varies > 0.0 else 1.0
+
+    eye = 0.0
+    if c.clearance > 0.0:
+        x_h, v_h = x_h + y[ROD], v_h + y[ROD + 1]
+        eye = eye_force(c, y[ROD], y[ROD + 1])
+    _chambers(c, thicker, y, x_h, v_h, q_a, q_b, f)
 
     force = cylinder_force(c, p_1, p_2, x_h, v_h, y[BRISTLE])
+    on_rod = force
+    if c.clearance > 0.0:
+        force = eye
     if c.bristle > 0.0:
         f[BRISTLE] = v_h - abs(v_h) * y[BRISTLE] / c.bristle_length
     elif c.presliding > 0.0:
         f[BRISTLE] = bristle_rate(c, p_1, p_2, x_h, v_h, y[BRISTLE])
     torque = _arm(c, t, y, length1, force, settle, f)
+    if c.clearance > 0.0:
+        if settle:
+            f[ROD], f[ROD + 1] = 1e-6 * (on_rod - eye), -1e3 * y[ROD + 1]
+        else:
+            f[ROD] = y[ROD + 1]
+            f[ROD + 1] = (on_rod - eye) / (c.rod_mass + c.piston_mass) - length1 * f[4]
     if settle:  # the integral of the controller finds the spool that holds the arm; the tank rests already
         needed = -torque / length1
         f[0], f[1], f[2], f[3], f[4] = 0.0, 0.0, 0.0, 0.0, 0.0
-        f[5] = 1e-3 * (needed - force)
+        f[5] = 1e-3 * (needed - on_rod)
 
 
 @kernel
@@ -319,18 +327,21 @@ def outputs(t: float, y, c, piece: int, held: float, out) -> None:
     p_2, p_b = physical(y[LINE_B], p_v), physical(y[LINE_B + n], p_v)
     length, length1, _, _, _, _ = linkage(c, y[3])
     x_h, v_h = length - c.length0, length1 * y[4]
-    u, _ = controller(c, piece, t, x_h, v_h, y[5])
+    x_r, v_r = (x_h + y[ROD], v_h + y[ROD + 1]) if c.clearance > 0.0 else (x_h, v_h)
+    u, _ = controller(c, piece, t, x_r, v_r, y[5])
     if held == held:
         u = held
     unused = np.empty(STATES)
     x_v = spool_of(c, y, u, unused, False)
     p_relief = relief_pressure(c, t, p_t)
-    if c.override > 0.0:
+    if c.moving > 0.0:
         p_p = y[SUPPLY]
     else:
         p_p = supply_pressure(c, viscosity_now(c, t), x_v, p_a, p_b, p_t, p_relief)
     out[0], out[1], out[2] = x_h, v_h, y[3]
     out[3] = cylinder_force(c, p_1, p_2, x_h, v_h, y[BRISTLE])
+    if c.clearance > 0.0:
+        out[3] = eye_force(c, y[ROD], y[ROD + 1])
     out[4], out[5], out[6], out[7], out[8], out[9] = p_1, p_2, p_a, p_b, p_p, p_t
     out[10], out[11] = x_v, u
     out[12] = command_at(c, piece, t)[0]

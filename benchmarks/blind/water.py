@@ -160,3 +160,38 @@ def other_torque(c, t: float, theta: float, omega: float) -> float:
     if c.viv != 0.0:
         torque += c.viv * np.sin(2.0 * np.pi * c.viv_frequency * t)
     return torque
+
+
+@kernel
+def base_torque(c, t: float, theta: float, omega: float, v_sea: float) -> float:
+    """Torque (N m) on the beam of a base that heaves and pitches about the pivot, in the frame of the base.
+
+    Dry masses feel the accelerations, gravity turns, and the water comes towards the arm, with its inertia. The
+    cylinder and its rod, a tenth of the beam's moment, feel gravity's turn and the heave only.
+    """
+    w = 2.0 * np.pi * c.heave_frequency
+    angle = w * t + c.heave_phase
+    v_up, a_up = c.heave * w * np.cos(angle), -c.heave * w * w * np.sin(angle)
+    pitch = c.heave * c.pitch_per_heave
+    tilt, turn, turn_rate = pitch * np.sin(angle), pitch * w * np.cos(angle), -pitch * w * w * np.sin(angle)
+    g, length = c.gravity, c.beam_length
+    load_mass = c.load / g
+    dry = (0.5 * c.beam_mass + load_mass) * length
+    wet = dry - 0.125 * c.rho_sea * np.pi * c.beam_diameter**2 * length * length
+    turned, upright = np.cos(theta + tilt), np.cos(theta)
+    torque = -g * wet * (turned - upright) - dry * a_up * turned
+    torque -= (c.beam_mass / 3.0 + load_mass) * length * length * turn_rate
+    out, out1, _, phi, phi1, _ = linkage(c, theta)
+    masses = 0.5 * c.barrel_mass * c.barrel_length + c.rod_mass * (out - 0.5 * c.rod_length)
+    masses += c.piston_mass * (out - c.rod_length)
+    normal = np.cos(phi + tilt) - np.cos(phi)
+    along = np.sin(phi + tilt) - np.sin(phi)
+    torque -= masses * phi1 * (g * normal + a_up * np.cos(phi + tilt))
+    torque -= (c.rod_mass + c.piston_mass) * out1 * (g * along + a_up * np.sin(phi + tilt))
+    # water: velocity and acceleration that it has in the frame of the base, across the beam
+    u = -v_sea * np.sin(theta)
+    u_seen = -v_sea * np.sin(theta + tilt) - v_up * turned
+    k_drag = 0.5 * c.rho_sea * c.drag_factor * c.beam_d
+    torque += k_drag * (drag_integral(u_seen, omega + turn, 0.0, length) - drag_integral(u, omega, 0.0, length))
+    k_inertia = c.rho_sea * c.inertia_coefficient * 0.25 * np.pi * c.beam_d**2
+    return torque - k_inertia * (0.5 * length * length * a_up * turned + length**3 / 3.0 * turn_rate)

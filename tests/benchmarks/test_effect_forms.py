@@ -22,14 +22,12 @@ from benchmarks.blind.forms import (
     oil_compliance,
     opening,
     piston_leak,
-    pump_flow,
-    relief_flow,
-    relief_pressure,
     wall_compliance,
 )
 from benchmarks.blind.machine import Machine, constants
 from benchmarks.blind.measure import KINDS, Channel, ideal, scatter
 from benchmarks.blind.plant import simulate
+from benchmarks.blind.supply import pump_flow, relief_flow, relief_pressure
 from benchmarks.blind.system import KEYS, valve
 from benchmarks.blind.water import arm, beam_drag, uneven_arm
 

@@ -8,16 +8,18 @@ import numpy as np
 import pytest
 
 from benchmarks import blind
-from benchmarks.blind.effects import CATALOGUE, UNKNOWN, by_id, walther_temperature
-from benchmarks.blind.forms import opening, relief_flow, turn
-from benchmarks.blind.machine import Machine, constants, vogel
+from benchmarks.blind.effects import CATALOGUE, NEW, UNKNOWN, by_id, walther_temperature
+from benchmarks.blind.forms import opening, turn
+from benchmarks.blind.lines import held_back, rougher
+from benchmarks.blind.machine import Machine, constants, mixed, vogel
 from benchmarks.blind.plant import column, rest_state, simulate
+from benchmarks.blind.supply import compensated, filtered, relief_flow
 from tests.reference import monolith
 
 GRID = np.arange(0.0, 22.0005, 1e-3)
 COARSE = np.arange(0.0, 12.0, 0.01)
 SHALLOW = Machine(depth=500.0, ramp_time=3.5, hold_time=1.5)
-OF_THE_PLANT = [e for e in (*CATALOGUE, *UNKNOWN) if e.knob != "wave"]
+OF_THE_PLANT = [e for e in (*CATALOGUE, *(e for e in NEW if e.drawn), *UNKNOWN) if e.knob != "wave"]
 
 
 @pytest.fixture(scope="module")
@@ -117,3 +119,56 @@ def test_the_benchmark_shares_no_code_with_the_project():
             if isinstance(node, ast.ImportFrom) and node.level < 2:
                 names = [node.module or ""]
             assert not any(n.split(".")[0] in ("deepsea_cosim", "tests", "gap", "mechanics") for n in names)
+
+
+def test_turbulence_is_laminar_below_and_that_of_smooth_pipes_above():
+    c = constants(Machine(turbulence=1.0))
+    per_re = np.pi * c["pipe_diameter"] * 0.0187 / (4 * c["rho"])
+    assert rougher(c, 0.0187, 500 * per_re) == pytest.approx(1.0, abs=1e-6)
+    for re in (1e4, 5e4):
+        assert rougher(c, 0.0187, re * per_re) * 64 / re == pytest.approx(0.3164 * re**-0.25, rel=0.04)
+
+
+def test_a_filter_takes_its_loss_at_the_pumps_flow():
+    m = Machine(filter=1e6)
+    c = constants(m)
+    assert filtered(c, m.rho * m.nu0, 1e6) == pytest.approx(c["q_pump"])
+    assert filtered(c, m.rho * m.nu0, -1e6) == pytest.approx(-c["q_pump"])
+    assert filtered(c, 2 * m.rho * m.nu0, 1.8e6) == pytest.approx(c["q_pump"])
+
+
+def test_a_compensated_pump_gives_all_below_its_band_and_nothing_above():
+    c = constants(Machine(pump_time=0.1, pump_band=0.1))
+    assert compensated(c, 15e6) == pytest.approx(c["q_pump"], rel=1e-3)
+    assert compensated(c, 19e6) == pytest.approx(0.5 * c["q_pump"])
+    assert compensated(c, 24e6) < 1e-3 * c["q_pump"]
+
+
+def test_a_counterbalance_valve_holds_until_load_and_pilot_open_it():
+    c = constants(Machine(hold_set=20e6, hold_ratio=4.0))
+    wide = 0.4e6 / c["rated_flow"] ** 2
+    at = c["p_am"]
+    assert held_back(c, at + 8e6, at + 4e6) == pytest.approx(wide)
+    assert held_back(c, at + 8e6, at + 2e6) == pytest.approx(wide * 500.0**2)
+
+
+def test_water_makes_the_oil_thicker_heavier_and_stiffer():
+    m, wet = Machine(), mixed(Machine(water=0.1))
+    assert wet.nu0 * wet.rho == pytest.approx(m.nu0 * m.rho * np.exp(0.28))
+    assert wet.rho == pytest.approx(0.9 * 850 + 100)
+    assert 1 / wet.beta == pytest.approx(0.9 / 1.4e9 + 0.1 / 2.15e9)
+
+
+def test_a_null_shift_shows_from_the_start_where_the_controller_does_not_know_it():
+    hidden, shown = (simulate(replace(SHALLOW, null_shift=0.05, null_shows=s), COARSE) for s in (0.0, 1.0))
+    before = SHALLOW.t_start > COARSE
+    assert np.abs(column(hidden, "x_h")[before]).max() < 1e-6
+    # the proportional part makes up for the shift: 5 % of 10 mA at 2.5 mA/mm
+    assert column(shown, "x_h")[before][-1] == pytest.approx(0.2e-3, rel=0.05)
+
+
+def test_a_loose_rod_is_ahead_of_its_eye_by_half_the_clearance():
+    from benchmarks.blind.system import ROD
+
+    y = rest_state(replace(SHALLOW, clearance=4e-4))
+    assert 2e-4 < y[ROD] < 2.7e-4

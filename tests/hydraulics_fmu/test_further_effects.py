@@ -211,6 +211,7 @@ def test_a_loose_rod_crosses_its_clearance_without_force():
     F = np.array(F)
     assert (F == 0.0).sum() > 20
     plain = Effected(depth=0.0)
+    assert first["u"] == pytest.approx(plain.outputs()["u"], abs=1e-9)  # where it rests the controller is content
     assert Effected(joint_clearance__gap=1e-9).outputs()["F_h"] == pytest.approx(plain.outputs()["F_h"], rel=1e-4)
 
 
