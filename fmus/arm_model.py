@@ -4,4 +4,4 @@ from __future__ import annotations
 
 from typing import Any
 
-DATA: dict[str, Any] = {"name": "OwnArm", "xml": "", "pose": (), "tendons": (), "joints": (), "wet": ()}
+DATA: dict[str, Any] = {"name": "OwnArm", "xml": "", "pose": (), "tendons": (), "joints": (), "wet": (), "held": ()}

@@ -3,8 +3,10 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from importlib.util import find_spec
 from pathlib import Path
 
+from ..core.errors import PackageError
 from ..core.files import make_folder
 from .build import Model, Way, build_fmu
 from .description import variable_tables
@@ -22,15 +24,37 @@ In the water, each with the drag coefficient, the inertia coefficient, length an
 """
 
 
+def place(path: Path) -> Path:
+    """Where a model is: the path itself, or for PACKAGE:path/in/it that in an installed Python package."""
+    package, colon, inside = str(path).partition(":")
+    if path.exists() or not colon or len(package) == 1 or not all(part.isidentifier() for part in package.split(".")):
+        return path
+    try:
+        found = find_spec(package)
+    except ModuleNotFoundError:  # of a package in which it would be
+        found = None
+    if found is None or not found.submodule_search_locations:
+        raise PackageError(f"{path}: no Python package '{package}' is installed here: pip install {package}")
+    return Path(next(iter(found.submodule_search_locations))) / inside
+
+
 def build_arm(
     path: Path, folder: Path, water: Path | None = None, dry: bool = False, name: str = "", pose: str = "",
-    say: Callable[[str], None] = lambda text: None, way: Way | None = None,
+    say: Callable[[str], None] = lambda text: None, way: Way | None = None, cylinders: Path | None = None,
 ) -> Path:  # fmt: skip
-    """Build <name>.fmu of an MJCF file into `folder`; see `mechanics.own_arm.reading` for the rest."""
+    """Build <name>.fmu of an MJCF file into `folder`; see `mechanics.own_arm.reading` for the rest.
+
+    path: also PACKAGE:path/in/it of a Python package that is installed.
+    """
     from ..mechanics.own_arm.reading import read
+    from ..mechanics.own_arm.simulation import OwnArm
     from ..mechanics.own_arm.variables import table_of
 
-    arm = read(path, water, dry, name, pose)
+    arm = read(place(path), water, dry, name, pose, cylinders)
+    loose = OwnArm(arm, table_of(arm).parameters({})).loose
+    if loose:
+        say(f"no cylinder moves {', '.join(loose)}: what hangs there swings as it likes; held = [...] in a table for "
+            "--cylinders holds it")  # fmt: skip
     make_folder(folder)
     lines = [f"* {w.geom}: {w.C_D:g}, {w.C_M:g}, {w.length:.4g}, {w.diameter:.4g}" for w in arm.wet] or ["* nothing"]
     text = TEXT.format(name=arm.name, joints=len(arm.joints), tendons=", ".join(arm.tendons), wet="\n".join(lines))

@@ -40,7 +40,14 @@ def parser() -> argparse.ArgumentParser:
     own.add_argument("--out", metavar="DIR", type=folder, default=Path("build"), help="folder (default: build)")
     own.add_argument("--quiet", action="store_true", help="print nothing but errors")
     arm = commands.add_parser("arm", help="make an FMU of your own arm from an MJCF model")
-    arm.add_argument("model", metavar="ARM.xml", type=Path, help="its tendons are the cylinders that move it")
+    arm.add_argument(
+        "model", metavar="ARM.xml", type=Path,
+        help="its tendons are the cylinders that move it; PACKAGE:ARM.xml is one in a Python package",
+    )  # fmt: skip
+    arm.add_argument(
+        "--cylinders", metavar="TABLE.toml", type=Path,
+        help="which tendons are cylinders, or where some are put; what is held or left out (default: all tendons)",
+    )  # fmt: skip
     arm.add_argument("--out", metavar="DIR", type=folder, default=Path("build"), help="folder (default: build)")
     arm.add_argument("--name", default="", help="of the FMU (default: the file's)")
     arm.add_argument("--pose", metavar="KEY", default="", help="keyframe in which it starts (default: the first pose)")
@@ -100,7 +107,7 @@ def _arm(options: argparse.Namespace) -> int:
     way = Way(options.portable, options.standalone, options.fmi)
     build_arm(
         options.model, options.out, options.water, options.dry, options.name, options.pose,
-        lambda text: print(f"  {text}", flush=True), way,
+        lambda text: print(f"  {text}", flush=True), way, options.cylinders,
     )  # fmt: skip
     return 0
 

@@ -11,7 +11,8 @@ from .water import Wet
 
 @dataclass(frozen=True)
 class Description:
-    """An arm as it goes into an FMU; joints: those of one degree of freedom, by name, with their units."""
+    """An arm as it goes into an FMU; joints: those of one degree of freedom that move, by name, with their units; held:
+    names of those that stay where they are."""
 
     name: str
     xml: str
@@ -19,6 +20,7 @@ class Description:
     tendons: tuple[str, ...]
     joints: tuple[tuple[str, str], ...]
     wet: tuple[Wet, ...]
+    held: tuple[str, ...] = ()
 
     def as_data(self) -> dict[str, Any]:
         """As plain values."""
@@ -29,4 +31,5 @@ class Description:
         """From what `as_data` gave."""
         wet = tuple(Wet(**w) for w in data["wet"])
         joints = tuple((name, unit) for name, unit in data["joints"])
-        return cls(data["name"], data["xml"], tuple(data["pose"]), tuple(data["tendons"]), joints, wet)
+        pose, tendons, held = (tuple(data[key]) for key in ("pose", "tendons", "held"))
+        return cls(data["name"], data["xml"], pose, tendons, joints, wet, held)

@@ -13,7 +13,9 @@ import numpy as np
 
 from ...core.errors import PackageError, did_you_mean
 from ...core.toml_tables import Tables
+from .baking import bake
 from .description import Description
+from .overlay import Overlay, add_cylinders, held_joints, leave_out, read_overlay
 from .water import Wet
 
 C_D, C_M = 1.2, 2.0
@@ -26,40 +28,55 @@ KEYS = ("name", "C_D", "C_M", "diameter", "length", "lifted")
 """What a `[[geom]]` of the table may say."""
 
 
-def read(path: Path, water: Path | None = None, dry: bool = False, name: str = "", pose: str = "") -> Description:
+def read(
+    path: Path, water: Path | None = None, dry: bool = False, name: str = "", pose: str = "",
+    cylinders: Path | None = None,
+) -> Description:  # fmt: skip
     """The arm of an MJCF file. Raises `PackageError` in one line for what it cannot be made of.
 
     water: a table of geoms with their coefficients; without it all geoms of moving bodies are in the water, unless the
-    arm is dry. pose: the keyframe in which it starts.
+    arm is dry. pose: the keyframe in which it starts. cylinders: a table as in `overlay`.
     """
+    overlay = Overlay() if cylinders is None else read_overlay(cylinders)
     spec = _spec(path)
-    _check(path, spec)
-    model = _compiled(path, spec)
-    if model.nv == 0:
-        raise PackageError(f"{path}: has no joint, nothing moves")
-    start = _pose(path, model, pose)
     _name(spec)
+    whole = _compiled(path, spec)
+    if whole.nv == 0:
+        raise PackageError(f"{path}: has no joint, nothing moves")
+    where = _where(path, whole, pose)
+    leave_out(spec, overlay)
+    tendons = add_cylinders(spec, overlay)
+    _check(path, spec)
+    for element in list(spec.keys):
+        spec.delete(element)  # of another number of joints by now
     model = _compiled(path, spec)
-    wet = () if dry else tuple(_wet(path, model, water))
     units = {int(mujoco.mjtJoint.mjJNT_HINGE): "rad", int(mujoco.mjtJoint.mjJNT_SLIDE): "m"}
-    kinds = [int(kind) for kind in model.jnt_type]
-    joints = tuple((model.joint(j).name, units[kind]) for j, kind in enumerate(kinds) if kind in units)
-    tendons = tuple(model.tendon(k).name for k in range(model.ntendon))
-    _bake(spec, model)
-    _compiled(path, spec)
+    kinds = [(model.joint(j).name, int(kind)) for j, kind in enumerate(model.jnt_type)]
+    held = held_joints(overlay, [joint for joint, _ in kinds])
+    if len(held) == len(kinds):
+        raise PackageError(f"{overlay.where or path}: no joint is left that moves")
+    joints = tuple((joint, units[kind]) for joint, kind in kinds if kind in units and joint not in held)
+    wet = () if dry else tuple(_wet(path, model, water))
+    start = tuple(x for joint, _ in kinds for x in where[joint])
     title = re.sub(r"\W", "_", name or path.stem)
     if not title or title[0].isdigit():
         title = f"Arm_{title}"
-    return Description(title, spec.to_xml(), start, tendons, joints, wet)
+    try:
+        text = bake(spec, model)
+    except (ValueError, RuntimeError) as error:
+        raise PackageError(f"{path}: MuJoCo cannot write it: {_line(error)}") from None
+    return Description(title, text, start, tendons, joints, wet, held)
 
 
 def _spec(path: Path) -> Any:
     if not path.is_file():
         raise PackageError(f"{path}: no such file")
     try:
-        return mujoco.MjSpec.from_file(str(path))
+        spec = mujoco.MjSpec.from_file(str(path))
     except (ValueError, RuntimeError) as error:
         raise PackageError(f"{path}: is no MJCF model that MuJoCo reads: {_line(error)}") from None
+    spec.compiler.fusestatic = spec.compiler.alignfree = False  # bodies and their frames are those of the file
+    return spec
 
 
 def _compiled(path: Path, spec: Any) -> mujoco.MjModel:
@@ -76,30 +93,36 @@ def _line(error: Exception) -> str:
 def _check(path: Path, spec: Any) -> None:
     if not spec.tendons:
         raise PackageError(
-            f"{path}: has no tendon; a cylinder is a named <spatial> tendon between a site on each of the two bodies"
+            f"{path}: has no tendon; a cylinder is a named <spatial> tendon between a site on each of two bodies, "
+            "which --cylinders TABLE.toml adds as well"
         )
     for k, tendon in enumerate(spec.tendons, 1):
         if not tendon.name:
             raise PackageError(f"{path}: tendon {k} has no name; a cylinder's variables are called after its tendon")
     if spec.equalities:
+        names = ", ".join(e.name for e in spec.equalities)
         raise PackageError(
-            f"{path}: has <equality> constraints, which are not followed: in the place of a cylinder's bodies and the "
-            "loop that they close, a tendon is enough"
+            f"{path}: has <equality> constraints ({names}), which are not followed: in the place of a cylinder's "
+            "bodies and the loop that they close, a tendon is enough; without = [...] in --cylinders TABLE.toml leaves "
+            "out those that do not matter"
         )
 
 
-def _pose(path: Path, model: mujoco.MjModel, pose: str) -> tuple[float, ...]:
-    if not pose:
-        return tuple(model.qpos0.tolist())
-    keys = [model.key(k).name for k in range(model.nkey)]
-    if pose not in keys:
-        raise PackageError(f"{path}: has no keyframe '{pose}'{did_you_mean(pose, keys)}")
-    return tuple(model.key(pose).qpos.tolist())
+def _where(path: Path, model: mujoco.MjModel, pose: str) -> dict[str, tuple[float, ...]]:
+    """Position of each joint at the start, by name: one number, four of a ball, seven of a free joint."""
+    start = model.qpos0
+    if pose:
+        keys = [model.key(k).name for k in range(model.nkey)]
+        if pose not in keys:
+            raise PackageError(f"{path}: has no keyframe '{pose}'{did_you_mean(pose, keys)}")
+        start = model.key(pose).qpos
+    firsts = [*model.jnt_qposadr, model.nq]
+    return {model.joint(j).name: tuple(start[firsts[j] : firsts[j + 1]].tolist()) for j in range(model.njnt)}
 
 
 def _name(spec: Any) -> None:
-    """Give joints and geoms without a name one."""
-    for kind, elements in (("joint", spec.joints), ("geom", spec.geoms)):
+    """Give joints, geoms and constraints without a name one."""
+    for kind, elements in (("joint", spec.joints), ("geom", spec.geoms), ("equality", spec.equalities)):
         for k, element in enumerate(elements, 1):
             if not element.name:
                 element.name = f"{kind}_{k}"
@@ -161,22 +184,3 @@ def _table(path: Path) -> list[dict[str, Any]]:
             if tables.number(entry, where, key, 1.0) < 0.0 or (key in KEYS[3:5] and entry.get(key) == 0):
                 raise PackageError(f"{where}: '{key}' = {entry[key]} has to be positive")
     return entries
-
-
-def _bake(spec: Any, model: mujoco.MjModel) -> None:
-    """Leave nothing in the model that needs a file, or that is not followed; its masses stay."""
-    for body in spec.bodies:
-        if body.name == "world":
-            continue
-        own = model.body(body.name) if body.name else model.body(body.id)
-        body.mass, body.explicitinertial = float(own.mass[0]), True
-        body.ipos, body.iquat, body.inertia = own.ipos, own.iquat, own.inertia
-        body.fullinertia = [np.nan] * 6
-    for geom in list(spec.geoms):
-        geom.material = ""
-        if geom.type in (mujoco.mjtGeom.mjGEOM_MESH, mujoco.mjtGeom.mjGEOM_HFIELD, mujoco.mjtGeom.mjGEOM_SDF):
-            spec.delete(geom)
-    for elements in (spec.actuators, spec.sensors, spec.keys, spec.pairs, spec.excludes, spec.meshes, spec.hfields,
-                     spec.materials, spec.textures, spec.skins, spec.cameras, spec.lights):  # fmt: skip
-        for element in list(elements):
-            spec.delete(element)

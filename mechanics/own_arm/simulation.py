@@ -20,6 +20,10 @@ from .water import added, carried, drag
 MAX_STEP = 1e-3
 """Longest internal step [s]."""
 
+DAMPED, SPRUNG = 0.5, 0.2
+"""Longest internal step as shares of the time constant of the quickest damper of the model, and of the inverse angular
+frequency of its quickest spring."""
+
 MOST_STEPS = 10_000_000
 """Most internal steps in one communication step."""
 
@@ -40,7 +44,10 @@ class OwnArm:
         self.force = np.zeros(len(self.tendons))
         n = self.model.nv
         self._M, self._jac = np.zeros((n, n)), (np.zeros((3, n)), np.zeros((3, n)))
+        kept = {self.model.joint(name).id for name in description.held}
+        self.free = np.array([k for k in range(n) if self.model.dof_jntid[k] not in kept])
         self._look()
+        self.longest = self._longest()
         self.start = self.lengths.copy()
         self.F_hold, self.unheld = self._holding()
         self.acceleration = self._accelerate()
@@ -67,10 +74,7 @@ class OwnArm:
         mujoco.mj_fwdVelocity(m, d)
         mujoco.mj_fullM(m, d, self._M)
         self.load = d.qfrc_passive - d.qfrc_bias
-        self.levers = np.zeros((len(self.tendons), m.nv))
-        for row, k in enumerate(self.tendons):
-            first, count = m.ten_J_rowadr[k], m.ten_J_rownnz[k]
-            self.levers[row, m.ten_J_colind[first : first + count]] = d.ten_J[first : first + count]
+        self.levers = np.array([self._lever(k) for k in self.tendons]).reshape(-1, m.nv)
         if rho == 0.0 or not self.wet:
             return
         d.qacc[:] = 0.0
@@ -94,20 +98,53 @@ class OwnArm:
             mass, inertia = added(wet, axis, rho * self.p["inertia"])
             self._M += linear.T @ mass @ linear + angular.T @ inertia @ angular
 
+    def _longest(self) -> float:
+        """Longest internal step [s] with which the model's own dampers and springs stay calm."""
+        m, free = self.model, self.free
+        levers = np.array([self._lever(k) for k in range(m.ntendon)]).reshape(m.ntendon, m.nv)
+        rest = np.zeros(m.nv)
+        for j in range(m.njnt):
+            rest[m.dof_jntid == j] = m.jnt_stiffness[j]
+        quickest = []
+        for own, of_tendons in ((m.dof_damping, m.tendon_damping), (rest, m.tendon_stiffness)):
+            matrix = np.diag(own) + levers.T @ np.diag(of_tendons) @ levers
+            share = np.linalg.solve(self._M[np.ix_(free, free)], matrix[np.ix_(free, free)])
+            quickest.append(float(np.abs(np.linalg.eigvals(share)).max()))
+        damped = DAMPED / quickest[0] if quickest[0] > 0.0 else MAX_STEP
+        sprung = SPRUNG / np.sqrt(quickest[1]) if quickest[1] > 0.0 else MAX_STEP
+        return float(min(MAX_STEP, damped, sprung))
+
+    def _lever(self, k: int) -> np.ndarray:
+        """How the length of tendon k [m] changes with each degree of freedom (nv,)."""
+        m, row = self.model, np.zeros(self.model.nv)
+        first, count = m.ten_J_rowadr[k], m.ten_J_rownnz[k]
+        row[m.ten_J_colind[first : first + count]] = self.data.ten_J[first : first + count]
+        return row
+
+    @property
+    def loose(self) -> tuple[str, ...]:
+        """Names of the joints that no tendon moves in the present pose and that are not held."""
+        moved = np.abs(self.levers).max(axis=0) > 1e-9
+        joints = sorted({int(self.model.dof_jntid[k]) for k in self.free if not moved[k]})
+        return tuple(self.model.joint(j).name for j in joints)
+
     def _holding(self) -> tuple[np.ndarray, float]:
         """Forces of the tendons [N] that hold the arm at rest, and the largest torque or force that they leave."""
-        forces, *_ = np.linalg.lstsq(self.levers.T, -self.load, rcond=None)
-        return forces, float(np.abs(self.levers.T @ forces + self.load).max())
+        levers, load = self.levers[:, self.free], self.load[self.free]
+        forces, *_ = np.linalg.lstsq(levers.T, -load, rcond=None)
+        return forces, float(np.abs(levers.T @ forces + load).max())
 
     def _accelerate(self) -> np.ndarray:
-        found: np.ndarray = np.linalg.solve(self._M, self.load + self.levers.T @ self.force)
+        free, found = self.free, np.zeros(self.model.nv)
+        found[free] = np.linalg.solve(self._M[np.ix_(free, free)], (self.load + self.levers.T @ self.force)[free])
         return found
 
     def step(self, t: float, h: float, force: np.ndarray) -> None:
         """Advance from t by h [s] with the tendons' forces [N] held."""
-        parts = h / MAX_STEP * (1.0 - 1e-12)
+        parts = h / self.longest * (1.0 - 1e-12)
         if not parts <= MOST_STEPS:
-            raise ParameterError(f"communication step of {h:g} s: the arm takes at most {MOST_STEPS * MAX_STEP:g} s")
+            most = MOST_STEPS * self.longest
+            raise ParameterError(f"communication step of {h:g} s: the arm takes at most {most:g} s")
         n = max(1, ceil(parts))
         dt, d = h / n, self.data
         self.force = np.array(force)

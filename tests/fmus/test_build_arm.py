@@ -1,0 +1,39 @@
+"""Where `cosim-fmus arm` takes a model from."""
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+from deepsea_cosim.core.errors import PackageError
+from deepsea_cosim.fmus.build_arm import place
+from deepsea_cosim.mechanics.own_arm.reading import read
+from deepsea_cosim.mechanics.own_arm.simulation import OwnArm
+from deepsea_cosim.mechanics.own_arm.variables import table_of
+
+PUBLISHED = Path(__file__).parents[2] / "examples" / "published_arm"
+
+
+def test_a_model_may_be_in_a_package(tmp_path):
+    import deepsea_cosim.fmus as package
+
+    assert place(Path("deepsea_cosim.fmus:cli.py")) == Path(package.__file__).parent / "cli.py"
+    for plain in ("arm.xml", "C:arm.xml", str(tmp_path / "a:b.xml")):
+        assert place(Path(plain)) == Path(plain)
+    for missing in ("no_such_package:arm.xml", "no_such.package:arm.xml"):
+        with pytest.raises(PackageError, match="no Python package"):
+            place(Path(missing))
+
+
+def test_the_published_arm_rests_in_its_cylinders():
+    pytest.importorskip("gymnasium", reason="the example's model is in that package")
+    model = place(Path("gymnasium:envs/mujoco/assets/pusher_v5.xml"))
+    d = read(model, PUBLISHED / "water.toml", cylinders=PUBLISHED / "cylinders.toml")
+    assert d.tendons == ("lift", "elbow")
+    assert d.joints == (("r_shoulder_lift_joint", "rad"), ("r_elbow_flex_joint", "rad"))
+    it = OwnArm(d, table_of(d).parameters({}))
+    assert (it.loose, it.unheld < 1e-9) == ((), True)
+    assert it.F_hold == pytest.approx([59.1, 22.8], abs=0.1)
+    assert (it.levers[0, 1] < -0.15, it.levers[1, 3] < -0.05) == (True, True)  # what extends turns them back and up
+    for k in range(100):
+        it.step(k * 1e-3, 1e-3, it.F_hold)
+    assert np.abs(it.lengths - it.start).max() < 1e-9
