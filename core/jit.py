@@ -1,5 +1,5 @@
 """One decorator for compiled kernels, so that every kernel is compiled the same way and cached on disk; and what it
-takes that C code calls a kernel (`STEP`, `address_of`, `array_at`) and a kernel C code (`call_2`, `call_3`).
+takes that C code calls a kernel (`STEP`, `address_of`, `array_at`) and a kernel C code (`call_2` to `call_5i`).
 
 Numba's cache of a function looks only at that function's own file. A change in another file that the
 function was inlined from would go unnoticed. So each FMU unpacks its code into a folder named after the content
@@ -119,8 +119,19 @@ def _of_three(_context: Any, address: Any, a: Any, b: Any, c: Any) -> Any:
     return types.void(*[types.int64] * 4), c_call(POINTER, POINTER, POINTER, result=None)
 
 
+def _of_three_and_number(_context: Any, address: Any, a: Any, b: Any, c: Any, x: Any) -> Any:
+    return types.void(*[types.int64] * 4, types.float64), c_call(POINTER, POINTER, POINTER, DOUBLE, result=None)
+
+
+def _of_five_and_int(_context: Any, address: Any, a: Any, b: Any, c: Any, d: Any, e: Any, i: Any) -> Any:
+    return types.void(*[types.int64] * 7), c_call(*[POINTER] * 5, INT, result=None)
+
+
 carray: Any = nb.carray
-_pointer, _call_2, _call_3 = (cast(Any, intrinsic(made)) for made in (_typed_pointer, _of_two, _of_three))
+_pointer, _call_2, _call_3, _call_3d, _call_5i = (
+    cast(Any, intrinsic(made))
+    for made in (_typed_pointer, _of_two, _of_three, _of_three_and_number, _of_five_and_int)
+)
 
 if not COMPILED:
 
@@ -135,6 +146,14 @@ if not COMPILED:
     def call_3(address: int, a: int, b: int, c: int) -> None:
         """The same of three pointers."""
         ctypes.CFUNCTYPE(None, *[ctypes.c_void_p] * 3)(address)(a, b, c)
+
+    def call_3d(address: int, a: int, b: int, c: int, x: float) -> None:
+        """The same of three pointers and a number."""
+        ctypes.CFUNCTYPE(None, *[ctypes.c_void_p] * 3, ctypes.c_double)(address)(a, b, c, x)
+
+    def call_5i(address: int, a: int, b: int, c: int, d: int, e: int, i: int) -> None:
+        """The same of five pointers and an int."""
+        ctypes.CFUNCTYPE(None, *[ctypes.c_void_p] * 5, ctypes.c_int)(address)(a, b, c, d, e, i)
 
 else:
 
@@ -153,3 +172,13 @@ else:
     def call_3(address: int, a: int, b: int, c: int) -> None:
         """The same of three pointers."""
         _call_3(address, a, b, c)
+
+    @njit
+    def call_3d(address: int, a: int, b: int, c: int, x: float) -> None:
+        """The same of three pointers and a number."""
+        _call_3d(address, a, b, c, x)
+
+    @njit
+    def call_5i(address: int, a: int, b: int, c: int, d: int, e: int, i: int) -> None:
+        """The same of five pointers and an int."""
+        _call_5i(address, a, b, c, d, e, i)

@@ -1,4 +1,5 @@
-"""Kernels compiled when the FMU is built, so that it needs no numba: `python -m deepsea_cosim.fmus.ahead MODEL FOLDER`.
+"""Kernels compiled when the FMU is built, so that it needs no numba: `python -m deepsea_cosim.fmus.ahead CLASS
+MODULE FOLDER`, or with `REPLACED=FILE` behind for a module of `fmus` that the FMU has another content of.
 
 Each kernel that the FMU's Python code calls gets a C function over plain pointers (numba's cfunc), whose object code is
 linked to kernels.so; kernels.json tells their arguments. In the FMU `jit_ahead.py.in` takes the place of `core/jit.py`.
@@ -17,12 +18,13 @@ HERE = Path(__file__).parent
 ROOT = __package__.rpartition(".")[0]
 
 
-def exercised(modules: tuple[str, ...], name: str) -> list[Any]:
+def exercised(module: str, name: str) -> list[Any]:
     """The kernels that the Python code of a model has called in a short life, compiled for their arguments."""
     from numba.core.registry import CPUDispatcher
 
-    import_module(f"{ROOT}.fmus.instance").called = lambda step: step  # the kernel itself
-    model = getattr(import_module(f"{ROOT}.fmus.{modules[0]}"), name)(
+    import_module(f"{ROOT}.core.jit").called = lambda step: step  # the kernel itself
+    import_module(f"{ROOT}.fmus.instance").called = lambda step: step
+    model = getattr(import_module(f"{ROOT}.fmus.{module}"), name)(
         instance_name="ahead", resources="", visible=False, logger=0
     )
     model.setup_experiment(0.0)
@@ -31,8 +33,8 @@ def exercised(modules: tuple[str, ...], name: str) -> list[Any]:
     for k in range(2):
         model.do_step(k * 1e-3, 1e-3)
     found = {}
-    for module in [m for n, m in sys.modules.items() if n.startswith(f"{ROOT}.")]:
-        for value in vars(module).values():
+    for loaded in [m for n, m in sys.modules.items() if n.startswith(f"{ROOT}.")]:
+        for value in vars(loaded).values():
             if isinstance(value, CPUDispatcher) and value.signatures:
                 found[key_of(value)] = value
     return [found[key] for key in sorted(found)]
@@ -73,10 +75,10 @@ def compiled(kernel: Any) -> tuple[bytes, dict[str, Any]] | None:
     return code, {"symbol": made.native_name, "arguments": told, "result": str(result)}
 
 
-def build(model: str, modules: tuple[str, ...], folder: Path, compiler: str) -> None:
-    """Write kernels.so and kernels.json of a model into a folder."""
+def build(name: str, module: str, folder: Path, compiler: str) -> None:
+    """Write kernels.so and kernels.json of the model of that class and module of `fmus` into a folder."""
     table, objects = {}, []
-    for kernel in exercised(modules, model):
+    for kernel in exercised(module, name):
         made = compiled(kernel)
         if made is None:
             continue
@@ -92,12 +94,15 @@ def build(model: str, modules: tuple[str, ...], folder: Path, compiler: str) -> 
 
 def main(arguments: list[str]) -> None:
     """Build the kernels of a model into a folder."""
-    from .build import CONTAINER, MODELS, c_compiler
+    from .build import c_compiler
 
-    model = next(m for m in (*MODELS, CONTAINER) if m.name == arguments[0])
+    name, module, folder, *replaced = arguments
+    for one in replaced:
+        other, _, file = one.partition("=")
+        exec(Path(file).read_text(), vars(import_module(f"{ROOT}.fmus.{other}")))
     compiler = c_compiler()
     assert compiler
-    build(model.name, model.modules, Path(arguments[1]), compiler)
+    build(name, module, Path(folder), compiler)
 
 
 if __name__ == "__main__":

@@ -191,11 +191,17 @@ def _compiled_kernels(fmu: Path, package: str, cache: Path) -> dict[str, bytes]:
     }
 
 
-def _kernels_ahead(model: Model) -> dict[str, bytes]:
-    """kernels.so and kernels.json of a model, made for any processor of this kind (`ahead`)."""
+def _kernels_ahead(model: Model, sources: Mapping[str, bytes]) -> dict[str, bytes]:
+    """kernels.so and kernels.json of a model, made for any processor of this kind (`ahead`).
+
+    sources: modules of `fmus` that the model has another content of, as of `build_fmu`.
+    """
     with tempfile.TemporaryDirectory() as place:
         environment = {**os.environ, "NUMBA_CPU_NAME": "generic", "NUMBA_CPU_FEATURES": "", "NUMBA_CACHE_DIR": place}
-        command = ["-m", f"{__package__}.ahead", model.name, place]
+        command = ["-m", f"{__package__}.ahead", model.name, model.modules[0], place]
+        for name, content in sources.items():
+            (Path(place) / Path(name).name).write_bytes(content)
+            command.append(f"{Path(name).stem}={Path(place) / Path(name).name}")
         run_python(command, environment, f"{model.name}: its kernels cannot be compiled ahead")
         return {name: (Path(place) / name).read_bytes() for name in ("kernels.so", "kernels.json")}
 
@@ -246,10 +252,11 @@ def build_fmu(
     if way.standalone and c_compiler() is None:
         raise PackageError("--standalone needs a C compiler for its kernels: install gcc or clang, or let CC name one")
     version = VERSIONS[way.fmi]
-    sources = _sources(model, version) | dict(sources or {})
+    own = dict(sources or {})
+    sources = _sources(model, version) | own
     if way.standalone:
         sources["core/jit.py"] = (HERE / "jit_ahead.py.in").read_bytes()
-        sources |= {f"core/{name}": content for name, content in _kernels_ahead(model).items()}
+        sources |= {f"core/{name}": content for name, content in _kernels_ahead(model, own).items()}
     digest = hashlib.sha256()
     for name, content in sources.items():
         digest.update(name.encode() + b"\0" + content + b"\0")

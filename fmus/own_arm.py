@@ -6,6 +6,7 @@ from typing import Any
 
 import numpy as np
 
+from ..mechanics.own_arm import stepping
 from ..mechanics.own_arm.description import Description
 from ..mechanics.own_arm.simulation import OwnArm as Simulation
 from ..mechanics.own_arm.variables import table_of
@@ -21,33 +22,25 @@ class OwnArm(Slave):
 
     arm = Description.of(DATA)
     table = table_of(arm)
+    step = staticmethod(stepping.advance)
 
     def __init__(self, **kwargs: Any):
         super().__init__(**kwargs)
         self.description = f"Arm {self.arm.name} on MuJoCo, moved by cylinders, in sea water"
         self.simulation: Simulation | None = None
         self.warned = False
-        self._forces = [self.table.index(f"{t}.F") for t in self.arm.tendons]
 
     def build(self, parameters: dict[str, float]) -> None:
-        self.simulation = Simulation(self.arm, parameters, self.time)
+        self.simulation = Simulation(self.arm, parameters, self.values, self.time)
+        self.row = self.simulation.row
         left = self.simulation.unheld
         if left > UNHELD * (1.0 + np.abs(self.simulation.load).max()) and not self.warned:
             self.warned = True
             self.warn(f"the cylinders do not hold the arm at rest: {left:.3g} N m (N) are left, and it will move")
 
-    def advance(self, t: float, h: float) -> None:
-        self.simulation.step(t, h, self.values[self._forces])
-        self.outputs()
-
-    def outputs(self) -> None:
-        it, made = self.simulation, []
-        for row in zip(it.lengths - it.start, it.speeds, it.lengths, it.F_hold, strict=True):
-            made += [float(x) for x in row]
-        for name, _ in self.arm.joints:
-            joint = it.data.joint(name)
-            made += [float(joint.qpos[0]), float(joint.qvel[0])]
-        self.out[:] = [*made, it.P_am]
+    def heed(self, code: int, t: float, h: float) -> bool:
+        self.simulation.heed(code, t, h)
+        return False
 
     def get_model_state(self) -> dict[str, Any]:
         return {"arm": self.simulation.state()}

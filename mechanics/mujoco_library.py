@@ -14,11 +14,16 @@ VERSION = "4.0."
 """How the version begins whose declarations are known; functions that are declared otherwise would crash."""
 
 NAMES = ("mj_fwdPosition", "mj_fwdVelocity", "mj_fullM")
+"""What the arm calls, the first two of model and data, the last of model, data and matrix."""
+
+OF_ANY_MODEL = (*NAMES, "mj_integratePos", "mj_jac", "mj_jacDot")
+"""What a user's arm calls: also of model, positions, velocities and a time; of model, data, two matrices, a place and a
+body's number."""
 
 
 @cache
-def addresses() -> tuple[int, ...]:
-    """Of the functions `NAMES`, the first two of model and data, the last of model, data and matrix."""
+def addresses(names: tuple[str, ...] = NAMES) -> tuple[int, ...]:
+    """Of the functions of these names."""
     if not mujoco.__version__.startswith(VERSION):
         remedy = f'pip install "mujoco~={VERSION}0"'
         raise SimulationError(f"the arm calls MuJoCo {VERSION}x, and here is {mujoco.__version__}: {remedy}")
@@ -30,5 +35,5 @@ def addresses() -> tuple[int, ...]:
     # its Python package has MuJoCo ask the clock some ten times a step, for timers that nobody reads here: the
     # library on its own does not
     ctypes.c_void_p.in_dll(library, "mjcb_time").value = None
-    made = [ctypes.cast(getattr(library, name), ctypes.c_void_p).value for name in NAMES]
+    made = [ctypes.cast(getattr(library, name), ctypes.c_void_p).value for name in names]
     return tuple(address or 0 for address in made)

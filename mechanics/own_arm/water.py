@@ -4,16 +4,22 @@ A bar is a slender cylinder of length L and diameter D about its middle; the wat
 the water relative to a place on the bar and across it, u, the drag per length is rho/2 C_D D |u| u, and what is
 accelerated along is rho C_M pi D^2/4 per length, as in `hydrodynamics`. A ball is acted on in all directions: rho/2 C_D
 pi D^2/4 |u| u, and rho C_M times its volume. Both are lifted by the water they displace.
+
+Vectors are three numbers (x, y, z); `axis` is the bar's, or (0, 0, 0) of a ball, which has none.
 """
 
 from __future__ import annotations
 
 from dataclasses import dataclass
-from math import pi
+from math import pi, sqrt
 
 import numpy as np
 
-PLACES, WEIGHTS = np.polynomial.legendre.leggauss(12)
+from ...core.jit import kernel
+
+Vector = tuple[float, float, float]
+
+PLACES, WEIGHTS = (tuple(x.tolist()) for x in np.polynomial.legendre.leggauss(12))
 """Places on a bar at which its drag is summed up, from -1 to 1: exact but for where the flow turns."""
 
 
@@ -36,46 +42,75 @@ class Wet:
         """Volume [m3] of the water that it displaces."""
         return pi * self.diameter**3 / 6.0 if self.ball else pi * self.diameter**2 / 4.0 * self.length
 
-
-def drag(wet: Wet, axis: np.ndarray, u: np.ndarray, omega: np.ndarray, rho: float) -> tuple[np.ndarray, np.ndarray]:
-    """Force [N] and torque about the middle [N m] (3,) of the drag; axis (3,): the bar's; u (3,): velocity of the water
-    relative to the middle [m/s]; omega (3,): the geom's angular velocity [rad/s]."""
-    if wet.ball:
-        force = 0.5 * rho * wet.C_D * pi * wet.diameter**2 / 4.0 * np.linalg.norm(u) * u
-        return force, np.zeros(3)
-    half = 0.5 * wet.length
-    turning = cross(omega, axis)
-    flow = u - np.outer(PLACES * half, turning)
-    flow -= np.outer(flow @ axis, axis)
-    speed = np.sqrt((flow * flow).sum(axis=1))
-    loads = (0.5 * rho * wet.C_D * wet.diameter * half * WEIGHTS * speed)[:, None] * flow
-    return loads.sum(axis=0), cross(axis, (PLACES * half) @ loads)
+    @property
+    def turning(self) -> float:
+        """Moment of inertia of the water that moves along, per its mass [m2]."""
+        return 0.0 if self.ball else self.length**2 / 12.0
 
 
-def added(wet: Wet, axis: np.ndarray, rho: float) -> tuple[np.ndarray, np.ndarray]:
-    """Mass [kg] and moment of inertia about the middle [kg m2] (3, 3) of the water that moves along."""
-    mass = rho * wet.C_M * wet.volume
-    if wet.ball:
-        return mass * np.eye(3), np.zeros((3, 3))
-    across = np.eye(3) - np.outer(axis, axis)
-    return mass * across, mass * wet.length**2 / 12.0 * across
+@kernel
+def cross(a: Vector, b: Vector) -> Vector:
+    """a x b."""
+    return a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]
 
 
+@kernel
+def dot(a: Vector, b: Vector) -> float:
+    """a . b."""
+    return a[0] * b[0] + a[1] * b[1] + a[2] * b[2]
+
+
+@kernel
+def plus(a: Vector, k: float, b: Vector) -> Vector:
+    """a + k b."""
+    return a[0] + k * b[0], a[1] + k * b[1], a[2] + k * b[2]
+
+
+@kernel
+def across(a: Vector, axis: Vector) -> Vector:
+    """The part of a vector across an axis; all of it where there is none."""
+    return plus(a, -dot(a, axis), axis)
+
+
+@kernel
+def drag_of_ball(diameter: float, C_D: float, u: Vector, rho: float) -> Vector:
+    """Force [N] of the drag; u: velocity of the water relative to the ball [m/s]; rho [kg/m3]."""
+    k = 0.5 * rho * C_D * pi * diameter**2 / 4.0 * sqrt(dot(u, u))
+    return k * u[0], k * u[1], k * u[2]
+
+
+@kernel
+def drag_of_bar(
+    length: float, diameter: float, C_D: float, axis: Vector, u: Vector, omega: Vector, rho: float
+) -> tuple[Vector, Vector]:
+    """Force [N] and torque about the middle [N m] of the drag; u: velocity of the water relative to the middle [m/s];
+    omega: the bar's angular velocity [rad/s]."""
+    half, turning = 0.5 * length, cross(omega, axis)
+    force, moment = (0.0, 0.0, 0.0), (0.0, 0.0, 0.0)
+    for i in range(len(PLACES)):
+        s = PLACES[i] * half
+        flow = across(plus(u, -s, turning), axis)
+        k = 0.5 * rho * C_D * diameter * half * WEIGHTS[i] * sqrt(dot(flow, flow))
+        force, moment = plus(force, k, flow), plus(moment, s * k, flow)
+    return force, cross(axis, moment)
+
+
+@kernel
 def carried(
-    wet: Wet, axis: np.ndarray, motion: np.ndarray, rates: np.ndarray, rho: float
-) -> tuple[np.ndarray, np.ndarray]:
-    """Force [N] and torque [N m] (3,) of that water, whose momentum follows the geom's velocity (Kirchhoff 1869).
+    mass: float, turning: float, axis: Vector, omega: Vector, v: Vector, alpha: Vector, a: Vector
+) -> tuple[Vector, Vector]:
+    """Force [N] and torque [N m] of the water that moves along, whose momentum follows the geom's velocity (Kirchhoff
+    1869).
 
-    motion, rates: the geom's angular and linear velocity (6,) [rad/s, m/s], and their rates. F = -d/dt(A v), T =
-    -d/dt(B omega) - v x A v, with A and B that turn with the geom: without drag nothing is lost.
+    mass, turning: the water's [kg], `Wet.turning`; omega, v: the geom's angular and linear velocity [rad/s, m/s];
+    alpha, a: their rates. F = -d/dt(A v), T = -d/dt(B omega) - v x A v, with A and B that turn with the geom: without
+    drag nothing is lost.
     """
-    linear, angular = added(wet, axis, rho)
-    omega, v = motion[:3], motion[3:]
-    momentum = linear @ v
-    force = -linear @ rates[3:] - cross(omega, momentum) + linear @ cross(omega, v)
-    return force, -angular @ rates[:3] - cross(omega, angular @ omega) - cross(v, momentum)
-
-
-def cross(a: np.ndarray, b: np.ndarray) -> np.ndarray:
-    """a x b (3,), quicker than numpy's for one pair."""
-    return np.array([a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]])
+    momentum, spin = across(v, axis), across(omega, axis)
+    force = plus(plus(across(cross(omega, v), axis), -1.0, across(a, axis)), -1.0, cross(omega, momentum))
+    torque = plus(across(alpha, axis), 1.0, cross(omega, spin))
+    own, other = mass * turning, cross(v, momentum)
+    return (
+        (mass * force[0], mass * force[1], mass * force[2]),
+        (-own * torque[0] - mass * other[0], -own * torque[1] - mass * other[1], -own * torque[2] - mass * other[2]),
+    )

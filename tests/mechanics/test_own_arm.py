@@ -11,7 +11,7 @@ from deepsea_cosim.mechanics.own_arm.description import Description
 from deepsea_cosim.mechanics.own_arm.reading import read
 from deepsea_cosim.mechanics.own_arm.simulation import OwnArm
 from deepsea_cosim.mechanics.own_arm.variables import table_of
-from deepsea_cosim.mechanics.own_arm.water import Wet, drag
+from deepsea_cosim.mechanics.own_arm.water import drag_of_bar
 from deepsea_cosim.mechanics.variables import ARM
 
 EXAMPLE = Path(__file__).parents[2] / "examples" / "boom_and_stick"
@@ -44,9 +44,9 @@ def arm(tmp_path, text, water=None, dry=False, **parameters):
 def energy(it):
     """Kinetic energy, with the water's, and potential one less buoyancy [J]."""
     m, d = it.model, it.data
-    kinetic = 0.5 * d.qvel @ it._M @ d.qvel
+    kinetic = 0.5 * d.qvel @ it.M @ d.qvel
     height = sum(m.body_mass[k] * d.xipos[k, 2] for k in range(1, m.nbody)) * GRAVITY
-    lift = sum(it.p["rho_s"] * w.volume * d.geom_xpos[k, 2] for w, k in it.wet if w.lifted) * GRAVITY
+    lift = sum(it.p["rho_s"] * w.volume * d.geom(w.geom).xpos[2] for w in it.d.wet if w.lifted) * GRAVITY
     return kinetic + height - lift
 
 
@@ -55,12 +55,11 @@ def test_nothing_is_lost_without_drag(tmp_path, dry):
     """Three joints about different axes, falling freely: with the water that moves along, too."""
     it = arm(tmp_path, CHAIN, dry=dry, drag=0.0)
     it.data.qvel[:] = 0.8, 0.0, 1.0
-    it._look()
-    it.acceleration = it._accelerate()
+    it.settle()
     first, most = energy(it), 0.0
     for k in range(1500):
         it.step(k * 1e-3, 1e-3, np.zeros(1))
-        most = max(most, 0.5 * it.data.qvel @ it._M @ it.data.qvel)
+        most = max(most, 0.5 * it.data.qvel @ it.M @ it.data.qvel)
         assert energy(it) == pytest.approx(first, abs=2e-3 * most + 1e-3)
     assert most > 100.0
 
@@ -70,8 +69,8 @@ def test_a_bar_in_still_water_is_a_pendulum_with_its_added_mass(tmp_path):
     it = arm(tmp_path, BAR.format(tilt=89, more=""), drag=0.0)
     V, L = np.pi / 4 * 0.1**2 * 1.605, 1.605
     own = 50 * (L**2 / 12 + 0.05**2 / 4) + 50 * L**2 / 4
-    assert it._M[0, 0] == pytest.approx(own + 1025 * 2.0 * V * L**2 / 3, rel=1e-6)  # MJCF texts have six digits
-    expected = 2 * np.pi / np.sqrt((50 - 1025 * V) * GRAVITY * L / 2 / it._M[0, 0])
+    assert it.M[0, 0] == pytest.approx(own + 1025 * 2.0 * V * L**2 / 3, rel=1e-6)  # MJCF texts have six digits
+    expected = 2 * np.pi / np.sqrt((50 - 1025 * V) * GRAVITY * L / 2 / it.M[0, 0])
     angles = []
     for k in range(8000):
         it.step(k * 1e-3, 1e-3, np.zeros(1))
@@ -97,9 +96,8 @@ def test_it_is_the_projects_arm_where_both_can_be(tmp_path):
 
 
 def test_drag_of_a_turning_bar_is_its_integral():
-    bar = Wet("b", False, 2, 2.0, 0.1, 1.2, 2.0, True)
     axis, u, omega = np.array([0.6, 0.0, 0.8]), np.array([0.3, 0.2, 0.1]), np.array([0.1, 0.4, -0.2])
-    force, torque = drag(bar, axis, u, omega, 1025.0)
+    force, torque = drag_of_bar(2.0, 0.1, 1.2, tuple(axis), tuple(u), tuple(omega), 1025.0)
     s = (np.arange(20000) + 0.5) / 10000 - 1.0
     flow = u - np.outer(s, np.cross(omega, axis))
     flow -= np.outer(flow @ axis, axis)
@@ -139,7 +137,7 @@ def test_a_restored_state_goes_on_bitwise(tmp_path):
 def test_boxes_and_ellipsoids_are_bars_of_their_volume(tmp_path):
     text = BAR.format(tilt=0, more='<geom name="box" type="box" size="0.5 0.1 0.05" pos="0.5 0 0"/>'
                                    '<geom name="egg" type="ellipsoid" size="0.1 0.4 0.2" pos="0.5 0 0"/>')  # fmt: skip
-    wet = {w.geom: w for w, _ in arm(tmp_path, text).wet}
+    wet = {w.geom: w for w in arm(tmp_path, text).d.wet}
     assert (wet["box"].axis, wet["egg"].axis) == (0, 1)
     assert wet["box"].volume == pytest.approx(8 * 0.5 * 0.1 * 0.05)
     assert wet["egg"].volume == pytest.approx(4 / 3 * np.pi * 0.1 * 0.4 * 0.2)
