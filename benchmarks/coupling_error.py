@@ -1,8 +1,10 @@
 """How far the coupled run is from the monolithic reference, by step and method, and how much damping the coupling adds.
 
-    python benchmarks/coupling_error.py [BUILD_FOLDER]
+    python benchmarks/coupling_error.py [BUILD_FOLDER] [TABLE ...]
 
-The folder holds the packages made by `cosim-fmus build`; without it they are built anew. Run from the repository.
+The folder holds the packages made by `cosim-fmus build`; without it they are built anew. Run from the repository. The
+tables: shipped (every scenario as it is shipped), trapped (trapped oil after fast ramps), methods, damping; without a
+name all of them.
 """
 
 from __future__ import annotations
@@ -15,7 +17,9 @@ import numpy as np
 
 sys.path.insert(0, str(Path(__file__).parent.parent))
 
+from deepsea_cosim.fmus.build import SYSTEMS, system_folder
 from deepsea_cosim.master.algorithms import NAMES
+from deepsea_cosim.master.session import Session
 from deepsea_cosim.master.simulate import Options, run
 
 from tests.reference import monolith
@@ -25,12 +29,83 @@ SPACING, ORDER = 8e-3, 4
 """Samples [s] and number of poles for the ring-down."""
 
 
+RAMPS = (5.0, 4.0, 3.3, 3.0, 2.75, 2.5, 2.0, 1.0)
+"""Ramps of the command after which oil is trapped or not, at 3 km [s]."""
+
+TRAPPED = (("gauss-seidel", 1.0), ("gauss-seidel", 0.5), ("nepce", 2.0), ("nepce", 1.0))
+"""Methods and steps [ms] for them."""
+
+
 def coupled(package: Path, **options: object) -> dict[str, np.ndarray]:
     """Columns of a run by name."""
     with tempfile.TemporaryDirectory() as folder:
         result = run(package, Path(folder), Options(**options))
         table = np.loadtxt(Path(folder) / "results.csv", delimiter=",", skiprows=1)
     return {name: table[:, i] for i, name in enumerate(result.names)}
+
+
+def machine_of(package: Path) -> monolith.Machine:
+    """The monolith of a scenario with one axis."""
+    with Session(package) as session:
+        values = session.values()
+    start, ramp, hold = (float(values[f"hydraulics.command.{n}"]) for n in ("t_start", "ramp_time", "hold_time"))
+    return monolith.Machine(
+        depth=float(values["hydraulics.depth"]) / 1e3,
+        variable_viscosity=bool(values["hydraulics.line.variable_viscosity"]),
+        extend_start=start, extend_end=start + ramp, retract_start=start + ramp + hold,
+        retract_end=start + 2.0 * ramp + hold,
+    )  # fmt: skip
+
+
+def shipped(build: Path) -> None:
+    """Table of every scenario with the method and the step that it comes with."""
+    from benchmarks import two_axes
+
+    print("| scenario | method | step | max x_h error | max pressure error |\n| --- | --- | --- | --- | --- |")
+    for name in [path.stem for system in SYSTEMS for path in sorted(system_folder(system).glob("*.ssv"))]:
+        package = build / f"{name}.ssp"
+        with tempfile.TemporaryDirectory() as folder:
+            summary = run(package, Path(folder), Options(results="", stop_time=0.01)).summary
+        method, step = summary["method"], summary["step_s"]
+        if name == "two_axes":
+            error = two_axes.errors(package, runs=((method, step),))[0]
+            x, p = max(error[[0, 3]]), max(error[[1, 2, 4, 5]])
+        else:
+            machine, stride = machine_of(package), round(step / 1e-3)
+            truth = monolith.solve(machine, np.arange(22001) * 1e-3, rtol=1e-9)
+            x, _, p = deviation(coupled(package), truth, stride, machine.corners)
+        print(
+            f"| {name} | {method} | {1e3 * step:g} ms | {1e3 * x:.4f} mm | {p / 1e3:.1f} kPa ({p / 20e6:.2%} of 20 MPa) |",
+            flush=True,
+        )
+
+
+def trapped(build: Path) -> None:
+    """Table of what ramps of other lengths leave trapped at 3 km, and of what the runs say of it."""
+    package = build / "deepsea_3km.ssp"
+    print("| ramp | method | step | max x_h error | max pressure error | the run says |\n" + "| --- " * 6 + "|")
+    for ramp in RAMPS:
+        stop = 12.0 + 2.0 * ramp
+        corners = 2.0, 2.0 + ramp, 7.0 + ramp, 7.0 + 2.0 * ramp
+        machine = monolith.Machine(3.0, True, 5, **dict(zip(
+            ("extend_start", "extend_end", "retract_start", "retract_end"), corners, strict=True)))  # fmt: skip
+        truth = monolith.solve(machine, np.arange(round(stop * 2000) + 1) * 0.5e-3, rtol=1e-9)
+        for method, ms in TRAPPED:
+            options = Options(
+                step=ms * 1e-3, method=method, stop_time=stop, changes=(("hydraulics.command.ramp_time", str(ramp)),)
+            )
+            with tempfile.TemporaryDirectory() as folder:
+                result = run(package, Path(folder), options)
+                table = np.loadtxt(Path(folder) / "results.csv", delimiter=",", skiprows=1)
+            c = {name: table[:, i] for i, name in enumerate(result.names)}
+            x, _, p = deviation(c, truth, round(ms / 0.5), corners)
+            doubt = result.summary["doubt"]
+            off = f"{doubt['signal_off']:.0%} of {doubt['signal']}" if doubt else ""
+            loud = any("leaves a rest" in text for text in result.summary["warnings"])
+            print(
+                f"| {ramp:g} s | {method} | {ms:g} ms | {1e3 * x:.4f} mm | {p / 1e3:.0f} kPa ({p / 20e6:.1%}) | "
+                f"{off if loud else ''} |", flush=True,
+            )  # fmt: skip
 
 
 def errors(build: Path) -> None:
@@ -92,20 +167,24 @@ def damping(build: Path) -> None:
             )
 
 
-def main() -> None:
-    """Print both tables."""
-    if len(sys.argv) > 1:
-        if not (Path(sys.argv[1]) / "deepsea_11km.ssp").is_file():
-            sys.exit(f"{sys.argv[1]}: no folder with the packages of `cosim-fmus build --out FOLDER`")
-        errors(Path(sys.argv[1]))
-        damping(Path(sys.argv[1]))
-        return
-    from deepsea_cosim.fmus.build import build
+TABLES = {"shipped": shipped, "trapped": trapped, "methods": errors, "damping": damping}
 
-    with tempfile.TemporaryDirectory() as folder:
-        build(Path(folder))
-        errors(Path(folder))
-        damping(Path(folder))
+
+def main() -> None:
+    """Print the tables."""
+    given = sys.argv[1:]
+    asked = [word for word in given if word in TABLES] or list(TABLES)
+    folders = [word for word in given if word not in TABLES]
+    with tempfile.TemporaryDirectory() as scratch:
+        folder = Path(folders[0] if folders else scratch)
+        if not folders:
+            from deepsea_cosim.fmus.build import build
+
+            build(folder)
+        elif not (folder / "deepsea_11km.ssp").is_file():
+            sys.exit(f"{folder}: no folder with the packages of `cosim-fmus build --out FOLDER`")
+        for name in asked:
+            TABLES[name](folder)
 
 
 if __name__ == "__main__":
