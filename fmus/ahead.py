@@ -50,7 +50,7 @@ def compiled(kernel: Any) -> tuple[bytes, dict[str, Any]] | None:
     from numba import carray, cfunc, types
 
     signature = kernel.nopython_signatures[0]
-    result = signature.return_type
+    result = types.unliteral(signature.return_type)
     plain = (types.int64, types.float64, types.boolean)
     arrays = [t for t in signature.args if isinstance(t, types.Array) and t.dtype == types.float64 and t.layout == "C"]
     if result not in (types.none, *plain) or any(t not in plain and t not in arrays for t in signature.args):

@@ -17,6 +17,7 @@ import zipfile
 from collections import Counter
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
+from importlib import import_module
 from importlib.util import find_spec
 from pathlib import Path
 from typing import Any
@@ -26,7 +27,8 @@ import numpy as np
 
 from ..core.errors import PackageError
 from ..core.files import make_folder
-from .build import CONTAINER, HERE, MODELS, PLATFORM, Model, c_compiler, interpreter
+from .arm_case import arm_in
+from .build import CONTAINER, HERE, MODELS, PLATFORM, c_compiler, interpreter
 
 STEP, STOP = 1e-3, 4.0  # the machine begins to move at 2 s
 WRITTEN = 4
@@ -49,7 +51,9 @@ def _supply(t: float) -> dict[str, float]:
     return {"Qp[1]": 4e-5 * (1.0 - math.cos(2.0 * math.pi * t)), "Qt[1]": 3e-5 * (1.0 - math.cos(2.0 * math.pi * t))}
 
 
-INPUTS: dict[str, Callable[[float], dict[str, float]]] = {
+Inputs = Callable[[float], dict[str, float]]
+
+INPUTS: dict[str, Inputs] = {
     "DeepseaHydraulics": _hydraulics, "DeepseaArm": _arm, "DeepseaSupply": _supply,
     "DeepseaMachine": lambda _t: {},
 }  # fmt: skip
@@ -57,9 +61,11 @@ INPUTS: dict[str, Callable[[float], dict[str, float]]] = {
 
 @dataclass(frozen=True)
 class Case:
-    """What is run: times of the steps' starts and ends (n + 1,), inputs held in each step (n, inputs)."""
+    """What is run: the FMU's name and Python class; times of the steps' starts and ends (n + 1,), inputs held in each
+    step (n, inputs)."""
 
-    model: Model
+    name: str
+    kind: Any
     names: tuple[str, ...]
     outputs: tuple[str, ...]
     times: np.ndarray
@@ -96,21 +102,26 @@ def _references(fmu: Path, names: Sequence[str]) -> list[int]:
     return [known[name] for name in names]
 
 
-def case(model: Model) -> Case:
-    """The case of an FMU."""
-    table = _class(model).table
+def case(fmu: Path) -> Case:
+    """The case of an FMU of this project, a user's arm among them. Raises `PackageError` for others."""
+    known = {model.name: model for model in (*MODELS, CONTAINER)}
+    root = _description(fmu)
+    name = root.get("modelName", "")
+    if root.get("fmiVersion") == "2.0" and name in known:
+        kind, inputs = getattr(import_module(f"{__package__}.{known[name].modules[0]}"), name), INPUTS[name]
+    elif root.get("fmiVersion") == "2.0" and (arm := arm_in(fmu)) is not None:
+        kind, inputs = arm
+    else:
+        raise PackageError(
+            f"{fmu}: is none of this project's FMUs of FMI 2.0 ({', '.join(known)}, or by cosim-fmus arm)"
+        )
     n = round(STOP / STEP)
-    start = {v.name: v.start for v in table.of("input")}
-    rows = [{**start, **INPUTS[model.name](k * STEP)} for k in range(n)]
+    start = {v.name: v.start for v in kind.table.of("input")}
+    rows = [{**start, **inputs(k * STEP)} for k in range(n)]
     names = tuple(start)
-    outputs = tuple(v.name for v in table.of("output"))
-    return Case(model, names, outputs, np.arange(n + 1) * STEP, np.array([[row[x] for x in names] for row in rows]))
-
-
-def _class(model: Model) -> type:
-    from importlib import import_module
-
-    return getattr(import_module(f"{__package__}.{model.modules[0]}"), model.name)
+    outputs = tuple(v.name for v in kind.table.of("output"))
+    held = np.array([[row[x] for x in names] for row in rows])
+    return Case(name, kind, names, outputs, np.arange(n + 1) * STEP, held)
 
 
 def _number(text: str) -> float:
@@ -119,7 +130,7 @@ def _number(text: str) -> float:
 
 def reference(c: Case, fmu: Path) -> np.ndarray:
     """Outputs (n + 1, outputs) of the model's Python class, with the FMU's parameters."""
-    slave = _class(c.model)(instance_name="reference", resources="", visible=False, logger=0)
+    slave = c.kind(instance_name="reference", resources="", visible=False, logger=0)
     for v in _description(fmu).iter("ScalarVariable"):
         start = v[0].get("start")
         if v.get("causality") == "parameter" and start is not None:
@@ -170,7 +181,7 @@ def through_c(fmu: Path, c: Case, folder: Path) -> Outcome:
     rows = [f"{len(c.names)} {' '.join(map(str, _references(fmu, c.names)))}"]
     rows += [" ".join(f"{x!r}" for x in u) for u in c.inputs.tolist()]
     (folder / "inputs.txt").write_text("\n".join(rows) + "\n")
-    library = place / "binaries" / PLATFORM / f"{c.model.name}.so"
+    library = place / "binaries" / PLATFORM / f"{c.name}.so"
     outputs = map(str, _references(fmu, c.outputs))
     command = [str(program), str(library), (place / "resources").as_uri(), guid, repr(STEP), str(len(c.inputs)),
                str(folder / "inputs.txt"), *outputs]  # fmt: skip
@@ -247,7 +258,6 @@ def deviation(values: np.ndarray, truth: np.ndarray) -> float:
 
 def cross_check(fmus: Sequence[Path], out: Path) -> dict[str, dict[str, Outcome]]:
     """Run FMUs of this project through all importers; files go to a folder per FMU below `out`."""
-    known = {model.name: model for model in (*MODELS, CONTAINER)}
     found: dict[str, dict[str, Outcome]] = {}
     for name, count in Counter(fmu.stem for fmu in fmus).items():
         if count > 1:
@@ -255,10 +265,7 @@ def cross_check(fmus: Sequence[Path], out: Path) -> dict[str, dict[str, Outcome]
     for fmu in fmus:
         if not fmu.is_file():
             raise PackageError(f"{fmu}: no such file")
-        root = _description(fmu)
-        if root.get("modelName") not in known or root.get("fmiVersion") != "2.0":
-            raise PackageError(f"{fmu}: is none of this project's FMUs of FMI 2.0 ({', '.join(known)})")
-        c = case(known[root.get("modelName", "")])
+        c = case(fmu)
         truth = reference(c, fmu)
         folder = out / fmu.stem
         make_folder(folder)

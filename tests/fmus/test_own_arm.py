@@ -2,10 +2,12 @@
 
 import importlib.util
 import shutil
+import sys
 from pathlib import Path
 
 import pytest
-from deepsea_cosim.fmus import cli
+from deepsea_cosim.fmus import cli, cross_check
+from deepsea_cosim.fmus.build import c_compiler
 from deepsea_cosim.fmus.check import faults
 from deepsea_cosim.master.check import check
 from deepsea_cosim.master.simulate import Options, run
@@ -40,6 +42,15 @@ def test_it_is_valid_and_says_what_it_has(package):
 def test_it_falls_in_another_importer(package):
     result = simulate_fmu(str(package.parent / "BoomAndStick.fmu"), stop_time=0.2, step_size=1e-3, output=["boom.q"])
     assert result["boom.q"][-1] < -0.02
+
+
+@pytest.mark.skipif(c_compiler() is None or sys.platform != "linux", reason="needs Linux and a C compiler")
+def test_importers_that_are_not_python_compute_the_same(package, tmp_path):
+    found = cross_check.cross_check([package.parent / "BoomAndStick.fmu"], tmp_path)["BoomAndStick"]
+    assert found["FMPy"].deviation <= 1e-9
+    assert found["C importer, empty environment"].deviation <= 1e-12
+    assert found["ecos"].absent or found["ecos"].deviation <= 1e-9
+    assert (tmp_path / "BoomAndStick" / "BoomAndStick_in.csv").read_text().startswith('"time","boom_cylinder.F"')
 
 
 def test_two_cylinders_move_boom_and_stick(package, tmp_path):
