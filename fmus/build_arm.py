@@ -47,14 +47,18 @@ def build_arm(
     path: also PACKAGE:path/in/it of a Python package that is installed.
     """
     from ..mechanics.own_arm.reading import read
+    from ..mechanics.own_arm.remarks import bare_bodies, loose_joints
     from ..mechanics.own_arm.simulation import OwnArm
     from ..mechanics.own_arm.variables import table_of
 
     arm = read(place(path), water, dry, name, pose, cylinders)
-    loose = OwnArm(arm, table_of(arm).parameters({})).loose
-    if loose:
+    at_rest = OwnArm(arm, table_of(arm).parameters({}))
+    if loose := loose_joints(at_rest):
         say(f"no cylinder moves {', '.join(loose)}: what hangs there swings as it likes; held = [...] in a table for "
             "--cylinders holds it")  # fmt: skip
+    if arm.wet and (bare := bare_bodies(at_rest)):
+        say(f"the water does not act on {', '.join(bare)}: no geom of these bodies is in it, or only a mesh, which "
+            "carries no loads")  # fmt: skip
     make_folder(folder)
     lines = [f"* {w.geom}: {w.C_D:g}, {w.C_M:g}, {w.length:.4g}, {w.diameter:.4g}" for w in arm.wet] or ["* nothing"]
     text = TEXT.format(name=arm.name, joints=len(arm.joints), tendons=", ".join(arm.tendons), wet="\n".join(lines))

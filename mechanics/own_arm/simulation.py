@@ -109,13 +109,6 @@ class OwnArm:
         """Longest internal step [s]."""
         return float(self.layout.head.longest)
 
-    @property
-    def loose(self) -> tuple[str, ...]:
-        """Names of the joints that no tendon moves in the present pose and that are not held."""
-        moved = np.abs(self.levers).max(axis=0) > 1e-9
-        joints = sorted({int(self.model.dof_jntid[k]) for k in self.free if not moved[k]})
-        return tuple(self.model.joint(j).name for j in joints)
-
     def settle(self) -> None:
         """Work everything out anew for positions, velocities and forces as they are."""
         called(stepping.settle)(*self.at, 0.0, 0.0)

@@ -7,6 +7,7 @@ from deepsea_cosim.core.errors import PackageError
 from deepsea_cosim.core.sea import GRAVITY
 from deepsea_cosim.mechanics.own_arm.description import Description
 from deepsea_cosim.mechanics.own_arm.reading import read
+from deepsea_cosim.mechanics.own_arm.remarks import bare_bodies, loose_joints
 from deepsea_cosim.mechanics.own_arm.simulation import OwnArm
 from deepsea_cosim.mechanics.own_arm.variables import table_of
 
@@ -70,7 +71,7 @@ def test_cylinders_are_put_into_a_model_that_has_none(tmp_path):
     it = simulated(d)
     assert it.lengths[0] == pytest.approx(np.hypot(0.15, 0.15))
     assert it.unheld < 1e-9
-    assert it.loose == ()
+    assert loose_joints(it) == bare_bodies(it) == ()
     for k in range(300):
         it.step(k * 1e-3, 1e-3, it.F_hold + np.array([50.0, 0.0]))
     assert it.lengths[0] - it.start[0] > 1e-3
@@ -108,7 +109,8 @@ def test_only_what_the_table_names_is_a_cylinder(tmp_path):
     d = description(tmp_path, table)
     assert d.tendons == ("grasp",)
     it = simulated(d)
-    assert set(it.loose) == {"pan", "lift", "elbow"}
+    assert set(loose_joints(it)) == {"pan", "lift", "elbow"}
+    assert bare_bodies(it) == ("base",)  # has a mesh only
     assert it.speeds.shape == (1,)
 
 
