@@ -11,6 +11,7 @@ from typing import Any
 import numpy as np
 
 from ..core.errors import OutputError
+from .held import HeldInputs
 from .results import Writer, open_writer
 from .results.columns import Layout
 from .system import System
@@ -31,9 +32,10 @@ class Recording:
 
     def __init__(
         self, system: System, layout: Layout, which: Sequence[int], file: Path | None, every: int,
-        energy: ResidualEnergy, stride: int,
+        energy: ResidualEnergy, held: HeldInputs, stride: int,
     ):  # fmt: skip
         self.system, self.layout, self.which, self.every, self.energy = system, layout, which, every, energy
+        self.held = held
         self.names = [layout.columns[i].name for i in which]
         self._writer: Writer | None = open_writer(file, [layout.columns[i] for i in which]) if file else None
         width = len(layout.outputs) + len(layout.inputs)
@@ -97,6 +99,7 @@ class Recording:
             return
         rows, times = self._rows[:n], self._times[:n]
         self.energy.add(times, rows)
+        self.held.add(rows)
         if self.layout.keeps_texts and len(self._texts) < n:  # a step that failed has not come to its texts
             self._texts.append((list(self._before), list(self.system.board.texts)))
         texts = self._texts[:n]

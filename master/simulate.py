@@ -19,8 +19,10 @@ from ..core.files import returning
 from ..core.versions import versions
 from .algorithms import AT_START, algorithm
 from .direct import at_once, probe
+from .doubt import doubt, warning
 from .engine.program import Program
 from .engine.runner import Runner
+from .held import HeldInputs
 from .initialise import Initialiser
 from .interrupts import Interrupts, interrupts
 from .loop import Loop
@@ -133,11 +135,13 @@ class _Run:
                 carrying = sloped(options.method, prepared.slaves.values())
                 layout = prepared.layout
                 self.energy = ResidualEnergy(bonds, layout.outputs, layout.inputs, answers, carrying)
+                held = HeldInputs(prepared.system, layout.outputs, layout.inputs, carrying)
                 self.file = self.folder / options.results if options.results else None
                 self.stride = stride or max(1, count // SAMPLE)
                 self.recording = Recording(
-                    prepared.system, layout, prepared.which, self.file, options.record_every, self.energy, self.stride
-                )
+                    prepared.system, layout, prepared.which, self.file, options.record_every, self.energy, held,
+                    self.stride,
+                )  # fmt: skip
         except CosimError as error:
             self._unborn("interrupted" if isinstance(error, Interrupted) else "failed", error)
             raise
@@ -221,6 +225,9 @@ class _Run:
         wall = perf_counter() - self._started
         simulated = loop.time - start
         slaves = prepared.slaves
+        told = self._doubt()
+        doubts = warning(told, self.options.method, step)
+        warnings = [*said(slaves.values()), *self.energy.warnings(), *doubts, *self.remarks]
         return {
             "package": str(self.package),
             "variant": prepared.network.structure.file.name,
@@ -239,12 +246,25 @@ class _Run:
                 name: slave.seconds + float(loop.runner.seconds[i]) for i, (name, slave) in enumerate(slaves.items())
             },
             "coupling": self.energy.summary(),
-            "warnings": list(dict.fromkeys([*said(slaves.values()), *self.energy.warnings(), *self.remarks])),
+            "doubt": told,
+            "warnings": list(dict.fromkeys(warnings)),
             "changes": dict(self.options.changes),
             "columns": self.recording.names,
             "versions": versions(),
             "machine": {"system": platform.system(), "cpus": os.cpu_count()},
         }
+
+    def _doubt(self) -> dict[str, Any] | None:
+        """What is in doubt of the outputs that FMUs give as reals."""
+        recording, system = self.recording, self.prepared.system
+        if recording.extremes() is None:
+            return None
+        places = {c.name: i for i, c in enumerate(self.prepared.layout.columns) if c.type == "float"}
+        mine: dict[str, list[tuple[int, str]]] = {}
+        for signal in system.outputs.values():
+            found = [(places[name], name) for name in elements(signal) if name in places]
+            mine.setdefault(signal.component, []).extend(found)
+        return doubt(mine, recording.sampled(), recording.held)
 
     def _unborn(self, status: str, error: object) -> None:
         """The summary of a run that has not begun."""
