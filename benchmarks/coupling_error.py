@@ -74,10 +74,8 @@ def shipped(build: Path) -> None:
             machine, stride = machine_of(package), round(step / 1e-3)
             truth = monolith.solve(machine, np.arange(22001) * 1e-3, rtol=1e-9)
             x, _, p = deviation(coupled(package), truth, stride, machine.corners)
-        print(
-            f"| {name} | {method} | {1e3 * step:g} ms | {1e3 * x:.4f} mm | {p / 1e3:.1f} kPa ({p / 20e6:.2%} of 20 MPa) |",
-            flush=True,
-        )
+        pressure = f"{p / 1e3:.1f} kPa ({p / 20e4:.2f} %)"
+        print(f"| `{name}` | {method} | {1e3 * step:g} ms | {1e3 * x:.4f} mm | {pressure} |", flush=True)
 
 
 def trapped(build: Path) -> None:
@@ -100,10 +98,10 @@ def trapped(build: Path) -> None:
             c = {name: table[:, i] for i, name in enumerate(result.names)}
             x, _, p = deviation(c, truth, round(ms / 0.5), corners)
             doubt = result.summary["doubt"]
-            off = f"{doubt['signal_off']:.0%} of {doubt['signal']}" if doubt else ""
+            off = f"{100 * doubt['signal_off']:.0f} % of {doubt['signal']}" if doubt else ""
             loud = any("leaves a rest" in text for text in result.summary["warnings"])
             print(
-                f"| {ramp:g} s | {method} | {ms:g} ms | {1e3 * x:.4f} mm | {p / 1e3:.0f} kPa ({p / 20e6:.1%}) | "
+                f"| {ramp:g} s | {method} | {ms:g} ms | {1e3 * x:.4f} mm | {p / 1e3:.0f} kPa ({p / 20e4:.1f} %) | "
                 f"{off if loud else ''} |", flush=True,
             )  # fmt: skip
 
