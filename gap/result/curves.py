@@ -29,7 +29,8 @@ def curves(s: State) -> list[dict[str, Any]]:
 
 def _curve(s: State, r: RankedHypothesis, c: EffectCandidate, form: CurveForm) -> dict[str, Any]:
     """Points of the curve with what the formulas make of it, their 95 % band, and the same effects' plain forms, all at
-    the same x. The band is that of the whole: level and curve stand in for each other."""
+    the same x. The band is that of the whole: level and curve stand in for each other; a machine's curve is smooth where
+    this one has corners, which is in the band, too."""
     fit, problem = r.hypothesis.fit, s.problem
     knots = knots_of(form.curve, _values(s, fit.point))
     x = _drawn_at(knots, problem.settings.curves.drawn)
@@ -46,6 +47,7 @@ def _curve(s: State, r: RankedHypothesis, c: EffectCandidate, form: CurveForm) -
     settings = problem.settings.uncertainty
     C = data_covariance(problem, fit, s.nuisance_jacobian, settings.form_energy)[np.ix_(own, own)]
     reach = settings.width * np.sqrt(np.einsum("ij,jk,ik->i", J, C, J))
+    reach = np.hypot(reach, np.interp(x, knots, smoothed_away(knots, form.values(fit.point))))
     plain = _plain(s, r, c)
     return {
         "id": form.id, "what": form.text, "effect": c.id, "x": form.curve.x, "y": form.curve.y,
@@ -53,6 +55,17 @@ def _curve(s: State, r: RankedHypothesis, c: EffectCandidate, form: CurveForm) -
         "knots": _pairs(knots, form.values(fit.point)),
         "plain": [] if plain is None else _pairs(x, _formula(s, plain, form.curve, x)),
     }  # fmt: skip
+
+
+def smoothed_away(knots: np.ndarray, values: np.ndarray) -> np.ndarray:
+    """How far (knots,) straight lines that fit a smooth curve best are from it: a twelfth of the square of the distance
+    between knots times its second derivative, here that of the parabola through each three of them."""
+    if knots.size < 3:
+        return np.zeros(knots.size)
+    h, slope = np.diff(knots), np.diff(values) / np.diff(knots)
+    bent = np.abs(np.diff(slope)) / (h[:-1] + h[1:]) * 2.0
+    wide = np.maximum(h[:-1], h[1:])
+    return np.pad(bent * wide**2 / 12.0, 1, mode="edge")
 
 
 def _drawn_at(knots: np.ndarray, between: int) -> np.ndarray:
