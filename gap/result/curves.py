@@ -29,8 +29,8 @@ def curves(s: State) -> list[dict[str, Any]]:
 
 def _curve(s: State, r: RankedHypothesis, c: EffectCandidate, form: CurveForm) -> dict[str, Any]:
     """Points of the curve with what the formulas make of it, their 95 % band, and the same effects' plain forms, all at
-    the same x. The band is that of the whole: level and curve stand in for each other; a machine's curve is smooth where
-    this one has corners, which is in the band, too."""
+    the same x. The band is that of the whole, for level and curve stand in for each other, and of what is smooth in a
+    machine where this curve has corners."""
     fit, problem = r.hypothesis.fit, s.problem
     knots = knots_of(form.curve, _values(s, fit.point))
     x = _drawn_at(knots, problem.settings.curves.drawn)
