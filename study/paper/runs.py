@@ -3,20 +3,20 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from pathlib import Path
+from typing import Protocol
 
 import numpy as np
 
 from ...core.errors import CosimError, SimulationError, UsageError
-from ...master.pool import Failure, Job, Pool
+from ...master.pool import Failure, Job
 from ...master.session import Session
 from ..sweep.metrics import reaches
-from .cases import DEEPEST, MID, RAMP, RECORD, STOP, T_DOWN, T_START, WITHIN, Case, all_cases
+from .cases import DEEPEST, RAMP, RECORD, STOP, T_DOWN, T_START, Case, all_cases
+from .choices import OURS, Choices
 
 STEP = 1e-3
-ON_TIME = 0.1
-"""Seconds beyond the command's that are no delay yet: the loop itself lags by some hundredths."""
 
 
 @dataclass(frozen=True)
@@ -26,6 +26,9 @@ class Run:
     case: Case
     t: np.ndarray
     rows: np.ndarray
+    choices: Choices = OURS
+    arrivals: dict[tuple[float, ...], float] = field(default_factory=dict, repr=False, compare=False)
+    """Times that have been looked for; a run is asked for the same ones with many choices."""
 
     def __getitem__(self, name: str) -> np.ndarray:
         """The signal of that name, without its component where that is clear."""
@@ -37,9 +40,12 @@ class Run:
         return float(self.case.parameters["hydraulics.command.target"])
 
     def _first(self, goal: float, start: float) -> float:
-        """Seconds from `start` until x_h is within 1 mm of the goal for the first time; infinite if never."""
-        found = reaches(self.t, self["x_h"], goal, WITHIN, start)
-        return float("inf") if found is None else found
+        """Seconds from `start` until x_h is at the goal (`choices.done`) for the first time; infinite if never."""
+        key = goal, start, self.choices.done
+        if key not in self.arrivals:
+            found = reaches(self.t, self["x_h"], goal, self.choices.done, start)
+            self.arrivals[key] = float("inf") if found is None else found
+        return self.arrivals[key]
 
     @property
     def extension(self) -> float:
@@ -65,8 +71,8 @@ class Run:
 
     @property
     def on_time(self) -> bool:
-        """Both motions take what the command takes."""
-        return max(self.extension, self.retraction) <= RAMP + ON_TIME
+        """Both motions take what the command takes; the loop itself lags by some hundredths."""
+        return max(self.extension, self.retraction) <= RAMP + self.choices.late
 
     @property
     def lag(self) -> float:
@@ -78,9 +84,11 @@ class Run:
         ramp = (self.t > T_START) & (self.t < T_START + RAMP)
         return float((np.abs(self["x_v"][ramp]) > opening).mean())
 
-    def at(self, name: str, t: float = MID) -> float:
-        """A signal at a time [s]."""
-        return float(np.interp(t, self.t, self[name]))
+    def at(self, name: str, t: float | None = None) -> float:
+        """A signal at a time [s]; without one in mid-extension (`choices.mid`)."""
+        t = T_START + self.choices.mid if t is None else t
+        k = min(max(int(self.t.searchsorted(t)), 1), len(self.t) - 1)
+        return float(np.interp(t, self.t[k - 1 : k + 1], self[name][k - 1 : k + 1]))  # a whole column takes a copy
 
     @property
     def overflow(self) -> float:
@@ -95,13 +103,18 @@ class Run:
 
 
 class Runs:
-    """The runs of the study by their case."""
+    """The runs of the study by their case, looked at with what the paper does not say chosen so."""
 
-    def __init__(self, made: Mapping[tuple[tuple[str, float], ...], Run]):
+    def __init__(self, made: Mapping[tuple[tuple[str, float], ...], Run], choices: Choices = OURS):
         self._made = made
+        self.choices = choices
 
     def __getitem__(self, case: Case) -> Run:
-        return replace(self._made[case.key], case=case)
+        return replace(self._made[case.key], case=case, choices=self.choices)
+
+    def chosen(self, choices: Choices) -> Runs:
+        """The same runs with other choices."""
+        return Runs(self._made, choices)
 
     def of(self, cases: Sequence[Case]) -> list[Run]:
         """The runs of the cases."""
@@ -119,7 +132,15 @@ def check(package: Path) -> None:
             raise UsageError(f"{package} is not the paper's machine: {error}") from None
 
 
-def simulate(pool: Pool, fixed: Mapping[str, float] | None = None) -> Runs:
+class Runner(Protocol):
+    """What runs jobs: a `Pool`, or one process."""
+
+    def run(self, jobs: Sequence[Job]) -> list[np.ndarray | Failure]:
+        """The results in the order of the jobs."""
+        ...
+
+
+def simulate(pool: Runner, fixed: Mapping[str, float] | None = None) -> Runs:
     """All runs, with further parameters that are the same in all; raises `SimulationError` when one has to stop."""
     cases = all_cases()
     found = pool.run([Job(RECORD, STOP, STEP, {**c.parameters, **(fixed or {})}) for c in cases])

@@ -5,12 +5,16 @@ from __future__ import annotations
 import argparse
 import json
 import sys
+from collections.abc import Sequence
 from dataclasses import asdict
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from ...core.cli import need
 from ...core.files import make_folder, writing
+
+if TYPE_CHECKING:
+    from .claims import Claim
 
 AS_PRINTED = {"hydraulics.valve.lam_crit": 0.0, "arm.drag_as_printed": True}
 """The servo valve's orifice without the laminar transition, which the paper does not write; the drag's torque as the
@@ -47,7 +51,7 @@ def paper_command(options: argparse.Namespace) -> int:
     from ...mechanics.variables import ARM
     from ..table1 import table
     from .cases import DEEPEST, TIMES, all_cases
-    from .claims import claims
+    from .claims import claims, summary
     from .lines import responses
     from .report import page
     from .runs import check, simulate
@@ -69,9 +73,8 @@ def paper_command(options: argparse.Namespace) -> int:
     found, bare = claims(rows, lines, runs), claims(rows, lines, printed)
     pictures, remark = _draw(folder / "figures", lines, runs, geometry)
     plain, _ = _draw(folder / "as_printed", lines, printed, None)
-    hold = sum(c.holds for c in found)
     lead = (
-        f"{hold} of {len(found)} claims hold. At 11 km the cylinder takes {runs[DEEPEST].extension:.3f} s to extend "
+        f"{summary(found)} At 11 km the cylinder takes {runs[DEEPEST].extension:.3f} s to extend "
         f"and {runs[DEEPEST].retraction:.3f} s to retract; the paper says {TIMES[True][0]} s and {TIMES[True][1]} s."
     )
     page(folder / "report.html", "Wu et al. 2022, recomputed", lead, [*WHY, *remark], found, pictures, rows)
@@ -86,14 +89,28 @@ def paper_command(options: argparse.Namespace) -> int:
     with writing(folder / "claims.json"):
         (folder / "claims.json").write_text(json.dumps(content, indent=1) + "\n", encoding="utf-8")
     if not options.quiet:
-        print(f"{hold} of {len(found)} claims hold; with the equations as printed {sum(c.holds for c in bare)}")
-        for c in found:
-            if not c.holds:
-                print(f"  {c.where}: {c.text}: {c.published}, here {c.ours}{f' ({c.remark})' if c.remark else ''}")
+        print(f"{summary(found)} With the equations as printed {sum(c.holds for c in bare)} hold.")
+        _print(found)
         for line in remark:
             print(f"  {line}")
         print(f"\n{folder}: report.html, as_printed.html, claims.json, figures/")
     return 0
+
+
+def _print(found: Sequence[Claim]) -> None:
+    """What does not hold, and what holds only with our choice of what the paper does not say; * marks that."""
+    print("\ndoes not hold:")
+    for c in found:
+        if not c.holds:
+            remark = f" ({c.remark})" if c.remark else ""
+            print(f"{'*' if c.assumed else ' '} {c.where}: {c.text}: {c.published}, here {c.ours}{remark}")
+            if c.assumed:
+                print(f"    * {c.assumed}{f': {c.otherwise}' if c.otherwise else ''}")
+    turned = [c for c in found if c.holds and c.otherwise]
+    if turned:
+        print("\nholds, but not with another choice of ours:")
+    for c in turned:
+        print(f"* {c.where}: {c.text}: {c.ours}\n    * {c.assumed}: {c.otherwise}")
 
 
 def _built(folder: Path, quiet: bool) -> Path:

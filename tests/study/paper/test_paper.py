@@ -24,6 +24,7 @@ from deepsea_cosim.study.paper.cases import (
     Case,
     all_cases,
 )
+from deepsea_cosim.study.paper.choices import NAMES, OURS, number, others
 from deepsea_cosim.study.paper.figures import all_figures
 from deepsea_cosim.study.paper.lines import Lines
 from deepsea_cosim.study.paper.report import page
@@ -91,10 +92,10 @@ def made():
     """Lines and runs in which everything is as the paper says, in round numbers."""
     depths = (0.0, 3.0, 6.0, 9.0, 11.0)
     gap = dict(zip(depths, (1.0, 1.01, 1.03, 1.05, 1.08), strict=True))
-    t = np.array([0.0, 0.1, 1.0])
+    t = np.array([0.0, 0.04, 0.1, 1.0])
     ends = {(km, v): 6.67e6 * (gap[km] if v else 1.0) for km in depths for v in (True, False)}
     ends |= {(6.0, True): 6.67e6 * 1.035}
-    lines = Lines({key: (t, np.array([0.0, end, end])) for key, end in ends.items()})
+    lines = Lines({key: (t, np.array([0.0, end, end, end])) for key, end in ends.items()})
     times = {DEEPEST.key: (7.662, 7.19), CONSTANT.key: (7.214, 6.813), DEPTHS[10].key: (6.1, 6.0), SLOWER.key: (10, 5)}
     late = {13: (5, 5, 6, None, 9), 14: (5, 6, None, 9), 15: (5, 6, None, 9), 16: (20, 12, None, 6, 5),
             17: (12, None, 6, 5.9, 5.8), 18: (9, None, 6, 5.5), 19: (5, 5.7, None, 8.43), 20: (6, 7, None, 9),
@@ -139,7 +140,7 @@ def test_what_is_as_published_holds(made):
 
 def test_what_is_not_does_not(made):
     lines, _ = made
-    flat = Lines({key: (t, np.array([0.0, 7e6, 7e6])) for key, (t, _) in lines.made.items()})
+    flat = Lines({key: (t, np.array([0.0, 7e6, 7e6, 7e6])) for key, (t, _) in lines.made.items()})
     assert not by_text(c._lines(flat), "differ from 6 km").holds
     assert not by_text(c._lines(flat), "dynamic responses").holds
     apart = Lines(dict(lines.made) | {(3.0, True): lines.made[9.0, True]})
@@ -170,6 +171,51 @@ def test_what_is_not_does_not(made):
     assert not any(claim.holds for claim in c._loads(unbalanced))
 
 
+def test_a_claim_names_every_choice_that_can_turn_it(made):
+    """With machines of many kinds: where another choice gives another verdict, the claim says that it needs it."""
+    lines, runs = made
+    rows = [table1.Result(row, row.eq22) for row in table1.ROWS]
+    early = Runs({case.key: machine(case, M_hd=50.0) for case in all_cases()})
+    kinds = [runs, early]
+    for out in (5.08, 5.9):
+        spool = 0.995 if out < 5.1 else 0.9995
+        kinds.append(Runs({
+            k.key: machine(k, out + 1e-5 * k.parameters["depth"], out, x_v=np.where(T_DOWN > T, spool, -spool),
+                           v_h=0.0405, M_hd=100.0 * k.parameters["arm.current_speed"] + 12.0, P1=0.02 * out * T)
+            for k in all_cases()
+        }))  # fmt: skip
+    turned = set()
+    for kind in kinds:
+        ours = c.judged(rows, lines, kind, OURS)
+        for name, _, choices in others(NAMES):
+            for one, other in zip(ours, c.judged(rows, lines, kind, choices), strict=True):
+                assert (one.where, one.text) == (other.where, other.text)
+                if one.holds != other.holds:
+                    assert name in one.chosen, (name, one.text)
+                    turned.add(name)
+    assert turned >= {"done", "late", "visible", "follows", "much"}
+
+
+def test_what_is_assumed_is_told_and_with_what_else_the_verdict_turns(made):
+    lines, runs = made
+    rows = [table1.Result(row, row.eq22) for row in table1.ROWS]
+    found = c.claims(rows, lines, runs)
+    assert all(bool(x.assumed) == bool(x.chosen) for x in found)
+    assert not any(x.assumed for x in found if x.where.startswith("Table 1"))
+    claim = by_text(found, "no delay at 9 km")
+    assert claim.assumed == ("delayed is what takes 0.1 s longer than its command; a motion is over within 1 mm of its "
+                             "target")  # fmt: skip
+    assert claim.otherwise == ""
+    late = Runs({case.key: machine(case, 5.2, 5.2, M_hd=50.0) for case in all_cases()})
+    claim = by_text(c.claims(rows, lines, late), "no delay at 9 km")
+    assert not claim.holds
+    assert claim.otherwise == "holds with 0.2 s instead of 0.1 s"
+    assert number("full", OURS.full) == "99.9 %"
+    held = [x for x in found if x.holds]
+    told = f"{len(held)} of {len(found)} claims hold. {sum(bool(x.assumed) for x in held)} of the {len(held)} rest on"
+    assert c.summary(found).startswith(told)
+
+
 def test_misprints_are_told_and_explained():
     rows = [table1.Result(row, row.eq22) for row in table1.ROWS]
     found = [x for x in c._table(rows) if not x.holds]
@@ -195,8 +241,15 @@ def test_the_page_contains_its_pictures_and_escapes_what_it_is_told(made, tmp_pa
          [table1.Result(table1.ROWS[0], 2.2e6)])  # fmt: skip
     text = (tmp_path / "p.html").read_text()
     assert "&lt;b&gt;bold" in text
+    assert "no*" not in text
     assert "data:image/png;base64," in text
     assert "http" not in text
+    marked = replace(claim, chosen=("late",), assumed="late is <i>", otherwise="holds with 2 s")
+    page(tmp_path / "m.html", "title", "lead", [], [marked], {}, [])
+    text = (tmp_path / "m.html").read_text()
+    assert 'class="no">no*<' in text
+    assert "* assumed: late is &lt;i&gt;" in text
+    assert "holds with 2 s" in text
     if browser.available:
         shown = browser.pixels(tmp_path / "p.html", tmp_path, 1600).reshape(-1, 3).astype(int)
         assert (np.abs(shown - (0, 112, 78)).max(1) < 30).any()  # the "yes" of the table
@@ -216,6 +269,8 @@ def test_the_command_writes_its_pages(built, made, tmp_path, monkeypatch, capsys
     told = capsys.readouterr().out
     hold = sum(claim["holds"] for claim in content["claims"])
     assert f"{hold} of {len(content['claims'])} claims hold" in told
+    assert f"{sum(x['holds'] and bool(x['assumed']) for x in content['claims'])} of the {hold} rest on" in told
+    assert "(marked *)" in (tmp_path / "report.html").read_text()
     assert len(content["as_printed"]) == len(content["claims"]) > 45
     for name in ("report.html", "as_printed.html"):
         text = (tmp_path / name).read_text()
