@@ -1,19 +1,25 @@
 """Fits the linkage numbers that the paper does not give to its four published times, with the full model.
 
-    python -m deepsea_cosim.study.calibrate
+    python -m deepsea_cosim.study.calibrate                  # the fit that is shipped
+    python -m deepsea_cosim.study.calibrate --global         # all that would do: `calibration`
 
 Five numbers (beam length, eye radius, theta0, base hinge) meet four times, so a weak pull towards the prototype's
 linkage decides the rest. Two conditions keep the result buildable: at x_h = 0 the cylinder is at least 0.44 m long for
-its stroke of 0.25 m, and the linkage's dead centre lies 5 mm beyond that. docs/calibration.md says what this proves.
+its stroke of 0.25 m, and the linkage's dead centre lies 5 mm beyond that. The result is one of a set;
+docs/calibration.md says what of the study depends on the choice.
 """
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+import argparse
+import sys
+from collections.abc import Mapping, Sequence
 from math import hypot
+from pathlib import Path
 
 import numpy as np
 
+from ..core.cli import OneLineParser, exit_code, folder, natural, positive
 from ..hydraulics_fmu import circuit, integrator, states
 from ..hydraulics_fmu.constants import by_name, constants
 from ..hydraulics_fmu.memory import new_memory, remembering
@@ -89,8 +95,34 @@ def fit() -> np.ndarray:
     return PROTOTYPE * (1.0 + found.x)
 
 
-def main() -> None:
-    """Fit and print, beside the shipped geometry."""
+def parser() -> argparse.ArgumentParser:
+    """The command line."""
+    p = OneLineParser(prog="python -m deepsea_cosim.study.calibrate", description=__doc__)
+    p.add_argument("--global", dest="everywhere", action="store_true", help="search all buildable linkages and "
+                   "valve.lam_crit; the same command goes on where it was stopped")  # fmt: skip
+    p.add_argument("--package", type=Path, metavar="deepsea_11km.ssp", help="a built scenario (default: build one)")
+    p.add_argument("--out", type=folder, metavar="DIR", default=Path("results/calibrations"),
+                   help="default: results/calibrations")  # fmt: skip
+    p.add_argument("--samples", type=positive, default=256, metavar="N", help="points of the sample (default 256)")
+    p.add_argument("--fits", type=positive, default=40, metavar="N", help="fits from its best points (default 40)")
+    p.add_argument("--most", type=positive, default=12, metavar="N", help="linkages that are judged (default 12)")
+    p.add_argument("--seed", type=natural, default=1, help="of the sample (default 1)")
+    p.add_argument("--quiet", action="store_true", help="print nothing but errors")
+    return p
+
+
+def main(arguments: Sequence[str] | None = None) -> int:
+    """Entry point; returns the exit code."""
+    options = parser().parse_args(arguments)
+    kept = "interrupted; what is done is kept, the same command goes on"
+    return exit_code("calibrate", lambda: _work(options), kept if options.everywhere else "interrupted")
+
+
+def _work(options: argparse.Namespace) -> int:
+    if options.everywhere:
+        from .calibration.terminal import global_command
+
+        return global_command(options)
     shipped = np.array([ARM[name].start for name in NAMES])
     for label, geometry in (("shipped", shipped), ("fitted", fit())):
         found = times(geometry, 1e-3)
@@ -98,7 +130,8 @@ def main() -> None:
         print("  times    ", "  ".join(f"{v:.3f} s" for v in found))
         print("  published", "  ".join(f"{v:.3f} s" for v in PUBLISHED))
         print("  error    ", "  ".join(f"{100 * e:+.2f} %" for e in found / PUBLISHED - 1))
+    return 0
 
 
 if __name__ == "__main__":
-    main()
+    sys.exit(main())
