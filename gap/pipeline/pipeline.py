@@ -20,6 +20,7 @@ PIPELINE = (
     Stage("comparing sets around the best", search.compare_sets, when=search.goes_on),
     Stage("comparing sets from elsewhere", search.compare_sets, when=search.still_goes_on),
     Stage("comparing sets once more", search.compare_sets, when=search.still_goes_on),
+    Stage("what long steps spoil", search.look_at_shorter_steps, when=search.has_long_steps),
     Stage("other forms of what is in now", search.try_forms, when=search.has_forms),
     Stage("what is in, as free curves", search.try_curves, when=search.has_curves),
     Stage("fitting the best sets to all runs", some_runs.fit_to_all, when=some_runs.is_confined),

@@ -26,6 +26,7 @@ from ..search.rounds import (
     search_round,
     without_needless,
 )
+from ..search.spoiled import look_at_spoiled
 from ..selection.evidence import rank_hypotheses
 from ..selection.hypothesis import Hypothesis, is_adequate
 from .state import State
@@ -128,6 +129,22 @@ def _leaves_more_than(state: State, trifle: float) -> bool:
 def still_goes_on(state: State) -> bool:
     """Whether another round may find something that is worth it."""
     return goes_on(state) and _leaves_more_than(state, state.problem.settings.search.trifle)
+
+
+def has_long_steps(state: State) -> bool:
+    """Whether something is left that runs of shorter steps might show."""
+    best, settings = best_of_each_set(state.hypotheses)[0], state.problem.settings.search
+    left = not is_adequate(state.problem, best.fit) and _leaves_more_than(state, settings.trifle)
+    return left and state.problem.discretisation.coarsening > 1
+
+
+def look_at_shorter_steps(state: State) -> State:
+    """Effects whose runs the long step spoils; where one of them is better, a round goes on from there."""
+    found = look_at_spoiled(state.problem, best_of_each_set(state.hypotheses), state.nuisance_jacobian)
+    if found.problem is state.problem:
+        return _among(state, found.hypotheses)
+    state = _among(replace(state, problem=found.problem), found.hypotheses)
+    return compare_sets(state) if goes_on(state) else state
 
 
 def fit_the_best(state: State) -> State:

@@ -1,0 +1,52 @@
+"""Effects that do something else in runs of long steps are found with shorter ones."""
+
+import numpy as np
+import pytest
+from deepsea_cosim.gap.estimation.nuisances import nuisance_columns
+from deepsea_cosim.gap.search.baseline import deliver, refit_base
+from deepsea_cosim.gap.search.spoiled import look_at_spoiled, spoiled
+
+from tests.gap.formula import FormulaProblem, measured
+
+from .made import BASE, T, effect, moving, pitch
+
+KNOCK, SLIDE = effect("knock"), effect("slide")
+machine = moving({"knock": lambda u: 0.02 * u, "slide": lambda u: 0.02 * u})
+
+
+def knocking(truth, spoils):
+    """A machine whose runs of the steps that it spoils blow up once there is a knock."""
+
+    def model(p, step):
+        y = machine(p)
+        return y + spoils(step) * (p.get("knock", 0.0) != 0.0) * np.sin(pitch(9) * T)
+
+    problem = FormulaProblem(model, measured(machine, truth, T, 0.01), BASE, (KNOCK, SLIDE))
+    problem = problem.with_discretisation(coarsening=4)
+    nuisance_jacobian = nuisance_columns(problem, machine({}))
+    return problem, [refit_base(problem, nuisance_jacobian, deliver(problem, nuisance_jacobian))], nuisance_jacobian
+
+
+def test_what_the_long_step_spoils_is_found_at_half_of_it():
+    problem, found, nuisance_jacobian = knocking({"knock": 4.0}, lambda step: step > 2.5)
+    refined, (best, *others) = look_at_spoiled(problem, found, nuisance_jacobian)
+    assert best.candidates == (KNOCK,)
+    assert best.fit.point["knock"] == pytest.approx(4.0, abs=0.2)
+    assert best.fit.rms == pytest.approx(1.0, abs=0.1)
+    assert refined.discretisation.coarsening == 2
+    assert found[0] in others
+
+
+def test_where_it_is_not_what_is_missing_the_step_stays():
+    problem, found, nuisance_jacobian = knocking({"slide": 4.0}, lambda step: step > 2.5)
+    refined, (best, *_) = look_at_spoiled(problem, found, nuisance_jacobian)
+    assert refined is problem
+    assert best is found[0]
+
+
+def test_what_is_the_same_at_both_steps_costs_no_fit():
+    problem, found, nuisance_jacobian = knocking({"slide": 4.0}, lambda step: False)
+    shorter = problem.with_discretisation(coarsening=2)
+    assert spoiled(problem, shorter, found[0]) == []
+    refined, same = look_at_spoiled(problem, found, nuisance_jacobian)
+    assert (refined, same) == (problem, found)
