@@ -24,8 +24,8 @@ KINDS_OF_CASE = {
 another form than the plain one; since the third, effects that the catalogue has learnt count among its own."""
 COUNT = {"none": 0, "single": 1, "pair": 2, "triple": 3, "unknown": 1}
 """Number of effects."""
-LATEST = 2
-"""The edition that is made unless another one is asked for; of the third there is no report yet."""
+LATEST = 3
+"""The edition that is made unless another one is asked for."""
 
 
 def draw_conditions(rng: np.random.Generator, rate: float) -> Conditions:

@@ -169,7 +169,7 @@ def main() -> None:
     p.add_argument("--package", type=Path, required=True, help="package that the diagnosis is to use")
     p.add_argument("--processes", type=int, default=1)
     p.add_argument("--edition", type=int, default=LATEST, choices=list(KINDS_OF_CASE),
-                   help="of the benchmark; 1 reproduces the seeds up to 20261126")
+                   help="of the benchmark; 1 reproduces the seeds up to 20261126, 2 those up to 20261202")
     p.add_argument("--linear", action="store_true",
                    help="sizes after a linear refit and no true budgets, in a second a case: to develop on")
     options = p.parse_args()
