@@ -31,8 +31,8 @@ AT_ONCE = 2
 SOURCES = (
     "benchmarks/same_diagnoses/toy.py", "benchmarks/same_diagnoses/machine.py", "benchmarks/same_diagnoses/made.py",
     *(f"benchmarks/blind/{name}.py" for name in (
-        "case", "compiled", "draw", "effect_forms", "effects", "forms", "generate", "machine", "measure", "plant",
-        "readings", "records", "refit", "ruler", "solver", "system", "truth", "water",
+        "case", "compiled", "draw", "effect_forms", "effects", "forms", "generate", "lines", "machine", "measure",
+        "plant", "readings", "records", "refit", "ruler", "solver", "supply", "system", "truth", "water",
     )),
     "tests/gap/oscillator.py", "tests/toys/__init__.py", "tests/toys/toy_oscillator.py",
 )  # fmt: skip

@@ -126,7 +126,7 @@ def moments(folder: Path, made: Made) -> None:
 
 
 def blind(index: int, stop: float, effects: Collection[str] | None = None) -> Callable[[Path, Made], None]:
-    """What writes the first run of a blind case of seed 3 until `stop` [s]; its truth is drawn with the case.
+    """What writes the first run of a blind case of seed 3 (edition 2) until `stop` [s]; its truth is drawn with it.
 
     All effects of the package are candidates, or those that are named.
     """
@@ -135,7 +135,7 @@ def blind(index: int, stop: float, effects: Collection[str] | None = None) -> Ca
         name = f"case_{index:04d}"
         with TemporaryDirectory() as scratch:
             whole = Path(scratch)
-            write_case(3, index, whole, made.machine.resolve(), refit=False)
+            write_case(3, index, whole, made.machine.resolve(), refit=False, edition=2)
             text = (whole / name / "campaign.toml").read_text(encoding="utf-8")
             lines = (whole / name / "run01.csv").read_text(encoding="utf-8").splitlines()
         head, first, *_ = re.split(r"^(?=\[\[run\]\])", text, flags=re.MULTILINE)
