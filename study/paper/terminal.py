@@ -22,8 +22,8 @@ sum of Eqs. 29 and 30, the latter with its factor 1/2, which the paper's own str
 
 WHY = (
     "The paper gives neither the linkage nor the exact times of its command; the linkage was fitted to the four times "
-    "of Figure 9, everything else is predicted. It is one of many that meet them; docs/calibration.md lists others and the "
-    "six claims that depend on which is taken.",
+    "of Figure 9, everything else is predicted. It is one of many that meet them; docs/calibration.md lists others and "
+    "the six claims that depend on which is taken.",
     "The servo valve's orifice has the laminar-turbulent transition that common hydraulic tools give every orifice "
     "(critical flow number 1000). The paper does not write it, but without it no buildable linkage meets its times. "
     "The evidence is indirect; the page as_printed.html shows the same figures without it.",
