@@ -69,7 +69,7 @@ def _best_sizes(
     problem: Problem, at: Hypothesis, effects: Sequence[EffectCandidate], nuisance_jacobian: np.ndarray
 ) -> list[Hypothesis]:
     """Each effect beside a set, at the size of its grid that leaves least."""
-    settings, best = problem.settings.search, {}
+    settings, best = problem.settings.search, dict[str, Hypothesis]()
     wanted = [(c, values) for c in effects for values in variants(c, grid(c.main, settings), settings)]
     places = [Place((*at.candidates, c), {**at.fit.point, **v}, at.fit.correction, at.fit) for c, v in wanted]
     for (c, _), h in zip(wanted, stand_at(problem, places, nuisance_jacobian), strict=True):
