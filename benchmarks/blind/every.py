@@ -26,8 +26,8 @@ from .ruler import Ruler
 EDITION = 3
 SMALL, LARGE = 3.0, 12.0
 """Sizes [noise], beyond a linear refit."""
-TRIED = 12
-"""Conditions in which a row is looked for, if it cannot be seen in the first ones."""
+TRIED = 240
+"""Plans of cases among which one is looked for that has two runs, four channels and shows the row."""
 
 
 def rows() -> tuple[Effect, ...]:
@@ -38,7 +38,7 @@ def rows() -> tuple[Effect, ...]:
 def case_of_row(seed: int, place: int) -> Case | None:
     """The case of the row at that place; None where it cannot be seen in any of the conditions tried."""
     effect = rows()[place]
-    for index in range(1000 * place, 1000 * (place + 1)):
+    for index in range(1000 * place, 1000 * place + TRIED):
         case, rng = plan(seed, index, EDITION)
         if len(case.runs) != 2 or len(case.channels) < 4:
             continue
@@ -52,8 +52,6 @@ def case_of_row(seed: int, place: int) -> Case | None:
         if scaled is not None and scaled.size_linear > 0.5 * wanted:
             scaled = replace(scaled, size=scaled.size_linear)
             return replace(case, index=place, kind="single", wrong=(scaled,), size_all=scaled.size)
-        if index - 1000 * place > 20 * TRIED:
-            break
     return None
 
 

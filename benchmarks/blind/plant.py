@@ -22,16 +22,16 @@ class PlantError(RuntimeError):
 
 def active_states(m: Machine) -> NDArray[np.int64]:
     """Indices of the states that move with the machine's effects."""
-    extra = []
+    c, extra = constants(m), []
     if m.spool_time > 0.0:
         extra += [SPOOL, SPOOL + 1]
     if m.delay > 0.0:
         extra += range(DELAY, DELAY + 4)
-    if constants(m)["moving"] > 0.0:
+    if c["moving"] > 0.0:
         extra.append(SUPPLY)
     if m.play > 0.0 or m.silt > 0.0:
         extra.append(PLAY)
-    if m.bristle > 0.0 or constants(m)["presliding"] > 0.0:
+    if m.bristle > 0.0 or c["presliding"] > 0.0:
         extra.append(BRISTLE)
     if m.flexibility > 0.0:
         extra += [BEND, BEND + 1]

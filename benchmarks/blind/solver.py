@@ -11,7 +11,7 @@ import numpy as np
 from .compiled import kernel
 from .lines import LINE_A, LINE_B
 from .machine import SEGMENTS
-from .system import ROD, RUN, SETTLE, STATES, controller, derivative, linkage, outputs
+from .system import RUN, SETTLE, STATES, controller, derivative, linkage, outputs, rod
 
 GAMMA = 0.25
 A = np.array([
@@ -180,9 +180,7 @@ def integrate(c, y, times, corners, step, active, rtol: float, atol, most: int, 
         if c.sampling > 0.0:
             if t >= tick * c.sampling - 1e-12:
                 length, length1, _, _, _, _ = linkage(c, y[3])
-                x, v = length - c.length0, length1 * y[4]
-                if c.clearance > 0.0:
-                    x, v = x + y[ROD], v + y[ROD + 1]
+                x, v = rod(c, y, length - c.length0, length1 * y[4])
                 held, _ = controller(c, piece, t, x, v, y[5])
                 tick += 1
             stop = min(stop, tick * c.sampling)

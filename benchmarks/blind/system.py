@@ -96,6 +96,14 @@ def cylinder_force(c, p1: float, p2: float, x: float, v: float, bristle: float) 
 
 
 @kernel
+def rod(c, y, x_h: float, v_h: float) -> tuple[float, float]:
+    """Place (m) and velocity (m/s) of the rod: those of its eye, unless that is loose."""
+    if c.clearance == 0.0:
+        return x_h, v_h
+    return x_h + y[ROD], v_h + y[ROD + 1]
+
+
+@kernel
 def eye_force(c, ahead: float, faster: float) -> float:
     """Force (N) of the rod on its loose eye, `ahead` of it (m) and faster (m/s): none within half the clearance, then a
     pin's contact that stiffens (power 1.5) and loses a part of a blow (Hunt & Crossley 1975, J. Appl. Mech. 42)."""
@@ -119,7 +127,7 @@ def spool_of(c, y, u: float, f, settle: bool) -> float:
         else:
             half = c.play + c.silt * y[SILT]
             f[PLAY] = c.play_rate * (max(x - y[PLAY] - half, 0.0) + min(x - y[PLAY] + half, 0.0))
-            if c.silt > 0.0:  # settles while the spool stands, is washed out as it moves by a thousandth of a stroke
+            if c.silt > 0.0:  # settles while the spool stands, is washed out as it moves by some ten-thousandths
                 f[SILT] = (1.0 - y[SILT]) / c.silt_time - y[SILT] * abs(f[PLAY]) / 2e-4
         x = y[PLAY]
     if c.spool_time > 0.0:
@@ -273,11 +281,8 @@ def derivative(t: float, y, c, piece: int, mode: int, held: float, f) -> None:
     f[SPOOL:] = 0.0
 
     length, length1, _, _, _, _ = linkage(c, y[3])
-    x_h, v_h = length - c.length0, length1 * y[4]
-    if c.clearance > 0.0:
-        u, f[5] = controller(c, piece, t, x_h + y[ROD], v_h + y[ROD + 1], y[5])
-    else:
-        u, f[5] = controller(c, piece, t, x_h, v_h, y[5])
+    x_r, v_r = rod(c, y, length - c.length0, length1 * y[4])
+    u, f[5] = controller(c, piece, t, x_r, v_r, y[5])
     if held == held:
         u = held
     x_v = spool_of(c, y, u, f, settle)
@@ -290,27 +295,21 @@ def derivative(t: float, y, c, piece: int, mode: int, held: float, f) -> None:
     line(c, eta0 * c.line_thinner, y, LINE_B, True, f)
     thicker = eta0 / c.stated_eta if c.oil_varies > 0.0 else 1.0
 
-    eye = 0.0
-    if c.clearance > 0.0:
-        x_h, v_h = x_h + y[ROD], v_h + y[ROD + 1]
-        eye = eye_force(c, y[ROD], y[ROD + 1])
-    _chambers(c, thicker, y, x_h, v_h, q_a, q_b, f)
+    _chambers(c, thicker, y, x_r, v_r, q_a, q_b, f)
 
-    force = cylinder_force(c, p_1, p_2, x_h, v_h, y[BRISTLE])
-    on_rod = force
-    if c.clearance > 0.0:
-        force = eye
+    on_rod = cylinder_force(c, p_1, p_2, x_r, v_r, y[BRISTLE])
+    on_eye = eye_force(c, y[ROD], y[ROD + 1]) if c.clearance > 0.0 else on_rod
     if c.bristle > 0.0:
-        f[BRISTLE] = v_h - abs(v_h) * y[BRISTLE] / c.bristle_length
+        f[BRISTLE] = v_r - abs(v_r) * y[BRISTLE] / c.bristle_length
     elif c.presliding > 0.0:
-        f[BRISTLE] = bristle_rate(c, p_1, p_2, x_h, v_h, y[BRISTLE])
-    torque = _arm(c, t, y, length1, force, settle, f)
+        f[BRISTLE] = bristle_rate(c, p_1, p_2, x_r, v_r, y[BRISTLE])
+    torque = _arm(c, t, y, length1, on_eye, settle, f)
     if c.clearance > 0.0:
         if settle:
-            f[ROD], f[ROD + 1] = 1e-6 * (on_rod - eye), -1e3 * y[ROD + 1]
+            f[ROD], f[ROD + 1] = 1e-6 * (on_rod - on_eye), -1e3 * y[ROD + 1]
         else:
             f[ROD] = y[ROD + 1]
-            f[ROD + 1] = (on_rod - eye) / (c.rod_mass + c.piston_mass) - length1 * f[4]
+            f[ROD + 1] = (on_rod - on_eye) / (c.rod_mass + c.piston_mass) - length1 * f[4]
     if settle:  # the integral of the controller finds the spool that holds the arm; the tank rests already
         needed = -torque / length1
         f[0], f[1], f[2], f[3], f[4] = 0.0, 0.0, 0.0, 0.0, 0.0
@@ -327,7 +326,7 @@ def outputs(t: float, y, c, piece: int, held: float, out) -> None:
     p_2, p_b = physical(y[LINE_B], p_v), physical(y[LINE_B + n], p_v)
     length, length1, _, _, _, _ = linkage(c, y[3])
     x_h, v_h = length - c.length0, length1 * y[4]
-    x_r, v_r = (x_h + y[ROD], v_h + y[ROD + 1]) if c.clearance > 0.0 else (x_h, v_h)
+    x_r, v_r = rod(c, y, x_h, v_h)
     u, _ = controller(c, piece, t, x_r, v_r, y[5])
     if held == held:
         u = held
@@ -339,9 +338,10 @@ def outputs(t: float, y, c, piece: int, held: float, out) -> None:
     else:
         p_p = supply_pressure(c, viscosity_now(c, t), x_v, p_a, p_b, p_t, p_relief)
     out[0], out[1], out[2] = x_h, v_h, y[3]
-    out[3] = cylinder_force(c, p_1, p_2, x_h, v_h, y[BRISTLE])
     if c.clearance > 0.0:
         out[3] = eye_force(c, y[ROD], y[ROD + 1])
+    else:
+        out[3] = cylinder_force(c, p_1, p_2, x_h, v_h, y[BRISTLE])
     out[4], out[5], out[6], out[7], out[8], out[9] = p_1, p_2, p_a, p_b, p_p, p_t
     out[10], out[11] = x_v, u
     out[12] = command_at(c, piece, t)[0]
