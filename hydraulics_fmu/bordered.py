@@ -85,8 +85,10 @@ def solve(
             r[nc + k] -= S[k, j] * r[nc + j]
         r[nc + k] /= S[k, k]
     for i in range(nc):
+        total = r[i]
         for j in range(m):
-            r[i] -= Z[i, j] * r[nc + j]
+            total -= Z[i, j] * r[nc + j]
+        r[i] = total
 
 
 @kernel

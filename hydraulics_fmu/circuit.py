@@ -48,6 +48,17 @@ def node_pressures(s: object, c: object, m: object) -> tuple[float, float, float
 
 
 @kernel
+def stiffness_factors(
+    Pa: float, P_1: float, P_2: float, Pb: float, c: object
+) -> tuple[float, float, float, float]:
+    """Factors on the modulus at port a, in chambers 1 and 2 and at port b at these pressures [Pa]."""
+    if c.oil.softens == 0.0:
+        return 1.0, 1.0, 1.0, 1.0
+    beta = c.oil.beta_e
+    return line_factor(Pa, c), modulus_factor(P_1, beta, c), modulus_factor(P_2, beta, c), line_factor(Pb, c)
+
+
+@kernel
 def rod_at(y: object, x_h: float, v_h: float, c: object) -> tuple[float, float]:
     """Place [m] and velocity [m/s] of the rod: those of the arm's eye, unless it is loose in that."""
     if c.cylinder.loose == 0.0:
@@ -72,7 +83,8 @@ def piston_force(x: float, v: float, P_1: float, P_2: float, c: object, m: objec
 def own_tank_rates(Q_in: float, Q_out: float, Pt: float, s: object, rate: object, c: object) -> None:
     """`tank_rates` with what effects make of them: a modulus that air and pressure change, trapped air, a stop."""
     tank_rates(Q_in, Q_out, Pt, s, rate, c)
-    rate.p_t *= modulus_factor(Pt, c.oil.beta, c)
+    if c.oil.softens != 0.0:
+        rate.p_t *= modulus_factor(Pt, c.oil.beta, c)
     if c.compensator.gas > 0.0:
         rate.p_t *= gas_softening(Pt, c.tank.volume, c.oil.beta, c.compensator.gas)
     rate.v_c += stop_acceleration(s.x_c, c)
@@ -110,10 +122,11 @@ def derivatives(
     V_2 = chamber_volume(cylinder.dead_volume, cylinder.area_2, cylinder.stroke - x) + half_at_chamber(P_2, c)
     beta, port = c.oil.beta_e, c.line.beta / c.line.half_segment
     Q_1, Q_2 = cylinder.area_1 * v, cylinder.area_2 * v
-    rate.p_a = port * line_factor(Pa, c) * (Q_a - y[0])
-    rate.p_1 = beta / V_1 * modulus_factor(P_1, beta, c) * (y[b // 2 - 1] - Q_1 - leak - out_1)
-    rate.p_2 = beta / V_2 * modulus_factor(P_2, beta, c) * (Q_2 + leak - y[b // 2] - out_2)
-    rate.p_b = port * line_factor(Pb, c) * (y[b - 1] - Q_b)
+    K_a, K_1, K_2, K_b = stiffness_factors(Pa, P_1, P_2, Pb, c)
+    rate.p_a = port * K_a * (Q_a - y[0])
+    rate.p_1 = beta / V_1 * K_1 * (y[b // 2 - 1] - Q_1 - leak - out_1)
+    rate.p_2 = beta / V_2 * K_2 * (Q_2 + leak - y[b // 2] - out_2)
+    rate.p_b = port * K_b * (y[b - 1] - Q_b)
     Q_in, Q_out = Q_t + c.pump.flow - Q_p, c.pump.flow
     if c.states.further != 0.0:
         f[b + BORDER : lags] = 0.0

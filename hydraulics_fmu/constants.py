@@ -45,7 +45,7 @@ LANDS = ("pa", "at", "pb", "bt")
 
 DERIVED = (
     "sea.p_am", "oil.eta0", "oil.alpha", "oil.rho", "oil.beta", "oil.beta_e", "oil.thinner", "oil.stated",
-    "states.further", "states.lags", "pump.flow", "relief.p_set", "supply.filter", "supply.filter_back",
+    "oil.softens", "states.further", "states.lags", "pump.flow", "relief.p_set", "supply.filter", "supply.filter_back",
     "supply.moves", "supply.lag", "supply.volume", "supply.inertance", "supply.resistance",
     "counterbalance.k_q",
     "valve.k_q", "valve.land_diameter", "valve.spool_time", "valve.retraction", "valve.curved",
@@ -59,7 +59,12 @@ DERIVED = (
     "compensator.area", "compensator.gas", "compensator.travel", "controller.delay", "controller.period",
 )  # fmt: skip
 """What `constants` works out, under the components that it is of; the oil's are those at its temperature, in the place
-of what is stated for 40 C."""
+of what is stated for 40 C. oil.softens: whether the modulus of oil and walls depends on the pressure."""
+
+SOFTENING = (
+    "effect.entrained_air.fraction", "effect.bulk_modulus_pressure.m", "effect.hose_compliance.stiffening"
+)  # fmt: skip
+"""What makes it so."""
 
 MACHINE = record(dict.fromkeys([*(name for name in HYDRAULICS.parameters({}) if not name.endswith(".T")), *DERIVED]))
 """The record of all constants; a T is under a longer name among those that are worked out."""
@@ -92,6 +97,7 @@ def constants(p: Mapping[str, float]) -> np.ndarray:
     )  # fmt: skip
     named = warm | {name: value for part in made for name, value in part.items()}
     named["states.further"] = float(named["supply.moves"] != 0.0 or named["cylinder.loose"] != 0.0)
+    named["oil.softens"] = float(any(p[name] != 0.0 for name in SOFTENING))
     named["states.lags"] = float(p["effect.unsteady_line_friction.share"] > 0.0)
     return row_of(MACHINE, named)
 

@@ -114,10 +114,11 @@ def advance(
         sigma = 1.0 / (step * GAMMA)
         for s in range(STAGES):
             for i in range(ny):
-                total = y[i]
-                for q in range(s):
-                    total += A[s, q] * U[q, i]
-                yp[i] = total
+                yp[i] = y[i]
+            for q in range(s):
+                share = A[s, q]
+                for i in range(ny):
+                    yp[i] += share * U[q, i]
             dt = NODES[s] * step
             held = memory.u + memory.u_rate * (s_now + dt)
             derivatives(yp, c, x_0 + v_h * (s_now + dt), v_h, r + rate * dt, rate, held, memory, f)
@@ -172,10 +173,11 @@ def advance(
                     factorise(sub, damped, sup, B, port, feed, D, sigma, pivot, Z, S, order)
                     w[FACTORED] = sigma
             for i in range(ny):
-                total = f[i]
-                for q in range(s):
-                    total += C[s, q] / step * U[q, i]
-                U[s, i] = total
+                U[s, i] = f[i]
+            for q in range(s):
+                share = C[s, q] / step
+                for i in range(ny):
+                    U[s, i] += share * U[q, i]
             eliminate_lags(pull, follow, LAGS, sigma, nc, nb, U[s])
             solve(sub, sup, port, feed, pivot, Z, S, order, U[s])
             restore_lags(follow, LAGS, sigma, nc, nb, U[s])

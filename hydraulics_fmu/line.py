@@ -97,27 +97,34 @@ def line_derivatives(y: object, first: int, lags: int, P_in: float, P_out: float
     """
     line, law, p_vapour, n = c.line, c.effect.viscosity_law.share, c.oil.p_vapour, int(c.line.segments)
     variable, turbulent, eta = line.variable_viscosity != 0.0, c.effect.line_turbulence.share > 0.0, 0.0
+    # numbers that a loop over stored states would have to read again each time
+    softens, lagged, bent = c.oil.softens != 0.0, c.states.lags != 0.0, line.minor != 0.0
+    inertance, resistance, stiffness = line.inertance, line.resistance, line.stiffness
+    eta0, alpha = line.eta0, line.alpha
     if not variable:
-        eta = viscosity(min(P_in, P_out), line.eta0, line.alpha, law)
+        eta = viscosity(min(P_in, P_out), eta0, alpha, law)
     P_left = P_in
     for j in range(n):
         k = first + 2 * j
         if j < n - 1:
             P_right = pressure(y[k + 1], p_vapour)
-            f[k + 1] = line.stiffness * line_factor(P_right, c) * (y[k] - y[k + 2])
+            K = stiffness * line_factor(P_right, c) if softens else stiffness
+            f[k + 1] = K * (y[k] - y[k + 2])
         else:
             P_right = P_out
         if variable:
-            eta = mean_viscosity(P_left, P_right, line.eta0, line.alpha, law)
-        laminar = line.resistance * eta
+            eta = mean_viscosity(P_left, P_right, eta0, alpha, law)
+        laminar = resistance * eta
         loss = laminar * turbulence(y[k], eta, c) if turbulent else laminar
-        f[k] = (P_left - P_right - (loss + fittings(y[k], first > 0, c) * abs(y[k])) * y[k]) / line.inertance
-        if c.states.lags != 0.0:
+        if bent:
+            loss += fittings(y[k], first > 0, c) * abs(y[k])
+        f[k] = (P_left - P_right - loss * y[k]) / inertance
+        if lagged:
             for i in range(LAGS):
                 w = lags + LAGS * j + i
                 behind = y[k] - y[w]
                 f[w] = LAG_RATES[i] * line.relaxation * eta * behind
-                f[k] -= 0.5 * c.effect.unsteady_line_friction.share * laminar * LAG_WEIGHTS[i] * behind / line.inertance
+                f[k] -= 0.5 * c.effect.unsteady_line_friction.share * laminar * LAG_WEIGHTS[i] * behind / inertance
         P_left = P_right
 
 

@@ -12,7 +12,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from ..core.jit import kernel
+from ..core.jit import kernel, record_in
 from ..core.records import record, size_of
 from .line import LAGS
 
@@ -62,11 +62,11 @@ def lag_length(c: object) -> int:
 def border(y: object, c: object) -> object:
     """The border's states of y (ny,), or their rates, by name."""
     b = chain_length(c)
-    return y[b : b + BORDER].view(STATES)[0]
+    return record_in(y, b, STATES)
 
 
 @kernel
 def further(y: object, c: object) -> object:
     """The further states of the border, where there are any."""
     b = chain_length(c) + BORDER
-    return y[b : b + MORE].view(FURTHER)[0]
+    return record_in(y, b, FURTHER)
