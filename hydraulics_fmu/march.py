@@ -1,7 +1,7 @@
 """One communication step with a controller whose output is delayed or sampled: slices with a known output.
 
 Without these effects it is one call of `integrator.advance`. With them the step is cut at the controller's sampling
-times and, with a delay, into slices of at most 1 ms that are no longer than the delay; at the start of a slice the
+times and, with a delay, into slices of at most `SLICE` that are no longer than the delay; at the start of a slice the
 controller's output is computed and remembered, and within it the output in force is known: what was remembered the
 delay ago, joined by straight lines. A spool that is held back is followed in such slices, too.
 What is remembered (`memory`) is part of the state.
@@ -24,8 +24,9 @@ from .memory import LENGTH
 from .states import border
 from .valve import let_go, sticks
 
-SLICE = 1e-3
-"""Longest slice with a delay or with a spool that is held back [s]."""
+SLICE = 8e-3
+"""Longest slice with a delay or with a spool that is held back [s]: the rod moves straight on within a communication
+step, so that shorter slices of steps up to this one change less than the step itself does (docs/accuracy.md)."""
 
 
 @kernel
