@@ -101,7 +101,7 @@ def advance(
     if w[STEP] <= 0.0:
         w[STEP] = 1e-5
     s_now = 0.0  # time since t_0, so that neither large times nor short steps lose digits
-    fault = TOO_MANY
+    fault, failed = TOO_MANY, False
     for _ in range(MAX_STEPS):
         if s_now >= h:
             return OK
@@ -192,16 +192,18 @@ def advance(
                 y[i] += M[0] * U[0, i] + M[1] * U[1, i] + M[2] * U[2, i] + M[3] * U[3, i]
             s_now = stop if step == left else s_now + step
             w[AGE] += 1.0
+            failed = False
             proposal = step * min(0.9 * (1.0 / max(error, 1e-6)) ** (1.0 / 3.0), 4.0)
             # a step cut short by the end says nothing against a longer one
             w[STEP] = proposal if step < left else max(proposal, min(w[STEP], 2.0 * proposal))
-        elif w[AGE] > 0.0:
-            w[AGE] = -1.0  # the fault may be the old Jacobian's: try again with a new one
         else:
             w[STEP] = step * (max(0.2, 0.9 * (1.0 / error) ** (1.0 / 3.0)) if error < 1e30 else 0.1)
             if w[STEP] < min(1e-14, 1e-9 * h):
                 fault = TOO_SMALL
                 break
+            if failed:  # a shorter step alone does not do: the fault may be the old Jacobian's
+                w[AGE] = -1.0
+            failed = True
     for i in range(ny):
         y[i] = y_0[i]
     w[STEP] = 0.0

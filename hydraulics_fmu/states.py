@@ -35,7 +35,7 @@ def state_scales(c: np.record) -> np.ndarray:
     for first in (0, nc // 2):
         scales[first + 1 : first + nc // 2 : 2] = p
     rate = 1.0 / c.valve.spool_time if c.valve.spool_time > 0.0 else 1.0
-    further = p, p, flow, flow, 0.1, 0.1
+    further = p, p, flow, flow, 0.1, 1.0  # a rod in its eye rings for a millisecond after every step
     scales[nc : nc + m] = (p, p, p, p, p, 0.1, 0.1, c.valve.i_rated, 1.0, rate, *further)[:m]
     return scales
 
