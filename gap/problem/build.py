@@ -69,7 +69,7 @@ def build_problem(
         addresses_of(name, runs[0].values, "estimation")
     discretisation = Discretisation(macro_step, difference_step=settings.numerics.difference_steps[0])
     return Problem(
-        campaign, catalogue, Simulator(pool, stop, settings.numerics.kept_runs), discretisation, runs, observations,
+        campaign, catalogue, Simulator(pool, stop, settings.numerics.kept), discretisation, runs, observations,
         tuple(dict.fromkeys(b.connector for b in blocks)), package.units, base, candidates, tuple(labels),
         accepted, tuple(warnings), package.parameter_units, package.signals, package.stop, settings,
     )  # fmt: skip

@@ -13,11 +13,15 @@ from .stop import StopRequested, StopToken
 Rows = np.ndarray | Failure
 
 
+def _bytes(result: Rows) -> int:
+    return 0 if isinstance(result, Failure) else result.nbytes
+
+
 class Simulator:
     """Simulates jobs and remembers them; also what was seen of the simulations' smoothness, and the last failure."""
 
-    def __init__(self, pool: Pool, stop: StopToken | None = None, kept: int = 150):
-        """kept: number of runs that are remembered."""
+    def __init__(self, pool: Pool, stop: StopToken | None = None, kept: float = 1e8):
+        """kept: memory for runs [bytes]."""
         self.pool = pool
         self.stop = stop or StopToken()
         self.smooth: dict[str, bool] = {}
@@ -26,6 +30,7 @@ class Simulator:
         """The last run that could not be simulated, and why."""
         self._kept: OrderedDict[Hashable, Rows] = OrderedDict()
         self._capacity = kept
+        self._size = 0
 
     def run(
         self, jobs: Mapping[Hashable, Job], names: Mapping[Hashable, str], keep: bool = True
@@ -39,8 +44,9 @@ class Simulator:
                 self.failure = f"run '{names[key]}': {result.reason}"
         if keep:
             self._kept.update(fresh)
-            while len(self._kept) > self._capacity:
-                self._kept.popitem(last=False)
+            self._size += sum(_bytes(result) for result in fresh.values())
+            while self._size > self._capacity:
+                self._size -= _bytes(self._kept.popitem(last=False)[1])
         return {**known, **fresh}
 
     def simulate(self, jobs: Sequence[Job]) -> list[Rows]:

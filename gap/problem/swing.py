@@ -161,19 +161,15 @@ def local_lines(t: np.ndarray, at: np.ndarray, window: float) -> csr_array:
 def _weights(t: np.ndarray, at: np.ndarray, window: float, lines: bool) -> csr_array:
     half = 0.5 * window
     low, high = np.searchsorted(t, at - half), np.searchsorted(t, at + half, side="right")
-    values, columns, ends = [], [], [0]
-    for x, a, b in zip(at, low, high, strict=True):
-        d = t[a:b] - x
-        w = 0.5 + 0.5 * np.cos(np.pi * d / half) + 1e-12
-        if lines and len(d) > 2:
-            s0, s1, s2 = w.sum(), w @ d, w @ (d * d)
-            w = w * (s2 - s1 * d) / (s0 * s2 - s1 * s1)
-        else:
-            w = w / w.sum()
-        values.append(w)
-        columns.append(np.arange(a, b))
-        ends.append(ends[-1] + len(w))
-    return csr_array((np.concatenate(values), np.concatenate(columns), ends), shape=(len(at), len(t)))
+    lengths, ends = high - low, np.concatenate([[0], np.cumsum(high - low)])
+    row = np.repeat(np.arange(len(at)), lengths)
+    columns = np.arange(ends[-1]) + (low - ends[:-1])[row]
+    d = t[columns] - at[row]
+    w = 0.5 + 0.5 * np.cos(np.pi * d / half) + 1e-12
+    s0, s1, s2 = (np.bincount(row, w * d**k, len(at)) for k in range(3))
+    level, slope = np.where(lines & (lengths > 2), (s2, s1), ([1.0], [0.0]))
+    w *= (level[row] - slope[row] * d) / (s0 * level - s1 * slope)[row]
+    return csr_array((w, columns, ends), shape=(len(at), len(t)))
 
 
 def crossing_frequency(t: np.ndarray, rest: np.ndarray, share: float) -> float | None:

@@ -78,8 +78,8 @@ class NumericsSettings:
     """Fits that are made anew after a halving."""
     told_step_error: float = 0.5
     """Normalised RMS change under halving from which the user is asked for a shorter step."""
-    kept_runs: int = 150
-    """Simulated runs that are kept in memory, so that no point is simulated twice in a row."""
+    kept: float = 200e6
+    """Memory for the latest runs [bytes], so that no point is simulated twice in a row."""
 
 
 @dataclass(frozen=True, kw_only=True)

@@ -51,7 +51,7 @@ class AnalysisSettings:
     question: float = 0.05
     """Probability beside the best one's from which a hypothesis about something else is what the next measurement is to
     tell it from; of less, one with other effects is."""
-    designs: int = 5
+    designs: int = 3
     """Changes of conditions whose separation is worked out; in three cases the best of all was among the two under
     which the fits differ most as they stand."""
     design_rows: int = 400
