@@ -66,13 +66,13 @@ def share_gap(state: State) -> State:
     least = settings.least_probability * state.probabilities[0]
     plausible = [(r, p) for r, p in zip(state.ranked, state.probabilities, strict=True) if p >= least]
     alternatives: list[Alternative] = []
-    warnings = list(state.warnings)
+    warnings, fitted = list(state.warnings), list(state.ranked)
     for r, p in plausible[: settings.alternatives]:
         try:
-            alternatives.append(Alternative(p, _residuals(state, r)))
+            alternatives.append(Alternative(p, _residuals(state, r, fitted)))
         except StopRequested:
             state = replace(state, holdout=None)
-            alternatives.append(Alternative(p, _residuals(state, r)))
+            alternatives.append(Alternative(p, _residuals(state, r, fitted)))
         except SimulationError as error:  # of held-out runs
             warnings.append(f"{r.hypothesis.label}: {error}")
     if not alternatives:
@@ -84,8 +84,12 @@ def share_gap(state: State) -> State:
     return replace(state, alternatives=tuple(alternatives), budget=made, warnings=tuple(warnings))
 
 
-def _residuals(state: State, r: RankedHypothesis) -> dict[frozenset[str], np.ndarray]:
-    subsets = complete_subsets(state.problem, state.ranked, r, state.nuisance_jacobian)
+def _residuals(
+    state: State, r: RankedHypothesis, fitted: list[RankedHypothesis]
+) -> dict[frozenset[str], np.ndarray]:
+    """fitted: what was, to which subsets that had to be are added, for alternatives share them."""
+    subsets = complete_subsets(state.problem, fitted, r, state.nuisance_jacobian)
+    fitted += [subset for subset in subsets.values() if subset not in fitted]
     return {labels: state.after(subset) + _given_back(state, r, subset) for labels, subset in subsets.items()}
 
 

@@ -35,3 +35,18 @@ def test_every_subset_has_a_fit_of_its_own(in_time):
         left = sum(TRUTH[x] ** 2 for x in set("pqr") - labels)  # squared amplitudes of orthogonal oscillations
         assert r.hypothesis.fit.rms ** 2 == pytest.approx(1.0 + 50.0 * left, rel=0.1)
     assert in_time or p.asked == []
+
+
+def test_what_another_alternative_has_fitted_is_not_fitted_again():
+    effects = [effect(name) for name in LINEAR]
+    p, nuisance_jacobian = posed(moving(LINEAR), TRUTH, effects)
+    baseline = refit_base(p, nuisance_jacobian, deliver(p, nuisance_jacobian))
+    (whole,) = polish(p, [start(p, nuisance_jacobian, effects, {"p": 0.7, "q": -0.5, "r": 0.3})], nuisance_jacobian, 3)
+    ranked = rank_hypotheses(p, [whole, baseline], nuisance_jacobian)
+    made = complete_subsets(p, ranked, ranked[0], nuisance_jacobian)
+    asked = len(p.asked)
+    again = complete_subsets(p, [*ranked, *made.values()], ranked[0], nuisance_jacobian)
+    assert {labels: r.hypothesis.fit.rms for labels, r in again.items()} == {
+        labels: r.hypothesis.fit.rms for labels, r in made.items()
+    }
+    assert len(p.asked) == asked > 0
