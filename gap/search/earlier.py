@@ -14,7 +14,7 @@ import numpy as np
 from ..problem.parameters import EffectCandidate, Point
 from ..problem.problem import Problem
 from ..selection.hypothesis import Hypothesis
-from .refinement import fit_from
+from .refinement import Place, fit_from
 from .rounds import best_of_each_set, polish_near, score
 
 
@@ -61,14 +61,13 @@ def fit_again(
     problem: Problem, sets: Sequence[EarlierSet], baseline: Hypothesis, nuisance_jacobian: np.ndarray
 ) -> list[Hypothesis]:
     """The best sets fitted from where they stood, those near the best of them to the end, the best first."""
-    settings, made = problem.settings.search, []
-    for s in [s for s in sets if s.effects][: settings.fitted]:
-        if problem.stop_requested:
-            break
+    fit, places = baseline.fit, []
+    for s in [s for s in sets if s.effects][: problem.settings.search.fitted]:
         chosen = [_candidate(problem, label, form) for label, form in s.effects.items()]
         candidates = tuple(c for c in chosen if c is not None)
-        found = fit_from(problem, candidates, s.point, baseline.fit, nuisance_jacobian)
-        made += [] if found is None else [found]
+        places.append(Place(candidates, s.point, fit.correction, fit))
+    found = [] if problem.stop_requested else fit_from(problem, places, nuisance_jacobian)
+    made = [h for h in found if h is not None]
     least = min((score(h) for h in made), default=0.0)
     return best_of_each_set(polish_near(problem, made, least, nuisance_jacobian))
 

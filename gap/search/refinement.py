@@ -100,39 +100,40 @@ def polish(
 
 
 def without(
-    problem: Problem, h: Hypothesis, gone: EffectCandidate, nuisance_jacobian: np.ndarray
-) -> Hypothesis | None:
-    """The hypothesis without one of its effects, fitted from where it stands, to the end where that may come near it;
-    None where the model does not run."""
-    settings, fit = problem.settings.search, h.fit
-    kept = np.array([x not in gone.parameters for x in fit.parameters])
-    parameters = tuple(x for x, keep in zip(fit.parameters, kept, strict=True) if keep)
-    u, candidates = fit.normalised[kept], tuple(c for c in h.candidates if c is not gone)
-    model = problem.evaluate([point_of(parameters, u)])[0]
-    if model is None:
-        return None
-    model = model + fit.correction
-    jacobian = fit.jacobian[:, kept]
-    walk = _stand(problem, candidates, parameters, u, model, fit.correction, jacobian, nuisance_jacobian)
-    _differentiate(problem, [walk], settings.derivative_step)
-    _walk(problem, [walk], rows_of(problem), nuisance_jacobian, settings.steps)
-    looks = settings.polish_looks if rms(walk.residual) < settings.far * fit.rms else 0
-    return polish(problem, [Hypothesis(candidates, _fit(problem, walk))], nuisance_jacobian, looks)[0]
+    problem: Problem, pairs: Sequence[tuple[Hypothesis, EffectCandidate]], nuisance_jacobian: np.ndarray
+) -> list[Hypothesis | None]:
+    """Hypotheses without one of their effects each, fitted side by side from where they stand, to the end where that
+    may come near them; None where the model does not run."""
+    settings, places = problem.settings.search, []
+    for h, gone in pairs:
+        kept = {x.name for x in h.fit.parameters if x not in gone.parameters}
+        point = {name: u for name, u in h.fit.point.items() if name in kept}
+        candidates = tuple(c for c in h.candidates if c is not gone)
+        places.append(Place(candidates, point, h.fit.correction, h.fit))
+    made = fit_from(problem, places, nuisance_jacobian)
+    for near, looks in ((True, settings.polish_looks), (False, 0)):
+        chosen = [
+            (k, h) for k, h in enumerate(made)
+            if h is not None and (h.fit.rms < settings.far * pairs[k][0].fit.rms) is near
+        ]  # fmt: skip
+        done = polish(problem, [h for _, h in chosen], nuisance_jacobian, looks)
+        for (k, _), h in zip(chosen, done, strict=True):
+            made[k] = h
+    return made
 
 
 def fit_from(
-    problem: Problem, candidates: tuple[EffectCandidate, ...], point: Point, near: Fit, nuisance_jacobian: np.ndarray
-) -> Hypothesis | None:
-    """A quick fit of a set of effects from a point, with the correction of a fit near it; None where the model does not
-    run."""
-    settings = problem.settings.search
-    (coarse,) = problem.evaluate([point])
-    if coarse is None:
-        return None
-    walk = _put(problem, Place(candidates, point, near.correction), coarse, nuisance_jacobian)
-    _differentiate(problem, [walk], settings.derivative_step)
-    _walk(problem, [walk], rows_of(problem), nuisance_jacobian, settings.steps)
-    return Hypothesis(candidates, _fit(problem, walk), quick=True)
+    problem: Problem, places: Sequence[Place], nuisance_jacobian: np.ndarray
+) -> list[Hypothesis | None]:
+    """Quick fits from these places, side by side; None where the model does not run."""
+    settings, walks = problem.settings.search, dict[int, _Walk]()
+    for k, coarse in enumerate(in_batches(problem, [at.point for at in places])):
+        if coarse is not None:
+            walks[k] = _put(problem, places[k], coarse, nuisance_jacobian)
+    _differentiate(problem, list(walks.values()), settings.derivative_step)
+    _walk(problem, list(walks.values()), rows_of(problem), nuisance_jacobian, settings.steps)
+    found = {k: Hypothesis(w.candidates, _fit(problem, w), quick=True) for k, w in walks.items()}
+    return [found.get(k) for k in range(len(places))]
 
 
 def stand_at(

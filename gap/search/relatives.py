@@ -18,7 +18,7 @@ from ..problem.parameters import EffectCandidate, Point
 from ..problem.problem import Problem
 from ..selection.hypothesis import Hypothesis
 from .bank import in_batches
-from .refinement import fit_from, polish, stand_exactly
+from .refinement import Place, fit_from, polish, stand_exactly
 from .rounds import best_of_each_set, idle_effects, polish_near, score
 from .sizes import grid, variants
 
@@ -41,8 +41,7 @@ def swap_relatives(problem: Problem, found: Sequence[Hypothesis], nuisance_jacob
     nearest = _nearest(problem, best, known, nuisance_jacobian)
     if problem.stop_requested:
         return list(found)
-    looked = [_fitted(problem, s, best, nuisance_jacobian) for s in nearest]
-    fitted = [h for h in looked if h is not None and h.labels not in known]
+    fitted = [h for h in _fitted(problem, nearest, best, nuisance_jacobian) if h.labels not in known]
     return best_of_each_set([*found, *polish_near(problem, fitted, score(best), nuisance_jacobian)])
 
 
@@ -73,15 +72,23 @@ def _nearest(
     return sorted(new, key=lambda s: s.left)[: problem.settings.search.relatives]
 
 
-def _fitted(problem: Problem, swap: _Swap, best: Hypothesis, nuisance_jacobian: np.ndarray) -> Hypothesis | None:
-    """A fit from there, anew without what has come to nothing: it stood by the effect that was replaced."""
-    made = fit_from(problem, swap.candidates, swap.point, best.fit, nuisance_jacobian)
-    if made is None or not (idle := idle_effects(made, problem.settings.search.negligible)):
-        return made
-    kept = tuple(c for c in made.candidates if c not in idle)
-    gone = {x.name for c in idle for x in c.parameters}
-    point = {name: u for name, u in made.fit.point.items() if name not in gone}
-    return fit_from(problem, kept, point, best.fit, nuisance_jacobian) if kept else None
+def _fitted(
+    problem: Problem, swaps: Sequence[_Swap], best: Hypothesis, nuisance_jacobian: np.ndarray
+) -> list[Hypothesis]:
+    """Fits from there, anew without what has come to nothing: it stood by the effect that was replaced."""
+    negligible, fit = problem.settings.search.negligible, best.fit
+    places = [Place(s.candidates, s.point, fit.correction, fit) for s in swaps]
+    looked = [h for h in fit_from(problem, places, nuisance_jacobian) if h is not None]
+    fewer = []
+    for h in looked:
+        idle = idle_effects(h, negligible)
+        kept = tuple(c for c in h.candidates if c not in idle)
+        if idle and kept:
+            gone = {x.name for c in idle for x in c.parameters}
+            point = {name: u for name, u in h.fit.point.items() if name not in gone}
+            fewer.append(Place(kept, point, fit.correction, fit))
+    again = [h for h in fit_from(problem, fewer, nuisance_jacobian) if h is not None]
+    return [*(h for h in looked if not idle_effects(h, negligible)), *again]
 
 
 def _swaps(

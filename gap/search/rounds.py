@@ -54,12 +54,8 @@ def _polish_leaders(
 ) -> list[Hypothesis]:
     """The best fitted to the end, and those that may still reach it if they gain as much by that as it has."""
     settings = problem.settings.search
-    first = polish(problem, found[:1], nuisance_jacobian, settings.polish_looks)
-    if not first:
-        return []
-    within = score(found[0]) + settings.near_leader
-    others = [h for h in found[1 : settings.corrected] if score(h) < within]
-    return [*first, *polish(problem, others, nuisance_jacobian, settings.polish_looks)]
+    leaders = [h for h in found[: settings.corrected] if score(h) < score(found[0]) + settings.near_leader]
+    return polish(problem, leaders, nuisance_jacobian, settings.polish_looks)
 
 
 def polish_near(
@@ -166,14 +162,11 @@ def drop_each(problem: Problem, found: Sequence[Hypothesis], nuisance_jacobian: 
     made, tried = list(found), set()
     for _ in range(problem.settings.search.most_effects):
         best = made[0]
-        for gone in best.candidates:
-            left = best.parts - gone.parts
-            if left in tried or problem.stop_requested:
-                continue
-            tried.add(left)
-            fitted = without(problem, best, gone, nuisance_jacobian)
-            if fitted is not None:
-                made.append(fitted)
+        wanted = [c for c in best.candidates if best.parts - c.parts not in tried]
+        if problem.stop_requested:
+            break
+        tried |= {best.parts - c.parts for c in wanted}
+        made += [h for h in without(problem, [(best, c) for c in wanted], nuisance_jacobian) if h is not None]
         made = best_of_each_set(made)
         if made[0] is best:
             break

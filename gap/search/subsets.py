@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from itertools import combinations
 
@@ -34,28 +34,28 @@ def complete_subsets(
     whole = best.hypothesis.labels
     made = {whole: best, frozenset(): found[frozenset()]}
     for size in range(len(whole) - 1, 0, -1):
-        for names in combinations(sorted(whole), size):
-            subset = frozenset(names)
-            if subset in found:
-                made[subset] = found[subset]
-                continue
-            above = next(made[s] for s in made if len(s) == size + 1 and subset < s)
-            made[subset] = _without(problem, above, subset, nuisance_jacobian)
+        subsets = [frozenset(names) for names in combinations(sorted(whole), size)]
+        above = {s: next(r for t, r in made.items() if len(t) == size + 1 and s < t) for s in subsets if s not in found}
+        made |= {s: found[s] for s in subsets if s in found}
+        made |= _without(problem, above, nuisance_jacobian)
     return made
 
 
 def _without(
-    problem: Problem, above: RankedHypothesis, subset: Labels, nuisance_jacobian: np.ndarray
-) -> RankedHypothesis:
-    h = above.hypothesis
-    gone = next(c for c in h.candidates if c.label not in subset)
-    left = None
+    problem: Problem, above: Mapping[Labels, RankedHypothesis], nuisance_jacobian: np.ndarray
+) -> dict[Labels, RankedHypothesis]:
+    """Fits of subsets, each from where a set with one effect more stands."""
+    pairs = [(r.hypothesis, next(c for c in r.hypothesis.candidates if c.label not in s)) for s, r in above.items()]
+    left: list[Hypothesis | None] = [None] * len(pairs)
     if not problem.stop_requested:
-        left = without(problem, h, gone, nuisance_jacobian)
-    if left is None:
-        kept = tuple(c for c in h.candidates if c is not gone)
-        left = Hypothesis(kept, _foretold_without(problem, h.fit, gone.parameters, nuisance_jacobian))
-    return rank_hypotheses(problem, [left], nuisance_jacobian)[0]
+        left = without(problem, pairs, nuisance_jacobian)
+    made = {}
+    for subset, (h, gone), fitted in zip(above, pairs, left, strict=True):
+        if fitted is None:
+            kept = tuple(c for c in h.candidates if c is not gone)
+            fitted = Hypothesis(kept, _foretold_without(problem, h.fit, gone.parameters, nuisance_jacobian))
+        made[subset] = rank_hypotheses(problem, [fitted], nuisance_jacobian)[0]
+    return made
 
 
 def _foretold_without(problem: Problem, fit: Fit, gone: Sequence[object], nuisance_jacobian: np.ndarray) -> Fit:

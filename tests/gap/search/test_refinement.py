@@ -145,7 +145,7 @@ def test_without_an_effect_that_explains_nearly_all_nothing_is_fitted_to_the_end
     p, columns = posed(moving(LINEAR), {"a": 0.3, "p": size, "q": 0.5}, [P, Q])
     (both,) = polish(p, [start(p, columns, [P, Q], {"p": size, "q": 0.5})], columns, 4)
     p.asked.clear()
-    left = without(p, both, P, columns)
+    (left,) = without(p, [(both, P)], columns)
     assert left.fit.status == "converged"
     assert moved(p, [len(coarse) for coarse, _ in p.asked]) == [2] * (1 + looks)
     assert sum(len(exact) for _, exact in p.asked) >= 1
@@ -178,7 +178,7 @@ def test_an_effect_that_is_hardly_there_gives_way_to_a_base_parameter_that_does_
     (winner,) = polish(p, [start(p, nuisance_jacobian, [leak], {"leak": 0.018})], nuisance_jacobian, 3)
     assert winner.fit.rms < 1.1
     assert winner.fit.point["leak"] < 0.05
-    left = without(p, winner, leak, nuisance_jacobian)
+    (left,) = without(p, [(winner, leak)], nuisance_jacobian)
     assert left.candidates == ()
     assert left.fit.rms < 1.1
     assert left.fit.point["a"] == pytest.approx(0.3, abs=0.03)
@@ -187,7 +187,7 @@ def test_an_effect_that_is_hardly_there_gives_way_to_a_base_parameter_that_does_
 def test_without_a_large_effect_the_others_take_over_what_they_can():
     p, nuisance_jacobian = posed(moving(LINEAR), {"a": 0.4, "p": 0.8, "q": -0.6}, [P, Q])
     (both,) = polish(p, [start(p, nuisance_jacobian, [P, Q], {"p": 0.5, "q": -0.5})], nuisance_jacobian, 3)
-    left = without(p, both, P, nuisance_jacobian)
+    (left,) = without(p, [(both, P)], nuisance_jacobian)
     assert left.ids == ("q",)
     assert [x.name for x in left.fit.parameters] == ["a", "q"]
     assert left.fit.point["q"] == pytest.approx(-0.6, abs=0.06)
@@ -199,7 +199,7 @@ def test_where_the_model_does_not_run_without_an_effect_there_is_no_fit():
     p, nuisance_jacobian = posed(moving(LINEAR), {"p": 0.7}, [P])
     h = start(p, nuisance_jacobian, [P], {"p": 0.7})
     still = replace(p, model=at_any_step(lambda x: moving(LINEAR)(x) if x.get("p", 0.0) > 0.1 else None))
-    assert without(still, h, P, nuisance_jacobian) is None
+    assert without(still, [(h, P)], nuisance_jacobian) == [None]
 
 
 def test_shapes_are_fitted_with_their_effect():
