@@ -7,6 +7,7 @@ that a row of it is an array of float64, too, which C code, files and copies nee
 from __future__ import annotations
 
 from collections.abc import Iterable, Mapping, Sequence
+from functools import lru_cache
 
 import numpy as np
 
@@ -52,9 +53,12 @@ def places(kind: np.dtype, before: str = "", first: int = 0) -> dict[str, slice]
     return made
 
 
+_places = lru_cache(places)
+
+
 def row_of(kind: np.dtype, values: Mapping[str, float | Sequence[float]]) -> np.ndarray:
     """A row (`size_of`,) of a record with these values by dotted name; every one of its fields has to be there."""
     row = np.empty(size_of(kind))
-    for name, at in places(kind).items():
+    for name, at in _places(kind).items():
         row[at] = values[name]
     return row

@@ -4,6 +4,7 @@ several of them beside those of its component."""
 from __future__ import annotations
 
 from collections.abc import Mapping
+from functools import lru_cache
 from math import exp, pi, sqrt
 
 import numpy as np
@@ -105,9 +106,14 @@ def constants(p: Mapping[str, float]) -> np.ndarray:
 def warming(p: Mapping[str, float]) -> np.ndarray:
     """The constants at temperatures from that at the start to what the oil warms up to, in equal steps, one behind the
     other (`WARM_STEPS` + 1 times `SIZE`); nothing where it stays as it is."""
+    return _warming(tuple(p.items())) if p["effect.oil_warm_up.rise"] != 0.0 else np.empty(0)
+
+
+@lru_cache(maxsize=4)
+def _warming(parameters: tuple[tuple[str, float], ...]) -> np.ndarray:
+    """The same; a run asks for it several times."""
+    p = dict(parameters)
     T, rise = p["effect.oil_temperature.T"], p["effect.oil_warm_up.rise"]
-    if rise == 0.0:
-        return np.empty(0)
     shares = np.arange(WARM_STEPS + 1) / WARM_STEPS
     return np.concatenate([constants({**p, "effect.oil_temperature.T": T + rise * share}) for share in shares])
 

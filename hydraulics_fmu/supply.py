@@ -8,6 +8,13 @@ from ..core.jit import kernel
 from .oil import gap_flow
 from .valve import land, supplied_opening
 
+CLOSE = 1e-5
+"""How far a pressure may be from where it balances [Pa]: what the integrator's differences see is a million times as
+much."""
+
+MOST_LOOKS = 60
+"""Looks for it; most take six."""
+
 
 def pump_flow(ideal: float, slip: float, thicker: float, turbulent: float = 0.0) -> float:
     """Flow [m3/s] that a pump delivers: Q = n v_p - c dp/eta (Wilson 1950), with dp that of the relief valve.
@@ -41,27 +48,49 @@ def relief_flow(Q: float, c: object) -> float:
 
 
 @kernel
+def narrowed(
+    P: float, excess: float, low: float, over: float, high: float, under: float, kept: float
+) -> tuple[float, float, float, float, float]:
+    """A bracket [Pa] of a falling function's zero with the place P, and `excess` there, for one of its ends; `over` and
+    `under` are at the ends, at one that stays twice by half (Illinois), and `kept` says which stayed last."""
+    if excess > 0.0:
+        return P, excess, high, under * (0.5 if kept > 0.0 else 1.0), 1.0
+    return low, over * (0.5 if kept < 0.0 else 1.0), P, excess, -1.0
+
+
+@kernel
+def _relief_excess(P: float, s: float, Pa: float, Pb: float, P_set: float, c: object) -> float:
+    """What the relief valve's pressure [Pa] with its override, less what the filter takes, is beyond P; it falls as P
+    rises, by at least as much."""
+    leak, bent, thinner = c.valve.leak, c.effect.valve_leakage.turbulent, c.oil.thinner
+    demand = land(abs(s), P, Pa if s >= 0.0 else Pb, c)
+    demand += gap_flow(P - Pa, leak.pa, bent, thinner) + gap_flow(P - Pb, leak.pb, bent, thinner)
+    return P_set + c.effect.relief_override.R * relief_flow(c.pump.flow - demand, c) - c.supply.filter * demand - P
+
+
+@kernel
 def relief_pressure(s: float, Pa: float, Pb: float, Pt: float, c: object) -> float:
     """Pressure [Pa] at port p, as long as the pump suffices; s: signed opening of the supplied land.
 
     The relief valve's rises with its flow, by R Q_rv or with another power of it, and a filter takes F Q_p away;
-    Q_rv = Q_pump - Q_p, and the demand Q_p (land and leakage to both ports) grows with the pressure, so bisection
-    closes P = P_set + R Q_rv - F Q_p.
+    Q_rv = Q_pump - Q_p, and the demand Q_p (land and leakage to both ports) grows with the pressure, so that
+    P = P_set + R Q_rv - F Q_p between two pressures, to within `CLOSE`.
     """
     P_set, R, F, Q_pump = Pt + c.relief.p_set, c.effect.relief_override.R, c.supply.filter, c.pump.flow
     if R == 0.0 and F == 0.0:
         return P_set
-    leak, bent, thinner = c.valve.leak, c.effect.valve_leakage.turbulent, c.oil.thinner
     low, high = max(P_set - F * Q_pump, 0.0), P_set + R * Q_pump
-    for _ in range(40):
-        P = 0.5 * (low + high)
-        demand = land(abs(s), P, Pa if s >= 0.0 else Pb, c)
-        demand += gap_flow(P - Pa, leak.pa, bent, thinner) + gap_flow(P - Pb, leak.pb, bent, thinner)
-        if P_set + R * relief_flow(Q_pump - demand, c) - F * demand > P:
-            low = P
-        else:
-            high = P
-    return 0.5 * (low + high)
+    over, under = _relief_excess(low, s, Pa, Pb, P_set, c), _relief_excess(high, s, Pa, Pb, P_set, c)
+    if over <= 0.0 or under >= 0.0:
+        return low if over <= 0.0 else high
+    P, kept = high, 0.0
+    for _ in range(MOST_LOOKS):
+        P = low + (high - low) * over / (over - under)
+        excess = _relief_excess(P, s, Pa, Pb, P_set, c)
+        if abs(excess) <= CLOSE:
+            break
+        low, over, high, under, kept = narrowed(P, excess, low, over, high, under, kept)
+    return P
 
 
 @kernel
@@ -91,10 +120,21 @@ def return_pressure(a_t: float, b_t: float, Pa: float, Pb: float, Pt: float, c: 
     if c.supply.filter_back == 0.0:
         return Pt
     low, high = Pt, max(Pa, Pb, Pt)
-    for _ in range(40):
-        P = 0.5 * (low + high)
-        if c.supply.filter_back * (land(a_t, Pa, P, c) + land(b_t, Pb, P, c)) > P - Pt:
-            low = P
-        else:
-            high = P
-    return 0.5 * (low + high)
+    over = _held_back(low, a_t, b_t, Pa, Pb, Pt, c)
+    under = _held_back(high, a_t, b_t, Pa, Pb, Pt, c)
+    if over <= 0.0 or under >= 0.0:
+        return low if over <= 0.0 else high
+    P, kept = low, 0.0
+    for _ in range(MOST_LOOKS):
+        P = low + (high - low) * over / (over - under)
+        excess = _held_back(P, a_t, b_t, Pa, Pb, Pt, c)
+        if abs(excess) <= CLOSE:
+            break
+        low, over, high, under, kept = narrowed(P, excess, low, over, high, under, kept)
+    return P
+
+
+@kernel
+def _held_back(P: float, a_t: float, b_t: float, Pa: float, Pb: float, Pt: float, c: object) -> float:
+    """What a filter in the return holds back [Pa] with P before it, less the difference P - Pt."""
+    return c.supply.filter_back * (land(a_t, Pa, P, c) + land(b_t, Pb, P, c)) - (P - Pt)

@@ -29,6 +29,35 @@ def deflection_rate(alpha: float, held: float, c: object) -> float:
 
 
 @kernel
+def swung(
+    begin: tuple[float, float, float, float], before: tuple[float, float, float], after: tuple[float, float, float],
+    dt: float, parts: int, F_h: float, c: object,
+) -> tuple[float, float, float, float]:  # fmt: skip
+    """Angle [rad], angular velocity [rad/s], deflection [m] and its rate [m/s] after dt [s], from those at the start,
+    by velocity Verlet in so many parts; before, after: J - m L^2 [kg m2], T without the cylinder's force F_h [N], and
+    its lever [m], which change along straight lines."""
+    theta, omega, w, rate = begin
+    M, T, lever = before
+    h = dt / parts
+    held = held_by_spring(theta, w, rate, c)
+    alpha = (T + c.beam_length * held + lever * F_h) / M
+    bends = deflection_rate(alpha, held, c)
+    for i in range(1, parts + 1):
+        theta += h * (omega + 0.5 * h * alpha)
+        w += h * (rate + 0.5 * h * bends)
+        share = i / parts
+        M, T = before[0] + share * (after[0] - before[0]), before[1] + share * (after[1] - before[1])
+        lever = before[2] + share * (after[2] - before[2])
+        held = held_by_spring(theta, w, rate + h * bends, c)
+        alpha_end = (T + c.beam_length * held + lever * F_h) / M
+        bends_end = deflection_rate(alpha_end, held, c)
+        omega += 0.5 * h * (alpha + alpha_end)
+        rate += 0.5 * h * (bends + bends_end)
+        alpha, bends = alpha_end, bends_end
+    return theta, omega, w, rate
+
+
+@kernel
 def sag(theta: float, c: object) -> float:
     """Deflection w [m] at rest."""
     return -c.bending.weight * cos(theta) / c.bending.stiffness if c.bending.rate > 0.0 else 0.0
