@@ -12,6 +12,9 @@ CLOSE = 1e-5
 """How far a pressure may be from where it balances [Pa]: what the integrator's differences see is a million times as
 much."""
 
+ENOUGH = 1e-12
+"""Share of the pump's flow that a port's may be off: of 10 MPa, that is `CLOSE`, too."""
+
 MOST_LOOKS = 60
 """Looks for it; most take six."""
 
@@ -98,20 +101,21 @@ def port_pressure(x_v: float, Pa: float, Pb: float, Pt: float, c: object) -> flo
     """Pressure [Pa] at port p with the spool at x_v and these pressures at the other ports.
 
     What `relief_pressure` says while the pump suffices (Eq. 6), else what drives Q_pump: the land's flow grows with
-    its supply pressure, so bisection between the port and that pressure finds it.
+    its supply pressure, so it lies between the port and that pressure.
     """
     s, Q_pump = supplied_opening(x_v, c), c.pump.flow
     P_port, P_relief = Pa if s >= 0.0 else Pb, relief_pressure(s, Pa, Pb, Pt, c)
     if land(abs(s), P_relief, P_port, c) <= Q_pump:
         return P_relief
-    low, high = P_port, P_relief
-    for _ in range(60):
-        middle = 0.5 * (low + high)
-        if land(abs(s), middle, P_port, c) > Q_pump:
-            high = middle
-        else:
-            low = middle
-    return 0.5 * (low + high)
+    low, high, over, under = P_port, P_relief, Q_pump, Q_pump - land(abs(s), P_relief, P_port, c)
+    P, kept = high, 0.0
+    for _ in range(MOST_LOOKS):
+        P = low + (high - low) * over / (over - under)
+        missing = Q_pump - land(abs(s), P, P_port, c)
+        if abs(missing) <= ENOUGH * Q_pump:
+            break
+        low, over, high, under, kept = narrowed(P, missing, low, over, high, under, kept)
+    return P
 
 
 @kernel
