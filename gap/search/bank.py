@@ -13,6 +13,7 @@ import numpy as np
 from ..problem.noise import rms
 from ..problem.parameters import EffectCandidate, EstimatedParameter, Point
 from ..problem.problem import Problem
+from ..settings import SearchSettings
 from .sizes import first_sizes, grid, variants
 
 Variant = tuple[EffectCandidate, Mapping[str, float]]
@@ -97,16 +98,27 @@ def build_bank(
 
 
 def _unseen(problem: Problem, bank: Bank, run: Sequence[Variant]) -> list[Variant]:
-    """The other sizes of effects that have shown next to nothing at those that were run: what makes a machine swing
-    does so from a threshold on, and no set would ask for it."""
+    """The other sizes of effects that have shown next to nothing at those that were run, or the same at each: what
+    makes a machine swing does so from a threshold on, a valve that holds a load is only there until it does, and no set
+    would ask for it."""
     settings = problem.settings.search
+    families: dict[tuple[object, ...], list[Response]] = {}
+    for x in bank.responses:
+        families.setdefault((x.candidate.label, x.shape, x.size > 0.0), []).append(x)
     seen = {c.label for c in bank.candidates}
-    seen |= {x.candidate.label for x in bank.responses if rms(x.change) >= settings.unseen}
+    seen |= {own[0].candidate.label for own in families.values() if _acts(own, settings)}
     made: list[Variant] = []
     for c in dict.fromkeys(c for c, values in run if c.label not in seen):
         tried = {values[c.main.name] for other, values in run if other is c and values}
         made += [(c, values) for values in variants(c, [s for s in grid(c.main, settings) if s not in tried], settings)]
     return made
+
+
+def _acts(responses: Sequence[Response], settings: SearchSettings) -> bool:
+    """Whether an effect changes something at these sizes, and more or less of it from one to the next."""
+    least, most = (choose(responses, key=lambda x: abs(x.size)) for choose in (min, max))
+    whole = rms(most.change)
+    return whole >= settings.unseen and (least is most or rms(most.change - least.change) >= settings.same * whole)
 
 
 def without_responses(

@@ -47,6 +47,8 @@ class SearchSettings:
     """Those that every effect is run at; others where the best sets ask for them."""
     unseen: float = 0.1
     """Normalised RMS of the change at all of these below which an effect is run at every size of the grid."""
+    same: float = 0.1
+    """The same of what the change differs by between the least and the largest of these, as a share of it."""
     looks: int = 4
     """How often they may ask."""
     trifle: float = 0.01

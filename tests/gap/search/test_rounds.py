@@ -77,6 +77,17 @@ def test_an_effect_that_shows_nothing_at_its_usual_size_is_found_at_a_larger_one
     finds(machine, {"a": 0.4, "delay": size}, [effect("delay", 0.0), effect("drag", 0.0)], 0.05)
 
 
+def test_an_effect_that_does_the_same_at_all_small_sizes_is_found_at_a_large_one():
+    """A valve that holds a load only beyond 5 has a loss of its own whenever it is there."""
+
+    def machine(p):
+        u = p.get("valve", 0.0)
+        loss, held = 0.05 * (u > 0.0), 0.3 * max(0.0, u - 5.0)
+        return (1.0 + 0.05 * p.get("a", 0.0)) * np.sin(T) + loss * np.cos(5.0 * T) + held * np.sin(9.0 * T)
+
+    finds(machine, {"a": 0.4, "valve": 7.5}, [effect("valve", 0.0)], 0.05)
+
+
 def test_an_effect_that_shows_only_beside_another_is_found_around_that():
     """The valve's flow counts only once the narrow line lets some through; a droop shows at once but is wrong."""
 

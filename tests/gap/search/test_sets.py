@@ -117,6 +117,13 @@ def test_an_effect_that_shows_next_to_nothing_is_run_at_every_size():
     assert [x.size for x in bank.responses if x.candidate.id == "p"] == [0.1, 1.0, -0.1, -1.0]
 
 
+def test_an_effect_that_does_the_same_at_the_first_sizes_is_run_at_every_size():
+    laws = {"p": lambda u: 0.1 * u, "q": lambda u: 0.1 * (u > 0.0) * (1.0 + max(0.0, u - 2.0))}
+    _, _, bank = bank_of(moving(laws), {}, [effect("p"), effect("q", 0.0)])
+    assert [x.size for x in bank.responses if x.candidate.id == "q"] == [0.1, 1.0, 0.03, 0.3, 3.0, 8.0]
+    assert [x.size for x in bank.responses if x.candidate.id == "p"] == [0.1, 1.0, -0.1, -1.0]
+
+
 def test_gains_are_the_shares_of_the_residual_that_each_effect_can_explain():
     """Oscillations that are orthogonal, so shares are those of the squared amplitudes."""
     p, nuisance_jacobian, bank = bank_of(moving(LINEAR), {"p": 1.0, "q": -0.5}, [effect(x) for x in LINEAR])
