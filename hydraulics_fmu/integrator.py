@@ -201,7 +201,7 @@ def advance(
             if w[STEP] < min(1e-14, 1e-9 * h):
                 fault = TOO_SMALL
                 break
-            if failed:  # a shorter step alone does not do: the fault may be the old Jacobian's
+            if failed and w[AGE] > 0.0:  # a shorter step alone does not do: the fault may be the old Jacobian's
                 w[AGE] = -1.0
             failed = True
     for i in range(ny):
