@@ -69,6 +69,11 @@ class FormulaProblem:
         """The same with other steps."""
         return replace(self, discretisation=replace(self.discretisation, **changes))
 
+    def of_runs(self, runs: Sequence[int]) -> FormulaProblem:
+        """The same, for it has one run."""
+        assert list(runs) == [0]
+        return self
+
     def answer(
         self, coarse: Sequence[Point], exact: Sequence[Point]
     ) -> tuple[list[np.ndarray | None], list[np.ndarray | None]]:
