@@ -21,8 +21,7 @@ from .search.earlier import Earlier
 from .settings import DEFAULT, Settings
 
 NEEDED_LATE = ("arch.bootstrap", "ruptures", "sklearn.ensemble", "threadpoolctl")
-"""What judging and telling import: loaded while runs are simulated, for it takes as long as stopping may; once there is
-a first answer, for which it would take the cores."""
+"""What judging and telling import: loaded while the first runs are simulated, for it takes as long as stopping may."""
 
 
 def import_ahead(names: Sequence[str]) -> threading.Thread:
@@ -61,5 +60,6 @@ def diagnose(
     with Pool(campaign.system, executor, processes, progress) as pool:
         say("reading the model")
         beginning = begin(campaign, catalogue, pool, stop, settings, earlier)
-        state = run_pipeline(PIPELINE, beginning, say, tell, lambda: import_ahead(NEEDED_LATE))
+        import_ahead(NEEDED_LATE)
+        state = run_pipeline(PIPELINE, beginning, say, tell)
         return Diagnosis(state, pool.count, time.perf_counter() - started)

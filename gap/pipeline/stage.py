@@ -25,10 +25,10 @@ class Stage:
 
 def run_pipeline(
     stages: Sequence[Stage], state: State, say: Callable[[str], None] = lambda text: None,
-    tell: Callable[[str], None] = lambda text: None, answered: Callable[[], object] = lambda: None,
+    tell: Callable[[str], None] = lambda text: None,
 ) -> State:  # fmt: skip
     """The state after all stages; `say` gets the name of each that is run, `tell` what is known so far when that has
-    changed, `answered` is called once when the first answer is known.
+    changed.
 
     Once it is asked to stop no simulation is begun: what a stage then lacks is left out, and the state is marked as
     unfinished with the stage that was cut off.
@@ -50,5 +50,4 @@ def run_pipeline(
             tell(state.so_far)
             if not state.first_answer and (state.found or state.looked):
                 state = replace(state, first_answer=sum(state.seconds.values()))
-                answered()
     return state
