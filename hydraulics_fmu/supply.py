@@ -105,9 +105,10 @@ def port_pressure(x_v: float, Pa: float, Pb: float, Pt: float, c: object) -> flo
     """
     s, Q_pump = supplied_opening(x_v, c), c.pump.flow
     P_port, P_relief = Pa if s >= 0.0 else Pb, relief_pressure(s, Pa, Pb, Pt, c)
-    if land(abs(s), P_relief, P_port, c) <= Q_pump:
+    under = Q_pump - land(abs(s), P_relief, P_port, c)
+    if under >= 0.0:
         return P_relief
-    low, high, over, under = P_port, P_relief, Q_pump, Q_pump - land(abs(s), P_relief, P_port, c)
+    low, high, over = P_port, P_relief, Q_pump
     P, kept = high, 0.0
     for _ in range(MOST_LOOKS):
         P = low + (high - low) * over / (over - under)

@@ -16,7 +16,7 @@ import numpy as np
 from ..estimation.dispersion import estimate_dispersion
 from ..estimation.linear import profile_nuisances
 from ..estimation.nuisances import nuisance_columns
-from ..problem.noise import rms
+from ..problem.noise import rms_of_runs
 from ..problem.problem import Problem
 from ..search.baseline import deliver, refit_again, refit_base
 from ..search.refinement import stand_exactly
@@ -87,8 +87,7 @@ def begin_where_most_is_left(state: State) -> State:
 def choose_runs(problem: Problem, residual: np.ndarray, count: int) -> list[int]:
     """So many runs in their order: the one with the largest residual (n,), then in turn the one whose residual, and
     whose distance from those that are chosen, are large together."""
-    observations, runs = problem.observations, range(len(problem.runs))
-    left = np.array([rms(residual[observations.run == r]) for r in runs])
+    left = rms_of_runs(residual, problem.observations.run, len(problem.runs))
     place = _conditions(problem)
     chosen = [int(np.argmax(left))]
     while len(chosen) < min(count, len(left)):

@@ -15,6 +15,11 @@ def rms(residual: np.ndarray) -> float:
     return float(np.sqrt(np.mean(residual * residual)))
 
 
+def rms_of_runs(residual: np.ndarray, run: np.ndarray, count: int) -> np.ndarray:
+    """That of each of so many runs (count,); residual, and which run each of it is of (n,)."""
+    return np.array([rms(residual[run == r]) for r in range(count)])
+
+
 def quantisation_step(y: np.ndarray, settings: NoiseSettings = _DEFAULT) -> float:
     """The step of the converter if the readings y (n,) lie on a grid of not too many steps, otherwise 0."""
     levels = np.unique(y)

@@ -97,16 +97,24 @@ def build_bank(
     return extend(problem, bank, _unseen(problem, bank, wanted))
 
 
+def families(responses: Sequence[Response]) -> list[list[int]]:
+    """Places of the responses of each effect with the same shape to the same side, small sizes first."""
+    made: dict[tuple[object, ...], list[int]] = {}
+    for k, x in enumerate(responses):
+        if not x.removes:
+            made.setdefault((x.candidate.label, x.shape, x.size > 0.0), []).append(k)
+    return [sorted(places, key=lambda k: abs(responses[k].size)) for places in made.values()]
+
+
 def _unseen(problem: Problem, bank: Bank, run: Sequence[Variant]) -> list[Variant]:
     """The other sizes of effects that have shown next to nothing at those that were run, or the same at each: what
     makes a machine swing does so from a threshold on, a valve that holds a load is only there until it does, and no set
     would ask for it."""
     settings = problem.settings.search
-    families: dict[tuple[object, ...], list[Response]] = {}
-    for x in bank.responses:
-        families.setdefault((x.candidate.label, x.shape, x.size > 0.0), []).append(x)
     seen = {c.label for c in bank.candidates}
-    seen |= {own[0].candidate.label for own in families.values() if _acts(own, settings)}
+    for places in families(bank.responses):
+        own = [bank.responses[k] for k in places]
+        seen |= {own[0].candidate.label} if _acts(own, settings) else set()
     made: list[Variant] = []
     for c in dict.fromkeys(c for c, values in run if c.label not in seen):
         tried = {values[c.main.name] for other, values in run if other is c and values}
@@ -115,8 +123,9 @@ def _unseen(problem: Problem, bank: Bank, run: Sequence[Variant]) -> list[Varian
 
 
 def _acts(responses: Sequence[Response], settings: SearchSettings) -> bool:
-    """Whether an effect changes something at these sizes, and more or less of it from one to the next."""
-    least, most = (choose(responses, key=lambda x: abs(x.size)) for choose in (min, max))
+    """Whether an effect changes something at these sizes, the small ones first, and more or less of it from one to the
+    next."""
+    least, most = responses[0], responses[-1]
     whole = rms(most.change)
     return whole >= settings.unseen and (least is most or rms(most.change - least.change) >= settings.same * whole)
 
@@ -142,7 +151,7 @@ def without_responses(
 def extend(problem: Problem, bank: Bank, wanted: Sequence[Variant]) -> Bank:
     """The bank with further responses; one that does not run, or changes nothing, is left out."""
     coarse, noise = bank.model - bank.correction, problem.observations.noise_std
-    points = [_with(bank.point, c, values) for c, values in wanted]
+    points = [with_effect(bank.point, c, values) for c, values in wanted]
     made = []
     for (c, values), found in zip(wanted, in_batches(problem, points), strict=True):
         if found is not None:
@@ -152,7 +161,7 @@ def extend(problem: Problem, bank: Bank, wanted: Sequence[Variant]) -> Bank:
     return replace(bank, responses=(*bank.responses, *made))
 
 
-def _with(point: Point, candidate: EffectCandidate, values: Mapping[str, float]) -> dict[str, float]:
+def with_effect(point: Point, candidate: EffectCandidate, values: Mapping[str, float]) -> dict[str, float]:
     """The point with an effect as its values say, or without it."""
     gone = {x.name for x in candidate.parameters}
     return {**{name: u for name, u in point.items() if name not in gone}, **values}

@@ -20,7 +20,7 @@ from ..problem.noise import rms
 from ..problem.parameters import EffectCandidate, EstimatedParameter, Point, penalty, point_of
 from ..problem.problem import Problem
 from ..selection.hypothesis import Hypothesis, penalised_deviance
-from .bank import Bank, in_batches, rows_of, wide_step
+from .bank import Bank, in_batches, rows_of, wide_step, with_effect
 from .sets import Proposal
 
 
@@ -106,10 +106,8 @@ def without(
     may come near them; None where the model does not run."""
     settings, places = problem.settings.search, []
     for h, gone in pairs:
-        kept = {x.name for x in h.fit.parameters if x not in gone.parameters}
-        point = {name: u for name, u in h.fit.point.items() if name in kept}
         candidates = tuple(c for c in h.candidates if c is not gone)
-        places.append(Place(candidates, point, h.fit.correction, h.fit))
+        places.append(Place(candidates, with_effect(h.fit.point, gone, {}), h.fit.correction, h.fit))
     made = fit_from(problem, places, nuisance_jacobian)
     for near, looks in ((True, settings.polish_looks), (False, 0)):
         chosen = [

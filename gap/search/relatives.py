@@ -78,17 +78,16 @@ def _fitted(
     """Fits from there, anew without what has come to nothing: it stood by the effect that was replaced."""
     negligible, fit = problem.settings.search.negligible, best.fit
     places = [Place(s.candidates, s.point, fit.correction, fit) for s in swaps]
-    looked = [h for h in fit_from(problem, places, nuisance_jacobian) if h is not None]
-    fewer = []
-    for h in looked:
+    made, fewer = [], []
+    for h in (h for h in fit_from(problem, places, nuisance_jacobian) if h is not None):
         idle = idle_effects(h, negligible)
+        made += [h] if not idle else []
         kept = tuple(c for c in h.candidates if c not in idle)
         if idle and kept:
             gone = {x.name for c in idle for x in c.parameters}
             point = {name: u for name, u in h.fit.point.items() if name not in gone}
             fewer.append(Place(kept, point, fit.correction, fit))
-    again = [h for h in fit_from(problem, fewer, nuisance_jacobian) if h is not None]
-    return [*(h for h in looked if not idle_effects(h, negligible)), *again]
+    return [*made, *(h for h in fit_from(problem, fewer, nuisance_jacobian) if h is not None)]
 
 
 def _swaps(

@@ -17,7 +17,7 @@ from ..estimation.linear import profile_nuisances
 from ..problem.parameters import EffectCandidate, Point
 from ..problem.problem import Problem
 from ..settings import SearchSettings
-from .bank import Bank, Response, Variant, extend
+from .bank import Bank, Response, Variant, extend, families
 from .sizes import grid
 
 Set = tuple[float, tuple[int, ...], np.ndarray]
@@ -138,12 +138,7 @@ def bounded_least(
 def _reach(responses: Sequence[Response], settings: SearchSettings) -> tuple[np.ndarray, np.ndarray]:
     """How far each response may be scaled: half way to the next size that was run, else to the end of its range."""
     low, high = np.ones(len(responses)), np.ones(len(responses))
-    families: dict[tuple[object, ...], list[int]] = {}
-    for k, x in enumerate(responses):
-        if not x.removes:
-            families.setdefault((x.candidate.label, x.shape, x.size > 0.0), []).append(k)
-    for members in families.values():
-        members.sort(key=lambda k: abs(responses[k].size))
+    for members in families(responses):
         sizes = [abs(responses[k].size) for k in members]
         main = responses[members[0]].candidate.main
         reach = main.high if responses[members[0]].size > 0.0 else -main.low

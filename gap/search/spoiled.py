@@ -11,7 +11,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from ..problem.noise import rms
+from ..problem.noise import rms, rms_of_runs
 from ..problem.parameters import EffectCandidate, Point
 from ..problem.problem import Problem
 from ..selection.hypothesis import Hypothesis
@@ -27,7 +27,8 @@ def look_at_spoiled(problem: Problem, found: Sequence[Hypothesis], nuisance_jaco
     the problem has half of that step if one of them is in the best then."""
     best, refit = found[0], next(h for h in found if not h.candidates)
     shorter = problem.with_discretisation(coarsening=problem.discretisation.coarsening // 2)
-    run = [_of_which_most_is_left(problem, best)]
+    left = rms_of_runs(best.fit.residual, problem.observations.run, len(problem.runs))
+    run = [int(np.argmax(left))]  # what a step spoils in one run of a machine it does in others
     effects = spoiled(problem.of_runs(run), shorter.of_runs(run), best)
     if not effects or problem.stop_requested:
         return Refined(problem, list(found))
@@ -38,12 +39,6 @@ def look_at_spoiled(problem: Problem, found: Sequence[Hypothesis], nuisance_jaco
     after = best_of_each_set([*found, *polish_near(shorter, made, score(best), nuisance_jacobian)])
     better = score(after[0]) < score(best) - problem.settings.search.better
     return Refined(shorter if better else problem, after)
-
-
-def _of_which_most_is_left(problem: Problem, best: Hypothesis) -> int:
-    """The run that is looked at: what a step spoils in one run of a machine it does in others."""
-    energy = np.bincount(problem.observations.run, best.fit.residual**2, len(problem.runs))
-    return int(np.argmax(energy / np.maximum(np.bincount(problem.observations.run, minlength=len(problem.runs)), 1)))
 
 
 def spoiled(problem: Problem, shorter: Problem, best: Hypothesis) -> list[EffectCandidate]:
