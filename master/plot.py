@@ -23,7 +23,10 @@ if TYPE_CHECKING:
 MAX_PANELS = 6
 MAX_LINES = 8
 
-SHOWN = {"Pa": ("MPa", 1e-6), "m3/s": ("L/min", 6e4), "m": ("mm", 1e3), "m/s": ("mm/s", 1e3), "N": ("kN", 1e-3)}
+SHOWN = {
+    "Pa": ("MPa", 1e-6), "m3/s": ("L/min", 6e4), "m3": ("L", 1e3), "m": ("mm", 1e3), "m/s": ("mm/s", 1e3),
+    "N": ("kN", 1e-3),
+}  # fmt: skip
 """Units that are shown in another one."""
 
 
