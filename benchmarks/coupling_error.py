@@ -19,8 +19,8 @@ sys.path.insert(0, str(Path(__file__).parent.parent))
 
 from deepsea_cosim.fmus.build import SYSTEMS, system_folder
 from deepsea_cosim.master.algorithms import NAMES
-from deepsea_cosim.master.session import Session
-from deepsea_cosim.master.simulate import Options, run
+from deepsea_cosim.master.simulation.run import Options, run
+from deepsea_cosim.master.simulation.session import Session
 
 from tests.reference import monolith
 from tests.reference.compare import deviation

@@ -16,7 +16,7 @@ from pathlib import Path
 from deepsea_cosim.core.errors import CosimError
 from deepsea_cosim.gap.campaign.catalogue import Effect
 from deepsea_cosim.gap.campaign.read_catalogue import load_from_package
-from deepsea_cosim.master.session import Session
+from deepsea_cosim.master.simulation.session import Session
 
 CONDITIONS = {"depth": 5700.0}
 STOP, RUNS = 22.0, 5

@@ -11,7 +11,7 @@ from pathlib import Path
 
 import numpy as np
 from deepsea_cosim.gap.problem.noise import rms
-from deepsea_cosim.master.session import Session
+from deepsea_cosim.master.simulation.session import Session
 from deepsea_cosim.study.characteristics import line_transient
 from deepsea_cosim.study.table1 import BASE, line_response
 

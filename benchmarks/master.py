@@ -19,7 +19,7 @@ import time
 from collections.abc import Callable
 from pathlib import Path
 
-from deepsea_cosim.master.simulate import Options, run
+from deepsea_cosim.master.simulation.run import Options, run
 
 from benchmarks import native
 
@@ -124,10 +124,10 @@ def _own_calls(path: Path) -> float:
     from contextlib import ExitStack
 
     import numpy as np
+    from deepsea_cosim.master.coupling.initialisation import Initialiser
     from deepsea_cosim.master.engine.runner import Runner
-    from deepsea_cosim.master.initialise import Initialiser
-    from deepsea_cosim.master.setup import bound_values, load_descriptions, load_slaves, read_package
-    from deepsea_cosim.master.system import System
+    from deepsea_cosim.master.system.setup import bound_values, load_descriptions, load_slaves, read_package
+    from deepsea_cosim.master.system.system import System
 
     with ExitStack() as stack:
         network = read_package(path, stack)

@@ -15,7 +15,7 @@ from time import perf_counter
 
 import mujoco
 import numpy as np
-from deepsea_cosim.master.session import Session
+from deepsea_cosim.master.simulation.session import Session
 
 RECORD = ("arm.x_h", "hydraulics.P1", "hydraulics.P2")
 

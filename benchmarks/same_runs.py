@@ -172,15 +172,14 @@ def compare(before: str, build: Path | None, pairs: int) -> int:
 
 def run_here(wanted: str, paths: list[Path]) -> object:
     """What a process of one of the two commits is asked for."""
-    with tempfile.TemporaryDirectory() as text:
-        with contextlib.chdir(text):  # so that no message has a path that differs
-            if wanted == "time":
-                return timed(paths[0], Path("out"))
-            begin, told = time.monotonic(), {}
-            for name, make in cases(paths, Path("out")):
-                told[name] = make()
-                print(f"{time.monotonic() - begin:5.0f} s {name}", file=sys.stderr, flush=True)
-            return told
+    with tempfile.TemporaryDirectory() as text, contextlib.chdir(text):  # so that no message has a path that differs
+        if wanted == "time":
+            return timed(paths[0], Path("out"))
+        begin, told = time.monotonic(), {}
+        for name, make in cases(paths, Path("out")):
+            told[name] = make()
+            print(f"{time.monotonic() - begin:5.0f} s {name}", file=sys.stderr, flush=True)
+        return told
 
 
 def main() -> int:

@@ -17,7 +17,7 @@ from tempfile import TemporaryDirectory
 
 import numpy as np
 from deepsea_cosim.master.algorithms import NAMES
-from deepsea_cosim.master.simulate import Options, run
+from deepsea_cosim.master.simulation.run import Options, run
 from scipy.linalg import eig, expm
 
 from benchmarks import native

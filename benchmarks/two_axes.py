@@ -22,7 +22,7 @@ from deepsea_cosim.hydraulics_fmu.steady import steady_state
 from deepsea_cosim.hydraulics_fmu.supply_unit import equations as unit
 from deepsea_cosim.hydraulics_fmu.supply_unit.variables import SUPPLY
 from deepsea_cosim.hydraulics_fmu.variables import HYDRAULICS
-from deepsea_cosim.master.session import Session
+from deepsea_cosim.master.simulation.session import Session
 from deepsea_cosim.mechanics import loads, stepping
 from deepsea_cosim.mechanics.arm import Arm
 from deepsea_cosim.mechanics.variables import ARM

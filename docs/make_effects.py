@@ -18,7 +18,7 @@ from typing import Any
 import numpy as np
 from deepsea_cosim.core.errors import CosimError
 from deepsea_cosim.hydraulics_fmu.variables import HYDRAULICS
-from deepsea_cosim.master.session import Session
+from deepsea_cosim.master.simulation.session import Session
 from deepsea_cosim.mechanics.variables import ARM
 
 STEPS, EXACT = (4e-3, 2e-3, 1e-3, 0.5e-3), 0.25e-3

@@ -10,7 +10,7 @@ import tempfile
 from pathlib import Path
 
 import numpy as np
-from deepsea_cosim.master.simulate import Options, run
+from deepsea_cosim.master.simulation.run import Options, run
 
 WIDTH, HEIGHT = 900, 330
 PLOT = (500, 40, 380, 240)  # x, y, width, height

@@ -9,7 +9,7 @@ from collections.abc import Callable, Sequence
 from concurrent.futures import Executor
 from contextlib import suppress
 
-from ..master.pool import Pool
+from ..master.parallel.pool import Pool
 from .campaign import read_catalogue as catalogues
 from .campaign.campaign import Campaign
 from .pipeline.diagnosis import Diagnosis

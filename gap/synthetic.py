@@ -24,7 +24,7 @@ import numpy as np
 
 from ..core.files import make_folder, writing
 from ..core.units import convert, unit
-from ..master.session import Session
+from ..master.simulation.session import Session
 from .campaign.campaign import CampaignError, Channel, own_unit, si
 from .campaign.read import base_of, channels_of, take, use_of
 from .campaign.read_catalogue import QUANTITIES, SHAPES

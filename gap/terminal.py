@@ -14,7 +14,7 @@ from ..core.files import make_folder
 def diagnose_command(options: argparse.Namespace) -> int:
     """Run the diagnosis and print it; returns the exit code."""
     need("gap", "scipy", "sklearn", "arch", "ruptures", *(() if options.no_report else ("jinja2",)))
-    from ..master.pool import cluster
+    from ..master.parallel.pool import cluster
     from .campaign.read import read
     from .diagnose import diagnose
     from .problem.stop import StopToken

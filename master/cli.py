@@ -137,7 +137,7 @@ def _table(summary: dict[str, Any], result: Any) -> str:
         )
     fmus = ", ".join(f"{name} {seconds:.2f} s" for name, seconds in summary["fmu_time_s"].items())
     if "step_check" in summary:
-        from .check_step import worst
+        from .accuracy.step_error import worst
 
         found = worst(summary["step_check"]["errors"])
         if found is not None:
@@ -175,7 +175,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
 
 def _look(options: argparse.Namespace, settings: Options) -> int:
     """--check and --info."""
-    from .check import check, tree
+    from .system.check import check, tree
 
     found = check(options.package, settings)
     if options.info and found.network is not None:
@@ -207,7 +207,7 @@ def _run(options: argparse.Namespace) -> int:
     if not there:
         raise PackageError(f"{options.package}: no such file")
     from .options import Options, parse_change
-    from .simulate import run
+    from .simulation.run import run
 
     settings = Options(
         step=options.step,
@@ -230,7 +230,7 @@ def _run(options: argparse.Namespace) -> int:
     if options.check or options.info:
         return _look(options, settings)
 
-    from .plot import Plotter
+    from .simulation.plot import Plotter
 
     folder = options.out or Path("results") / options.package.stem
     with ExitStack() as stack:

@@ -86,7 +86,7 @@ def toys(tmp_path_factory: pytest.TempPathFactory) -> Path:
 def deepsea_run(built: Path, tmp_path_factory: pytest.TempPathFactory):
     """Run a shipped scenario through the master and return its columns by name; runs are kept for the session."""
     import numpy as np
-    from deepsea_cosim.master.simulate import Options, run
+    from deepsea_cosim.master.simulation.run import Options, run
 
     runs: dict[tuple[object, ...], dict[str, np.ndarray]] = {}
 

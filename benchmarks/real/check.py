@@ -21,7 +21,7 @@ from deepsea_cosim.gap.campaign.catalogue import Parameter, Sensor
 from deepsea_cosim.gap.campaign.read_catalogue import load_from_package
 from deepsea_cosim.gap.problem.noise import estimate_channel_noise
 from deepsea_cosim.gap.problem.sensors import Sensor as Reading
-from deepsea_cosim.master.session import Session
+from deepsea_cosim.master.simulation.session import Session
 from scipy.optimize import least_squares
 
 REACH, SD = 1.0, 0.6

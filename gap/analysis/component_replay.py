@@ -12,8 +12,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from ...master.pool import Failure, Job
-from ...master.session import Session
+from ...master.parallel.pool import Failure, Job
+from ...master.simulation.session import Session
 from ..problem.observations import Block
 from ..problem.parameters import Point
 from ..problem.problem import Problem

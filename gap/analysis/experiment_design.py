@@ -20,7 +20,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from ...master.pool import Failure, Job
+from ...master.parallel.pool import Failure, Job
 from ..estimation.nuisances import usual_clock_error
 from ..estimation.uncertainty import data_covariance
 from ..problem.parameters import Point

@@ -12,7 +12,7 @@ from itertools import combinations
 import numpy as np
 
 from ...core.units import convert, unit
-from ...master.pool import Failure, Job
+from ...master.parallel.pool import Failure, Job
 from ..campaign.campaign import CampaignError, Channel
 from ..problem.noise import rms
 from ..problem.observations import Block

@@ -12,7 +12,7 @@ from typing import NamedTuple
 import numpy as np
 
 from ...core.units import unit
-from ...master.pool import Failure, Job
+from ...master.parallel.pool import Failure, Job
 from ..campaign.campaign import CampaignError
 from ..problem.problem import Problem
 from .unit_mistakes import missed_share

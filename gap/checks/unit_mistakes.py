@@ -12,7 +12,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from ...core.units import UNITS, Unit, convert, unit
-from ...master.pool import Failure, Job
+from ...master.parallel.pool import Failure, Job
 from ..campaign.campaign import CampaignError, Channel
 from ..problem.build import TIME_UNITS
 from ..problem.noise import rms

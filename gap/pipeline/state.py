@@ -8,7 +8,7 @@ from typing import Any
 
 import numpy as np
 
-from ...master.pool import Pool
+from ...master.parallel.pool import Pool
 from ..analysis.budget import Alternative, Budget
 from ..analysis.character import Character
 from ..analysis.component_replay import Replay

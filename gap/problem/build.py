@@ -10,9 +10,9 @@ import numpy as np
 from ...core.errors import CosimError, ParameterError, UnknownNameError, UsageError, did_you_mean
 from ...core.repeated import repeated
 from ...core.units import unit
-from ...master.pool import Pool
-from ...master.session import Session
-from ...master.setup import split
+from ...master.parallel.pool import Pool
+from ...master.simulation.session import Session
+from ...master.system.setup import split
 from ..campaign.campaign import Campaign, CampaignError, Event, Run, own_unit
 from ..campaign.catalogue import Catalogue
 from ..settings import DEFAULT, Settings

@@ -8,7 +8,7 @@ from typing import Any
 
 from ...core.errors import CosimError, UnknownNameError, did_you_mean
 from ...core.repeated import repeated
-from ...master.session import Session
+from ...master.simulation.session import Session
 from ..campaign.campaign import BaseTolerance, Campaign, CampaignError, FactorTolerance
 from ..campaign.catalogue import Catalogue, Curve, Effect, Parameter, SensorShape
 from ..campaign.catalogue import Sensor as SensorEffect

@@ -15,7 +15,7 @@ from typing import Any
 import numpy as np
 
 from ...core.units import unit
-from ...master.pool import Failure, Job
+from ...master.parallel.pool import Failure, Job
 from ..campaign.campaign import Campaign
 from ..campaign.catalogue import Catalogue
 from ..settings import DEFAULT, Settings

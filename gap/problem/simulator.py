@@ -7,7 +7,7 @@ from collections.abc import Hashable, Mapping, Sequence
 
 import numpy as np
 
-from ...master.pool import Abandoned, Failure, Job, Pool
+from ...master.parallel.pool import Abandoned, Failure, Job, Pool
 from .stop import StopRequested, StopToken
 
 Rows = np.ndarray | Failure

@@ -14,7 +14,7 @@ from ...core.errors import UsageError, did_you_mean
 
 if TYPE_CHECKING:  # the command line asks for the names only
     from ..engine.program import Program
-    from ..system import System
+    from ..system.system import System
 
 NAMES = ("gauss-seidel", "jacobi", "extrapolation", "nepce", "interface-jacobian", "fixed-point")
 """The first is the default where the package suggests none."""

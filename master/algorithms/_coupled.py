@@ -6,11 +6,11 @@ from typing import Any
 
 import numpy as np
 
-from ..agreement import handles
+from ..coupling.loop_solver import handles
 from ..engine.program import Program
 from ..engine.runner import Runner
 from ..slaves.base import Slave
-from ..system import Link, System
+from ..system.system import Link, System
 
 
 class Coupling:

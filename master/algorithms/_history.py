@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from ..engine.program import Program
-from ..system import System
+from ..system.system import System
 
 MIDDLE, END = 0.5, 1.0
 """How far the straight line is taken, in steps: to the middle of the coming one, or to its end."""

@@ -7,9 +7,9 @@ what is handed over in a step is right to second order. The first step holds wha
 
 from __future__ import annotations
 
-from ..agreement import refresh
+from ..coupling.loop_solver import refresh
 from ..engine.program import Program
-from ..system import Link, System
+from ..system.system import Link, System
 from ._history import MIDDLE, carry_on
 
 

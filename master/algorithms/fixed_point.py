@@ -12,11 +12,11 @@ from typing import Any
 import numpy as np
 
 from ...core.errors import CosimError, SimulationError
-from ..agreement import at_end, refresh, stale
+from ..coupling.loop_solver import at_end, refresh, stale
 from ..engine.program import Program
 from ..engine.runner import Runner
 from ..slaves.base import REAL
-from ..system import System
+from ..system.system import System
 from ._coupled import Coupling, Stepper
 
 MOST = 100

@@ -26,11 +26,11 @@ from collections.abc import Sequence
 import numpy as np
 
 from ...core.errors import SimulationError
-from ..agreement import refresh, stale
+from ..coupling.loop_solver import refresh, stale
+from ..coupling.perturbation import nudged
 from ..engine.program import Program
-from ..nudge import nudged
 from ..slaves.base import Slave
-from ..system import System
+from ..system.system import System
 from ._coupled import Coupling, Stepper
 
 EVERY = 500

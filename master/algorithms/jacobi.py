@@ -2,9 +2,9 @@
 
 from __future__ import annotations
 
-from ..agreement import refresh
+from ..coupling.loop_solver import refresh
 from ..engine.program import Program
-from ..system import System
+from ..system.system import System
 
 
 def write(system: System, program: Program) -> None:

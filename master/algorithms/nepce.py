@@ -11,9 +11,9 @@ of the step: those of sources that have not stepped yet lie on the straight line
 
 from __future__ import annotations
 
-from ..agreement import at_end, refresh, renew, stale
+from ..coupling.loop_solver import at_end, refresh, renew, stale
 from ..engine.program import Cast, Program
-from ..system import System
+from ..system.system import System
 from ._history import END, MIDDLE, carry_on
 
 

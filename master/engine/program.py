@@ -9,8 +9,8 @@ from dataclasses import dataclass
 import numpy as np
 
 from ...core.errors import CosimError, SimulationError
+from ..isolation.isolated import IsolatedSlave
 from ..slaves.base import INTEGER, REAL, TEXT, WIDTHS, Group, Slave, address_of
-from ..slaves.isolated import IsolatedSlave
 from . import loop
 
 CALLBACK = ctypes.CFUNCTYPE(ctypes.c_int, ctypes.c_double, ctypes.c_double)

@@ -10,7 +10,7 @@ import numpy as np
 
 from ...core.errors import PackageError, UsageError, did_you_mean
 from ..slaves.base import REAL, TEXT, Signal
-from ..system import System
+from ..system.system import System
 
 
 @dataclass(frozen=True)

@@ -14,8 +14,8 @@ import numpy as np
 
 from ...core.errors import CosimError
 from ...core.versions import versions
-from ...master.manifest import digest as digest_of_file
-from ...master.pool import Failure, Job, session, simulate
+from ...master.parallel.pool import Failure, Job, session, simulate
+from ...master.simulation.manifest import digest as digest_of_file
 from ..calibrate import travel_times
 from ..paper import runs
 from ..paper.cases import STOP, TIMES

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from typing import Any
 
 from ...core.errors import SimulationError, UsageError
-from ...master.pool import Pool
+from ...master.parallel.pool import Pool
 from ..sweep.run import Settings, Task, measure
 from .options import Design, Options
 

@@ -20,8 +20,8 @@ SHOWN = 6
 
 def envelope_command(options: argparse.Namespace) -> int:
     """Find the envelope and the cheapest change, write and print them; returns the exit code."""
-    from ...master.pool import Pool, cluster
-    from ...master.session import Session
+    from ...master.parallel.pool import Pool, cluster
+    from ...master.simulation.session import Session
     from ..sweep.run import check, check_distinct, value_of
     from ..sweep.terminal import fixed_values
     from .options import designs, read
@@ -103,7 +103,7 @@ def _write(
     folder: Path, options: argparse.Namespace, wanted: Any, mapped: Any, reach: Any, best: Any, at: float
 ) -> None:
     from ...core.versions import versions
-    from ...master.manifest import digest
+    from ...master.simulation.manifest import digest
 
     given = json.loads(json.dumps(asdict(wanted)), parse_constant=lambda _: None)  # no bound: null
     rows = [[*names, r.value, r.whole, r.hole, r.why or r.beyond] for names, r in reach.items()]

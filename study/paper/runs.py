@@ -10,8 +10,8 @@ from typing import Protocol
 import numpy as np
 
 from ...core.errors import CosimError, SimulationError, UsageError
-from ...master.pool import Failure, Job
-from ...master.session import Session
+from ...master.parallel.pool import Failure, Job
+from ...master.simulation.session import Session
 from ..sweep.metrics import reaches
 from .cases import DEEPEST, RAMP, RECORD, STOP, T_DOWN, T_START, Case, all_cases
 from .choices import OURS, Choices

@@ -47,8 +47,8 @@ def paper_command(options: argparse.Namespace) -> int:
     make_folder(folder / "as_printed")
     package = options.package or _built(folder, options.quiet)
 
-    from ...master.pool import Pool
-    from ...master.session import Session
+    from ...master.parallel.pool import Pool
+    from ...master.simulation.session import Session
     from ...mechanics.variables import ARM
     from ..table1 import table
     from .cases import DEEPEST, TIMES, all_cases

@@ -15,16 +15,16 @@ import numpy as np
 from ...core.errors import CosimError, UsageError
 from ...core.files import changed
 from ...core.versions import versions
-from ...master import stimuli
-from ...master.manifest import digest as digest_of_file
-from ...master.pool import Failure, Pool
-from ...master.pool import session as opened
-from ...master.session import Session
+from ...master.coupling.residual_energy import Watch
+from ...master.parallel.pool import Failure, Pool
+from ...master.parallel.pool import session as opened
+from ...master.simulation import stimuli
+from ...master.simulation.manifest import digest as digest_of_file
+from ...master.simulation.session import Session
+from ...master.simulation.stimuli import Drive
+from ...master.simulation.time_grid import times_of
 from ...master.slaves.base import TEXT, Signal
-from ...master.stimuli import Drive
-from ...master.system import System
-from ...master.times import times_of
-from ...master.trust import Watch
+from ...master.system.system import System
 from .cases import Case
 from .metrics import Metric
 from .store import Store, digest

@@ -44,9 +44,9 @@ def sweep_command(options: argparse.Namespace) -> int:
     if options.dask is not None and options.case_time is not None:
         raise UsageError("--case-time: a process of a Dask cluster cannot be ended from here; leave one of them out")
     from ...master.algorithms import chosen
-    from ...master.pool import cluster
-    from ...master.session import Session
-    from ...master.times import times_of
+    from ...master.parallel.pool import cluster
+    from ...master.simulation.session import Session
+    from ...master.simulation.time_grid import times_of
     from .run import Settings, check, default_metrics, sweep, units, value_of
     from .table import FILES, rows, write
 
@@ -189,7 +189,7 @@ def _summary(
     indices: Mapping[str, Any], known: Mapping[str, str], pictures: Sequence[str],
 ) -> None:  # fmt: skip
     from ...core.versions import versions
-    from ...master.manifest import digest
+    from ...master.simulation.manifest import digest
 
     content = {
         "package": str(options.package), "sha256": digest(options.package), "vary": options.vary,

@@ -13,7 +13,7 @@ from deepsea_cosim.core.errors import PackageError
 from deepsea_cosim.fmus import check, cross_check
 from deepsea_cosim.fmus.container import container, starts_of
 from deepsea_cosim.fmus.machine import DeepseaMachine
-from deepsea_cosim.master.simulate import Options, run
+from deepsea_cosim.master.simulation.run import Options, run
 from fmpy.validation import validate_fmu
 
 from ..toys import package

@@ -11,7 +11,7 @@ import pytest
 from deepsea_cosim.core.errors import UsageError
 from deepsea_cosim.fmus import build, check
 from deepsea_cosim.master.cli import main
-from deepsea_cosim.master.simulate import Options, run
+from deepsea_cosim.master.simulation.run import Options, run
 from deepsea_cosim.mechanics.variables import ARM
 from deepsea_cosim.ssp.packer import pack
 from fmpy.fmi3 import FMU3Slave

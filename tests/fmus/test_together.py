@@ -9,7 +9,7 @@ import sys
 import zipfile
 from pathlib import Path
 
-from deepsea_cosim.master.simulate import Options, run
+from deepsea_cosim.master.simulation.run import Options, run
 
 from ..toys import package
 

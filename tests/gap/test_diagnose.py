@@ -15,7 +15,7 @@ from deepsea_cosim.gap.problem.stop import StopToken
 from deepsea_cosim.gap.result.document import document
 from deepsea_cosim.gap.result.parameter_set import parameter_set
 from deepsea_cosim.gap.terminal import _Patience
-from deepsea_cosim.master.session import Session
+from deepsea_cosim.master.simulation.session import Session
 
 from .. import packages
 from ..packages import component, connector, link, system

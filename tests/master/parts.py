@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import zipfile
 
-from deepsea_cosim.master.simulate import Options, run
+from deepsea_cosim.master.simulation.run import Options, run
 
 from benchmarks import native
 

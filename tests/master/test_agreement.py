@@ -7,10 +7,10 @@ from itertools import permutations
 import numpy as np
 import pytest
 from deepsea_cosim.core.errors import CosimError
-from deepsea_cosim.master.agreement import Agreement
 from deepsea_cosim.master.algorithms import NAMES
-from deepsea_cosim.master.session import Session
-from deepsea_cosim.master.simulate import Options, run
+from deepsea_cosim.master.coupling.loop_solver import Agreement
+from deepsea_cosim.master.simulation.run import Options, run
+from deepsea_cosim.master.simulation.session import Session
 
 from benchmarks import native
 

@@ -8,8 +8,8 @@ import subprocess
 import numpy as np
 import pytest
 from deepsea_cosim.core.errors import CosimError
-from deepsea_cosim.master.session import Session
-from deepsea_cosim.master.simulate import Options, run
+from deepsea_cosim.master.simulation.run import Options, run
+from deepsea_cosim.master.simulation.session import Session
 
 from benchmarks import native
 
@@ -235,7 +235,7 @@ def test_a_function_that_is_needed_may_not(made, tmp_path):
 
 def test_nothing_else_allowed_is_no_answer(made, tmp_path):
     """An input whose least and greatest value are the same is left alone."""
-    from deepsea_cosim.master.nudge import nudged
+    from deepsea_cosim.master.coupling.perturbation import nudged
 
     path = packed(tmp_path, made("plain", 2), gain("a", 1.0))
     with Session(path) as session:

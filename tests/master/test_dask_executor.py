@@ -9,7 +9,7 @@ import pytest
 
 pytest.importorskip("distributed")
 
-from deepsea_cosim.master.dask_executor import DaskExecutor
+from deepsea_cosim.master.parallel.dask_executor import DaskExecutor
 
 
 class Sent:

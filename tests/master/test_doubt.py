@@ -4,9 +4,9 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from deepsea_cosim.master.departure import departures
-from deepsea_cosim.master.doubt import warning
-from deepsea_cosim.master.simulate import Options, run
+from deepsea_cosim.master.accuracy.departure import departures
+from deepsea_cosim.master.accuracy.doubt import warning
+from deepsea_cosim.master.simulation.run import Options, run
 
 from benchmarks import native
 
@@ -84,7 +84,7 @@ def test_how_far_inputs_are_off(tmp_path):
     one = {"A": [[0.0]], "C": [[1.0]]}
     matrices = native.values("a", **one, B=[[1.0]], x0=[1.0]) | native.values("b", **one, B=[[-1.0]], x0=[0.0])
     with pytest.MonkeyPatch.context() as patch:
-        patch.setattr("deepsea_cosim.master.simulate.doubt", look)
+        patch.setattr("deepsea_cosim.master.simulation.run.doubt", look)
         run(package, tmp_path / "out", Options(changes=tuple(matrices.items())))
     assert set(seen) == {"a", "b"}
     for name, (which, share) in seen.items():

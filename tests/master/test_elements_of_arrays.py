@@ -5,8 +5,8 @@ from __future__ import annotations
 import pytest
 from deepsea_cosim.core.errors import CosimError
 from deepsea_cosim.master.algorithms import NAMES
-from deepsea_cosim.master.check import check, tree
-from deepsea_cosim.master.simulate import Options, run
+from deepsea_cosim.master.simulation.run import Options, run
+from deepsea_cosim.master.system.check import check, tree
 
 from benchmarks import native
 

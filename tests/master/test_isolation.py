@@ -13,7 +13,7 @@ import numpy as np
 import pytest
 from deepsea_cosim.core.errors import CosimError, UsageError
 from deepsea_cosim.master.results.frame import frame
-from deepsea_cosim.master.simulate import Options, run
+from deepsea_cosim.master.simulation.run import Options, run
 
 from benchmarks import native
 

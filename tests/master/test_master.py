@@ -18,7 +18,7 @@ import pytest
 from deepsea_cosim.core.errors import CosimError, PackageError, SimulationError, UnknownNameError, UsageError
 from deepsea_cosim.master.cli import main
 from deepsea_cosim.master.options import parse_change
-from deepsea_cosim.master.simulate import Options, run
+from deepsea_cosim.master.simulation.run import Options, run
 
 from .. import packages as xml
 from ..toys import package

@@ -5,7 +5,7 @@ from __future__ import annotations
 import pytest
 from deepsea_cosim.core.errors import CosimError
 from deepsea_cosim.master.results.columns import matches
-from deepsea_cosim.master.simulate import run
+from deepsea_cosim.master.simulation.run import run
 
 from benchmarks import native
 

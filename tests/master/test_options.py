@@ -12,7 +12,7 @@ import numpy as np
 import pytest
 from deepsea_cosim.core.errors import OutputError, UsageError
 from deepsea_cosim.core.files import held
-from deepsea_cosim.master.simulate import Options, run, simulate
+from deepsea_cosim.master.simulation.run import Options, run, simulate
 
 from benchmarks import native
 

@@ -6,8 +6,8 @@ from time import perf_counter, sleep
 import numpy as np
 import pytest
 from deepsea_cosim.core.errors import SimulationError
-from deepsea_cosim.master.pool import Failure, Job, Pool, session
-from deepsea_cosim.master.session import Session
+from deepsea_cosim.master.parallel.pool import Failure, Job, Pool, session
+from deepsea_cosim.master.simulation.session import Session
 
 from tests.toys import package
 

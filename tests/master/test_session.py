@@ -8,8 +8,8 @@ from pathlib import Path
 import numpy as np
 import pytest
 from deepsea_cosim.core.errors import SimulationError, UnknownNameError, UsageError
-from deepsea_cosim.master.session import Session
-from deepsea_cosim.master.simulate import Options, run
+from deepsea_cosim.master.simulation.run import Options, run
+from deepsea_cosim.master.simulation.session import Session
 from deepsea_cosim.master.slaves import library
 
 from ..toys import package
@@ -109,7 +109,7 @@ def test_a_script_that_ran_plain_pythonfmu_fmus_ends_well(toys, tmp_path):
     script = f"""if True:
         import ctypes
         from pathlib import Path
-        from deepsea_cosim.master.session import Session
+        from deepsea_cosim.master.simulation.session import Session
         with Session(Path({str(pack)!r})) as session:
             session.run(["m.v"], 0.1, 0.01)
         assert ctypes.CDLL(None).finalizePythonInterpreter  # the one that does nothing is found before theirs

@@ -11,7 +11,7 @@ import pandas
 import pytest
 from deepsea_cosim.core.errors import CosimError
 from deepsea_cosim.master.cli import main
-from deepsea_cosim.master.simulate import Options, run
+from deepsea_cosim.master.simulation.run import Options, run
 
 from benchmarks import native
 

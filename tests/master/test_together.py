@@ -10,7 +10,7 @@ from ast import literal_eval
 
 def test_an_order_does_not_depend_on_how_texts_are_hashed():
     code = (
-        "from deepsea_cosim.master.together import in_order\n"
+        "from deepsea_cosim.master.system.strongly_connected import in_order\n"
         "print(in_order({'end': {f'part{k}' for k in range(20)}, 'part3': {'part5', 'part7', 'part11'}}))"
     )
     made = {

@@ -6,7 +6,7 @@ import zipfile
 
 import pytest
 from deepsea_cosim.master.cli import main
-from deepsea_cosim.master.simulate import Options, run
+from deepsea_cosim.master.simulation.run import Options, run
 
 from benchmarks import native
 

@@ -11,7 +11,7 @@ from math import pi
 import numpy as np
 import pytest
 from deepsea_cosim.core.unit_names import named
-from deepsea_cosim.master.simulate import simulate
+from deepsea_cosim.master.simulation.run import simulate
 
 from benchmarks import native
 

@@ -15,7 +15,7 @@ from deepsea_cosim.gap.campaign.read_catalogue import load
 from deepsea_cosim.gap.diagnose import diagnose
 from deepsea_cosim.gap.problem.noise import rms
 from deepsea_cosim.gap.result.document import document
-from deepsea_cosim.master.session import Session
+from deepsea_cosim.master.simulation.session import Session
 
 from benchmarks.real import campaigns, check, fetch
 from benchmarks.real.package import HERE

@@ -7,7 +7,7 @@ from itertools import pairwise
 import fmpy
 import numpy as np
 import pytest
-from deepsea_cosim.master.simulate import Options, run
+from deepsea_cosim.master.simulation.run import Options, run
 from deepsea_cosim.study.calibrate import travel_times
 from fmpy.fmi2 import FMU2Slave
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 from deepsea_cosim.fmus.build import SYSTEMS, system_folder
-from deepsea_cosim.master.simulate import Options, run
+from deepsea_cosim.master.simulation.run import Options, run
 
 SCENARIOS = [path.stem for system in SYSTEMS for path in sorted(system_folder(system).glob("*.ssv"))]
 

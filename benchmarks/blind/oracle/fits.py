@@ -18,7 +18,7 @@ from deepsea_cosim.gap.pipeline.state import State, begin
 from deepsea_cosim.gap.problem.noise import rms
 from deepsea_cosim.gap.problem.stop import StopToken
 from deepsea_cosim.gap.selection.hypothesis import Hypothesis, penalised_deviance
-from deepsea_cosim.master.pool import Pool
+from deepsea_cosim.master.parallel.pool import Pool
 
 from ..scoring.names import same_set
 from ..scoring.said import Hypothesis as SaidHypothesis

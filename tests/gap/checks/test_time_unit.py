@@ -11,7 +11,7 @@ from deepsea_cosim.gap.campaign.campaign import CampaignError
 from deepsea_cosim.gap.checks.time_unit import check_time
 from deepsea_cosim.gap.problem.observations import RawBlock, gather
 from deepsea_cosim.gap.settings import DEFAULT
-from deepsea_cosim.master.pool import Job
+from deepsea_cosim.master.parallel.pool import Job
 from scipy.signal import lfilter
 
 STEP = 0.01

@@ -11,7 +11,7 @@ from deepsea_cosim.gap.estimation.nuisances import usual_bias
 from deepsea_cosim.gap.pipeline.holdout import pose_holdout
 from deepsea_cosim.gap.problem.build import build_problem
 from deepsea_cosim.gap.result.document import document
-from deepsea_cosim.master.pool import Pool
+from deepsea_cosim.master.parallel.pool import Pool
 
 from tests.gap.oscillator import STOP, campaign, measure
 

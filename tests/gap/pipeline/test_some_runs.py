@@ -13,7 +13,7 @@ from deepsea_cosim.gap.problem.build import build_problem
 from deepsea_cosim.gap.problem.stop import StopToken
 from deepsea_cosim.gap.result.document import document
 from deepsea_cosim.gap.settings import DEFAULT
-from deepsea_cosim.master.pool import Pool
+from deepsea_cosim.master.parallel.pool import Pool
 
 from tests.gap.oscillator import campaign, measure, pushed
 

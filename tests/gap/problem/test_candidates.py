@@ -12,7 +12,7 @@ from deepsea_cosim.gap.problem.build import build_problem
 from deepsea_cosim.gap.problem.candidates import base_parameters, check_catalogue
 from deepsea_cosim.gap.problem.problem import RunConditions
 from deepsea_cosim.gap.settings import ParameterSettings
-from deepsea_cosim.master.session import Session
+from deepsea_cosim.master.simulation.session import Session
 
 
 def test_values_that_an_fmu_refuses_are_found_at_once(built):

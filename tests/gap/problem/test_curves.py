@@ -10,8 +10,8 @@ from deepsea_cosim.gap.problem.build import build_problem
 from deepsea_cosim.gap.problem.candidates import check_catalogue
 from deepsea_cosim.gap.problem.curves import curve_form, formula_over, knots_of, smooth_shapes
 from deepsea_cosim.gap.settings import CurveSettings
-from deepsea_cosim.master.pool import Pool
-from deepsea_cosim.master.session import Session
+from deepsea_cosim.master.parallel.pool import Pool
+from deepsea_cosim.master.simulation.session import Session
 
 KNOTS = (-1.0, -0.5, -0.1, 0.1, 0.5, 1.0)
 SLIDE = (-0.4, -0.25, -0.15, -0.05, 0.05, 0.15, 0.25, 0.4)

@@ -5,7 +5,7 @@ from dataclasses import replace
 import numpy as np
 from deepsea_cosim.gap.problem.build import build_problem
 from deepsea_cosim.gap.problem.problem import matching
-from deepsea_cosim.master.pool import Pool
+from deepsea_cosim.master.parallel.pool import Pool
 
 
 def test_a_bare_name_means_every_component():

@@ -18,7 +18,7 @@ from deepsea_cosim.gap.problem.parameters import EstimatedParameter
 from deepsea_cosim.gap.problem.step_size import assess_step_error
 from deepsea_cosim.gap.result.parameters import moved_base
 from deepsea_cosim.gap.search.baseline import deliver, refit_base
-from deepsea_cosim.master.pool import Pool
+from deepsea_cosim.master.parallel.pool import Pool
 
 from tests.gap.oscillator import campaign, measure
 

@@ -11,7 +11,7 @@ from deepsea_cosim.gap.problem.noise import rms
 from deepsea_cosim.gap.problem.parameters import EstimatedParameter
 from deepsea_cosim.gap.problem.step_size import assess_step_error, choose_difference_step, choose_fit_step
 from deepsea_cosim.gap.settings import DEFAULT
-from deepsea_cosim.master.pool import Pool
+from deepsea_cosim.master.parallel.pool import Pool
 
 from tests.gap.formula import STEP, FormulaProblem, one_channel
 

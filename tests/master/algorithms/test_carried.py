@@ -6,7 +6,7 @@ from functools import cache
 
 import numpy as np
 import pytest
-from deepsea_cosim.master.simulate import Options, run
+from deepsea_cosim.master.simulation.run import Options, run
 from scipy.integrate import solve_ivp
 
 from ...reference import monolith

@@ -9,7 +9,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 from deepsea_cosim.master.algorithms import AT_START, NAMES
-from deepsea_cosim.master.simulate import Options, run
+from deepsea_cosim.master.simulation.run import Options, run
 from scipy.linalg import block_diag, expm
 
 from benchmarks import native

@@ -12,8 +12,8 @@ import numpy as np
 import pytest
 from deepsea_cosim.core.errors import CosimError
 from deepsea_cosim.master.algorithms import AT_START, NAMES
-from deepsea_cosim.master.simulate import Options, run
-from deepsea_cosim.master.trust import Swing
+from deepsea_cosim.master.coupling.residual_energy import Swing
+from deepsea_cosim.master.simulation.run import Options, run
 
 from benchmarks import native
 

@@ -124,7 +124,7 @@ def test_what_never_comes_in_any_design_is_told_before_the_search(doubled, optio
 
 
 def test_what_is_shipped_reads_and_its_first_design_is_the_machine(built):
-    from deepsea_cosim.master.session import Session
+    from deepsea_cosim.master.simulation.session import Session
 
     shipped = read()
     first = designs(shipped.groups)[0]

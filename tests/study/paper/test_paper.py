@@ -280,7 +280,7 @@ def test_the_command_writes_its_pages(built, made, tmp_path, monkeypatch, capsys
 
 
 def test_the_base_case_is_the_machine_that_is_shipped(built):
-    from deepsea_cosim.master.session import Session
+    from deepsea_cosim.master.simulation.session import Session
     from deepsea_cosim.study.paper.cases import BASE, RAMP
 
     with Session(built / "deepsea_11km.ssp") as session:

@@ -16,8 +16,8 @@ import numpy as np
 import pandas as pd
 import pytest
 from deepsea_cosim.core.errors import CosimError, OutputError, UnknownNameError, UsageError
-from deepsea_cosim.master.pool import DIED, Pool
-from deepsea_cosim.master.session import Session
+from deepsea_cosim.master.parallel.pool import DIED, Pool
+from deepsea_cosim.master.simulation.session import Session
 from deepsea_cosim.study.cli import main
 from deepsea_cosim.study.sweep import plots
 from deepsea_cosim.study.sweep.axes import Axis, parse_axis
@@ -478,7 +478,7 @@ def test_a_list_of_cases_that_is_a_folder_is_one_line(tmp_path):
 def test_a_case_that_kills_the_workers_of_a_dask_cluster_has_failed(doubled, tmp_path):
     distributed = pytest.importorskip("distributed")
     import dask
-    from deepsea_cosim.master.dask_executor import DaskExecutor
+    from deepsea_cosim.master.parallel.dask_executor import DaskExecutor
 
     with dask.config.set({"distributed.scheduler.allowed-failures": 1}):
         cluster = distributed.LocalCluster(
@@ -534,7 +534,7 @@ def test_pictures_and_units_of_names_that_look_alike(doubled, tmp_path):
 
 def test_a_dask_cluster_whose_worker_is_killed_gives_the_same(doubled, tmp_path):
     distributed = pytest.importorskip("distributed")
-    from deepsea_cosim.master.dask_executor import DaskExecutor
+    from deepsea_cosim.master.parallel.dask_executor import DaskExecutor
 
     expected = run(doubled, tmp_path / "here", f"{GAIN}=1:40:1", settings=Settings(END.metrics, step=1e-4))
     cluster = distributed.LocalCluster(

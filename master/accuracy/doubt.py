@@ -1,0 +1,58 @@
+"""Whether small errors of the coupling have grown into large ones, as one run shows it.
+
+Two measurements of the run are multiplied: how far the inputs of a component were off in a step (`held`), as a share
+of their range, and by how much differences grow where it leaves a rest by itself (`departure`). The product is about
+the share of its range by which a signal is off there: docs/accuracy.md has it beside true errors. Neither alone says
+anything: all couplings are off a little, and machines may leave a rest as often as they like where nothing was off.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from typing import Any
+
+import numpy as np
+
+from ..algorithms import AT_START
+from .departure import departures
+from .held_inputs import HeldInputs
+
+IN_DOUBT = 0.1
+"""Share of its range that a signal has to be off to be told."""
+
+
+def doubt(
+    columns: Mapping[str, Sequence[tuple[int, str]]], sample: np.ndarray, held: HeldInputs
+) -> dict[str, Any] | None:
+    """What is most in doubt of a run, or None where no signal leaves a rest.
+
+    columns: index and name of the real outputs, by component; sample: (n, columns) with the time in the first. Told are
+    the signal, from when to when it leaves [s], the factor by which differences grow, the input that was furthest off
+    and by which share of its range, and the share of its range by which the signal may be off.
+    """
+    told: dict[str, Any] | None = None
+    for component, outputs in columns.items():
+        worst = held.worst(component)
+        if worst is None:
+            continue
+        for found in departures(sample[:, 0], sample[:, [j for j, _ in outputs]]):
+            off = found.change * min(1.0, worst[1] * found.factor)
+            if told is None or off > told["signal_off"]:
+                told = {
+                    "signal": outputs[found.column][1], "from_s": found.begin, "to_s": found.end,
+                    "growth": found.factor, "input": worst[0], "input_off": worst[1], "signal_off": off,
+                }  # fmt: skip
+    return told
+
+
+def warning(told: dict[str, Any] | None, method: str, step: float) -> list[str]:
+    """The line that a run ends with, if there is reason for one; step in s."""
+    if told is None or told["signal_off"] <= IN_DOUBT:
+        return []
+    other = "--method nepce or " if method in AT_START else ""
+    return [
+        f"{told['signal']} may be off by {told['signal_off']:.0%} of its range: from t = {told['from_s']:.4g} s on it "
+        f"leaves a rest by itself, differences grow {told['growth']:.2g}-fold by {told['to_s']:.4g} s, and "
+        f"{told['input']} was held up to {told['input_off']:.2g} of its range off; take {other}--step {step / 2:g}, "
+        "and --check-step to see what that changes"
+    ]

@@ -1,0 +1,89 @@
+"""How far the inputs of a run were off: what each held in a step against the mean of what its source did in that step.
+
+That is all the error a coupling makes of itself; what becomes of it is the machine's doing. The mean of an output over
+a step from y_1 to y_2 follows from its values there and a step further on either side,
+
+    (y_1 + y_2) / 2 - (y_0' - y_1 - y_2 + y_3) / 24 with y_0' the value before, exact for cubics,
+
+for the methods of second order hold the plain mean of both ends, and what that lacks is their error.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Collection, Sequence
+
+import numpy as np
+
+from ..results.columns import elements
+from ..system.system import System
+
+SMALL = 1e-3
+"""Range of a signal, as a share of its largest value, below which how far an input is off is compared with that share
+of the value: the pressure of a tank that changes by a few pascals is as good as constant."""
+
+IN_A_ROW = 4
+"""Steps in a row in which an input has to be off to count. A jump between two points is none of the coupling's error:
+the mean above is wrong about it in three steps at most."""
+
+
+class HeldInputs:
+    """Follows every link that carries a continuous real which may be averaged (`System.is_averaged`)."""
+
+    def __init__(self, system: System, outputs: Sequence[int], inputs: Sequence[int], sloped: Collection[str] = ()):
+        """outputs, inputs: slots of a row's columns, the outputs first.
+
+        sloped: components that carry their inputs on through a step, along the slope of the last change.
+        """
+        out = {place: i for i, place in enumerate(outputs)}
+        into = {place: len(outputs) + i for i, place in enumerate(inputs)}
+        spread = [(k, i) for k in system.links if system.is_averaged(k) for i in range(k.source.size)]
+        self._sources = np.array([out[k.source.place + i] for k, i in spread], np.int64)
+        self._targets = np.array([into[k.target.place + i] for k, i in spread], np.int64)
+        self._factors = np.array([k.cast.factor for k, _ in spread])
+        self._offsets = np.array([k.cast.offset for k, _ in spread])
+        self._sloped = np.array([k.target.component in sloped for k, _ in spread], bool)
+        self.names = [elements(k.target)[i] for k, i in spread]
+        """Of the inputs, component.variable."""
+        self._takers = np.array([k.target.component for k, _ in spread])
+        count = len(spread)
+        self._low, self._high = np.full(count, np.inf), np.full(count, -np.inf)
+        self._most = np.zeros(count)
+        self._rows = np.empty((2, 0, count))  # the last rows, of sources and inputs, whose steps wait for the next ones
+        self._off = np.empty((0, count))  # and how far inputs were off in the last steps
+
+    def add(self, rows: np.ndarray) -> None:
+        """Take in rows (n, outputs + inputs): outputs at communication points, and inputs held from then on."""
+        if self.names and len(rows):
+            with np.errstate(all="ignore"):
+                self._add(rows)
+
+    def _add(self, rows: np.ndarray) -> None:
+        given = rows[:, self._sources] * self._factors + self._offsets  # in the units of the inputs
+        self._low = np.minimum(self._low, given.min(axis=0))
+        self._high = np.maximum(self._high, given.max(axis=0))
+        y, u = self._rows = np.concatenate([self._rows, np.stack([given, rows[:, self._targets]])], axis=1)
+        self._rows = self._rows[:, -3:].copy()
+        if len(y) < 4:
+            return
+        mean = 0.5 * (y[1:-2] + y[2:-1]) - (y[3:] - y[2:-1] - y[1:-2] + y[:-3]) / 24.0
+        held = u[1:-2] + np.where(self._sloped, 0.5 * (u[1:-2] - u[:-3]), 0.0)
+        off = np.concatenate([self._off, np.abs(held - mean)])
+        self._off = off[len(off) - min(len(off), IN_A_ROW - 1) :].copy()
+        if len(off) >= IN_A_ROW:
+            count = len(off) - IN_A_ROW + 1
+            least = np.min([off[k : k + count] for k in range(IN_A_ROW)], axis=0)
+            self._most = np.maximum(self._most, least.max(axis=0))
+
+    def worst(self, component: str) -> tuple[str, float] | None:
+        """The input of a component that was furthest off in a step, and how far as a share of its source's range.
+
+        None where no input of it was off, or numbers have grown beyond bounds.
+        """
+        mine = np.flatnonzero(self._takers == component)
+        if not len(mine):
+            return None
+        with np.errstate(all="ignore"):
+            span = np.maximum(self._high - self._low, SMALL * np.maximum(np.abs(self._low), np.abs(self._high)))[mine]
+            share = np.where(self._most[mine] > 0.0, self._most[mine] / span, 0.0)
+        worst = int(np.argmax(share))
+        return (self.names[mine[worst]], float(share[worst])) if 0.0 < share[worst] < np.inf else None

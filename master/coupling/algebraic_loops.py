@@ -1,0 +1,55 @@
+"""Algebraic loops: outputs that depend at once on inputs which they drive."""
+
+from __future__ import annotations
+
+from ..system.strongly_connected import together
+from ..system.system import System
+
+Node = tuple[str, str]
+
+ANY = ""
+"""Stands for all inputs of a component: thousands of outputs and thousands of inputs are no millions of pairs then."""
+
+
+def graph(system: System, doubtful: bool) -> dict[Node, set[Node]]:
+    """Who depends on whom at once: links, and the feed-through that the FMUs declare.
+
+    doubtful: outputs of which an FMU does not say what they depend on count as depending on all its inputs.
+    """
+    made: dict[Node, set[Node]] = {}
+    for link in system.links:
+        made.setdefault(link.end, set()).add(link.start)
+    for component, output in system.outputs:
+        slave = system.slaves[component]
+        known = slave.feed_through(output)
+        if known is None:
+            known = [ANY] if doubtful else []
+        made.setdefault((component, output), set()).update((component, name) for name in known)
+    if doubtful:
+        made |= {(name, ANY): {(name, s.name) for s in slave.inputs} for name, slave in system.slaves.items()}
+    return made
+
+
+def loops(system: System, doubtful: bool = False) -> list[list[str]]:
+    """One loop, as addresses from signal to signal, for every set of signals that depend on each other at once."""
+    edges = graph(system, doubtful)
+    found = []
+    for members in together(edges):
+        begin = min(node for node in members if node[1] != ANY)
+        found.append([".".join(node) for node in _way_back(edges, begin, members) if node[1] != ANY])
+    return found
+
+
+def _way_back(edges: dict[Node, set[Node]], begin: Node, members: set[Node]) -> list[Node]:
+    """The shortest way from a node back to itself, in the direction of the data."""
+    ways = [[begin]]
+    seen = set()
+    while ways:
+        way = ways.pop(0)
+        for child in sorted(edges.get(way[-1], ())):
+            if child == begin:
+                return [begin, *reversed(way)]
+            if child in members and child not in seen:
+                seen.add(child)
+                ways.append([*way, child])
+    return [begin]

@@ -1,0 +1,155 @@
+"""How outputs answer at once to inputs, measured by nudges before the first step."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+
+from ...core.errors import CosimError, Interrupted, SimulationError
+from ..engine.runner import Runner
+from ..slaves.base import REAL, TEXT, Signal, Slave
+from ..system.execution_order import component_order
+from ..system.strongly_connected import together
+from ..system.system import Link, System
+from .algebraic_loops import graph
+from .loop_solver import handles
+from .perturbation import nudged
+from .power_bonds import Bond, singles
+
+NUDGE = 1e-6
+"""Change of an input, relative to 1 + its size."""
+
+
+def probe(system: System, method: str) -> list[str]:
+    """Find out what outputs answer to at once where an FMU does not say (`Slave.answers`), if the method asks.
+
+    By FMI such an output may depend on every input, which would make loops of all that are connected both ways; so each
+    connected number is nudged, and what does not follow, where the FMU is now, counts as not dependent. Only FMUs that
+    can be put back to the state before are asked; Gauss-Seidel needs to know where there may be a loop. What is found
+    counts for the order of the components, too.
+
+    Returns a remark where what drives others may depend on more than was found.
+    """
+    for slave in system.slaves.values():
+        slave.answers = {}
+    suspects = set(system.slaves)
+    if method == "gauss-seidel":
+        suspects = {component for members in together(graph(system, doubtful=True)) for component, _ in members}
+    unsure = []
+    for name, slave in system.slaves.items():
+        if _may_answer(system, name):
+            unsure.append(name)
+        silent = [s for s in slave.outputs if s.family != TEXT and slave.feed_through(s.name) is None]
+        inputs = dict.fromkeys(k.target for k in system.links_to(name) if k.target.family != TEXT)
+        if not silent or not inputs or name not in suspects or not slave.can_restore:
+            continue
+        try:
+            state = slave.save()
+        except SimulationError:
+            continue
+        give, take = handles(system, name)
+        try:
+            give.once()
+            take.once()
+            slave.answers = _answers(system, slave, state, silent, list(inputs), (give, take))
+        finally:
+            if not slave.is_lost:
+                slave.drop(state)
+    system.order = component_order(system.slaves, system.links)
+    left = [name for name in unsure if not any(system.slaves[name].answers.values())]
+    if not left or method == "gauss-seidel":
+        return []
+    names = f"component{'s' if len(left) > 1 else ''} {', '.join(map(repr, left))}"
+    return [
+        f"{names}: what the outputs depend on is not said, and none was found to answer to an input at once; where one "
+        "does, it is a step late"
+    ]
+
+
+def _may_answer(system: System, name: str) -> bool:
+    """Whether an output that drives others may follow an input that others drive, by what the FMU leaves open."""
+    sources = {k.source.name for k in system.links if k.source.component == name and k.target.component != name}
+    slave = system.slaves[name]
+    return bool(system.links_to(name)) and any(slave.feed_through(output) is None for output in sources)
+
+
+def _answers(
+    system: System, slave: Slave, state: Any, outputs: list[Signal], inputs: list[Signal],
+    way: tuple[Runner, Runner],
+) -> dict[str, list[str]]:  # fmt: skip
+    """Inputs that each output follows at once; the slave and the board are left as they were."""
+    reals, bits = system.board.reals, system.board.integers
+    owners = np.full(len(bits), -1)
+    for i, s in enumerate(outputs):
+        owners[s.place : s.place + s.size] = i
+    before, texts = bits.copy(), list(system.board.texts)
+    found: dict[str, dict[str, None]] = {s.name: {} for s in outputs}
+    for target in inputs:
+        for place in range(target.place, target.place + target.size):
+            if target.family == REAL and not np.isfinite(reals[place]):
+                continue
+            for size in (NUDGE, -NUDGE):
+                with nudged(system, target, place, size):
+                    try:
+                        for step in way:
+                            step.once()
+                        for i in np.unique(owners[(bits != before) & (owners >= 0)]):
+                            found[outputs[i].name][target.name] = None
+                    except Interrupted:
+                        raise
+                    except SimulationError:
+                        pass
+                if slave.is_lost:
+                    raise SimulationError(
+                        f"component '{slave.name}' does not say what its outputs depend on, and a change of "
+                        f"'{target.name}' by {NUDGE:g} to find out is fatal to it; --method gauss-seidel does not ask"
+                    )
+                slave.restore(state)
+                bits[:], system.board.texts[:] = before, texts
+    return {output: list(names) for output, names in found.items()}
+
+
+def at_once(system: System, bond: Bond) -> tuple[float, float]:
+    """|dy/dx| of both sides' outputs of a bond, in SI units; x is what the side gets besides its rate: a position
+    besides its speed.
+
+    0 where the FMU declares no such dependence. What is nudged is put back.
+    """
+    made = []
+    for gives, takes, si in ((bond.forth, bond.back, bond.forth_si), (bond.back, bond.forth, bond.back_si)):
+        inputs = [link for link in singles(system.links) if _integral(system, link, takes)]
+        declared = system.slaves[gives.source.component].feed_through(gives.source.name) or []
+        slopes = [_slope(system, gives, link) * si[0] for link in inputs if link.target.name in declared]
+        made.append(sum(map(abs, slopes)))
+    return made[0], made[1]
+
+
+def _integral(system: System, link: Link, flow: Link) -> bool:
+    """Whether a link carries what another one between the same components carries the rate of."""
+    if (link.source.component, link.target.component) != (flow.source.component, flow.target.component):
+        return False
+    if link.target.element not in (None, flow.target.element):
+        return False
+    units = [system.slaves[k.target.component].unit(k.target.name) for k in (link, flow)]
+    if any(u is None or u.exponents is None for u in units):
+        return False
+    own, rate = ({k: p for k, p in u.exponents.items() if k != "rad"} for u in units)  # type: ignore[union-attr]
+    return {**own, "s": own.get("s", 0) - 1} == {"s": 0, **rate}
+
+
+def _slope(system: System, output: Link, link: Link) -> float:
+    """dy/du of one output of the component that a link ends at, u in SI units; NaN if that cannot be had."""
+    unit = system.slaves[link.target.component].unit(link.target.name)
+    reals, y = system.board.reals, output.source.place
+    way = handles(system, link.target.component)
+    try:
+        with nudged(system, link.target, link.target.place, NUDGE) as nudge:
+            for step in way:
+                step.once()
+            changed = float(reals[y])
+        for step in way:
+            step.once()
+    except CosimError:
+        return float("nan")
+    return (changed - float(reals[y])) / (nudge * (unit.factor if unit else 1.0)) if nudge else float("nan")

@@ -1,0 +1,153 @@
+"""Initialisation: start values, parameters that FMUs compute for each other, and inputs and outputs that agree.
+
+The order comes from the dependencies that the FMUs declare. Where these form a loop, sweeps are repeated until nothing
+changes; a loop that does not settle so is solved by Newton's method, and refused if that fails too.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Sequence
+from graphlib import CycleError
+
+from ...core.errors import PackageError, SimulationError
+from ...ssp.wires import End, Wire
+from ..engine.runner import Runner
+from ..slaves.base import TEXT, Signal
+from ..system.setup import Value
+from ..system.strongly_connected import in_order
+from ..system.system import System
+from ..system.value_conversion import converted
+from .algebraic_loops import ANY
+from .loop_solver import Agreement, in_turn
+
+
+def early_order(system: System) -> list[str]:
+    """Components in an order in which each gets the parameters that others calculate; `PackageError` for a circle."""
+    graph: dict[str, set[str]] = {name: set() for name in system.slaves}
+    for wire in system.early:
+        graph[wire.end[0]].add(wire.start[0])
+    try:
+        return in_order(graph)
+    except CycleError as error:
+        raise PackageError(f"calculated parameters depend on each other: {' -> '.join(error.args[1])}") from None
+
+
+class Initialiser:
+    """The initialisation of a system; may be used again after a reset."""
+
+    def __init__(self, system: System):
+        self.system = system
+        self._order = list(system.order)  # that of the system changes by what is found out, and later runs are alike
+        self._agreement = Agreement(system, self._order)
+        self._early = early_order(system)
+        self._visits = self._visit_order()
+        self._seen: set[str] = set()
+        shown = system.program()
+        system.show(shown)
+        self._shown = Runner(shown)
+
+    def __call__(self, values: Sequence[Value], start: float, stop: float) -> None:
+        """Set start values, initialise all slaves and leave all signals in agreement at the start."""
+        system = self.system
+        system.board.ended[:] = 0
+        system.stop = stop
+        self._agreement.forget()
+        for v in values:
+            if v.component == "":
+                system.put(system.own_inputs[v.variable], v.value)
+                continue
+            slave = system.slaves[v.component]
+            try:
+                slave.set_start(v.variable, v.value)
+            except SimulationError as error:
+                raise SimulationError(f"{v.where}: {error}") from None
+            if slave.variables[v.variable].causality == "input":
+                system.set_input(v.component, v.variable, v.value)
+                system.unstarted.pop(system.inputs[v.component, v.variable].home, None)
+        for name in self._early:
+            for wire in system.early:
+                if wire.end[0] == name:
+                    self._compute(wire)
+            system.slaves[name].enter_initialisation(start, stop)
+        for signal in system.unstarted.values():
+            system.put(signal, self._own_value(signal))
+        self._propagate()
+        for slave in system.slaves.values():
+            if slave.version != "1.0":
+                slave.exit_initialisation()
+        self.sweep(self._order)
+        system.reflect()
+        self.show()
+
+    def show(self) -> None:
+        """Bring the outputs of the whole system up to date."""
+        self._shown.once()
+
+    def _own_value(self, signal: Signal) -> object:
+        """What an FMU itself has for an input whose start value is not given."""
+        try:
+            return self.system.slaves[signal.component].get(signal.name)
+        except SimulationError:
+            slave = self.system.slaves[signal.component]
+            if slave.version != "1.0" or slave.is_lost:
+                raise
+            return (b"" if signal.type == "Binary" else "" if signal.family == TEXT else 0,) * signal.size
+
+    # parameters that are computed
+
+    def _compute(self, wire: Wire) -> None:
+        source, target = self.system.slaves[wire.start[0]], self.system.slaves[wire.end[0]]
+        if source.version == "1.0" and source._state == "initialising":  # which calculates in fmiInitializeSlave
+            source.exit_initialisation()
+        given = self.system.quantity(wire.start, wire.unit, wire.enumeration)
+        value = converted(source.get(wire.start[1]), given, wire.hops, self.system.quantity(wire.end), wire.where)
+        target.set_start(wire.end[1], target.checked(wire.end[1], value, wire.where))
+
+    # inputs and outputs
+
+    def _propagate(self) -> None:
+        self._seen.clear()
+        if self._visits is not None:
+            self.sweep([*self._visits, *self._order])
+            return
+        self.sweep(self._order)  # after this one all have been seen
+        self._agreement.settle(" at the start")
+
+    def sweep(self, components: Iterable[str]) -> None:
+        """Visit the components in turn: take the outputs that others have given as inputs, read the own outputs."""
+        for name in components:
+            slave = self.system.slaves[name]
+            links, inputs, outputs = self._agreement.visits[name]
+            for link, carry in links:
+                if link.source.component in self._seen or (link.source.component == "" and self.system.speaks(link)):
+                    carry.once()
+            inputs.once()
+            if slave.version == "1.0" and slave._state == "initialising":
+                slave.exit_initialisation()
+            self._seen.add(name)
+            outputs.once()
+
+    def _visit_order(self) -> list[str] | None:
+        """Components to visit in turn so that each output is read after the inputs it depends on; None in a loop."""
+        system = self.system
+        graph: dict[End, set[End]] = {}
+        declared: dict[str, dict[str, set[End]]] = {}
+        for link in system.links:
+            if link.start[0] == "":
+                continue
+            graph.setdefault(link.end, set()).add(link.start)
+            component, output = link.start
+            if component not in declared:
+                slave, connected = system.slaves[component], {k.end for k in system.links_into(component)}
+                declared[component] = {}
+                for unknown in slave.description.initialUnknowns:
+                    if unknown.variable is not None and unknown.dependencies is not None:
+                        known = {(component, v.name) for v in unknown.dependencies} & connected
+                        declared[component].setdefault(unknown.variable.name, known)
+                graph[component, ANY] = connected
+            graph.setdefault(link.start, set()).update(declared[component].get(output, {(component, ANY)}))
+        try:
+            order = in_order(graph)
+        except CycleError:
+            return None
+        return in_turn(node for node in order if node in system.outputs)

@@ -1,0 +1,331 @@
+"""Inputs and outputs that agree at one point in time, where outputs depend on inputs at once (feed-through).
+
+An output that is read after a step answers to the input that was held in that step. `refresh` hands over the present
+inputs and reads again, in the order of what depends on what, for the outputs of which the FMU declares that they
+depend on a connected input. Loops are swept until nothing changes, or solved by Newton's method.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Iterator, Sequence
+from contextlib import contextmanager, suppress
+from graphlib import CycleError
+
+import numpy as np
+
+from ...core.errors import SimulationError
+from ...ssp.wires import End
+from ..engine.program import Cast, Program
+from ..engine.runner import Runner
+from ..slaves.base import REAL, TEXT, Signal
+from ..system.strongly_connected import in_order
+from ..system.system import Link, System
+from .algebraic_loops import graph
+
+MAX_SWEEPS = 100
+SETTLED = 1e-12
+
+ROUNDING = 1e-15
+"""Share of the largest value below which a value is rounding."""
+
+FEW_SWEEPS = 5
+"""A loop that takes more than these is worth being learned."""
+
+MOST_LEARNED = 64
+"""Inputs of such a loop: each has to be changed once."""
+
+PATIENCE = 20
+"""Points in time after which a loop whose slopes have not helped since is learned anew."""
+
+SMALL = 1.5e-8
+"""Share of a value by which it is changed to see what follows."""
+
+
+def handles(system: System, name: str) -> tuple[Runner, Runner]:
+    """What hands a component the inputs on the board, and what reads its outputs."""
+    inputs, outputs = system.program(), system.program()
+    inputs.set_inputs(system.slaves[name])
+    outputs.get_outputs(system.slaves[name])
+    return Runner(inputs), Runner(outputs)
+
+
+def in_turn(nodes: Iterable[End]) -> list[str]:
+    """Components to visit so that these outputs are read one after the other."""
+    names: list[str] = []
+    for component, _ in nodes:
+        if not names or names[-1] != component:
+            names.append(component)
+    return names
+
+
+class Agreement:
+    """Visits of components: take what others give, read what follows from it."""
+
+    def __init__(self, system: System, names: Iterable[str]):
+        self.system, self.names = system, list(names)
+        self.visits: dict[str, tuple[list[tuple[Link, Runner]], Runner, Runner]] = {}
+        for name in dict.fromkeys(self.names):
+            links = []
+            for link in system.links_into(name):
+                program = system.program()
+                system.pass_on(program, link)
+                links.append((link, Runner(program)))
+            self.visits[name] = links, *handles(system, name)
+        everything = [*system.outputs.values(), *system.inputs.values()]
+        self._signals = [s for s in everything if s.family == REAL]
+        self._reals = _slots(self._signals)
+        self._whole = _slots([s for s in everything if s.family not in (REAL, TEXT)])
+        every = [found for mine, _, _ in self.visits.values() for found in mine]
+        self._round = [(link, carry) for link, carry in every if self._solvable(link)]
+        self._given = [(link, carry) for link, carry in every if not link.source.component]
+        self._targets = _slots(link.target for link, _ in self._round)
+        all_reals = len(self._round) + len(self._given) == len(every)
+        self._learns = all_reals and 0 < len(self._targets) <= MOST_LEARNED
+        self.forget()
+
+    def forget(self) -> None:
+        """A new run begins: what was learned in the one before does not count."""
+        self._largest = np.zeros(len(self.system.board.reals))
+        self._inverse: np.ndarray | None = None
+        self._tries = 0
+
+    def sweep(self) -> None:
+        """Visit all components in turn."""
+        for name in self.names:
+            links, inputs, outputs = self.visits[name]
+            for link, carry in links:
+                if self.system.speaks(link):
+                    carry.once()
+            inputs.once()
+            outputs.once()
+
+    def settle(self, when: str = "") -> None:
+        """Sweep until nothing changes; a loop that does not settle so is solved, or the error says which it is.
+
+        when: for the error, where that is not in a step.
+
+        Reals count relative to the largest value that a slot has had; whole numbers and texts have to be the same.
+        """
+        if self._quickly():
+            return
+        board = self.system.board
+        scale, change, last = np.abs(board.reals[self._reals]), np.zeros(0), np.inf
+        for k in range(MAX_SWEEPS):
+            reals, whole, texts = board.reals[self._reals].copy(), board.integers[self._whole].copy(), list(board.texts)
+            self.sweep()
+            now = board.reals[self._reals]
+            with np.errstate(invalid="ignore", over="ignore"):
+                change = np.where(now == reals, 0.0, np.abs(now - reals))
+                scale = np.fmax(scale, np.abs(now))
+            same = np.array_equal(whole, board.integers[self._whole]) and texts == board.texts
+            if same and np.all(change <= SETTLED * scale):
+                if k > FEW_SWEEPS:
+                    self._learn(scale)
+                return
+            largest = float(np.max(change / np.fmax(scale, 1e-300), initial=0.0))
+            if not np.isfinite(change).all() or (same and largest > 0.999 * last):
+                break  # it does not come nearer: no use to go on
+            last = largest if same else np.inf
+        if not self._round:
+            raise SimulationError(
+                f"the algebraic loop{when} through {', '.join(dict.fromkeys(self.names))} does not settle by "
+                "repetition, and its values are no reals that could be solved for"
+            )
+        self.solve(change, scale, when)
+        whole, texts = board.integers[self._whole].copy(), list(board.texts)
+        self.sweep()
+        if not (np.array_equal(whole, board.integers[self._whole]) and texts == board.texts):
+            raise SimulationError(
+                f"the algebraic loop{when} through {', '.join(dict.fromkeys(self.names))} does not settle: where its "
+                "reals agree, its whole numbers or texts do not"
+            )
+        self._learn(scale)
+
+    @staticmethod
+    def _solvable(link: Link) -> bool:
+        return link.target.family == REAL and not link.cast.from_integer and bool(link.source.component)
+
+    def _left(self, x: np.ndarray) -> np.ndarray:
+        """What comes round for inputs x, less these."""
+        reals = self.system.board.reals
+        reals[self._targets] = x
+        for _, inputs, outputs in self.visits.values():
+            inputs.once()
+            outputs.once()
+        for _, carry in self._round:
+            carry.once()
+        return reals[self._targets] - x
+
+    def _quickly(self) -> bool:
+        """Whether a few steps with the slopes of an earlier point in time settle the loop."""
+        if self._inverse is None:
+            return False
+        reals = self.system.board.reals
+        before = reals.copy()
+        for link, carry in (*self._given, *self._round):
+            if self.system.speaks(link):
+                carry.once()
+        x = reals[self._targets].copy()
+        for _ in range(FEW_SWEEPS):
+            with np.errstate(invalid="ignore", over="ignore"):
+                left = self._left(x)
+                if np.all(np.abs(left) <= SETTLED * np.abs(x)):
+                    self._tries = 0
+                    return True
+                x = x - self._inverse @ left
+            if not np.isfinite(x).all():
+                break
+        reals[:] = before
+        return False
+
+    def _learn(self, scale: np.ndarray) -> None:
+        """Keep the slopes of a loop that is settled but took long to, for the steps to come; see `settle` for scale."""
+        self._tries += 1
+        if not self._learns or (self._inverse is not None and 1 < self._tries < PATIENCE):
+            return
+        self._largest[self._reals] = np.fmax(self._largest[self._reals], np.where(scale < 1e12, scale, 0.0))
+        x, largest = self.system.board.reals[self._targets].copy(), self._largest[self._targets]
+        here, slopes = self._left(x), np.empty((len(x), len(x)))
+        for j, size in enumerate(1e-6 * np.where(largest > 0.0, largest, largest.max() or 1.0)):
+            there = x.copy()
+            there[j] += size
+            slopes[:, j] = (self._left(there) - here) / (there[j] - x[j] or np.inf)
+        self._left(x)
+        self._tries, self._inverse = 1, None
+        if np.isfinite(slopes).all():
+            with suppress(np.linalg.LinAlgError):
+                self._inverse = np.linalg.inv(slopes)
+
+    def solve(self, change: np.ndarray, scale: np.ndarray, when: str) -> None:
+        """Newton's method for the reals that go round; `change` is what the last sweep did to the reals, `scale` their
+        largest values on the way."""
+        from scipy.optimize import root
+
+        reals, targets = self.system.board.reals, self._targets
+
+        def left(x: np.ndarray) -> np.ndarray:
+            return np.nan_to_num(self._left(x), nan=1e30, posinf=1e30, neginf=-1e30)
+
+        start = np.nan_to_num(reals[targets], nan=0.0, posinf=0.0, neginf=0.0)
+        start[np.abs(start) > 1e12] = 0.0
+        self._largest[self._reals] = np.fmax(self._largest[self._reals], np.where(scale < 1e12, scale, 0.0))
+        first = np.abs(left(start))
+        # each in units of what it was in the run, so that flows of 1e-6 m3/s and pressures of 1e8 Pa are the same to
+        # the solver, and what passes zero is not taken for small
+        size = np.maximum(np.maximum(self._largest[targets], np.abs(start)), np.where(first < 1e29, first, 0.0))
+        size = np.where(size <= ROUNDING * size.max(), size.max() or 1.0, size)
+
+        def slopes(x: np.ndarray) -> np.ndarray:
+            here, made = left(x * size) / size, np.empty((len(x), len(x)))
+            for j, step in enumerate(SMALL * np.maximum(np.abs(x), 1.0)):
+                there = x.copy()
+                there[j] += step
+                made[:, j] = (left(there * size) / size - here) / (there[j] - x[j])
+            return made
+
+        found = root(lambda x: left(x * size) / size, start / size, jac=slopes, tol=1e-13)
+        rest, solved = np.abs(left(found.x * size)) / size, np.abs(found.x)
+        allowed = 1e-8 * np.maximum(solved, 1e-3)
+        if not np.all(rest <= allowed):  # what is the small difference of large values is no more certain than these
+            allowed = np.maximum(allowed, 1e3 * ROUNDING * np.abs(slopes(found.x)) @ solved)
+            rest = np.abs(left(found.x * size)) / size
+        if not np.all(rest <= allowed):
+            names = np.array([s.address for s in self._signals for _ in range(s.size)])
+            worst = int(np.argmax(np.nan_to_num(change, nan=np.inf)))
+            raise SimulationError(
+                f"the algebraic loop{when} does not settle by repetition, and Newton's method finds no "
+                f"solution; '{names[worst]}' still changes by {change[worst]:g}"
+            )
+
+
+def _slots(signals: Iterable[Signal]) -> np.ndarray:
+    return np.array([s.place + k for s in signals for k in range(s.size)], np.int64)
+
+
+def stale(system: System) -> tuple[list[str], bool]:
+    """(components in the order in which to bring them up to date, whether some depend on each other in a loop)."""
+    driven = {link.end for link in system.links if system.speaks(link)}
+    late = {
+        end for end in system.outputs
+        if system.is_read(end)
+        and any((end[0], name) in driven for name in system.slaves[end[0]].feed_through(end[1]) or ())
+    }  # fmt: skip
+    try:
+        order = in_order(graph(system, doubtful=False))
+    except CycleError:
+        members = {component for component, _ in late}
+        return [name for name in system.order if name in members], True
+    return in_turn(node for node in order if node in late), False
+
+
+def at_end(system: System, program: Program, names: Iterable[str]) -> dict[int, int]:
+    """Write: what stimuli drive these components with at the end of the step, in slots of its own; slot: that slot."""
+    signals = [s for name in names for s in system.slaves[name].inputs]
+    signals += [k.source for name in names for k in system.links_to(name)]
+    seen = set(_slots(s for s in signals if s.family != TEXT).tolist())
+    made = {}
+    for slot, column, family in sorted(program.drives):  # an array's values side by side, in whatever order they come
+        if slot in seen:
+            made[slot] = system.scratch()
+            program.drive_at_end(made[slot], column, family)
+    return made
+
+
+def refresh(system: System, program: Program, driven: dict[int, int] | None = None, loops_only: bool = False) -> None:
+    """Write: outputs agree with the present inputs; the inputs that were held stay on the board, for the record.
+
+    What stimuli drive has the value that it has at the end of the step, which stands in `driven` if another program
+    has written it (`at_end`). loops_only: do nothing where there is no algebraic loop.
+    """
+    names, loop = stale(system)
+    if not names or (loops_only and not loop):
+        return
+    links = [k for name in dict.fromkeys(names) for k in system.links_to(name) if k.target.family != TEXT]
+    if driven is None:
+        driven = at_end(system, program, names)
+    if not loop:
+        renew(system, program, names, links, driven)
+        return
+    with _kept(system, program, [*((slot, 1) for slot in driven), *((k.target.place, k.target.size) for k in links)]):
+        for slot, end in driven.items():
+            program.cast(slot, end, 1, Cast())
+        agreement = Agreement(system, names)
+        program.at_start(agreement.forget)
+
+        def settle(_t: float, _h: float) -> int:
+            agreement.settle()
+            return 0
+
+        program.python(settle)
+
+
+def renew(
+    system: System, program: Program, names: Sequence[str], links: Sequence[Link], instead: dict[int, int]
+) -> None:
+    """Write: in this order, the components get what these links carry now, and are read again; then all inputs are as
+    they were on the board. `instead` gives the slots that stand for some sources, or for inputs of the components."""
+    own = {
+        name: [p for p in _slots(s for s in system.slaves[name].inputs if s.family != TEXT).tolist() if p in instead]
+        for name in dict.fromkeys(names)
+    }
+    places = [(k.target.place, k.target.size) for k in links]
+    with _kept(system, program, [*places, *((slot, 1) for slots in own.values() for slot in slots)]):
+        for name in names:
+            for slot in own[name]:
+                program.cast(slot, instead[slot], 1, Cast())
+            for link in links:
+                if link.target.component == name:
+                    system.pass_on(program, link, instead)
+            program.set_inputs(system.slaves[name])
+            program.get_outputs(system.slaves[name])
+
+
+@contextmanager
+def _kept(system: System, program: Program, places: Sequence[tuple[int, int]]) -> Iterator[None]:
+    """What is written inside leaves these (slot, count) as they were."""
+    copies = [(place, system.scratch(size), size) for place, size in places]
+    for place, copy, size in copies:
+        program.cast(copy, place, size, Cast())
+    yield
+    for place, copy, size in copies:
+        program.cast(place, copy, size, Cast())

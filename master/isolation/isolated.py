@@ -1,0 +1,249 @@
+"""An FMU in a process of its own: when it crashes or hangs, the master goes on living and says so.
+
+The worker process (`worker`) holds the real slave. Messages go through a pipe; what a step needs is sent without
+waiting, and only reading the outputs waits, so FMUs that are stepped side by side also run side by side.
+"""
+
+from __future__ import annotations
+
+import contextlib
+import os
+import pickle
+import signal
+import subprocess
+import sys
+from collections.abc import Sequence
+from multiprocessing.connection import Connection, Pipe
+from time import monotonic
+from typing import Any
+
+import numpy as np
+
+from ...core.errors import CosimError, Interrupted, PackageError, SimulationError
+from ..slaves.base import Form, Group, Log, Signal, Slave
+
+KEPT = ("PATH", "LANG", "LC_ALL", "LD_LIBRARY_PATH", "HOME", "TMPDIR", "VIRTUAL_ENV")
+KEPT_PARTS = ("PYTHON", "NUMBA", "DEEPSEA", "LICENSE")
+"""Environment variables that a worker gets, and parts of the names of others."""
+
+START_UP = 120.0
+"""Time that an FMU has to be loaded and initialised [s]."""
+
+
+class IsolatedSlave(Slave):
+    """Stands for a slave that lives in another process."""
+
+    def __init__(self, real: Slave, step_timeout: float | None = None, interrupt: list[int] | None = None):
+        super().__init__(real.name, real.folder, real.description)
+        self.forms, self.version, self.limits = real.forms, real.version, real.limits  # type: ignore[misc]
+        self._structural = real._structural
+        self._kind, self._real = type(real), real
+        self.negated = real.negated
+        self._timeout, self._interrupt = step_timeout, interrupt if interrupt is not None else []
+        self._process: subprocess.Popen[bytes] | None = None
+        self._doing, self._time = "being loaded", 0.0
+
+    # talking
+
+    def load(self, log: Log) -> None:
+        self._log = log
+        ours, theirs = Pipe()
+        environment = {k: v for k, v in os.environ.items() if k in KEPT or any(part in k for part in KEPT_PARTS)}
+        environment["PYTHONPATH"] = os.pathsep.join(p for p in sys.path if p)
+        command = [sys.executable, "-m", f"{__package__}.worker", str(theirs.fileno())]
+        self._process = subprocess.Popen(
+            command, stdin=subprocess.DEVNULL, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL,
+            pass_fds=(theirs.fileno(),), env=environment, start_new_session=True,
+        )  # fmt: skip
+        theirs.close()
+        self._pipe: Connection = ours
+        order = {
+            "kind": self._kind, "name": self.name, "folder": self.folder, "structural": self._structural,
+            "ratio": self.ratio, "inputs": self.input_groups, "outputs": self.output_groups, "told": self.told,
+            "limits": self._limits(), "texts": self.texts,
+        }  # fmt: skip
+        self._pipe.send_bytes(pickle.dumps(order))
+        try:
+            self._answer(START_UP)
+        except SimulationError as error:
+            raise PackageError(str(error)) from None
+        self._state = "instantiated"
+
+    def _limits(self) -> dict[str, dict[int, int]]:
+        """How large the worker's board has to be: slots, texts and staging areas up to the end of each group."""
+        sizes: dict[str, dict[int, int]] = {"slots": {0: 0}, "texts": {0: 0}, "stages": {}}
+        for g in (*self.input_groups, *self.output_groups):
+            kind = "texts" if g.form.family == "text" else "slots"
+            sizes[kind][0] = max(sizes[kind][0], g.place + g.count)
+            if g.form.width is not None:
+                sizes["stages"][g.form.width] = max(sizes["stages"].get(g.form.width, 0), g.stage + g.count)
+        from ..engine.loop import U8
+
+        sizes["stages"][U8] = max(sizes["stages"].get(U8, 0), self.told + 16)
+        return sizes
+
+    def _answer(self, timeout: float | None) -> Any:
+        """The worker's next answer; its messages on the way go to the log."""
+        end = None if timeout is None else monotonic() + timeout
+        while True:
+            try:
+                while not self._pipe.poll(0.1):
+                    if end is not None and monotonic() > end:
+                        self._kill()
+                        doing = f"{self._doing} within {timeout:g} s{self._at()}"
+                        raise SimulationError(f"component '{self.name}' did not come back from {doing}", self._when())
+                    if self._interrupt:
+                        self._kill()
+                        raise Interrupted(f"interrupted while component '{self.name}' was in {self._doing}", self._time)
+                kind, content = pickle.loads(self._pipe.recv_bytes())
+            except (EOFError, OSError):
+                raise self._died() from None
+            if kind == "log":
+                self._log(*content)
+            elif kind == "error":
+                name, text, lost = content
+                self._state = "lost" if lost else self._state
+                raise PackageError(text) if name == "PackageError" else SimulationError(text, self._when())
+            else:
+                return content
+
+    def _when(self) -> float | None:
+        return self._time if self._doing == "doStep" else None
+
+    def _at(self) -> str:
+        return "" if (t := self._when()) is None else f" at t = {t:g} s"
+
+    def _died(self) -> SimulationError:
+        assert self._process is not None
+        code = self._process.wait()
+        self._state = "lost"
+        how = f"with exit code {code}"
+        if code < 0:
+            with contextlib.suppress(ValueError):
+                how = f"({signal.Signals(-code).name})"
+        return SimulationError(f"component '{self.name}' crashed {how} in {self._doing}{self._at()}", self._when())
+
+    def _kill(self) -> None:
+        if self._process is not None:
+            with contextlib.suppress(OSError):
+                self._process.kill()
+            self._process.wait()
+        self._state = "lost"
+
+    def _tell(self, *message: Any) -> None:
+        try:
+            self._pipe.send_bytes(pickle.dumps(message))
+        except OSError:
+            raise self._died() from None
+
+    def _ask(self, method: str, *arguments: Any) -> Any:
+        self._doing = method
+        self._tell("call", method, arguments)
+        return self._answer(START_UP)
+
+    # what the engine's program calls
+
+    def send_inputs(self, board: Any) -> None:
+        """Hand over the inputs that are on the board."""
+        self._doing = "setting the inputs"
+        self._tell("set", [_take(board, g) for g in self.input_groups])
+
+    def send_step(self, t: float, h: float) -> None:
+        """Have the FMU step; whether it did is known when its outputs are read."""
+        self._doing, self._time = "doStep", t
+        self._tell("step", t, h)
+
+    def receive_outputs(self, board: Any, number: int) -> None:
+        """Wait for the outputs of the slave of that number, and put them on the board."""
+        self._tell("get")
+        values, seconds, ended = self._answer(self._timeout)
+        if ended:
+            board.ended[0] = number + 1
+        self.seconds += seconds
+        for g, content in zip(self.output_groups, values, strict=True):
+            _put(board, g, content)
+        self._doing = "reading the outputs"
+
+    def last_successful_time(self) -> float | None:
+        return self._ask("last_successful_time")
+
+    # the life of a slave
+
+    def set_start(self, name: str, value: Any) -> None:
+        self._ask("set_start", name, value)
+
+    def get(self, name: str) -> Any:
+        return self._ask("get", name)
+
+    def enter_initialisation(self, start: float, stop: float) -> None:
+        self._ask("enter_initialisation", start, stop)
+        self._state = "initialising"
+
+    def exit_initialisation(self) -> None:
+        self._ask("exit_initialisation")
+        self._state = "running"
+
+    def reset(self) -> None:
+        self._ask("reset")
+        self._state = "instantiated"
+
+    def free(self) -> None:
+        if self._process is None:
+            return
+        with contextlib.suppress(CosimError, OSError, subprocess.TimeoutExpired):
+            if self._state not in ("new", "lost", "freed"):
+                self._doing = "being freed"
+                self._tell("free")
+                self._process.wait(5.0)
+        with contextlib.suppress(subprocess.TimeoutExpired, OSError):
+            self._process.kill()
+            self._process.wait(5.0)
+        self._state = "freed"
+
+    @property
+    def can_restore(self) -> bool:
+        return self._real.can_restore
+
+    def save(self) -> Any:
+        return self._ask("save")  # its number: the state itself stays where it is
+
+    def restore(self, state: Any) -> None:
+        self._ask("restore", state)
+
+    def drop(self, state: Any) -> None:
+        self._ask("drop", state)
+
+    def settable(self, name: str) -> bool:
+        return self._real.settable(name)
+
+    def feed_through(self, output: str) -> list[str] | None:
+        self._real.answers = self.answers
+        return self._real.feed_through(output)
+
+    def exchange_address(self, verb: str, form: Form) -> int:
+        raise NotImplementedError
+
+    def step_address(self) -> int:
+        raise NotImplementedError
+
+    @property
+    def instance(self) -> int:
+        raise NotImplementedError
+
+    def exchange_texts(self, verb: str, signals: Sequence[Signal], texts: list[Any]) -> None:
+        raise NotImplementedError
+
+
+def _take(board: Any, g: Group) -> Any:
+    """A group's values from a board."""
+    if g.form.family == "text":
+        return board.texts[g.place : g.place + g.count]
+    return board.reals[g.place : g.place + g.count].tobytes()
+
+
+def _put(board: Any, g: Group, content: Any) -> None:
+    """A group's values to a board."""
+    if g.form.family == "text":
+        board.texts[g.place : g.place + g.count] = content
+    else:
+        board.reals[g.place : g.place + g.count] = np.frombuffer(content)

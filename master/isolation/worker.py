@@ -1,0 +1,142 @@
+"""The process of an isolated FMU: loads it, obeys the messages of `IsolatedSlave`, and ends with its master."""
+
+from __future__ import annotations
+
+import ctypes
+import os
+import pickle
+import sys
+from contextlib import suppress
+from multiprocessing.connection import Connection
+from typing import Any
+
+import numpy as np
+
+from ...core.errors import CosimError
+from ..engine.program import Board, Program
+from ..engine.runner import Runner
+from ..slaves.fmu import describe_folder
+from .isolated import _put, _take
+
+NO_NEW_PRIVILEGES = 38
+DIE_WITH_PARENT = 1
+NEW_USER, NEW_NET = 0x10000000, 0x40000000
+
+
+def drop_rights() -> None:
+    """Give up what an FMU hardly needs: new privileges, core dumps and, where the system lets us, the network."""
+    with suppress(ImportError, OSError, ValueError):
+        import resource
+
+        resource.setrlimit(resource.RLIMIT_CORE, (0, 0))
+    if sys.platform.startswith("linux"):
+        with suppress(OSError, AttributeError):
+            libc = ctypes.CDLL(None)
+            libc.prctl(DIE_WITH_PARENT, 9, 0, 0, 0)
+            libc.prctl(NO_NEW_PRIVILEGES, 1, 0, 0, 0)
+            libc.unshare(NEW_USER | NEW_NET)
+
+
+class Worker:
+    """One FMU and the pipe to its master."""
+
+    def __init__(self, pipe: Connection, order: dict[str, Any]):
+        self.pipe = pipe
+        self.slave = describe_folder(order["name"], order["folder"])
+        self.slave._structural = order["structural"]
+        self.slave.ratio, self.slave.told = order["ratio"], order["told"]
+        self.slave.input_groups, self.slave.output_groups = order["inputs"], order["outputs"]
+        self.slave.texts = order["texts"]
+        sizes = order["limits"]
+        self.board = Board(sizes["slots"][0], sizes["texts"][0], sizes["stages"])
+        self.fault: CosimError | None = None
+        self.rows = np.zeros((1, 0))
+        self.states: dict[int, Any] = {}
+
+    def send(self, kind: str, content: Any) -> None:
+        self.pipe.send_bytes(pickle.dumps((kind, content)))
+
+    def load(self) -> None:
+        self.slave.load(lambda *message: self.log(*message))
+        self.runners = {}
+        for name in ("set_inputs", "do_step", "get_outputs"):
+            program = Program(self.board, [self.slave])
+            getattr(program, name)(self.slave)
+            self.runners[name] = Runner(program)
+
+    def log(self, component: str, status: str, text: str) -> None:
+        self.slave.take(status, text)
+        self.send("log", (component, status, text))
+
+    def obey(self, message: tuple[Any, ...]) -> None:
+        """One message. Steps and inputs are not answered: what goes wrong is told when the outputs are asked for."""
+        what = message[0]
+        if what == "set":
+            for g, content in zip(self.slave.input_groups, message[1], strict=True):
+                _put(self.board, g, content)
+            self.attempt(self.runners["set_inputs"].once)
+        elif what == "step":
+            t, h = message[1:]
+            self.attempt(lambda: self.runners["do_step"].run(self.rows, t, h, 0, 1, 2, t + h))
+        elif what == "get":
+            self.attempt(self.runners["get_outputs"].once)
+            if self.fault is not None:
+                fault, self.fault = self.fault, None
+                raise fault
+            stepping = self.runners["do_step"]
+            seconds, stepping.seconds[0] = float(stepping.seconds[0]), 0.0
+            ended, self.board.ended[0] = bool(self.board.ended[0]), 0
+            self.send("values", ([_take(self.board, g) for g in self.slave.output_groups], seconds, ended))
+        elif message[1] == "save":
+            number = max(self.states, default=-1) + 1
+            self.states[number] = self.slave.save()
+            self.send("done", number)
+        elif message[1] in ("restore", "drop"):
+            number = message[2][0]
+            state = self.states[number] if message[1] == "restore" else self.states.pop(number)
+            self.send("done", getattr(self.slave, message[1])(state))
+        else:
+            if message[1] == "enter_initialisation":
+                self.board.ended[:] = 0
+            self.send("done", getattr(self.slave, message[1])(*message[2]))
+
+    def attempt(self, do: Any) -> None:
+        """Do it unless something has gone wrong already."""
+        if self.fault is None:
+            try:
+                do()
+            except CosimError as error:
+                self.fault = error
+
+
+def main() -> None:
+    """Obey until the master is gone."""
+    pipe = Connection(int(sys.argv[1]))
+    drop_rights()
+    order = pickle.loads(pipe.recv_bytes())
+    try:
+        worker = Worker(pipe, order)
+        worker.load()
+        worker.send("done", None)
+        while True:
+            message = pickle.loads(pipe.recv_bytes())
+            if message[0] == "free":
+                break
+            try:
+                worker.obey(message)
+            except CosimError as error:
+                worker.send("error", (type(error).__name__, str(error), worker.slave.is_lost))
+    except (EOFError, OSError):
+        os._exit(0)  # the master is gone
+    except Exception as error:
+        told = str(error) if isinstance(error, CosimError) else f"{type(error).__name__}: {error}"
+        text = f"component '{order['name']}': {told}"
+        with suppress(OSError):
+            pipe.send_bytes(pickle.dumps(("error", (type(error).__name__, text, True))))
+        os._exit(1)
+    worker.slave.free()
+    os._exit(0)
+
+
+if __name__ == "__main__":
+    main()

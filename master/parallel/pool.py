@@ -1,0 +1,305 @@
+"""Many runs of a package in parallel processes, behind the interface of `concurrent.futures`.
+
+Any executor of that kind serves: processes of this machine, or `client.get_executor()` of a Dask cluster whose workers
+see the package under the same path.
+"""
+
+from __future__ import annotations
+
+import multiprocessing
+import os
+import signal
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from concurrent.futures import FIRST_COMPLETED, Executor, Future, ProcessPoolExecutor, as_completed, wait
+from concurrent.futures.process import BrokenProcessPool
+from contextlib import contextmanager, suppress
+from dataclasses import dataclass, field
+from math import isinf
+from pathlib import Path
+from time import monotonic, sleep
+from types import TracebackType
+from typing import Any
+
+import numpy as np
+
+from ...core.errors import CosimError, SimulationError, UsageError, install
+from ...core.files import changed
+from ..algorithms import NAMES
+from ..simulation.session import Series, Session
+from ..slaves.fmu import forget_unpacked
+
+
+@dataclass(frozen=True)
+class Job:
+    """One run: what to record, until when, with which macro step [s], parameters and driven inputs."""
+
+    record: tuple[str, ...]
+    stop: float
+    step: float
+    changes: Mapping[str, Any] = field(default_factory=dict)
+    inputs: Mapping[str, Series] = field(default_factory=dict)
+    only: tuple[str, ...] = ()
+    """Components to run alone; empty: the whole system."""
+    method: str = NAMES[0]
+    """Coupling algorithm."""
+
+
+ALARM = getattr(signal, "SIGALRM", 14)
+"""The signal that ends a process whose run takes too long."""
+
+
+@dataclass(frozen=True)
+class Failure:
+    """A run that had to stop, and why; `limit`: it took longer than that [s]."""
+
+    reason: str
+    limit: float | None = None
+
+
+class WorkerDied(SimulationError):
+    """A process that simulates ended unasked, or (`late`) was ended because a run took longer than it may."""
+
+    late = False
+
+
+class Abandoned(Exception):
+    """What runs was given up, for whoever asked for it has been asked to stop."""
+
+
+GRACE = 0.5
+"""Time that processes have to clean up once they are told to end [s]."""
+
+LOOKS = 0.2
+"""Time after which it is looked whether to stop [s]."""
+
+DIED = "the simulation's process died; an FMU may have crashed"
+
+
+_sessions: dict[tuple[str, tuple[str, ...]], tuple[Session, int]] = {}
+"""What this worker process has loaded, and when its package was written [ns]."""
+
+
+def session(package: str, only: tuple[str, ...] = ()) -> Session:
+    """The session of a package in this process, loaded when it is asked for first, and anew where an FMU was lost in it
+    or the package is another one now, for the workers of a cluster outlive who asks them."""
+    key, now = (package, only), changed(Path(package))
+    if key in _sessions:
+        known, when = _sessions[key]
+        if not known.is_lost and now in (when, 0):
+            return known
+        del _sessions[key]
+        known.close()
+    _sessions[key] = Session(Path(package), only=only), now
+    return _sessions[key][0]
+
+
+def simulate(package: str, job: Job) -> np.ndarray | Failure:
+    """Runs the job in this process; the signals (n, len(record)) at start, start + step, ..."""
+    try:
+        return session(package, job.only).run(
+            job.record, job.stop, job.step, job.changes, job.inputs, job.method
+        )[1]
+    except CosimError as error:  # also of values that an FMU does not take
+        return Failure(str(error))
+
+
+def _within(limit: float | None, function: Callable[[str, Any], Any], package: str, task: Any) -> Any:
+    """The function's result; a call longer than `limit` [s] ends the process, for an FMU cannot be stopped."""
+    if limit is None or isinf(limit):
+        return function(package, task)
+    with suppress(CosimError):  # loading does not count
+        session(package)
+    signal.setitimer(signal.ITIMER_REAL, min(limit, 1e8))
+    try:
+        return function(package, task)
+    finally:
+        signal.setitimer(signal.ITIMER_REAL, 0.0)
+
+
+def _end(process: multiprocessing.Process) -> int | None:
+    """How a process has ended. The pool's own thread waits for it too, and one of two is told later."""
+    by = monotonic() + 5.0
+    process.join(5.0)
+    while process.exitcode is None and monotonic() < by:
+        sleep(0.01)
+    return process.exitcode
+
+
+def _end_cleanly(*_: object) -> None:
+    forget_unpacked()
+    os._exit(143)
+
+
+def _quiet_worker() -> None:
+    """A worker leaves Ctrl-C to the main process and ends with it, however that ends."""
+    import threading
+
+    signal.signal(signal.SIGINT, signal.SIG_IGN)
+    signal.signal(signal.SIGTERM, _end_cleanly)
+    parent = multiprocessing.parent_process()
+
+    def follow() -> None:
+        if parent is not None:
+            parent.join()
+            forget_unpacked()
+            os._exit(0)
+
+    threading.Thread(target=follow, daemon=True).start()
+
+
+@contextmanager
+def cluster(address: str | None) -> Iterator[Executor | None]:
+    """The executor of the Dask cluster whose scheduler has that address; None without one."""
+    if address is None:
+        yield None
+        return
+    if not address.strip():
+        raise UsageError("--dask: the address is empty; give one like tcp://scheduler:8786")
+    try:
+        from distributed import Client
+
+        from .dask_executor import DaskExecutor
+    except ImportError:
+        raise UsageError(f"--dask needs the extra 'distributed': {install('distributed')}") from None
+    try:
+        client = Client(address, timeout="10s")
+    except (OSError, ValueError) as error:
+        raise UsageError(f"--dask {address}: no scheduler answers there ({error})") from None
+    with client:
+        yield DaskExecutor(client)
+
+
+class Pool:
+    """Runs jobs of one package; a context manager. Counts the runs and tells `progress` of each."""
+
+    def __init__(
+        self,
+        package: Path,
+        executor: Executor | None = None,
+        processes: int | None = None,
+        progress: Callable[[int], None] = lambda runs: None,
+        limit: float | None = None,
+    ):
+        """limit: wall time of a task [s], for processes of this machine."""
+        self.package = package.resolve()
+        self.count = 0
+        self.limit = limit
+        self.progress = progress
+        self._own, self._processes = executor is None, processes
+        self._abandoned = False
+        self._executor = executor or self._started()
+
+    def _started(self) -> Executor:
+        for name in ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS"):
+            os.environ.setdefault(name, "1")
+        context = multiprocessing.get_context("spawn")
+        return ProcessPoolExecutor(self._processes or os.cpu_count() or 1, context, _quiet_worker)
+
+    def __enter__(self) -> Pool:
+        return self
+
+    def __exit__(
+        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
+    ) -> None:
+        if not self._own:
+            return
+        processes = list((getattr(self._executor, "_processes", None) or {}).values())
+        if self._abandoned or (kind is not None and not issubclass(kind, Exception)):
+            for process in processes:  # do not wait for what is being simulated
+                process.terminate()
+            by = monotonic() + GRACE
+            for process in processes:
+                process.join(max(0.0, by - monotonic()))
+                process.kill()
+        self._executor.shutdown(wait=True, cancel_futures=True)
+
+    def run(
+        self, jobs: Sequence[Job], stop: Callable[[], bool] | None = None
+    ) -> list[np.ndarray | Failure]:
+        """The results in the order of the jobs; raises `Abandoned` as soon as `stop` is true."""
+        made: dict[int, np.ndarray | Failure] = dict(self.each(simulate, jobs, stop))
+        return [made[k] for k in range(len(jobs))]
+
+    def each_surviving(self, function: Callable[[str, Any], Any], tasks: Sequence[Any]) -> Iterator[tuple[int, Any]]:
+        """As `each`, with a `Failure` for a task that takes its process with it, or that the limit ends.
+
+        Those that may have been at work when a process died are run again one by one, the others go on together. So are
+        those that a cluster has given up: it blames all that its lost workers had been handed.
+        """
+        left = dict(enumerate(tasks))
+        while left:
+            keys, suspects = list(left), []
+            try:
+                for i, result in self.each(function, list(left.values())):
+                    if result == Failure(DIED):
+                        suspects.append(keys[i])
+                        continue
+                    del left[keys[i]]
+                    yield keys[i], result
+                for k in suspects:
+                    self.count -= 1
+                    yield k, next(self.each(function, [left.pop(k)]))[1]
+            except WorkerDied:
+                if not self._own:
+                    raise
+                self._executor.shutdown(wait=True, cancel_futures=True)
+                self._executor = self._started()
+                for k in list(left)[: 2 * (self._processes or os.cpu_count() or 1)]:
+                    yield k, self._alone(function, left.pop(k))
+
+    def _alone(self, function: Callable[[str, Any], Any], task: Any) -> Any:
+        """function(package, task) in a process that may die of it."""
+        try:
+            with Pool(self.package, processes=1, limit=self.limit) as own:
+                return next(own.each(function, [task]))[1]
+        except WorkerDied as error:
+            return Failure(f"it takes longer than {self.limit:g} s", self.limit) if error.late else Failure(DIED)
+
+    def _done(self, futures: Sequence[Future[Any]], stop: Callable[[], bool] | None) -> Iterator[Future[Any]]:
+        """The futures as they are done, until `stop` is true."""
+        if stop is None:
+            yield from as_completed(futures)
+            return
+        left = set(futures)
+        while left:
+            if stop():
+                self._abandoned = True
+                raise Abandoned
+            done, left = wait(left, LOOKS, FIRST_COMPLETED)
+            yield from done
+
+    def each(
+        self, function: Callable[[str, Any], Any], tasks: Sequence[Any], stop: Callable[[], bool] | None = None
+    ) -> Iterator[tuple[int, Any]]:
+        """(index, function(package, task)) of every task, in the order in which they are done.
+
+        A `Failure` instead where a Dask cluster gives a task up because its workers died of it; processes of this
+        machine raise `WorkerDied`.
+        """
+        package = str(self.package)
+        submit = self._executor.submit
+        futures = {submit(_within, self.limit, function, package, task): k for k, task in enumerate(tasks)}
+        processes = list((getattr(self._executor, "_processes", None) or {}).values())
+        try:
+            for future in self._done(list(futures), stop):
+                try:
+                    result = future.result()
+                except Exception as error:
+                    kind = type(error).__name__  # of distributed, which need not be installed
+                    if not self._own and kind in ("CancelledError", "FutureCancelledError", "CommClosedError"):
+                        told = "the cluster is gone; what was done is kept"
+                        raise SimulationError(f"{self.package.name}: {told}") from None
+                    if kind != "KilledWorker":
+                        raise
+                    result = Failure(DIED)
+                self.count += 1
+                self.progress(self.count)
+                yield futures[future], result
+        except BrokenProcessPool:
+            died = WorkerDied(f"{self.package.name}: a simulation process died; an FMU may have crashed")
+            if self.limit is not None:
+                died.late = any(_end(p) == -ALARM for p in processes)
+            raise died from None
+        finally:
+            for future in futures:
+                future.cancel()

@@ -1,0 +1,1 @@
+"""A simulation from its start to what it leaves behind."""

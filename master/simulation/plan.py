@@ -1,0 +1,189 @@
+"""A run before anything is loaded: the package read, and all that can be wrong with it or the options looked at."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from contextlib import ExitStack
+from dataclasses import dataclass, replace
+from pathlib import Path
+
+from ...core.errors import UsageError
+from ...ssp.wires import Network
+from ..algorithms import check_method, chosen
+from ..coupling.initialisation import early_order
+from ..coupling.power_bonds import Bond, find_bonds
+from ..isolation.isolated import IsolatedSlave
+from ..options import Options
+from ..results import SUFFIXES
+from ..results.columns import Layout
+from ..slaves.base import Slave
+from ..system.setup import (
+    Value,
+    bound_values,
+    check_single,
+    configure,
+    expanded,
+    given_values,
+    idle,
+    load_descriptions,
+    mixed_libraries,
+    read_package,
+    resolve,
+    targets,
+    with_parameters,
+)
+from ..system.system import System
+from . import stimuli
+from .interrupts import Interrupts
+from .time_grid import times_of
+
+
+@dataclass
+class Prepared:
+    """A run that could begin."""
+
+    options: Options
+    """As they were given, with the method that is used."""
+    network: Network
+    slaves: dict[str, Slave]
+    system: System
+    values: list[Value]
+    """Start values and parameters in the order in which they are set: of the package, then of the options."""
+    drives: list[stimuli.Drive]
+    layout: Layout
+    which: list[int]
+    """Columns of the layout that are recorded."""
+    times: tuple[float, float, float, int]
+    """Start, stop and macro step [s], and the number of steps."""
+    bonds: list[Bond]
+    """Power bonds."""
+    remarks: list[str]
+
+
+def prepare(package: Path, options: Options, stack: ExitStack, interrupt: Interrupts) -> Prepared:
+    """Read the package; what it was unpacked into goes with the stack. Raises `CosimError` for all that is wrong."""
+    check_options(options)
+    network = with_parameters(read_package(package, stack, options.variant), options.parameters)
+    options = replace(options, method=chosen(options.method, network.structure.method))
+    remarks = list(network.remarks)
+    times = times_of(network.structure, options.stop_time, options.step)
+    slaves = load_descriptions(network)
+    own = [c for c in options.changes if c[0] in network.inputs]
+    others = [c for c in options.changes if c not in own]
+    network, changes = configure(network, slaves, list(expanded(others, network, slaves)))
+    values = [*bound_values(network, slaves, remarks.append), *resolve(changes, slaves)]
+    slaves = _isolated(options, slaves, interrupt, remarks)
+    set_substeps(options, slaves)
+    system = System(network, slaves)
+    remarks += system.remarks
+    values = [*given_values(network, system, remarks.append), *values, *resolve(own, slaves, system=system)]
+    remarks += [*idle(network, values), *step_remarks(slaves, *times), *_overruled(changes, system)]
+    layout = Layout(system)
+    which = layout.chosen(options.record)
+    layout.chosen(options.plot, "--plot")
+    layout.keep_texts(which)
+    drives = stimuli.read(options.stimuli, system) if options.stimuli is not None else []
+    if options.stimuli is not None:
+        remarks += stimuli.remarks(options.stimuli, drives, system, times[0], times[1])
+    for drive in drives:
+        if drive.texts and drive.signal.component:
+            slaves[drive.signal.component].texts.add(drive.signal.name)
+    bonds = check_coupling(system, options)
+    return Prepared(options, network, slaves, system, values, drives, layout, which, times, bonds, remarks)
+
+
+def check_options(options: Options) -> None:
+    """Raise `UsageError` for what no package can do."""
+    chosen(options.method, None)  # is there one of that name
+    if options.record_every < 1:
+        raise UsageError(f"--record-every {options.record_every}: it has to be at least 1")
+    if options.results and Path(options.results).suffix.lower() not in SUFFIXES:
+        raise UsageError(f"{options.results}: results can be written as {', '.join(SUFFIXES)}")
+    if options.step_timeout is not None and not options.isolate:
+        raise UsageError("--step-timeout needs --isolate: only a process of its own can be stopped")
+
+
+def check_coupling(system: System, options: Options) -> list[Bond]:
+    """The power bonds; raises `CosimError` for what the coupling needs and the FMUs do not have."""
+    early_order(system)
+    check_method(chosen(options.method, None), system, options.isolate)
+    return find_bonds(system)
+
+
+def _isolated(
+    options: Options, slaves: dict[str, Slave], interrupt: Interrupts, remarks: list[str]
+) -> dict[str, Slave]:  # fmt: skip
+    """The slaves as they are to be run, in processes of their own or in this one."""
+    if options.isolate:
+        if options.method == "extrapolation" and any(s.takes_slopes for s in slaves.values()):
+            remarks.append("--isolate: no slopes of inputs are handed over; without it the results differ a little")
+        return {n: IsolatedSlave(s, options.step_timeout, interrupt) for n, s in slaves.items()}
+    check_single(slaves)
+    remarks += mixed_libraries(slaves)
+    return slaves
+
+
+def set_substeps(options: Options, slaves: dict[str, Slave]) -> None:
+    """Give the slaves their steps of their own in a macro step; `UsageError` for what cannot be."""
+    for component, ratio in options.substeps:
+        if component not in slaves:
+            raise UsageError(f"--substeps {component}={ratio}: there is no component '{component}'")
+        if not 1 <= ratio <= 1_000_000:
+            raise UsageError(f"--substeps {component}={ratio}: it has to be from 1 to a million")
+        slaves[component].ratio = ratio
+
+
+def step_remarks(slaves: dict[str, Slave], start: float, stop: float, step: float, n: int) -> list[str]:
+    """FMUs that the steps do not suit."""
+    return [*_uneven(slaves, start, stop, step, n), *_inner(slaves, step), *_clocked(slaves)]
+
+
+def _uneven(slaves: dict[str, Slave], start: float, stop: float, step: float, n: int) -> list[str]:
+    """FMUs that are not made for the shorter step at the end."""
+    if abs(start + n * step - stop) <= 1e-9 * max(abs(stop), step):
+        return []
+    able = "canHandleVariableCommunicationStepSize"
+    return [
+        f"component '{name}' does not say that it can handle steps of different length ({able}); the last one is "
+        "shorter: choose a step that divides the time"
+        for name, slave in slaves.items()
+        if not getattr(slave.description.coSimulation, able, False)
+    ]
+
+
+def _inner(slaves: dict[str, Slave], step: float) -> list[str]:
+    """FMUs whose own step does not fit into the macro step."""
+    made = []
+    for name, slave in slaves.items():
+        own = getattr(slave.description.coSimulation, "fixedInternalStepSize", None)
+        count = step / slave.ratio / float(own) if own else 1.0
+        if abs(count - round(count)) > 1e-6 * count or round(count) < 1:
+            made.append(
+                f"component '{name}' has an inner step of {float(own):g} s; its step of {step / slave.ratio:g} s is no "
+                "multiple of that"
+            )
+    return made
+
+
+def _clocked(slaves: dict[str, Slave]) -> list[str]:
+    """FMUs with clocks, none of which is ticked from here."""
+    made = []
+    for name, slave in slaves.items():
+        if clocks := [v.name for v in slave.description.modelVariables if v.type == "Clock"]:
+            named = ", ".join(map(repr, clocks[:3])) + (", ..." if len(clocks) > 3 else "")
+            made.append(
+                f"component '{name}' has clocks ({named}); none is ticked here, so what hangs on them runs only if the "
+                "FMU sees to it"
+            )
+    return made
+
+
+def _overruled(changes: Iterable[tuple[str, str]], system: System) -> list[str]:
+    """Changes of inputs that connections give their values."""
+    made = []
+    for address, value in changes:
+        for end in targets(address, system.slaves):
+            if (link := system.driver(end)) is not None:
+                shown = f"'{'.'.join(end)}' is connected to '{link.source.address}', which counts"
+                made.append(f"--set {address}={value}: {shown}")
+    return made

@@ -1,0 +1,160 @@
+"""What is kept of a run: blocks of rows on their way to the result file, a thinned sample, extremes, energies."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from contextlib import suppress
+from pathlib import Path
+from time import perf_counter
+from typing import Any
+
+import numpy as np
+
+from ...core.errors import OutputError
+from ..accuracy.held_inputs import HeldInputs
+from ..coupling.residual_energy import ResidualEnergy
+from ..results import Writer, open_writer
+from ..results.columns import Layout
+from ..system.system import System
+
+BLOCK = 1000
+"""Rows that are held in memory at most."""
+
+SAMPLE = 4000
+"""Points of the thinned sample."""
+
+PATIENCE = 0.5
+"""Wall time after which rows are written though the block is not full [s]."""
+
+
+class Recording:
+    """The record of a run. Rows come from the engine by `rows` and `took`."""
+
+    def __init__(
+        self, system: System, layout: Layout, which: Sequence[int], file: Path | None, every: int,
+        energy: ResidualEnergy, held: HeldInputs, stride: int,
+    ):  # fmt: skip
+        self.system, self.layout, self.which, self.every, self.energy = system, layout, which, every, energy
+        self.held = held
+        self.names = [layout.columns[i].name for i in which]
+        self._writer: Writer | None = open_writer(file, [layout.columns[i] for i in which]) if file else None
+        width = len(layout.outputs) + len(layout.inputs)
+        self._rows = np.zeros((BLOCK + 1, width))
+        self._times = np.zeros(BLOCK + 1)
+        self._filled = 0
+        self._flushed = 0
+        self.written_to: float | None = None
+        """Time of the last row that stands in the result file [s]."""
+        self._rest: list[np.ndarray | list[object]] | None = None
+        self._written = perf_counter()
+        self._texts: list[tuple[list[object], list[object]]] = []
+        self._sample: list[np.ndarray] = []
+        self._stride = stride
+        self._extremes: np.ndarray | None = None
+
+    def room(self) -> int:
+        """Steps that may be taken until the block is full."""
+        return BLOCK - self._filled
+
+    def rows(self, count: int) -> np.ndarray:
+        """Where the engine puts its rows."""
+        return self._rows[self._filled : self._filled + count]
+
+    def took(self, start: float, h: float, first: int, count: int) -> None:
+        """So many rows have been filled, of the steps first, first + 1, ..."""
+        self._times[self._filled : self._filled + count] = start + (first + np.arange(count)) * h
+        self._filled += count
+
+    def last(self, time: float) -> None:
+        """The point at the end, from the board."""
+        reals = self.system.board.reals
+        self._rows[self._filled] = reals[[*self.layout.outputs, *self.layout.inputs]]
+        self._times[self._filled] = time
+        self._filled += 1
+        if self.layout.keeps_texts:
+            texts = list(self.system.board.texts)
+            self._texts.append((texts, texts))
+
+    def take_texts(self, program: Any) -> None:
+        """Have the program keep the strings at the start and the end of each step."""
+        board = self.system.board
+
+        def take(_t: float, _h: float) -> int:
+            # strings at the end of a step are those at the start of the next one
+            self._texts.append((list(self._before), list(board.texts)))
+            self._before = list(board.texts)
+            return 0
+
+        self._before: list[object] = list(board.texts)
+        program.python(take)
+
+    def due(self) -> bool:
+        """Whether it is time to write."""
+        return self._filled >= BLOCK or perf_counter() - self._written > PATIENCE
+
+    def flush(self) -> None:
+        """Hand on the rows of the block that are complete."""
+        n = self._filled
+        if n == 0:
+            return
+        rows, times = self._rows[:n], self._times[:n]
+        self.energy.add(times, rows)
+        self.held.add(rows)
+        if self.layout.keeps_texts and len(self._texts) < n:  # a step that failed has not come to its texts
+            self._texts.append((list(self._before), list(self.system.board.texts)))
+        texts = self._texts[:n]
+        self._filled = 0
+        self._texts = self._texts[n:]
+        first, self._flushed = self._flushed, self._flushed + n
+        self._keep(first, times, rows)
+        self._written = perf_counter()
+        if self._writer is not None:
+            kept = slice(-first % self.every, None, self.every)
+            self._writer.write(self.layout.cut(self.which, times[kept], rows[kept], texts[kept]))
+            self.written_to = float(times[kept][-1]) if len(times[kept]) else self.written_to
+            self._rest = None
+            if (self._flushed - 1) % self.every:
+                self._rest = self.layout.cut(self.which, times[-1:].copy(), rows[-1:].copy(), texts[-1:])
+
+    def _keep(self, first: int, times: np.ndarray, rows: np.ndarray) -> None:
+        """The sample and the extremes of a block."""
+        table = self._numbers(times, rows)
+        self._sample.append(table[-first % self._stride :: self._stride].copy())
+        if self._extremes is None:
+            self._extremes = np.stack([table[0]] * 4)
+        self._extremes[1] = np.minimum(self._extremes[1], table.min(axis=0))
+        self._extremes[2] = np.maximum(self._extremes[2], table.max(axis=0))
+        self._extremes[3] = table[-1]
+
+    def _numbers(self, times: np.ndarray, rows: np.ndarray) -> np.ndarray:
+        """All columns as floats (n, columns); strings are NaN."""
+        everything = self.layout.cut(range(len(self.layout.columns)), times, rows, [])
+        made = np.empty((len(times), len(everything)))
+        for j, column in enumerate(everything):
+            made[:, j] = np.nan if isinstance(column, list) else column
+        return made
+
+    def sampled(self) -> np.ndarray:
+        """The thinned sample (n, columns), the last point included."""
+        made = np.concatenate(self._sample)
+        assert self._extremes is not None
+        return made if made[-1, 0] == self._extremes[3, 0] else np.concatenate([made, self._extremes[3:]])
+
+    def extremes(self) -> np.ndarray | None:
+        """First, least, greatest and last value of each column (4, columns)."""
+        return self._extremes
+
+    def finish(self) -> None:
+        """The run came to its end, which is kept whatever `every` is."""
+        if self._writer is not None:
+            if self._rest is not None:
+                self._writer.write(self._rest)
+            writer, self._writer = self._writer, None
+            writer.close(True)
+
+    def close(self) -> None:
+        """Close the file, whatever became of the run."""
+        if self._writer is not None:
+            with suppress(OutputError):
+                self._writer.close(False)
+            self._writer = None

@@ -1,0 +1,345 @@
+"""Runs a package from start to end: prepare, load, initialise, step, record, free."""
+
+from __future__ import annotations
+
+import os
+import platform
+import tempfile
+from collections.abc import Callable, Sequence
+from contextlib import ExitStack, suppress
+from dataclasses import dataclass, field, replace
+from pathlib import Path
+from time import perf_counter
+from typing import Any
+
+import numpy as np
+
+from ...core.errors import CosimError, Interrupted, OutputError, SimulationError, UsageError
+from ...core.files import returning
+from ...core.versions import versions
+from ..accuracy.doubt import doubt, warning
+from ..accuracy.held_inputs import HeldInputs
+from ..algorithms import AT_START, algorithm
+from ..coupling.feedthrough import at_once, probe
+from ..coupling.initialisation import Initialiser
+from ..coupling.residual_energy import TRUSTED, ResidualEnergy, said, sloped
+from ..engine.program import Program
+from ..engine.runner import Runner
+from ..options import Options, as_path, options_of
+from ..results.columns import Column, elements
+from ..system.setup import load_slaves
+from .interrupts import Interrupts, interrupts
+from .manifest import manifest, write_manifest
+from .plan import Prepared, prepare
+from .recording import SAMPLE, Recording
+from .run_folder import result_folder, write_summary
+from .stepping import Loop
+
+
+@dataclass
+class Result:
+    """What a run left behind."""
+
+    folder: Path
+    summary: dict[str, Any]
+    names: list[str] = field(default_factory=list)
+    units: dict[str, str] = field(default_factory=dict)
+    sample: np.ndarray | None = None
+    """Communication points at even distances, at most about `recording.SAMPLE` rows (n, columns), for plots."""
+    extremes: np.ndarray | None = None
+    """First, least, greatest and last value of each column (4, columns)."""
+    connected: list[str] = field(default_factory=list)
+    """Names of the outputs that drive an input."""
+    outputs: list[str] = field(default_factory=list)
+    own_outputs: list[str] = field(default_factory=list)
+    """Names of the outputs of the system itself."""
+    file: Path | None = None
+    texts: Sequence[str] = ()
+    """Names of the columns that hold texts."""
+    truths: Sequence[str] = ()
+    """Names of the columns that hold true and false."""
+    stride: int = 1
+    """Distance of the sampled points [steps]."""
+
+    @property
+    def frame(self) -> Any:
+        """The record as a pandas frame, read from its file; units are in frame.attrs["units"]."""
+        from ..results.frame import frame
+
+        if self.file is None:
+            raise UsageError("this run kept no record")
+        made = frame(self.file, self.texts, self.truths)
+        made.attrs["units"] = dict(self.units)
+        return made
+
+
+def run(
+    package: Path,
+    folder: Path,
+    options: Options | None = None,
+    log: Callable[[str, str, str], None] = lambda *_: None,
+    progress: Callable[[int, int], None] = lambda *_: None,
+    stride: int | None = None,
+    give_up: Callable[[str], object] | None = None,
+) -> Result:
+    """Run the SSP file `package`, write the results, summary.json and manifest.json into `folder`.
+
+    `log` gets (component, status, text) of every message of an FMU, `progress` (steps done, steps in all) at the start
+    and now and then. `stride` is the distance of sampled points in steps, else what gives a few thousand. `give_up` is
+    called when the run was asked to end and an FMU does not come back, in another thread and with everything written;
+    it gets what to say and has to end the process.
+    Raises `CosimError`; what was recorded until then is kept on disk.
+    """
+    options = options or Options()
+    begin = perf_counter()
+    with ExitStack() as stack:
+        interrupt = stack.enter_context(interrupts(give_up is not None))
+        folder = stack.enter_context(returning()) / folder
+        prepared = prepare(package, options, stack, interrupt)
+        stack.enter_context(result_folder(folder, options.results))
+        options = prepared.options
+        write_manifest(folder, manifest(package, prepared.network, options))
+        this = _Run(package, folder, prepared, interrupt, give_up, begin)
+        this.start(stack, log, stride)
+        this.march(progress)
+        result = this.result()
+    if options.check_step:
+        _check_step(result, package, options, log, progress, give_up)
+    return result
+
+
+class _Run:
+    """A run under way: `start`, `march`, `result`. Each part knows what is left on disk if it is the last."""
+
+    def __init__(
+        self, package: Path, folder: Path, prepared: Prepared, interrupt: Interrupts,
+        give_up: Callable[[str], object] | None, begin: float,
+    ):  # fmt: skip
+        self.package, self.folder, self.options, self.prepared = package, folder, prepared.options, prepared
+        self.interrupt, self._give_up, self._begin = interrupt, give_up, begin
+        self.remarks = list(prepared.remarks)
+
+    def start(self, stack: ExitStack, log: Callable[[str, str, str], None], stride: int | None) -> None:
+        """Load and initialise everything; what is loaded goes with the stack."""
+        prepared, options = self.prepared, self.options
+        count = prepared.times[3]
+        try:
+            with self.interrupt.away(self._abandon_start):
+                load_slaves(prepared.slaves, stack, log)
+                stack.callback(self.interrupt.go, self._abandon_end)
+                program = self._initialised()
+                bonds = prepared.bonds
+                answers = [at_once(prepared.system, bond) for bond in bonds]
+                if self.interrupt:
+                    raise Interrupted("interrupted before the first step", prepared.times[0])
+                carrying = sloped(options.method, prepared.slaves.values())
+                layout = prepared.layout
+                self.energy = ResidualEnergy(bonds, layout.outputs, layout.inputs, answers, carrying)
+                held = HeldInputs(prepared.system, layout.outputs, layout.inputs, carrying)
+                self.file = self.folder / options.results if options.results else None
+                self.stride = stride or max(1, count // SAMPLE)
+                self.recording = Recording(
+                    prepared.system, layout, prepared.which, self.file, options.record_every, self.energy, held,
+                    self.stride,
+                )  # fmt: skip
+        except CosimError as error:
+            self._unborn("interrupted" if isinstance(error, Interrupted) else "failed", error)
+            raise
+        stack.callback(self.recording.close)
+        self._started = perf_counter()
+        self.loop = Loop(prepared, program, self.recording, options.method not in AT_START, options.realtime)
+
+    def _initialised(self) -> Program:
+        """Bring the system to its start; what a macro step consists of."""
+        system, drives, method = self.prepared.system, self.prepared.drives, self.options.method
+        start, stop = self.prepared.times[:2]
+        program = system.program()
+        driven = {(drive.signal.component, drive.signal.name) for drive in drives}
+        values = [v for v in self.prepared.values if (v.component, v.variable) not in driven]
+        system.mute({v.variable for v in values if not v.component} | {n for c, n in driven if not c})
+        for column, drive in enumerate(drives):
+            mean = len(drives) + column if method not in AT_START and drive.straight else None
+            if drive.texts:
+                program.drive_text(drive.place, column, drive.texts, system.scratch())
+            else:
+                program.drive(drive.place, column, drive.signal.family, mean)
+            system.begin_with(drive.signal, drive.value(start), drive.element)
+        Initialiser(system)(values, start, stop)
+        self.remarks += probe(system, method)
+        algorithm(method)(system, program)
+        system.show(program)
+        return program
+
+    def march(self, progress: Callable[[int, int], None]) -> None:
+        """Take all steps, and write the summary however they end."""
+        failure: CosimError | None = None
+        try:
+            self.loop.run(*self.prepared.times, progress, self.interrupt, self._abandon)
+            self.remarks += self.loop.ending(self.prepared.times[1])
+            self.recording.flush()
+            self.recording.finish()
+        except OutputError as caught:  # nothing more can be written
+            time = self.loop.time
+            left = self.recording.written_to
+            holds = "no row" if left is None else f"the rows up to t = {left:g} s"
+            failure = SimulationError(f"stopped at t = {time:g} s: {caught}; it holds {holds}", time)
+        except CosimError as caught:
+            failure = caught
+            with suppress(OutputError):
+                self.recording.flush()
+        status = "interrupted" if isinstance(failure, Interrupted) else "failed" if failure else "ok"
+        self.summary = self._summary("ended" if self.loop.ended_by is not None and not failure else status, failure)
+        try:
+            write_summary(self.folder, self.summary)
+        except OutputError:
+            if failure is None:
+                raise
+        if failure:
+            raise failure
+
+    def result(self) -> Result:
+        """What is left behind."""
+        system = self.prepared.system
+        return Result(
+            self.folder,
+            self.summary,
+            [c.name for c in self.prepared.layout.columns],
+            system.units(),
+            self.recording.sampled(),
+            self.recording.extremes(),
+            [name for link in system.links for name in elements(link.source)],
+            [name for s in (*system.outputs.values(), *system.own_outputs.values()) for name in elements(s)],
+            [name for s in system.own_outputs.values() for name in elements(s)],
+            self.file,
+            *([c.name for c in self._recorded() if c.type == kind] for kind in ("text", "boolean")),
+            self.stride,
+        )
+
+    def _recorded(self) -> list[Column]:
+        """The columns of the result file."""
+        return [self.prepared.layout.columns[i] for i in self.prepared.which]
+
+    def _summary(self, status: str, error: object) -> dict[str, Any]:
+        prepared, loop = self.prepared, self.loop
+        start, _, step, _ = prepared.times
+        wall = perf_counter() - self._started
+        simulated = loop.time - start
+        slaves = prepared.slaves
+        told = self._doubt()
+        doubts = warning(told, self.options.method, step)
+        warnings = [*said(slaves.values()), *self.energy.warnings(), *doubts, *self.remarks]
+        return {
+            "package": str(self.package),
+            "variant": prepared.network.structure.file.name,
+            "status": status,
+            "error": str(error) if error else None,
+            "method": self.options.method,
+            "order": prepared.system.order,
+            "start_time_s": start,
+            "stop_time_s": loop.time,
+            "step_s": step,
+            "steps": loop.done,
+            "setup_time_s": self._started - self._begin,
+            "wall_time_s": wall,
+            "real_time_factor": simulated / wall if wall > 0 else None,
+            "fmu_time_s": {
+                name: slave.seconds + float(loop.runner.seconds[i]) for i, (name, slave) in enumerate(slaves.items())
+            },
+            "coupling": self.energy.summary(),
+            "doubt": told,
+            "warnings": list(dict.fromkeys(warnings)),
+            "changes": dict(self.options.changes),
+            "columns": self.recording.names,
+            "versions": versions(),
+            "machine": {"system": platform.system(), "cpus": os.cpu_count()},
+        }
+
+    def _doubt(self) -> dict[str, Any] | None:
+        """What is in doubt of the outputs that FMUs give as reals."""
+        recording, system = self.recording, self.prepared.system
+        if recording.extremes() is None:
+            return None
+        places = {c.name: i for i, c in enumerate(self.prepared.layout.columns) if c.type == "float"}
+        mine: dict[str, list[tuple[int, str]]] = {}
+        for signal in system.outputs.values():
+            found = [(places[name], name) for name in elements(signal) if name in places]
+            mine.setdefault(signal.component, []).extend(found)
+        return doubt(mine, recording.sampled(), recording.held)
+
+    def _unborn(self, status: str, error: object) -> None:
+        """The summary of a run that has not begun."""
+        with suppress(OutputError):
+            write_summary(
+                self.folder, {"package": str(self.package), "status": status, "error": str(error), "steps": 0}
+            )
+
+    def _abandon_start(self) -> None:
+        why = "an FMU does not come back from being loaded and initialised; --isolate says which"
+        self._unborn("interrupted", why)
+        self._give_up(why)  # type: ignore[misc]
+
+    def _abandon(self, runner: Runner) -> None:
+        start, _, step, _ = self.prepared.times
+        why = self.loop.abandon(runner, start, step)
+        try:
+            self.recording.flush()
+            self.recording.close()
+            write_summary(self.folder, self._summary("interrupted", why))
+        finally:
+            self._give_up(why)  # type: ignore[misc]
+
+    def _abandon_end(self) -> None:
+        self._give_up("an FMU does not come back from being ended; what was simulated is written")  # type: ignore[misc]
+
+
+def _check_step(
+    result: Result, package: Path, options: Options, log: Callable[[str, str, str], None],
+    progress: Callable[[int, int], None], give_up: Callable[[str], object] | None,
+) -> None:  # fmt: skip
+    """Run once more with half the step, and put the estimated errors into the summary, or why there are none."""
+    from ..accuracy.step_error import estimate, worst
+
+    step = 0.5 * result.summary["step_s"]
+    half = replace(options, step=step, results="", check_step=False, realtime=False)
+    try:
+        with tempfile.TemporaryDirectory(prefix="cosim_") as scratch:
+            again = run(package, Path(scratch), half, log, progress, 2 * result.stride, give_up)
+    except CosimError as error:
+        ended = "interrupted" if isinstance(error, Interrupted) else "failed"
+        result.summary["step_check"] = {"step_s": step, "errors": {}, "status": ended, "error": str(error)}
+        result.summary["warnings"].append(
+            f"--check-step: the run is complete; its repetition with half the step, {step:g} s, {ended}: {error}"
+        )
+        write_summary(result.folder, result.summary)
+        return
+    assert result.sample is not None
+    assert again.sample is not None
+    errors = estimate(options.method, result.names, result.sample, again.sample)
+    outputs = set(result.outputs)  # an input that is held belongs to no point in time
+    result.summary["step_check"] = {
+        "step_s": step, "errors": {n: e for n, e in errors.items() if n in outputs}, "status": "ok",
+    }  # fmt: skip
+    found = worst(result.summary["step_check"]["errors"])
+    if found is not None and found[1]["relative"] > TRUSTED:
+        result.summary["warnings"].append(
+            f"--check-step: '{found[0]}' is off by about {found[1]['relative']:.0%} of its range: do not trust this "
+            "run; take a shorter step"
+        )
+    write_summary(result.folder, result.summary)
+
+
+def simulate(path: str | Path, out: str | Path | None = None, **options: Any) -> Result:
+    """Run a package from Python; the options are those of the command, with their defaults (see `Options`).
+
+    step, stop_time [s]; method; changes: parameters by address, what --set takes; parameters: .ssv files; variant;
+    stimuli: a CSV file; record: patterns of columns; record_every; results: name of the file, "" for none; substeps: by
+    component; check_step, realtime, isolate: True or False; step_timeout [s].
+
+    >>> result = simulate("deepsea_11km.ssp", changes={"arm.load_weight": 1000})   # doctest: +SKIP
+    >>> result.frame["arm.x_h"].plot()                                              # doctest: +SKIP
+
+    Without `out` the results go to results/<name of the package>, as those of the command do.
+    """
+    package = as_path("package", path)
+    folder = as_path("out", out) if out is not None else Path("results") / package.stem
+    return run(package, folder, options_of(options))

@@ -1,0 +1,75 @@
+"""Around a run: the result folder and summary.json."""
+
+from __future__ import annotations
+
+import json
+import shutil
+from collections.abc import Iterator, Mapping
+from contextlib import contextmanager
+from math import isfinite
+from pathlib import Path
+from typing import Any
+
+from ...core.errors import OutputError
+from ...core.files import held, make_folder, writing
+from ..results import SUFFIXES
+
+FILES = ("results.csv", "summary.json", "manifest.json", "overview.png")
+
+
+def write_summary(folder: Path, summary: Mapping[str, Any]) -> None:
+    """Write summary.json, all or nothing; numbers that are none become null."""
+    path = folder / "summary.json"
+    with writing(path):
+        part = path.with_suffix(".part")
+        part.write_text(json.dumps(_plain(summary), indent=2, allow_nan=False) + "\n")
+        part.replace(path)
+
+
+def _plain(value: Any) -> Any:
+    if isinstance(value, Mapping):
+        return {key: _plain(item) for key, item in value.items()}
+    if isinstance(value, (list, tuple)):
+        return [_plain(item) for item in value]
+    return None if isinstance(value, float) and not isfinite(value) else value
+
+
+@contextmanager
+def result_folder(folder: Path, results: str = "") -> Iterator[None]:
+    """Make the result folder and that of the result file in it and hold it, or say why that is not possible.
+
+    What an earlier run left, which would pass for this one's, is removed.
+    """
+    make_folder(folder)
+    with held(folder, "another run"):
+        if results:
+            make_folder((folder / results).parent)
+        earlier = _earlier_results(folder)
+        with writing(folder):
+            for name in FILES:
+                (folder / name).unlink(missing_ok=True)
+        for name in dict.fromkeys(filter(None, (earlier, results))):
+            _forget(folder / name)
+        yield
+
+
+def _earlier_results(folder: Path) -> str | None:
+    """Name of the result file of the run before in the folder, by its manifest; None for what cannot be one."""
+    try:
+        name = json.loads((folder / "manifest.json").read_text())["options"]["results"]
+        fits = len(name) < 200 and name.isprintable() and Path(name).suffix.lower() in SUFFIXES
+        return name if fits and (folder / name).resolve().is_relative_to(folder.resolve()) else None
+    except Exception:  # whatever stands there
+        return None
+
+
+def _forget(file: Path) -> None:
+    """Remove a result file of an earlier run; a folder of Parquet's parts is one too, any other is not ours."""
+    try:
+        if file.is_dir() and not file.is_symlink():
+            if any(not p.name.startswith((".part-", "part-")) for p in file.iterdir()):
+                raise OutputError(f"{file}: cannot be replaced (a folder that holds other things than results)")
+            shutil.rmtree(file)
+        file.unlink(missing_ok=True)
+    except OSError as error:
+        raise OutputError(f"{file}: cannot be replaced ({error.strerror})") from None

@@ -1,0 +1,261 @@
+"""A package that is loaded once and run many times, for whoever needs thousands of runs: estimation, sweeps.
+
+Each run resets the FMUs, which is a matter of milliseconds, and keeps only the signals that were asked for.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping, Sequence
+from contextlib import ExitStack
+from pathlib import Path
+from types import TracebackType
+from typing import Any
+
+import numpy as np
+
+from ...core.errors import SimulationError, UnknownNameError, UsageError, did_you_mean
+from ..algorithms import AT_START, algorithm, chosen
+from ..coupling.feedthrough import probe
+from ..coupling.initialisation import Initialiser
+from ..engine.program import Program
+from ..engine.runner import Runner
+from ..options import as_text, as_texts, as_time
+from ..slaves.base import REAL, TEXT, Signal
+from ..system.setup import (
+    bound_values,
+    check_single,
+    configure,
+    given_values,
+    load_descriptions,
+    load_slaves,
+    read_package,
+    resolve,
+    split,
+    targets,
+)
+from ..system.system import System
+from .stimuli import Drive, check_series, means
+from .time_grid import times_of
+
+MOST_VALUES = 3e8
+"""Values that a run may record: a few GB."""
+
+Series = tuple[np.ndarray, np.ndarray]
+"""Times [s] (n,) and values (n,)."""
+
+
+class Session:
+    """The system of an SSP package, loaded; a context manager. Not for use from several threads.
+
+    only: names of the components to load; the inputs that the others would give can then be driven.
+    """
+
+    def __init__(
+        self, package: Path, log: Callable[[str, str, str], None] = lambda *_: None, only: Sequence[str] = ()
+    ):
+        self._stack = ExitStack()
+        try:
+            network = read_package(package, self._stack)
+            if only:
+                network = network.only(list(only))
+            self.structure = network.structure
+            slaves = load_descriptions(network)
+            check_single(slaves)
+            network, _ = configure(network, slaves)
+            self._bound = bound_values(network, slaves)
+            self.system = System(network, slaves)
+            self._bound += given_values(network, self.system)
+            load_slaves(slaves, self._stack, log)
+            self._initialise = Initialiser(self.system)
+        except BaseException:
+            self._stack.close()
+            raise
+        self._closed = False
+        self._fresh = True
+        self._programs: dict[tuple[Any, ...], Program] = {}
+        self._runners: dict[tuple[Any, ...], Runner] = {}
+
+    def __enter__(self) -> Session:
+        return self
+
+    def __exit__(
+        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
+    ) -> None:
+        self.close()
+
+    def close(self) -> None:
+        """Free the FMUs; what leaving the `with` block does."""
+        self._stack.close()
+        self._closed = True
+
+    @property
+    def is_lost(self) -> bool:
+        """Whether an FMU returned fatal in a run; no further run is possible."""
+        return any(slave.is_lost for slave in self.system.slaves.values())
+
+    def signal(self, address: str) -> tuple[bool, Signal]:
+        """(is an output, signal) of component.variable, or of a connector of the whole system."""
+        component, name = split(address, self.system.slaves)
+        for signals, is_output in ((self.system.outputs, True), (self.system.inputs, False)):
+            if (component, name) in signals:
+                return is_output, signals[component, name]
+        if address in self.system.own_outputs:
+            return not self.system.passed_on(address), self.system.own_outputs[address]
+        if address in self.system.own_inputs:
+            return False, self.system.own_inputs[address]
+        known = [f"{c}.{n}" for c, n in (*self.system.outputs, *self.system.inputs)]
+        raise UnknownNameError(f"no connector '{address}'{did_you_mean(address, known)}")
+
+    def place(self, address: str) -> tuple[bool, int]:
+        """(is an output, its slot) of the signal component.variable."""
+        is_output, signal = self.signal(address)
+        return is_output, signal.place
+
+    def targets(self, address: str) -> list[tuple[str, str]]:
+        """(component, variable) of what a change of that address sets; '' for an input of the whole system."""
+        return targets(address, self.system.slaves, self.system)
+
+    def values(self, changes: Mapping[str, Any] | None = None) -> dict[str, Any]:
+        """Every parameter and start value in force with these changes, by component.variable."""
+        slaves = self.system.slaves
+        found = {
+            f"{c}.{v.name}": value
+            for c, slave in slaves.items()
+            for v in slave.description.modelVariables
+            if v.start is not None and slave.settable(v.name) and (value := slave.start(v.name)) is not None
+        }
+        for v in [*self._bound, *resolve((changes or {}).items(), slaves, "", self.system)]:
+            found[f"{v.component}.{v.variable}" if v.component else v.variable] = v.value
+        return found
+
+    def run(
+        self,
+        record: Sequence[str],
+        stop: float,
+        step: float,
+        changes: Mapping[str, Any] | None = None,
+        inputs: Mapping[str, Series] | None = None,
+        method: str | None = None,
+        drives: Sequence[Drive] = (),
+    ) -> tuple[np.ndarray, np.ndarray]:
+        """Times (n,) and recorded signals (n, len(record)) of a run from the package's start time to `stop` [s].
+
+        The last step is shorter where `step` does not divide the time.
+
+        changes: parameters by address, on top of the package's; inputs: series by address of unconnected inputs, joined
+        by straight lines and held beyond their ends; method: None is the package's, or the first of all; drives:
+        likewise, as `stimuli.read` has them from a file. Raises
+        `SimulationError` when an FMU fails or a recorded value is not finite; the session can be used again afterwards.
+        """
+        if self._closed:
+            raise UsageError("the session is closed: run inside its `with` block")
+        system = self.system
+        start, stop, step, n = times_of(self.structure, as_time("stop", stop), as_time("step", step))
+        record = as_texts("record", record)
+        method = chosen(None if method is None else as_text("method", method), self.structure.method)
+        for slave in system.slaves.values():
+            if slave.is_lost:
+                raise SimulationError(f"component '{slave.name}' was lost in an earlier run; open a new session")
+        wanted = [self.signal(address) for address in record]
+        for _, signal in wanted:
+            if signal.family == TEXT or signal.size > 1:
+                raise UsageError(f"'{signal.address}' is not a single number and cannot be recorded here")
+        if n * (len(record) + len(inputs or {}) + 1) > MOST_VALUES:
+            raise UsageError(f"a run of {n:.1e} steps would not fit into memory: take longer steps or a shorter run")
+        times = start + np.arange(n + 1) * step
+        times[n] = stop
+        connected = {link.target.place for link in system.links}
+        driven: list[tuple[Signal, np.ndarray]] = []
+        averages: list[np.ndarray] = []
+        for address, series in (inputs or {}).items():
+            t, values = check_series(address, series)
+            is_output, signal = self.signal(address)
+            if is_output or signal.place in connected:
+                raise UsageError(f"'{address}' cannot be driven: it is {'an output' if is_output else 'connected'}")
+            driven.append((signal, np.interp(times, t, values)))
+            if method not in AT_START:
+                averages.append(np.append(means(t, values, times), 0.0))
+        for d in drives:
+            if d.texts:
+                raise UsageError(f"'{d.signal.address}' takes texts and cannot be driven here")
+            driven.append((d.signal.part(d.element) if d.signal.size > 1 else d.signal, d.at(times)))
+            if method not in AT_START:
+                averages.append(np.append(d.mean(times), 0.0))
+        values = [*self._bound, *resolve((changes or {}).items(), system.slaves, "", system)]
+        for v in values:
+            if v.component and system.slaves[v.component].variables[v.variable].causality == "structuralParameter":
+                raise UsageError(f"'{v.component}.{v.variable}' gives arrays their size and cannot change in a session")
+        taken = {(signal.component, signal.name) for signal, _ in driven}
+        values = [v for v in values if (v.component, v.variable) not in taken]
+        system.mute({v.variable for v in values if not v.component} | {n for c, n in taken if not c})
+        if not self._fresh:
+            for slave in system.slaves.values():
+                slave.reset()
+        self._fresh = False
+        system.reset_inputs()
+        for signal, series in driven:
+            system.begin_with(signal, series[0])
+        self._initialise(values, start, stop)
+        probe(system, method)
+        system.watched = None
+        if all(is_output and s.component for is_output, s in wanted):
+            system.watched = frozenset((s.component, s.name) for _, s in wanted)
+        runner, order = self._runner(method, tuple(wanted), tuple(signal for signal, _ in driven))
+        runner.program.begin()
+        rows = np.empty((n + 1, len(record)))
+        matrix = np.stack([*(series for _, series in driven), *averages], axis=1) if driven else None
+        raw = np.empty((n, len(record)))
+        taken_steps = runner.run(raw, start, step, 0, n, n, stop, matrix)
+        if taken_steps < n and runner.ended is not None:
+            t = start + taken_steps * step
+            raise SimulationError(f"component '{runner.ended.name}' asks to end the simulation at t = {t:g} s", t)
+        rows[:n, order] = raw
+        if matrix is not None:
+            for k, (signal, _) in enumerate(driven):
+                system.put(signal, matrix[n, k])
+            self._initialise.show()
+        reals, integers = system.board.reals, system.board.integers
+        for j, (_, signal) in enumerate(wanted):
+            rows[n, j] = reals[signal.place]
+            if signal.family != REAL:
+                rows[:n, j] = rows[:n, j].copy().view(np.int64)
+                rows[n, j] = integers[signal.place]
+        if not np.isfinite(rows).all():
+            k, i = np.argwhere(~np.isfinite(rows))[0]
+            raise SimulationError(f"'{record[i]}' is not finite at t = {times[k]:g} s", float(times[k]))
+        return times, rows
+
+    def _runner(
+        self, method: str, wanted: tuple[tuple[bool, Signal], ...], driven: tuple[Signal, ...]
+    ) -> tuple[Runner, list[int]]:
+        """The runner of a method that records these signals, and which column of the record each of its columns is."""
+        outputs = [j for j, (is_output, _) in enumerate(wanted) if is_output]
+        inputs = [j for j, (is_output, _) in enumerate(wanted) if not is_output]
+        answers = tuple((n, o, *found) for n, s in self.system.slaves.items() for o, found in s.answers.items())
+        key = (method, driven, frozenset(self.system.muted), self.system.watched, answers)
+        if key not in self._programs:
+            try:
+                self._programs[key] = self._program(method, driven)
+            except MemoryError:  # the programs' memory is on the board: start anew
+                self._programs.clear()
+                self._runners.clear()
+                self.system.release()
+                self._programs[key] = self._program(method, driven)
+        records = (*key, wanted)
+        if records not in self._runners:
+            if len(self._runners) >= 64:
+                self._runners.pop(next(iter(self._runners)))
+            self._runners[records] = Runner(
+                self._programs[key], [wanted[j][1].place for j in outputs], [wanted[j][1].place for j in inputs]
+            )
+            self._runners[records].timed = False
+        return self._runners[records], [*outputs, *inputs]
+
+    def _program(self, method: str, driven: tuple[Signal, ...]) -> Program:
+        program = self.system.program()
+        for column, signal in enumerate(driven):
+            mean = len(driven) + column if signal.family == REAL and method not in AT_START else None
+            program.drive(signal.place, column, signal.family, mean)
+        algorithm(method)(self.system, program)
+        self.system.show(program)
+        return program

@@ -1,0 +1,134 @@
+"""The macro steps of a run, a slice of time at once, with all that is to be looked after between slices."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from functools import partial
+from time import perf_counter, sleep
+
+import numpy as np
+
+from ...core.errors import Interrupted, SimulationError
+from ..engine.program import Program
+from ..engine.runner import Runner
+from ..slaves.base import Slave
+from . import stimuli
+from .interrupts import Interrupts
+from .plan import Prepared
+from .recording import Recording
+
+SLICE = 0.05
+"""Wall time after which the engine comes back to look for Ctrl-C and to write [s]."""
+
+LISTEN = 0.1
+"""Wall time after which waiting for the clock is interrupted for the same [s]."""
+
+
+class Loop:
+    """The macro steps, a slice of time at once."""
+
+    def __init__(self, prepared: Prepared, program: Program, recording: Recording, averaged: bool, realtime: bool):
+        self.system, self.layout, self.drives = prepared.system, prepared.layout, prepared.drives
+        self.recording, self.averaged, self.realtime = recording, averaged, realtime
+        system, layout = self.system, self.layout
+        if layout.keeps_texts:
+            recording.take_texts(program)
+        linked = [link.target for link in system.links]
+        finite = [s for s in (*system.outputs.values(), *linked, *system.own_outputs.values()) if s.family == "real"]
+        self.runner = Runner(program, layout.outputs, layout.inputs, finite)
+        exchange = system.program()
+        system.exchange(exchange, system.order)
+        system.show(exchange)
+        self._exchange = Runner(exchange)
+        self._finite = finite
+        self.ended_by: Slave | None = None
+        """The FMU that has asked to end the run before its time."""
+        self.done = 0
+        self.time = prepared.times[0]
+
+    def run(
+        self, start: float, stop: float, h: float, n: int, progress: Callable[[int, int], None], interrupt: Interrupts,
+        abandon: Callable[[Runner], None],
+    ) -> None:  # fmt: skip
+        """Take n steps of h from start, the last one to stop; `abandon` is for an FMU that does not come back."""
+        recording = self.recording
+        self.time, self._h = start, h
+        progress(0, n)
+        self._check_start(start)
+        begin = perf_counter()
+        while self.done < n:
+            count = min(recording.room(), n - self.done)
+            if self.realtime:
+                self._wait(begin + self.done * h, interrupt)
+                count = max(1, min(count, int((perf_counter() - begin) / h) + 1 - self.done))
+                self._heed(interrupt)
+            driven = None
+            if self.drives:
+                t = np.minimum(start + (self.done + np.arange(count + 1)) * h, stop)
+                driven = stimuli.driven_rows(self.drives, t, self.averaged)
+            try:
+                with interrupt.away(partial(abandon, self.runner)):
+                    self.runner.run(recording.rows(count), start, h, self.done, count, n, stop, driven, SLICE)
+            except SimulationError as error:
+                failed_in_step = self.runner._report[0] == 1
+                recording.took(start, h, self.done, self.runner.taken + failed_in_step)
+                self._reach(start, stop, h, n)
+                if error.time is None:
+                    raise type(error)(f"{error} at t = {self.time:g} s", self.time) from None
+                raise
+            recording.took(start, h, self.done, self.runner.taken)
+            self._reach(start, stop, h, n)
+            if recording.due():
+                recording.flush()
+                progress(self.done, n)
+            self._heed(interrupt)
+            if self.runner.ended is not None and self.done < n:
+                self.ended_by = self.runner.ended
+                stop, n = self.time, self.done
+        if self.realtime:
+            self._wait(begin + self.time - start, interrupt)
+        for drive in self.drives:
+            self.system.put(drive.signal, drive.value(stop), drive.element)
+        with interrupt.away(partial(abandon, self._exchange)):
+            self._exchange.once()
+        recording.last(self.time)
+        progress(n, n)
+
+    def abandon(self, runner: Runner, start: float, h: float) -> str:
+        """Take what is complete of the steps that do not end, and say who it is that does not come back."""
+        complete, why = runner.stuck()
+        self.recording.took(start, h, self.done, complete)
+        self.done += complete
+        if complete:
+            self.time = start + self.done * h
+        return f"{why} at t = {self.time:g} s; --isolate with --step-timeout ends such a run by itself"
+
+    def ending(self, stop: float) -> list[str]:
+        """What is to be said of an FMU that has ended the run."""
+        slave = self.ended_by
+        if slave is None:
+            return []
+        last = slave.last_successful_time()
+        inside = last is not None and last < self.time - 1e-9 * self._h
+        early = f", and came to t = {last:g} s in its last step" if inside else ""
+        return [f"component '{slave.name}' ended the run at t = {self.time:g} s, before {stop:g} s{early}"]
+
+    def _reach(self, start: float, stop: float, h: float, n: int) -> None:
+        self.done += self.runner.taken
+        self.time = start + self.done * h if self.done < n else stop
+
+    def _check_start(self, start: float) -> None:
+        reals = self.system.board.reals
+        if any(not np.isfinite(reals[s.place : s.place + s.size]).all() for s in self._finite):
+            raise self.runner.not_finite(start)
+
+    def _heed(self, interrupt: Interrupts) -> None:
+        if interrupt:
+            raise Interrupted(f"interrupted at t = {self.time:g} s", self.time)
+
+    def _wait(self, until: float, interrupt: Interrupts) -> None:
+        """Wait for a moment of the clock [s], and write meanwhile what there is."""
+        while not interrupt and (ahead := until - perf_counter()) > 0.0:
+            sleep(min(ahead, LISTEN))
+            if self.recording.due():
+                self.recording.flush()

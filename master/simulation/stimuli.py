@@ -1,0 +1,258 @@
+"""What drives the inputs of the whole system: a CSV file with a column `time` and a column for each input."""
+
+from __future__ import annotations
+
+import csv
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from ...core.errors import UsageError, did_you_mean
+from ..results.columns import elements
+from ..slaves.base import INTEGER, LIMITS, REAL, TEXT, Signal
+from ..system.system import System
+
+
+@dataclass(frozen=True)
+class Drive:
+    """An input and its series: times [s] (n,), values (n,), joined by straight lines or held.
+
+    element: which value of an array it is; texts: what the values stand for where the input takes strings.
+    """
+
+    signal: Signal
+    element: int
+    times: np.ndarray
+    values: np.ndarray
+    straight: bool
+    texts: tuple[str, ...] = ()
+
+    @property
+    def place(self) -> int:
+        """Slot of the input."""
+        return self.signal.place + self.element
+
+    def value(self, t: float) -> float | str:
+        """What the input has at a time."""
+        value = float(self.at(np.array([t]))[0])
+        return self.texts[int(value)] if self.texts else value
+
+    def at(self, t: np.ndarray) -> np.ndarray:
+        """Values at times (m,); beyond the ends the nearest is held."""
+        # times that are one rounding error early count as that time
+        apart = np.diff(self.times)
+        least = float(np.min(apart[apart > 0.0], initial=np.inf))
+        slack = min(1e-9, 1e-3 * least) + 4.0 * np.finfo(float).eps * np.abs(t)
+        if self.straight:
+            near = self.times[np.searchsorted(self.times, t - slack).clip(0, len(self.times) - 1)]
+            return np.interp(np.where(np.abs(near - t) <= slack, near, t), self.times, self.values)
+        # a value holds from its time on
+        found = np.searchsorted(self.times, t + slack, side="right") - 1
+        return self.values[np.clip(found, 0, None)]
+
+    def mean(self, t: np.ndarray) -> np.ndarray:
+        """Means (m - 1,) between times (m,); a series that is held counts as what it is at the start."""
+        return means(self.times, self.values, t) if self.straight else self.at(t)[:-1]
+
+
+def means(times: np.ndarray, values: np.ndarray, t: np.ndarray) -> np.ndarray:
+    """Means (m - 1,) of a series over the spans between the times t (m,), which increase.
+
+    times, values (n,): joined by straight lines, held beyond the ends; a jump is two values at one time.
+    """
+    inner = times[np.searchsorted(times, t[0], side="right") : np.searchsorted(times, t[-1])]
+    grid = np.sort(np.concatenate([t, inner]))
+    length = np.diff(grid)
+    parts = length * np.interp(grid[:-1] + 0.5 * length, times, values)  # no jump lies within a part
+    first = np.searchsorted(grid, t[:-1])
+    return np.add.reduceat(parts, first) / np.add.reduceat(length, first)
+
+
+def check_series(address: str, series: Any) -> tuple[np.ndarray, np.ndarray]:
+    """Times (n,) and values (n,) of a series that a caller gives for an input, or a `UsageError` that names it."""
+    try:
+        times, values = (np.asarray(x, float) for x in series)
+    except (TypeError, ValueError):
+        raise UsageError(f"{address}: a series is a pair of times and values, numbers only") from None
+    if times.ndim != 1 or times.shape != values.shape or not len(times):
+        raise UsageError(f"{address}: a series has as many values as times, not {values.shape} and {times.shape}")
+    if not (np.isfinite(times).all() and np.isfinite(values).all()):
+        raise UsageError(f"{address}: a time or a value is not finite")
+    if np.any(np.diff(times) < 0.0):
+        raise UsageError(f"{address}: time goes back after {times[int(np.argmax(np.diff(times) < 0.0))]:g} s")
+    return times, values
+
+
+def driven_rows(drives: Sequence[Drive], t: np.ndarray, averaged: bool) -> np.ndarray:
+    """What a program is driven with in the steps between the times t (m,): a column for each drive, its values there.
+
+    averaged: then as many columns with the means over the steps; the last row of these is not used.
+    """
+    columns = [d.at(t) for d in drives]
+    if averaged:
+        columns += [np.append(d.mean(t), 0.0) for d in drives]
+    return np.stack(columns, axis=1)
+
+
+def read(path: Path, system: System) -> list[Drive]:
+    """The series of a file for inputs of the system, or inputs of components that nothing drives."""
+    try:
+        with path.open(newline="", encoding="utf-8-sig") as file:
+            reader = csv.reader(file)
+            rows, lines = [], []
+            for row in reader:
+                if row and any(cell.strip() for cell in row):
+                    rows.append(row)
+                    lines.append(reader.line_num)
+    except (OSError, UnicodeDecodeError, csv.Error) as error:
+        reason = getattr(error, "strerror", None) or error
+        raise UsageError(f"{path}: cannot be read ({reason})") from None
+    if len(rows) < 2:
+        raise UsageError(f"{path}: has no rows")
+    names = [name.strip() for name in rows[0]]
+    if names[0] != "time":
+        apart = next((mark for mark in (";", "\t") if mark in names[0]), None)
+        hint = f"; columns are separated by commas, not by {'tabs' if apart == chr(9) else apart}" if apart else ""
+        raise UsageError(f"{path}: the first column has to be 'time', not '{names[0]}'{hint}")
+    targets = [_target(path, name, system) for name in names[1:]]
+    items = [{}, *(_items(signal, system) for signal, _ in targets)]
+    for i, (signal, _) in enumerate(targets, start=1):
+        if signal.family == TEXT:
+            items[i] = {cell: k for k, cell in enumerate(dict.fromkeys(row[i] for row in rows[1:] if i < len(row)))}
+    table = _numbers(path, names, rows[1:], lines[1:], items)
+    times = table[:, 0]
+    if np.any(np.diff(times) < 0.0):
+        line = lines[int(np.argmax(np.diff(times) < 0.0)) + 2]
+        raise UsageError(f"{path}, line {line}: time goes back")
+    made = []
+    for i, (name, (signal, element)) in enumerate(zip(names[1:], targets, strict=True), start=1):
+        if signal.family == INTEGER:
+            _check_whole(path, name, signal, table[:, i], lines[1:], items[i])
+        texts = tuple(items[i]) if signal.family == TEXT else ()
+        made.append(Drive(signal, element, times, table[:, i], _straight(signal, system), texts))
+    for k, name in enumerate(names):
+        if name in names[:k]:
+            raise UsageError(f"{path}: column '{name}' stands twice")
+    for signal in dict.fromkeys(d.signal for d in made):
+        missing = set(range(signal.size)) - {d.element for d in made if d.signal == signal}
+        if missing:
+            raise UsageError(f"{path}: column '{elements(signal)[min(missing)]}' is missing")
+    return made
+
+
+def remarks(path: Path, drives: Sequence[Drive], system: System, start: float, stop: float) -> Iterator[str]:
+    """What is hardly meant: a table beside the time of the run, or an input that is held and need not be."""
+    if not drives:
+        yield f"{path}: has no column but time, so it drives nothing"
+        return
+    first, last = drives[0].times[0], drives[0].times[-1]
+    if last < start or first > stop:
+        yield (
+            f"{path}: its times, {first:g} to {last:g} s, are all {'before' if last < start else 'after'} the run from "
+            f"{start:g} to {stop:g} s, in which its inputs are constant"
+        )
+    for signal in dict.fromkeys(d.signal for d in drives if d.signal.family == REAL and not d.straight):
+        ends = _ends(signal, system)
+        smooth = [s.address for s in ends if _is_continuous(s, system)]
+        if smooth and len(smooth) < len(ends):
+            held = next(s.address for s in ends if s.address not in smooth)
+            yield (
+                f"{path}: '{signal.address}' is held from row to row, for '{held}' is discrete; '{smooth[0]}' is "
+                "continuous and would be joined by straight lines: give it an input of its own"
+            )
+
+
+def _items(signal: Signal, system: System) -> dict[str, int]:
+    """Names of values that a column may have: of an enumeration's items, and of those of a boolean."""
+    if signal.type == "Boolean":
+        return {"true": 1, "false": 0, "True": 1, "False": 0, "TRUE": 1, "FALSE": 0}
+    if signal.type != "Enumeration":
+        return {}
+    end = signal.component, signal.name
+    return (system.quantity(end) if signal.component else system.input_quantity(signal.name)).items or {}
+
+
+def _check_whole(
+    path: Path, name: str, signal: Signal, values: np.ndarray, lines: Sequence[int], items: Mapping[str, int]
+) -> None:
+    """A column for an integer or boolean holds whole numbers in range, which a double holds exactly, or items."""
+    low, high = (0, 1) if signal.type == "Boolean" else LIMITS.get(signal.type, (-(2**63), 2**63 - 1))
+    beyond = (np.abs(values) > 2.0**53) & (values >= low) & (values <= high)
+    if beyond.any():
+        k = int(np.argmax(beyond))
+        raise UsageError(
+            f"{path}, line {lines[k]}, column '{name}': {values[k]:.17g} is beyond 2^53, up to which a table gives "
+            "whole numbers exactly; --set and parameter bindings take all"
+        )
+    wrong = (values != np.round(values)) | (values < low) | (values > high)
+    if items and signal.type != "Boolean":
+        wrong |= ~np.isin(values, list(items.values()))
+    if wrong.any():
+        k = int(np.argmax(wrong))
+        known = f"; known: {', '.join(items)}" if items else ""
+        raise UsageError(
+            f"{path}, line {lines[k]}, column '{name}': {values[k]:.15g} is not a value of type {signal.type} that a "
+            f"table can give{known}"
+        )
+
+
+def _numbers(
+    path: Path, names: Sequence[str], rows: Sequence[Sequence[str]], lines: Sequence[int],
+    items: Sequence[Mapping[str, int]],
+) -> np.ndarray:  # fmt: skip
+    """The cells as numbers, names of items as their values and texts as what `items` counts them."""
+    table = np.empty((len(rows), len(names)))
+    for k, row in enumerate(rows):
+        if len(row) != len(names):
+            raise UsageError(f"{path}, line {lines[k]}: {len(row)} values for {len(names)} columns")
+        for i, cell in enumerate(row):
+            text = cell if cell in items[i] else cell.strip()
+            try:
+                if "_" in text and text not in items[i]:
+                    raise ValueError
+                table[k, i] = items[i][text] if text in items[i] else float(text)
+            except ValueError:
+                known = f"; known: {', '.join(items[i])}" if items[i] else ""
+                told = f"{path}, line {lines[k]}, column '{names[i]}': '{cell}' is not a number{known}"
+                raise UsageError(told) from None
+    if not np.isfinite(table).all():
+        k, i = np.argwhere(~np.isfinite(table))[0]
+        raise UsageError(f"{path}, line {lines[k]}, column '{names[i]}': not finite")
+    return table
+
+
+def _target(path: Path, name: str, system: System) -> tuple[Signal, int]:
+    """An input and which of its values a column stands for; columns of an array are called name[1], name[2], ..."""
+    signals = [*system.own_inputs.values(), *system.inputs.values()]
+    known = {element: (s, k) for s in signals for k, element in enumerate(elements(s))}
+    if name not in known:
+        whole = next((s for s in signals if s.address == name), None)
+        if whole is not None:
+            raise UsageError(f"{path}: '{name}' is an array; give columns '{name}[1]' to '{name}[{whole.size}]'")
+        free = [n for n, (s, _) in known.items() if system.driver((s.component, s.name)) is None]
+        raise UsageError(f"{path}: column '{name}' is not an input of the system{did_you_mean(name, free)}")
+    signal, element = known[name]
+    if system.driver((signal.component, signal.name)) is not None:
+        raise UsageError(f"{path}: column '{name}' is connected and cannot be driven")
+    if signal.type == "Binary":
+        raise UsageError(f"{path}: column '{name}' is {signal.type} and cannot be driven by a table")
+    return signal, element
+
+
+def _straight(signal: Signal, system: System) -> bool:
+    """Whether a signal is continuous: joined by straight lines, else held."""
+    return signal.family == REAL and all(_is_continuous(s, system) for s in _ends(signal, system))
+
+
+def _ends(signal: Signal, system: System) -> list[Signal]:
+    """The FMUs' inputs that an input stands for."""
+    if signal.component:
+        return [signal]
+    return [k.target for k in system.links if not k.source.component and k.source.name == signal.name]
+
+
+def _is_continuous(signal: Signal, system: System) -> bool:
+    return system.slaves[signal.component].variables[signal.name].variability in (None, "continuous")

@@ -1,0 +1,1 @@
+"""From a package to a system of FMUs: where signals lie, what is connected, which values are set."""

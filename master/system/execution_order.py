@@ -1,0 +1,124 @@
+"""In which order components are visited: that of the data flow."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Mapping
+from graphlib import CycleError, TopologicalSorter
+from heapq import heapify, heappop, heappush
+from typing import TYPE_CHECKING
+
+from .strongly_connected import together
+
+if TYPE_CHECKING:
+    from ..slaves.base import Slave
+    from .system import Link
+
+
+def component_order(slaves: Mapping[str, Slave], links: Iterable[Link]) -> list[str]:
+    """Order of the data flow; within a loop, and where nothing decides, that of the package.
+
+    A loop in which an output that answers at once would then be more than a step late is gone through so that it is
+    not, if what answers can come after what it answers to: components that answer to each other, by different outputs,
+    stay as they are.
+    """
+    links = [k for k in links if k.source.component]
+    place = {name: i for i, name in enumerate(slaves)}
+    drives: dict[str, set[str]] = {name: set() for name in place}
+    for k in links:
+        if k.source.component != k.target.component:
+            drives[k.source.component].add(k.target.component)
+    group = {name: {name} for name in place}
+    circles = together(drives)
+    for members in circles:
+        for name in members:
+            group[name] = members
+    known = _in_time(slaves, links, circles)
+    place = {name: i for i, name in enumerate(known)}
+    waits = {id(g): 0 for g in group.values()}
+    for name, others in drives.items():
+        for other in others:
+            waits[id(group[other])] += group[other] is not group[name]
+    left = {id(g): len(g) for g in group.values()}
+    free = [place[name] for name in place if not waits[id(group[name])]]
+    heapify(free)
+    order = []
+    while free:
+        name = known[heappop(free)]
+        order.append(name)
+        left[id(group[name])] -= 1
+        if left[id(group[name])]:
+            continue  # what comes after a loop comes after all of it
+        for member in group[name]:
+            for other in drives[member]:
+                if group[other] is not group[name]:
+                    waits[id(group[other])] -= 1
+                    if not waits[id(group[other])]:
+                        for n in group[other]:
+                            heappush(free, place[n])
+    return order
+
+
+def _in_time(slaves: Mapping[str, Slave], links: list[Link], circles: list[set[str]]) -> list[str]:
+    """The components in the order of the package, where circles keep their places but may change in themselves."""
+    order = list(slaves)
+    for members in circles:
+        if len(members) < 3:
+            continue
+        mine = [k for k in links if k.source.component in members and k.target.component in members]
+        places = [i for i, name in enumerate(order) if name in members]
+        given = [order[i] for i in places]
+        if _age(slaves, mine, given) < 2:
+            continue
+        better = _sources_first(slaves, mine, given)
+        if _age(slaves, mine, better) < _age(slaves, mine, given):
+            for i, name in zip(places, better, strict=True):
+                order[i] = name
+    return order
+
+
+def _answering(slaves: Mapping[str, Slave], links: list[Link]) -> list[tuple[int, int]]:
+    """Links, by number, with one that their output answers to at once."""
+    into: dict[tuple[str, str], list[int]] = {}
+    for i, k in enumerate(links):
+        into.setdefault(k.end, []).append(i)
+    made = []
+    for i, k in enumerate(links):
+        component, output = k.start
+        for name in slaves[component].feed_through(output) or ():
+            made += [(i, other) for other in into.get((component, name), ())]
+    return made
+
+
+def _age(slaves: Mapping[str, Slave], links: list[Link], order: list[str]) -> int:
+    """How many steps old what passes outputs that answer at once is at most, where components step in this order."""
+    at = {name: i for i, name in enumerate(order)}
+    before: dict[int, set[int]] = {i: set() for i in range(len(links))}
+    for i, other in _answering(slaves, links):
+        before[i].add(other)
+    age: dict[int, int] = {}
+    try:
+        for i in TopologicalSorter(before).static_order():
+            late = at[links[i].source.component] >= at[links[i].target.component]
+            age[i] = late + max((age[other] for other in before[i]), default=0)
+    except CycleError:  # an algebraic loop, which is solved in every step
+        return 0
+    return max(age.values(), default=0)
+
+
+def _sources_first(slaves: Mapping[str, Slave], links: list[Link], order: list[str]) -> list[str]:
+    """What answers at once after what it answers to; where that cannot be, the order given."""
+    at = {name: i for i, name in enumerate(order)}
+    after: dict[str, set[str]] = {name: set() for name in order}
+    for _, other in _answering(slaves, links):
+        if links[other].source.component != links[other].target.component:
+            after[links[other].target.component].add(links[other].source.component)
+    sorter, made = TopologicalSorter(after), list[str]()
+    try:
+        sorter.prepare()
+    except CycleError:
+        return order
+    while sorter.is_active():
+        ready = sorted(sorter.get_ready(), key=at.__getitem__)
+        made += ready
+        sorter.done(*ready)
+    return made
