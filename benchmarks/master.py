@@ -137,7 +137,7 @@ def _own_calls(path: Path) -> float:
         load_slaves(slaves, stack, lambda *_: None)
         stop = network.structure.stop_time or 1.0
         Initialiser(system)(values, 0.0, stop)
-        program = system.program()
+        program = system.steps.program()
         for slave in slaves.values():
             program.advance([slave])
         runner = Runner(program)

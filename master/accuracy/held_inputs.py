@@ -36,7 +36,7 @@ class HeldInputs:
         """
         out = {place: i for i, place in enumerate(outputs)}
         into = {place: len(outputs) + i for i, place in enumerate(inputs)}
-        spread = [(k, i) for k in system.links if system.is_averaged(k) for i in range(k.source.size)]
+        spread = [(k, i) for k in system.links if system.steps.is_averaged(k) for i in range(k.source.size)]
         self._sources = np.array([out[k.source.place + i] for k, i in spread], np.int64)
         self._targets = np.array([into[k.target.place + i] for k, i in spread], np.int64)
         self._factors = np.array([k.cast.factor for k, _ in spread])

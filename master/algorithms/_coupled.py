@@ -10,7 +10,8 @@ from ..coupling.loop_solver import handles
 from ..engine.program import Program
 from ..engine.runner import Runner
 from ..slaves.base import Slave
-from ..system.system import Link, System
+from ..system.connections import Link
+from ..system.system import System
 
 
 class Coupling:
@@ -18,7 +19,7 @@ class Coupling:
 
     def __init__(self, system: System):
         self.system = system
-        self.links: list[Link] = [k for k in system.links if system.is_averaged(k)]
+        self.links: list[Link] = [k for k in system.links if system.steps.is_averaged(k)]
         spread = [(k, i) for k in self.links for i in range(k.source.size)]
         self.sources = np.array([k.source.place + i for k, i in spread], np.int64)
         self.targets = np.array([k.target.place + i for k, i in spread], np.int64)
@@ -55,8 +56,8 @@ class Coupling:
         """Write the exchange of all other links."""
         mine = set(map(id, self.links))
         for link in self.system.links:
-            if id(link) not in mine and self.system.speaks(link):
-                self.system.pass_on(program, link)
+            if id(link) not in mine and self.system.values.speaks(link):
+                self.system.steps.pass_on(program, link)
 
 
 class Stepper:
@@ -64,7 +65,7 @@ class Stepper:
 
     def __init__(self, system: System, slave: Slave):
         self.slave = slave
-        program = system.program()
+        program = system.steps.program()
         program.set_inputs(slave)
         program.do_step(slave, returns=True)
         program.get_outputs(slave)

@@ -15,8 +15,8 @@ def carry_on(system: System, program: Program, place: int, size: int, *ahead: fl
     place, size: slots of the output, whose value at the start of a run counts as the first one before. Returns the
     first slot for each of `ahead`; for a shorter step they are as much nearer.
     """
-    last = system.scratch(size)
-    held = [system.scratch(size) for _ in ahead]
+    last = system.layout.scratch(size)
+    held = [system.layout.scratch(size) for _ in ahead]
     reals = system.board.reals
 
     def remember() -> None:

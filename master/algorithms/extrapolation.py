@@ -9,20 +9,21 @@ from __future__ import annotations
 
 from ..coupling.loop_solver import refresh
 from ..engine.program import Program
-from ..system.system import Link, System
+from ..system.connections import Link
+from ..system.system import System
 from ._history import MIDDLE, carry_on
 
 
 def write(system: System, program: Program) -> None:
     """Write the macro step."""
     slaves = [system.slaves[name] for name in system.order]
-    carried = {s.name: [k for k in system.links_to(s.name) if system.is_averaged(k)] for s in slaves}
+    carried = {s.name: [k for k in system.steps.links_to(s.name) if system.steps.is_averaged(k)] for s in slaves}
     ahead = {k.source.place: k.source for s in slaves if not s.takes_slopes for k in carried[s.name]}
     instead = {place: carry_on(system, program, place, s.size, MIDDLE)[0] for place, s in ahead.items()}
     for s in slaves:
-        for link in system.links_to(s.name):
+        for link in system.steps.links_to(s.name):
             line = link in carried[s.name] and not s.takes_slopes
-            system.pass_on(program, link, instead if line else None)
+            system.steps.pass_on(program, link, instead if line else None)
     changes = {s.name: _changes(system, program, carried[s.name]) for s in slaves if s.takes_slopes}
     for s in slaves:
         program.set_inputs(s)
@@ -36,7 +37,7 @@ def _changes(system: System, program: Program, links: list[Link]) -> int | None:
     """Write how much the inputs of an FMU (scalars) have changed since the step before; the first slot."""
     if not links:
         return None
-    last, change = system.scratch(len(links)), system.scratch(len(links))
+    last, change = system.layout.scratch(len(links)), system.layout.scratch(len(links))
     reals = system.board.reals
     sources = [link.source.place for link in links]
 

@@ -15,7 +15,7 @@ from ...core.errors import CosimError, SimulationError
 from ..coupling.loop_solver import at_end, refresh, stale
 from ..engine.program import Program
 from ..engine.runner import Runner
-from ..slaves.base import REAL
+from ..engine.values import REAL
 from ..system.system import System
 from ._coupled import Coupling, Stepper
 
@@ -37,7 +37,7 @@ def write(system: System, program: Program) -> None:
     coupling = Coupling(system)
     steppers = [Stepper(system, system.slaves[name]) for name in takes_back(system)]
     driven = at_end(system, program, stale(system)[0])
-    again = system.program()
+    again = system.steps.program()
     refresh(system, again, driven)
     for function in again.fresh:
         program.at_start(function)

@@ -10,6 +10,6 @@ from ..system.system import System
 def write(system: System, program: Program) -> None:
     """Write the macro step."""
     for name in system.order:
-        system.exchange(program, [name])
+        system.steps.exchange(program, [name])
         program.advance([system.slaves[name]])
     refresh(system, program, loops_only=True)

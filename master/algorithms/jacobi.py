@@ -9,6 +9,6 @@ from ..system.system import System
 
 def write(system: System, program: Program) -> None:
     """Write the macro step."""
-    system.exchange(program, system.order)
+    system.steps.exchange(program, system.order)
     program.advance([system.slaves[name] for name in system.order])
     refresh(system, program)

@@ -25,7 +25,7 @@ def write(system: System, program: Program) -> None:
     start: dict[int, int] = {}  # slots of outputs as they are at the step's start
     middle: dict[int, int] = {}  # and as they are foretold for its middle and its end
     final: dict[int, int] = {}
-    lines = {name: [k for k in system.links_to(name) if system.is_continuous(k)] for name in order}
+    lines = {name: [k for k in system.steps.links_to(name) if system.steps.is_continuous(k)] for name in order}
     for name in order:
         for source in (k.source for k in lines[name]):
             place, size = source.place, source.size
@@ -33,7 +33,7 @@ def write(system: System, program: Program) -> None:
                 if place not in middle:
                     middle[place], final[place] = carry_on(system, program, place, size, MIDDLE, END)
             elif place not in start:
-                start[place] = system.scratch(size)
+                start[place] = system.layout.scratch(size)
                 program.cast(start[place], place, size, Cast())
     for name in order:
         held, known, foretold = {}, {}, dict(driven)
@@ -43,14 +43,14 @@ def write(system: System, program: Program) -> None:
                 held[place], foretold[place] = middle[place], final[place]
                 continue
             known[place] = start[place]
-            held[place] = system.scratch(source.size)
+            held[place] = system.layout.scratch(source.size)
             for k in range(source.size):
                 program.mix(held[place] + k, [(0.5, place + k), (0.5, start[place] + k)])
-        for link in system.links_to(name):
-            instead = held if system.is_averaged(link) else known
-            system.pass_on(program, link, instead if link in lines[name] else None)
+        for link in system.steps.links_to(name):
+            instead = held if system.steps.is_averaged(link) else known
+            system.steps.pass_on(program, link, instead if link in lines[name] else None)
         program.advance([system.slaves[name]])
         if name in late:
-            now = [k for k in system.links_to(name) if k in lines[name] or k.source.place in driven]
+            now = [k for k in system.steps.links_to(name) if k in lines[name] or k.source.place in driven]
             renew(system, program, [name], now, foretold)
     refresh(system, program, driven)

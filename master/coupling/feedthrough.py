@@ -8,10 +8,12 @@ import numpy as np
 
 from ...core.errors import CosimError, Interrupted, SimulationError
 from ..engine.runner import Runner
-from ..slaves.base import REAL, TEXT, Signal, Slave
+from ..engine.values import REAL, TEXT, Signal
+from ..slaves.base import Slave
+from ..system.connections import Link
 from ..system.execution_order import component_order
 from ..system.strongly_connected import together
-from ..system.system import Link, System
+from ..system.system import System
 from .algebraic_loops import graph
 from .loop_solver import handles
 from .perturbation import nudged
@@ -41,7 +43,7 @@ def probe(system: System, method: str) -> list[str]:
         if _may_answer(system, name):
             unsure.append(name)
         silent = [s for s in slave.outputs if s.family != TEXT and slave.feed_through(s.name) is None]
-        inputs = dict.fromkeys(k.target for k in system.links_to(name) if k.target.family != TEXT)
+        inputs = dict.fromkeys(k.target for k in system.steps.links_to(name) if k.target.family != TEXT)
         if not silent or not inputs or name not in suspects or not slave.can_restore:
             continue
         try:
@@ -71,7 +73,7 @@ def _may_answer(system: System, name: str) -> bool:
     """Whether an output that drives others may follow an input that others drive, by what the FMU leaves open."""
     sources = {k.source.name for k in system.links if k.source.component == name and k.target.component != name}
     slave = system.slaves[name]
-    return bool(system.links_to(name)) and any(slave.feed_through(output) is None for output in sources)
+    return bool(system.steps.links_to(name)) and any(slave.feed_through(output) is None for output in sources)
 
 
 def _answers(

@@ -12,7 +12,7 @@ from graphlib import CycleError
 from ...core.errors import PackageError, SimulationError
 from ...ssp.wires import End, Wire
 from ..engine.runner import Runner
-from ..slaves.base import TEXT, Signal
+from ..engine.values import TEXT, Signal
 from ..system.setup import Value
 from ..system.strongly_connected import in_order
 from ..system.system import System
@@ -24,7 +24,7 @@ from .loop_solver import Agreement, in_turn
 def early_order(system: System) -> list[str]:
     """Components in an order in which each gets the parameters that others calculate; `PackageError` for a circle."""
     graph: dict[str, set[str]] = {name: set() for name in system.slaves}
-    for wire in system.early:
+    for wire in system.connections.early:
         graph[wire.end[0]].add(wire.start[0])
     try:
         return in_order(graph)
@@ -42,8 +42,8 @@ class Initialiser:
         self._early = early_order(system)
         self._visits = self._visit_order()
         self._seen: set[str] = set()
-        shown = system.program()
-        system.show(shown)
+        shown = system.steps.program()
+        system.steps.show(shown)
         self._shown = Runner(shown)
 
     def __call__(self, values: Sequence[Value], start: float, stop: float) -> None:
@@ -54,7 +54,7 @@ class Initialiser:
         self._agreement.forget()
         for v in values:
             if v.component == "":
-                system.put(system.own_inputs[v.variable], v.value)
+                system.values.put(system.own_inputs[v.variable], v.value)
                 continue
             slave = system.slaves[v.component]
             try:
@@ -62,21 +62,21 @@ class Initialiser:
             except SimulationError as error:
                 raise SimulationError(f"{v.where}: {error}") from None
             if slave.variables[v.variable].causality == "input":
-                system.set_input(v.component, v.variable, v.value)
-                system.unstarted.pop(system.inputs[v.component, v.variable].home, None)
+                system.values.set_input(v.component, v.variable, v.value)
+                system.values.unstarted.pop(system.inputs[v.component, v.variable].home, None)
         for name in self._early:
-            for wire in system.early:
+            for wire in system.connections.early:
                 if wire.end[0] == name:
                     self._compute(wire)
             system.slaves[name].enter_initialisation(start, stop)
-        for signal in system.unstarted.values():
-            system.put(signal, self._own_value(signal))
+        for signal in system.values.unstarted.values():
+            system.values.put(signal, self._own_value(signal))
         self._propagate()
         for slave in system.slaves.values():
             if slave.version != "1.0":
                 slave.exit_initialisation()
         self.sweep(self._order)
-        system.reflect()
+        system.values.reflect()
         self.show()
 
     def show(self) -> None:
@@ -99,8 +99,9 @@ class Initialiser:
         source, target = self.system.slaves[wire.start[0]], self.system.slaves[wire.end[0]]
         if source.version == "1.0" and source._state == "initialising":  # which calculates in fmiInitializeSlave
             source.exit_initialisation()
-        given = self.system.quantity(wire.start, wire.unit, wire.enumeration)
-        value = converted(source.get(wire.start[1]), given, wire.hops, self.system.quantity(wire.end), wire.where)
+        given = self.system.quantities.quantity(wire.start, wire.unit, wire.enumeration)
+        taken = self.system.quantities.quantity(wire.end)
+        value = converted(source.get(wire.start[1]), given, wire.hops, taken, wire.where)
         target.set_start(wire.end[1], target.checked(wire.end[1], value, wire.where))
 
     # inputs and outputs
@@ -119,7 +120,8 @@ class Initialiser:
             slave = self.system.slaves[name]
             links, inputs, outputs = self._agreement.visits[name]
             for link, carry in links:
-                if link.source.component in self._seen or (link.source.component == "" and self.system.speaks(link)):
+                giver = link.source.component
+                if giver in self._seen or (giver == "" and self.system.values.speaks(link)):
                     carry.once()
             inputs.once()
             if slave.version == "1.0" and slave._state == "initialising":
@@ -138,7 +140,7 @@ class Initialiser:
             graph.setdefault(link.end, set()).add(link.start)
             component, output = link.start
             if component not in declared:
-                slave, connected = system.slaves[component], {k.end for k in system.links_into(component)}
+                slave, connected = system.slaves[component], {k.end for k in system.connections.into(component)}
                 declared[component] = {}
                 for unknown in slave.description.initialUnknowns:
                     if unknown.variable is not None and unknown.dependencies is not None:

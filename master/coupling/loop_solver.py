@@ -17,9 +17,10 @@ from ...core.errors import SimulationError
 from ...ssp.wires import End
 from ..engine.program import Cast, Program
 from ..engine.runner import Runner
-from ..slaves.base import REAL, TEXT, Signal
+from ..engine.values import REAL, TEXT, Signal
+from ..system.connections import Link
 from ..system.strongly_connected import in_order
-from ..system.system import Link, System
+from ..system.system import System
 from .algebraic_loops import graph
 
 MAX_SWEEPS = 100
@@ -43,7 +44,7 @@ SMALL = 1.5e-8
 
 def handles(system: System, name: str) -> tuple[Runner, Runner]:
     """What hands a component the inputs on the board, and what reads its outputs."""
-    inputs, outputs = system.program(), system.program()
+    inputs, outputs = system.steps.program(), system.steps.program()
     inputs.set_inputs(system.slaves[name])
     outputs.get_outputs(system.slaves[name])
     return Runner(inputs), Runner(outputs)
@@ -66,9 +67,9 @@ class Agreement:
         self.visits: dict[str, tuple[list[tuple[Link, Runner]], Runner, Runner]] = {}
         for name in dict.fromkeys(self.names):
             links = []
-            for link in system.links_into(name):
-                program = system.program()
-                system.pass_on(program, link)
+            for link in system.connections.into(name):
+                program = system.steps.program()
+                system.steps.pass_on(program, link)
                 links.append((link, Runner(program)))
             self.visits[name] = links, *handles(system, name)
         everything = [*system.outputs.values(), *system.inputs.values()]
@@ -94,7 +95,7 @@ class Agreement:
         for name in self.names:
             links, inputs, outputs = self.visits[name]
             for link, carry in links:
-                if self.system.speaks(link):
+                if self.system.values.speaks(link):
                     carry.once()
             inputs.once()
             outputs.once()
@@ -163,7 +164,7 @@ class Agreement:
         reals = self.system.board.reals
         before = reals.copy()
         for link, carry in (*self._given, *self._round):
-            if self.system.speaks(link):
+            if self.system.values.speaks(link):
                 carry.once()
         x = reals[self._targets].copy()
         for _ in range(FEW_SWEEPS):
@@ -244,10 +245,10 @@ def _slots(signals: Iterable[Signal]) -> np.ndarray:
 
 def stale(system: System) -> tuple[list[str], bool]:
     """(components in the order in which to bring them up to date, whether some depend on each other in a loop)."""
-    driven = {link.end for link in system.links if system.speaks(link)}
+    driven = {link.end for link in system.links if system.values.speaks(link)}
     late = {
         end for end in system.outputs
-        if system.is_read(end)
+        if system.steps.is_read(end)
         and any((end[0], name) in driven for name in system.slaves[end[0]].feed_through(end[1]) or ())
     }  # fmt: skip
     try:
@@ -261,12 +262,12 @@ def stale(system: System) -> tuple[list[str], bool]:
 def at_end(system: System, program: Program, names: Iterable[str]) -> dict[int, int]:
     """Write: what stimuli drive these components with at the end of the step, in slots of its own; slot: that slot."""
     signals = [s for name in names for s in system.slaves[name].inputs]
-    signals += [k.source for name in names for k in system.links_to(name)]
+    signals += [k.source for name in names for k in system.steps.links_to(name)]
     seen = set(_slots(s for s in signals if s.family != TEXT).tolist())
     made = {}
     for slot, column, family in sorted(program.drives):  # an array's values side by side, in whatever order they come
         if slot in seen:
-            made[slot] = system.scratch()
+            made[slot] = system.layout.scratch()
             program.drive_at_end(made[slot], column, family)
     return made
 
@@ -280,7 +281,7 @@ def refresh(system: System, program: Program, driven: dict[int, int] | None = No
     names, loop = stale(system)
     if not names or (loops_only and not loop):
         return
-    links = [k for name in dict.fromkeys(names) for k in system.links_to(name) if k.target.family != TEXT]
+    links = [k for name in dict.fromkeys(names) for k in system.steps.links_to(name) if k.target.family != TEXT]
     if driven is None:
         driven = at_end(system, program, names)
     if not loop:
@@ -315,7 +316,7 @@ def renew(
                 program.cast(slot, instead[slot], 1, Cast())
             for link in links:
                 if link.target.component == name:
-                    system.pass_on(program, link, instead)
+                    system.steps.pass_on(program, link, instead)
             program.set_inputs(system.slaves[name])
             program.get_outputs(system.slaves[name])
 
@@ -323,7 +324,7 @@ def renew(
 @contextmanager
 def _kept(system: System, program: Program, places: Sequence[tuple[int, int]]) -> Iterator[None]:
     """What is written inside leaves these (slot, count) as they were."""
-    copies = [(place, system.scratch(size), size) for place, size in places]
+    copies = [(place, system.layout.scratch(size), size) for place, size in places]
     for place, copy, size in copies:
         program.cast(copy, place, size, Cast())
     yield

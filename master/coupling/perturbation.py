@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator
 from contextlib import contextmanager
 
-from ..slaves.base import REAL, Signal
+from ..engine.values import REAL, Signal
 from ..system.system import System
 
 

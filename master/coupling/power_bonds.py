@@ -10,8 +10,9 @@ from math import isclose, pi
 
 from ...core.errors import PackageError, did_you_mean
 from ...core.units import Unit
-from ..slaves.base import REAL, Signal
-from ..system.system import Link, System
+from ..engine.values import REAL, Signal
+from ..system.connections import Link
+from ..system.system import System
 
 Line = tuple[float, float]
 """Factor and offset."""

@@ -5,13 +5,13 @@ from __future__ import annotations
 import ctypes
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
+from typing import Protocol
 
 import numpy as np
 
 from ...core.errors import CosimError, SimulationError
-from ..isolation.isolated import IsolatedSlave
-from ..slaves.base import INTEGER, REAL, TEXT, WIDTHS, Group, Slave, address_of
 from . import loop
+from .values import INTEGER, REAL, WIDTHS, Group
 
 CALLBACK = ctypes.CFUNCTYPE(ctypes.c_int, ctypes.c_double, ctypes.c_double)
 
@@ -94,14 +94,39 @@ def listed(names: Sequence[str]) -> str:
     return ", ".join(names[:4]) + (f" and {len(names) - 4} more" if len(names) > 4 else "")
 
 
+class Steps(Protocol):
+    """What an FMU is to the engine: it writes its own part of a program, and knows what its statuses mean."""
+
+    name: str
+    input_groups: list[Group]
+
+    def write_inputs(self, program: Program) -> None:
+        """Write down: the inputs on the board are handed to it."""
+
+    def write_outputs(self, program: Program) -> None:
+        """Write down: its outputs are read onto the board."""
+
+    def write_step(self, program: Program, returns: bool) -> None:
+        """Write down: it steps; `returns`: a state from before the step may be set after it."""
+
+    def write_slopes(self, program: Program, references: Sequence[int], changes: int) -> None:
+        """Write down: it is told the slopes of inputs."""
+
+    def hear_warning(self, doing: str) -> None:
+        """Be told that a call ended with a warning."""
+
+    def failure(self, doing: str, status: int, t: float | None = None) -> SimulationError:
+        """The error of a call that returned a status."""
+
+
 class Program:
     """A list of operations in the making. Each has a label for messages: (slave, what it does)."""
 
-    def __init__(self, board: Board, slaves: Sequence[Slave]):
+    def __init__(self, board: Board, slaves: Sequence[Steps]):
         self.board = board
         self.slaves = list(slaves)
         self.rows: list[tuple[int, ...]] = []
-        self.labels: list[tuple[Slave | None, str]] = []
+        self.labels: list[tuple[Steps | None, str]] = []
         self.constants: list[float] = []
         self.table: list[tuple[int, int]] = []
         self._keep: list[object] = []
@@ -115,7 +140,8 @@ class Program:
     def __len__(self) -> int:
         return len(self.rows)
 
-    def _add(self, slave: Slave | None, doing: str, *operation: int) -> None:
+    def add(self, slave: Steps | None, doing: str, *operation: int) -> None:
+        """An operation of `loop`, and who does what in it, for messages."""
         self.rows.append(operation)
         self.labels.append((slave, doing))
 
@@ -125,11 +151,11 @@ class Program:
         """target = cast(source), `size` slots from each."""
         for step in cast.whole:
             if isinstance(step, Within):
-                self._add(None, doing, loop.WITHIN, source, size, step.least, step.greatest)
+                self.add(None, doing, loop.WITHIN, source, size, step.least, step.greatest)
                 continue
             first = self._table(step.entries)
             for k in range(size):
-                self._add(None, doing, loop.TABLE, target + k, source + k, first, len(step.entries), int(step.strict))
+                self.add(None, doing, loop.TABLE, target + k, source + k, first, len(step.entries), int(step.strict))
             source = target
         if cast.factor == 1.0 and cast.offset == 0.0 and not cast.from_integer:
             if source == target:
@@ -138,10 +164,10 @@ class Program:
                 _, a, b, count = self.rows[-1]
                 self.rows[-1] = (loop.COPY, a, b, count + size)
             else:
-                self._add(None, doing, loop.COPY, target, source, size)
+                self.add(None, doing, loop.COPY, target, source, size)
         else:
             code = loop.INTEGER_TO_REAL if cast.from_integer else loop.LINEAR
-            self._add(None, doing, code, target, source, size, self._constants(cast.factor, cast.offset))
+            self.add(None, doing, code, target, source, size, self.constant(cast.factor, cast.offset))
 
     def _continues(self, target: int, source: int) -> bool:
         _, a, b, count = self.rows[-1]
@@ -149,13 +175,13 @@ class Program:
 
     def mix(self, target: int, terms: Sequence[tuple[float, int]]) -> None:
         """The real in slot target = sum of factor * the real in slot, for (factor, slot) in terms."""
-        constant = self._constants(*(factor for factor, _ in terms))
+        constant = self.constant(*(factor for factor, _ in terms))
         first = self._table([(slot, 0) for _, slot in terms])
-        self._add(None, "", loop.MIX, target, constant, first, len(terms))
+        self.add(None, "", loop.MIX, target, constant, first, len(terms))
 
     def line(self, target: int, newest: int, before: int, ahead: float) -> None:
         """The real in slot target = the straight line through two values, so many steps ahead of the newest."""
-        self._add(None, "", loop.LINE, target, newest, before, self._constants(ahead))
+        self.add(None, "", loop.LINE, target, newest, before, self.constant(ahead))
 
     def at_start(self, function: Callable[[], None]) -> None:
         """Have a function give memory its state, now and before every further run."""
@@ -188,9 +214,9 @@ class Program:
         self._drive(target, column, family, loop.END)
 
     def _drive(self, target: int, column: int, family: str, when: int) -> None:
-        self._add(None, "", loop.DRIVE if family == REAL else loop.DRIVE_INTEGER, target, column, when)
+        self.add(None, "", loop.DRIVE if family == REAL else loop.DRIVE_INTEGER, target, column, when)
 
-    def python(self, function: Callable[[float, float], int], slave: Slave | None = None, doing: str = "") -> None:
+    def python(self, function: Callable[[float, float], int], slave: Steps | None = None, doing: str = "") -> None:
         """Call a Python function (t, h) that returns a status; what it raises ends the run."""
 
         def guarded(t: float, h: float) -> int:
@@ -204,11 +230,20 @@ class Program:
 
         callback = CALLBACK(guarded)
         self._keep.append(callback)
-        self._add(slave, doing, loop.PYTHON, address_of(callback))
+        self.add(slave, doing, loop.PYTHON, int(ctypes.cast(callback, ctypes.c_void_p).value or 0))
 
-    def _constants(self, *values: float) -> int:
+    def constant(self, *values: float) -> int:
+        """Number of the first of these among the constants."""
         self.constants += values
         return len(self.constants) - len(values)
+
+    def keep(self, thing: object) -> None:
+        """Let something live as long as the program."""
+        self._keep.append(thing)
+
+    def number(self, slave: Steps) -> int:
+        """Which of the slaves it is."""
+        return self.slaves.index(slave)
 
     def _table(self, entries: Sequence[tuple[int, int]]) -> int:
         self.table += entries
@@ -216,65 +251,13 @@ class Program:
 
     # FMUs
 
-    def set_inputs(self, slave: Slave) -> None:
+    def set_inputs(self, slave: Steps) -> None:
         """Hand the inputs on the board to the FMU."""
-        if isinstance(slave, IsolatedSlave):
-            self._remote(slave, "setting the inputs", lambda _t, _h: slave.send_inputs(self.board))
-            return
-        self._exchange(slave, slave.input_groups, "Set", "setting the inputs")
+        slave.write_inputs(self)
 
-    def get_outputs(self, slave: Slave) -> None:
+    def get_outputs(self, slave: Steps) -> None:
         """Read the outputs of the FMU onto the board."""
-        if isinstance(slave, IsolatedSlave):
-            index = self.slaves.index(slave)
-            self._remote(slave, "reading the outputs", lambda _t, _h: slave.receive_outputs(self.board, index))
-            return
-        self._exchange(slave, slave.output_groups, "Get", "reading the outputs")
-
-    def _exchange(self, slave: Slave, groups: Sequence[Group], verb: str, doing: str) -> None:
-        for g in groups:
-            if g.form.family == TEXT:
-                if any(s.name in slave.texts for s in g.signals):
-                    self._texts(slave, g, verb, doing)
-                continue
-            if g.form.width is None:
-                buffer = self.board.address(g.place)
-            else:
-                stage = self.board.stages[g.form.width]
-                buffer = int(stage.ctypes.data) + g.stage * stage.itemsize
-                if verb == "Set":
-                    self._add(slave, doing, loop.STAGE, g.form.width, g.place, g.stage, g.count)
-            told = f"{doing} ({listed([s.name for s in g.signals])})"
-            code = (loop.SET_3 if verb == "Set" else loop.GET_3) if slave.version == "3.0" else (
-                loop.SET if verb == "Set" else loop.GET)  # fmt: skip
-            address = slave.exchange_address(verb, g.form)
-            references = int(g.references.ctypes.data)
-            self._add(slave, told, code, address, slave.instance, references, len(g.references), buffer, g.count)
-            if g.form.width is not None and verb == "Get":
-                self._add(slave, doing, loop.UNSTAGE, g.form.width, g.place, g.stage, g.count)
-            for s in g.signals:
-                if s.name in slave.negated:
-                    self._add(slave, doing, loop.LINEAR, s.place, s.place, 1, self._constants(-1.0, 0.0))
-
-    def _remote(self, slave: IsolatedSlave, doing: str, function: Callable[[float, float], None]) -> None:
-        """Have an FMU in another process do something."""
-
-        def talk(t: float, h: float) -> int:
-            function(t, h)
-            return 0
-
-        self.python(talk, None, doing)
-
-    def _texts(self, slave: Slave, group: Group, verb: str, doing: str) -> None:
-        def exchange(_t: float, _h: float) -> int:
-            try:
-                slave.exchange_texts(verb, group.signals, self.board.texts)
-            except Exception as error:
-                slave.take("error", str(error))
-                return 3
-            return 0
-
-        self.python(exchange, slave, doing)
+        slave.write_outputs(self)
 
     def copy_text(self, target: int, source: int) -> None:
         """A text from one place to another."""
@@ -286,40 +269,21 @@ class Program:
 
         self.python(copy)
 
-    def do_step(self, slave: Slave, returns: bool = False) -> None:
-        """Advance the FMU over the macro step, in as many steps of its own as its ratio says.
+    def do_step(self, slave: Steps, returns: bool = False) -> None:
+        """Advance the FMU over the macro step; `returns`: a state from before the step may be set after it."""
+        slave.write_step(self, returns)
 
-        returns: a state from before the step may be set after it.
-        """
-        if isinstance(slave, IsolatedSlave):
-            self._remote(slave, "doStep", slave.send_step)
-            return
-        ends = slave.ends_address()
-        code = {"1.0": loop.STEP_1, "2.0": loop.STEP_2, "3.0": loop.STEP_3}[slave.version]
-        index = self.slaves.index(slave)
-        if slave.version == "3.0":
-            slave.reached = self.board.stages[loop.U8][slave.told + 8 : slave.told + 16].view(np.float64)
-            slave.reached[0] = np.nan
-        back = int(returns)
-        address = slave.step_address()
-        self._add(slave, "doStep", code, address, slave.instance, index, slave.ratio, slave.told, ends, back)
-
-    def set_slopes(self, slave: Slave, references: Sequence[int], changes: int) -> None:
+    def set_slopes(self, slave: Steps, references: Sequence[int], changes: int) -> None:
         """Hand the slopes of inputs to the FMU; their changes over the last step lie from the slot `changes` on."""
-        kept = np.array(references, np.uint32), np.ones(len(references), np.int32)
-        self._keep += kept
-        first, orders = (int(a.ctypes.data) for a in kept)
-        address = slave.slopes_address()
-        self._add(slave, "setting the inputs' slopes", loop.DERIVATIVES, address, slave.instance, first,
-                  len(references), orders, changes)  # fmt: skip
+        slave.write_slopes(self, references, changes)
 
-    def advance(self, slaves: Sequence[Slave]) -> None:
+    def advance(self, slaves: Sequence[Steps]) -> None:
         """Hand all of them their inputs, have all step, read all outputs."""
         for slave in slaves:
             self.set_inputs(slave)
         self.step_all(slaves)
 
-    def step_all(self, slaves: Sequence[Slave]) -> None:
+    def step_all(self, slaves: Sequence[Steps]) -> None:
         """Have all of them step, read all outputs."""
         for act in (self.do_step, self.get_outputs):
             for slave in slaves:

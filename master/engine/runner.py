@@ -10,9 +10,9 @@ from functools import lru_cache
 import numpy as np
 
 from ...core.errors import SimulationError
-from ..slaves.base import Signal, Slave
 from . import loop
-from .program import Program
+from .program import Program, Steps
+from .values import Signal
 
 
 @lru_cache
@@ -112,7 +112,7 @@ class Runner:
         return done, f"{who} does not come back from {doing}"
 
     @property
-    def ended(self) -> Slave | None:
+    def ended(self) -> Steps | None:
         """The slave that has asked to end the run."""
         index = int(self.program.board.ended[0])
         return self.program.slaves[index - 1] if index else None

@@ -12,7 +12,6 @@ import pickle
 import signal
 import subprocess
 import sys
-from collections.abc import Sequence
 from multiprocessing.connection import Connection, Pipe
 from time import monotonic
 from typing import Any
@@ -20,7 +19,10 @@ from typing import Any
 import numpy as np
 
 from ...core.errors import CosimError, Interrupted, PackageError, SimulationError
-from ..slaves.base import Form, Group, Log, Signal, Slave
+from ..engine.loop import U8
+from ..engine.program import Program
+from ..engine.values import Group
+from ..slaves.base import Log, Slave
 
 KEPT = ("PATH", "LANG", "LC_ALL", "LD_LIBRARY_PATH", "HOME", "TMPDIR", "VIRTUAL_ENV")
 KEPT_PARTS = ("PYTHON", "NUMBA", "DEEPSEA", "LICENSE")
@@ -77,8 +79,6 @@ class IsolatedSlave(Slave):
             sizes[kind][0] = max(sizes[kind][0], g.place + g.count)
             if g.form.width is not None:
                 sizes["stages"][g.form.width] = max(sizes["stages"].get(g.form.width, 0), g.stage + g.count)
-        from ..engine.loop import U8
-
         sizes["stages"][U8] = max(sizes["stages"].get(U8, 0), self.told + 16)
         return sizes
 
@@ -141,28 +141,43 @@ class IsolatedSlave(Slave):
         self._tell("call", method, arguments)
         return self._answer(START_UP)
 
-    # what the engine's program calls
+    # what the engine does
 
-    def send_inputs(self, board: Any) -> None:
-        """Hand over the inputs that are on the board."""
-        self._doing = "setting the inputs"
-        self._tell("set", [_take(board, g) for g in self.input_groups])
+    def write_inputs(self, program: Program) -> None:
+        board = program.board
 
-    def send_step(self, t: float, h: float) -> None:
-        """Have the FMU step; whether it did is known when its outputs are read."""
-        self._doing, self._time = "doStep", t
-        self._tell("step", t, h)
+        def send(_t: float, _h: float) -> int:
+            self._doing = "setting the inputs"
+            self._tell("set", [_take(board, g) for g in self.input_groups])
+            return 0
 
-    def receive_outputs(self, board: Any, number: int) -> None:
-        """Wait for the outputs of the slave of that number, and put them on the board."""
-        self._tell("get")
-        values, seconds, ended = self._answer(self._timeout)
-        if ended:
-            board.ended[0] = number + 1
-        self.seconds += seconds
-        for g, content in zip(self.output_groups, values, strict=True):
-            _put(board, g, content)
-        self._doing = "reading the outputs"
+        program.python(send, None, "setting the inputs")
+
+    def write_step(self, program: Program, returns: bool) -> None:
+        """Whether it did step is known when its outputs are read."""
+
+        def send(t: float, h: float) -> int:
+            self._doing, self._time = "doStep", t
+            self._tell("step", t, h)
+            return 0
+
+        program.python(send, None, "doStep")
+
+    def write_outputs(self, program: Program) -> None:
+        board, number = program.board, program.number(self)
+
+        def receive(_t: float, _h: float) -> int:
+            self._tell("get")
+            values, seconds, ended = self._answer(self._timeout)
+            if ended:
+                board.ended[0] = number + 1
+            self.seconds += seconds
+            for g, content in zip(self.output_groups, values, strict=True):
+                _put(board, g, content)
+            self._doing = "reading the outputs"
+            return 0
+
+        program.python(receive, None, "reading the outputs")
 
     def last_successful_time(self) -> float | None:
         return self._ask("last_successful_time")
@@ -219,19 +234,6 @@ class IsolatedSlave(Slave):
     def feed_through(self, output: str) -> list[str] | None:
         self._real.answers = self.answers
         return self._real.feed_through(output)
-
-    def exchange_address(self, verb: str, form: Form) -> int:
-        raise NotImplementedError
-
-    def step_address(self) -> int:
-        raise NotImplementedError
-
-    @property
-    def instance(self) -> int:
-        raise NotImplementedError
-
-    def exchange_texts(self, verb: str, signals: Sequence[Signal], texts: list[Any]) -> None:
-        raise NotImplementedError
 
 
 def _take(board: Any, g: Group) -> Any:

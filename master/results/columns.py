@@ -9,7 +9,7 @@ from fnmatch import fnmatchcase
 import numpy as np
 
 from ...core.errors import PackageError, UsageError, did_you_mean
-from ..slaves.base import REAL, TEXT, Signal
+from ..engine.values import REAL, TEXT, Signal
 from ..system.system import System
 
 
@@ -66,7 +66,7 @@ class Layout:
         self._cuts: list[tuple[str, int]] = [("time", 0)]
         units = system.units()
         groups = [(slave.outputs, slave.inputs) for slave in system.slaves.values()]
-        own = {s: system.passed_on(s.name) for s in system.own_outputs.values()}
+        own = {s: system.connections.passed_on(s.name) for s in system.own_outputs.values()}
         groups.append((
             [s for s, passed in own.items() if len(passed) < s.size],
             [*(s for s, passed in own.items() if len(passed) == s.size), *system.own_inputs.values()],

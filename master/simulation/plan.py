@@ -183,7 +183,7 @@ def _overruled(changes: Iterable[tuple[str, str]], system: System) -> list[str]:
     made = []
     for address, value in changes:
         for end in targets(address, system.slaves):
-            if (link := system.driver(end)) is not None:
+            if (link := system.connections.driver(end)) is not None:
                 shown = f"'{'.'.join(end)}' is connected to '{link.source.address}', which counts"
                 made.append(f"--set {address}={value}: {shown}")
     return made

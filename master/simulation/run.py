@@ -153,21 +153,21 @@ class _Run:
         """Bring the system to its start; what a macro step consists of."""
         system, drives, method = self.prepared.system, self.prepared.drives, self.options.method
         start, stop = self.prepared.times[:2]
-        program = system.program()
+        program = system.steps.program()
         driven = {(drive.signal.component, drive.signal.name) for drive in drives}
         values = [v for v in self.prepared.values if (v.component, v.variable) not in driven]
-        system.mute({v.variable for v in values if not v.component} | {n for c, n in driven if not c})
+        system.values.mute({v.variable for v in values if not v.component} | {n for c, n in driven if not c})
         for column, drive in enumerate(drives):
             mean = len(drives) + column if method not in AT_START and drive.straight else None
             if drive.texts:
-                program.drive_text(drive.place, column, drive.texts, system.scratch())
+                program.drive_text(drive.place, column, drive.texts, system.layout.scratch())
             else:
                 program.drive(drive.place, column, drive.signal.family, mean)
-            system.begin_with(drive.signal, drive.value(start), drive.element)
+            system.values.begin_with(drive.signal, drive.value(start), drive.element)
         Initialiser(system)(values, start, stop)
         self.remarks += probe(system, method)
         algorithm(method)(system, program)
-        system.show(program)
+        system.steps.show(program)
         return program
 
     def march(self, progress: Callable[[int, int], None]) -> None:

@@ -19,8 +19,8 @@ from ..coupling.feedthrough import probe
 from ..coupling.initialisation import Initialiser
 from ..engine.program import Program
 from ..engine.runner import Runner
+from ..engine.values import REAL, TEXT, Signal
 from ..options import as_text, as_texts, as_time
-from ..slaves.base import REAL, TEXT, Signal
 from ..system.setup import (
     bound_values,
     check_single,
@@ -100,7 +100,7 @@ class Session:
             if (component, name) in signals:
                 return is_output, signals[component, name]
         if address in self.system.own_outputs:
-            return not self.system.passed_on(address), self.system.own_outputs[address]
+            return not self.system.connections.passed_on(address), self.system.own_outputs[address]
         if address in self.system.own_inputs:
             return False, self.system.own_inputs[address]
         known = [f"{c}.{n}" for c, n in (*self.system.outputs, *self.system.inputs)]
@@ -187,19 +187,19 @@ class Session:
                 raise UsageError(f"'{v.component}.{v.variable}' gives arrays their size and cannot change in a session")
         taken = {(signal.component, signal.name) for signal, _ in driven}
         values = [v for v in values if (v.component, v.variable) not in taken]
-        system.mute({v.variable for v in values if not v.component} | {n for c, n in taken if not c})
+        system.values.mute({v.variable for v in values if not v.component} | {n for c, n in taken if not c})
         if not self._fresh:
             for slave in system.slaves.values():
                 slave.reset()
         self._fresh = False
-        system.reset_inputs()
+        system.values.reset_inputs()
         for signal, series in driven:
-            system.begin_with(signal, series[0])
+            system.values.begin_with(signal, series[0])
         self._initialise(values, start, stop)
         probe(system, method)
-        system.watched = None
+        system.steps.watched = None
         if all(is_output and s.component for is_output, s in wanted):
-            system.watched = frozenset((s.component, s.name) for _, s in wanted)
+            system.steps.watched = frozenset((s.component, s.name) for _, s in wanted)
         runner, order = self._runner(method, tuple(wanted), tuple(signal for signal, _ in driven))
         runner.program.begin()
         rows = np.empty((n + 1, len(record)))
@@ -212,7 +212,7 @@ class Session:
         rows[:n, order] = raw
         if matrix is not None:
             for k, (signal, _) in enumerate(driven):
-                system.put(signal, matrix[n, k])
+                system.values.put(signal, matrix[n, k])
             self._initialise.show()
         reals, integers = system.board.reals, system.board.integers
         for j, (_, signal) in enumerate(wanted):
@@ -232,14 +232,14 @@ class Session:
         outputs = [j for j, (is_output, _) in enumerate(wanted) if is_output]
         inputs = [j for j, (is_output, _) in enumerate(wanted) if not is_output]
         answers = tuple((n, o, *found) for n, s in self.system.slaves.items() for o, found in s.answers.items())
-        key = (method, driven, frozenset(self.system.muted), self.system.watched, answers)
+        key = (method, driven, frozenset(self.system.values.muted), self.system.steps.watched, answers)
         if key not in self._programs:
             try:
                 self._programs[key] = self._program(method, driven)
             except MemoryError:  # the programs' memory is on the board: start anew
                 self._programs.clear()
                 self._runners.clear()
-                self.system.release()
+                self.system.layout.release()
                 self._programs[key] = self._program(method, driven)
         records = (*key, wanted)
         if records not in self._runners:
@@ -252,10 +252,10 @@ class Session:
         return self._runners[records], [*outputs, *inputs]
 
     def _program(self, method: str, driven: tuple[Signal, ...]) -> Program:
-        program = self.system.program()
+        program = self.system.steps.program()
         for column, signal in enumerate(driven):
             mean = len(driven) + column if signal.family == REAL and method not in AT_START else None
             program.drive(signal.place, column, signal.family, mean)
         algorithm(method)(self.system, program)
-        self.system.show(program)
+        self.system.steps.show(program)
         return program

@@ -36,9 +36,9 @@ class Loop:
         linked = [link.target for link in system.links]
         finite = [s for s in (*system.outputs.values(), *linked, *system.own_outputs.values()) if s.family == "real"]
         self.runner = Runner(program, layout.outputs, layout.inputs, finite)
-        exchange = system.program()
-        system.exchange(exchange, system.order)
-        system.show(exchange)
+        exchange = system.steps.program()
+        system.steps.exchange(exchange, system.order)
+        system.steps.show(exchange)
         self._exchange = Runner(exchange)
         self._finite = finite
         self.ended_by: Slave | None = None
@@ -88,7 +88,7 @@ class Loop:
         if self.realtime:
             self._wait(begin + self.time - start, interrupt)
         for drive in self.drives:
-            self.system.put(drive.signal, drive.value(stop), drive.element)
+            self.system.values.put(drive.signal, drive.value(stop), drive.element)
         with interrupt.away(partial(abandon, self._exchange)):
             self._exchange.once()
         recording.last(self.time)

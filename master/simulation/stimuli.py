@@ -11,8 +11,8 @@ from typing import Any
 import numpy as np
 
 from ...core.errors import UsageError, did_you_mean
+from ..engine.values import INTEGER, LIMITS, REAL, TEXT, Signal
 from ..results.columns import elements
-from ..slaves.base import INTEGER, LIMITS, REAL, TEXT, Signal
 from ..system.system import System
 
 
@@ -172,7 +172,8 @@ def _items(signal: Signal, system: System) -> dict[str, int]:
     if signal.type != "Enumeration":
         return {}
     end = signal.component, signal.name
-    return (system.quantity(end) if signal.component else system.input_quantity(signal.name)).items or {}
+    known = system.quantities
+    return (known.quantity(end) if signal.component else known.input_quantity(signal.name)).items or {}
 
 
 def _check_whole(
@@ -232,10 +233,10 @@ def _target(path: Path, name: str, system: System) -> tuple[Signal, int]:
         whole = next((s for s in signals if s.address == name), None)
         if whole is not None:
             raise UsageError(f"{path}: '{name}' is an array; give columns '{name}[1]' to '{name}[{whole.size}]'")
-        free = [n for n, (s, _) in known.items() if system.driver((s.component, s.name)) is None]
+        free = [n for n, (s, _) in known.items() if system.connections.driver((s.component, s.name)) is None]
         raise UsageError(f"{path}: column '{name}' is not an input of the system{did_you_mean(name, free)}")
     signal, element = known[name]
-    if system.driver((signal.component, signal.name)) is not None:
+    if system.connections.driver((signal.component, signal.name)) is not None:
         raise UsageError(f"{path}: column '{name}' is connected and cannot be driven")
     if signal.type == "Binary":
         raise UsageError(f"{path}: column '{name}' is {signal.type} and cannot be driven by a table")

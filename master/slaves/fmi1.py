@@ -7,16 +7,25 @@ from pathlib import Path
 from typing import Any
 
 from ...core.errors import PackageError
-from .base import FORMS_1, REAL, Form, Log, address_of
+from ..engine import loop
+from ..engine.loop import I32, U8
+from ..engine.values import INTEGER, REAL, TEXT, Form
+from .base import Log, address_of
 from .description import description_tree
 from .library import LibrarySlave
+
+FORMS = {
+    "Real": Form("Real", REAL), "Integer": Form("Integer", INTEGER, I32), "Enumeration": Form("Integer", INTEGER, I32),
+    "Boolean": Form("Boolean", INTEGER, U8), "String": Form("String", TEXT),
+}  # fmt: skip
 
 
 class Slave1(LibrarySlave):
     """An FMU of FMI 1.0."""
 
-    forms = FORMS_1
+    forms = FORMS
     version = "1.0"
+    step_code = loop.STEP_1
 
     def __init__(self, name: str, folder: Path, description: Any):
         super().__init__(name, folder, description)

@@ -5,15 +5,24 @@ from __future__ import annotations
 from typing import Any
 
 from ...core.errors import SimulationError
-from .base import FORMS_2, Form, address_of
+from ..engine import loop
+from ..engine.loop import I32
+from ..engine.values import INTEGER, REAL, TEXT, Form
+from .base import address_of
 from .library import LibrarySlave
+
+FORMS = {
+    "Real": Form("Real", REAL), "Integer": Form("Integer", INTEGER, I32), "Enumeration": Form("Integer", INTEGER, I32),
+    "Boolean": Form("Boolean", INTEGER, I32), "String": Form("String", TEXT),
+}  # fmt: skip
 
 
 class Slave2(LibrarySlave):
     """An FMU of FMI 2.0."""
 
-    forms = FORMS_2
+    forms = FORMS
     version = "2.0"
+    step_code = loop.STEP_2
 
     def _instantiate(self) -> None:
         from fmpy import fmi2

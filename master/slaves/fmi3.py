@@ -7,15 +7,28 @@ from typing import Any, ClassVar
 
 import numpy as np
 
-from .base import FORMS_3, LIMITS, Form, Signal, address_of
+from ..engine import loop
+from ..engine.loop import F32, I8, I16, I32, U8, U16, U32
+from ..engine.program import Program
+from ..engine.values import INTEGER, LIMITS, REAL, TEXT, Form, Signal
+from .base import address_of
 from .library import LibrarySlave, text
+
+FORMS = {
+    "Float64": Form("Float64", REAL), "Float32": Form("Float32", REAL, F32), "Int8": Form("Int8", INTEGER, I8),
+    "UInt8": Form("UInt8", INTEGER, U8), "Int16": Form("Int16", INTEGER, I16), "UInt16": Form("UInt16", INTEGER, U16),
+    "Int32": Form("Int32", INTEGER, I32), "UInt32": Form("UInt32", INTEGER, U32), "Int64": Form("Int64", INTEGER),
+    "UInt64": Form("UInt64", INTEGER), "Enumeration": Form("Int64", INTEGER), "Boolean": Form("Boolean", INTEGER, U8),
+    "String": Form("String", TEXT), "Binary": Form("Binary", TEXT),
+}  # fmt: skip
 
 
 class Slave3(LibrarySlave):
     """An FMU of FMI 3.0."""
 
-    forms = FORMS_3
+    forms = FORMS
     version = "3.0"
+    set_code, get_code, step_code = loop.SET_3, loop.GET_3, loop.STEP_3
     limits: ClassVar[dict[str, tuple[int, int]]] = {**LIMITS, "Enumeration": LIMITS["Int64"]}
 
     def _instantiate(self) -> None:
@@ -29,10 +42,6 @@ class Slave3(LibrarySlave):
         self._fmu.instantiate(loggingOn=True, logMessage=on_log)
         if self._structural:
             self._configure()
-
-    def configure(self, name: str, value: Any) -> None:
-        """Give a structural parameter a value, before `load`: sizes of arrays follow it."""
-        self._structural[name] = value
 
     def _configure(self) -> None:
         told = ", ".join(f"{name} = {value}" for name, value in self._structural.items())
@@ -63,6 +72,11 @@ class Slave3(LibrarySlave):
 
     def step_address(self) -> int:
         return address_of(self._fmu.dll.fmi3DoStep)
+
+    def write_step(self, program: Program, returns: bool) -> None:
+        self.reached = program.board.stages[U8][self.told + 8 : self.told + 16].view(np.float64)
+        self.reached[0] = np.nan
+        super().write_step(program, returns)
 
     def last_successful_time(self) -> float | None:
         return float(self.reached[0]) if np.isfinite(self.reached[0]) else None

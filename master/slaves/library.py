@@ -11,12 +11,15 @@ from contextlib import suppress
 from functools import cache
 from itertools import count
 from pathlib import Path
-from typing import Any
+from typing import Any, ClassVar
 
 import numpy as np
 
 from ...core.errors import PackageError, SimulationError
-from .base import ERROR, FATAL, STATUS, Log, Signal, Slave
+from ..engine import loop
+from ..engine.program import Program, listed
+from ..engine.values import TEXT, Form, Group, Signal
+from .base import ERROR, FATAL, STATUS, Log, Slave
 
 _live: dict[int, LibrarySlave] = {}
 """The slaves that are loaded, by what the callbacks of their FMUs bring along."""
@@ -37,6 +40,10 @@ def _quieten_pythonfmu() -> None:
 
 class LibrarySlave(Slave):
     """Versions say how an FMU is instantiated and initialised; `_fmu` is fmpy's object."""
+
+    set_code: ClassVar[int] = loop.SET
+    get_code: ClassVar[int] = loop.GET
+    step_code: ClassVar[int]
 
     def load(self, log: Log) -> None:
         self._number, self._log = next(_numbers), log
@@ -145,6 +152,77 @@ class LibrarySlave(Slave):
                 continue
         self._state = "freed"
 
+    # what happens in every step
+
+    @abstractmethod
+    def exchange_address(self, verb: str, form: Form) -> int:
+        """Address of the function that gets or sets values ("Get", "Set") of a form."""
+
+    @abstractmethod
+    def step_address(self) -> int:
+        """Address of doStep."""
+
+    def ends_address(self) -> int:
+        """Address of what tells, after a discarded step, whether the FMU wants to end the run; 0 where nothing does."""
+        return 0
+
+    def slopes_address(self) -> int:
+        """Address of SetRealInputDerivatives."""
+        raise NotImplementedError
+
+    def write_inputs(self, program: Program) -> None:
+        self._write_exchange(program, self.input_groups, "Set", "setting the inputs")
+
+    def write_outputs(self, program: Program) -> None:
+        self._write_exchange(program, self.output_groups, "Get", "reading the outputs")
+
+    def _write_exchange(self, program: Program, groups: Sequence[Group], verb: str, doing: str) -> None:
+        for g in groups:
+            if g.form.family == TEXT:
+                if any(s.name in self.texts for s in g.signals):
+                    self._write_texts(program, g, verb, doing)
+                continue
+            if g.form.width is None:
+                buffer = program.board.address(g.place)
+            else:
+                stage = program.board.stages[g.form.width]
+                buffer = int(stage.ctypes.data) + g.stage * stage.itemsize
+                if verb == "Set":
+                    program.add(self, doing, loop.STAGE, g.form.width, g.place, g.stage, g.count)
+            told = f"{doing} ({listed([s.name for s in g.signals])})"
+            code = self.set_code if verb == "Set" else self.get_code
+            address = self.exchange_address(verb, g.form)
+            references = int(g.references.ctypes.data)
+            program.add(self, told, code, address, self.instance, references, len(g.references), buffer, g.count)
+            if g.form.width is not None and verb == "Get":
+                program.add(self, doing, loop.UNSTAGE, g.form.width, g.place, g.stage, g.count)
+            for s in g.signals:
+                if s.name in self.negated:
+                    program.add(self, doing, loop.LINEAR, s.place, s.place, 1, program.constant(-1.0, 0.0))
+
+    def _write_texts(self, program: Program, group: Group, verb: str, doing: str) -> None:
+        def exchange(_t: float, _h: float) -> int:
+            try:
+                self.exchange_texts(verb, group.signals, program.board.texts)
+            except Exception as error:
+                self.take("error", str(error))
+                return 3
+            return 0
+
+        program.python(exchange, self, doing)
+
+    def write_step(self, program: Program, returns: bool) -> None:
+        number, ends = program.number(self), self.ends_address()
+        program.add(self, "doStep", self.step_code, self.step_address(), self.instance, number, self.ratio, self.told,
+                    ends, int(returns))  # fmt: skip
+
+    def write_slopes(self, program: Program, references: Sequence[int], changes: int) -> None:
+        kept = np.array(references, np.uint32), np.ones(len(references), np.int32)
+        program.keep(kept)
+        first, orders = (int(a.ctypes.data) for a in kept)
+        program.add(self, "setting the inputs' slopes", loop.DERIVATIVES, self.slopes_address(), self.instance, first,
+                    len(references), orders, changes)  # fmt: skip
+
     @property
     def takes_slopes(self) -> bool:
         # within a step of several own ones it is not defined from where on the slope counts
@@ -163,6 +241,7 @@ class LibrarySlave(Slave):
 
     @property
     def instance(self) -> int:
+        """Address of the instance."""
         component = self._fmu.component
         return int(getattr(component, "value", component) or 0)
 
@@ -172,6 +251,7 @@ class LibrarySlave(Slave):
         return bool(address) and getattr(fmu, "component", None) is not None and self.instance == address
 
     def exchange_texts(self, verb: str, signals: Sequence[Signal], texts: list[Any]) -> None:
+        """Get or set strings and binaries, values in `texts` by place."""
         references = [s.reference for s in signals]
         if verb == "Set":
             self.call(self._fmu.setString, references, [texts[s.place] for s in signals], doing="setting the inputs")

@@ -15,12 +15,14 @@ from ...ssp.wires import Network, Wire, shown_at
 from ..algorithms import chosen
 from ..coupling.algebraic_loops import loops
 from ..engine.program import listed
+from ..engine.values import TEXT
 from ..options import Options
 from ..results.columns import Layout
 from ..simulation import stimuli
 from ..simulation.plan import check_coupling, check_options, set_substeps, step_remarks
 from ..simulation.time_grid import times_of
-from ..slaves.base import TEXT, Slave
+from ..slaves.base import Slave
+from .faults import Faults
 from .setup import (
     Value,
     bound_values,
@@ -115,7 +117,7 @@ def check(package: Path, wanted: Options | None = None) -> Findings:
             one = Network(network.structure, network.parts, (), (), (), {}, tuple(settings), ())
             values += _try(found, lambda one=one: bound_values(one, slaves, found.warnings.append)) or []
         if len(slaves) == len(network.parts) and slaves:
-            system = _try(found, lambda: System(network, slaves, found.errors))
+            system = _try(found, lambda: System(network, slaves, Faults(found.errors)))
             if system is not None:
                 found.system = system
                 found.warnings += system.remarks
@@ -194,7 +196,8 @@ def _driven(
 
 
 def _inputs(found: Findings, system: System, others: set[tuple[str, str]]) -> None:
-    driven = {signal.home for end, signal in system.inputs.items() if end in others or system.driver(end) is not None}
+    driver = system.connections.driver
+    driven = {signal.home for end, signal in system.inputs.items() if end in others or driver(end) is not None}
     idle: dict[str, list[str]] = {}
     for (component, name), signal in system.inputs.items():
         if signal.home not in driven:

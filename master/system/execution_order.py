@@ -11,7 +11,7 @@ from .strongly_connected import together
 
 if TYPE_CHECKING:
     from ..slaves.base import Slave
-    from .system import Link
+    from .connections import Link
 
 
 def component_order(slaves: Mapping[str, Slave], links: Iterable[Link]) -> list[str]:

@@ -20,8 +20,8 @@ from ...ssp.network import flatten
 from ...ssp.parameters import read_set
 from ...ssp.reader import read
 from ...ssp.wires import Hop, Network, Setting
-from ..slaves.base import TEXT, Log, Slave
-from ..slaves.fmi3 import Slave3
+from ..engine.values import TEXT
+from ..slaves.base import Log, Slave
 from ..slaves.fmu import also_forget, describe, platform_folder
 from .sizes import Extent, check_sizes, stated
 from .system import System
@@ -213,15 +213,15 @@ def given_values(
     """Values that the package binds to inputs of the whole system."""
     made = []
     for s in network.given:
-        value = converted(s.value, _quantity(s), s.hops, system.input_quantity(s.variable), s.where, remark)
+        value = converted(s.value, _quantity(s), s.hops, system.quantities.input_quantity(s.variable), s.where, remark)
         made.append(_own(system, s.variable, value, s.where))
     return made
 
 
 def _own(system: System, name: str, value: Any, where: str) -> Value:
     """The checked value of an input of the whole system."""
-    checked = system.checked_input(name, value, where)
-    system.check_reached(name, checked, where)
+    checked = system.values.checked_input(name, value, where)
+    system.values.check_reached(name, checked, where)
     return Value("", name, checked, where)
 
 
@@ -361,7 +361,7 @@ def configure(
 
     def structural(component: str, name: str) -> bool:
         slave = slaves.get(component)
-        variable = slave.variables.get(name) if isinstance(slave, Slave3) else None
+        variable = slave.variables.get(name) if slave is not None else None
         return variable is not None and variable.causality == "structuralParameter"
 
     sizes = [s for s in network.settings if structural(s.component, s.variable)]
@@ -376,9 +376,7 @@ def configure(
         else:
             left.append((address, value))
     for v in values:
-        slave = slaves[v.component]
-        assert isinstance(slave, Slave3)
-        slave.configure(v.variable, v.value)
+        slaves[v.component].configure(v.variable, v.value)
     others = [s for s in network.settings if not structural(s.component, s.variable)]
     return replace(network, settings=tuple(_in_force(others, slaves, left))), left
 

@@ -16,7 +16,7 @@ from ...core.units import Unit, alike, conversion
 from ...ssp.model import FLOATS, Linear, Scalar, Table, Value
 from ...ssp.wires import Hop
 from ..engine.program import Cast, Mapped, Within
-from ..slaves.base import INTEGER, LIMITS, REAL, TEXT
+from ..engine.values import INTEGER, LIMITS, REAL, TEXT
 from .sizes import Extent, check_sizes
 
 T = TypeVar("T")

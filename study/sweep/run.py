@@ -16,6 +16,7 @@ from ...core.errors import CosimError, UsageError
 from ...core.files import changed
 from ...core.versions import versions
 from ...master.coupling.residual_energy import Watch
+from ...master.engine.values import TEXT, Signal
 from ...master.parallel.pool import Failure, Pool
 from ...master.parallel.pool import session as opened
 from ...master.simulation import stimuli
@@ -23,7 +24,6 @@ from ...master.simulation.manifest import digest as digest_of_file
 from ...master.simulation.session import Session
 from ...master.simulation.stimuli import Drive
 from ...master.simulation.time_grid import times_of
-from ...master.slaves.base import TEXT, Signal
 from ...master.system.system import System
 from .cases import Case
 from .metrics import Metric
@@ -104,7 +104,7 @@ def check(session: Session, case: Case, settings: Settings, others: Iterable[Map
         m.check(start, stop)
     for name in (*settings.fixed, *case):
         for target in session.targets(name):
-            if (link := session.system.driver(target)) is not None:
+            if (link := session.system.connections.driver(target)) is not None:
                 raise UsageError(f"'{name}' is connected to '{link.source.address}', which counts; it cannot be set")
     drives = stimuli.read(settings.stimuli, session.system) if settings.stimuli is not None else []
     for d in drives:
@@ -154,7 +154,7 @@ def _is_number(signal: Signal) -> bool:
 
 def default_metrics(session: Session) -> tuple[Metric, ...]:
     """Last, least and greatest value of every connected output that is a number; the system's own outputs connect."""
-    links = (*session.system.links, *session.system.shown)
+    links = (*session.system.links, *session.system.connections.shown)
     sources = dict.fromkeys(
         link.source.address for link in links if link.source.component and _is_number(link.source)
     )  # fmt: skip

@@ -1,0 +1,87 @@
+"""How values are kept: their families, where a signal lies, and what is exchanged with an FMU in one call."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from .loop import F32, I8, I16, I32, U8, U16, U32
+
+REAL, INTEGER, TEXT = "real", "integer", "text"
+"""Families: how a signal's values are kept."""
+
+LIMITS = {
+    "Integer": (-(2**31), 2**31 - 1), "Enumeration": (-(2**31), 2**31 - 1),
+    **{f"Int{n}": (-(2 ** (n - 1)), 2 ** (n - 1) - 1) for n in (8, 16, 32, 64)},
+    **{f"UInt{n}": (0, 2**n - 1) for n in (8, 16, 32, 64)},
+}  # fmt: skip
+
+MOST_VALUES = 10_000_000
+"""Most values of an array."""
+
+WIDTHS = {I8: np.int8, U8: np.uint8, I16: np.int16, U16: np.uint16, I32: np.int32, U32: np.uint32, F32: np.float32}
+
+
+@dataclass(frozen=True)
+class Form:
+    """How values of an FMI type are exchanged: the name in Get/Set calls, the family, and the width where that is not
+    the 8 bytes of a slot."""
+
+    verb: str
+    family: str
+    width: int | None = None
+
+
+@dataclass(frozen=True)
+class Signal:
+    """An input or output: `place` is its first slot on the board (or its place among the texts), `size` how many."""
+
+    component: str
+    name: str
+    type: str
+    family: str
+    reference: int
+    place: int
+    size: int = 1
+    is_array: bool = False
+    """Whether it has dimensions, be they 1."""
+    element: int | None = None
+    """Which value of an array it is, where it is only one of them."""
+
+    @property
+    def address(self) -> str:
+        """component.variable."""
+        return f"{self.component}.{self.name}" if self.component else self.name
+
+    @property
+    def index(self) -> str:
+        """'[2]' where it is the second value of an array; '' where it is a whole signal."""
+        return "" if self.element is None else f"[{self.element + 1}]"
+
+    @property
+    def label(self) -> str:
+        """Its address, with the index where it is one value of an array."""
+        return self.address + self.index
+
+    @property
+    def home(self) -> tuple[bool, int]:
+        """Where it lies: whether among the texts, and its place. Aliases share it, and the values of an array."""
+        return self.family == TEXT, self.place - (self.element or 0)
+
+    def part(self, element: int) -> Signal:
+        """One value of an array."""
+        return replace(self, place=self.place + element, size=1, element=element)
+
+
+@dataclass
+class Group:
+    """Signals of one type that are exchanged in one call: references, first slot (or text) and number of values."""
+
+    form: Form
+    references: np.ndarray
+    place: int
+    count: int
+    stage: int
+    """Place in the staging area of the form's width."""
+    signals: list[Signal]

@@ -1,0 +1,274 @@
+"""What the model description of an FMU says of its variables."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+from typing import Any, ClassVar
+
+import numpy as np
+
+from ...core.errors import PackageError, ParameterError, UnknownNameError, did_you_mean
+from ...core.unit_names import named
+from ...core.units import BASE, Unit
+from ..engine.values import LIMITS, MOST_VALUES, REAL, TEXT, Form
+
+
+class FmuVariables:
+    """The variables of an FMU, by name."""
+
+    forms: ClassVar[dict[str, Form]]
+    version: ClassVar[str]
+    limits: ClassVar[dict[str, tuple[int, int]]] = LIMITS
+    """Least and greatest value of the types of whole numbers."""
+
+    def __init__(self, name: str, folder: Path, description: Any):
+        self.name, self.folder, self.description = name, folder, description
+        self.variables = {v.name: v for v in description.modelVariables}
+        self.answers: dict[str, list[str]] = {}
+        """Inputs that outputs have been found to answer to at once (`coupling.feedthrough`)."""
+        self._through: dict[str, list[str]] | None = None
+        """Inputs that outputs depend on at once, where the FMU says it."""
+        self._structural: dict[str, Any] = {}
+        """Values of structural parameters, which sizes of arrays follow; only FMI 3.0 has some."""
+        self._units = {u.name: _unit(u) for u in description.unitDefinitions}
+
+    def configure(self, name: str, value: Any) -> None:
+        """Give a structural parameter a value, before the FMU is loaded: sizes of arrays follow it."""
+        self._structural[name] = value
+
+    def variable(self, name: str, kinds: tuple[str, ...] = ()) -> Any:
+        """The variable of that name, of one of the causalities `kinds`."""
+        variable = self.variables.get(name)
+        if variable is None or (kinds and variable.causality not in kinds):
+            known = [n for n, v in self.variables.items() if not kinds or v.causality in kinds]
+            what = kinds[0] if len(kinds) == 1 else "variable"
+            raise UnknownNameError(f"component '{self.name}' has no {what} '{name}'{did_you_mean(name, known)}")
+        return variable
+
+    def form(self, name: str) -> Form | None:
+        """How a variable's values are exchanged; None for a type that is not supported."""
+        return self.forms.get(self.variables[name].type)
+
+    def unit_name(self, name: str) -> str | None:
+        """Name of a variable's unit, its own or that of its declared type."""
+        variable = self.variables[name]
+        return variable.unit or (variable.declaredType.unit if variable.declaredType is not None else None)
+
+    def unit(self, name: str) -> Unit | None:
+        """Unit of a variable, as the FMU defines it, else the well-known one of that name."""
+        own = self.unit_name(name)
+        if own is None:
+            return None
+        return self._units.get(own) or named(own) or Unit(own, None)
+
+    def relative(self, name: str) -> bool:
+        """Whether a variable is a difference, whose unit's offset does not count."""
+        variable = self.variables[name]
+        if variable.relativeQuantity is not None:
+            return bool(variable.relativeQuantity)
+        return variable.declaredType is not None and bool(variable.declaredType.relativeQuantity)
+
+    def meant(self, unit: Unit | None, name: str) -> Unit | None:
+        """The unit of a variable: what a package says, by the FMU's definition of it where the package has none."""
+        if unit is None:
+            return self.unit(name)
+        return unit if unit.defined else self._units.get(unit.name, unit)
+
+    def items(self, name: str) -> dict[str, int] | None:
+        """Items of an enumeration's variable."""
+        variable = self.variables[name]
+        if variable.type != "Enumeration" or variable.declaredType is None or not variable.declaredType.items:
+            return None
+        try:
+            return {item.name: int(item.value) for item in variable.declaredType.items}
+        except (TypeError, ValueError):
+            kind = variable.declaredType.name
+            raise PackageError(f"component '{self.name}': an item of the enumeration '{kind}' has no value") from None
+
+    def shape(self, name: str) -> tuple[int, ...]:
+        """Sizes of a variable; () for a scalar."""
+        variable = self.variables[name]
+        sizes = []
+        for d in variable.dimensions or ():
+            size = d.start if d.start is not None else self._structural.get(d.variable.name, d.variable.start)
+            try:
+                sizes.append(int(size))
+            except (TypeError, ValueError):
+                raise PackageError(f"component '{self.name}': '{name}' has a dimension of size {size!r}") from None
+        count = 1
+        for size in sizes:
+            count *= size
+            if not 0 <= size <= MOST_VALUES or count > MOST_VALUES:
+                shown = " x ".join(map(str, sizes))
+                raise PackageError(f"component '{self.name}': '{name}' has {shown} values; most are {MOST_VALUES}")
+        return tuple(sizes)
+
+    def size(self, name: str) -> int:
+        """Number of values of a variable."""
+        return int(np.prod(self.shape(name), dtype=int)) if self.variables[name].dimensions else 1
+
+    def settable(self, name: str) -> bool:
+        """Whether a value may be given before the initialisation."""
+        v = self.variables.get(name)
+        if v is None or v.variability == "constant" or v.type not in self.forms:
+            return False
+        return v.causality in ("parameter", "input", "structuralParameter") or v.initial in ("exact", "approx")
+
+    def feed_through(self, output: str) -> list[str] | None:
+        """Inputs that an output depends on at once; where the FMU does not say, those that were found, else None."""
+        if self._through is None:
+            self._through = {}
+            for unknown in self.description.outputs:
+                if unknown.variable is not None and unknown.dependencies is not None:
+                    known = [v.name for v in unknown.dependencies if v.causality == "input"]
+                    self._through.setdefault(unknown.variable.name, known)
+        if output in self._through:
+            return self._through[output]
+        return self.answers.get(output)
+
+    def checked(self, name: str, value: Any, where: str = "", limited: bool = True) -> Any:
+        """`value` in the variable's type, or a `ParameterError` that names variable, value and range.
+
+        limited: the range that the FMU states counts.
+        """
+        self.variable(name)
+        size = self.size(name)
+        family = self.forms[self.variables[name].type].family
+        if isinstance(value, str) and self.variables[name].dimensions and family != TEXT:
+            value = tuple(value.replace(",", " ").split())
+        elif isinstance(value, str) and self.variables[name].dimensions and value.startswith("["):
+            value = _listed(value)
+        if isinstance(value, (tuple, list)) or self.variables[name].dimensions:
+            values = list(value) if isinstance(value, (tuple, list)) else [value] * size
+            if len(values) != size:
+                shown = f"{where}: " if where else ""
+                raise ParameterError(f"{shown}{self.name}.{name} has {size} values, not {len(values)}")
+            return tuple(self._scalar(name, v, where, limited) for v in values)
+        return self._scalar(name, value, where, limited)
+
+    def nominal(self, name: str) -> float:
+        """Usual size of a real variable: what its FMU or its type declares, else 1 as FMI has it."""
+        found = self._declared(name, "nominal")
+        return abs(found) if found and np.isfinite(found) else 1.0
+
+    def bounds(self, name: str) -> tuple[float, float]:
+        """Least and greatest value that a variable's type and its FMU allow."""
+        low, high = self.limits.get(self.variables[name].type, (-float("inf"), float("inf")))
+        least, most = self._declared(name, "min"), self._declared(name, "max")
+        return (low if least is None else max(low, least)), (high if most is None else min(high, most))
+
+    def _declared(self, name: str, attribute: str) -> float | None:
+        """A number that a variable or its type declares."""
+        variable = self.variables[name]
+        text = getattr(variable, attribute)
+        if text in (None, "") and variable.declaredType is not None:
+            text = getattr(variable.declaredType, attribute)
+        try:
+            return None if text in (None, "") else float(text)
+        except ValueError:
+            raise PackageError(
+                f"component '{self.name}', modelDescription.xml: {attribute}=\"{text}\" of '{name}' is not a number"
+            ) from None
+
+    def _scalar(self, name: str, value: Any, where: str, limited: bool = True) -> Any:
+        variable = self.variables[name]
+        shown = f"{where}: " if where else ""
+        address = f"{self.name}.{name}"
+        family = self.forms[variable.type].family
+        if variable.type == "Boolean":
+            told = {"true": True, "1": True, "1.0": True, "false": False, "0": False, "0.0": False}
+            try:
+                return told[str(value).strip().lower()]
+            except KeyError:
+                raise ParameterError(f"{shown}{address} = {value!r} is neither true nor false") from None
+        if family == TEXT:
+            if variable.type == "Binary":
+                return value if isinstance(value, bytes) else _bytes(value, f"{shown}{address}")
+            return str(value)
+        items = self.items(name)
+        if items and isinstance(value, str) and value in items:
+            value = items[value]
+        try:
+            if isinstance(value, str) and "_" in value:
+                raise ValueError
+            number = float(value) if family == REAL else _whole(value)
+            if number != number:
+                raise ValueError
+        except (TypeError, ValueError, OverflowError):
+            known = f"; known: {', '.join(items)}" if items else ""
+            what = "is not a number" if family == REAL or not _is_number(value) else "is not an integer"
+            value = f"{value:g}" if isinstance(value, float) else repr(value)
+            raise ParameterError(f"{shown}{address} = {value} {what}{known}") from None
+        low, high = self.bounds(name) if limited else self.limits.get(variable.type, (-float("inf"), float("inf")))
+        if not low <= number <= high:
+            unit = f" {self.unit_name(name)}" if self.unit_name(name) else ""
+            raise ParameterError(
+                f"{shown}{address} = {number:g}{unit} is out of range; allowed: {low:g} to {high:g}{unit}"
+            )
+        if limited and items and number not in items.values():
+            raise ParameterError(f"{shown}{address} = {number:g} is none of its items; known: {', '.join(items)}")
+        return number
+
+    def start(self, name: str) -> Any:
+        """The start value of a variable in its type; None where only the FMU knows it.
+
+        That is so where the model description has none, and for an array that a structural parameter has given another
+        size than its start value has.
+        """
+        variable = self.variables[name]
+        if variable.start is None or (variable.start == "" and self.forms[variable.type].family != TEXT):
+            return None
+        text = variable.start
+        if isinstance(text, (list, tuple)) and not variable.dimensions:
+            text = text[0] if text else ""
+        if variable.dimensions and self._structural and isinstance(text, (str, list, tuple)):
+            given = len(text.split()) if isinstance(text, str) else len(text)
+            if given not in (1, self.size(name)):
+                return None
+        return self.checked(name, text, "modelDescription.xml", limited=False)
+
+
+def _unit(unit: Any) -> Unit:
+    base = unit.baseUnit
+    if base is None:
+        return named(unit.name) or Unit(unit.name, None)
+    exponents = {key: int(getattr(base, key, 0) or 0) for key in BASE}
+    exponents = {key: power for key, power in exponents.items() if power}
+    return Unit(unit.name, exponents, float(base.factor or 1.0), float(base.offset or 0.0))
+
+
+def _is_number(value: Any) -> bool:
+    try:
+        float(value)
+    except (TypeError, ValueError):
+        return False
+    return True
+
+
+def _listed(text: str) -> Any:
+    """The texts of a list such as ["a", "b"] in JSON; what is none is one text."""
+    try:
+        found = json.loads(text)
+    except (ValueError, RecursionError):
+        return text
+    return tuple(found) if all(isinstance(v, str) for v in found) else text
+
+
+def _whole(value: Any) -> int:
+    if isinstance(value, (int, np.integer)):
+        return int(value)
+    try:
+        return int(str(value).strip())
+    except ValueError:
+        number = float(value)
+        if number != int(number):
+            raise
+        return int(number)
+
+
+def _bytes(value: Any, where: str) -> bytes:
+    try:
+        return bytes.fromhex(str(value))
+    except ValueError:
+        raise ParameterError(f"{where} = {value!r} is not hexadecimal") from None

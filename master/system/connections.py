@@ -1,0 +1,254 @@
+"""Who is connected to whom: the package's wires as links between places on the board."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable, Mapping
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from ...core.errors import CosimError, PackageError, did_you_mean
+from ...ssp.wires import At, End, Network, Wire, shown_at
+from ..engine.program import Cast
+from ..engine.values import TEXT, Signal
+from ..slaves.base import Slave
+from .faults import Faults
+from .layout import SignalLayout
+from .quantities import Quantities
+from .sizes import Extent, check_sizes, stated
+from .value_conversion import Quantity, passage
+
+
+@dataclass(frozen=True)
+class Link:
+    """A wire with the places at its ends."""
+
+    source: Signal
+    target: Signal
+    cast: Cast
+    wire: Wire
+
+    @property
+    def start(self) -> End:
+        """(component, output)."""
+        return self.wire.start
+
+    @property
+    def end(self) -> End:
+        """(component, input)."""
+        return self.wire.end
+
+
+class Connections:
+    """The links of a network; what does not fit goes to the faults."""
+
+    def __init__(
+        self, network: Network, slaves: Mapping[str, Slave], layout: SignalLayout, quantities: Quantities,
+        own_inputs: Mapping[str, Signal], faults: Faults, remarks: list[str],
+    ):  # fmt: skip
+        self.network, self.slaves = network, slaves
+        self._layout, self._quantities, self._faults = layout, quantities, faults
+        self.remarks = remarks
+        self.inputs = {(s.component, s.name): s for slave in slaves.values() for s in slave.inputs}
+        self.outputs = {(s.component, s.name): s for slave in slaves.values() for s in slave.outputs}
+        self.own_inputs = own_inputs
+        self.own_outputs: dict[str, Signal] = {}
+        """The outputs of the whole system."""
+        late, early = [], []
+        for wire in network.wires:
+            (early if self._is_parameter(wire.end) else late).append(wire)
+        self.links = self._apart(self._made(self._link, late))
+        self._into: dict[str, list[Link]] = {name: [] for name in slaves}
+        for link in self.links:
+            self._into[link.target.component].append(link)
+        self._drivers: dict[tuple[bool, int], dict[int | None, Link]] = {}
+        """What drives an input, or single values of it, by where it lies."""
+        self._check_aliases()
+        early = [*network.early, *early]
+        self.early = [wire for wire in early if wire.start[0]]
+        """Wires to parameters, which carry what calculated parameters are before the run."""
+        self._check_early()
+        self._check_dimensions()
+        for wire in early:
+            if not wire.start[0] and network.inputs[wire.start[1]].kind == "input":
+                end = ".".join(wire.end)
+                faults.refuse(f"{wire.where}: the input '{wire.start[1]}' cannot drive the parameter '{end}'")
+        self.shown = self._made(self._shown, network.outputs)
+
+    def into(self, name: str) -> list[Link]:
+        """The links to a component."""
+        return self._into[name]
+
+    def _made(self, make: Callable[[Wire], Link], wires: Iterable[Wire]) -> list[Link]:
+        made = (self._faults.attempt(lambda wire=wire: make(wire)) for wire in wires)  # type: ignore[misc]
+        return [link for link in made if link is not None]
+
+    def _check_aliases(self) -> None:
+        """No two connections lead to one input, by whatever name."""
+        for link in self.links:
+            there, which = self._drivers.setdefault(link.target.home, {}), link.target.element
+            other = there.get(which) or there.get(None) or (next(iter(there.values()), None) if which is None else None)
+            there.setdefault(which, link)
+            if other is not None:
+                self._faults.refuse(
+                    f"{link.wire.where}: '{link.target.address}' is another name of '{other.target.address}', "
+                    "which is driven already"
+                )
+
+    def driver(self, end: End) -> Link | None:
+        """The connection that drives an input or an element of it, by whatever name; None for what none drives."""
+        there = self._drivers.get(self.inputs[end].home, {}) if end in self.inputs else {}
+        return next(iter(there.values()), None)
+
+    def _check_dimensions(self) -> None:
+        """Arrays are as large as their connectors say."""
+        for path, part in self.network.parts.items():
+            for connector in part.component.connectors:
+                count = connector.type.count if connector.type is not None else None
+                if count is None or path not in self.slaves or connector.name not in self.slaves[path].variables:
+                    continue
+                size = self.slaves[path].size(connector.name)
+                if count != size:
+                    self._faults.refuse(
+                        f"{connector.where}: connector '{path}.{connector.name}' is {connector.type.shape}, its FMU's "
+                        f"variable has {size} values"
+                    )
+
+    def _is_parameter(self, end: End) -> bool:
+        slave = self.slaves.get(end[0])
+        variable = slave.variables.get(end[1]) if slave is not None else None
+        fixed = ("parameter", "structuralParameter", "calculatedParameter")
+        return variable is not None and variable.causality in fixed
+
+    def _check_early(self) -> None:
+        """What wires to parameters need: variables that exist, types and units that fit."""
+        for wire in self.early:
+            try:
+                for end in (wire.start, wire.end):
+                    if end[0] not in self.slaves:
+                        raise PackageError(f"{wire.where}: component '{end[0]}' cannot be used")
+                    self.slaves[end[0]].variable(end[1])
+                    if self.slaves[end[0]].form(end[1]) is None:
+                        raise PackageError(f"{wire.where}: '{'.'.join(end)}': its type is not supported")
+                source = self.slaves[wire.start[0]].variables[wire.start[1]]
+                if not self._is_parameter(wire.start) and source.variability not in ("constant", "fixed"):
+                    raise PackageError(
+                        f"{wire.where}: '{'.'.join(wire.start)}' changes during a run and cannot drive the parameter "
+                        f"'{'.'.join(wire.end)}'"
+                    )
+                target = self.slaves[wire.end[0]].variables[wire.end[1]]
+                if wire.start_at or wire.end_at:
+                    raise PackageError("connections of single elements of parameters are not supported")
+                if target.causality == "structuralParameter":
+                    raise PackageError(
+                        f"'{'.'.join(wire.end)}' gives arrays their size and cannot be driven; bind its value"
+                    )
+                if not self.slaves[wire.end[0]].settable(wire.end[1]):
+                    raise PackageError(f"{wire.where}: '{'.'.join(wire.end)}' cannot be set")
+                ends = [Extent(f"'{c}.{v}'", self.slaves[c].size(v), self.slaves[c].shape(v))
+                        for c, v in (wire.start, wire.end)]  # fmt: skip
+                check_sizes(ends[0], wire.hops, ends[1], wire.where)
+                given = self._quantities.quantity(wire.start, wire.unit, wire.enumeration)
+                self.remarks += passage(given, wire.hops, self._quantities.quantity(wire.end), wire.where).remarks
+            except CosimError as error:
+                told = str(error) if str(error).startswith(wire.where) else f"{wire.where}: {error}"
+                self._faults.refuse(told)
+
+    def _variable(self, wire: Wire, end: End, causality: str) -> Signal:
+        where = wire.where
+        if end[0] not in self.slaves:
+            raise PackageError(f"{where}: component '{end[0]}' cannot be used")
+        slave = self.slaves[end[0]]
+        variable = slave.variables.get(end[1])
+        if variable is None:
+            hint = did_you_mean(end[1], list(slave.variables))
+            raise PackageError(f"{where}: component '{end[0]}' has no variable '{end[1]}'{hint}")
+        if variable.type not in slave.forms:
+            raise PackageError(f"{where}: '{end[0]}.{end[1]}': type {variable.type} is not supported")
+        if causality == "input" and variable.causality != "input":
+            raise PackageError(f"{where}: '{end[0]}.{end[1]}' is not an input, its causality is '{variable.causality}'")
+        if causality == "output" and variable.causality not in ("output", "local", "calculatedParameter", None):
+            raise PackageError(
+                f"{where}: '{end[0]}.{end[1]}' is not an output, its causality is '{variable.causality}'"
+            )
+        return (self.inputs if causality == "input" else self.outputs)[end]
+
+    def _source(self, wire: Wire) -> tuple[Signal, Quantity]:
+        if wire.start[0] == "":
+            return self.own_inputs[wire.start[1]], self._quantities.input_quantity(wire.start[1])
+        signal = self._variable(wire, wire.start, "output")
+        return signal, self._quantities.quantity(wire.start, wire.unit, wire.enumeration)
+
+    def _part(self, signal: Signal, at: At, where: str) -> Signal:
+        """One value of an array, which its indices name; () for all of a signal."""
+        if not at:
+            return signal
+        shown = f"'{signal.address}'"
+        if signal.component:
+            shape, why = self.slaves[signal.component].shape(signal.name), "is no array"
+        else:
+            extent = stated(self._quantities.connector(signal.name).type, shown)
+            shape, why = (extent.shape if extent else None) or (), "has no sizes in the package (<ssc:Dimension size=>)"
+        if not shape:
+            raise PackageError(f"{where}: {shown} {why}, but indices are given for it")
+        if len(at) != len(shape) or not all(1 <= k <= size for k, size in zip(at, shape, strict=True)):
+            sizes = " x ".join(map(str, shape))
+            raise PackageError(f"{where}: {shown} is {sizes} in size and has no element {shown_at(at)}")
+        return signal.part(int(np.ravel_multi_index([k - 1 for k in at], shape)))
+
+    def _apart(self, links: list[Link]) -> list[Link]:
+        """Links of whole arrays in single values where others carry single values of the same source."""
+        parted = {link.source.address for link in links if link.source.element is not None}
+        made = []
+        for link in links:
+            if link.source.address not in parted or link.source.element is not None:
+                made.append(link)
+                continue
+            for k in range(link.source.size):
+                made.append(replace(link, source=link.source.part(k), target=link.target.part(k)))
+        return made
+
+    def _link(self, wire: Wire) -> Link:
+        target = self._part(self._variable(wire, wire.end, "input"), wire.end_at, wire.where)
+        source, given = self._source(wire)
+        source = self._part(source, wire.start_at, wire.where)
+        taken = self._quantities.quantity(wire.end)
+        way = passage(given, wire.hops, taken, wire.where)
+        self.remarks += way.remarks
+        check_sizes(self._extent(source), wire.hops, self._extent(target), wire.where)
+        cast = Cast() if target.family == TEXT else way.cast(given, taken, wire.where)
+        return Link(source, target, cast, wire)
+
+    def _extent(self, signal: Signal) -> Extent:
+        shown = f"'{signal.address}'"
+        if signal.element is not None:
+            return Extent(f"one element of {shown}", 1)
+        if signal.component:
+            return Extent(shown, signal.size, self.slaves[signal.component].shape(signal.name))
+        return stated(self.network.inputs[signal.name].type, shown) or Extent(shown, signal.size)
+
+    def _shown(self, wire: Wire) -> Link:
+        name = wire.end[1]
+        source, given = self._source(wire)
+        source = self._part(source, wire.start_at, wire.where)
+        last = wire.hops[-1] if wire.hops else None
+        type = self._quantities.connector(name).type
+        kind = type.kind if type is not None else given.type
+        taken = Quantity(kind, last.unit if last else None, last.enumeration if last else None, f"'{name}'")
+        way = passage(given, wire.hops, taken, wire.where)
+        self.remarks += way.remarks
+        check_sizes(self._extent(source), wire.hops, None, wire.where)
+        cast = Cast() if taken.family == TEXT else way.cast(given, taken, wire.where)
+        target = self.own_outputs.get(name)
+        if target is None:
+            size = (type.count if type is not None else None) or 1 if wire.end_at else source.size
+            place = self._layout.place(taken.family, size)
+            target = Signal("", name, kind, taken.family, 0, place, size, bool(wire.end_at))
+            self.own_outputs[name] = target
+        return Link(source, self._part(target, wire.end_at, wire.where), cast, wire)
+
+    def passed_on(self, name: str) -> set[int]:
+        """Which values of an output of the whole system show its inputs, which belong to a step, not to its start."""
+        begin = self.own_outputs[name].place
+        shown = (link.target for link in self.shown if link.target.name == name and not link.source.component)
+        return {target.place - begin + k for target in shown for k in range(target.size)}

@@ -1,0 +1,108 @@
+"""What inputs have before something drives them, and what is put on the board by hand."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+
+from ...core.errors import ParameterError
+from ..engine.program import Board
+from ..engine.values import REAL, TEXT, Signal
+from ..slaves.base import Slave
+from .connections import Connections, Link
+from .quantities import Quantities
+from .value_conversion import parsed
+
+
+class InputValues:
+    """Of the inputs of components and of the whole system."""
+
+    def __init__(
+        self, slaves: Mapping[str, Slave], connections: Connections, quantities: Quantities, board: Board
+    ):  # fmt: skip
+        self._slaves, self._connections, self._quantities, self.board = slaves, connections, quantities, board
+        self.inputs, self.own_inputs = connections.inputs, connections.own_inputs
+        self.muted: set[str] = set()
+        """Own inputs that nobody gives a value: what they are connected to keeps its start value."""
+        self.reset_inputs()
+
+    def reset_inputs(self) -> None:
+        """Give every input its start value from the model description; `unstarted` are those that have none there."""
+        self.unstarted = {signal.home: signal for signal in self.inputs.values()}
+        for component, name in self.inputs:
+            value = self._slaves[component].start(name)
+            if value is not None:
+                self.set_input(component, name, value)
+                self.unstarted.pop(self.inputs[component, name].home, None)
+        for signal in self.own_inputs.values():
+            self.put(signal, ("" if signal.family == TEXT else 0,) * signal.size)
+
+    def begin_with(self, signal: Signal, value: object, element: int | None = None) -> None:
+        """Give an input, or one element of it, the value of what drives it; it needs no start value then."""
+        self.put(signal, value, element)
+        self.unstarted.pop(signal.home, None)
+
+    def set_input(self, component: str, name: str, value: object) -> None:
+        """Set the value that an input has until a connection overwrites it; '' is the whole system."""
+        self.put(self.inputs[component, name] if component else self.own_inputs[name], value)
+
+    def put(self, signal: Signal, value: object, element: int | None = None) -> None:
+        """Write a value, or a tuple of an array's, to a signal's place; or one element of an array."""
+        values = value if isinstance(value, tuple) else (value,)
+        if len(values) != (signal.size if element is None else 1):
+            raise ParameterError(f"'{signal.address}' has {signal.size} values, not {len(values)}")
+        for place, v in enumerate(values, signal.place + (element or 0)):
+            if signal.family == TEXT:
+                self.board.texts[place] = v  # type: ignore[call-overload]
+            elif signal.family == REAL:
+                self.board.reals[place] = float(v)  # type: ignore[arg-type]
+            else:
+                number = int(v)  # type: ignore[call-overload]
+                self.board.integers[place] = number if number < 2**63 else number - 2**64
+
+    def mute(self, given: set[str]) -> None:
+        """Only these of the system's own inputs have a value."""
+        self.muted = set(self.own_inputs) - given
+
+    def speaks(self, link: Link) -> bool:
+        """Whether somebody gives the value that a link carries."""
+        return bool(link.source.component) or link.source.name not in self.muted
+
+    def reflect(self) -> None:
+        """Show muted inputs of the system as what they are connected to has it."""
+        reals, integers = self.board.reals, self.board.integers
+        for link in reversed(self._connections.links):
+            if self.speaks(link):
+                continue
+            there, here = (slice(s.place, s.place + s.size) for s in (link.target, link.source))
+            if link.target.family == TEXT:
+                self.board.texts[here] = self.board.texts[there]
+            elif link.cast.plain:
+                integers[here] = integers[there]
+            else:
+                seen = reals if link.target.family == REAL else integers
+                for i, value in enumerate(seen[there].tolist(), here.start):
+                    if (start := link.cast.back(value)) is not None:
+                        (reals if link.source.family == REAL else integers)[i] = start
+
+    def checked_input(self, name: str, value: object, where: str) -> object:
+        """A value for an own input in its type, a tuple for an array, or a `ParameterError`."""
+        quantity, size = self._quantities.input_quantity(name), self.own_inputs[name].size
+        shown = f"the system's input '{name}'"
+        if size > 1 or isinstance(value, tuple):
+            parts = value.replace(",", " ").split() if isinstance(value, str) else value
+            values = list(parts) if isinstance(parts, (tuple, list)) else [parts] * size
+            if len(values) != size:
+                raise ParameterError(f"{where}: {shown} has {size} values, not {len(values)}")
+            return tuple(parsed(v, quantity, shown, where) for v in values)
+        return parsed(value, quantity, shown, where)
+
+    def check_reached(self, name: str, value: object, where: str) -> None:
+        """Raise `ParameterError` where a value of an own input is none that the variables behind it may take."""
+        source = self.own_inputs[name]
+        for link in self._connections.links:
+            if link.source.component or link.source.name != name or source.family == TEXT:
+                continue
+            values = value if isinstance(value, tuple) else (value,)
+            for one in values if link.source.element is None else (values[link.source.element],):
+                reached = link.cast.forth(one)  # type: ignore[arg-type]
+                self._slaves[link.target.component]._scalar(link.target.name, reached, where)

@@ -1,0 +1,102 @@
+"""Where signals lie: all on one board (`engine.program`), those of a component and a type in a row."""
+
+from __future__ import annotations
+
+from collections.abc import Collection, Iterable, Mapping
+
+import numpy as np
+
+from ...core.errors import PackageError
+from ...ssp.wires import Network
+from ..engine.loop import U8
+from ..engine.program import Board
+from ..engine.values import MOST_VALUES, TEXT, Group, Signal
+from ..slaves.base import Slave
+from .value_conversion import Quantity
+
+
+class SignalLayout:
+    """Gives signals their places, then makes the board that has them."""
+
+    board: Board
+
+    def __init__(self) -> None:
+        self._count = {"slots": 0, "texts": 0}
+        self._staged: dict[int, int] = {}
+
+    def place(self, family: str, size: int) -> int:
+        """The first of so many places of a family."""
+        key = "texts" if family == TEXT else "slots"
+        self._count[key] += size
+        return self._count[key] - size
+
+    def lay_out(self, slave: Slave, wanted: Collection[str]) -> None:
+        """Give the inputs of a slave their places, and its outputs, with others that are `wanted`."""
+        inputs = [v for v in slave.variables.values() if v.causality == "input" and v.type in slave.forms]
+        outputs = [
+            v for v in slave.variables.values()
+            if (v.causality == "output" or v.name in wanted) and v.type in slave.forms
+        ]  # fmt: skip
+        places: dict[tuple[str, int], int] = {}  # aliases are one input
+        for chosen, signals, groups in (
+            (inputs, slave.inputs, slave.input_groups),
+            (outputs, slave.outputs, slave.output_groups),
+        ):
+            for kind in slave.forms:
+                form = slave.forms[kind]
+                members = []
+                for v in (v for v in chosen if v.type == kind):
+                    size, key = slave.size(v.name), (form.verb, v.valueReference)
+                    is_alias = chosen is inputs and key in places
+                    place = places[key] if is_alias else self.place(form.family, size)
+                    signal = Signal(
+                        slave.name, v.name, kind, form.family, v.valueReference, place, size, bool(v.dimensions)
+                    )
+                    signals.append(signal)
+                    if not is_alias:
+                        members.append(signal)
+                        places[key] = place
+                if not members:
+                    continue
+                count = sum(m.size for m in members)
+                stage = 0
+                if form.width is not None:
+                    stage = self._staged.get(form.width, 0)
+                    self._staged[form.width] = stage + count
+                references = np.array([m.reference for m in members], np.uint32)
+                groups.append(Group(form, references, members[0].place, count, stage, members))
+        if slave.version != "1.0":
+            begin = -(-self._staged.get(U8, 0) // 8) * 8
+            slave.told = begin
+            self._staged[U8] = begin + 16
+
+    def own_input(self, name: str, quantity: Quantity, network: Network, slaves: Mapping[str, Slave]) -> Signal:
+        """An input of the whole system; the sizes of an array are the package's, else those of what it leads to."""
+        type = network.inputs[name].type
+        parted = any(w.start == ("", name) and w.start_at for w in network.wires)
+        size = type.count if type is not None else None
+        if size is not None:
+            if size > MOST_VALUES:
+                raise PackageError(f"{network.inputs[name].where}: '{name}' has {size:.1e} values; refused")
+        else:
+            ends = (w.end for w in network.wires if w.start == ("", name) and not w.end_at)
+            sizes = [slaves[c].size(v) for c, v in ends if c in slaves and v in slaves[c].variables]
+            size = sizes[0] if sizes else 1
+        return Signal("", name, quantity.type, quantity.family, 0, self.place(quantity.family, size), size, parted)
+
+    def make_board(self, ends: Iterable[Signal], others: Iterable[Signal]) -> None:
+        """The board, with free slots for what algorithms remember of ends of connections and of other inputs."""
+        spare = 8 * sum(s.size for s in ends) + 4 * sum(s.size for s in others if s.family != TEXT) + 64
+        self._free = self._own_slots = self._count["slots"]
+        self.board = Board(self._count["slots"] + spare, self._count["texts"], self._staged)
+
+    def scratch(self, size: int = 1) -> int:
+        """First of so many free slots, for what an algorithm has to remember."""
+        if self._free + size > len(self.board.reals):
+            raise MemoryError("the board has no free slots left")
+        self._free += size
+        return self._free - size
+
+    def release(self) -> None:
+        """All scratch is free again; programs that use some must not be run any more."""
+        self._free = self._own_slots

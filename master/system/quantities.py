@@ -1,0 +1,101 @@
+"""What is known of the values of signals: types, units and items, by the package's word, else by the FMU's."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Mapping
+from dataclasses import replace
+
+from ...core.units import Unit, alike
+from ...ssp.model import Connector
+from ...ssp.wires import End, Network, Wire
+from ..engine.values import Signal
+from ..slaves.base import Slave
+from .value_conversion import Quantity
+
+
+class Quantities:
+    """Of the variables of components, and of the whole system's inputs and outputs."""
+
+    def __init__(self, network: Network, slaves: Mapping[str, Slave], remarks: list[str]):
+        self.network, self.slaves, self.remarks = network, slaves, remarks
+        self._own = {name: self._own_quantity(name) for name in network.inputs}
+        self._said = {
+            (path, c.name): c.type.unit
+            for path, part in network.parts.items()
+            for c in part.component.connectors
+            if c.type is not None and c.type.unit is not None
+        }
+        """Units that the package's connectors state."""
+        self._compare_units()
+
+    def quantity(self, end: End, unit: Unit | None = None, items: dict[str, int] | None = None) -> Quantity:
+        """What is known of a variable; the package's unit and items count before the FMU's."""
+        slave = self.slaves[end[0]]
+        kind = slave.variables[end[1]].type
+        shown = f"'{end[0]}.{end[1]}'"
+        return Quantity(kind, slave.meant(unit, end[1]), items or slave.items(end[1]), shown, slave.relative(end[1]))
+
+    def input_quantity(self, name: str) -> Quantity:
+        """What is known of an input of the whole system."""
+        return self._own[name]
+
+    def _own_quantity(self, name: str) -> Quantity:
+        """What the package says of an input of the whole system; what it leaves out is that of what it leads to."""
+        type, shown = self.network.inputs[name].type, f"'{name}'"
+        leads = []
+        for wire in self.network.wires:
+            if wire.start == ("", name) and wire.end[1] in getattr(self.slaves.get(wire.end[0]), "variables", ()):
+                leads.append(self._reached(wire))
+        if type is None:
+            return leads[0] if leads else Quantity("Real", None, None, shown)
+        unit, items = type.unit, type.enumeration
+        if unit is None:
+            units = {u.name: u for q in leads if (u := q.unit) is not None}
+            unit = next(iter(units.values()), None)
+            if len(units) > 1:
+                where = self.network.inputs[name].where
+                self.remarks.append(
+                    f"{where}: input '{name}' has no unit and leads to {', '.join(units)}; taken to be in {unit.name}"
+                )
+        if items is None:
+            items = next((q.items for q in leads if q.items is not None), None)
+        return Quantity(type.kind, unit, items, shown)
+
+    def _reached(self, wire: Wire) -> Quantity:
+        """What the first thing on a way is: a connector where the package tells its unit, else the FMU's variable."""
+        end = self.quantity(wire.end)
+        hop = next((h for h in wire.hops if h.unit is not None or h.transformation is not None), None)
+        if hop is None:
+            return end if not any(h.suppress_unit_conversion for h in wire.hops) else replace(end, unit=None)
+        unit = None if hop.suppress_unit_conversion else hop.unit or (end.unit if hop is wire.hops[-1] else None)
+        items = None if hop.transformation is not None else hop.enumeration or end.items
+        return replace(end, unit=unit, items=items)
+
+    def _compare_units(self) -> None:
+        """Remark outputs whose connector states another unit than the FMU; of inputs `passage` does that."""
+        for (component, name), said in self._said.items():
+            slave = self.slaves[component]
+            if name not in slave.variables or slave.variables[name].causality != "output":
+                continue
+            own = slave.unit(name)
+            if own is not None and own.name != said.name and not alike(slave.meant(said, name) or said, own):
+                self.remarks.append(
+                    f"the package says '{component}.{name}' is in {said.name}, its FMU says {own.name}; the package's "
+                    "word counts"
+                )
+
+    def connector(self, name: str) -> Connector:
+        """A connector of the whole system."""
+        return next(c for c in self.network.structure.system.connectors if c.name == name)
+
+    def unit_of(self, signal: Signal) -> str | None:
+        """Name of a signal's unit."""
+        if signal.component:
+            said = self._said.get((signal.component, signal.name))
+            return said.name if said is not None else self.slaves[signal.component].unit_name(signal.name)
+        type = self.connector(signal.name).type
+        return type.unit.name if type is not None and type.unit is not None else None
+
+    def units(self, signals: Iterable[Signal]) -> dict[str, str]:
+        """Unit of every signal that has one, by address."""
+        return {s.address: unit for s in signals if (unit := self.unit_of(s))}

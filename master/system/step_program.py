@@ -1,0 +1,79 @@
+"""What steps of the whole system are written with: who is read, and what links carry into a program."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Mapping
+
+from ...ssp.wires import End
+from ..engine.program import Board, Program
+from ..engine.values import REAL, TEXT
+from ..slaves.base import Slave
+from .connections import Connections, Link
+from .input_values import InputValues
+
+
+class StepProgram:
+    """Writes the exchange of values into programs of the engine."""
+
+    def __init__(self, slaves: Mapping[str, Slave], connections: Connections, values: InputValues, board: Board):
+        self.slaves, self._connections, self._values, self.board = slaves, connections, values, board
+        self._sources = {(link.source.component, link.source.name) for link in connections.links}
+        self.watched: frozenset[End] | None = None
+        """Outputs that are looked at from outside; None: all."""
+
+    def program(self) -> Program:
+        """An empty program for this system."""
+        return Program(self.board, list(self.slaves.values()))
+
+    def links_to(self, name: str) -> list[Link]:
+        """The links that carry something to a component."""
+        return [k for k in self._connections.into(name) if self._values.speaks(k)]
+
+    def is_continuous(self, link: Link) -> bool:
+        """Whether a link carries a continuous real from an output, which may be carried on and averaged."""
+        ends = (link.source, link.target)
+        return bool(link.source.component) and all(
+            s.family == REAL and self.slaves[s.component].variables[s.name].variability in (None, "continuous")
+            for s in ends
+        )
+
+    def is_averaged(self, link: Link) -> bool:
+        """Whether what a link carries may be handed over as its mean over the step.
+
+        Not so where another connected input is its rate (FMI: `derivative`): an FMU that is told how fast an input
+        moves carries it on by itself, from what it is at the step's start.
+        """
+        if not self.is_continuous(link) or not link.target.component:
+            return False
+        variables = self.slaves[link.target.component].variables
+        own = variables[link.target.name]
+        return not any(
+            variables[k.target.name].derivative is own and self.is_continuous(k)
+            for k in self.links_to(link.target.component)
+        )
+
+    def exchange(self, program: Program, names: Iterable[str], instead: dict[int, int] | None = None) -> None:
+        """Bring the inputs of these slaves up to date. `instead` gives the slots that stand for some sources."""
+        for name in names:
+            for link in self.links_to(name):
+                self.pass_on(program, link, instead)
+
+    def pass_on(self, program: Program, link: Link, instead: dict[int, int] | None = None) -> None:
+        """One link."""
+        source = link.source.place
+        if link.target.family == TEXT:
+            for k in range(link.target.size):
+                program.copy_text(link.target.place + k, source + k)
+            return
+        if instead:
+            source = instead.get(source, source)
+        program.cast(link.target.place, source, link.target.size, link.cast, link.wire.where)
+
+    def show(self, program: Program) -> None:
+        """Bring the outputs of the whole system up to date."""
+        for link in self._connections.shown:
+            self.pass_on(program, link)
+
+    def is_read(self, end: End) -> bool:
+        """Whether somebody reads an output: another component, or who looks on."""
+        return self.watched is None or end in self.watched or end in self._sources
