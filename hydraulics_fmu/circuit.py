@@ -12,7 +12,7 @@ from .compensator import gas_softening, stop_acceleration, tank_rates
 from .controller import command, command_rate, controller_output, integral_rate
 from .cylinder import (
     chamber_volume,
-    cushion_force,
+    cushion_loss,
     end_stop_force,
     eye_force,
     outward_leaks,
@@ -74,8 +74,6 @@ def piston_force(x: float, v: float, P_1: float, P_2: float, c: object, m: objec
     F = rod_force(P_1, P_2, v, c.sea.p_am, cylinder.area_1, cylinder.area_2, viscous(v, P_1, P_2, c))
     F -= friction(v, P_1, P_2, c, m)
     F += end_stop_force(x, v, cylinder.stroke, cylinder.stop_clearance, cylinder.stop_stiffness, cylinder.stop_damping)
-    if c.effect.end_cushion.length > 0.0:
-        F += cushion_force(x, v, c)
     return F
 
 
@@ -111,6 +109,11 @@ def derivatives(
 
     if c.effect.counterbalance_valve.p_set > 0.0 and y[b // 2 - 1] < 0.0:
         f[b // 2 - 1] += counterbalance_loss(y[b // 2 - 1], P_1, P_2, c) / c.line.inertance
+    if c.effect.end_cushion.length > 0.0:
+        if y[b // 2 - 1] < 0.0:
+            f[b // 2 - 1] += cushion_loss(y[b // 2 - 1], x, P_1, c) / c.line.inertance
+        if y[b // 2] > 0.0:
+            f[b // 2] -= cushion_loss(y[b // 2], cylinder.stroke - x, P_2, c) / c.line.inertance
 
     error = c.sensor.gain * (x_cmd - x)
     u = controller_output(error, c.sensor.gain * (v_cmd - v), s.integral, held, c)

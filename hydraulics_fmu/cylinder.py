@@ -111,19 +111,16 @@ def eye_force(apart: float, speed: float, c: object) -> float:
 
 
 @kernel
-def cushion_force(x: float, v: float, c: object) -> float:
-    """Force [N] of the end cushions on the rod that moves at v [m/s], positive extends.
+def cushion_loss(Q: float, way: float, P: float, c: object) -> float:
+    """Loss [Pa] of a flow Q [m3/s] out of a chamber at P [Pa] whose end the piston has still `way` [m] to go to.
 
     Over the last `length` of the stroke an orifice closes through which the oil leaves the chamber, as its hyperbola,
-    from wide open to `area` at the end: dp = rho/2 (A v/(C_q area/share))^2, share the part of the way that is done.
+    from wide open to `area` at the end: dp = rho/2 (Q/(C_q area/share))^2, share the part of the way that is done.
     Oil enters freely.
     """
-    cushion, cylinder = c.effect.end_cushion, c.cylinder
-    if v < 0.0:
-        done, A, P, way = 1.0 - x / cushion.length, cylinder.area_1, c.sea.p_am, 1.0
-    else:
-        done, A, P, way = 1.0 - (cylinder.stroke - x) / cushion.length, cylinder.area_2, c.sea.p_am, -1.0
+    cushion = c.effect.end_cushion
+    done = 1.0 - way / cushion.length
     if done <= 0.0:
         return 0.0
-    jet = A * v * min(done, 1.0) / (CUSHION_CQ * cushion.area)
-    return way * A * 0.5 * c.oil.rho * heavier(P, c) * jet * jet
+    jet = Q * min(done, 1.0) / (CUSHION_CQ * cushion.area)
+    return 0.5 * c.oil.rho * heavier(P, c) * jet * jet

@@ -12,7 +12,7 @@ from deepsea_cosim.hydraulics_fmu.bordered import (
 )
 from deepsea_cosim.hydraulics_fmu.compensator import gas_softening
 from deepsea_cosim.hydraulics_fmu.constants import WARM_STEPS, by_name, constants, warmed, warming
-from deepsea_cosim.hydraulics_fmu.cylinder import CREEP, cushion_force, outward_leaks, piston_leak, viscous
+from deepsea_cosim.hydraulics_fmu.cylinder import CREEP, cushion_loss, outward_leaks, piston_leak, viscous
 from deepsea_cosim.hydraulics_fmu.friction import bristle
 from deepsea_cosim.hydraulics_fmu.line import LAG_RATES, LAG_WEIGHTS, LAGS, fittings, half_at_chamber, turbulence
 from deepsea_cosim.hydraulics_fmu.oil import emulsion, heavier, line_factor, modulus_factor
@@ -188,13 +188,37 @@ def test_against_scipy(changes):
 
 def test_a_cushion_is_its_orifice():
     c = Effected(end_cushion__length=0.02, end_cushion__area=1e-6).c
-    A_1, A_2, stroke = c.cylinder.area_1, c.cylinder.area_2, c.cylinder.stroke
-    jet = A_1 * 0.03 / (0.7 * 1e-6)
-    assert cushion_force(0.0, -0.03, c) == pytest.approx(A_1 * 425.0 * jet**2)
-    assert cushion_force(0.01, -0.03, c) == pytest.approx(A_1 * 425.0 * (jet / 2) ** 2)
-    assert cushion_force(stroke, 0.03, c) == pytest.approx(-A_2 * 425.0 * (A_2 * 0.03 / (0.7 * 1e-6)) ** 2)
-    for x, v in ((0.0, 0.03), (0.021, -0.03), (stroke - 0.021, 0.03), (0.0, 0.0)):
-        assert cushion_force(x, v, c) == 0.0
+    Q = 6e-5
+    whole = 425.0 * (Q / (0.7 * 1e-6)) ** 2
+    for way, expected in ((0.0, whole), (-1e-3, whole), (0.01, whole / 4), (0.021, 0.0)):
+        assert cushion_loss(Q, way, c.sea.p_am, c) == pytest.approx(expected)
+
+
+@pytest.mark.parametrize("side", [0, 1], ids=["piston side", "rod side"])
+def test_a_cushion_brakes_what_leaves_its_chamber(side):
+    rigs = [Effected(depth=0.0, **effect) for effect in ({}, {"end_cushion__length": 0.02, "end_cushion__area": 2e-6})]
+    middle, c = chain_length(rigs[0].c) // 2, rigs[0].c
+    k, out = (middle - 1, -5e-5) if side == 0 else (middle, 5e-5)
+    near, loss = 0.004 if side == 0 else c.cylinder.stroke - 0.004, 425.0 * (5e-5 * 0.8 / (0.7 * 2e-6)) ** 2
+    for Q, x, expected in ((out, near, loss), (-out, near, 0.0), (out, 0.1, 0.0)):
+        y = rigs[0].y.copy()
+        y[k] = Q
+        plain, braked = (rig.rate(x=x, y=y)[k] for rig in rigs)
+        assert (braked - plain) * c.line.inertance == pytest.approx(-np.sign(Q) * expected, rel=1e-6, abs=1e-3)
+
+
+def test_a_cushion_raises_the_pressure_of_its_chamber():
+    """Steadily retracting, by what the orifice takes; the loss of the line, which is laminar, falls with the flow."""
+
+    def flow(**effect):
+        rig = Effected(depth=0.0, **effect)
+        for k in range(500):
+            rig.step(k * 1e-3, 1e-3, 0.004, -0.03, ref=-0.3)  # the valve opens wide
+        return rig.outputs()
+
+    plain, braked = flow(), flow(end_cushion__length=0.02, end_cushion__area=2e-6)
+    raised = braked["P1"] - braked["Pa"] - braked["Q1"] / plain["Q1"] * (plain["P1"] - plain["Pa"])
+    assert raised == pytest.approx(425.0 * (braked["Q1"] * 0.8 / (0.7 * 2e-6)) ** 2, rel=0.01)
 
 
 def test_a_loose_rod_crosses_its_clearance_without_force():
