@@ -191,8 +191,8 @@ class Machine:
     flexibility: float = 0.0  # rad/(N m), bending of the beam under the load
     play: float = 0.0  # share of the stroke, half-width of the spool's hysteresis
     one_way: float = 0.0  # loss coefficient of a stuck check valve in line b-2, while extending
-    viv: float = 0.0  # N m, vortex-induced torque on the beam
-    viv_frequency: float = 1.5  # Hz
+    viv: float = 0.0  # N m, vortex-induced torque on the beam with a current of 0.5 m/s
+    viv_strouhal: float = 0.2
     hunting: float = 0.0  # share of the relief pressure that swings
     hunting_frequency: float = 2.5  # Hz
     dip: float = 0.0  # share by which the supply pressure falls for a while

@@ -158,7 +158,8 @@ def other_torque(c, t: float, theta: float, omega: float) -> float:
         if since < c.impact_time:
             torque -= c.impact * c.beam_length * np.sin(np.pi * since / c.impact_time)
     if c.viv != 0.0:
-        torque += c.viv * np.sin(2.0 * np.pi * c.viv_frequency * t)
+        shed = c.viv_strouhal * abs(c.current) / c.beam_d
+        torque += c.viv * (c.current / 0.5) ** 2 * np.sin(2.0 * np.pi * shed * t)
     return torque
 
 

@@ -190,7 +190,8 @@ def _runs(
     jobs = []
     for change in changes:
         trial = replace(problem, runs=(_changed(problem, change),))
-        jobs += [Job(record, grid[-1], step, trial.changes(0, p), inputs, method=method) for p in points]
+        values = [trial.changes(0, p) for p in points]
+        jobs += [Job(record, grid[-1], step, v, inputs, method=method, parts=problem.parts(v, step)) for v in values]
     found = problem.simulator.simulate(jobs)
     read = [None if isinstance(x, Failure) else _read(problem, grid, x, record, p, _rows_apart(problem, grid))
             for x, p in zip(found, [*points] * len(changes), strict=True)]  # fmt: skip

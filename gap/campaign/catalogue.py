@@ -14,7 +14,7 @@
     id, text, group, quantity (bias, scale, lag, delay, drift, curvature), neutral, bounds, prior
                                     id, text, quantity (split), neutral, bounds, prior, starts
 
-    [[effect]] and [[sensor]] may have equation, source and test beside, for people
+    [[effect]] and [[sensor]] may have equation, source and test beside, for people; an [[effect]] longest_step [s]
 
     [[region]]                      [[experiment]]                      [[measurable]]
     text, signal                    parameter, values                   connector, noise_std
@@ -79,6 +79,8 @@ class Effect:
     group: str
     parameters: tuple[Parameter, ...]
     forms: tuple[Form, ...] = ()
+    longest_step: float = inf
+    """Macro step [s] beyond which the coupling is not stable where the effect is in."""
 
     @property
     def all_parameters(self) -> tuple[Parameter, ...]:

@@ -79,7 +79,7 @@ class _Reader(Tables):
         return Parameter(address, neutral, low, high, prior, also, shape, starts)
 
     def effect(self, table: dict[str, Any], entry: str) -> Effect:
-        self.no_strangers(table, ("id", "text", "group", "parameter", "form", *NOTES), entry)
+        self.no_strangers(table, ("id", "text", "group", "parameter", "form", "longest_step", *NOTES), entry)
         self.notes(table, entry)
         parameters = tuple(self.parameter(p, entry) for p in self.tables(table, entry, "parameter"))
         if not any(not p.shape for p in parameters):
@@ -91,7 +91,8 @@ class _Reader(Tables):
         )
         if (twice := repeated([f.id for f in forms])) is not None:
             raise self.error(f"{entry}: form {twice}: is listed twice")
-        return Effect(id, text, group, parameters, forms)
+        longest = self.above_zero(table, entry, "longest_step") if "longest_step" in table else inf
+        return Effect(id, text, group, parameters, forms, longest)
 
     def notes(self, table: dict[str, Any], entry: str) -> None:
         for key in NOTES:

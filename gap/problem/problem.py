@@ -10,6 +10,7 @@ from __future__ import annotations
 from collections.abc import Hashable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from functools import cached_property
+from math import ceil, inf
 from typing import Any
 
 import numpy as np
@@ -206,7 +207,23 @@ class Problem:
             changes = {**self.catalogue.estimation, **changes}
         key = (self.runs[run], step, method, record, tuple(sorted((k, repr(v)) for k, v in changes.items())))
         stop = self._steps(run, step) * step
-        return key, Job(record, stop, step, changes, self.runs[run].inputs, method=method)
+        inputs, parts = self.runs[run].inputs, self.parts(changes, step)
+        return key, Job(record, stop, step, changes, inputs, method=method, parts=parts)
+
+    def parts(self, changes: Mapping[str, Any], step: float) -> int:
+        """Into how many macro steps a step [s] has to be cut so that no effect among the changes makes the coupling
+        unstable."""
+        longest = min((h for a, h in self._longest_steps.items() if a in changes), default=inf)
+        return max(1, ceil(step / longest - 1e-9))
+
+    @cached_property
+    def _longest_steps(self) -> dict[str, float]:
+        """Of the effects that have one, by address."""
+        return {
+            a: e.longest_step
+            for e in self.catalogue.effects if e.longest_step < inf
+            for p in e.all_parameters for a in (p.address, *p.also)
+        }  # fmt: skip
 
     def read(self, point: Point, rows: Sequence[np.ndarray], step: float) -> np.ndarray:
         """What the channels read (n,), from the rows of a point."""

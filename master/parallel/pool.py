@@ -31,7 +31,7 @@ from ..slaves.fmu import forget_unpacked
 
 @dataclass(frozen=True)
 class Job:
-    """One run: what to record, until when, with which macro step [s], parameters and driven inputs."""
+    """One run: what to record, until when, at which distance [s], parameters and driven inputs."""
 
     record: tuple[str, ...]
     stop: float
@@ -42,6 +42,8 @@ class Job:
     """Components to run alone; empty: the whole system."""
     method: str = NAMES[0]
     """Coupling algorithm."""
+    parts: int = 1
+    """Macro steps between two recorded points."""
 
 
 ALARM = getattr(signal, "SIGALRM", 14)
@@ -96,9 +98,8 @@ def session(package: str, only: tuple[str, ...] = ()) -> Session:
 def simulate(package: str, job: Job) -> np.ndarray | Failure:
     """Runs the job in this process; the signals (n, len(record)) at start, start + step, ..."""
     try:
-        return session(package, job.only).run(
-            job.record, job.stop, job.step, job.changes, job.inputs, job.method
-        )[1]
+        opened, step = session(package, job.only), job.step / job.parts
+        return opened.run(job.record, job.stop, step, job.changes, job.inputs, job.method)[1][:: job.parts]
     except CosimError as error:  # also of values that an FMU does not take
         return Failure(str(error))
 

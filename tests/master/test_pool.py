@@ -1,6 +1,7 @@
 """Many runs of a package: in processes, on a Dask cluster, and when one fails."""
 
 import os
+from dataclasses import replace
 from time import perf_counter, sleep
 
 import numpy as np
@@ -35,6 +36,15 @@ def test_processes_give_what_one_session_gives(spring):
         assert np.array_equal(a, b)
     assert told == [1, 2, 3]
     assert pool.count == 3
+
+
+def test_macro_steps_between_recorded_points(spring):
+    with Pool(spring, processes=1) as pool:
+        found = pool.run([replace(job, parts=4) for job in jobs()])
+    with Session(spring) as opened:
+        finer = [opened.run(j.record, j.stop, j.step / 4, j.changes, j.inputs)[1] for j in jobs()]
+    for a, b in zip(found, finer, strict=True):
+        assert np.array_equal(a, b[::4])
 
 
 def test_a_package_that_is_made_anew_is_loaded_anew(toys, tmp_path):

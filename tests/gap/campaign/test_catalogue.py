@@ -1,5 +1,6 @@
 import tomllib
 import zipfile
+from math import inf
 
 import pytest
 from deepsea_cosim.core.errors import PackageError
@@ -30,6 +31,9 @@ def test_reading():
     assert catalogue.effect("rub") is effect
     assert catalogue.effect("other") is None
     assert catalogue.base[0].tolerance == 0.05
+    assert effect.longest_step == inf
+    short = parse(GOOD.replace('group = "friction"', 'group = "friction"\nlongest_step = 2e-3'))
+    assert short.effects[0].longest_step == 2e-3
 
 
 def test_shipped_catalogue(built):
@@ -49,6 +53,7 @@ def test_shipped_catalogue(built):
         ("neutral = 0", "", "'neutral' is missing"),
         ("bounds = [0, 10]", "bounds = [10, 0]", "the lower first"),
         ("prior = 1.5", "prior = 0", "has to be positive"),
+        ("[[effect.parameter]]", "longest_step = 0\n[[effect.parameter]]", "has to be positive"),
         ("prior = 1.5", 'prior = "much"', "wrong type"),
         ("tolerance = 0.05", "tolerance = 5", "between 0 and 1"),
         ('id = "rub"', "id = 3", "wrong type"),
