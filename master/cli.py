@@ -12,7 +12,7 @@ from time import perf_counter
 from typing import TYPE_CHECKING, Any, NoReturn
 
 from ..core.cli import OneLineParser, add_version, end_with, exit_code, folder, positive, seconds
-from .algorithms import NAMES
+from .algorithms import DEFAULT, NAMES
 
 if TYPE_CHECKING:
     from .options import Options
@@ -70,7 +70,7 @@ def parser() -> argparse.ArgumentParser:
     run.add_argument(
         "--stimuli", metavar="FILE.csv", type=Path, help="series for the system's inputs: time, and a column an input"
     )
-    run.add_argument("--method", choices=NAMES, help=f"coupling: %(choices)s (default: the package's, else {NAMES[0]})")
+    run.add_argument("--method", choices=NAMES, help=f"coupling: %(choices)s (default: the package's, else {DEFAULT})")
     run.add_argument(
         "--substeps", metavar="component=N", action="append", default=[], type=_substeps,
         help="let a component take N steps of its own in a macro step; may be repeated",

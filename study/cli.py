@@ -8,7 +8,7 @@ from collections.abc import Sequence
 from pathlib import Path
 
 from ..core.cli import OneLineParser, add_processes, add_version, exit_code, folder, natural, seconds
-from ..master.algorithms import NAMES
+from ..master.algorithms import DEFAULT, NAMES
 
 EXAMPLES = """examples:
   cosim-study paper --out results/paper
@@ -76,7 +76,7 @@ def parser() -> argparse.ArgumentParser:
                    help="series for the system's inputs in all cases: time, and a column an input")  # fmt: skip
     s.add_argument("--step", type=float, metavar="S", help="macro step [s] (default: the package's)")
     s.add_argument("--stop-time", type=float, metavar="S", help="end of the runs [s] (default: the package's)")
-    s.add_argument("--method", choices=NAMES, help=f"coupling: %(choices)s (default: the package's, else {NAMES[0]})")
+    s.add_argument("--method", choices=NAMES, help=f"coupling: %(choices)s (default: the package's, else {DEFAULT})")
     s.add_argument("--out", type=folder, metavar="DIR", help="folder for the results (default: results/sweep_NAME)")
     add_processes(s)
     s.add_argument("--seed", type=natural, default=0, help="of the sample (default 0)")

@@ -6,7 +6,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from ...master.algorithms import NAMES
+from ...master.algorithms import DEFAULT
 
 
 @dataclass(frozen=True)
@@ -17,7 +17,7 @@ class Discretisation:
     """Of exact runs [s]."""
     coarsening: int = 1
     """Macro steps of a fit's runs, in those of exact ones."""
-    method: str = NAMES[0]
+    method: str = DEFAULT
     """Coupling algorithm."""
     richardson_order: int = 0
     """Order by which exact runs are extrapolated to a step of 0; 0 where the step's error is too small to matter."""

@@ -13,7 +13,6 @@ from typing import Any
 
 import numpy as np
 
-from ..algorithms import AT_START
 from .departure import departures
 from .held_inputs import HeldInputs
 
@@ -45,11 +44,11 @@ def doubt(
     return told
 
 
-def warning(told: dict[str, Any] | None, method: str, step: float) -> list[str]:
-    """The line that a run ends with, if there is reason for one; step in s."""
+def warning(told: dict[str, Any] | None, order: int, step: float) -> list[str]:
+    """The line that a run ends with, if there is reason for one; order: of the method; step in s."""
     if told is None or told["signal_off"] <= IN_DOUBT:
         return []
-    other = "--method nepce or " if method in AT_START else ""
+    other = "--method nepce or " if order == 1 else ""
     return [
         f"{told['signal']} may be off by {told['signal_off']:.0%} of its range: from t = {told['from_s']:.4g} s on it "
         f"leaves a rest by itself, differences grow {told['growth']:.2g}-fold by {told['to_s']:.4g} s, and "

@@ -1,6 +1,6 @@
 """The error that the macro step makes, estimated from a second run with half of it.
 
-With an error that falls as h^p, what halving the step changes is (1 - 2^-p) of the error; p is 1 or 2 for the methods.
+With an error that falls as h^p, what halving the step changes is (1 - 2^-p) of the error.
 """
 
 from __future__ import annotations
@@ -11,18 +11,15 @@ import numpy as np
 
 from ..coupling.residual_energy import STILL
 
-ORDERS = {"gauss-seidel": 1, "jacobi": 1}
-"""Orders of the methods; 2 where it is not said."""
-
 
 def estimate(
-    method: str, names: list[str], coarse: np.ndarray, fine: np.ndarray
+    order: int, names: list[str], coarse: np.ndarray, fine: np.ndarray
 ) -> dict[str, dict[str, float | None]]:
     """Estimated greatest error of each signal over the run, in its unit and relative to its range.
 
-    coarse, fine: samples (n, columns) with the time in the first; only times that both have count.
+    order: of the method; coarse, fine: samples (n, columns) with the time in the first; only times that both have
+    count.
     """
-    order = ORDERS.get(method, 2)
     scale = max(1e-300, float(np.abs(coarse[:, 0]).max()))
     at = np.searchsorted(fine[:, 0], coarse[:, 0] - 1e-9 * scale)
     at = np.clip(at, 0, len(fine) - 1)

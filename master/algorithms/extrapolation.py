@@ -12,6 +12,7 @@ from ..engine.program import Program
 from ..system.connections import Link
 from ..system.system import System
 from ._history import MIDDLE, carry_on
+from .method import Method
 
 
 def write(system: System, program: Program) -> None:
@@ -50,3 +51,6 @@ def _changes(system: System, program: Program, links: list[Link]) -> int | None:
         program.mix(change + i, [(factor, source), (-factor, last + i)])
         program.mix(last + i, [(1.0, source)])
     return change
+
+
+METHOD = Method(write, order=2, input_derivatives=True)

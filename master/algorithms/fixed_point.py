@@ -18,6 +18,7 @@ from ..engine.runner import Runner
 from ..engine.values import REAL
 from ..system.system import System
 from ._coupled import Coupling, Stepper
+from .method import Method
 
 MOST = 100
 TOLERANCE = 1e-9
@@ -97,3 +98,6 @@ def write(system: System, program: Program) -> None:
     program.at_start(begin)
     coupling.pass_others(program)
     program.python(settle)
+
+
+METHOD = Method(write, order=2, needs_state=takes_back)

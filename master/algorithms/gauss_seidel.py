@@ -5,6 +5,7 @@ from __future__ import annotations
 from ..coupling.loop_solver import refresh
 from ..engine.program import Program
 from ..system.system import System
+from .method import ZERO_ORDER_HOLD, Method
 
 
 def write(system: System, program: Program) -> None:
@@ -13,3 +14,6 @@ def write(system: System, program: Program) -> None:
         system.steps.exchange(program, [name])
         program.advance([system.slaves[name]])
     refresh(system, program, loops_only=True)
+
+
+METHOD = Method(write, order=1, input_hold=ZERO_ORDER_HOLD, newest_values=True)

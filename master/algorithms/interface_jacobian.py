@@ -32,6 +32,7 @@ from ..engine.program import Program
 from ..slaves.base import Slave
 from ..system.system import System
 from ._coupled import Coupling, Stepper
+from .method import Method
 
 EVERY = 500
 """Macro steps after which S, E and T are measured anew."""
@@ -186,3 +187,6 @@ def _lasting(once: np.ndarray, twice: np.ndarray) -> np.ndarray:
     """E of outputs from what an input's change does to them until the end of one step and of two."""
     ratio = np.divide(twice - once, once, out=np.ones_like(once), where=once != 0.0)
     return np.clip(np.nan_to_num(ratio, nan=1.0), 0.0, 1.0)
+
+
+METHOD = Method(write, order=2, needs_state=takes_back)

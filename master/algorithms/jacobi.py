@@ -5,6 +5,7 @@ from __future__ import annotations
 from ..coupling.loop_solver import refresh
 from ..engine.program import Program
 from ..system.system import System
+from .method import ZERO_ORDER_HOLD, Method
 
 
 def write(system: System, program: Program) -> None:
@@ -12,3 +13,6 @@ def write(system: System, program: Program) -> None:
     system.steps.exchange(program, system.order)
     program.advance([system.slaves[name] for name in system.order])
     refresh(system, program)
+
+
+METHOD = Method(write, order=1, input_hold=ZERO_ORDER_HOLD)

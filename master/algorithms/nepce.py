@@ -15,6 +15,7 @@ from ..coupling.loop_solver import at_end, refresh, renew, stale
 from ..engine.program import Cast, Program
 from ..system.system import System
 from ._history import END, MIDDLE, carry_on
+from .method import Method
 
 
 def write(system: System, program: Program) -> None:
@@ -54,3 +55,6 @@ def write(system: System, program: Program) -> None:
             now = [k for k in system.steps.links_to(name) if k in lines[name] or k.source.place in driven]
             renew(system, program, [name], now, foretold)
     refresh(system, program, driven)
+
+
+METHOD = Method(write, order=2)

@@ -23,20 +23,20 @@ NUDGE = 1e-6
 """Change of an input, relative to 1 + its size."""
 
 
-def probe(system: System, method: str) -> list[str]:
-    """Find out what outputs answer to at once where an FMU does not say (`Slave.answers`), if the method asks.
+def detect_feedthrough(system: System, loops_only: bool) -> list[str]:
+    """Find out what outputs answer to at once where an FMU does not say (`Slave.answers`).
 
     By FMI such an output may depend on every input, which would make loops of all that are connected both ways; so each
     connected number is nudged, and what does not follow, where the FMU is now, counts as not dependent. Only FMUs that
-    can be put back to the state before are asked; Gauss-Seidel needs to know where there may be a loop. What is found
-    counts for the order of the components, too.
+    can be put back to the state before are asked. What is found counts for the order of the components, too.
 
-    Returns a remark where what drives others may depend on more than was found.
+    loops_only: only those are asked that may close a loop; else a remark is returned where what drives others may
+    depend on more than was found.
     """
     for slave in system.slaves.values():
         slave.answers = {}
     suspects = set(system.slaves)
-    if method == "gauss-seidel":
+    if loops_only:
         suspects = {component for members in together(graph(system, doubtful=True)) for component, _ in members}
     unsure = []
     for name, slave in system.slaves.items():
@@ -60,7 +60,7 @@ def probe(system: System, method: str) -> list[str]:
                 slave.drop(state)
     system.order = component_order(system.slaves, system.links)
     left = [name for name in unsure if not any(system.slaves[name].answers.values())]
-    if not left or method == "gauss-seidel":
+    if not left or loops_only:
         return []
     names = f"component{'s' if len(left) > 1 else ''} {', '.join(map(repr, left))}"
     return [

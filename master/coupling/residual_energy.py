@@ -24,9 +24,8 @@ from typing import Any
 
 import numpy as np
 
-from ..simulation.session import Session
 from ..slaves.base import Slave
-from .power_bonds import Bond, find_bonds
+from .power_bonds import Bond
 
 CERTAIN = 0.5
 """Share of the second differences that D has to explain to be told."""
@@ -281,31 +280,6 @@ class ResidualEnergy:
         return told
 
 
-def sloped(method: str, slaves: Iterable[Slave]) -> list[str]:
-    """Components that carry their inputs on through a step with that method."""
-    return [s.name for s in slaves if method == "extrapolation" and s.takes_slopes]
-
-
 def said(slaves: Iterable[Slave]) -> list[str]:
     """What FMUs warned of although their run came to its end."""
     return [f"{slave.name}: {text}" for slave in slaves for kind, text in slave.messages if kind == "warning"]
-
-
-class Watch:
-    """What there is to say against the runs of a session."""
-
-    def __init__(self, session: Session):
-        self.session = session
-        self.bonds = [bond for bond in find_bonds(session.system) if not bond.of_elements]  # sessions record no arrays
-        outputs = [s for b in self.bonds for s in (b.forth.source, b.back.source)]
-        inputs = [s for b in self.bonds for s in (b.forth.target, b.back.target)]
-        self.record = [s.address for s in (*outputs, *inputs)]
-        """Signals that a run has to record, in this order."""
-        self._slots = [s.place for s in outputs], [s.place for s in inputs]
-
-    def warnings(self, t: np.ndarray, rows: np.ndarray, method: str) -> list[str]:
-        """Of the session's last run, which recorded rows (n, len(record)) at times t (n,)."""
-        slaves = self.session.system.slaves.values()
-        energy = ResidualEnergy(self.bonds, *self._slots, [(0.0, 0.0)] * len(self.bonds), sloped(method, slaves))
-        energy.add(t, rows)
-        return list(dict.fromkeys([*said(slaves), *energy.warnings()]))

@@ -24,7 +24,7 @@ import numpy as np
 
 from ...core.errors import CosimError, SimulationError, UsageError, install
 from ...core.files import changed
-from ..algorithms import NAMES
+from ..algorithms import DEFAULT
 from ..simulation.session import Series, Session
 from ..slaves.fmu import forget_unpacked
 
@@ -40,7 +40,7 @@ class Job:
     inputs: Mapping[str, Series] = field(default_factory=dict)
     only: tuple[str, ...] = ()
     """Components to run alone; empty: the whole system."""
-    method: str = NAMES[0]
+    method: str = DEFAULT
     """Coupling algorithm."""
     parts: int = 1
     """Macro steps between two recorded points."""

@@ -1,49 +1,33 @@
-"""Result files, a format a file: what a run gives is written while it goes on, so memory stays constant.
-
-A writer has `write(table)` for a block of rows, `close(finished)`, and leaves a file that can be read whenever the
-process dies: at most what came after the last `write` is lost.
-"""
+"""Result files: what they hold, and the formats in which they are written and read."""
 
 from __future__ import annotations
 
 from collections.abc import Sequence
+from functools import cache
+from importlib import import_module
 from pathlib import Path
-from typing import Protocol
-
-import numpy as np
 
 from ...core.errors import UsageError
 from .columns import Column
-
-SUFFIXES = {".csv": "csv", ".parquet": "parquet", ".h5": "hdf5", ".hdf5": "hdf5"}
-"""Formats by file name suffix."""
+from .format import Format, Writer
 
 
-class Writer(Protocol):
-    """What a format offers."""
+@cache
+def by_suffix() -> dict[str, Format]:
+    """Formats by file name suffix: what the modules of `formats` offer, CSV first."""
+    files = sorted(Path(__file__).parent.glob("formats/[a-z]*.py"), key=lambda path: (path.stem != "csv", path.stem))
+    found: list[Format] = [import_module(f".formats.{path.stem}", __package__).FORMAT for path in files]
+    return {suffix: format for format in found for suffix in format.suffixes}
 
-    path: Path
 
-    def write(self, table: Sequence[np.ndarray | list[object]]) -> None:
-        """Append rows, given column by column."""
-
-    def close(self, finished: bool) -> None:
-        """Close the file; `finished` when the run came to its end."""
+def format_of(path: Path) -> Format:
+    """The format of a result file, by its suffix; raises `UsageError` where there is none."""
+    found = by_suffix().get(path.suffix.lower())
+    if found is None:
+        raise UsageError(f"{path}: results can be written as {', '.join(by_suffix())}")
+    return found
 
 
 def open_writer(path: Path, columns: Sequence[Column]) -> Writer:
-    """The writer of a result file, by its suffix."""
-    kind = SUFFIXES.get(path.suffix.lower())
-    if kind == "csv":
-        from .csv import CsvWriter
-
-        return CsvWriter(path, columns)
-    if kind == "parquet":
-        from .parquet import ParquetWriter
-
-        return ParquetWriter(path, columns)
-    if kind == "hdf5":
-        from .hdf5 import Hdf5Writer
-
-        return Hdf5Writer(path, columns)
-    raise UsageError(f"{path}: results can be written as {', '.join(SUFFIXES)}")
+    """The writer of a result file."""
+    return format_of(path).writer(path, columns)

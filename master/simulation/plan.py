@@ -9,12 +9,12 @@ from pathlib import Path
 
 from ...core.errors import UsageError
 from ...ssp.wires import Network
-from ..algorithms import check_method, chosen
+from ..algorithms import check_method, chosen, method_named
 from ..coupling.initialisation import early_order
 from ..coupling.power_bonds import Bond, find_bonds
 from ..isolation.isolated import IsolatedSlave
 from ..options import Options
-from ..results import SUFFIXES
+from ..results import format_of
 from ..results.columns import Layout
 from ..slaves.base import Slave
 from ..system.setup import (
@@ -97,8 +97,8 @@ def check_options(options: Options) -> None:
     chosen(options.method, None)  # is there one of that name
     if options.record_every < 1:
         raise UsageError(f"--record-every {options.record_every}: it has to be at least 1")
-    if options.results and Path(options.results).suffix.lower() not in SUFFIXES:
-        raise UsageError(f"{options.results}: results can be written as {', '.join(SUFFIXES)}")
+    if options.results:
+        format_of(Path(options.results))
     if options.step_timeout is not None and not options.isolate:
         raise UsageError("--step-timeout needs --isolate: only a process of its own can be stopped")
 
@@ -115,7 +115,7 @@ def _isolated(
 ) -> dict[str, Slave]:  # fmt: skip
     """The slaves as they are to be run, in processes of their own or in this one."""
     if options.isolate:
-        if options.method == "extrapolation" and any(s.takes_slopes for s in slaves.values()):
+        if method_named(chosen(options.method, None)).carrying(slaves.values()):
             remarks.append("--isolate: no slopes of inputs are handed over; without it the results differ a little")
         return {n: IsolatedSlave(s, options.step_timeout, interrupt) for n, s in slaves.items()}
     check_single(slaves)

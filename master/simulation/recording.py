@@ -13,8 +13,9 @@ import numpy as np
 from ...core.errors import OutputError
 from ..accuracy.held_inputs import HeldInputs
 from ..coupling.residual_energy import ResidualEnergy
-from ..results import Writer, open_writer
+from ..results import open_writer
 from ..results.columns import Layout
+from ..results.format import Writer
 from ..system.system import System
 
 BLOCK = 1000

@@ -19,10 +19,11 @@ from ...core.files import returning
 from ...core.versions import versions
 from ..accuracy.doubt import doubt, warning
 from ..accuracy.held_inputs import HeldInputs
-from ..algorithms import AT_START, algorithm
-from ..coupling.feedthrough import at_once, probe
+from ..algorithms import chosen, method_named
+from ..algorithms.method import MEAN
+from ..coupling.feedthrough import at_once, detect_feedthrough
 from ..coupling.initialisation import Initialiser
-from ..coupling.residual_energy import TRUSTED, ResidualEnergy, said, sloped
+from ..coupling.residual_energy import TRUSTED, ResidualEnergy, said
 from ..engine.program import Program
 from ..engine.runner import Runner
 from ..options import Options, as_path, options_of
@@ -117,6 +118,7 @@ class _Run:
     ):  # fmt: skip
         self.package, self.folder, self.options, self.prepared = package, folder, prepared.options, prepared
         self.interrupt, self._give_up, self._begin = interrupt, give_up, begin
+        self.method = method_named(chosen(prepared.options.method, None))
         self.remarks = list(prepared.remarks)
 
     def start(self, stack: ExitStack, log: Callable[[str, str, str], None], stride: int | None) -> None:
@@ -132,7 +134,7 @@ class _Run:
                 answers = [at_once(prepared.system, bond) for bond in bonds]
                 if self.interrupt:
                     raise Interrupted("interrupted before the first step", prepared.times[0])
-                carrying = sloped(options.method, prepared.slaves.values())
+                carrying = self.method.carrying(prepared.slaves.values())
                 layout = prepared.layout
                 self.energy = ResidualEnergy(bonds, layout.outputs, layout.inputs, answers, carrying)
                 held = HeldInputs(prepared.system, layout.outputs, layout.inputs, carrying)
@@ -147,26 +149,26 @@ class _Run:
             raise
         stack.callback(self.recording.close)
         self._started = perf_counter()
-        self.loop = Loop(prepared, program, self.recording, options.method not in AT_START, options.realtime)
+        self.loop = Loop(prepared, program, self.recording, self.method.input_hold == MEAN, options.realtime)
 
     def _initialised(self) -> Program:
         """Bring the system to its start; what a macro step consists of."""
-        system, drives, method = self.prepared.system, self.prepared.drives, self.options.method
+        system, drives, coupling = self.prepared.system, self.prepared.drives, self.method
         start, stop = self.prepared.times[:2]
         program = system.steps.program()
         driven = {(drive.signal.component, drive.signal.name) for drive in drives}
         values = [v for v in self.prepared.values if (v.component, v.variable) not in driven]
         system.values.mute({v.variable for v in values if not v.component} | {n for c, n in driven if not c})
         for column, drive in enumerate(drives):
-            mean = len(drives) + column if method not in AT_START and drive.straight else None
+            mean = len(drives) + column if coupling.input_hold == MEAN and drive.straight else None
             if drive.texts:
                 program.drive_text(drive.place, column, drive.texts, system.layout.scratch())
             else:
                 program.drive(drive.place, column, drive.signal.family, mean)
             system.values.begin_with(drive.signal, drive.value(start), drive.element)
         Initialiser(system)(values, start, stop)
-        self.remarks += probe(system, method)
-        algorithm(method)(system, program)
+        self.remarks += detect_feedthrough(system, loops_only=coupling.newest_values)
+        coupling.write(system, program)
         system.steps.show(program)
         return program
 
@@ -226,7 +228,7 @@ class _Run:
         simulated = loop.time - start
         slaves = prepared.slaves
         told = self._doubt()
-        doubts = warning(told, self.options.method, step)
+        doubts = warning(told, self.method.order, step)
         warnings = [*said(slaves.values()), *self.energy.warnings(), *doubts, *self.remarks]
         return {
             "package": str(self.package),
@@ -314,7 +316,7 @@ def _check_step(
         return
     assert result.sample is not None
     assert again.sample is not None
-    errors = estimate(options.method, result.names, result.sample, again.sample)
+    errors = estimate(method_named(result.summary["method"]).order, result.names, result.sample, again.sample)
     outputs = set(result.outputs)  # an input that is held belongs to no point in time
     result.summary["step_check"] = {
         "step_s": step, "errors": {n: e for n, e in errors.items() if n in outputs}, "status": "ok",

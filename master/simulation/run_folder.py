@@ -12,7 +12,7 @@ from typing import Any
 
 from ...core.errors import OutputError
 from ...core.files import held, make_folder, writing
-from ..results import SUFFIXES
+from ..results import by_suffix
 
 FILES = ("results.csv", "summary.json", "manifest.json", "overview.png")
 
@@ -57,7 +57,7 @@ def _earlier_results(folder: Path) -> str | None:
     """Name of the result file of the run before in the folder, by its manifest; None for what cannot be one."""
     try:
         name = json.loads((folder / "manifest.json").read_text())["options"]["results"]
-        fits = len(name) < 200 and name.isprintable() and Path(name).suffix.lower() in SUFFIXES
+        fits = len(name) < 200 and name.isprintable() and Path(name).suffix.lower() in by_suffix()
         return name if fits and (folder / name).resolve().is_relative_to(folder.resolve()) else None
     except Exception:  # whatever stands there
         return None

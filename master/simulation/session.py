@@ -14,8 +14,9 @@ from typing import Any
 import numpy as np
 
 from ...core.errors import SimulationError, UnknownNameError, UsageError, did_you_mean
-from ..algorithms import AT_START, algorithm, chosen
-from ..coupling.feedthrough import probe
+from ..algorithms import chosen, method_named
+from ..algorithms.method import MEAN
+from ..coupling.feedthrough import detect_feedthrough
 from ..coupling.initialisation import Initialiser
 from ..engine.program import Program
 from ..engine.runner import Runner
@@ -153,6 +154,7 @@ class Session:
         start, stop, step, n = times_of(self.structure, as_time("stop", stop), as_time("step", step))
         record = as_texts("record", record)
         method = chosen(None if method is None else as_text("method", method), self.structure.method)
+        holds_mean = method_named(method).input_hold == MEAN
         for slave in system.slaves.values():
             if slave.is_lost:
                 raise SimulationError(f"component '{slave.name}' was lost in an earlier run; open a new session")
@@ -173,13 +175,13 @@ class Session:
             if is_output or signal.place in connected:
                 raise UsageError(f"'{address}' cannot be driven: it is {'an output' if is_output else 'connected'}")
             driven.append((signal, np.interp(times, t, values)))
-            if method not in AT_START:
+            if holds_mean:
                 averages.append(np.append(means(t, values, times), 0.0))
         for d in drives:
             if d.texts:
                 raise UsageError(f"'{d.signal.address}' takes texts and cannot be driven here")
             driven.append((d.signal.part(d.element) if d.signal.size > 1 else d.signal, d.at(times)))
-            if method not in AT_START:
+            if holds_mean:
                 averages.append(np.append(d.mean(times), 0.0))
         values = [*self._bound, *resolve((changes or {}).items(), system.slaves, "", system)]
         for v in values:
@@ -196,7 +198,7 @@ class Session:
         for signal, series in driven:
             system.values.begin_with(signal, series[0])
         self._initialise(values, start, stop)
-        probe(system, method)
+        detect_feedthrough(system, loops_only=method_named(method).newest_values)
         system.steps.watched = None
         if all(is_output and s.component for is_output, s in wanted):
             system.steps.watched = frozenset((s.component, s.name) for _, s in wanted)
@@ -252,10 +254,10 @@ class Session:
         return self._runners[records], [*outputs, *inputs]
 
     def _program(self, method: str, driven: tuple[Signal, ...]) -> Program:
-        program = self.system.steps.program()
+        program, coupling = self.system.steps.program(), method_named(method)
         for column, signal in enumerate(driven):
-            mean = len(driven) + column if signal.family == REAL and method not in AT_START else None
+            mean = len(driven) + column if signal.family == REAL and coupling.input_hold == MEAN else None
             program.drive(signal.place, column, signal.family, mean)
-        algorithm(method)(self.system, program)
+        coupling.write(self.system, program)
         self.system.steps.show(program)
         return program

@@ -15,7 +15,6 @@ import numpy as np
 from ...core.errors import CosimError, UsageError
 from ...core.files import changed
 from ...core.versions import versions
-from ...master.coupling.residual_energy import Watch
 from ...master.engine.values import TEXT, Signal
 from ...master.parallel.pool import Failure, Pool
 from ...master.parallel.pool import session as opened
@@ -24,6 +23,7 @@ from ...master.simulation.manifest import digest as digest_of_file
 from ...master.simulation.session import Session
 from ...master.simulation.stimuli import Drive
 from ...master.simulation.time_grid import times_of
+from ...master.simulation.watch import Watch
 from ...master.system.system import System
 from .cases import Case
 from .metrics import Metric

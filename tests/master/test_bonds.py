@@ -4,10 +4,10 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from deepsea_cosim.master.coupling.power_bonds import _apart
-from deepsea_cosim.master.coupling.residual_energy import Watch, find_bonds
+from deepsea_cosim.master.coupling.power_bonds import _apart, find_bonds
 from deepsea_cosim.master.simulation.run import Options, run
 from deepsea_cosim.master.simulation.session import Session
+from deepsea_cosim.master.simulation.watch import Watch
 
 from benchmarks import native
 

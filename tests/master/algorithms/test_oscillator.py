@@ -11,7 +11,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 from deepsea_cosim.core.errors import CosimError
-from deepsea_cosim.master.algorithms import AT_START, NAMES
+from deepsea_cosim.master.algorithms import NAMES, method_named
 from deepsea_cosim.master.coupling.residual_energy import Swing
 from deepsea_cosim.master.simulation.run import Options, run
 
@@ -74,7 +74,7 @@ def test_order_where_a_table_drives_the_system(fmus, tmp_path, method):
         frame = run(path, tmp_path / "out", Options(step=h, method=method, stimuli=tmp_path / "s.csv")).frame
         exact = (np.sin(nu * frame["time"]) - nu / OMEGA * np.sin(OMEGA * frame["time"])) / (k - nu**2)
         errors.append(np.abs(frame["mass.y1"] - exact).max())
-    assert np.log2(errors[1] / errors[2]) == pytest.approx(1 if method in AT_START else 2, abs=0.2)
+    assert np.log2(errors[1] / errors[2]) == pytest.approx(method_named(method).order, abs=0.2)
 
 
 def test_every_algorithm_is_tested_here():

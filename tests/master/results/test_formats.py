@@ -8,7 +8,7 @@ import sys
 
 import numpy as np
 import pytest
-from deepsea_cosim.master.results import SUFFIXES, open_writer
+from deepsea_cosim.master.results import by_suffix, open_writer
 from deepsea_cosim.master.results.columns import TIME, Column
 from deepsea_cosim.master.results.frame import frame
 
@@ -44,14 +44,15 @@ def test_a_frame_is_what_was_written(tmp_path, suffix):
 
 
 def test_every_suffix_has_a_format():
-    assert set(SUFFIXES) == {".csv", ".parquet", ".h5", ".hdf5"}
+    assert set(by_suffix()) == {".csv", ".parquet", ".h5", ".hdf5"}
 
 
 PROGRAM = """
 import resource, sys, os, signal
 from pathlib import Path
 from deepsea_cosim.core.errors import OutputError
-from deepsea_cosim.master.results import open_writer, parquet
+from deepsea_cosim.master.results import open_writer
+from deepsea_cosim.master.results.formats import parquet
 sys.path.insert(0, {root!r})
 from tests.master.results.test_formats import COLUMNS, rows
 path = Path({path!r})

@@ -7,14 +7,16 @@ that is full leaves the file as it was after the last block.
 from __future__ import annotations
 
 import os
-from collections.abc import Sequence
+from collections.abc import Collection, Sequence
 from contextlib import suppress
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 
-from ...core.errors import OutputError, UsageError, install
-from .columns import Column
+from ....core.errors import OutputError, UsageError, install
+from ..columns import Column
+from ..format import Format
 
 CHUNK = 4096
 """Values that a column grows by in the file."""
@@ -85,3 +87,20 @@ class Hdf5Writer:
             used = self._file.id.get_filesize()
             self._file.close()
             os.truncate(self.path, used)
+
+
+def read(path: Path, texts: Collection[str], truths: Collection[str]) -> Any:
+    """A frame, of a file that a killed run has left, too; the file knows its types."""
+    import h5py
+    import pandas
+
+    with h5py.File(path, "r", locking=False) as file:
+        columns = {
+            name.replace("\\", "/"): (d if h5py.check_string_dtype(d.dtype) is None else d.asstr())[()]
+            for name, d in file.items()
+        }
+    length = min(len(c) for c in columns.values())
+    return pandas.DataFrame({name: c[:length] for name, c in columns.items()})
+
+
+FORMAT = Format((".h5", ".hdf5"), Hdf5Writer, read)

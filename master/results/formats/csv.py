@@ -4,16 +4,19 @@ from __future__ import annotations
 
 import csv
 import io
-from collections.abc import Sequence
+import warnings
+from collections.abc import Collection, Sequence
 from contextlib import suppress
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import orjson
 
-from ...core.errors import OutputError
-from ...core.files import writing
-from .columns import Column
+from ....core.errors import OutputError
+from ....core.files import writing
+from ..columns import Column
+from ..format import Format
 
 
 class CsvWriter:
@@ -63,3 +66,20 @@ class CsvWriter:
         """Close the file."""
         with suppress(OSError):
             self._file.close()
+
+
+def read(path: Path, texts: Collection[str], truths: Collection[str]) -> Any:
+    """A frame; 007 would be read as a number, and what is true stands there as 1, so these have to be told."""
+    import pandas
+
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore")  # the exact reading of decimals is the default of some versions only
+        names = pandas.read_csv(path, nrows=0).columns
+        made = pandas.read_csv(
+            path, float_precision="round_trip", dtype={name: str for name in names if name in texts},
+            keep_default_na=False, na_values={name: ["nan"] for name in names if name not in texts},
+        )  # fmt: skip
+    return made.astype(dict.fromkeys(truths, bool))
+
+
+FORMAT = Format((".csv",), CsvWriter, read)

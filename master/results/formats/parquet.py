@@ -3,16 +3,17 @@
 from __future__ import annotations
 
 import shutil
-from collections.abc import Sequence
+from collections.abc import Collection, Sequence
 from contextlib import suppress
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
-from ...core.errors import OutputError, UsageError, install
-from ...core.files import exchange, writing
-from .columns import Column
+from ....core.errors import OutputError, UsageError, install
+from ....core.files import exchange, writing
+from ..columns import Column
+from ..format import Format
 
 ROWS = 100_000
 """Rows of a row group."""
@@ -119,3 +120,13 @@ def _remove(place: Path) -> None:
     if place.is_dir() and not place.is_symlink():
         shutil.rmtree(place)
     place.unlink(missing_ok=True)
+
+
+def read(path: Path, texts: Collection[str], truths: Collection[str]) -> Any:
+    """A frame; the file knows its types."""
+    import pandas
+
+    return pandas.read_parquet(path)
+
+
+FORMAT = Format((".parquet",), ParquetWriter, read)

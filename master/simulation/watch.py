@@ -1,0 +1,31 @@
+"""What there is to say against a run, by what it exchanged."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from ..algorithms import method_named
+from ..coupling.power_bonds import find_bonds
+from ..coupling.residual_energy import ResidualEnergy, said
+from .session import Session
+
+
+class Watch:
+    """What there is to say against the runs of a session."""
+
+    def __init__(self, session: Session):
+        self.session = session
+        self.bonds = [bond for bond in find_bonds(session.system) if not bond.of_elements]  # sessions record no arrays
+        outputs = [s for b in self.bonds for s in (b.forth.source, b.back.source)]
+        inputs = [s for b in self.bonds for s in (b.forth.target, b.back.target)]
+        self.record = [s.address for s in (*outputs, *inputs)]
+        """Signals that a run has to record, in this order."""
+        self._slots = [s.place for s in outputs], [s.place for s in inputs]
+
+    def warnings(self, t: np.ndarray, rows: np.ndarray, method: str) -> list[str]:
+        """Of the session's last run, which recorded rows (n, len(record)) at times t (n,)."""
+        slaves = self.session.system.slaves.values()
+        carrying = method_named(method).carrying(slaves)
+        energy = ResidualEnergy(self.bonds, *self._slots, [(0.0, 0.0)] * len(self.bonds), carrying)
+        energy.add(t, rows)
+        return list(dict.fromkeys([*said(slaves), *energy.warnings()]))
