@@ -126,19 +126,19 @@ def _own_calls(path: Path) -> float:
     import numpy as np
     from deepsea_cosim.master.coupling.initialisation import Initialiser
     from deepsea_cosim.master.engine.runner import Runner
-    from deepsea_cosim.master.system.setup import bound_values, load_descriptions, load_slaves, read_package
-    from deepsea_cosim.master.system.system import System
+    from deepsea_cosim.master.options import Options
+    from deepsea_cosim.master.system.assemble import assemble
+    from deepsea_cosim.master.system.findings import Findings
+    from deepsea_cosim.master.system.instances import load_slaves
 
     with ExitStack() as stack:
-        network = read_package(path, stack)
-        slaves = load_descriptions(network)
-        values = bound_values(network, slaves)
-        system = System(network, slaves)
-        load_slaves(slaves, stack, lambda *_: None)
-        stop = network.structure.stop_time or 1.0
-        Initialiser(system)(values, 0.0, stop)
-        program = system.steps.program()
-        for slave in slaves.values():
+        made = assemble(path, Options(), stack, Findings())
+        assert made is not None
+        load_slaves(made.slaves, stack, lambda *_: None)
+        stop = made.network.structure.stop_time or 1.0
+        Initialiser(made.system)(made.values, 0.0, stop)
+        program = made.system.steps.program()
+        for slave in made.slaves.values():
             program.advance([slave])
         runner = Runner(program)
         runner.timed = False

@@ -175,7 +175,8 @@ def main(arguments: Sequence[str] | None = None) -> int:
 
 def _look(options: argparse.Namespace, settings: Options) -> int:
     """--check and --info."""
-    from .system.check import check, tree
+    from .simulation.check import check
+    from .system.tree import tree
 
     found = check(options.package, settings)
     if options.info and found.network is not None:

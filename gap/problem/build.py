@@ -12,7 +12,7 @@ from ...core.repeated import repeated
 from ...core.units import unit
 from ...master.parallel.pool import Pool
 from ...master.simulation.session import Session
-from ...master.system.setup import split
+from ...master.system.addresses import split
 from ..campaign.campaign import Campaign, CampaignError, Event, Run, own_unit
 from ..campaign.catalogue import Catalogue
 from ..settings import DEFAULT, Settings

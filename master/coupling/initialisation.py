@@ -13,7 +13,7 @@ from ...core.errors import PackageError, SimulationError
 from ...ssp.wires import End, Wire
 from ..engine.runner import Runner
 from ..engine.values import TEXT, Signal
-from ..system.setup import Value
+from ..system.start_values import Value
 from ..system.strongly_connected import in_order
 from ..system.system import System
 from ..system.value_conversion import converted

@@ -1,4 +1,4 @@
-"""A run before anything is loaded: the package read, and all that can be wrong with it or the options looked at."""
+"""A run before anything is loaded: the package put together, and all that can be wrong with the options looked at."""
 
 from __future__ import annotations
 
@@ -10,6 +10,7 @@ from pathlib import Path
 from ...core.errors import UsageError
 from ...ssp.wires import Network
 from ..algorithms import check_method, chosen, method_named
+from ..algorithms.method import Method
 from ..coupling.initialisation import early_order
 from ..coupling.power_bonds import Bond, find_bonds
 from ..isolation.isolated import IsolatedSlave
@@ -17,21 +18,11 @@ from ..options import Options
 from ..results import format_of
 from ..results.columns import Layout
 from ..slaves.base import Slave
-from ..system.setup import (
-    Value,
-    bound_values,
-    check_single,
-    configure,
-    expanded,
-    given_values,
-    idle,
-    load_descriptions,
-    mixed_libraries,
-    read_package,
-    resolve,
-    targets,
-    with_parameters,
-)
+from ..system.addresses import targets
+from ..system.assemble import assemble
+from ..system.findings import Findings
+from ..system.instances import mixed_libraries
+from ..system.start_values import Value, idle
 from ..system.system import System
 from . import stimuli
 from .interrupts import Interrupts
@@ -39,11 +30,12 @@ from .time_grid import times_of
 
 
 @dataclass
-class Prepared:
+class Plan:
     """A run that could begin."""
 
     options: Options
     """As they were given, with the method that is used."""
+    method: Method
     network: Network
     slaves: dict[str, Slave]
     system: System
@@ -60,24 +52,28 @@ class Prepared:
     remarks: list[str]
 
 
-def prepare(package: Path, options: Options, stack: ExitStack, interrupt: Interrupts) -> Prepared:
+def plan(package: Path, options: Options, stack: ExitStack, interrupt: Interrupts) -> Plan:
     """Read the package; what it was unpacked into goes with the stack. Raises `CosimError` for all that is wrong."""
     check_options(options)
-    network = with_parameters(read_package(package, stack, options.variant), options.parameters)
-    options = replace(options, method=chosen(options.method, network.structure.method))
-    remarks = list(network.remarks)
+    found = Findings()
+
+    def as_run(slaves: dict[str, Slave]) -> dict[str, Slave]:
+        made = _isolated(options, slaves, interrupt) if options.isolate else slaves
+        set_substeps(options, made)
+        return made
+
+    made = assemble(package, options, stack, found, prepare=as_run)
+    assert made is not None
+    network, slaves, system, remarks = made.network, made.slaves, made.system, found.warnings
+    name = chosen(options.method, network.structure.method)
+    options, method = replace(options, method=name), method_named(name)
     times = times_of(network.structure, options.stop_time, options.step)
-    slaves = load_descriptions(network)
-    own = [c for c in options.changes if c[0] in network.inputs]
-    others = [c for c in options.changes if c not in own]
-    network, changes = configure(network, slaves, list(expanded(others, network, slaves)))
-    values = [*bound_values(network, slaves, remarks.append), *resolve(changes, slaves)]
-    slaves = _isolated(options, slaves, interrupt, remarks)
-    set_substeps(options, slaves)
-    system = System(network, slaves)
-    remarks += system.remarks
-    values = [*given_values(network, system, remarks.append), *values, *resolve(own, slaves, system=system)]
-    remarks += [*idle(network, values), *step_remarks(slaves, *times), *_overruled(changes, system)]
+    if not options.isolate:
+        remarks += mixed_libraries(slaves)
+    elif method.carrying(slaves.values()):
+        remarks.append("--isolate: no slopes of inputs are handed over; without it the results differ a little")
+    remarks += [*idle(network, made.values), *step_remarks(slaves, *times)]
+    remarks += _overruled([c for c in options.changes if c[0] not in network.inputs], system)
     layout = Layout(system)
     which = layout.chosen(options.record)
     layout.chosen(options.plot, "--plot")
@@ -88,8 +84,8 @@ def prepare(package: Path, options: Options, stack: ExitStack, interrupt: Interr
     for drive in drives:
         if drive.texts and drive.signal.component:
             slaves[drive.signal.component].texts.add(drive.signal.name)
-    bonds = check_coupling(system, options)
-    return Prepared(options, network, slaves, system, values, drives, layout, which, times, bonds, remarks)
+    bonds = check_coupling(system, name, options.isolate)
+    return Plan(options, method, network, slaves, system, made.values, drives, layout, which, times, bonds, remarks)
 
 
 def check_options(options: Options) -> None:
@@ -103,24 +99,16 @@ def check_options(options: Options) -> None:
         raise UsageError("--step-timeout needs --isolate: only a process of its own can be stopped")
 
 
-def check_coupling(system: System, options: Options) -> list[Bond]:
+def check_coupling(system: System, method: str, isolated: bool) -> list[Bond]:
     """The power bonds; raises `CosimError` for what the coupling needs and the FMUs do not have."""
     early_order(system)
-    check_method(chosen(options.method, None), system, options.isolate)
+    check_method(method, system, isolated)
     return find_bonds(system)
 
 
-def _isolated(
-    options: Options, slaves: dict[str, Slave], interrupt: Interrupts, remarks: list[str]
-) -> dict[str, Slave]:  # fmt: skip
-    """The slaves as they are to be run, in processes of their own or in this one."""
-    if options.isolate:
-        if method_named(chosen(options.method, None)).carrying(slaves.values()):
-            remarks.append("--isolate: no slopes of inputs are handed over; without it the results differ a little")
-        return {n: IsolatedSlave(s, options.step_timeout, interrupt) for n, s in slaves.items()}
-    check_single(slaves)
-    remarks += mixed_libraries(slaves)
-    return slaves
+def _isolated(options: Options, slaves: dict[str, Slave], interrupt: Interrupts) -> dict[str, Slave]:
+    """The slaves in processes of their own."""
+    return {n: IsolatedSlave(s, options.step_timeout, interrupt) for n, s in slaves.items()}
 
 
 def set_substeps(options: Options, slaves: dict[str, Slave]) -> None:

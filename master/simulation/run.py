@@ -19,7 +19,7 @@ from ...core.files import returning
 from ...core.versions import versions
 from ..accuracy.doubt import doubt, warning
 from ..accuracy.held_inputs import HeldInputs
-from ..algorithms import chosen, method_named
+from ..algorithms import method_named
 from ..algorithms.method import MEAN
 from ..coupling.feedthrough import at_once, detect_feedthrough
 from ..coupling.initialisation import Initialiser
@@ -28,10 +28,10 @@ from ..engine.program import Program
 from ..engine.runner import Runner
 from ..options import Options, as_path, options_of
 from ..results.columns import Column, elements
-from ..system.setup import load_slaves
+from ..system.instances import load_slaves
 from .interrupts import Interrupts, interrupts
 from .manifest import manifest, write_manifest
-from .plan import Prepared, prepare
+from .plan import Plan, plan
 from .recording import SAMPLE, Recording
 from .run_folder import result_folder, write_summary
 from .stepping import Loop
@@ -96,11 +96,11 @@ def run(
     with ExitStack() as stack:
         interrupt = stack.enter_context(interrupts(give_up is not None))
         folder = stack.enter_context(returning()) / folder
-        prepared = prepare(package, options, stack, interrupt)
+        made = plan(package, options, stack, interrupt)
         stack.enter_context(result_folder(folder, options.results))
-        options = prepared.options
-        write_manifest(folder, manifest(package, prepared.network, options))
-        this = _Run(package, folder, prepared, interrupt, give_up, begin)
+        options = made.options
+        write_manifest(folder, manifest(package, made.network, options))
+        this = _Run(package, folder, made, interrupt, give_up, begin)
         this.start(stack, log, stride)
         this.march(progress)
         result = this.result()
@@ -113,35 +113,35 @@ class _Run:
     """A run under way: `start`, `march`, `result`. Each part knows what is left on disk if it is the last."""
 
     def __init__(
-        self, package: Path, folder: Path, prepared: Prepared, interrupt: Interrupts,
+        self, package: Path, folder: Path, plan: Plan, interrupt: Interrupts,
         give_up: Callable[[str], object] | None, begin: float,
     ):  # fmt: skip
-        self.package, self.folder, self.options, self.prepared = package, folder, prepared.options, prepared
+        self.package, self.folder, self.options, self.plan = package, folder, plan.options, plan
         self.interrupt, self._give_up, self._begin = interrupt, give_up, begin
-        self.method = method_named(chosen(prepared.options.method, None))
-        self.remarks = list(prepared.remarks)
+        self.method = plan.method
+        self.remarks = list(plan.remarks)
 
     def start(self, stack: ExitStack, log: Callable[[str, str, str], None], stride: int | None) -> None:
         """Load and initialise everything; what is loaded goes with the stack."""
-        prepared, options = self.prepared, self.options
-        count = prepared.times[3]
+        plan, options = self.plan, self.options
+        count = plan.times[3]
         try:
             with self.interrupt.away(self._abandon_start):
-                load_slaves(prepared.slaves, stack, log)
+                load_slaves(plan.slaves, stack, log)
                 stack.callback(self.interrupt.go, self._abandon_end)
                 program = self._initialised()
-                bonds = prepared.bonds
-                answers = [at_once(prepared.system, bond) for bond in bonds]
+                bonds = plan.bonds
+                answers = [at_once(plan.system, bond) for bond in bonds]
                 if self.interrupt:
-                    raise Interrupted("interrupted before the first step", prepared.times[0])
-                carrying = self.method.carrying(prepared.slaves.values())
-                layout = prepared.layout
+                    raise Interrupted("interrupted before the first step", plan.times[0])
+                carrying = self.method.carrying(plan.slaves.values())
+                layout = plan.layout
                 self.energy = ResidualEnergy(bonds, layout.outputs, layout.inputs, answers, carrying)
-                held = HeldInputs(prepared.system, layout.outputs, layout.inputs, carrying)
+                held = HeldInputs(plan.system, layout.outputs, layout.inputs, carrying)
                 self.file = self.folder / options.results if options.results else None
                 self.stride = stride or max(1, count // SAMPLE)
                 self.recording = Recording(
-                    prepared.system, layout, prepared.which, self.file, options.record_every, self.energy, held,
+                    plan.system, layout, plan.which, self.file, options.record_every, self.energy, held,
                     self.stride,
                 )  # fmt: skip
         except CosimError as error:
@@ -149,15 +149,15 @@ class _Run:
             raise
         stack.callback(self.recording.close)
         self._started = perf_counter()
-        self.loop = Loop(prepared, program, self.recording, self.method.input_hold == MEAN, options.realtime)
+        self.loop = Loop(plan, program, self.recording, self.method.input_hold == MEAN, options.realtime)
 
     def _initialised(self) -> Program:
         """Bring the system to its start; what a macro step consists of."""
-        system, drives, coupling = self.prepared.system, self.prepared.drives, self.method
-        start, stop = self.prepared.times[:2]
+        system, drives, coupling = self.plan.system, self.plan.drives, self.method
+        start, stop = self.plan.times[:2]
         program = system.steps.program()
         driven = {(drive.signal.component, drive.signal.name) for drive in drives}
-        values = [v for v in self.prepared.values if (v.component, v.variable) not in driven]
+        values = [v for v in self.plan.values if (v.component, v.variable) not in driven]
         system.values.mute({v.variable for v in values if not v.component} | {n for c, n in driven if not c})
         for column, drive in enumerate(drives):
             mean = len(drives) + column if coupling.input_hold == MEAN and drive.straight else None
@@ -176,8 +176,8 @@ class _Run:
         """Take all steps, and write the summary however they end."""
         failure: CosimError | None = None
         try:
-            self.loop.run(*self.prepared.times, progress, self.interrupt, self._abandon)
-            self.remarks += self.loop.ending(self.prepared.times[1])
+            self.loop.run(*self.plan.times, progress, self.interrupt, self._abandon)
+            self.remarks += self.loop.ending(self.plan.times[1])
             self.recording.flush()
             self.recording.finish()
         except OutputError as caught:  # nothing more can be written
@@ -201,11 +201,11 @@ class _Run:
 
     def result(self) -> Result:
         """What is left behind."""
-        system = self.prepared.system
+        system = self.plan.system
         return Result(
             self.folder,
             self.summary,
-            [c.name for c in self.prepared.layout.columns],
+            [c.name for c in self.plan.layout.columns],
             system.units(),
             self.recording.sampled(),
             self.recording.extremes(),
@@ -219,24 +219,24 @@ class _Run:
 
     def _recorded(self) -> list[Column]:
         """The columns of the result file."""
-        return [self.prepared.layout.columns[i] for i in self.prepared.which]
+        return [self.plan.layout.columns[i] for i in self.plan.which]
 
     def _summary(self, status: str, error: object) -> dict[str, Any]:
-        prepared, loop = self.prepared, self.loop
-        start, _, step, _ = prepared.times
+        plan, loop = self.plan, self.loop
+        start, _, step, _ = plan.times
         wall = perf_counter() - self._started
         simulated = loop.time - start
-        slaves = prepared.slaves
+        slaves = plan.slaves
         told = self._doubt()
         doubts = warning(told, self.method.order, step)
         warnings = [*said(slaves.values()), *self.energy.warnings(), *doubts, *self.remarks]
         return {
             "package": str(self.package),
-            "variant": prepared.network.structure.file.name,
+            "variant": plan.network.structure.file.name,
             "status": status,
             "error": str(error) if error else None,
             "method": self.options.method,
-            "order": prepared.system.order,
+            "order": plan.system.order,
             "start_time_s": start,
             "stop_time_s": loop.time,
             "step_s": step,
@@ -258,10 +258,10 @@ class _Run:
 
     def _doubt(self) -> dict[str, Any] | None:
         """What is in doubt of the outputs that FMUs give as reals."""
-        recording, system = self.recording, self.prepared.system
+        recording, system = self.recording, self.plan.system
         if recording.extremes() is None:
             return None
-        places = {c.name: i for i, c in enumerate(self.prepared.layout.columns) if c.type == "float"}
+        places = {c.name: i for i, c in enumerate(self.plan.layout.columns) if c.type == "float"}
         mine: dict[str, list[tuple[int, str]]] = {}
         for signal in system.outputs.values():
             found = [(places[name], name) for name in elements(signal) if name in places]
@@ -281,7 +281,7 @@ class _Run:
         self._give_up(why)  # type: ignore[misc]
 
     def _abandon(self, runner: Runner) -> None:
-        start, _, step, _ = self.prepared.times
+        start, _, step, _ = self.plan.times
         why = self.loop.abandon(runner, start, step)
         try:
             self.recording.flush()

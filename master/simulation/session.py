@@ -21,20 +21,12 @@ from ..coupling.initialisation import Initialiser
 from ..engine.program import Program
 from ..engine.runner import Runner
 from ..engine.values import REAL, TEXT, Signal
-from ..options import as_text, as_texts, as_time
-from ..system.setup import (
-    bound_values,
-    check_single,
-    configure,
-    given_values,
-    load_descriptions,
-    load_slaves,
-    read_package,
-    resolve,
-    split,
-    targets,
-)
-from ..system.system import System
+from ..options import Options, as_text, as_texts, as_time
+from ..system.addresses import split, targets
+from ..system.assemble import assemble
+from ..system.findings import Findings
+from ..system.instances import load_slaves
+from ..system.start_values import resolve
 from .stimuli import Drive, check_series, means
 from .time_grid import times_of
 
@@ -56,17 +48,10 @@ class Session:
     ):
         self._stack = ExitStack()
         try:
-            network = read_package(package, self._stack)
-            if only:
-                network = network.only(list(only))
-            self.structure = network.structure
-            slaves = load_descriptions(network)
-            check_single(slaves)
-            network, _ = configure(network, slaves)
-            self._bound = bound_values(network, slaves)
-            self.system = System(network, slaves)
-            self._bound += given_values(network, self.system)
-            load_slaves(slaves, self._stack, log)
+            made = assemble(package, Options(), self._stack, Findings(), only)
+            assert made is not None
+            self.structure, self.system, self._bound = made.network.structure, made.system, made.values
+            load_slaves(made.slaves, self._stack, log)
             self._initialise = Initialiser(self.system)
         except BaseException:
             self._stack.close()

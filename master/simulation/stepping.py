@@ -14,7 +14,7 @@ from ..engine.runner import Runner
 from ..slaves.base import Slave
 from . import stimuli
 from .interrupts import Interrupts
-from .plan import Prepared
+from .plan import Plan
 from .recording import Recording
 
 SLICE = 0.05
@@ -27,8 +27,8 @@ LISTEN = 0.1
 class Loop:
     """The macro steps, a slice of time at once."""
 
-    def __init__(self, prepared: Prepared, program: Program, recording: Recording, averaged: bool, realtime: bool):
-        self.system, self.layout, self.drives = prepared.system, prepared.layout, prepared.drives
+    def __init__(self, plan: Plan, program: Program, recording: Recording, averaged: bool, realtime: bool):
+        self.system, self.layout, self.drives = plan.system, plan.layout, plan.drives
         self.recording, self.averaged, self.realtime = recording, averaged, realtime
         system, layout = self.system, self.layout
         if layout.keeps_texts:
@@ -44,7 +44,7 @@ class Loop:
         self.ended_by: Slave | None = None
         """The FMU that has asked to end the run before its time."""
         self.done = 0
-        self.time = prepared.times[0]
+        self.time = plan.times[0]
 
     def run(
         self, start: float, stop: float, h: float, n: int, progress: Callable[[int, int], None], interrupt: Interrupts,

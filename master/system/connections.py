@@ -12,7 +12,7 @@ from ...ssp.wires import At, End, Network, Wire, shown_at
 from ..engine.program import Cast
 from ..engine.values import TEXT, Signal
 from ..slaves.base import Slave
-from .faults import Faults
+from .findings import Findings
 from .layout import SignalLayout
 from .quantities import Quantities
 from .sizes import Extent, check_sizes, stated
@@ -40,14 +40,14 @@ class Link:
 
 
 class Connections:
-    """The links of a network; what does not fit goes to the faults."""
+    """The links of a network; what does not fit goes to the findings."""
 
     def __init__(
         self, network: Network, slaves: Mapping[str, Slave], layout: SignalLayout, quantities: Quantities,
-        own_inputs: Mapping[str, Signal], faults: Faults, remarks: list[str],
+        own_inputs: Mapping[str, Signal], findings: Findings, remarks: list[str],
     ):  # fmt: skip
         self.network, self.slaves = network, slaves
-        self._layout, self._quantities, self._faults = layout, quantities, faults
+        self._layout, self._quantities, self._findings = layout, quantities, findings
         self.remarks = remarks
         self.inputs = {(s.component, s.name): s for slave in slaves.values() for s in slave.inputs}
         self.outputs = {(s.component, s.name): s for slave in slaves.values() for s in slave.outputs}
@@ -72,7 +72,7 @@ class Connections:
         for wire in early:
             if not wire.start[0] and network.inputs[wire.start[1]].kind == "input":
                 end = ".".join(wire.end)
-                faults.refuse(f"{wire.where}: the input '{wire.start[1]}' cannot drive the parameter '{end}'")
+                findings.refuse(f"{wire.where}: the input '{wire.start[1]}' cannot drive the parameter '{end}'")
         self.shown = self._made(self._shown, network.outputs)
 
     def into(self, name: str) -> list[Link]:
@@ -80,7 +80,7 @@ class Connections:
         return self._into[name]
 
     def _made(self, make: Callable[[Wire], Link], wires: Iterable[Wire]) -> list[Link]:
-        made = (self._faults.attempt(lambda wire=wire: make(wire)) for wire in wires)  # type: ignore[misc]
+        made = (self._findings.attempt(lambda wire=wire: make(wire)) for wire in wires)  # type: ignore[misc]
         return [link for link in made if link is not None]
 
     def _check_aliases(self) -> None:
@@ -90,7 +90,7 @@ class Connections:
             other = there.get(which) or there.get(None) or (next(iter(there.values()), None) if which is None else None)
             there.setdefault(which, link)
             if other is not None:
-                self._faults.refuse(
+                self._findings.refuse(
                     f"{link.wire.where}: '{link.target.address}' is another name of '{other.target.address}', "
                     "which is driven already"
                 )
@@ -109,7 +109,7 @@ class Connections:
                     continue
                 size = self.slaves[path].size(connector.name)
                 if count != size:
-                    self._faults.refuse(
+                    self._findings.refuse(
                         f"{connector.where}: connector '{path}.{connector.name}' is {connector.type.shape}, its FMU's "
                         f"variable has {size} values"
                     )
@@ -152,7 +152,7 @@ class Connections:
                 self.remarks += passage(given, wire.hops, self._quantities.quantity(wire.end), wire.where).remarks
             except CosimError as error:
                 told = str(error) if str(error).startswith(wire.where) else f"{wire.where}: {error}"
-                self._faults.refuse(told)
+                self._findings.refuse(told)
 
     def _variable(self, wire: Wire, end: End, causality: str) -> Signal:
         where = wire.where

@@ -7,7 +7,7 @@ from ..engine.values import TEXT, Signal
 from ..slaves.base import Slave
 from .connections import Connections
 from .execution_order import component_order
-from .faults import Faults
+from .findings import Findings
 from .input_values import InputValues
 from .layout import SignalLayout
 from .quantities import Quantities
@@ -17,8 +17,8 @@ from .step_program import StepProgram
 class System:
     """Slaves, signals and connections of a network, loaded and ready to be initialised and stepped."""
 
-    def __init__(self, network: Network, slaves: dict[str, Slave], faults: Faults | None = None):
-        """Raises `PackageError` for a connection that does not fit, unless the faults keep what is wrong."""
+    def __init__(self, network: Network, slaves: dict[str, Slave], findings: Findings | None = None):
+        """Raises `PackageError` for a connection that does not fit, unless the findings keep what is wrong."""
         self.network, self.slaves = network, slaves
         self.remarks: list[str] = []
         self.layout = SignalLayout()
@@ -35,7 +35,7 @@ class System:
         }
         """The inputs of the whole system."""
         self.connections = Connections(
-            network, slaves, self.layout, quantities, self.own_inputs, faults or Faults(), self.remarks
+            network, slaves, self.layout, quantities, self.own_inputs, findings or Findings(), self.remarks
         )
         self.inputs, self.outputs = self.connections.inputs, self.connections.outputs
         self.own_outputs, self.links = self.connections.own_outputs, self.connections.links

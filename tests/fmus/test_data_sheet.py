@@ -8,8 +8,8 @@ from deepsea_cosim.core.errors import PackageError
 from deepsea_cosim.fmus import cli
 from deepsea_cosim.fmus.data_sheet import KEYS, PAPER, read, scaled_catalogue, scales
 from deepsea_cosim.gap.campaign.read_catalogue import load, load_from_package
+from deepsea_cosim.master.simulation.check import check
 from deepsea_cosim.master.simulation.run import Options, run
-from deepsea_cosim.master.system.check import check
 
 REPOSITORY = Path(__file__).parents[2]
 SHEET = REPOSITORY / "examples" / "machine.toml"

@@ -9,8 +9,8 @@ import pytest
 from deepsea_cosim.fmus import cli, cross_check
 from deepsea_cosim.fmus.build import c_compiler
 from deepsea_cosim.fmus.check import faults
+from deepsea_cosim.master.simulation.check import check
 from deepsea_cosim.master.simulation.run import Options, run
-from deepsea_cosim.master.system.check import check
 from fmpy import read_model_description, simulate_fmu
 from fmpy.validation import validate_fmu
 

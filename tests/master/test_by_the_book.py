@@ -6,9 +6,9 @@ import json
 
 import pytest
 from deepsea_cosim.core.errors import CosimError
+from deepsea_cosim.master.simulation.check import check
 from deepsea_cosim.master.simulation.run import Options, run
 from deepsea_cosim.master.slaves.fmu import describe
-from deepsea_cosim.master.system.check import check
 
 from benchmarks import native
 

@@ -8,10 +8,10 @@ import numpy as np
 import pytest
 from deepsea_cosim.core.errors import CosimError
 from deepsea_cosim.master.algorithms import NAMES
+from deepsea_cosim.master.simulation.check import check
 from deepsea_cosim.master.simulation.run import Options, run
 from deepsea_cosim.master.simulation.session import Session
 from deepsea_cosim.master.slaves.base import Slave
-from deepsea_cosim.master.system.check import check
 
 from benchmarks import native
 

@@ -5,8 +5,9 @@ from __future__ import annotations
 import pytest
 from deepsea_cosim.core.errors import CosimError
 from deepsea_cosim.master.algorithms import NAMES
+from deepsea_cosim.master.simulation.check import check
 from deepsea_cosim.master.simulation.run import Options, run
-from deepsea_cosim.master.system.check import check, tree
+from deepsea_cosim.master.system.tree import tree
 
 from benchmarks import native
 

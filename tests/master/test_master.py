@@ -227,7 +227,7 @@ def test_units_of_parameter_values(built, tmp_path):
 
 def test_full_disk_is_a_clean_end(toys, tmp_path, capsys, monkeypatch):
     """Whole rows up to the fault, one line, code 1, and the summary says how far it came."""
-    import deepsea_cosim.master.results.csv as module
+    import deepsea_cosim.master.results.formats.csv as module
 
     class Full(io.FileIO):
         def write(self, data):

@@ -5,9 +5,9 @@ from __future__ import annotations
 import numpy as np
 import pytest
 from deepsea_cosim.core.errors import UsageError
+from deepsea_cosim.master.simulation.check import check
 from deepsea_cosim.master.simulation.run import Options, run
 from deepsea_cosim.master.simulation.session import Session
-from deepsea_cosim.master.system.check import check
 
 from benchmarks import native
 

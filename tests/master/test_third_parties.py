@@ -9,10 +9,10 @@ import pytest
 from deepsea_cosim.core.errors import CosimError
 from deepsea_cosim.master.algorithms import NAMES
 from deepsea_cosim.master.engine.runner import last_step
+from deepsea_cosim.master.simulation.check import check
 from deepsea_cosim.master.simulation.run import Options, run, simulate
 from deepsea_cosim.master.simulation.session import Session
 from deepsea_cosim.master.simulation.time_grid import times_of
-from deepsea_cosim.master.system.check import check
 from deepsea_cosim.ssp.archive import extract
 
 from benchmarks import native

@@ -8,8 +8,8 @@ import zipfile
 import numpy as np
 import pytest
 from deepsea_cosim.master.options import Options
+from deepsea_cosim.master.simulation.check import check
 from deepsea_cosim.master.simulation.run import run
-from deepsea_cosim.master.system.check import check
 
 from ..conftest import REPOSITORY
 

@@ -1,0 +1,164 @@
+"""Looks for everything that is wrong with a package, without loading an FMU: schema first, then meaning."""
+
+from __future__ import annotations
+
+from contextlib import ExitStack
+from dataclasses import dataclass
+from pathlib import Path
+
+from ...core.errors import PackageError, ParameterError
+from ...ssp.model import Component
+from ...ssp.wires import Network
+from ..algorithms import chosen
+from ..coupling.algebraic_loops import loops
+from ..engine.values import TEXT
+from ..options import Options
+from ..results.columns import Layout
+from ..slaves.base import Slave
+from ..system.assemble import Assembly, assemble
+from ..system.findings import Findings
+from ..system.instances import mixed_libraries
+from ..system.start_values import idle
+from ..system.system import System
+from . import stimuli
+from .plan import check_coupling, check_options, set_substeps, step_remarks
+from .time_grid import times_of
+
+Times = tuple[float, float, float, int]
+
+
+@dataclass
+class Checked(Findings):
+    """What a check found, and what could be read of the package."""
+
+    keeps: bool = True
+    network: Network | None = None
+    system: System | None = None
+    incomplete: bool = False
+    """Whether parts of the package are not in `network`, for they could not be read or connected."""
+
+
+def check(package: Path, wanted: Options | None = None) -> Checked:
+    """Read a package and everything in it; nothing is raised for what is wrong with it, or with how it is to be run."""
+    wanted = wanted or Options()
+    found = Checked()
+    found.attempt(lambda: check_options(wanted))
+    with ExitStack() as stack:
+        made = assemble(package, wanted, stack, found)
+        if made is None:
+            return found
+        found.network, found.system, found.incomplete = made.network, made.built, made.incomplete
+        aside = found.unless(made.incomplete)  # what may follow from parts that are missing is not told
+        times = _times(found, made, wanted)
+        for path, part in made.network.parts.items():
+            if path in made.slaves:
+                _connectors(found, part.component, made.slaves[path], path)
+        if made.has_all:
+            aside.attempt(lambda: set_substeps(wanted, made.slaves))
+            if not wanted.isolate:
+                found.warnings += mixed_libraries(made.slaves)
+            if times is not None:
+                found.warnings += step_remarks(made.slaves, *times)
+            for path, slave in made.slaves.items():
+                found.warnings += _starts(path, slave)
+        if made.built is not None:
+            _run(found, aside, made, wanted, times)
+    return found
+
+
+def _times(found: Findings, made: Assembly, wanted: Options) -> Times | None:
+    structure = made.network.structure
+    if structure.stop_time is None and wanted.stop_time is None:
+        found.notes.append("the package has no stop time; a run needs --stop-time")
+        return None
+    return found.attempt(lambda: times_of(structure, wanted.stop_time, wanted.step))
+
+
+def _run(found: Findings, aside: Findings, made: Assembly, wanted: Options, times: Times | None) -> None:
+    """What a run of the system would meet."""
+    system = made.system
+    told = found.unless(bool(found.errors))  # what follows from an error is not told
+    layout = told.attempt(lambda: Layout(system))
+    if layout is not None:
+        aside.attempt(lambda: layout.chosen(wanted.record))
+        aside.attempt(lambda: layout.chosen(wanted.plot, "--plot"))
+    method = told.attempt(lambda: chosen(wanted.method, made.network.structure.method))
+    if method is not None:
+        aside.attempt(lambda: check_coupling(system, method, wanted.isolate))
+    aside.warnings += idle(made.network, made.values)
+    given = {(v.component, v.variable) for v in made.values if not v.component}
+    _inputs(aside, system, _driven(aside, system, wanted, times) | given)
+    _loops(found, system)
+
+
+def _connectors(found: Findings, component: Component, slave: Slave, path: str) -> None:
+    """Connectors against the FMU's variables: names, kinds and types."""
+    for c in component.connectors:
+        v = slave.variables.get(c.name)
+        if v is None:
+            continue
+        cause = v.causality or "local"
+        if c.kind in ("input", "output", "parameter", "calculatedParameter", "structuralParameter") and c.kind != cause:
+            found.warnings.append(f"{c.where}: connector '{path}.{c.name}' is of kind {c.kind}, its FMU says {cause}")
+        if c.type is not None and not _fits(c.type.kind, v.type):
+            found.warnings.append(f"{c.where}: connector '{path}.{c.name}' is {c.type.kind}, its FMU says {v.type}")
+
+
+def _starts(path: str, slave: Slave) -> list[str]:
+    """Start values of the model description that are beyond its own limits."""
+    made = []
+    for v in slave.description.modelVariables:
+        if v.start in (None, "") or v.type not in slave.forms or slave.forms[v.type].family == TEXT or v.dimensions:
+            continue
+        try:
+            slave.checked(v.name, v.start, "")
+        except ParameterError as error:
+            made.append(f"the model description of '{path}' contradicts itself: {str(error).removeprefix(': ')}")
+        except PackageError as error:  # a run may never ask for that limit
+            made.append(str(error))
+    return made
+
+
+def _fits(said: str, own: str) -> bool:
+    same = {"Real": "Float64", "Integer": "Int32"}
+    return same.get(said, said) == same.get(own, own)
+
+
+def _driven(found: Findings, system: System, wanted: Options, times: Times | None) -> set[tuple[str, str]]:
+    """Check what a table drives; the inputs that it drives."""
+    if wanted.stimuli is None:
+        return set()
+    path = wanted.stimuli
+    drives = found.attempt(lambda: stimuli.read(path, system)) or []
+    if times is not None:
+        found.warnings += stimuli.remarks(path, drives, system, times[0], times[1])
+    return {(d.signal.component, d.signal.name) for d in drives}
+
+
+def _inputs(found: Findings, system: System, others: set[tuple[str, str]]) -> None:
+    driver = system.connections.driver
+    driven = {signal.home for end, signal in system.inputs.items() if end in others or driver(end) is not None}
+    idle: dict[str, list[str]] = {}
+    for (component, name), signal in system.inputs.items():
+        if signal.home not in driven:
+            idle.setdefault(component, []).append(name)
+    for component, names in idle.items():
+        if len(names) == 1:
+            found.notes.append(f"input '{component}.{names[0]}' is driven by nothing; it keeps its start value")
+        else:
+            shown = ", ".join(f"'{component}.{name}'" for name in names)
+            found.notes.append(f"inputs are driven by nothing and keep their start values: {shown}")
+    for name in system.own_inputs:
+        if ("", name) not in others:
+            found.notes.append(f"the system's input '{name}' is given nothing; what it leads to keeps its start value")
+
+
+def _loops(found: Findings, system: System) -> None:
+    certain = loops(system)
+    for loop in certain:
+        found.warnings.append(f"algebraic loop: {' -> '.join(loop)}")
+    if not certain:
+        for loop in loops(system, doubtful=True):
+            found.notes.append(
+                f"possible algebraic loop, for an FMU does not say what its outputs depend on: {' -> '.join(loop)}"
+            )

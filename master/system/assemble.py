@@ -1,0 +1,136 @@
+"""From a package to a system of FMUs that is ready to be loaded: descriptions, connections, values.
+
+A run, a session and a check all begin so; what is wrong is raised or kept, as the findings say.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from contextlib import ExitStack
+from dataclasses import dataclass, field
+from pathlib import Path
+
+from ...ssp.model import Component
+from ...ssp.wires import Network
+from ..options import Options
+from ..slaves.base import Slave
+from .findings import Findings
+from .instances import check_single, foreign_connectors, of_component, read_alone
+from .package import read_package, with_parameters
+from .start_values import Value, bound_values, expanded, given_values, resolve
+from .structural import configure
+from .system import System
+
+Prepare = Callable[[dict[str, Slave]], dict[str, Slave]]
+"""Gives the slaves as they are to be run."""
+
+
+@dataclass
+class Assembly:
+    """What a package is put together to. Where errors are kept, parts may be missing."""
+
+    network: Network
+    slaves: dict[str, Slave]
+    built: System | None = None
+    values: list[Value] = field(default_factory=list)
+    """Start values and parameters in the order in which they are set: of the package, then of the options."""
+    incomplete: bool = False
+    """Whether parts of the package are not in `network`, for they could not be read or connected."""
+
+    @property
+    def system(self) -> System:
+        """The system; there is one where errors are raised."""
+        assert self.built is not None
+        return self.built
+
+    @property
+    def has_all(self) -> bool:
+        """Whether every component's FMU could be read."""
+        return bool(self.slaves) and len(self.slaves) == len(self.network.parts)
+
+
+def assemble(
+    package: Path, options: Options, stack: ExitStack, found: Findings, only: Sequence[str] = (),
+    prepare: Prepare = lambda slaves: slaves,
+) -> Assembly | None:  # fmt: skip
+    """Read the package, and put it together; what it was unpacked into goes with the stack.
+
+    only: components to take, all where it is empty; prepare: called before the slaves are connected. None where the
+    package cannot be read and errors are kept; raises `CosimError` where they are not.
+    """
+    network = found.attempt(lambda: read_package(package, stack, options.variant, found.kept))
+    if network is None:
+        return None
+    made = Assembly(network.only(list(only)) if only else network, {}, incomplete=bool(found.errors))
+    aside = found.unless(made.incomplete)
+    made.network = aside.attempt(lambda: with_parameters(made.network, options.parameters)) or made.network
+    _tell_remarks(made.network, found)
+    made.slaves = _described(made.network, found)
+    if not made.network.parts and not found.errors:
+        found.refuse("the system has no components")
+    if made.has_all and not options.isolate:
+        found.attempt(lambda: check_single(made.slaves))
+    own = [c for c in options.changes if c[0] in made.network.inputs]
+    others = _expanded(made, [c for c in options.changes if c not in own], aside)
+    _set_sizes(made, others, found, aside)
+    made.slaves = prepare(made.slaves)
+    if made.has_all:
+        _connect(made, own, found, aside)
+    return made
+
+
+def _tell_remarks(network: Network, found: Findings) -> None:
+    """Where errors are kept, violations of the schema are some, unless they stand where one has been told."""
+    violations = set(network.structure.remarks) if found.keeps else set()
+    places = {error.partition(": ")[0] for error in found.errors}
+    found.errors += [r for r in network.structure.remarks if r in violations and r.partition(": ")[0] not in places]
+    found.warnings += [r for r in network.remarks if r not in violations]
+
+
+def _described(network: Network, found: Findings) -> dict[str, Slave]:
+    """Slaves by component path, not loaded yet, from the package's FMUs."""
+    slaves: dict[str, Slave] = {}
+    for path, part in network.parts.items():
+        slave = found.attempt(lambda path=path, part=part: of_component(path, part.component))  # type: ignore[misc]
+        if slave is None:
+            slave = read_alone(path, part.component)
+        if slave is not None:
+            slaves[path] = slave
+            _check_connectors(part.component, slave, found)
+    return slaves
+
+
+def _check_connectors(component: Component, slave: Slave, found: Findings) -> None:
+    for fault in foreign_connectors(component, slave):
+        found.refuse(fault)
+
+
+def _expanded(made: Assembly, changes: Sequence[tuple[str, str]], found: Findings) -> list[tuple[str, str]]:
+    """Changes with those of connectors of systems replaced by what these lead to."""
+    if not made.has_all:
+        return []
+    reached = []
+    for change in changes:
+        reached += found.attempt(lambda c=change: list(expanded([c], made.network, made.slaves))) or []  # type: ignore[misc]
+    return reached
+
+
+def _set_sizes(made: Assembly, changes: list[tuple[str, str]], found: Findings, aside: Findings) -> None:
+    """Structural parameters first, then the values that the package binds and that the user changes."""
+    network, slaves = made.network, made.slaves
+    made.network, changes = found.attempt(lambda: configure(network, slaves, changes)) or (network, changes)
+    made.values = bound_values(made.network, slaves, found)
+    for change in changes:
+        made.values += aside.attempt(lambda c=change: resolve([c], slaves)) or []  # type: ignore[misc]
+
+
+def _connect(made: Assembly, own: Sequence[tuple[str, str]], found: Findings, aside: Findings) -> None:
+    """The system, and the values of its own inputs."""
+    system = made.built = found.attempt(lambda: System(made.network, made.slaves, found))
+    if system is None:
+        return
+    found.warnings += system.remarks
+    given = found.attempt(lambda: given_values(made.network, system, found.warnings.append)) or []
+    made.values = [*given, *made.values]
+    for change in own:
+        made.values += aside.attempt(lambda c=change: resolve([c], made.slaves, system=system)) or []  # type: ignore[misc]

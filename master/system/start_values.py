@@ -1,0 +1,205 @@
+"""Start values and parameters: what the package binds and what the user changes, in the variables' units."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from dataclasses import dataclass, replace
+from typing import Any
+
+from ...core.errors import ParameterError, UnknownNameError, UsageError, did_you_mean
+from ...ssp.model import Table
+from ...ssp.wires import Hop, Network, Setting
+from ..engine.values import TEXT
+from ..slaves.base import Slave
+from .addresses import targets
+from .findings import Findings
+from .sizes import Extent, check_sizes, stated
+from .system import System
+from .value_conversion import Quantity, between, converted, parsed
+
+
+@dataclass(frozen=True)
+class Value:
+    """A checked value, in the variable's type and unit; component '' is an input of the whole system."""
+
+    component: str
+    variable: str
+    value: Any
+    where: str
+
+
+def resolve(
+    changes: Iterable[tuple[str, Any]],
+    slaves: Mapping[str, Slave],
+    prefix: str = "--set ",
+    system: System | None = None,
+) -> list[Value]:
+    """Checked values of (address, value) pairs; a bare name applies to every component that has it.
+
+    With `system`, the name of one of its own inputs means that input.
+    """
+    made = []
+    for address, value in changes if system is None else expanded(changes, system.network, slaves, prefix):
+        where = f"{prefix}{address}={value}"
+        meant = targets(address, slaves, system)
+        if not meant:
+            known = [(c, n) for c, slave in slaves.items() for n in slave.variables if slave.settable(n)]
+            hint = did_you_mean(address, [f"{c}.{n}" for c, n in known] + sorted({n for _, n in known}))
+            raise UnknownNameError(f"{where}: no component has a parameter '{address}'{hint}")
+        for component, name in meant:
+            if component:
+                made.append(_checked(slaves[component], name, value, where))
+            elif system is not None:
+                made.append(_own(system, name, value, where))
+    return made
+
+
+def expanded(
+    changes: Iterable[tuple[str, Any]], network: Network, slaves: Mapping[str, Slave], prefix: str = "--set "
+) -> Iterator[tuple[str, Any]]:
+    """The changes with those of connectors of systems replaced by what these lead to."""
+    for address, value in changes:
+        if address in network.inputs or not network.connectors.get(address):
+            yield address, value
+            continue
+        for component, name, hops in network.connectors[address]:
+            slave, reached = slaves[component], value
+            where = f"{prefix}{address}={value}"
+            slave.variable(name)
+            at = between(hops[0]) if hops else None
+            if at is not None or any(hop.transformation is not None for hop in hops):
+                target = _target(network, slave, name)
+                tables = (h.transformation for h in hops if isinstance(h.transformation, Table))
+                named = next((table.entries for table in tables if table.kind == "Enumeration"), None)
+                known_items = target.items if named is None else None
+                if named is None and at is not None:
+                    at = replace(at, unit=None, items=at.items or known_items)
+                    parts = _parts(value, bool(slave.variables[name].dimensions) and at.family != TEXT)
+                    values = [parsed(part, at, at.shown, where) for part in parts]
+                    given = tuple(values) if len(values) > 1 or slave.variables[name].dimensions else values[0]
+                elif named is None:
+                    given = slave.checked(name, value, where, limited=False)
+                elif (given := _item(hops, value)) not in {**named, **(target.items or {})}:  # mapped by its name
+                    known = ", ".join(map(str, named))
+                    raise UsageError(f"{where}: '{address}' is mapped by the names of its items: {known}")
+                kind = target.type if named is None else "Enumeration"
+                source = at if named is None and at is not None else Quantity(kind, None, known_items)
+                reached = converted(given, source, hops, target, where)
+            yield f"{component}.{name}", reached
+
+
+def _parts(value: Any, is_array: bool) -> Sequence[Any]:
+    """The values of an array, which a text has one after the other."""
+    if isinstance(value, str) and is_array:
+        return value.replace(",", " ").split()
+    return value if isinstance(value, (tuple, list)) else (value,)
+
+
+def _item(hops: Sequence[Hop], value: Any) -> str:
+    """The name of an item of the connector where the hops begin; it may be given by its number."""
+    numbers = {str(number): name for name, number in (hops[0].enumeration or {}).items()}
+    return numbers.get(str(value), str(value))
+
+
+def _checked(slave: Slave, name: str, value: Any, where: str) -> Value:
+    if not slave.settable(name):
+        if name in slave.variables:
+            raise UnknownNameError(_not_settable(slave, name, where))
+        known = [n for n in slave.variables if slave.settable(n)]
+        hint = did_you_mean(name, known)
+        raise UnknownNameError(f"{where}: component '{slave.name}' has no parameter '{name}'{hint}")
+    return Value(slave.name, name, slave.checked(name, value, where), where)
+
+
+def _not_settable(slave: Slave, name: str, where: str) -> str:
+    v = slave.variables[name]
+    kind = f"its causality is '{v.causality}', its variability '{v.variability}'"
+    return f"{where}: '{slave.name}.{name}' cannot be set: {kind}"
+
+
+HINTS = 5
+"""Names without a variable for which a similar one is looked for: a set of parameters may be meant for many FMUs."""
+
+
+def bound_values(network: Network, slaves: Mapping[str, Slave], findings: Findings) -> list[Value]:
+    """Values of the package's parameter bindings, in the variables' units. What cannot be set is remarked.
+
+    Those of components that are not among the slaves are left out.
+    """
+    made: list[Value] = []
+    hints = HINTS
+    settings = [s for s in network.settings if s.component in slaves]
+    found = {(s.where, s.name) for s in settings if s.variable in slaves[s.component].variables}
+    wrong: set[tuple[str, str]] = set()
+    for s in settings:
+        slave = slaves[s.component]
+        if (s.where, s.name) in wrong:
+            continue
+        if s.variable not in slave.variables:
+            if s.name and (s.where, s.name) in found:
+                continue  # the name means another variable
+            hint = did_you_mean(s.variable, [n for n in slave.variables if slave.settable(n)]) if hints > 0 else ""
+            hints -= 1
+            findings.warnings.append(
+                f"{s.where}: component '{s.component}' has no variable '{s.variable}'; the value is ignored{hint}"
+            )
+            continue
+        value = findings.attempt(lambda s=s, slave=slave: _bound(network, slave, s, findings.warnings))  # type: ignore[misc]
+        if value is not None:
+            made.append(value)
+        elif slave.settable(s.variable) or slave.variables[s.variable].type not in slave.forms:
+            wrong.add((s.where, s.name))
+    return made
+
+
+def _bound(network: Network, slave: Slave, s: Setting, remarks: list[str]) -> Value | None:
+    """The checked value of a binding; None, with a remark, where it cannot be set."""
+    if slave.variables[s.variable].type not in slave.forms:
+        kind = slave.variables[s.variable].type
+        raise ParameterError(f"{s.where}: '{s.component}.{s.variable}': type {kind} is not supported")
+    if not slave.settable(s.variable):
+        remarks.append(f"{_not_settable(slave, s.variable, s.where)}; the value is ignored")
+        return None
+    target = _target(network, slave, s.variable)
+    given, size = stated(s.type, f"the value of '{s.name or s.variable}'"), slave.size(s.variable)
+    if given is not None and given.count == size:
+        check_sizes(given, s.hops, Extent(target.shown, size, slave.shape(s.variable)), s.where)
+    value = converted(s.value, _quantity(s), s.hops, target, s.where, remarks.append)
+    return _checked(slave, s.variable, value, s.where)
+
+
+def idle(network: Network, values: Iterable[Value]) -> list[str]:
+    """Remarks on inputs at the end of ways that nothing drives and that have not been given a value."""
+    given = {(v.component, v.variable) for v in values}
+    return [told for end, told in network.idle.items() if end not in given]
+
+
+def _target(network: Network, slave: Slave, name: str) -> Quantity:
+    """What a component's variable is; a unit that its connector states counts before the FMU's."""
+    connectors = network.parts[slave.name].component.connectors
+    type = next((c.type for c in connectors if c.name == name), None)
+    unit = slave.meant(type.unit if type is not None else None, name)
+    shown = f"'{slave.name}.{name}'"
+    return Quantity(slave.variables[name].type, unit, slave.items(name), shown, slave.relative(name))
+
+
+def _quantity(s: Setting) -> Quantity:
+    return Quantity(s.type.kind, s.type.unit, s.type.enumeration, f"'{s.variable}'")
+
+
+def given_values(
+    network: Network, system: System, remark: Callable[[str], None] = lambda _: None
+) -> list[Value]:
+    """Values that the package binds to inputs of the whole system."""
+    made = []
+    for s in network.given:
+        value = converted(s.value, _quantity(s), s.hops, system.quantities.input_quantity(s.variable), s.where, remark)
+        made.append(_own(system, s.variable, value, s.where))
+    return made
+
+
+def _own(system: System, name: str, value: Any, where: str) -> Value:
+    """The checked value of an input of the whole system."""
+    checked = system.values.checked_input(name, value, where)
+    system.values.check_reached(name, checked, where)
+    return Value("", name, checked, where)

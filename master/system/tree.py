@@ -1,0 +1,98 @@
+"""A system as a tree for people."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+
+from ...ssp.model import Binding, Component, Linear, SignalDictionaryReference, Type
+from ...ssp.model import System as Tree
+from ...ssp.wires import Network, Wire, shown_at
+from ..engine.program import listed
+from .system import System
+
+
+def tree(network: Network, system: System | None = None) -> str:
+    """The system as a tree for people, with its connections."""
+    structure = network.structure
+    times = f", {structure.start_time:g} s to {structure.stop_time:g} s" if structure.stop_time is not None else ""
+    step = f", step {structure.step_size:g} s" if structure.step_size is not None else ""
+    lines = [f"{structure.name} (SSP {structure.version}, {structure.file.name}{times}{step})"]
+    if len(structure.variants) > 1:
+        lines.append(f"variants: {', '.join(structure.variants)}")
+    _branch(lines, structure.system, "", network, system)
+    lines += ["", "connections"]
+    for name, ways in network.connectors.items():
+        if "." not in name and name not in network.inputs:  # parameters of the whole system
+            for component, variable, hops in ways:
+                lines.append(f"  {name} -> {component}.{variable}{_on_the_way(Wire(('', name), ('', ''), hops[1:]))}")
+    for wire in (*network.early, *network.wires):
+        lines.append(_wire(wire))
+    lines += map(_wire, network.outputs)
+    return "\n".join(lines)
+
+
+def _wire(wire: Wire) -> str:
+    start, end = (".".join(filter(None, side)) for side in (wire.start, wire.end))
+    return f"  {start}{shown_at(wire.start_at)} -> {end}{shown_at(wire.end_at)}{_on_the_way(wire)}"
+
+
+def _sets(bindings: Iterable[Binding], indent: str) -> list[str]:
+    made = []
+    for binding in bindings:
+        names = [f"{binding.prefix}{p.name} = {_brief(p.value)}{_unit(p.type)}" for p in binding.parameters]
+        made.append(f"{indent}sets: {listed(names)}")
+    return made
+
+
+def _unit(type: Type | None) -> str:
+    return f" [{type.unit.name}]" if type is not None and type.unit is not None else ""
+
+
+def _brief(value: object) -> str:
+    """A value in a few characters."""
+    values = value if isinstance(value, tuple) else (value,)
+    shown = [f"{v:g}" if isinstance(v, float) else str(v) for v in values[:4]]
+    return " ".join(shown)[:60] + (" ..." if len(values) > 4 else "")
+
+
+def _on_the_way(wire: Wire) -> str:
+    told = []
+    for hop in wire.hops:
+        t = hop.transformation
+        if isinstance(t, Linear):
+            told.append(f"{t.factor:g} x {'+' if t.offset >= 0 else '-'} {abs(t.offset):g}")
+        elif t is not None:
+            told.append(f"{t.kind.lower()}s " + listed([f"{a} -> {b}" for a, b in t.entries.items()]))
+        if hop.between:
+            told.append(hop.between + _unit(hop.type))
+    return f"  ({'; '.join(told)})" if told else ""
+
+
+def _branch(lines: list[str], tree: Tree, indent: str, network: Network, system: System | None, path: str = "") -> None:
+    for kind in dict.fromkeys(c.kind for c in tree.connectors):
+        names = [c.name + _unit(c.type) for c in tree.connectors if c.kind == kind]
+        lines.append(f"{indent}   {kind}{'' if kind in ('inout', 'unspecified', 'local') else 's'}: {', '.join(names)}")
+    lines += _sets(tree.bindings, f"{indent}   ")
+    for i, part in enumerate(tree.elements):
+        last = i == len(tree.elements) - 1
+        stem, more = ("└─ ", "   ") if last else ("├─ ", "│  ")
+        if isinstance(part, Component):
+            lines.append(f"{indent}{stem}{part.name}: {_about(part, f'{path}{part.name}', system)}")
+            lines += _sets(part.bindings, f"{indent}{more}   ")
+        elif isinstance(part, SignalDictionaryReference):
+            lines.append(f"{indent}{stem}{part.name}: signal dictionary {part.dictionary}")
+        else:
+            lines.append(f"{indent}{stem}{part.name}: system")
+            _branch(lines, part, indent + more, network, system, f"{path}{part.name}.")
+
+
+def _about(element: Component, path: str, system: System | None) -> str:
+    if system is None:
+        return element.source.name
+    slave = system.slaves[path]
+    counts: dict[str, int] = {}
+    for v in slave.variables.values():
+        counts[v.causality or "local"] = counts.get(v.causality or "local", 0) + 1
+    known = ("input", "output", "parameter", "calculatedParameter", "structuralParameter")
+    kinds = [f"{counts[k]} {k}{'s' if counts[k] > 1 else ''}" for k in known if k in counts]
+    return f"{element.source.name} (FMI {slave.version}; {', '.join(kinds)})"
