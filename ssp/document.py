@@ -39,7 +39,8 @@ MAX_XML = 256 * 1024**2
 
 def local(element: etree._Element) -> str:
     """The element's name without its namespace."""
-    return etree.QName(element).localname
+    name: str = etree.QName(element).localname
+    return name
 
 
 class Document:
@@ -73,7 +74,7 @@ class Document:
 
     def attribute(self, element: etree._Element, name: str) -> str:
         """A mandatory attribute."""
-        value = element.get(name)
+        value: str | None = element.get(name)
         if value is None:
             raise self.error(element, f"<{local(element)}> lacks the attribute '{name}'")
         return value

@@ -36,8 +36,8 @@ class Type:
     @property
     def count(self) -> int | None:
         """Values of an array whose sizes are all stated; None for any other and for what is no array."""
-        stated = bool(self.dimensions) and all(isinstance(d, int) for d in self.dimensions)
-        return prod(self.dimensions) if stated else None  # type: ignore[type-var]
+        sizes = [d for d in self.dimensions if isinstance(d, int)]
+        return prod(sizes) if sizes and len(sizes) == len(self.dimensions) else None
 
     @property
     def shape(self) -> str:

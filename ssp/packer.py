@@ -9,7 +9,7 @@ from pathlib import Path
 from lxml import etree
 
 from ..core.errors import PackageError
-from .reader import SSC, SSD
+from .document import SSC, SSD
 
 _TYPES = {
     **{name: name for name in ("Real", "Integer", "Boolean", "String", "Enumeration")},

@@ -89,7 +89,7 @@ class _Reader:
         self.remarks: list[str] = [] if remarks is None else remarks
         self.root: Path = outer.root if outer is not None else folder
         """The package's folder."""
-        self.prefix = outer.prefix if outer is not None else prefix
+        self.prefix: str = outer.prefix if outer is not None else prefix
         """What names of files begin with in messages: the package that this one lies in."""
         self.bindings = Bindings(folder, self.root, self.remarks.append, self.prefix, wrong)
         self.open: list[str] = outer.open if outer is not None else []
@@ -137,7 +137,8 @@ class _Reader:
 
     def _title(self, name: str) -> str | None:
         with suppress(PackageError):  # one that is damaged has none; it need not be the one that is meant
-            return Document(self.folder / name, name).root.get("name")
+            title: str | None = Document(self.folder / name, name).root.get("name")
+            return title
         return None
 
     def description(self, name: str) -> SystemStructure:

@@ -15,7 +15,7 @@ import pytest
 from benchmarks.same_diagnoses.commits import links
 
 REPOSITORY = Path(__file__).parent.parent
-FOLDERS = ("core", "fmus", "gap", "hydraulics_fmu", "master", "mechanics", "ssp", "tests")
+FOLDERS = ("benchmarks", "core", "fmus", "gap", "hydraulics_fmu", "master", "mechanics", "ssp", "tests")
 
 EDIT = re.compile(
     r"^`(?P<path>[\w./]+)`, (?P<where>new|at the end|below `(?P<below>[^`]+)`|above `(?P<above>[^`]+)`):\n\n"
@@ -101,19 +101,20 @@ def walk(title: str) -> list[Edit]:
 @pytest.fixture
 def scratch(tmp_path):
     """A copy of what the walks touch, and of what that needs."""
-    ignored = shutil.ignore_patterns("__pycache__", "*.so")
+    ignored = shutil.ignore_patterns("__pycache__", "*.so", "records")
     for folder in FOLDERS:
         shutil.copytree(REPOSITORY / folder, tmp_path / "copy" / folder, ignore=ignored)
     shutil.copy(REPOSITORY / "pyproject.toml", tmp_path / "copy")
     return tmp_path / "copy"
 
 
-def runs(scratch: Path, *command: str) -> None:
-    """Python with the code of the copy, kernels not compiled."""
+def runs(scratch: Path, *command: str, compiled: bool = False) -> None:
+    """Python with the code of the copy, kernels not compiled unless that is asked for."""
     code = scratch.parent / "path"
     if not code.exists():
         links(scratch, code)
-    environment = {**os.environ, "PYTHONPATH": os.pathsep.join([str(code), str(scratch)]), "NUMBA_DISABLE_JIT": "1"}
+    own = {"PYTHONPATH": os.pathsep.join([str(code), str(scratch)]), "NUMBA_DISABLE_JIT": str(int(not compiled))}
+    environment = {**os.environ, **own}
     done = subprocess.run(
         [sys.executable, *command], cwd=scratch, env=environment, capture_output=True, text=True, check=False
     )
@@ -136,3 +137,21 @@ def test_an_effect(scratch):
     runs(scratch, "-c", EFFECT)
     files = ("tests/mechanics/test_effects.py", "tests/ssp/test_effects_catalogue.py")
     runs(scratch, "-m", "pytest", "-p", "no:cacheprovider", *files, "-k", "added_mass or absent or listed")
+
+
+def test_a_coupling_algorithm(scratch):
+    edits = walk("A coupling algorithm")
+    for edit in edits:
+        edit.apply(scratch)
+    assert len({edit.path for edit in edits}) == 2
+    files = ("test_backward_gauss_seidel.py", "test_order.py")
+    tests = [f"tests/master/algorithms/{name}" for name in files]
+    runs(scratch, "-m", "pytest", "-p", "no:cacheprovider", *tests, "-k", "backward", compiled=True)
+
+
+def test_a_result_format(scratch):
+    edits = walk("A format of result files")
+    for edit in edits:
+        edit.apply(scratch)
+    assert len({edit.path for edit in edits}) == 2
+    runs(scratch, "-m", "pytest", "-p", "no:cacheprovider", "tests/master/results/test_json_lines.py")

@@ -50,7 +50,8 @@ class Coupling:
 
     def given(self, y: np.ndarray) -> np.ndarray:
         """Inputs from outputs."""
-        return self.factors * y + self.offsets
+        u: np.ndarray = self.factors * y + self.offsets
+        return u
 
     def pass_others(self, program: Program) -> None:
         """Write the exchange of all other links."""

@@ -28,8 +28,8 @@ def write(system: System, program: Program) -> None:
     changes = {s.name: _changes(system, program, carried[s.name]) for s in slaves if s.takes_slopes}
     for s in slaves:
         program.set_inputs(s)
-        if changes.get(s.name) is not None:
-            program.set_slopes(s, [k.target.reference for k in carried[s.name]], changes[s.name])
+        if (first := changes.get(s.name)) is not None:
+            program.set_slopes(s, [k.target.reference for k in carried[s.name]], first)
     program.step_all(slaves)
     refresh(system, program)
 

@@ -93,7 +93,8 @@ class _Jacobian:
         """at_once: slaves with feed-through."""
         self.coupling, self.steppers, self.at_once = coupling, steppers, at_once
         self._change = np.zeros((len(coupling), len(coupling)))  # S
-        self._through = self._inverse = np.eye(len(coupling))  # (1 - T F)^-1 and (1 - F D / 2)^-1
+        self._through = np.eye(len(coupling))  # (1 - T F)^-1
+        self._inverse: np.ndarray = self._through  # (1 - F D / 2)^-1
         self._half = np.zeros((len(coupling), len(coupling)))  # F D / 2
         self.begin()
 
@@ -108,7 +109,8 @@ class _Jacobian:
 
     def own(self) -> np.ndarray:
         """What earlier changes of inputs do to a step's change of the outputs, less what they did in the last one."""
-        return self._through @ ((self._lasting - 1.0) * self._known).sum(axis=1)
+        own: np.ndarray = self._through @ ((self._lasting - 1.0) * self._known).sum(axis=1)
+        return own
 
     def measure(self, t: float, h: float) -> None:
         """Measure all that over steps from t with the inputs that are on the board."""
@@ -180,13 +182,15 @@ class _Jacobian:
 
     def solve(self, now: np.ndarray, held: np.ndarray) -> np.ndarray:
         """The inputs that agree with the outputs they will cause."""
-        return self._inverse @ (now - self._half @ held)
+        u: np.ndarray = self._inverse @ (now - self._half @ held)
+        return u
 
 
 def _lasting(once: np.ndarray, twice: np.ndarray) -> np.ndarray:
     """E of outputs from what an input's change does to them until the end of one step and of two."""
     ratio = np.divide(twice - once, once, out=np.ones_like(once), where=once != 0.0)
-    return np.clip(np.nan_to_num(ratio, nan=1.0), 0.0, 1.0)
+    limited: np.ndarray = np.clip(np.nan_to_num(ratio, nan=1.0), 0.0, 1.0)
+    return limited
 
 
 METHOD = Method(write, order=2, needs_state=takes_back)

@@ -134,9 +134,10 @@ def _integral(system: System, link: Link, flow: Link) -> bool:
     if link.target.element not in (None, flow.target.element):
         return False
     units = [system.slaves[k.target.component].unit(k.target.name) for k in (link, flow)]
-    if any(u is None or u.exponents is None for u in units):
+    known = [u.exponents for u in units if u is not None and u.exponents is not None]
+    if len(known) < len(units):
         return False
-    own, rate = ({k: p for k, p in u.exponents.items() if k != "rad"} for u in units)  # type: ignore[union-attr]
+    own, rate = ({k: p for k, p in exponents.items() if k != "rad"} for exponents in known)
     return {**own, "s": own.get("s", 0) - 1} == {"s": 0, **rate}
 
 

@@ -155,7 +155,8 @@ class Agreement:
             outputs.once()
         for _, carry in self._round:
             carry.once()
-        return reals[self._targets] - x
+        left: np.ndarray = reals[self._targets] - x
+        return left
 
     def _quickly(self) -> bool:
         """Whether a few steps with the slopes of an earlier point in time settle the loop."""
@@ -205,7 +206,8 @@ class Agreement:
         reals, targets = self.system.board.reals, self._targets
 
         def left(x: np.ndarray) -> np.ndarray:
-            return np.nan_to_num(self._left(x), nan=1e30, posinf=1e30, neginf=-1e30)
+            finite: np.ndarray = np.nan_to_num(self._left(x), nan=1e30, posinf=1e30, neginf=-1e30)
+            return finite
 
         start = np.nan_to_num(reals[targets], nan=0.0, posinf=0.0, neginf=0.0)
         start[np.abs(start) > 1e12] = 0.0

@@ -5,6 +5,8 @@ from __future__ import annotations
 from collections.abc import Iterator
 from contextlib import contextmanager
 
+import numpy as np
+
 from ..engine.values import REAL, Signal
 from ..system.system import System
 
@@ -19,6 +21,8 @@ def nudged(system: System, signal: Signal, place: int, size: float) -> Iterator[
     slave = system.slaves[signal.component]
     low, high = slave.bounds(signal.name)
     items = slave.items(signal.name)
+    board: np.ndarray
+    change: float
     if signal.family == REAL:
         board, change = system.board.reals, size * (1.0 + abs(float(system.board.reals[place])))
     else:

@@ -81,7 +81,8 @@ def find_bonds(system: System) -> list[Bond]:
     def multiplied(link: Link) -> float | None:
         """What a link makes of 1 in SI units, if the units at its ends are known."""
         hops, slave = link.wire.hops, system.slaves.get(link.end[0])
-        start, end = unit(link), known((hops[-1].unit if hops else None) or (slave and slave.unit(link.end[1])))
+        start = unit(link)
+        end = known((hops[-1].unit if hops else None) or (slave.unit(link.end[1]) if slave is not None else None))
         return abs(link.cast.factor) * end.factor / start.factor if start and end else None
 
     def known(found: Unit | None) -> Unit | None:
@@ -101,7 +102,8 @@ def find_bonds(system: System) -> list[Bond]:
         whole = _names(".".join(a.start), ".".join(b.start))
         if not declared.isdisjoint((_names(a.source.label, b.source.label), whole)):
             both = ua is not None and ub is not None
-            bonds.append(Bond(a, b, *((u.factor, u.offset) if both and u else (1.0, 0.0) for u in (ua, ub)), gear))
+            forth_si, back_si = ((u.factor, u.offset) if both and u else (1.0, 0.0) for u in (ua, ub))
+            bonds.append(Bond(a, b, forth_si, back_si, gear))
             continue
         if ua is None or ub is None or ua.offset or ub.offset:
             continue

@@ -158,7 +158,8 @@ def _held(u: np.ndarray, sloped: bool) -> np.ndarray:
     if not sloped:
         return u[:-1]
     before = np.concatenate([u[:1], u[:-2]])
-    return u[:-1] + 0.5 * (u[:-1] - before)
+    means: np.ndarray = u[:-1] + 0.5 * (u[:-1] - before)
+    return means
 
 
 class ResidualEnergy:

@@ -6,12 +6,18 @@ serves every library.
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from typing import Any
 
 from numba import types
 from numba.extending import intrinsic
 
 from ...core.jit import BOOL, DOUBLE, INT, POINTER, SIZE, c_call
+
+
+def _intrinsic(function: Callable[..., Any]) -> Any:
+    """Numba's decorator; by its types those who call the function would have to give the typing context, too."""
+    return intrinsic(function)
 
 
 def _signature(*parameters: str) -> Any:
@@ -29,37 +35,37 @@ _CLOCK = (INT, POINTER)
 _PYTHON = (DOUBLE, DOUBLE)
 
 
-@intrinsic
+@_intrinsic
 def exchange(_typing: Any, fn: Any, c: Any, references: Any, n: Any, values: Any) -> Any:
     """fmiGet/SetXXX(c, references, n, values) of FMI 1.0 and 2.0."""
     return _signature(*_EXCHANGE), c_call(*_EXCHANGE)
 
 
-@intrinsic
+@_intrinsic
 def exchange_3(_typing: Any, fn: Any, c: Any, references: Any, n: Any, values: Any, count: Any) -> Any:
     """fmi3Get/SetXXX(instance, references, n, values, count)."""
     return _signature(*_EXCHANGE_3), c_call(*_EXCHANGE_3)
 
 
-@intrinsic
+@_intrinsic
 def step_1(_typing: Any, fn: Any, c: Any, t: Any, h: Any, new: Any) -> Any:
     """fmiDoStep of FMI 1.0."""
     return _signature(*_STEP_1), c_call(*_STEP_1)
 
 
-@intrinsic
+@_intrinsic
 def step_2(_typing: Any, fn: Any, c: Any, t: Any, h: Any, no_set_state: Any) -> Any:
     """fmi2DoStep."""
     return _signature(*_STEP_2), c_call(*_STEP_2)
 
 
-@intrinsic
+@_intrinsic
 def boolean_status(_typing: Any, fn: Any, c: Any, kind: Any, value: Any) -> Any:
     """fmi2GetBooleanStatus(c, kind, value)."""
     return _signature(*_STATUS), c_call(*_STATUS)
 
 
-@intrinsic
+@_intrinsic
 def step_3(
     _typing: Any, fn: Any, c: Any, t: Any, h: Any, no_set_state: Any, event: Any, terminate: Any, early: Any, last: Any
 ) -> Any:
@@ -67,19 +73,19 @@ def step_3(
     return _signature(*_STEP_3), c_call(*_STEP_3)
 
 
-@intrinsic
+@_intrinsic
 def derivatives(_typing: Any, fn: Any, c: Any, references: Any, n: Any, orders: Any, values: Any) -> Any:
     """fmi2SetRealInputDerivatives(c, references, n, orders, values)."""
     return _signature(*_DERIVATIVES), c_call(*_DERIVATIVES)
 
 
-@intrinsic
+@_intrinsic
 def clock_gettime(_typing: Any, fn: Any, clock: Any, where: Any) -> Any:
     """clock_gettime(clock, where) of the C library."""
     return _signature(*_CLOCK), c_call(*_CLOCK)
 
 
-@intrinsic
+@_intrinsic
 def python(_typing: Any, fn: Any, t: Any, h: Any) -> Any:
     """A Python function (t, h) -> status behind a ctypes callback."""
     return _signature(*_PYTHON), c_call(*_PYTHON)

@@ -180,7 +180,8 @@ class IsolatedSlave(Slave):
         program.python(receive, None, "reading the outputs")
 
     def last_successful_time(self) -> float | None:
-        return self._ask("last_successful_time")
+        time: float | None = self._ask("last_successful_time")
+        return time
 
     # the life of a slave
 

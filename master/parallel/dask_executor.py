@@ -26,7 +26,7 @@ class DaskExecutor(Executor):
         Nothing is taken from an earlier call with the same arguments: a task that was blamed for the end of a worker
         is sent again to be tried alone.
         """
-        sent = self._client.submit(fn, *args, pure=False, **kwargs)
+        sent: Any = self._client.submit(fn, *args, pure=False, **kwargs)
         future: Future[Any] = Future()
 
         async def follow() -> None:
@@ -44,5 +44,6 @@ class DaskExecutor(Executor):
                 sent.cancel()
 
         future.add_done_callback(taken_back)
-        self._client.loop.add_callback(follow)
+        loop: Any = self._client.loop
+        loop.add_callback(follow)
         return future

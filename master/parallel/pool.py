@@ -162,8 +162,9 @@ def cluster(address: str | None) -> Iterator[Executor | None]:
         from .dask_executor import DaskExecutor
     except ImportError:
         raise UsageError(f"--dask needs the extra 'distributed': {install('distributed')}") from None
+    connect: Any = Client
     try:
-        client = Client(address, timeout="10s")
+        client = connect(address, timeout="10s")
     except (OSError, ValueError) as error:
         raise UsageError(f"--dask {address}: no scheduler answers there ({error})") from None
     with client:

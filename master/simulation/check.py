@@ -42,7 +42,7 @@ def check(package: Path, wanted: Options | None = None) -> Checked:
     """Read a package and everything in it; nothing is raised for what is wrong with it, or with how it is to be run."""
     wanted = wanted or Options()
     found = Checked()
-    found.attempt(lambda: check_options(wanted))
+    found.attempt(check_options, wanted)
     with ExitStack() as stack:
         made = assemble(package, wanted, stack, found)
         if made is None:
@@ -54,7 +54,7 @@ def check(package: Path, wanted: Options | None = None) -> Checked:
             if path in made.slaves:
                 _connectors(found, part.component, made.slaves[path], path)
         if made.has_all:
-            aside.attempt(lambda: set_substeps(wanted, made.slaves))
+            aside.attempt(set_substeps, wanted, made.slaves)
             if not wanted.isolate:
                 found.warnings += mixed_libraries(made.slaves)
             if times is not None:
@@ -71,20 +71,20 @@ def _times(found: Findings, made: Assembly, wanted: Options) -> Times | None:
     if structure.stop_time is None and wanted.stop_time is None:
         found.notes.append("the package has no stop time; a run needs --stop-time")
         return None
-    return found.attempt(lambda: times_of(structure, wanted.stop_time, wanted.step))
+    return found.attempt(times_of, structure, wanted.stop_time, wanted.step)
 
 
 def _run(found: Findings, aside: Findings, made: Assembly, wanted: Options, times: Times | None) -> None:
     """What a run of the system would meet."""
     system = made.system
     told = found.unless(bool(found.errors))  # what follows from an error is not told
-    layout = told.attempt(lambda: Layout(system))
+    layout = told.attempt(Layout, system)
     if layout is not None:
-        aside.attempt(lambda: layout.chosen(wanted.record))
-        aside.attempt(lambda: layout.chosen(wanted.plot, "--plot"))
-    method = told.attempt(lambda: chosen(wanted.method, made.network.structure.method))
+        aside.attempt(layout.chosen, wanted.record)
+        aside.attempt(layout.chosen, wanted.plot, "--plot")
+    method = told.attempt(chosen, wanted.method, made.network.structure.method)
     if method is not None:
-        aside.attempt(lambda: check_coupling(system, method, wanted.isolate))
+        aside.attempt(check_coupling, system, method, wanted.isolate)
     aside.warnings += idle(made.network, made.values)
     given = {(v.component, v.variable) for v in made.values if not v.component}
     _inputs(aside, system, _driven(aside, system, wanted, times) | given)
@@ -129,7 +129,7 @@ def _driven(found: Findings, system: System, wanted: Options, times: Times | Non
     if wanted.stimuli is None:
         return set()
     path = wanted.stimuli
-    drives = found.attempt(lambda: stimuli.read(path, system)) or []
+    drives: list[stimuli.Drive] = found.attempt(stimuli.read, path, system) or []
     if times is not None:
         found.warnings += stimuli.remarks(path, drives, system, times[0], times[1])
     return {(d.signal.component, d.signal.name) for d in drives}

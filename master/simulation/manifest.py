@@ -60,6 +60,7 @@ def _arguments(options: Options) -> list[str]:
     ):  # fmt: skip
         if value is not None:
             made += [f"--{name}", str(value)]
+    assert options.method is not None  # the one that is used
     made += ["--method", options.method]
     for path in options.parameters:
         made += ["--parameters", str(path)]

@@ -145,7 +145,7 @@ def _inner(slaves: dict[str, Slave], step: float) -> list[str]:
     for name, slave in slaves.items():
         own = getattr(slave.description.coSimulation, "fixedInternalStepSize", None)
         count = step / slave.ratio / float(own) if own else 1.0
-        if abs(count - round(count)) > 1e-6 * count or round(count) < 1:
+        if own and (abs(count - round(count)) > 1e-6 * count or round(count) < 1):
             made.append(
                 f"component '{name}' has an inner step of {float(own):g} s; its step of {step / slave.ratio:g} s is no "
                 "multiple of that"

@@ -13,7 +13,7 @@ import sys
 from collections.abc import Mapping, Sequence
 from pathlib import Path
 from types import TracebackType
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, BinaryIO
 
 import numpy as np
 
@@ -48,7 +48,7 @@ def panels(
 
 
 def draw(
-    target: Path,
+    target: Path | BinaryIO,
     title: str,
     names: Sequence[str],
     units: Mapping[str, str],
@@ -110,6 +110,7 @@ class Plotter:
         """
         from ..results.columns import matches
 
+        assert result.sample is not None
         data = target.with_suffix(".npy.tmp")
         names = result.names[1:]
         shown = [n for n in names if any(matches(n, p) for p in patterns)]
@@ -135,7 +136,7 @@ def _serve() -> None:
     import io
 
     # the first figure of a process loads fonts and more: draw one while nobody waits
-    draw(io.BytesIO(), "t", ["t", "x"], {}, [], np.arange(4.0).reshape(2, 2))  # type: ignore[arg-type]
+    draw(io.BytesIO(), "t", ["t", "x"], {}, [], np.arange(4.0).reshape(2, 2))
     text = sys.stdin.read()
     if not text:
         return

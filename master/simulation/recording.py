@@ -73,12 +73,13 @@ class Recording:
         self._times[self._filled] = time
         self._filled += 1
         if self.layout.keeps_texts:
-            texts = list(self.system.board.texts)
+            texts: list[object] = list(self.system.board.texts)
             self._texts.append((texts, texts))
 
     def take_texts(self, program: Any) -> None:
         """Have the program keep the strings at the start and the end of each step."""
         board = self.system.board
+        self._before: list[object] = list(board.texts)
 
         def take(_t: float, _h: float) -> int:
             # strings at the end of a step are those at the start of the next one
@@ -86,7 +87,6 @@ class Recording:
             self._before = list(board.texts)
             return 0
 
-        self._before: list[object] = list(board.texts)
         program.python(take)
 
     def due(self) -> bool:

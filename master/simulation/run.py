@@ -213,7 +213,8 @@ class _Run:
             [name for s in (*system.outputs.values(), *system.own_outputs.values()) for name in elements(s)],
             [name for s in system.own_outputs.values() for name in elements(s)],
             self.file,
-            *([c.name for c in self._recorded() if c.type == kind] for kind in ("text", "boolean")),
+            [c.name for c in self._recorded() if c.type == "text"],
+            [c.name for c in self._recorded() if c.type == "boolean"],
             self.stride,
         )
 
@@ -278,7 +279,8 @@ class _Run:
     def _abandon_start(self) -> None:
         why = "an FMU does not come back from being loaded and initialised; --isolate says which"
         self._unborn("interrupted", why)
-        self._give_up(why)  # type: ignore[misc]
+        assert self._give_up is not None  # else nobody watches
+        self._give_up(why)
 
     def _abandon(self, runner: Runner) -> None:
         start, _, step, _ = self.plan.times
@@ -288,10 +290,12 @@ class _Run:
             self.recording.close()
             write_summary(self.folder, self._summary("interrupted", why))
         finally:
-            self._give_up(why)  # type: ignore[misc]
+            assert self._give_up is not None
+            self._give_up(why)
 
     def _abandon_end(self) -> None:
-        self._give_up("an FMU does not come back from being ended; what was simulated is written")  # type: ignore[misc]
+        assert self._give_up is not None
+        self._give_up("an FMU does not come back from being ended; what was simulated is written")
 
 
 def _check_step(

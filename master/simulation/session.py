@@ -154,14 +154,16 @@ class Session:
         connected = {link.target.place for link in system.links}
         driven: list[tuple[Signal, np.ndarray]] = []
         averages: list[np.ndarray] = []
-        for address, series in (inputs or {}).items():
-            t, values = check_series(address, series)
+        for address, given in (inputs or {}).items():
+            t, y = check_series(address, given)
             is_output, signal = self.signal(address)
             if is_output or signal.place in connected:
                 raise UsageError(f"'{address}' cannot be driven: it is {'an output' if is_output else 'connected'}")
-            driven.append((signal, np.interp(times, t, values)))
+            if signal.family == TEXT or signal.size > 1:
+                raise UsageError(f"'{address}' is not a single number and cannot be driven here")
+            driven.append((signal, np.interp(times, t, y)))
             if holds_mean:
-                averages.append(np.append(means(t, values, times), 0.0))
+                averages.append(np.append(means(t, y, times), 0.0))
         for d in drives:
             if d.texts:
                 raise UsageError(f"'{d.signal.address}' takes texts and cannot be driven here")
@@ -194,8 +196,8 @@ class Session:
         raw = np.empty((n, len(record)))
         taken_steps = runner.run(raw, start, step, 0, n, n, stop, matrix)
         if taken_steps < n and runner.ended is not None:
-            t = start + taken_steps * step
-            raise SimulationError(f"component '{runner.ended.name}' asks to end the simulation at t = {t:g} s", t)
+            end = start + taken_steps * step
+            raise SimulationError(f"component '{runner.ended.name}' asks to end the simulation at t = {end:g} s", end)
         rows[:n, order] = raw
         if matrix is not None:
             for k, (signal, _) in enumerate(driven):

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable
 from functools import partial
 from time import perf_counter, sleep
+from typing import cast
 
 import numpy as np
 
@@ -83,7 +84,7 @@ class Loop:
                 progress(self.done, n)
             self._heed(interrupt)
             if self.runner.ended is not None and self.done < n:
-                self.ended_by = self.runner.ended
+                self.ended_by = cast(Slave, self.runner.ended)  # the system's programs are about its slaves
                 stop, n = self.time, self.done
         if self.realtime:
             self._wait(begin + self.time - start, interrupt)

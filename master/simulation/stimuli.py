@@ -48,10 +48,12 @@ class Drive:
         slack = min(1e-9, 1e-3 * least) + 4.0 * np.finfo(float).eps * np.abs(t)
         if self.straight:
             near = self.times[np.searchsorted(self.times, t - slack).clip(0, len(self.times) - 1)]
-            return np.interp(np.where(np.abs(near - t) <= slack, near, t), self.times, self.values)
+            values: np.ndarray = np.interp(np.where(np.abs(near - t) <= slack, near, t), self.times, self.values)
+            return values
         # a value holds from its time on
         found = np.searchsorted(self.times, t + slack, side="right") - 1
-        return self.values[np.clip(found, 0, None)]
+        values = self.values[np.clip(found, 0, None)]
+        return values
 
     def mean(self, t: np.ndarray) -> np.ndarray:
         """Means (m - 1,) between times (m,); a series that is held counts as what it is at the start."""

@@ -81,7 +81,8 @@ def platform_folder(version: str) -> str:
     """The folder in `binaries` of this platform's libraries."""
     from fmpy import platform, platform_tuple
 
-    return platform_tuple if version == "3.0" else platform
+    name: str = platform_tuple if version == "3.0" else platform
+    return name
 
 
 def describe(name: str, fmu: Path, library: bool = True) -> Slave:

@@ -269,7 +269,6 @@ def _receiver() -> Any:
     the instance's name, and else by having been loaded last.
     """
 
-    @ctypes.CFUNCTYPE(None, ctypes.c_void_p, ctypes.c_char_p, ctypes.c_int, ctypes.c_char_p, ctypes.c_char_p)
     def hear(owner: int | None, name: bytes | None, status: int, _category: bytes, message: bytes) -> None:
         slaves = [*_live.values()][::-1]
         called = (name or b"").decode("utf-8", "replace")
@@ -278,7 +277,8 @@ def _receiver() -> Any:
         if found is not None:
             found.hear(status, message)
 
-    return hear
+    kind = ctypes.CFUNCTYPE(None, ctypes.c_void_p, ctypes.c_char_p, ctypes.c_int, ctypes.c_char_p, ctypes.c_char_p)
+    return kind(hear)
 
 
 class _Library:
@@ -304,7 +304,7 @@ def _tolerant(kind: Callable[..., Any]) -> Callable[..., Any]:
 
     class Tolerant(kind):  # type: ignore[misc, valid-type]
         def _loadFunctions(self) -> None:
-            self.dll = _Library(self.dll)
+            self.dll: Any = _Library(self.dll)
             super()._loadFunctions()
 
     Tolerant.__name__ = kind.__name__  # by which fmpy knows the version

@@ -58,18 +58,18 @@ def assemble(
     only: components to take, all where it is empty; prepare: called before the slaves are connected. None where the
     package cannot be read and errors are kept; raises `CosimError` where they are not.
     """
-    network = found.attempt(lambda: read_package(package, stack, options.variant, found.kept))
+    network = found.attempt(read_package, package, stack, options.variant, found.kept)
     if network is None:
         return None
     made = Assembly(network.only(list(only)) if only else network, {}, incomplete=bool(found.errors))
     aside = found.unless(made.incomplete)
-    made.network = aside.attempt(lambda: with_parameters(made.network, options.parameters)) or made.network
+    made.network = aside.attempt(with_parameters, made.network, options.parameters) or made.network
     _tell_remarks(made.network, found)
     made.slaves = _described(made.network, found)
     if not made.network.parts and not found.errors:
         found.refuse("the system has no components")
     if made.has_all and not options.isolate:
-        found.attempt(lambda: check_single(made.slaves))
+        found.attempt(check_single, made.slaves)
     own = [c for c in options.changes if c[0] in made.network.inputs]
     others = _expanded(made, [c for c in options.changes if c not in own], aside)
     _set_sizes(made, others, found, aside)
@@ -91,7 +91,7 @@ def _described(network: Network, found: Findings) -> dict[str, Slave]:
     """Slaves by component path, not loaded yet, from the package's FMUs."""
     slaves: dict[str, Slave] = {}
     for path, part in network.parts.items():
-        slave = found.attempt(lambda path=path, part=part: of_component(path, part.component))  # type: ignore[misc]
+        slave = found.attempt(of_component, path, part.component)
         if slave is None:
             slave = read_alone(path, part.component)
         if slave is not None:
@@ -109,28 +109,28 @@ def _expanded(made: Assembly, changes: Sequence[tuple[str, str]], found: Finding
     """Changes with those of connectors of systems replaced by what these lead to."""
     if not made.has_all:
         return []
-    reached = []
+    reached: list[tuple[str, str]] = []
     for change in changes:
-        reached += found.attempt(lambda c=change: list(expanded([c], made.network, made.slaves))) or []  # type: ignore[misc]
+        reached += found.attempt(lambda *one: list(expanded(one, made.network, made.slaves)), change) or []
     return reached
 
 
 def _set_sizes(made: Assembly, changes: list[tuple[str, str]], found: Findings, aside: Findings) -> None:
     """Structural parameters first, then the values that the package binds and that the user changes."""
     network, slaves = made.network, made.slaves
-    made.network, changes = found.attempt(lambda: configure(network, slaves, changes)) or (network, changes)
+    made.network, changes = found.attempt(configure, network, slaves, changes) or (network, changes)
     made.values = bound_values(made.network, slaves, found)
     for change in changes:
-        made.values += aside.attempt(lambda c=change: resolve([c], slaves)) or []  # type: ignore[misc]
+        made.values += aside.attempt(resolve, [change], slaves) or []
 
 
 def _connect(made: Assembly, own: Sequence[tuple[str, str]], found: Findings, aside: Findings) -> None:
     """The system, and the values of its own inputs."""
-    system = made.built = found.attempt(lambda: System(made.network, made.slaves, found))
+    system = made.built = found.attempt(System, made.network, made.slaves, found)
     if system is None:
         return
     found.warnings += system.remarks
-    given = found.attempt(lambda: given_values(made.network, system, found.warnings.append)) or []
+    given = found.attempt(given_values, made.network, system, found.warnings.append) or []
     made.values = [*given, *made.values]
     for change in own:
-        made.values += aside.attempt(lambda c=change: resolve([c], made.slaves, system=system)) or []  # type: ignore[misc]
+        made.values += aside.attempt(resolve, [change], made.slaves, system=system) or []

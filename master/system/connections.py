@@ -54,7 +54,8 @@ class Connections:
         self.own_inputs = own_inputs
         self.own_outputs: dict[str, Signal] = {}
         """The outputs of the whole system."""
-        late, early = [], []
+        late: list[Wire] = []
+        early: list[Wire] = []
         for wire in network.wires:
             (early if self._is_parameter(wire.end) else late).append(wire)
         self.links = self._apart(self._made(self._link, late))
@@ -80,7 +81,7 @@ class Connections:
         return self._into[name]
 
     def _made(self, make: Callable[[Wire], Link], wires: Iterable[Wire]) -> list[Link]:
-        made = (self._findings.attempt(lambda wire=wire: make(wire)) for wire in wires)  # type: ignore[misc]
+        made = (self._findings.attempt(make, wire) for wire in wires)
         return [link for link in made if link is not None]
 
     def _check_aliases(self) -> None:
@@ -104,13 +105,15 @@ class Connections:
         """Arrays are as large as their connectors say."""
         for path, part in self.network.parts.items():
             for connector in part.component.connectors:
-                count = connector.type.count if connector.type is not None else None
-                if count is None or path not in self.slaves or connector.name not in self.slaves[path].variables:
+                type = connector.type
+                if type is None or type.count is None:
+                    continue
+                if path not in self.slaves or connector.name not in self.slaves[path].variables:
                     continue
                 size = self.slaves[path].size(connector.name)
-                if count != size:
+                if type.count != size:
                     self._findings.refuse(
-                        f"{connector.where}: connector '{path}.{connector.name}' is {connector.type.shape}, its FMU's "
+                        f"{connector.where}: connector '{path}.{connector.name}' is {type.shape}, its FMU's "
                         f"variable has {size} values"
                     )
 

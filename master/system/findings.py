@@ -4,10 +4,11 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass, field
-from typing import TypeVar
+from typing import ParamSpec, TypeVar
 
 from ...core.errors import CosimError, PackageError
 
+P = ParamSpec("P")
 T = TypeVar("T")
 
 
@@ -32,10 +33,10 @@ class Findings:
             raise PackageError(told)
         self.errors.append(told)
 
-    def attempt(self, make: Callable[[], T]) -> T | None:
-        """What `make` gives; None where it raises a `CosimError` that is kept."""
+    def attempt(self, make: Callable[P, T], *arguments: P.args, **named: P.kwargs) -> T | None:
+        """What `make` gives for these arguments; None where it raises a `CosimError` that is kept."""
         try:
-            return make()
+            return make(*arguments, **named)
         except CosimError as error:
             if not self.keeps:
                 raise

@@ -52,11 +52,11 @@ class InputValues:
             raise ParameterError(f"'{signal.address}' has {signal.size} values, not {len(values)}")
         for place, v in enumerate(values, signal.place + (element or 0)):
             if signal.family == TEXT:
-                self.board.texts[place] = v  # type: ignore[call-overload]
+                self.board.texts[place] = v
             elif signal.family == REAL:
-                self.board.reals[place] = float(v)  # type: ignore[arg-type]
+                self.board.reals[place] = float(v)
             else:
-                number = int(v)  # type: ignore[call-overload]
+                number = int(v)
                 self.board.integers[place] = number if number < 2**63 else number - 2**64
 
     def mute(self, given: set[str]) -> None:
@@ -104,5 +104,5 @@ class InputValues:
                 continue
             values = value if isinstance(value, tuple) else (value,)
             for one in values if link.source.element is None else (values[link.source.element],):
-                reached = link.cast.forth(one)  # type: ignore[arg-type]
+                reached = link.cast.forth(one)
                 self._slaves[link.target.component]._scalar(link.target.name, reached, where)

@@ -52,7 +52,7 @@ class Quantities:
         if unit is None:
             units = {u.name: u for q in leads if (u := q.unit) is not None}
             unit = next(iter(units.values()), None)
-            if len(units) > 1:
+            if unit is not None and len(units) > 1:
                 where = self.network.inputs[name].where
                 self.remarks.append(
                     f"{where}: input '{name}' has no unit and leads to {', '.join(units)}; taken to be in {unit.name}"

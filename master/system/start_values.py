@@ -79,7 +79,7 @@ def expanded(
                     given = tuple(values) if len(values) > 1 or slave.variables[name].dimensions else values[0]
                 elif named is None:
                     given = slave.checked(name, value, where, limited=False)
-                elif (given := _item(hops, value)) not in {**named, **(target.items or {})}:  # mapped by its name
+                elif (given := _item(hops, value)) not in {*named, *(target.items or {})}:  # mapped by its name
                     known = ", ".join(map(str, named))
                     raise UsageError(f"{where}: '{address}' is mapped by the names of its items: {known}")
                 kind = target.type if named is None else "Enumeration"
@@ -144,7 +144,7 @@ def bound_values(network: Network, slaves: Mapping[str, Slave], findings: Findin
                 f"{s.where}: component '{s.component}' has no variable '{s.variable}'; the value is ignored{hint}"
             )
             continue
-        value = findings.attempt(lambda s=s, slave=slave: _bound(network, slave, s, findings.warnings))  # type: ignore[misc]
+        value = findings.attempt(_bound, network, slave, s, findings.warnings)
         if value is not None:
             made.append(value)
         elif slave.settable(s.variable) or slave.variables[s.variable].type not in slave.forms:

@@ -4,9 +4,12 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Mapping
 from graphlib import TopologicalSorter
-from typing import TypeVar
+from typing import TYPE_CHECKING, TypeVar
 
-Node = TypeVar("Node")
+if TYPE_CHECKING:
+    from _typeshed import SupportsRichComparison
+
+Node = TypeVar("Node", bound="SupportsRichComparison")
 
 
 def together(edges: Mapping[Node, Iterable[Node]]) -> list[set[Node]]:

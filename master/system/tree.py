@@ -62,7 +62,7 @@ def _on_the_way(wire: Wire) -> str:
         if isinstance(t, Linear):
             told.append(f"{t.factor:g} x {'+' if t.offset >= 0 else '-'} {abs(t.offset):g}")
         elif t is not None:
-            told.append(f"{t.kind.lower()}s " + listed([f"{a} -> {b}" for a, b in t.entries.items()]))
+            told.append(f"{t.kind.lower()}s " + listed([f"{a!s} -> {b!s}" for a, b in t.entries.items()]))
         if hop.between:
             told.append(hop.between + _unit(hop.type))
     return f"  ({'; '.join(told)})" if told else ""

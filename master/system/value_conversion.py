@@ -164,11 +164,11 @@ def passage(source: Quantity, hops: Sequence[Hop], target: Quantity, where: str,
             reached = next((u for u in (target.unit, source.unit) if u is not None and u.name == reached.name), reached)
         looks = last or hop.transformation is not None
         items = _ahead(hops[i:], lambda h: h.enumeration, target.items) if looks else hop.enumeration
-        told = hop.unit is not None and target.unit is not None and hop.unit.name != target.unit.name
-        if last and told and not alike(hop.unit, target.unit):
+        said, own = hop.unit, target.unit
+        if last and said is not None and own is not None and said.name != own.name and not alike(said, own):
             remarks.append(
-                f"{hop.where or where}: the package says {target.shown} is in {hop.unit.name}, its FMU says "
-                f"{target.unit.name}; the package's word counts"
+                f"{hop.where or where}: the package says {target.shown} is in {said.name}, its FMU says "
+                f"{own.name}; the package's word counts"
             )
         steps: list[Step] = []
         if _shifts_in_doubt(hop, unit, reached, target):
@@ -262,9 +262,9 @@ def _transformation(hop: Hop, source: Quantity, takes: Quantity, target: Quantit
     for key, value in t.entries.items():
         for name, known_items, which in ((key, items, source), (value, there, takes)):
             if known_items is None:
-                raise PackageError(f"{where}: the items of {which.shown} are not known, so '{name}' cannot be mapped")
+                raise PackageError(f"{where}: the items of {which.shown} are not known, so '{name!s}' cannot be mapped")
             if name not in known_items:
-                raise PackageError(f"{where}: {which.shown} has no item '{name}'; it has {', '.join(known_items)}")
+                raise PackageError(f"{where}: {which.shown} has no item '{name!s}'; it has {', '.join(known_items)}")
         assert items is not None
         assert there is not None
         made[items[str(key)]] = there[str(value)]
@@ -368,7 +368,7 @@ def converted(
             raise ParameterError(f"{where}: the value is {source.type}, {at.shown} is {at.type}")
         if at.family == INTEGER and (int(v) != v or int(v) not in values_of(at)):
             known = f"; it has {', '.join(at.items)}" if at.items else ""
-            raise ParameterError(f"{where}: {v:g} is not a value of {at.shown}, which is {at.type}{known}")
+            raise ParameterError(f"{where}: {float(v):g} is not a value of {at.shown}, which is {at.type}{known}")
 
     values = value if isinstance(value, tuple) else (value,)
     made = []
@@ -405,10 +405,11 @@ def _item(value: str, source: Quantity, hops: Sequence[Hop], target: Quantity, w
                 value = next((name for name, k in (items or {}).items() if k == number), value)
             value, number = str(t.entries.get(value, value)), None
         else:
-            if number is None and (items is None or value not in items):
-                known = f"; known: {', '.join(items)}" if items else ""
-                raise ParameterError(f"{place}: the number of the item '{value}' is not known{known}")
-            number = items[value] if number is None else number  # type: ignore[index]
+            if number is None:
+                if items is None or value not in items:
+                    known = f"; known: {', '.join(items)}" if items else ""
+                    raise ParameterError(f"{place}: the number of the item '{value}' is not known{known}")
+                number = items[value]
             number = int(t.entries.get(number, number))
         items = hop.enumeration
     if number is not None:

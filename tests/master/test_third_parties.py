@@ -51,6 +51,12 @@ def test_strings_reach_fmus_in_processes_of_their_own(fmus, tmp_path, version):
         assert last(tmp_path, path, "b.string_out", changes=(("a.string_in", "hello"),), isolate=isolate) == "hello"
 
 
+def test_a_session_drives_no_texts(fmus, tmp_path):
+    path = package(tmp_path / "p.ssp", system("root", component("a", "resources/L.fmu")), with_fmu(fmus, 2))
+    with Session(path) as session, pytest.raises(CosimError, match="'a.string_in' is not a single number"):
+        session.run(["a.y1"], 1.0, 0.1, inputs={"a.string_in": ([0.0, 1.0], [0.0, 1.0])})
+
+
 def aliased(tmp_path, version):
     """An FMU whose input u1 is called u9 too."""
     fmu = native.linear(tmp_path / "n", version)

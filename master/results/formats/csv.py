@@ -49,7 +49,7 @@ class CsvWriter:
         """Append rows."""
         if not table or len(table[0]) == 0:
             return
-        if self._plain and all(np.isfinite(c).all() for c in table):
+        if self._plain and all(np.isfinite(np.asarray(c)).all() for c in table):
             rows = np.ascontiguousarray(np.stack([np.asarray(c) for c in table], axis=1))
             text = orjson.dumps(rows, option=orjson.OPT_SERIALIZE_NUMPY)
             self._append(text[2:-2].replace(b"],[", b"\n") + b"\n")

@@ -22,7 +22,8 @@ from ...packages import binding, bindings, component, connector, link, package, 
 pytestmark = pytest.mark.skipif(native.compiler is None, reason="there is no C compiler here")
 
 OMEGA = 10.0
-ORDERS = {"gauss-seidel": 2, "jacobi": 1, "extrapolation": 2, "nepce": 2, "interface-jacobian": 2, "fixed-point": 2}
+BETTER = {"gauss-seidel": 2}
+"""Orders here where they are better than the method's: taking turns is symplectic."""
 CAUSES = {"u1": "N", "y2": "m/s"}
 
 
@@ -77,10 +78,6 @@ def test_order_where_a_table_drives_the_system(fmus, tmp_path, method):
     assert np.log2(errors[1] / errors[2]) == pytest.approx(method_named(method).order, abs=0.2)
 
 
-def test_every_algorithm_is_tested_here():
-    assert set(ORDERS) == set(NAMES)
-
-
 @pytest.mark.parametrize("method", NAMES)
 def test_order(fmus, tmp_path, method):
     path = oscillator(tmp_path / "p.ssp", fmus)
@@ -88,7 +85,10 @@ def test_order(fmus, tmp_path, method):
     for h in (4e-3, 2e-3, 1e-3):
         frame = run(path, tmp_path / "out", Options(step=h, method=method)).frame
         errors.append(np.abs(frame["mass.y1"] - np.cos(OMEGA * frame["time"])).max())
-    assert np.log2(np.array(errors[:-1]) / errors[1:]) == pytest.approx(ORDERS[method], abs=0.15)
+    orders, stated = np.log2(np.array(errors[:-1]) / errors[1:]), method_named(method).order
+    if method in BETTER or stated == 2:
+        assert orders == pytest.approx(BETTER.get(method, stated), abs=0.15)
+    assert np.all(orders > stated - 0.15)
 
 
 @pytest.mark.parametrize(

@@ -4,14 +4,13 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from deepsea_cosim.master.algorithms import NAMES
+from deepsea_cosim.master.algorithms import NAMES, method_named
 from deepsea_cosim.master.simulation.run import Options, run
 
 from benchmarks import native, splits
 
 pytestmark = pytest.mark.skipif(native.compiler is None, reason="there is no C compiler here")
 
-ORDERS = {"gauss-seidel": 1, "jacobi": 1, "extrapolation": 2, "nepce": 2, "interface-jacobian": 2, "fixed-point": 2}
 
 
 @pytest.fixture(scope="module", params=[splits.quarter_car, splits.two_masses], ids=lambda make: make.__name__)
@@ -28,7 +27,7 @@ def test_order(split, method):
         times, states = splits.trajectory(made, path, method, h)
         early = times <= 0.5
         errors.append(np.abs(states - splits.truth(made, times))[early, 0].max())
-    assert np.log2(errors[0] / errors[1]) == pytest.approx(ORDERS[method], abs=0.15)
+    assert np.log2(errors[0] / errors[1]) == pytest.approx(method_named(method).order, abs=0.15)
 
 
 def test_the_projection_finds_no_damping_in_the_truth(split):
