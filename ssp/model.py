@@ -85,6 +85,8 @@ class Parameter:
     type: Type
     value: Value
     where: str = ""
+    again: str = ""
+    """Where the name is given once more: then nobody knows which value is meant."""
 
 
 @dataclass(frozen=True)

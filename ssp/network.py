@@ -128,12 +128,23 @@ class _Flattener:
                     ))  # fmt: skip
         driving = {w.start[1] for w in wires if not w.start[0]}
         inputs = {name: c for name, c in taken.items() if c.kind == "input" or name in driving}
+        self.calculated(early, settings)
         return Network(
             self.structure, self.parts, tuple(wires), tuple(early), tuple(outputs), inputs, tuple(settings),
             tuple(given),
             {name: tuple(self.behind(node, ())) for name, node in self.names().items() if name not in inputs},
             (*self.structure.remarks, *self.remarks), self.idle,
         )  # fmt: skip
+
+    def calculated(self, early: Sequence[Wire], settings: Sequence[Setting]) -> None:
+        """Remark values that are bound to parameters which other components calculate."""
+        by = {wire.end: wire for wire in early if wire.start[0]}
+        for s in settings:
+            if (wire := by.get((s.component, s.variable))) is not None:
+                self.remarks.append(
+                    f"{s.where}: '{s.component}.{s.variable}' is bound, and connected to '{'.'.join(wire.start)}'; the "
+                    "connection counts"
+                )
 
     def names(self) -> dict[str, Node]:
         """Connectors of systems that can be given a value, by hierarchical name."""
@@ -434,6 +445,8 @@ class _Flattener:
                         settings.append(replace(setting, component=inner))
             elif isinstance(element, System):
                 self.bind(element, f"{inner}.", settings, given)
+        direct: list[Setting] = []
+        connected: list[Setting] = []
         for binding in system.bindings:
             for setting in self.values(binding):
                 targets = list(self.targets(system, path, setting.variable, setting.hops))
@@ -441,7 +454,21 @@ class _Flattener:
                     self.remarks.append(f"{setting.where}: {self.unbound(system, path, setting.variable)}")
                 for component, variable, hops in targets:
                     made = replace(setting, component=component, variable=variable, hops=hops)
-                    (settings if component else given).append(made)
+                    chosen = connected if hops[len(setting.hops) :] else direct
+                    (chosen if component else given).append(made)
+        self.prefer(connected, direct)
+        settings += [*direct, *connected]
+
+    def prefer(self, connected: Sequence[Setting], direct: Sequence[Setting]) -> None:
+        """Remark values that a system binds to what one of its connections brings another value to, which counts."""
+        brought = {(s.component, s.variable): s for s in connected}
+        for s in direct:
+            other = brought.get((s.component, s.variable))
+            if other is not None:
+                self.remarks.append(
+                    f"{s.where}: '{s.component}.{s.variable}' is bound, and connected to '{other.name}', which has a "
+                    f"value in {other.where}; the connection counts"
+                )
 
     def unbound(self, system: System, path: str, name: str) -> str:
         """Why a binding sets nothing."""

@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 import zipfile
-from collections.abc import Callable
+from collections.abc import Callable, Collection, Iterable
+from dataclasses import replace
 from io import BytesIO
 from pathlib import Path
 from posixpath import normpath
@@ -120,7 +121,9 @@ class Bindings:
                 if inline is None:
                     raise document.error(mapping, "a parameter mapping needs a source or a ParameterMapping inside")
                 entries = self._mapping(document, inline)
-        return Binding(parameters, element.get("prefix", ""), entries, document.where(element))
+        prefix = element.get("prefix", "")
+        _check_given_once(parameters, None if entries is None else {e.source.removeprefix(prefix) for e in entries})
+        return Binding(parameters, prefix, entries, document.where(element))
 
     def _open(self, document: Document, element: etree._Element, of: Path | None) -> tuple[Document, etree._Element]:
         source, base = element.get("source", ""), element.get("sourceBase", "SSD")
@@ -165,7 +168,8 @@ class Bindings:
             for element in document.children(section, (f"{SSV}Parameter",)):
                 name = document.name(element)
                 if name in parameters:
-                    raise document.error(element, f"parameter '{name}' is given twice")
+                    parameters[name] = replace(parameters[name], again=document.where(element))
+                    continue
                 tags = [f"{SSV}{kind}" for kind in KINDS]
                 typed = [e for e in document.children(element, (*tags, f"{SSC}Dimension")) if e.tag in tags]
                 if not typed:
@@ -202,7 +206,16 @@ def read_set(path: Path, remark: Remark) -> tuple[Parameter, ...]:
     if not path.is_file():
         raise PackageError(f"{path}: no such file")
     document = Document(path, path.name)
-    return Bindings(path.parent, path.parent, remark)._set(document, document.root, None)
+    parameters = Bindings(path.parent, path.parent, remark)._set(document, document.root, None)
+    _check_given_once(parameters, None)
+    return parameters
+
+
+def _check_given_once(parameters: Iterable[Parameter], used: Collection[str] | None) -> None:
+    """Raise `PackageError` where a parameter that is used, all where `used` is None, is given twice."""
+    for p in parameters:
+        if p.again and (used is None or p.name in used):
+            raise PackageError(f"{p.again}: parameter '{p.name}' is given twice")
 
 
 def _in_archive(path: Path, source: str) -> Document | None:

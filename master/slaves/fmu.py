@@ -92,10 +92,12 @@ def describe(name: str, fmu: Path, library: bool = True) -> Slave:
 
 def describe_folder(name: str, folder: Path, shown: str = "FMU", library: bool = True) -> Slave:
     """A slave, not loaded yet, from an FMU that has been unpacked; `shown` is its name in messages."""
-    kind, description = _examined(folder, changed(folder / "modelDescription.xml"), shown)
+    kind, description, twins = _examined(folder, changed(folder / "modelDescription.xml"), shown)
     if library:
         _check_library(folder, description, kind.version, shown)
-    return kind(name, folder, description)
+    made = kind(name, folder, description)
+    made.ambiguous = twins
+    return made
 
 
 def _check_library(folder: Path, description: Any, version: str, shown: str) -> None:
@@ -112,9 +114,24 @@ def _check_library(folder: Path, description: Any, version: str, shown: str) -> 
     raise PackageError(f"{shown}: has no library for this platform ({here}); it has {', '.join(there) or 'none'}")
 
 
+def _set_aside_twins(description: Any, shown: str) -> frozenset[str]:
+    """Take internal variables of one name out of the description, and give the names: which of them is meant matters
+    only to who names them."""
+    by_name: dict[str, list[Any]] = {}
+    for v in description.modelVariables:
+        by_name.setdefault(v.name or "", []).append(v)
+    twins = {name for name, found in by_name.items() if len(found) > 1 or not name}
+    for name in twins:
+        if not name or any(v.causality not in ("local", None) for v in by_name[name]):
+            raise PackageError(f"{shown}: modelDescription.xml has two variables '{name}'")
+    description.modelVariables = [v for v in description.modelVariables if v.name not in twins]
+    return frozenset(twins)
+
+
 @lru_cache(maxsize=64)
-def _examined(folder: Path, when: int, shown: str) -> tuple[type[Slave], Any]:
-    """The FMI version's slave and the model description, read once for many components of one FMU."""
+def _examined(folder: Path, when: int, shown: str) -> tuple[type[Slave], Any, frozenset[str]]:
+    """The FMI version's slave, the model description and names of several internal variables, read once for many
+    components of one FMU."""
     tree = _tree(folder, shown)
     version = tree.getroot().get("fmiVersion", "?")
     known = next((v for v in VERSIONS if version == v or (v == "3.0" and version.startswith("3."))), None)
@@ -130,11 +147,8 @@ def _examined(folder: Path, when: int, shown: str) -> tuple[type[Slave], Any]:
     identifier = description.coSimulation.modelIdentifier or ""
     if not identifier or re.search(r"[/\\\0]|\.\.|.{201}", identifier):
         raise PackageError(f"{shown}: modelIdentifier '{identifier[:60]}' is not a name")
-    names: set[str] = set()
+    twins = _set_aside_twins(description, shown)
     for v in description.modelVariables:
-        if not v.name or v.name in names:
-            raise PackageError(f"{shown}: modelDescription.xml has two variables '{v.name}'")
-        names.add(v.name)
         if not 0 <= int(v.valueReference) < 2**32:
             raise PackageError(f"{shown}: '{v.name}' has the valueReference {v.valueReference}; it has to fit 32 bits")
-    return VERSIONS[known], description
+    return VERSIONS[known], description, twins

@@ -25,6 +25,8 @@ class FmuVariables:
     def __init__(self, name: str, folder: Path, description: Any):
         self.name, self.folder, self.description = name, folder, description
         self.variables = {v.name: v for v in description.modelVariables}
+        self.ambiguous: frozenset[str] = frozenset()
+        """Names of which the FMU has several internal variables."""
         self.answers: dict[str, list[str]] = {}
         """Inputs that outputs have been found to answer to at once (`coupling.feedthrough`)."""
         self._through: dict[str, list[str]] | None = None
@@ -40,6 +42,8 @@ class FmuVariables:
     def variable(self, name: str, kinds: tuple[str, ...] = ()) -> Any:
         """The variable of that name, of one of the causalities `kinds`."""
         variable = self.variables.get(name)
+        if name in self.ambiguous:
+            raise PackageError(f"component '{self.name}': its FMU has two internal variables '{name}'")
         if variable is None or (kinds and variable.causality not in kinds):
             known = [n for n, v in self.variables.items() if not kinds or v.causality in kinds]
             what = kinds[0] if len(kinds) == 1 else "variable"

@@ -22,7 +22,9 @@ from ..packages import (
     bindings,
     component,
     connector,
+    entry,
     link,
+    mapping_file,
     package,
     parameter,
     parameter_set,
@@ -53,7 +55,7 @@ def test_strings_reach_fmus_in_processes_of_their_own(fmus, tmp_path, version):
 
 def test_a_session_drives_no_texts(fmus, tmp_path):
     path = package(tmp_path / "p.ssp", system("root", component("a", "resources/L.fmu")), with_fmu(fmus, 2))
-    with Session(path) as session, pytest.raises(CosimError, match="'a.string_in' is not a single number"):
+    with Session(path) as session, pytest.raises(CosimError, match=r"'a\.string_in' is not a single number"):
         session.run(["a.y1"], 1.0, 0.1, inputs={"a.string_in": ([0.0, 1.0], [0.0, 1.0])})
 
 
@@ -324,6 +326,47 @@ def test_a_nested_input_that_the_user_gives_a_value_is_not_without(fmus, tmp_pat
     for name in ("in.i", "in.a.u1"):
         assert last(tmp_path, path, "in.a.y1", changes=((name, "2"),)) == 6.0
         assert "nothing gives it a value" not in warnings(tmp_path, path, changes=((name, "2"),))
+
+
+@pytest.mark.parametrize("first", [0, 1])
+def test_a_parameter_that_is_connected_and_bound_too(fmus, tmp_path, first):
+    """The connection counts, wherever either stands, and a remark says so."""
+    given = [("k", 5.0), ("a.D[1,1]", 7.0)]
+    root = system("root", gain("a", 3.0), made=(connector("k", "parameter"), connector("i", "input")),
+                  links=(link("k", "a.D[1,1]"), link("i", "a.u1")),
+                  bindings=bindings(binding(values(dict([*given[first:], *given[:first]])))))  # fmt: skip
+    path = package(tmp_path / "p.ssp", root, with_fmu(fmus))
+    assert last(tmp_path, path, "a.y1", changes=(("i", "2"),)) == 10.0
+    assert "'a.D[1,1]' is bound, and connected to 'k'" in warnings(tmp_path, path, changes=(("i", "2"),))
+
+
+def test_two_internal_variables_of_one_name_count_only_where_they_are_named(fmus, tmp_path):
+    twins = "".join(
+        f'<ScalarVariable name="twin" valueReference="{20 + k}" causality="local" variability="continuous"><Real/>'
+        "</ScalarVariable>" for k in (4, 5)
+    )  # fmt: skip
+    fmu = redescribed(fmus[2], tmp_path / "twins.fmu", ("</ModelVariables>", f"{twins}</ModelVariables>"))
+    made = {"resources/L.fmu": fmu}
+    root = system("root", gain("a", 3.0), made=(connector("i", "input"),), links=(link("i", "a.u1"),))
+    assert last(tmp_path, package(tmp_path / "p.ssp", root, made), "a.y1", changes=(("i", "2"),)) == 6.0
+    shown = system("root", gain("a", 3.0, connector("twin", "output")), made=(connector("o", "output"),),
+                   links=(link("a.twin", "o"),))  # fmt: skip
+    with pytest.raises(CosimError, match="twin"):
+        run(package(tmp_path / "q.ssp", shown, made), tmp_path / "out")
+
+
+def test_a_parameter_given_twice_counts_only_where_a_mapping_names_it(fmus, tmp_path):
+    twice = parameter_set(parameter("g", "Real", 5), parameter("x", "Real", 1), parameter("x", "Real", 2))
+
+    def path(source):
+        mapped = f"<ssd:ParameterMapping>{mapping_file(entry(source, 'a.D[1,1]'))}</ssd:ParameterMapping>"
+        root = system("root", gain("a", 3.0), made=(connector("i", "input"),), links=(link("i", "a.u1"),),
+                      bindings=bindings(binding(twice, mapped)))  # fmt: skip
+        return package(tmp_path / "p.ssp", root, with_fmu(fmus))
+
+    assert last(tmp_path, path("g"), "a.y1", changes=(("i", "2"),)) == 10.0
+    with pytest.raises(CosimError, match="'x' is given twice"):
+        run(path("x"), tmp_path / "out")
 
 
 def test_setting_a_connected_input_is_told(fmus, tmp_path):
