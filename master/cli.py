@@ -25,6 +25,7 @@ EXAMPLES = """examples:
   cosim-master plant.ssp --variant Winter --stimuli commands.csv
   cosim-master plant.ssp --check
   cosim-master plant.ssp --info
+  cosim-master pump.fmu --stop-time 10 --step 0.001 --stimuli commands.csv
 
 exit codes: 0 done, 1 the simulation had to stop (what was recorded is kept), 2 bad input (or --check found errors),
 130 interrupted
@@ -48,7 +49,10 @@ def parser() -> argparse.ArgumentParser:
         description="Run the system of an SSP package as a fixed-step co-simulation of its FMUs.",
         epilog=EXAMPLES,
     )
-    p.add_argument("package", metavar="SCENARIO.ssp", type=Path, help="the SSP package")
+    p.add_argument(
+        "package", metavar="SCENARIO.ssp", type=Path,
+        help="the SSP package; a folder like one, a system structure (.ssd) and an FMU on its own (.fmu) do, too",
+    )  # fmt: skip
     p.add_argument("--variant", metavar="NAME", help="another system structure description of the package")
     p.add_argument("--check", action="store_true", help="look for all that is wrong with the package; do not run")
     p.add_argument("--info", action="store_true", help="print the system as a tree; do not run")
@@ -157,13 +161,13 @@ def _table(summary: dict[str, Any], result: Any) -> str:
         f"  {'signal':<28}{'unit':>7}{'start':>13}{'least':>13}{'greatest':>13}{'end':>13}",
     ]
     places = {name: i for i, name in enumerate(result.names)}
-    shown = dict.fromkeys((*result.connected, *result.own_outputs))
+    shown = dict.fromkeys((*result.connected, *result.own_outputs, *result.outputs))
     numbers = [name for name in shown if not isnan(result.extremes[0][places[name]])]
     for name in numbers[:SHOWN]:
         values = "".join(f"{row[places[name]]:>13.6g}" for row in result.extremes)
         lines.append(f"  {name:<28}{result.units.get(name, ''):>7}{values}")
     if len(numbers) > SHOWN:
-        lines.append(f"  and {len(numbers) - SHOWN} more connected signals")
+        lines.append(f"  and {len(numbers) - SHOWN} more signals")
     return "\n".join(lines)
 
 

@@ -178,6 +178,7 @@ class SystemStructure:
 
     name: str
     version: str
+    """Of SSP; empty for an FMU on its own."""
     file: Path
     system: System
     start_time: float = 0.0

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Collection, Iterator
 from contextlib import contextmanager, suppress
 from dataclasses import replace
+from hashlib import blake2b
 from pathlib import Path
 
 from lxml import etree
@@ -63,6 +64,16 @@ def read(
     return _Reader(folder, budget, wrong=wrong).read(variant, f"{package}: ")
 
 
+def read_folder(
+    folder: Path, scratch: Path, variant: str | None = None, wrong: list[str] | None = None
+) -> SystemStructure:  # fmt: skip
+    """Read a system structure description of a folder that is no archive; see `read`.
+
+    scratch: where packages that lie in it are unpacked, for nothing is written into the folder itself.
+    """
+    return _Reader(folder, Budget(), wrong=wrong, scratch=scratch).read(variant, f"{folder}: ")
+
+
 def no_package(files: Collection[str]) -> str:
     """What to say of files of which none is `SystemStructure.ssd`."""
     variants = sorted(name for name in files if name.endswith(".ssd") and "/" not in name)
@@ -82,10 +93,12 @@ class _Reader:
 
     def __init__(
         self, folder: Path, budget: Budget, depth: int = 0, remarks: list[str] | None = None,
-        outer: _Reader | None = None, prefix: str = "", wrong: list[str] | None = None,
+        outer: _Reader | None = None, prefix: str = "", wrong: list[str] | None = None, scratch: Path | None = None,
     ):  # fmt: skip
         self.folder, self.budget, self.depth = folder, budget, depth
         self.wrong = wrong
+        self.scratch: Path | None = outer.scratch if outer is not None else scratch
+        """Where packages inside are unpacked; None: beside themselves."""
         self.remarks: list[str] = [] if remarks is None else remarks
         self.root: Path = outer.root if outer is not None else folder
         """The package's folder."""
@@ -307,6 +320,8 @@ class _Reader:
         if self.depth + 1 > MOST_LEVELS:
             raise document.error(element, f"packages are nested more than {MOST_LEVELS} levels deep; refused")
         folder = path.with_name(f"{path.name}.unpacked")
+        if self.scratch is not None:
+            folder = self.scratch / f"{blake2b(bytes(path.resolve()), digest_size=8).hexdigest()}.unpacked"
         if not folder.is_dir():
             try:
                 extract(path, folder, self.budget)

@@ -32,7 +32,8 @@ def manifest(package: Path, network: Network, options: Options) -> dict[str, Any
     files = sorted({part.component.source for part in network.parts.values()})
     root = network.structure.file.parent
     names = [path.relative_to(root).as_posix() if path.is_relative_to(root) else path.name for path in files]
-    inputs = {str(package): digest(package), **{n: digest(path) for n, path in zip(names, files, strict=True)}}
+    whole = network.structure.file if package.is_dir() else package
+    inputs = {str(package): digest(whole), **{n: digest(path) for n, path in zip(names, files, strict=True)}}
     if options.stimuli is not None:
         inputs[str(options.stimuli)] = digest(options.stimuli)
     inputs |= {str(path): digest(path) for path in options.parameters}

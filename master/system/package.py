@@ -8,11 +8,11 @@ from contextlib import ExitStack
 from dataclasses import replace
 from pathlib import Path
 
-from ...core.errors import CosimError, UnknownNameError, did_you_mean
-from ...ssp.model import Component
+from ...core.errors import CosimError, PackageError, UnknownNameError, UsageError, did_you_mean
+from ...ssp.model import Component, Connection, Connector, System, SystemStructure
 from ...ssp.network import flatten
 from ...ssp.parameters import read_set
-from ...ssp.reader import read
+from ...ssp.reader import read, read_folder
 from ...ssp.wires import Network, Setting
 from ..slaves.fmu import also_forget, describe
 from .addresses import splits
@@ -21,13 +21,46 @@ from .addresses import splits
 def read_package(
     package: Path, stack: ExitStack, variant: str | None = None, wrong: list[str] | None = None
 ) -> Network:  # fmt: skip
-    """The network of an SSP file, unpacked into a folder that lives as long as `stack`.
+    """The network of an SSP file, a folder like one, a system structure description (.ssd) or an FMU.
 
-    With a list `wrong`, what is wrong with some of its parts goes there instead of being raised.
+    What has to be unpacked lives as long as `stack`. With a list `wrong`, what is wrong with some of its parts goes
+    there instead of being raised.
     """
-    scratch = stack.enter_context(tempfile.TemporaryDirectory(prefix="cosim_", ignore_cleanup_errors=True))
-    stack.callback(also_forget(Path(scratch)))
-    return flatten(read(package, Path(scratch) / "ssp", variant, wrong), causality, wrong)
+    scratch = Path(stack.enter_context(tempfile.TemporaryDirectory(prefix="cosim_", ignore_cleanup_errors=True)))
+    stack.callback(also_forget(scratch))
+    return flatten(_structure(package, scratch, variant, wrong), causality, wrong)
+
+
+def _structure(package: Path, scratch: Path, variant: str | None, wrong: list[str] | None) -> SystemStructure:
+    kind = package.suffix.lower()
+    if package.is_dir():
+        return read_folder(package, scratch, variant, wrong)
+    if kind == ".ssd":
+        if variant is not None:
+            raise UsageError(f"--variant {variant}: {package.name} is one description; give the folder or the package")
+        return read_folder(package.parent, scratch, package.name, wrong)
+    if kind == ".fmu":
+        return alone(package)
+    return read(package, scratch / "ssp", variant, wrong)
+
+
+def alone(fmu: Path) -> SystemStructure:
+    """A system of one FMU, whose inputs are the system's, with the times that it suggests."""
+    try:
+        slave = describe(fmu.stem, fmu)
+    except PackageError as error:
+        raise PackageError(str(error).replace(fmu.name, str(fmu), 1)) from None
+    inputs = [v.name for v in slave.variables.values() if v.causality == "input" and v.type in slave.forms]
+    links = tuple(Connection((None, name), (fmu.stem, name), where=fmu.name) for name in inputs)
+    own = tuple(Connector(name, "input", None, where=fmu.name) for name in inputs)
+    component = Component(fmu.stem, fmu, connectors=own, where=fmu.name)
+    experiment = slave.description.defaultExperiment
+    start, stop, step = (
+        None if experiment is None or (given := getattr(experiment, name, None)) is None else float(given)
+        for name in ("startTime", "stopTime", "stepSize")
+    )
+    system = System(fmu.stem, own, (component,), links, where=fmu.name)
+    return SystemStructure(fmu.stem, "", fmu, system, start or 0.0, stop, step)
 
 
 def causality(component: Component, name: str) -> str | None:

@@ -16,7 +16,8 @@ def tree(network: Network, system: System | None = None) -> str:
     structure = network.structure
     times = f", {structure.start_time:g} s to {structure.stop_time:g} s" if structure.stop_time is not None else ""
     step = f", step {structure.step_size:g} s" if structure.step_size is not None else ""
-    lines = [f"{structure.name} (SSP {structure.version}, {structure.file.name}{times}{step})"]
+    version = f"SSP {structure.version}, " if structure.version else ""
+    lines = [f"{structure.name} ({version}{structure.file.name}{times}{step})"]
     if len(structure.variants) > 1:
         lines.append(f"variants: {', '.join(structure.variants)}")
     _branch(lines, structure.system, "", network, system)

@@ -118,11 +118,12 @@ def test_a_broken_fmu_is_told_with_its_place(tmp_path, content):
         run(path, tmp_path / "out", Options())
 
 
-def test_an_fmu_is_no_package(fmus, tmp_path, capsys):
+def test_an_fmu_that_names_no_times_needs_them(fmus, tmp_path, capsys):
     assert main([str(fmus[2]), "--out", str(tmp_path / "out")]) == 2
-    assert f"{fmus[2].name}: SystemStructure.ssd is missing: this is not an SSP package but an FMU" in (
-        capsys.readouterr().err
-    )
+    assert "give one with --stop-time" in capsys.readouterr().err
+
+
+def test_a_package_without_the_usual_description_names_the_others(tmp_path, capsys):
     empty = pack(tmp_path / "e.ssp", {"Other.ssd": description(with_input())})
     assert main([str(empty), "--out", str(tmp_path / "out")]) == 2
     assert "it has Other.ssd: choose with --variant" in capsys.readouterr().err
