@@ -17,6 +17,7 @@ import numpy as np
 from ...core.errors import CosimError, Interrupted, OutputError, SimulationError, UsageError
 from ...core.files import returning
 from ...core.versions import versions
+from ..accuracy.divergence import divergence
 from ..accuracy.doubt import doubt, warning
 from ..accuracy.held_inputs import HeldInputs
 from ..algorithms import method_named
@@ -230,7 +231,7 @@ class _Run:
         slaves = plan.slaves
         told = self._doubt()
         doubts = warning(told, self.method.order, step)
-        warnings = [*said(slaves.values()), *self.energy.warnings(), *doubts, *self.remarks]
+        warnings = [*said(slaves.values()), *self.energy.warnings(), *self._divergence(), *doubts, *self.remarks]
         return {
             "package": str(self.package),
             "variant": plan.network.structure.file.name,
@@ -257,17 +258,34 @@ class _Run:
             "machine": {"system": platform.system(), "cpus": os.cpu_count()},
         }
 
+    def _reals(self) -> dict[str, list[tuple[int, str, str]]]:
+        """(column, its name, variable) of the outputs that FMUs give as reals, by component."""
+        places = {c.name: i for i, c in enumerate(self.plan.layout.columns) if c.type == "float"}
+        mine: dict[str, list[tuple[int, str, str]]] = {}
+        for signal in self.plan.system.outputs.values():
+            found = [(places[name], name, signal.name) for name in elements(signal) if name in places]
+            mine.setdefault(signal.component, []).extend(found)
+        return mine
+
     def _doubt(self) -> dict[str, Any] | None:
         """What is in doubt of the outputs that FMUs give as reals."""
-        recording, system = self.recording, self.plan.system
+        recording = self.recording
         if recording.extremes() is None:
             return None
-        places = {c.name: i for i, c in enumerate(self.plan.layout.columns) if c.type == "float"}
-        mine: dict[str, list[tuple[int, str]]] = {}
-        for signal in system.outputs.values():
-            found = [(places[name], name) for name in elements(signal) if name in places]
-            mine.setdefault(signal.component, []).extend(found)
-        return doubt(mine, recording.sampled(), recording.held)
+        columns = {component: [(i, name) for i, name, _ in found] for component, found in self._reals().items()}
+        return doubt(columns, recording.sampled(), recording.held)
+
+    def _divergence(self) -> list[str]:
+        """What to say of an output that has run away."""
+        if self.recording.extremes() is None:
+            return []
+        sample, slaves = self.recording.sampled(), self.plan.slaves
+        found = [
+            (i, name, slaves[component].nominal(variable))
+            for component, reals in self._reals().items() for i, name, variable in reals
+        ]  # fmt: skip
+        columns, names, nominals = zip(*found, strict=True) if found else ((), (), ())
+        return divergence(names, nominals, sample[:, 0], sample[:, list(columns)])
 
     def _unborn(self, status: str, error: object) -> None:
         """The summary of a run that has not begun."""

@@ -32,7 +32,7 @@ from ..packages import (
     unit,
     values,
 )
-from .parts import constant, gain, last, redescribed, with_fmu, with_input
+from .parts import constant, gain, last, linear, redescribed, with_fmu, with_input
 
 pytestmark = pytest.mark.skipif(native.compiler is None, reason="there is no C compiler here")
 
@@ -417,7 +417,6 @@ def test_entries_of_archives_with_dots_and_backslashes(tmp_path):
 
 def oscillator(fmus, tmp_path, step, stop):
     """A mass and a spring of 10 rad/s, coupled."""
-    from .parts import linear
 
     fmu = native.linear(tmp_path / "n", 2, through=False, units={"u1": "N", "y1": "m/s"})
     other = native.linear(tmp_path / "m", 2, through=False, units={"u1": "m/s", "y1": "N"})
@@ -434,6 +433,20 @@ def test_a_run_that_explodes_is_not_trusted(fmus, tmp_path, method):
     text = (tmp_path / "out" / "summary.json").read_text()
     assert "NaN" not in text
     assert "Infinity" not in text
+
+
+def test_a_run_that_explodes_is_not_trusted_where_no_unit_tells_a_power(fmus, tmp_path):
+    """A spring of 100 N/m on 1 kg, omega h = 3, by a coupling that is unstable there; no units, so no power bond."""
+
+    def path(step, stop):
+        root = system("root", linear("mass", A=[[0, 1], [0, 0]], B=[[0], [1]], C=[[1, 0]], x0=[1, 0]),
+                      linear("spring", A=[[0]], B=[[0]], C=[[1]], D=[[-100.0]]),
+                      links=(link("mass.y1", "spring.u1"), link("spring.y1", "mass.u1")))  # fmt: skip
+        return package(tmp_path / "p.ssp", root, with_fmu(fmus), step=step, stop=stop)
+
+    told = warnings(tmp_path, path(0.3, 12.0), method="jacobi")
+    assert "runs away: it reaches" in told
+    assert "runs away" not in warnings(tmp_path, path(1e-3, 2.0), method="jacobi")
 
 
 def test_an_error_that_half_the_step_shows_is_a_warning(fmus, tmp_path):
