@@ -52,7 +52,7 @@ def _variables(plain: bool) -> list[tuple[str, int, str, str]]:
         made += [
             (f"{name}[{i + 1},{j + 1}]", base + 10 * i + j, "parameter", "Real") for i in range(N) for j in range(N)
         ]
-    made += [("trouble", 600, "parameter", "Real"), ("when", 601, "parameter", "Real")]
+    made += [(name, 600 + k, "parameter", "Real") for k, name in enumerate(("trouble", "when", "square"))]
     if plain:
         return made
     for name, base, kind in (("integer", 500, "Integer"), ("boolean", 510, "Boolean"), ("string", 520, "String"),

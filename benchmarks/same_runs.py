@@ -4,9 +4,9 @@
 
 Every package of the folder (else those that `cosim-fmus build` makes), and the two linear machines of `splits`, run
 with every coupling method; each is also checked, told about (`--info`), repeated with half the step, and run twice in
-a session. Results count to the last bit, summaries and what is printed to twelve digits, but for times. With --pairs,
-the time after over that before of a bare macro step of two native FMUs and of one of the machine, in runs that take
-turns. Exit code 1 when anything differs.
+a session. Results count to the last bit, summaries (with all warnings) and what --check and --info print to twelve
+digits, but for times. With --pairs, the time after over that before of a bare macro step of two native FMUs and of one
+of the machine, in runs that take turns. Exit code 1 when anything differs.
 """
 
 from __future__ import annotations
@@ -77,7 +77,7 @@ def constant(text: str) -> str:
 
 def once(package: Path, folder: Path, *options: str) -> str:
     """A run by the command."""
-    said = printed(str(package), "--out", str(folder), "--no-plot", *options)
+    said = printed(str(package), "--out", str(folder), "--no-plot", "--quiet", *options)
     files = [folder / "results.csv", folder / "summary.json"]
     rows, summary = (path.read_bytes() if path.exists() else b"" for path in files)
     return digest(constant(said), rows, constant(summary.decode()))

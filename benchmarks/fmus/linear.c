@@ -23,7 +23,7 @@ typedef uint8_t Bool;
 
 typedef struct {
     double u[N], slope[N], y[N], x[N], x0[N], A[N][N], B[N][N], C[N][N], D[N][N];
-    double trouble, when, array_in[3], array_out[3];
+    double trouble, when, square, array_in[3], array_out[3];
     double first, last;
     int integer_in, integer_out, item_in, item_out, entered, ready, ended;
     Bool boolean_in, boolean_out;
@@ -48,6 +48,7 @@ static void output(Model *m) {
         m->y[i] = 0.0;
         for (int j = 0; j < N; j++) m->y[i] += m->C[i][j] * m->x[j] + m->D[i][j] * m->u[j];
     }
+    if (m->square != 0.0) m->y[0] += m->square * m->u[0] * m->u[0];
     m->integer_out = m->integer_in;
     m->boolean_out = m->boolean_in;
     m->item_out = m->item_in;
@@ -97,6 +98,7 @@ static double *real(Model *m, unsigned r) {
     if (r >= 20 && r < 26) return &m->x0[r - 20];
     if (r == 600) return &m->trouble;
     if (r == 601) return &m->when;
+    if (r == 602) return &m->square;
     if (r == 700) return m->array_in;
     if (r == 701) return m->array_out;
     if (r < 100 || r >= 500 || i >= N || j >= N) return NULL;

@@ -42,6 +42,8 @@ class Initialiser:
         self._early = early_order(system)
         self._visits = self._visit_order()
         self._seen: set[str] = set()
+        self.remarks: list[str] = []
+        """What is worth telling of the last initialisation."""
         shown = system.steps.program()
         system.steps.show(shown)
         self._shown = Runner(shown)
@@ -51,6 +53,7 @@ class Initialiser:
         system = self.system
         system.board.ended[:] = 0
         system.stop = stop
+        self.remarks.clear()
         self._agreement.forget()
         for v in values:
             if v.component == "":
@@ -111,8 +114,10 @@ class Initialiser:
         if self._visits is not None:
             self.sweep([*self._visits, *self._order])
             return
+        near = self._agreement.inputs()
         self.sweep(self._order)  # after this one all have been seen
-        self._agreement.settle(" at the start")
+        if (remark := self._agreement.settle(" at the start", near)) is not None:
+            self.remarks.append(remark)
 
     def sweep(self, components: Iterable[str]) -> None:
         """Visit the components in turn: take the outputs that others have given as inputs, read the own outputs."""

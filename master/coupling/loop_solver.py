@@ -100,16 +100,23 @@ class Agreement:
             inputs.once()
             outputs.once()
 
-    def settle(self, when: str = "") -> None:
+    def inputs(self) -> np.ndarray:
+        """The real inputs that go round, as they are."""
+        found: np.ndarray = self.system.board.reals[self._targets].copy()
+        return found
+
+    def settle(self, when: str = "", near: np.ndarray | None = None) -> str | None:
         """Sweep until nothing changes; a loop that does not settle so is solved, or the error says which it is.
 
-        when: for the error, where that is not in a step.
+        when: for the error, where that is not in a step; near: what the inputs that go round began with, where another
+        solution than that of the sweeps may be nearer to it. Then a remark is returned if there is one.
 
         Reals count relative to the largest value that a slot has had; whole numbers and texts have to be the same.
         """
         if self._quickly():
-            return
+            return None
         board = self.system.board
+        begin, first = (self.inputs() if near is None else near), np.zeros(0)
         scale, change, last = np.abs(board.reals[self._reals]), np.zeros(0), np.inf
         for k in range(MAX_SWEEPS):
             reals, whole, texts = board.reals[self._reals].copy(), board.integers[self._whole].copy(), list(board.texts)
@@ -118,11 +125,13 @@ class Agreement:
             with np.errstate(invalid="ignore", over="ignore"):
                 change = np.where(now == reals, 0.0, np.abs(now - reals))
                 scale = np.fmax(scale, np.abs(now))
+            first = scale if k == 0 else first
             same = np.array_equal(whole, board.integers[self._whole]) and texts == board.texts
             if same and np.all(change <= SETTLED * scale):
+                remark = None if near is None or k == 0 else self._prefer_near(near, scale, when)
                 if k > FEW_SWEEPS:
                     self._learn(scale)
-                return
+                return remark
             largest = float(np.max(change / np.fmax(scale, 1e-300), initial=0.0))
             if not np.isfinite(change).all() or (same and largest > 0.999 * last):
                 break  # it does not come nearer: no use to go on
@@ -132,7 +141,8 @@ class Agreement:
                 f"the algebraic loop{when} through {', '.join(dict.fromkeys(self.names))} does not settle by "
                 "repetition, and its values are no reals that could be solved for"
             )
-        self.solve(change, scale, when)
+        board.reals[self._targets] = begin
+        self.solve(change, first, when)
         whole, texts = board.integers[self._whole].copy(), list(board.texts)
         self.sweep()
         if not (np.array_equal(whole, board.integers[self._whole]) and texts == board.texts):
@@ -141,6 +151,34 @@ class Agreement:
                 "reals agree, its whole numbers or texts do not"
             )
         self._learn(scale)
+        return None
+
+    def _prefer_near(self, near: np.ndarray, scale: np.ndarray, when: str) -> str | None:
+        """Of two solutions take the one nearer to what the inputs began with; what to say of that."""
+        settled = self.inputs()
+        size = np.maximum(np.abs(settled), np.abs(near))
+        size = np.maximum(size, max(1e-9 * size.max(initial=0.0), 1e-300))
+        if not len(settled) or np.all(np.abs(settled - near) <= 1e-6 * size):
+            return None
+        kept = self.system.board.reals.copy()
+        self.system.board.reals[self._targets] = near
+        try:
+            self.solve(np.zeros(len(self._reals)), scale, when)
+        except SimulationError:
+            found = settled
+        else:
+            found = self.inputs()
+        if np.all(np.abs(found - settled) <= 1e-6 * size) or np.linalg.norm((found - near) / size) >= np.linalg.norm(
+            (settled - near) / size
+        ):
+            self._left(settled)
+            self.system.board.reals[:] = kept
+            return None
+        through = ", ".join(dict.fromkeys(self.names))
+        return (
+            f"the algebraic loop{when} through {through} has more than one solution; the one nearer to the start "
+            "values is taken"
+        )
 
     @staticmethod
     def _solvable(link: Link) -> bool:

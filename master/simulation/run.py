@@ -167,7 +167,9 @@ class _Run:
             else:
                 program.drive(drive.place, column, drive.signal.family, mean)
             system.values.begin_with(drive.signal, drive.value(start), drive.element)
-        Initialiser(system)(values, start, stop)
+        initialise = Initialiser(system)
+        initialise(values, start, stop)
+        self.remarks += initialise.remarks
         self.remarks += detect_feedthrough(system, loops_only=coupling.newest_values)
         coupling.write(system, program)
         system.steps.show(program)

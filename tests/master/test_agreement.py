@@ -233,3 +233,30 @@ def test_a_session_begins_every_run_in_the_same_order(tmp_path):
         first, second = (session.run(["p.y1", "m.y1"], 0.2, 0.01)[1] for _ in range(2))
         assert session.system.order == ["m", "a", "b", "p", "q"]
     assert np.array_equal(first, second)
+
+
+@pytest.mark.parametrize("version", [1, 2, 3])
+@pytest.mark.parametrize(
+    ("start", "root"), [(2.1, 2.0), (-1.2, -1.0), (-0.7, -1.0), (9.0, 2.0), (0.6, 2.0), (-3.0, -1.0)]
+)
+def test_of_two_solutions_the_one_nearer_to_the_start_counts(tmp_path, version, start, root):
+    """x = x^2 - 2 has the roots 2 and -1, and repetition finds neither."""
+    fmu = {"resources/L.fmu": native.linear(tmp_path, version)}
+    path = package(tmp_path / "p.ssp", system("root", linear("a", C=[[1]], x0=[-2.0]), linear("b", D=[[1.0]]),
+                   links=(link("a.y1", "b.u1"), link("b.y1", "a.u1"))), fmu)  # fmt: skip
+    frame = run(path, tmp_path / "out", Options(changes={"a.square": 1.0, "a.u1": start})).frame
+    assert frame["a.y1"].tolist() == pytest.approx([root] * len(frame), rel=1e-9)
+
+
+@pytest.mark.parametrize(
+    ("start", "root", "told"), [(0.1, 0.0, False), (0.51, 1.0, True), (0.95, 1.0, False), (1.3, 1.0, False)]
+)
+def test_a_solution_that_repetition_leaves_is_found_from_near_it(tmp_path, start, root, told):
+    """x = x^2 has the roots 0 and 1; from the middle repetition comes to 0, but 1 is nearer."""
+    fmu = {"resources/L.fmu": native.linear(tmp_path, 2)}
+    path = package(tmp_path / "p.ssp", system("root", linear("a"), linear("b", D=[[1.0]]),
+                   links=(link("a.y1", "b.u1"), link("b.y1", "a.u1"))), fmu)  # fmt: skip
+    given = {"a.square": 1.0, "a.u1": start, "b.u1": start}
+    result = run(path, tmp_path / "out", Options(changes=given))
+    assert result.frame["a.y1"].iloc[0] == pytest.approx(root, abs=1e-9)
+    assert any("more than one solution" in text for text in result.summary["warnings"]) == told
