@@ -5,9 +5,10 @@ from __future__ import annotations
 from collections.abc import Sequence
 from functools import cache
 from importlib import import_module
+from importlib.util import find_spec
 from pathlib import Path
 
-from ...core.errors import UsageError
+from ...core.errors import UsageError, install
 from .columns import Column
 from .format import Format, Writer
 
@@ -26,6 +27,14 @@ def format_of(path: Path) -> Format:
     if found is None:
         raise UsageError(f"{path}: results can be written as {', '.join(by_suffix())}")
     return found
+
+
+def check_writable(path: Path) -> None:
+    """Raise `UsageError` where a file of that name cannot be written: no format has its suffix, or a library is
+    missing."""
+    for module in format_of(path).needs:
+        if find_spec(module) is None:
+            raise UsageError(f"{path}: {path.suffix} files need {module}: {install('results')}")
 
 
 def open_writer(path: Path, columns: Sequence[Column]) -> Writer:

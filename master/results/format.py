@@ -37,3 +37,5 @@ class Format:
     writer: Callable[[Path, Sequence[Column]], Writer]
     read: Callable[[Path, Collection[str], Collection[str]], Any]
     """A pandas frame of a file; also given are the columns that hold texts, and such that hold true and false."""
+    needs: tuple[str, ...] = ()
+    """Modules of optional libraries without which nothing can be written."""

@@ -15,7 +15,7 @@ from ..coupling.initialisation import early_order
 from ..coupling.power_bonds import Bond, find_bonds
 from ..isolation.isolated import IsolatedSlave
 from ..options import Options
-from ..results import format_of
+from ..results import check_writable
 from ..results.columns import Layout
 from ..slaves.base import Slave
 from ..system.addresses import targets
@@ -94,7 +94,7 @@ def check_options(options: Options) -> None:
     if options.record_every < 1:
         raise UsageError(f"--record-every {options.record_every}: it has to be at least 1")
     if options.results:
-        format_of(Path(options.results))
+        check_writable(Path(options.results))
     if options.step_timeout is not None and not options.isolate:
         raise UsageError("--step-timeout needs --isolate: only a process of its own can be stopped")
 

@@ -47,6 +47,11 @@ def resolve(
             hint = did_you_mean(address, [f"{c}.{n}" for c, n in known] + sorted({n for _, n in known}))
             raise UnknownNameError(f"{where}: no component has a parameter '{address}'{hint}")
         for component, name in meant:
+            if component and name not in slaves[component].variables:
+                others = [c for c, slave in slaves.items() if slave.settable(name)]
+                if others:
+                    has = f"'{name}' is a parameter of {', '.join(map(repr, others))}"
+                    raise UnknownNameError(f"{where}: component '{component}' has no parameter '{name}'; {has}")
             if component:
                 made.append(_checked(slaves[component], name, value, where))
             elif system is not None:

@@ -369,6 +369,14 @@ def test_a_parameter_given_twice_counts_only_where_a_mapping_names_it(fmus, tmp_
         run(path("x"), tmp_path / "out")
 
 
+def test_a_name_of_another_component_says_where_it_is(fmus, tmp_path):
+    other = native.linear(tmp_path / "other", 2, plain=True)
+    root = system("root", gain("a", 3.0), component("b", "resources/P.fmu"))
+    path = package(tmp_path / "p.ssp", root, {**with_fmu(fmus), "resources/P.fmu": other})
+    with pytest.raises(CosimError, match=r"component 'b' has no parameter 'u5'; 'u5' is a parameter of 'a'"):
+        run(path, tmp_path / "out", Options(changes=(("b.u5", "1"),)))
+
+
 def test_setting_a_connected_input_is_told(fmus, tmp_path):
     root = system("root", constant("c", 2.0), gain("a", 3.0), links=(link("c.y1", "a.u1"),))
     path = package(tmp_path / "p.ssp", root, with_fmu(fmus))

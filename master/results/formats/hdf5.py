@@ -103,4 +103,4 @@ def read(path: Path, texts: Collection[str], truths: Collection[str]) -> Any:
     return pandas.DataFrame({name: c[:length] for name, c in columns.items()})
 
 
-FORMAT = Format((".h5", ".hdf5"), Hdf5Writer, read)
+FORMAT = Format((".h5", ".hdf5"), Hdf5Writer, read, needs=("h5py",))

@@ -129,4 +129,4 @@ def read(path: Path, texts: Collection[str], truths: Collection[str]) -> Any:
     return pandas.read_parquet(path)
 
 
-FORMAT = Format((".parquet",), ParquetWriter, read)
+FORMAT = Format((".parquet",), ParquetWriter, read, needs=("pyarrow",))

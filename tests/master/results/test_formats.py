@@ -8,9 +8,13 @@ import sys
 
 import numpy as np
 import pytest
+from deepsea_cosim.core.errors import UsageError
+from deepsea_cosim.master import simulate
 from deepsea_cosim.master.results import by_suffix, open_writer
 from deepsea_cosim.master.results.columns import TIME, Column
 from deepsea_cosim.master.results.frame import frame
+
+from tests.toys import package
 
 pytest.importorskip("pandas")
 
@@ -123,3 +127,14 @@ def test_a_parquet_file_can_be_read_whenever_its_writer_dies(request, tmp_path, 
     read = frame(tmp_path / "r.parquet")
     written = 80 if most == 8 else 200
     assert read["time"].tolist() == list(range(written))
+
+
+def test_a_missing_library_is_told_before_anything_is_touched(toys, tmp_path, monkeypatch):
+    path = package(tmp_path / "toy.ssp", {"o": toys / "Oscillator.fmu"}, stop=0.1)
+    simulate(path, tmp_path / "out")
+    before = {p.name: p.read_bytes() for p in (tmp_path / "out").iterdir()}
+    for module, name in (("pyarrow", "r.parquet"), ("h5py", "r.h5")):
+        monkeypatch.setitem(sys.modules, module, None)
+        with pytest.raises(UsageError, match=f"need {module}"):
+            simulate(path, tmp_path / "out", results=name)
+    assert {p.name: p.read_bytes() for p in (tmp_path / "out").iterdir()} == before
