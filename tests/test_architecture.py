@@ -32,6 +32,12 @@ ROOMS = (
 """Of the diagnosis: each imports only those before it. What stands beside them (the commands, `diagnose`) may import
 all."""
 
+MASTER = REPOSITORY / "master"
+ROOMS_OF_THE_MASTER = (
+    "options", "engine", "slaves", "isolation", "system", "coupling", "results", "algorithms", "accuracy", "simulation",
+    "parallel",
+)  # fmt: skip
+
 MOST_LINES, MOST_LINES_OF_A_FUNCTION = 400, 60
 TABLES = {"SCHEMA", "TIME_UNITS"}
 """Numbers that nobody tunes: a format's version, units of time."""
@@ -80,13 +86,18 @@ def test_modules_stay_small():
     assert not long
 
 
+def modules_of(folder):
+    """Syntax of each module of a package by its path there."""
+    return {str(path.relative_to(folder)): ast.parse(path.read_text()) for path in sorted(folder.rglob("*.py"))}
+
+
 def gap_modules():
     """Syntax of each module of gap/ by its path there."""
-    return {str(path.relative_to(GAP)): ast.parse(path.read_text()) for path in sorted(GAP.rglob("*.py"))}
+    return modules_of(GAP)
 
 
 def imported_modules(path, tree, modules):
-    """Paths of the modules of gap/ that the one at that path imports, at its top or in a function."""
+    """Paths of the modules of a package that the one at that path imports, at its top or in a function."""
     folder = path.split("/")[:-1]
     found = set()
     for node in ast.walk(tree):
@@ -101,13 +112,14 @@ def imported_modules(path, tree, modules):
 
 
 def room(path):
-    """The folder or the module at the top of gap/ that a path belongs to."""
+    """The folder or the module at the top of a package that a path belongs to."""
     return path.split("/")[0].removesuffix(".py")
 
 
-def test_rooms_of_the_diagnosis_import_one_way():
-    modules = gap_modules()
-    order = {name: k for k, name in enumerate(ROOMS)}
+@pytest.mark.parametrize(("folder", "rooms"), [(GAP, ROOMS), (MASTER, ROOMS_OF_THE_MASTER)], ids=["gap", "master"])
+def test_rooms_import_one_way(folder, rooms):
+    modules = modules_of(folder)
+    order = {name: k for k, name in enumerate(rooms)}
     beside = len(ROOMS)
     wrong = [
         f"{path} imports {other}"
@@ -117,7 +129,7 @@ def test_rooms_of_the_diagnosis_import_one_way():
         if order.get(room(other), beside) > order[room(path)]
     ]
     assert not wrong
-    assert {room(path) for path in modules if "/" in path} <= set(ROOMS)
+    assert {room(path) for path in modules if "/" in path} <= set(rooms)
 
 
 def test_settings_import_nothing_of_the_diagnosis():

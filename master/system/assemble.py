@@ -58,10 +58,11 @@ def assemble(
     only: components to take, all where it is empty; prepare: called before the slaves are connected. None where the
     package cannot be read and errors are kept; raises `CosimError` where they are not.
     """
+    known = len(found.errors)
     network = found.attempt(read_package, package, stack, options.variant, found.kept)
     if network is None:
         return None
-    made = Assembly(network.only(list(only)) if only else network, {}, incomplete=bool(found.errors))
+    made = Assembly(network.only(list(only)) if only else network, {}, incomplete=len(found.errors) > known)
     aside = found.unless(made.incomplete)
     made.network = aside.attempt(with_parameters, made.network, options.parameters) or made.network
     _tell_remarks(made.network, found)
