@@ -74,7 +74,7 @@ def extract(archive: Path, folder: Path, budget: Budget | None = None) -> Path:
     if not archive.exists():
         raise PackageError(f"{archive}: no such file")
     if archive.is_dir():
-        raise PackageError(f"{archive}: is a folder; a package is what it holds as a zip archive, named .ssp")
+        raise PackageError(f"{archive}: is a folder, no zip archive")
     if not archive.is_file():
         raise PackageError(f"{archive}: is not a regular file")
     try:
@@ -98,10 +98,6 @@ def extract(archive: Path, folder: Path, budget: Budget | None = None) -> Path:
                 raise OutputError(f"{folder}: not enough space to unpack {archive}")
             package.extractall(folder)
     except zipfile.BadZipFile as error:
-        if archive.suffix.lower() == ".ssd":
-            raise PackageError(
-                f"{archive}: is a description alone; a package is a zip archive of it and its FMUs, named .ssp"
-            ) from None
         raise PackageError(f"{archive}: not a zip archive or damaged ({error})") from None
     except (RuntimeError, NotImplementedError, EOFError, ValueError, zlib.error, lzma.LZMAError) as error:
         raise PackageError(f"{archive}: cannot be unpacked ({error})") from None
