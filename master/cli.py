@@ -31,8 +31,9 @@ exit codes: 0 done, 1 the simulation had to stop (what was recorded is kept), 2 
 130 interrupted
 """
 
-SHOWN = 30
-"""Most signals in the table at the end: those that are connected, and what the system gives."""
+SHOWN, FILLED = 30, 12
+"""Most signals in the table at the end: those that are connected, and what the system gives; and lines up to which it
+is filled with outputs that nobody reads."""
 
 
 def _substeps(text: str) -> tuple[str, int]:
@@ -161,13 +162,15 @@ def _table(summary: dict[str, Any], result: Any) -> str:
         f"  {'signal':<28}{'unit':>7}{'start':>13}{'least':>13}{'greatest':>13}{'end':>13}",
     ]
     places = {name: i for i, name in enumerate(result.names)}
-    shown = dict.fromkeys((*result.connected, *result.own_outputs, *result.outputs))
-    numbers = [name for name in shown if not isnan(result.extremes[0][places[name]])]
-    for name in numbers[:SHOWN]:
+    shown = dict.fromkeys((*result.connected, *result.own_outputs))
+    others = [name for name in result.outputs if name not in shown and "[" not in name]
+    numbers = [name for name in (*shown, *others) if not isnan(result.extremes[0][places[name]])]
+    count = min(SHOWN, max(FILLED, len(shown)))
+    for name in numbers[:count]:
         values = "".join(f"{row[places[name]]:>13.6g}" for row in result.extremes)
         lines.append(f"  {name:<28}{result.units.get(name, ''):>7}{values}")
-    if len(numbers) > SHOWN:
-        lines.append(f"  and {len(numbers) - SHOWN} more signals")
+    if len(numbers) > count:
+        lines.append(f"  and {len(numbers) - count} more signals")
     return "\n".join(lines)
 
 
