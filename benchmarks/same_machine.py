@@ -91,9 +91,7 @@ def compare(before: str, pairs: int) -> int:
 
     with tempfile.TemporaryDirectory() as text:
         scratch = Path(text)
-        full = commits.full_hash(REPOSITORY, before)
-        old = commits.prepared(commits.sources_of(REPOSITORY, full, scratch), full, scratch / "before")
-        new = commits.prepared(REPOSITORY, None, scratch / "after")
+        old, new = commits.before_and_now(REPOSITORY, before, scratch)
 
         def ask(code: commits.Code, wanted: str, known: Collection[str] = ()) -> dict[str, object]:
             command = [sys.executable, str(Path(__file__)), "--run", wanted, "--known", *known]
@@ -111,9 +109,8 @@ def compare(before: str, pairs: int) -> int:
         same = f"{len(one) - len(differing)} of {len(one)} cases identical"
         print(f"{same}: {old.name} and {new.name}")
         if pairs:
-            ratios = sorted(float(ask(new, "time")["step"]) / float(ask(old, "time")["step"]) for _ in range(pairs))
-            least, middle, most = ratios[0], ratios[len(ratios) // 2], ratios[-1]
-            print(f"a plain step takes {middle:.3f} of the time ({least:.3f} to {most:.3f})")
+            ratios = [float(ask(new, "time")["step"]) / float(ask(old, "time")["step"]) for _ in range(pairs)]
+            print(f"a plain step takes {commits.spread(ratios)}")
     return 1 if differing else 0
 
 

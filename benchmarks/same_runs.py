@@ -146,9 +146,7 @@ def compare(before: str, build: Path | None, pairs: int) -> int:
 
     with tempfile.TemporaryDirectory() as text:
         scratch = Path(text)
-        full = commits.full_hash(REPOSITORY, before)
-        old = commits.prepared(commits.sources_of(REPOSITORY, full, scratch), full, scratch / "before")
-        new = commits.prepared(REPOSITORY, None, scratch / "after")
+        old, new = commits.before_and_now(REPOSITORY, before, scratch)
         packages = made_packages(scratch, build)
 
         def ask(code: commits.Code, wanted: str, *paths: Path) -> Any:
@@ -164,9 +162,8 @@ def compare(before: str, build: Path | None, pairs: int) -> int:
         if pairs:
             machine = next(p for p in packages if p.stem == "deepsea_3km")
             for name, package in (("native", master.package(scratch, TIMED["native"])), ("machine", machine)):
-                ratios = sorted(ask(new, "time", package) / ask(old, "time", package) for _ in range(pairs))
-                least, middle, most = ratios[0], ratios[len(ratios) // 2], ratios[-1]
-                print(f"{name}: a macro step takes {middle:.3f} of the time ({least:.3f} to {most:.3f})")
+                ratios = [ask(new, "time", package) / ask(old, "time", package) for _ in range(pairs)]
+                print(f"{name}: a macro step takes {commits.spread(ratios)}")
     return 1 if differing else 0
 
 

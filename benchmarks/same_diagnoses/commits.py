@@ -14,6 +14,7 @@ import subprocess
 import sys
 import tarfile
 import tomllib
+from collections.abc import Iterable
 from dataclasses import dataclass
 from pathlib import Path
 from tempfile import TemporaryDirectory
@@ -116,6 +117,19 @@ def prepared(source: Path, commit: str | None, scratch: Path) -> Code:
     links(source, code.folder)
     check(code)
     return code
+
+
+def before_and_now(repository: Path, before: str, scratch: Path) -> tuple[Code, Code]:
+    """The code of a commit and that of the working tree."""
+    full = full_hash(repository, before)
+    old = prepared(sources_of(repository, full, scratch), full, scratch / "before")
+    return old, prepared(repository, None, scratch / "after")
+
+
+def spread(ratios: Iterable[float]) -> str:
+    """Ratios of times for people: the middle one, the least and the greatest."""
+    ordered = sorted(ratios)
+    return f"{ordered[len(ordered) // 2]:.3f} of the time ({ordered[0]:.3f} to {ordered[-1]:.3f})"
 
 
 def check(code: Code) -> None:

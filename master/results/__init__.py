@@ -38,5 +38,6 @@ def check_writable(path: Path) -> None:
 
 
 def open_writer(path: Path, columns: Sequence[Column]) -> Writer:
-    """The writer of a result file."""
+    """The writer of a result file; see `check_writable`."""
+    check_writable(path)
     return format_of(path).writer(path, columns)

@@ -37,6 +37,8 @@ from .recording import SAMPLE, Recording
 from .run_folder import result_folder, write_summary
 from .stepping import Loop
 
+Reals = dict[str, list[tuple[int, str, str]]]
+
 
 @dataclass
 class Result:
@@ -231,9 +233,10 @@ class _Run:
         wall = perf_counter() - self._started
         simulated = loop.time - start
         slaves = plan.slaves
-        told = self._doubt()
+        reals = self._reals()
+        told = self._doubt(reals)
         doubts = warning(told, self.method.order, step)
-        warnings = [*said(slaves.values()), *self.energy.warnings(), *self._divergence(), *doubts, *self.remarks]
+        warnings = [*said(slaves.values()), *self.energy.warnings(), *self._divergence(reals), *doubts, *self.remarks]
         return {
             "package": str(self.package),
             "variant": plan.network.structure.file.name,
@@ -260,31 +263,31 @@ class _Run:
             "machine": {"system": platform.system(), "cpus": os.cpu_count()},
         }
 
-    def _reals(self) -> dict[str, list[tuple[int, str, str]]]:
+    def _reals(self) -> Reals:
         """(column, its name, variable) of the outputs that FMUs give as reals, by component."""
         places = {c.name: i for i, c in enumerate(self.plan.layout.columns) if c.type == "float"}
-        mine: dict[str, list[tuple[int, str, str]]] = {}
+        mine: Reals = {}
         for signal in self.plan.system.outputs.values():
             found = [(places[name], name, signal.name) for name in elements(signal) if name in places]
             mine.setdefault(signal.component, []).extend(found)
         return mine
 
-    def _doubt(self) -> dict[str, Any] | None:
+    def _doubt(self, reals: Reals) -> dict[str, Any] | None:
         """What is in doubt of the outputs that FMUs give as reals."""
         recording = self.recording
         if recording.extremes() is None:
             return None
-        columns = {component: [(i, name) for i, name, _ in found] for component, found in self._reals().items()}
+        columns = {component: [(i, name) for i, name, _ in found] for component, found in reals.items()}
         return doubt(columns, recording.sampled(), recording.held)
 
-    def _divergence(self) -> list[str]:
+    def _divergence(self, reals: Reals) -> list[str]:
         """What to say of an output that has run away."""
         if self.recording.extremes() is None:
             return []
         sample, slaves = self.recording.sampled(), self.plan.slaves
         found = [
             (i, name, slaves[component].nominal(variable))
-            for component, reals in self._reals().items() for i, name, variable in reals
+            for component, own in reals.items() for i, name, variable in own
         ]  # fmt: skip
         columns, names, nominals = zip(*found, strict=True) if found else ((), (), ())
         return divergence(names, nominals, sample[:, 0], sample[:, list(columns)])

@@ -14,7 +14,7 @@ from typing import Any
 
 import numpy as np
 
-from ....core.errors import OutputError, UsageError, install
+from ....core.errors import OutputError
 from ..columns import Column
 from ..format import Format
 
@@ -29,10 +29,8 @@ class Hdf5Writer:
     """Streams columns to an HDF5 file."""
 
     def __init__(self, path: Path, columns: Sequence[Column]):
-        try:
-            import h5py
-        except ImportError:
-            raise UsageError(f"{path}: HDF5 needs h5py: {install('results')}") from None
+        import h5py
+
         self.path = path
         kinds = {
             "float": np.float64, "integer": np.int64, "unsigned": np.uint64, "boolean": np.bool_,

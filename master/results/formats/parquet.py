@@ -10,7 +10,7 @@ from typing import Any
 
 import numpy as np
 
-from ....core.errors import OutputError, UsageError, install
+from ....core.errors import OutputError
 from ....core.files import exchange, writing
 from ..columns import Column
 from ..format import Format
@@ -26,10 +26,8 @@ class ParquetWriter:
     """Streams columns to a Parquet file."""
 
     def __init__(self, path: Path, columns: Sequence[Column]):
-        try:
-            import pyarrow
-        except ImportError:
-            raise UsageError(f"{path}: Parquet needs pyarrow: {install('results')}") from None
+        import pyarrow
+
         self.path = path
         kinds = {
             "float": pyarrow.float64(), "integer": pyarrow.int64(), "unsigned": pyarrow.uint64(),
