@@ -8,6 +8,7 @@
 #include <stdlib.h>
 #include <string.h>
 #include <stdio.h>
+#include <unistd.h>
 
 #define N 6
 #if FMI == 1
@@ -25,7 +26,7 @@ typedef struct {
     double u[N], slope[N], y[N], x[N], x0[N], A[N][N], B[N][N], C[N][N], D[N][N];
     double trouble, when, square, array_in[3], array_out[3];
     double first, last;
-    int integer_in, integer_out, item_in, item_out, entered, ready, ended;
+    int integer_in, integer_out, item_in, item_out, entered, ready, ended, fresh;
     Bool boolean_in, boolean_out;
     int64_t wide_in, wide_out;
     float single_in, single_out;
@@ -42,11 +43,12 @@ static void reset(Model *m) {
     for (int i = 0; i < 8; i++) m->many_in[i] = i + 1.0;
 }
 
-/* y = C x + D u and the values that are passed through */
+/* y = C x + D u and the values that are passed through; trouble 20: D counts only from the time on */
 static void output(Model *m) {
+    double d = m->trouble == 20.0 && m->last < m->when - 1e-9 ? 0.0 : 1.0;
     for (int i = 0; i < N; i++) {
         m->y[i] = 0.0;
-        for (int j = 0; j < N; j++) m->y[i] += m->C[i][j] * m->x[j] + m->D[i][j] * m->u[j];
+        for (int j = 0; j < N; j++) m->y[i] += m->C[i][j] * m->x[j] + d * m->D[i][j] * m->u[j];
     }
     if (m->square != 0.0) m->y[0] += m->square * m->u[0] * m->u[0];
     m->integer_out = m->integer_in;
@@ -117,12 +119,14 @@ int EXPORT(SetReal)(Model *m, const unsigned *r, size_t n, const double *v) {
         double *p = real(m, r[k]);
         if (!p) return 3;
         *p = v[k];
+        m->fresh = 1;
         if (!m->ready && r[k] >= 20 && r[k] < 26) m->x[r[k] - 20] = v[k];
     }
     return 0;
 }
 int EXPORT(GetReal)(Model *m, const unsigned *r, size_t n, double *v) {
     if (!m->entered) return 3; /* not before the initialisation */
+    if (m->fresh && (m->trouble == 14.0 || m->trouble == 15.0)) return 3;
     output(m);
     for (size_t k = 0; k < n; k++) {
         double *p = real(m, r[k]);
@@ -239,8 +243,10 @@ int EXPORT(GetString)(Model *m, const unsigned *r, size_t n, const char **v COUN
     return 0;
 }
 
-/* 1 error, 2 NaN, 3 crash, 4 hang, 5 fatal, 7 discard, 8 asks to end the run after the step, 9 in the middle of it,
-   10 refuses steps of another length than the first, 13 warns without a word */
+/* 1 error, 2 NaN, 3 crash, 4 hang, 5 fatal, 6 ends the process with 0, 7 discard, 8 asks to end the run after the step,
+   9 in the middle of it, 10 refuses steps of another length than the first, 13 warns without a word; 14 is not read
+   between an input and the step or the end of the initialisation, 15 nor after that; 16 goes to another working
+   directory; 17 crashes and 18 hangs as it is ended, 19 as it is freed; 20 see output */
 static int trouble(Model *m, double t) {
     if (t < m->when - 1e-9) return 0;
     switch ((int)m->trouble) {
@@ -249,6 +255,8 @@ static int trouble(Model *m, double t) {
     case 3: *(volatile int *)8 = 1; return 0;
     case 4: for (;;) { volatile int idle = 0; (void)idle; }
     case 5: return 4;
+    case 6: exit(0);
+    case 16: return chdir("/") ? 3 : 0;
     case 7: return 2;
     case 13: return 1;
     default: return 0;
@@ -263,6 +271,7 @@ static int take(Model *m, double t, double h) {
     m->ended = (m->trouble == 8.0 || m->trouble == 9.0) && t >= m->when - 1e-9;
     if (m->trouble == 9.0 && m->ended) h *= 0.5;
     m->last = t + h;
+    m->fresh = 0;
     advance(m, h);
     return status;
 }
@@ -307,6 +316,18 @@ static int derivatives(Model *m, const unsigned *z, size_t nz, const unsigned *v
     return 0;
 }
 
+static void crash_or_hang(int crash, int hang) {
+    if (crash) *(volatile int *)8 = 1;
+    while (hang) { volatile int idle = 0; (void)idle; }
+}
+static int initialised(Model *m) {
+    m->ready = 1;
+    if (m->trouble == 14.0) m->fresh = 0;
+    return 0;
+}
+static int terminate(Model *m) { crash_or_hang(m->trouble == 17.0, m->trouble == 18.0); return 0; }
+static void release(Model *m) { crash_or_hang(m->trouble == 19.0, 0); free(m); }
+
 static Model *make(void) {
     Model *m = malloc(sizeof *m);
     reset(m);
@@ -325,12 +346,13 @@ Model *Linear_fmiInstantiateSlave(const char *name, const char *guid, const char
 }
 int Linear_fmiInitializeSlave(Model *m, double start, char defined, double stop) {
     (void)start; (void)defined; (void)stop;
+    initialised(m);
     m->entered = m->ready = 1;
     return 0;
 }
-int Linear_fmiTerminateSlave(Model *m) { (void)m; return 0; }
+int Linear_fmiTerminateSlave(Model *m) { return terminate(m); }
 int Linear_fmiResetSlave(Model *m) { reset(m); return 0; }
-void Linear_fmiFreeSlaveInstance(Model *m) { free(m); }
+void Linear_fmiFreeSlaveInstance(Model *m) { release(m); }
 int Linear_fmiSetRealInputDerivatives(Model *m, const unsigned *r, size_t n, const int *o, const double *v) {
     return slopes(m, r, n, o, v);
 }
@@ -350,11 +372,11 @@ Model *fmi2Instantiate(const char *name, int type, const char *guid, const char 
     (void)name; (void)type; (void)guid; (void)where; (void)functions; (void)visible; (void)logging;
     return make();
 }
-void fmi2FreeInstance(Model *m) { free(m); }
+void fmi2FreeInstance(Model *m) { release(m); }
 int fmi2SetupExperiment(Model *m, int d, double tol, double start, int sd, double stop) { return 0; }
 int fmi2EnterInitializationMode(Model *m) { m->entered = 1; return 0; }
-int fmi2ExitInitializationMode(Model *m) { m->ready = 1; return 0; }
-int fmi2Terminate(Model *m) { return 0; }
+int fmi2ExitInitializationMode(Model *m) { return initialised(m); }
+int fmi2Terminate(Model *m) { return terminate(m); }
 int fmi2Reset(Model *m) { reset(m); return 0; }
 int fmi2GetFMUstate(Model *m, Model **s) { if (!*s) *s = malloc(sizeof *m); memcpy(*s, m, sizeof *m); return 0; }
 int fmi2SetFMUstate(Model *m, Model *s) { memcpy(m, s, sizeof *m); return 0; }
@@ -385,13 +407,13 @@ Model *fmi3InstantiateCoSimulation(const char *name, const char *token, const ch
                                    Bool events, Bool early, const unsigned *r, size_t n, void *e, void *log, void *update) {
     return make();
 }
-void fmi3FreeInstance(Model *m) { free(m); }
+void fmi3FreeInstance(Model *m) { release(m); }
 int fmi3EnterInitializationMode(Model *m, Bool d, double tol, double start, Bool sd, double stop) {
     m->entered = 1;
     return 0;
 }
-int fmi3ExitInitializationMode(Model *m) { m->ready = 1; return 0; }
-int fmi3Terminate(Model *m) { return 0; }
+int fmi3ExitInitializationMode(Model *m) { return initialised(m); }
+int fmi3Terminate(Model *m) { return terminate(m); }
 int fmi3Reset(Model *m) { reset(m); return 0; }
 int fmi3GetFMUState(Model *m, Model **s) { if (!*s) *s = malloc(sizeof *m); memcpy(*s, m, sizeof *m); return 0; }
 int fmi3SetFMUState(Model *m, Model *s) { memcpy(m, s, sizeof *m); return 0; }

@@ -15,7 +15,7 @@ from ..system.execution_order import component_order
 from ..system.strongly_connected import together
 from ..system.system import System
 from .algebraic_loops import graph
-from .loop_solver import handles
+from .loop_solver import drives_itself, handles
 from .perturbation import nudged
 from .power_bonds import Bond, singles
 
@@ -30,8 +30,8 @@ def detect_feedthrough(system: System, loops_only: bool) -> list[str]:
     connected number is nudged, and what does not follow, where the FMU is now, counts as not dependent. Only FMUs that
     can be put back to the state before are asked. What is found counts for the order of the components, too.
 
-    loops_only: only those are asked that may close a loop; else a remark is returned where what drives others may
-    depend on more than was found.
+    loops_only: only those are asked that may close a loop. A remark is returned where what drives others, or the
+    component itself, may depend on more than was found.
     """
     for slave in system.slaves.values():
         slave.answers = {}
@@ -60,7 +60,9 @@ def detect_feedthrough(system: System, loops_only: bool) -> list[str]:
                 slave.drop(state)
     system.order = component_order(system.slaves, system.links)
     left = [name for name in unsure if not any(system.slaves[name].answers.values())]
-    if not left or loops_only:
+    if loops_only:  # what others give is there in time
+        left = [name for name in left if drives_itself(system, name)]
+    if not left:
         return []
     names = f"component{'s' if len(left) > 1 else ''} {', '.join(map(repr, left))}"
     return [
@@ -70,10 +72,16 @@ def detect_feedthrough(system: System, loops_only: bool) -> list[str]:
 
 
 def _may_answer(system: System, name: str) -> bool:
-    """Whether an output that drives others may follow an input that others drive, by what the FMU leaves open."""
-    sources = {k.source.name for k in system.links if k.source.component == name and k.target.component != name}
+    """Whether an output may follow, unsaid, an input that is driven: one that drives others, or any of a component that
+    drives itself and says of none."""
     slave = system.slaves[name]
-    return bool(system.steps.links_to(name)) and any(slave.feed_through(output) is None for output in sources)
+    if not system.steps.links_to(name):
+        return False
+    reals = [s.name for s in slave.outputs if s.family == REAL]
+    if drives_itself(system, name) and all(slave.feed_through(output) is None for output in reals):
+        return True
+    sources = {k.source.name for k in system.links if k.source.component == name and k.target.component != name}
+    return any(slave.feed_through(output) is None for output in sources)
 
 
 def _answers(

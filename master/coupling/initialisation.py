@@ -2,23 +2,29 @@
 
 The order comes from the dependencies that the FMUs declare. Where these form a loop, sweeps are repeated until nothing
 changes; a loop that does not settle so is solved by Newton's method, and refused if that fails too.
+
+FMI 2.0 lets an FMU refuse to be read between an input and the step that follows; some refuse that in the initialisation
+too. One that does is told apart (`FmuVariables.readable`), and all begin anew.
 """
 
 from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
+from dataclasses import dataclass
 from graphlib import CycleError
 
 from ...core.errors import PackageError, SimulationError
 from ...ssp.wires import End, Wire
 from ..engine.runner import Runner
 from ..engine.values import TEXT, Signal
+from ..slaves.base import Slave
+from ..slaves.variables import AFTER_STEPS, ALWAYS, BEFORE_INPUTS, INITIALISED
 from ..system.start_values import Value
 from ..system.strongly_connected import in_order
 from ..system.system import System
 from ..system.value_conversion import converted
 from .algebraic_loops import ANY
-from .loop_solver import Agreement, in_turn
+from .loop_solver import Agreement, in_turn, reader
 
 
 def early_order(system: System) -> list[str]:
@@ -30,6 +36,14 @@ def early_order(system: System) -> list[str]:
         return in_order(graph)
     except CycleError as error:
         raise PackageError(f"calculated parameters depend on each other: {' -> '.join(error.args[1])}") from None
+
+
+@dataclass
+class _Refusal(Exception):
+    """An FMU does not let itself be read where that was tried."""
+
+    slave: Slave
+    error: SimulationError
 
 
 class Initialiser:
@@ -51,10 +65,35 @@ class Initialiser:
     def __call__(self, values: Sequence[Value], start: float, stop: float) -> None:
         """Set start values, initialise all slaves and leave all signals in agreement at the start."""
         system = self.system
+        board, unstarted = system.board, dict(system.values.unstarted)
+        reals, texts = board.reals.copy(), list(board.texts)
+        while True:
+            self.remarks.clear()
+            self._agreement.forget()
+            try:
+                self._initialise(values, start, stop)
+                break
+            except _Refusal as refused:
+                self._begin_anew(refused)
+                board.reals[:], board.texts[:], system.values.unstarted = reals, texts, dict(unstarted)
+        self.remarks += [_told(slave) for slave in system.slaves.values() if slave.readable != ALWAYS]
+        system.values.reflect()
+        self.show()
+
+    def _begin_anew(self, refused: _Refusal) -> None:
+        """All FMUs as before the initialisation, the one that has refused to be read marked."""
+        refused.slave.readable += 1
+        try:
+            for slave in self.system.slaves.values():
+                slave.reset()
+        except SimulationError:
+            raise refused.error from None
+        self._agreement = Agreement(self.system, self._order)
+
+    def _initialise(self, values: Sequence[Value], start: float, stop: float) -> None:
+        system = self.system
         system.board.ended[:] = 0
         system.stop = stop
-        self.remarks.clear()
-        self._agreement.forget()
         for v in values:
             if v.component == "":
                 system.values.put(system.own_inputs[v.variable], v.value)
@@ -78,9 +117,8 @@ class Initialiser:
         for slave in system.slaves.values():
             if slave.version != "1.0":
                 slave.exit_initialisation()
+        self._read_first(initialised=True)
         self.sweep(self._order)
-        system.values.reflect()
-        self.show()
 
     def show(self) -> None:
         """Bring the outputs of the whole system up to date."""
@@ -90,10 +128,12 @@ class Initialiser:
         """What an FMU itself has for an input whose start value is not given."""
         try:
             return self.system.slaves[signal.component].get(signal.name)
-        except SimulationError:
+        except SimulationError as error:
             slave = self.system.slaves[signal.component]
-            if slave.version != "1.0" or slave.is_lost:
+            if slave.is_lost:
                 raise
+            if slave.version != "1.0" and slave.readable < AFTER_STEPS:
+                raise _Refusal(slave, error) from None
             return (b"" if signal.type == "Binary" else "" if signal.family == TEXT else 0,) * signal.size
 
     # parameters that are computed
@@ -109,8 +149,29 @@ class Initialiser:
 
     # inputs and outputs
 
+    def _read_first(self, initialised: bool) -> None:
+        """Read what lets itself be read only before its inputs are set; what does not even that keeps what its FMU
+        declares as its start."""
+        for name, slave in self.system.slaves.items():
+            now = (BEFORE_INPUTS, INITIALISED) if initialised else (BEFORE_INPUTS,)
+            if slave.readable in now and slave.version != "1.0":
+                self._read(slave, reader(self.system, name))
+            elif slave.readable == AFTER_STEPS:
+                for signal in slave.outputs:
+                    if (value := slave.start(signal.name)) is not None:
+                        self.system.values.put(signal, value)
+
+    def _read(self, slave: Slave, outputs: Runner) -> None:
+        try:
+            outputs.once()
+        except SimulationError as error:
+            if slave.is_lost or slave.readable == AFTER_STEPS:
+                raise
+            raise _Refusal(slave, error) from None
+
     def _propagate(self) -> None:
         self._seen.clear()
+        self._read_first(initialised=False)
         if self._visits is not None:
             self.sweep([*self._visits, *self._order])
             return
@@ -131,8 +192,10 @@ class Initialiser:
             inputs.once()
             if slave.version == "1.0" and slave._state == "initialising":
                 slave.exit_initialisation()
+                if slave.readable in (BEFORE_INPUTS, INITIALISED):
+                    outputs = reader(self.system, name)
             self._seen.add(name)
-            outputs.once()
+            self._read(slave, outputs)
 
     def _visit_order(self) -> list[str] | None:
         """Components to visit in turn so that each output is read after the inputs it depends on; None in a loop."""
@@ -158,3 +221,14 @@ class Initialiser:
         except CycleError:
             return None
         return in_turn(node for node in order if node in system.outputs)
+
+
+def _told(slave: Slave) -> str:
+    """What to say of an FMU that does not let itself be read whenever something is set."""
+    starts = "from before its inputs were set"
+    if slave.readable == AFTER_STEPS:
+        starts = "what its modelDescription.xml has as their starts, else 0"
+    return (
+        f"component '{slave.name}' cannot be read between an input and the step that follows: at the start its outputs "
+        f"are {starts}, and one that answers to an input at once is a step late"
+    )

@@ -18,6 +18,7 @@ from ...ssp.wires import End
 from ..engine.program import Cast, Program
 from ..engine.runner import Runner
 from ..engine.values import REAL, TEXT, Signal
+from ..slaves.variables import ALWAYS
 from ..system.connections import Link
 from ..system.strongly_connected import in_order
 from ..system.system import System
@@ -43,11 +44,17 @@ SMALL = 1.5e-8
 
 
 def handles(system: System, name: str) -> tuple[Runner, Runner]:
-    """What hands a component the inputs on the board, and what reads its outputs."""
-    inputs, outputs = system.steps.program(), system.steps.program()
-    inputs.set_inputs(system.slaves[name])
+    """What hands a component the inputs on the board, and what then reads its outputs, if it lets itself be read."""
+    inputs, slave = system.steps.program(), system.slaves[name]
+    inputs.set_inputs(slave)
+    return Runner(inputs), reader(system, name) if slave.readable == ALWAYS else Runner(system.steps.program())
+
+
+def reader(system: System, name: str) -> Runner:
+    """What reads the outputs of a component."""
+    outputs = system.steps.program()
     outputs.get_outputs(system.slaves[name])
-    return Runner(inputs), Runner(outputs)
+    return Runner(outputs)
 
 
 def in_turn(nodes: Iterable[End]) -> list[str]:
@@ -299,6 +306,11 @@ def stale(system: System) -> tuple[list[str], bool]:
     return in_turn(node for node in order if node in late), False
 
 
+def drives_itself(system: System, name: str) -> bool:
+    """Whether an output of a component is connected to an input of the same."""
+    return any(k.source.component == name for k in system.steps.links_to(name))
+
+
 def at_end(system: System, program: Program, names: Iterable[str]) -> dict[int, int]:
     """Write: what stimuli drive these components with at the end of the step, in slots of its own; slot: that slot."""
     signals = [s for name in names for s in system.slaves[name].inputs]
@@ -316,10 +328,13 @@ def refresh(system: System, program: Program, driven: dict[int, int] | None = No
     """Write: outputs agree with the present inputs; the inputs that were held stay on the board, for the record.
 
     What stimuli drive has the value that it has at the end of the step, which stands in `driven` if another program
-    has written it (`at_end`). loops_only: do nothing where there is no algebraic loop.
+    has written it (`at_end`). loops_only: where there is no algebraic loop, only components that drive themselves are
+    brought up to date, which no order of the components does.
     """
     names, loop = stale(system)
-    if not names or (loops_only and not loop):
+    if loops_only and not loop:
+        names = [name for name in names if drives_itself(system, name)]
+    if not names:
         return
     links = [k for name in dict.fromkeys(names) for k in system.steps.links_to(name) if k.target.family != TEXT]
     if driven is None:

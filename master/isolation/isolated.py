@@ -232,7 +232,7 @@ class IsolatedSlave(Slave):
     def settable(self, name: str) -> bool:
         return self._real.settable(name)
 
-    def feed_through(self, output: str) -> list[str] | None:
+    def _inputs_of(self, output: str) -> list[str] | None:
         self._real.answers = self.answers
         return self._real.feed_through(output)
 

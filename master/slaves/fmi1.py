@@ -64,7 +64,7 @@ class Slave1(LibrarySlave):
             return False
         return super().settable(name) or v.start is not None  # an internal variable with a start value
 
-    def feed_through(self, output: str) -> list[str] | None:
+    def _inputs_of(self, output: str) -> list[str] | None:
         return self._direct.get(output, self.answers.get(output))
 
     def set_start(self, name: str, value: Any) -> None:
@@ -76,6 +76,13 @@ class Slave1(LibrarySlave):
 
     def load(self, log: Log) -> None:
         super().load(log)
+        self._set_inputs()
+
+    def reset(self) -> None:
+        super().reset()
+        self._set_inputs()
+
+    def _set_inputs(self) -> None:
         for name, v in self.variables.items():  # FMI 1.0 has no start values of its own accord for what is not set
             if v.causality == "input" and v.start not in (None, ""):
                 self.set_start(name, self.start(name))

@@ -13,6 +13,10 @@ from ...core.unit_names import named
 from ...core.units import BASE, Unit
 from ..engine.values import LIMITS, MOST_VALUES, REAL, TEXT, Form
 
+ALWAYS, BEFORE_INPUTS, INITIALISED, AFTER_STEPS = range(4)
+"""When an FMU lets itself be read: after its inputs are set as well, only before that, only before that once it is
+initialised, only after a step. All do after a step."""
+
 
 class FmuVariables:
     """The variables of an FMU, by name."""
@@ -29,6 +33,8 @@ class FmuVariables:
         """Names of which the FMU has several internal variables."""
         self.answers: dict[str, list[str]] = {}
         """Inputs that outputs have been found to answer to at once (`coupling.feedthrough`)."""
+        self.readable = ALWAYS
+        """When the FMU lets itself be read, as far as it has been found out (`coupling.initialisation`)."""
         self._through: dict[str, list[str]] | None = None
         """Inputs that outputs depend on at once, where the FMU says it."""
         self._structural: dict[str, Any] = {}
@@ -120,7 +126,14 @@ class FmuVariables:
         return v.causality in ("parameter", "input", "structuralParameter") or v.initial in ("exact", "approx")
 
     def feed_through(self, output: str) -> list[str] | None:
-        """Inputs that an output depends on at once; where the FMU does not say, those that were found, else None."""
+        """Inputs that an output depends on at once; where the FMU does not say, those that were found, else None.
+
+        None of them counts for an FMU that cannot be read before it has stepped.
+        """
+        return self._inputs_of(output) if self.readable == ALWAYS else []
+
+    def _inputs_of(self, output: str) -> list[str] | None:
+        """See `feed_through`."""
         if self._through is None:
             self._through = {}
             for unknown in self.description.outputs:

@@ -1,0 +1,82 @@
+"""FMUs as other tools write them: they keep to the letter of the standard, or leave unsaid what it lets them."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from deepsea_cosim.master.simulation.run import Options, run
+from deepsea_cosim.master.simulation.session import Session
+
+from benchmarks import native
+
+from ..packages import binding, bindings, component, connector, link, package, system, values
+from .parts import gain, linear
+
+pytestmark = pytest.mark.skipif(native.compiler is None, reason="there is no C compiler here")
+
+METHODS = ["gauss-seidel", "jacobi", "extrapolation", "nepce"]
+RAMP = {"A": [[0, 1], [0, 0]], "C": [[1, 0]], "x0": [0, 1]}
+
+
+def lag_of(tmp_path, fmus, version, trouble):
+    """A ramp drives a lag, x' = u - x from 0.5, that drives a gain; the lag is the FMU with a trouble."""
+    given = {"trouble": trouble, "A[1,1]": -1.0, "B[1,1]": 1.0, "C[1,1]": 1.0, "x0[1]": 0.5}
+    lag = component("lag", "resources/L.fmu", connector("u1", "input"), connector("y1", "output"),
+                    bindings=bindings(binding(values(given))))  # fmt: skip
+    root = system("root", linear("ramp", **RAMP), lag, gain("twice", 2.0),
+                  links=(link("ramp.y1", "lag.u1"), link("lag.y1", "twice.u1")))  # fmt: skip
+    return package(tmp_path / f"p{trouble:g}.ssp", root, {"resources/L.fmu": fmus[version]}, stop=1.0, step=0.1)
+
+
+@pytest.mark.parametrize("isolate", [False, True])
+@pytest.mark.parametrize("method", METHODS)
+@pytest.mark.parametrize(("version", "trouble", "start"), [
+    (1, 14.0, 0.5), (2, 14.0, 0.5), (3, 14.0, 0.5), (1, 15.0, 0.0), (2, 15.0, 0.0), (3, 15.0, 0.0)])  # fmt: skip
+def test_an_fmu_that_cannot_be_read_before_it_steps(fmus, tmp_path, version, trouble, start, method, isolate):
+    """Between steps FMI 2.0 lets it refuse that (14); some do so from the first value on that is set (15)."""
+    options = Options(method=method, isolate=isolate)
+    runs = [run(lag_of(tmp_path, fmus, version, t), tmp_path / f"out{t:g}", options) for t in (trouble, 0.0)]
+    strict, lenient = (r.frame["lag.y1"].to_numpy() for r in runs)
+    assert strict[0] == start
+    assert strict[1:] == pytest.approx(lenient[1:], abs=1e-12)
+    told = [text for text in runs[0].summary["warnings"] if "'lag' cannot be read" in text]
+    assert len(told) == 1
+    assert ("as their starts, else 0" in told[0]) == (start == 0.0)
+    assert not any("cannot be read" in text for text in runs[1].summary["warnings"])
+
+
+def test_a_session_runs_such_an_fmu_again(fmus, tmp_path):
+    runs = []
+    for kind in (15.0, 0.0):
+        with Session(lag_of(tmp_path, fmus, 2, kind)) as session:
+            runs.append([session.run(["lag.y1"], 1.0, 0.1, {"lag.x0[1]": x})[1][:, 0] for x in (0.5, 0.5, 2.0)])
+    assert np.array(runs[0])[:, 1:] == pytest.approx(np.array(runs[1])[:, 1:], abs=1e-12)
+
+
+def test_an_fmu_that_never_lets_itself_be_read_is_an_error(tmp_path):
+    from deepsea_cosim.core.errors import SimulationError
+
+    text = (native.HERE / "fmus" / "linear.c").read_text()
+    (tmp_path / "m.c").write_text(text.replace("if (!m->entered) return 3;", "return 3;"))
+    built = native.compiled(tmp_path / "m.c", 2, tmp_path / "Linear.so")
+    fmu = native.packed(tmp_path / "mute.fmu", 2, built)
+    path = package(tmp_path / "p.ssp", system("root", linear("mute", **RAMP)), {"resources/L.fmu": fmu})
+    with pytest.raises(SimulationError, match="component 'mute', reading the outputs"):
+        run(path, tmp_path / "out", Options())
+
+
+@pytest.mark.parametrize("method", METHODS)
+@pytest.mark.parametrize(("version", "through", "right", "told"), [
+    (2, True, 1.0, False), (2, None, 1.0, False), (3, True, 1.0, False), (3, None, 1.0, False), (1, None, 0.9, True)])
+def test_a_component_that_drives_itself(tmp_path, version, through, right, told, method):  # fmt: skip
+    """y1 = t drives u2, and y2 = u2 answers at once: no order of the components brings it up to date."""
+    given = {"A[1,2]": 1.0, "x0[2]": 1.0, "C[1,1]": 1.0, "D[2,2]": 1.0}
+    own = component("own", "resources/L.fmu", connector("u2", "input"), connector("y1", "output"),
+                    connector("y2", "output"), bindings=bindings(binding(values(given))))  # fmt: skip
+    fmu = native.linear(tmp_path, version, through=through)
+    root = system("root", own, links=(link("own.y1", "own.u2"),))
+    path = package(tmp_path / "p.ssp", root, {"resources/L.fmu": fmu}, stop=1.0, step=0.1)
+    result = run(path, tmp_path / "out", Options(method=method))
+    late = 0.5 * (1.0 - right) if method in ("extrapolation", "nepce") else 1.0 - right
+    assert result.frame["own.y2"].iloc[-1] == pytest.approx(1.0 - late, abs=1e-12)
+    assert any("component 'own'" in text and "a step late" in text for text in result.summary["warnings"]) == told
