@@ -15,6 +15,7 @@ from ..core.cli import OneLineParser, add_version, end_with, exit_code, folder, 
 from .algorithms import DEFAULT, NAMES
 
 if TYPE_CHECKING:
+    from ..core.errors import CosimError
     from .options import Options
 
 EXAMPLES = """examples:
@@ -269,13 +270,15 @@ def _run(options: argparse.Namespace) -> int:
     return {"failed": 1, "interrupted": 130}.get(result.summary.get("step_check", {}).get("status"), 0)
 
 
-def _give_up(said: str) -> NoReturn:
-    """The run was asked to end, and an FMU does not come back to let it."""
+def _give_up(error: CosimError) -> NoReturn:
+    """The run was asked to end, and an FMU does not come back to let it; or one ends this process."""
+    from ..core.errors import Interrupted
     from .slaves.fmu import forget_unpacked
 
-    print(f"cosim-master: interrupted: {said}", file=sys.stderr, flush=True)
+    asked = isinstance(error, Interrupted)
+    print(f"cosim-master: {'interrupted: ' if asked else ''}{error}", file=sys.stderr, flush=True)
     forget_unpacked()
-    os._exit(130)
+    os._exit(130 if asked else 1)
 
 
 def forget_unpacked() -> None:

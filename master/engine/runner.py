@@ -104,12 +104,15 @@ class Runner:
             )
         raise slave.failure(doing, status, t if h > 0.0 else None)
 
-    def stuck(self) -> tuple[int, str]:
-        """For another thread, while `run` does not come back: the rows that are complete, and who does not."""
+    def stuck(self, lost: str = "") -> tuple[int, str]:
+        """For another thread, while `run` does not come back: the rows that are complete, and who does not.
+
+        lost: what an FMU did to the process.
+        """
         done, operation = int(self._report[1]), int(self._report[2])
         slave, doing = self.program.labels[operation]
         who = f"component '{slave.name}'" if slave is not None else "the master"
-        return done, f"{who} does not come back from {doing}"
+        return done, f"{who} {lost} in {doing}" if lost else f"{who} does not come back from {doing}"
 
     @property
     def ended(self) -> Steps | None:

@@ -18,7 +18,7 @@ from typing import Any
 
 import numpy as np
 
-from ...core.errors import CosimError, Interrupted, PackageError, SimulationError
+from ...core.errors import Interrupted, PackageError, SimulationError
 from ..engine.loop import U8
 from ..engine.program import Program
 from ..engine.values import Group
@@ -30,6 +30,9 @@ KEPT_PARTS = ("PYTHON", "NUMBA", "DEEPSEA", "LICENSE")
 
 START_UP = 120.0
 """Time that an FMU has to be loaded and initialised [s]."""
+
+ENDING = 5.0
+"""Time that it has to be terminated and freed [s]."""
 
 
 class IsolatedSlave(Slave):
@@ -82,8 +85,8 @@ class IsolatedSlave(Slave):
         sizes["stages"][U8] = max(sizes["stages"].get(U8, 0), self.told + 16)
         return sizes
 
-    def _answer(self, timeout: float | None) -> Any:
-        """The worker's next answer; its messages on the way go to the log."""
+    def _answer(self, timeout: float | None, heed: bool = True) -> Any:
+        """The worker's next answer; its messages on the way go to the log. heed: an interrupt is not waited out."""
         end = None if timeout is None else monotonic() + timeout
         while True:
             try:
@@ -92,7 +95,7 @@ class IsolatedSlave(Slave):
                         self._kill()
                         doing = f"{self._doing} within {timeout:g} s{self._at()}"
                         raise SimulationError(f"component '{self.name}' did not come back from {doing}", self._when())
-                    if self._interrupt:
+                    if heed and self._interrupt:
                         self._kill()
                         raise Interrupted(f"interrupted while component '{self.name}' was in {self._doing}", self._time)
                 kind, content = pickle.loads(self._pipe.recv_bytes())
@@ -206,14 +209,16 @@ class IsolatedSlave(Slave):
     def free(self) -> None:
         if self._process is None:
             return
-        with contextlib.suppress(CosimError, OSError, subprocess.TimeoutExpired):
-            if self._state not in ("new", "lost", "freed"):
-                self._doing = "being freed"
+        if self._state not in ("new", "lost", "freed"):
+            self._doing = "being ended"
+            try:
                 self._tell("free")
-                self._process.wait(5.0)
+                self.ending = self._answer(ENDING, heed=False)
+            except SimulationError as error:
+                self.ending = str(error)
         with contextlib.suppress(subprocess.TimeoutExpired, OSError):
             self._process.kill()
-            self._process.wait(5.0)
+            self._process.wait(ENDING)
         self._state = "freed"
 
     @property

@@ -135,6 +135,8 @@ def main() -> None:
             pipe.send_bytes(pickle.dumps(("error", (type(error).__name__, text, True))))
         os._exit(1)
     worker.slave.free()
+    with suppress(OSError):
+        worker.send("done", worker.slave.ending)
     os._exit(0)
 
 

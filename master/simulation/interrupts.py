@@ -1,18 +1,31 @@
-"""Ctrl-C and requests to end (SIGTERM), also where an FMU does not come back to let anybody hear of them."""
+"""Ctrl-C and requests to end (SIGTERM), also where an FMU does not come back to let anybody hear of them; and FMUs that
+end the process they are in."""
 
 from __future__ import annotations
 
+import ctypes
 import signal
 import socket
 import threading
 from collections.abc import Callable, Iterator
-from contextlib import contextmanager, nullcontext
+from contextlib import contextmanager, nullcontext, suppress
+from functools import cache
+from pathlib import Path
 from time import monotonic
+from typing import Any
 
 KINDS = (signal.SIGINT, signal.SIGTERM)
 
 PATIENCE = 5.0
 """How long a call of an FMU may take once the run was asked to end [s]."""
+
+ENDED = 250
+"""What `ending.c` says of a process that ends by exit(); of one that crashes it says the signal's number."""
+
+CRASHES = (signal.SIGSEGV, signal.SIGFPE, signal.SIGILL, signal.SIGABRT, getattr(signal, "SIGBUS", signal.SIGSEGV))
+
+Rescue = Callable[[str], object]
+"""Has to end the process. Is told what the FMU did to it: "crashed (SIGSEGV)"; "" for one that does not come back."""
 
 
 class Interrupts(list[int]):
@@ -23,12 +36,12 @@ class Interrupts(list[int]):
 
     def __init__(self) -> None:
         super().__init__()
-        self._rescue: Callable[[], object] | None = None
+        self._rescue: Rescue | None = None
         self._lock = threading.Lock()
 
     @contextmanager
-    def away(self, rescue: Callable[[], object]) -> Iterator[None]:
-        """Where FMUs are called: if none comes back, another thread calls `rescue`, which has to end the process."""
+    def away(self, rescue: Rescue) -> Iterator[None]:
+        """Where FMUs are called: if one does not come back or ends the process, another thread calls `rescue`."""
         self.go(rescue)
         try:
             yield
@@ -36,7 +49,7 @@ class Interrupts(list[int]):
             with self._lock:  # for ever, once somebody rescues
                 self._rescue = None
 
-    def go(self, rescue: Callable[[], object]) -> None:
+    def go(self, rescue: Rescue) -> None:
         """As `away`, to the end of the run."""
         self._rescue = rescue
 
@@ -54,8 +67,27 @@ class Interrupts(list[int]):
             if up == float("inf") and any(number in KINDS for number in got):
                 up = monotonic() + PATIENCE
             with self._lock:
+                if self._rescue is not None and (lost := _lost(got)):
+                    _ending().heard()
+                    self._rescue(lost)
                 if self._rescue is not None and monotonic() >= up:
-                    self._rescue()
+                    self._rescue("")
+
+
+def _lost(got: bytes) -> str:
+    """What an FMU did to the process, of the numbers that came."""
+    crashes = [signal.Signals(number).name for number in got if number in CRASHES]
+    if crashes:
+        return f"crashed ({crashes[0]})"
+    return "ended the whole process" if ENDED in got else ""
+
+
+@cache
+def _ending() -> Any:
+    """The library of `ending.c`; None where it was not compiled."""
+    with suppress(OSError):
+        return ctypes.CDLL(str(Path(__file__).with_name("_ending.abi3.so")))
+    return None
 
 
 @contextmanager
@@ -82,11 +114,15 @@ def _watched(asked: Interrupts) -> Iterator[None]:
     ours, pythons = socket.socketpair()
     pythons.setblocking(False)
     before = signal.set_wakeup_fd(pythons.fileno(), warn_on_full_buffer=False)
+    if _ending() is not None:
+        _ending().watch_for_the_end(pythons.fileno())
     thread = threading.Thread(target=asked.watch, args=(ours,), daemon=True)
     thread.start()
     try:
         yield
     finally:
+        if _ending() is not None:
+            _ending().watch_no_longer()
         signal.set_wakeup_fd(before)
         pythons.close()
         thread.join()

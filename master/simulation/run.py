@@ -37,6 +37,8 @@ from .recording import SAMPLE, Recording
 from .run_folder import result_folder, write_summary
 from .stepping import Loop
 
+GiveUp = Callable[[CosimError], object]
+
 Reals = dict[str, list[tuple[int, str, str]]]
 
 
@@ -84,14 +86,15 @@ def run(
     log: Callable[[str, str, str], None] = lambda *_: None,
     progress: Callable[[int, int], None] = lambda *_: None,
     stride: int | None = None,
-    give_up: Callable[[str], object] | None = None,
+    give_up: GiveUp | None = None,
 ) -> Result:
     """Run the SSP file `package`, write the results, summary.json and manifest.json into `folder`.
 
     `log` gets (component, status, text) of every message of an FMU, `progress` (steps done, steps in all) at the start
     and now and then. `stride` is the distance of sampled points in steps, else what gives a few thousand. `give_up` is
-    called when the run was asked to end and an FMU does not come back, in another thread and with everything written;
-    it gets what to say and has to end the process.
+    called when the run was asked to end and an FMU does not come back, or when an FMU ends the process it is in: in
+    another thread and with everything written. It gets what to say, an `Interrupted` in the first case, and has to end
+    the process.
     Raises `CosimError`; what was recorded until then is kept on disk.
     """
     options = options or Options()
@@ -107,6 +110,7 @@ def run(
         this.start(stack, log, stride)
         this.march(progress)
         result = this.result()
+    this.tell_ending()
     if options.check_step:
         _check_step(result, package, options, log, progress, give_up)
     return result
@@ -117,7 +121,7 @@ class _Run:
 
     def __init__(
         self, package: Path, folder: Path, plan: Plan, interrupt: Interrupts,
-        give_up: Callable[[str], object] | None, begin: float,
+        give_up: GiveUp | None, begin: float,
     ):  # fmt: skip
         self.package, self.folder, self.options, self.plan = package, folder, plan.options, plan
         self.interrupt, self._give_up, self._begin = interrupt, give_up, begin
@@ -203,6 +207,14 @@ class _Run:
                 raise
         if failure:
             raise failure
+
+    def tell_ending(self) -> None:
+        """Add to the summary what the FMUs said, and what went wrong, as they were ended."""
+        slaves, told = self.plan.slaves.values(), self.summary["warnings"]
+        late = [*said(slaves), *(slave.ending for slave in slaves if slave.ending)]
+        if fresh := [text for text in late if text not in told]:
+            told += fresh
+            write_summary(self.folder, self.summary)
 
     def result(self) -> Result:
         """What is left behind."""
@@ -299,31 +311,44 @@ class _Run:
                 self.folder, {"package": str(self.package), "status": status, "error": str(error), "steps": 0}
             )
 
-    def _abandon_start(self) -> None:
-        why = "an FMU does not come back from being loaded and initialised; --isolate says which"
-        self._unborn("interrupted", why)
-        assert self._give_up is not None  # else nobody watches
-        self._give_up(why)
+    def _abandon_start(self, lost: str) -> None:
+        error = self._gone("being loaded and initialised", lost)
+        self._unborn("failed" if lost else "interrupted", error)
+        self._leave(error)
 
-    def _abandon(self, runner: Runner) -> None:
+    def _abandon(self, runner: Runner, lost: str) -> None:
         start, _, step, _ = self.plan.times
-        why = self.loop.abandon(runner, start, step)
+        why = self.loop.abandon(runner, start, step, lost)
+        error = SimulationError(why, self.loop.time) if lost else Interrupted(why, self.loop.time)
         try:
             self.recording.flush()
             self.recording.close()
-            write_summary(self.folder, self._summary("interrupted", why))
+            write_summary(self.folder, self._summary("failed" if lost else "interrupted", error))
         finally:
-            assert self._give_up is not None
-            self._give_up(why)
+            self._leave(error)
 
-    def _abandon_end(self) -> None:
-        assert self._give_up is not None
-        self._give_up("an FMU does not come back from being ended; what was simulated is written")
+    def _abandon_end(self, lost: str) -> None:
+        error = self._gone("being ended", lost)
+        self._leave(type(error)(f"{error}; what was simulated is written"))
+
+    def _gone(self, phase: str, lost: str) -> SimulationError:
+        """What to say of an FMU that does not come back, or has taken the process with it, outside of steps."""
+        slave = next((s for s in self.plan.slaves.values() if s.in_call), None)
+        who = f"component '{slave.name}'" if slave else "an FMU"
+        where = f"{phase} ({slave.in_call})" if slave else phase
+        which = "" if slave else "; --isolate says which"
+        if lost:
+            return SimulationError(f"{who} {lost} in {where}{which}")
+        return Interrupted(f"{who} does not come back from {where}{which}")
+
+    def _leave(self, error: CosimError) -> None:
+        assert self._give_up is not None  # else nobody watches
+        self._give_up(error)
 
 
 def _check_step(
     result: Result, package: Path, options: Options, log: Callable[[str, str, str], None],
-    progress: Callable[[int, int], None], give_up: Callable[[str], object] | None,
+    progress: Callable[[int, int], None], give_up: GiveUp | None,
 ) -> None:  # fmt: skip
     """Run once more with half the step, and put the estimated errors into the summary, or why there are none."""
     from ..accuracy.step_error import estimate, worst

@@ -49,9 +49,10 @@ class Loop:
 
     def run(
         self, start: float, stop: float, h: float, n: int, progress: Callable[[int, int], None], interrupt: Interrupts,
-        abandon: Callable[[Runner], None],
+        abandon: Callable[[Runner, str], None],
     ) -> None:  # fmt: skip
-        """Take n steps of h from start, the last one to stop; `abandon` is for an FMU that does not come back."""
+        """Take n steps of h from start, the last one to stop; `abandon` is for an FMU that does not come back: see
+        `interrupts.Rescue`."""
         recording = self.recording
         self.time, self._h = start, h
         progress(0, n)
@@ -95,13 +96,15 @@ class Loop:
         recording.last(self.time)
         progress(n, n)
 
-    def abandon(self, runner: Runner, start: float, h: float) -> str:
+    def abandon(self, runner: Runner, start: float, h: float, lost: str) -> str:
         """Take what is complete of the steps that do not end, and say who it is that does not come back."""
-        complete, why = runner.stuck()
+        complete, why = runner.stuck(lost)
         self.recording.took(start, h, self.done, complete)
         self.done += complete
         if complete:
             self.time = start + self.done * h
+        if lost:
+            return f"{why} at t = {self.time:g} s; --isolate keeps the others from it"
         return f"{why} at t = {self.time:g} s; --isolate with --step-timeout ends such a run by itself"
 
     def ending(self, stop: float) -> list[str]:

@@ -59,6 +59,10 @@ class Slave(FmuVariables, ABC):
         """Where doStep of FMI 3.0 says that the FMU has come to [s]."""
         self.negated: frozenset[str] = frozenset()
         """Variables that are the negative of what their value reference stands for; only FMI 1.0 has some."""
+        self.in_call = ""
+        """The call that the FMU is in, outside of steps."""
+        self.ending = ""
+        """What went wrong as the FMU was ended, once it is."""
         self._state = "new"
         self._keep: list[Any] = []
 
@@ -90,7 +94,7 @@ class Slave(FmuVariables, ABC):
 
     @abstractmethod
     def free(self) -> None:
-        """Terminate and free; safe to call in any state, and never raises."""
+        """Terminate and free; safe to call in any state, and never raises: what goes wrong stands in `ending`."""
 
     # what the engine does
 
@@ -150,6 +154,7 @@ class Slave(FmuVariables, ABC):
     def call(self, function: Callable[..., Any], *args: Any, doing: str, **kwargs: Any) -> Any:
         """Call a function of fmpy; a failure becomes a `SimulationError` with the FMU's own message."""
         begin, known = perf_counter(), self.heard
+        self.in_call = doing
         try:
             return function(*args, **kwargs)
         except Exception as error:
@@ -157,6 +162,7 @@ class Slave(FmuVariables, ABC):
             reason = self._last_since(known) or str(error)
             raise SimulationError(f"component '{self.name}', {doing}: {' '.join(reason.split())}") from None
         finally:
+            self.in_call = ""
             self.seconds += perf_counter() - begin
 
     def take(self, status: str, text: str) -> None:

@@ -48,6 +48,7 @@ class LibrarySlave(Slave):
     def load(self, log: Log) -> None:
         self._number, self._log = next(_numbers), log
         _live[self._number] = self
+        self.in_call = "being instantiated"
         try:
             self._instantiate()
             if not self.instance:
@@ -58,6 +59,7 @@ class LibrarySlave(Slave):
             raise PackageError(
                 f"component '{self.name}' cannot be instantiated: {' '.join(reason.split())}"
             ) from None
+        self.in_call = ""
         self._state = "instantiated"
 
     @abstractmethod
@@ -142,15 +144,14 @@ class LibrarySlave(Slave):
         self._state = "instantiated"
 
     def free(self) -> None:
-        _live.pop(getattr(self, "_number", 0), None)
-        if self._state in ("new", "lost", "freed"):
-            return
-        for function in ([self._fmu.terminate] if self._state == "running" else []) + [self._fmu.freeInstance]:
-            try:
-                function()
-            except Exception:
-                continue
-        self._state = "freed"
+        if self._state not in ("new", "lost", "freed"):
+            for function in ([self._fmu.terminate] if self._state == "running" else []) + [self._fmu.freeInstance]:
+                try:
+                    self.call(function, doing=function.__name__)
+                except SimulationError as error:
+                    self.ending = self.ending or str(error)
+            self._state = "freed"
+        _live.pop(getattr(self, "_number", 0), None)  # what is said on the way is heard
 
     # what happens in every step
 

@@ -197,3 +197,56 @@ def _alive(pid):
     except ProcessLookupError:
         return False
     return True
+
+
+def _commanded(path, folder, *more):
+    """(exit code, what is said on stderr, summary) of the command on a package."""
+    command = [sys.executable, "-m", "deepsea_cosim.master.cli", str(path), "--out", str(folder), "--no-plot"]
+    ended = subprocess.run([*command, "--quiet", *more], capture_output=True, text=True, timeout=120.0)
+    return ended.returncode, ended.stderr, json.loads((folder / "summary.json").read_text())
+
+
+@pytest.mark.parametrize("version", [1, 2, 3])
+@pytest.mark.parametrize(("trouble", "did"), [(6, "ended the whole process"), (3, "crashed (SIGSEGV)")])
+def test_an_fmu_that_ends_the_masters_process_leaves_what_was_simulated(fmus, tmp_path, version, trouble, did):
+    """exit(0) would look as if all had been well."""
+    code, said, summary = _commanded(two(tmp_path / "p.ssp", fmus[version], trouble, 0.5), tmp_path / "out")
+    assert code == 1
+    assert said.startswith(f"cosim-master: component 'b' {did} in doStep at t = 0.5 s; --isolate")
+    assert len(said.splitlines()) == 1
+    assert (summary["status"], summary["stop_time_s"]) == ("failed", pytest.approx(0.5))
+    record = left(tmp_path / "out")
+    assert record["time"].iloc[-1] == pytest.approx(0.49)
+    assert record["a.y1"].to_numpy() == pytest.approx(record["time"].to_numpy())
+
+
+@pytest.mark.parametrize(("trouble", "call"), [(17, "terminate"), (19, "freeInstance")])
+def test_a_crash_as_an_fmu_is_ended_is_told(fmus, tmp_path, trouble, call):
+    path = two(tmp_path / "p.ssp", fmus[2], trouble, 0.5)
+    code, said, summary = _commanded(path, tmp_path / "out")
+    assert (code, summary["status"]) == (1, "ok")
+    assert said == (
+        f"cosim-master: component 'b' crashed (SIGSEGV) in being ended ({call}); what was simulated is written\n"
+    )
+    code, said, summary = _commanded(path, tmp_path / "apart", "--isolate")
+    assert (code, said, summary["status"]) == (0, "", "ok")
+    assert summary["warnings"] == ["component 'b' crashed (SIGSEGV) in being ended"]
+    assert (tmp_path / "out" / "results.csv").read_bytes() == (tmp_path / "apart" / "results.csv").read_bytes()
+
+
+def test_a_hang_as_an_fmu_is_ended_is_told(fmus, tmp_path):
+    result = run(two(tmp_path / "p.ssp", fmus[3], 18, 0.5), tmp_path / "out", Options(isolate=True))
+    assert result.summary["warnings"] == ["component 'b' did not come back from being ended within 5 s"]
+    assert json.loads((tmp_path / "out" / "summary.json").read_text()) == result.summary
+
+
+@pytest.mark.parametrize("isolate", [False, True])
+def test_what_an_fmu_says_as_it_is_ended_is_told(tmp_path, isolate):
+    text = (native.HERE / "fmus" / "linear.c").read_text()
+    end = "int fmi2Terminate(Model *m) {"
+    assert end in text
+    (tmp_path / "m.c").write_text(text.replace(end, f"{end} return 3;"))
+    built = native.compiled(tmp_path / "m.c", 2, tmp_path / "Linear.so")
+    path = two(tmp_path / "p.ssp", native.packed(tmp_path / "L.fmu", 2, built))
+    told = run(path, tmp_path / "out", Options(isolate=isolate)).summary["warnings"]
+    assert [text.partition(":")[0] for text in told] == ["component 'a', terminate", "component 'b', terminate"]
