@@ -33,7 +33,10 @@ PLAIN: dict[str, tuple[float, dict[str, int]]] = {
 }  # fmt: skip
 """Symbols that take none. Units that count turns stand in the table only (`units.TURNS`)."""
 
-SAME = {"-": "1", "Nm": "N.m", "Nms": "N.m.s", "Ω": "Ohm", "°": "deg", "°C": "degC"}
+SAME = {
+    "lpm": "l/min", "LPM": "l/min", "GPM": "gpm", "cc": "cm3", "cc/rev": "cm3/rev", "msw": "m", "fsw": "ft", "-": "1",
+    "Nm": "N.m", "Nms": "N.m.s", "Ω": "Ohm", "°": "deg", "°C": "degC",
+}  # fmt: skip
 """Names that tools use for others."""
 
 

@@ -15,17 +15,19 @@ from __future__ import annotations
 
 import re
 from dataclasses import dataclass, field
-from math import hypot, pi, sqrt
+from math import hypot, inf, isfinite, pi, sqrt
 from pathlib import Path
 from typing import Any
 
 from ..core.errors import CosimError, PackageError, UsageError
-from ..core.sea import ambient_pressure
 from ..core.toml_tables import Tables
+from ..core.unit_names import named
 from ..core.units import conversion, unit
+from ..hydraulics_fmu.constants import by_name, constants
 from ..hydraulics_fmu.cylinder import areas
 from ..hydraulics_fmu.line import poiseuille_resistance
 from ..hydraulics_fmu.oil import index_factor, viscosity
+from ..hydraulics_fmu.stability import critical_gain
 from ..hydraulics_fmu.variables import HYDRAULICS
 from ..mechanics.linkage import check_buildable, linkage
 from ..mechanics.variables import ARM
@@ -77,6 +79,10 @@ NEEDED = {"cylinder": ("bore", "rod", "stroke"), "valve": ("rated_flow",), "pump
 WITH_STROKE = ("rod_eye_radius", "base_x", "base_y", "barrel_length", "rod_length")
 """Lengths of the arm that grow with the stroke where the sheet does not state them, so that its angles stay."""
 
+MARGIN = 2.2
+"""By how much the gain that a sheet does not state is below the one at which the machine swings up: as in the paper's
+machine at the surface."""
+
 LINE_SPEED = 8.0
 """Speed of the oil in the lines [m/s] beyond which a word is said."""
 
@@ -127,12 +133,13 @@ class _Sheet(Tables):
         if not isinstance(given, str):
             return self.number(table, where, key)
         found = NUMBER.fullmatch(given)
-        if found is None:
-            raise self.error(f"{where}: '{key}' = '{given}' is no number with a unit, as \"63 mm\"")
+        if found is None or found[2].startswith(","):
+            raise self.error(f"{where}: '{key}' = '{given}' is no number with a unit, as \"63 mm\" or \"4.5 cm\"")
         try:
-            factor, offset = conversion(unit(found[2]), unit(own)) if found[2] else (1.0, 0.0)
+            factor, offset = conversion(named(found[2]) or unit(found[2]), unit(own)) if found[2] else (1.0, 0.0)
         except UsageError as error:
-            raise self.error(f"{where}: '{key}' = '{given}': {error}") from None
+            hint = "; degrees are degC or degF" if found[2] in ("C", "F") and own == "K" else ""
+            raise self.error(f"{where}: '{key}' = '{given}': {error}{hint}") from None
         return factor * float(found[1]) + offset
 
 
@@ -147,6 +154,7 @@ def read(path: Path) -> Machine:
         for table, keys in KEYS.items() if table != "arm"
         for key, (_, parameter) in keys.items() if parameter and key in sheet.values[table]
     }  # fmt: skip
+    _check_bounds(sheet)
     stated = sheet.values["cylinder"]
     if stated["rod"] >= stated["bore"]:
         raise PackageError(
@@ -159,13 +167,28 @@ def read(path: Path) -> Machine:
         HYDRAULICS.parameters(hydraulics)
         arm = _arm(path, sheet.values["arm"], hydraulics)
         if "kp" not in sheet.values["controller"]:
-            hydraulics["controller.kp"] = _gain(hydraulics, arm)
+            hydraulics["controller.kp"] = _gain(hydraulics, arm, depths)
         full = HYDRAULICS.parameters(hydraulics)
     except PackageError:
         raise
     except CosimError as error:
         raise PackageError(f"{path}: {error}") from None
     return Machine(name, depths, hydraulics, arm, tuple(_remarks(full, arm, depths)))
+
+
+def _check_bounds(sheet: _Sheet) -> None:
+    """Raise `PackageError` for a value that its parameter may not have, by the name that it has in the sheet."""
+    for table, keys in KEYS.items():
+        for key, value in sheet.values[table].items():
+            own, parameter = keys[key]
+            given = sheet.data[table][key]
+            try:
+                if parameter:
+                    (ARM if table == "arm" else HYDRAULICS).parameters({parameter: value})
+            except CosimError as error:
+                plain = f"; a number without a unit is in {own}" if own != "1" and not isinstance(given, str) else ""
+                shown = f"[{table}]: '{key}' = {given}: {error}"
+                raise PackageError(f"{sheet.path}: {shown}{plain}") from None
 
 
 def _depths(sheet: _Sheet) -> tuple[float, ...]:
@@ -242,6 +265,12 @@ def _arm(path: Path, given: dict[str, float], hydraulics: dict[str, float]) -> d
     full = ARM.parameters(arm)
     geometry = full["theta0"], full["rod_eye_radius"], full["base_x"], full["base_y"]
     check_buildable(*geometry)
+    if full["rod_eye_radius"] > full["beam_length"]:
+        raise PackageError(
+            f"{path}: [arm]: the rod's eye, which grows with the stroke, is {full['rod_eye_radius']:.3g} m from the "
+            f"hinge, beyond the beam's end at {full['beam_length']:.3g} m: state 'beam_length' and 'beam_mass', or "
+            "'rod_eye_radius'"
+        )
     length = linkage.py_func(*geometry)[0]
     reach = full["rod_eye_radius"] + hypot(full["base_x"], full["base_y"])
     if length + stroke > reach:
@@ -252,26 +281,20 @@ def _arm(path: Path, given: dict[str, float], hydraulics: dict[str, float]) -> d
     return arm
 
 
-def _gain(hydraulics: dict[str, float], arm: dict[str, float]) -> float:
-    """A proportional gain [mA per sensor's unit] that the machine bears: half of what gives the loop the same distance
-    to the frequency of the load on the oil as the paper's machine has (Merritt: K_v < 2 zeta omega_h)."""
-
-    def quickness(p: dict[str, float], a: dict[str, float]) -> float:
-        """omega_h [1/s] over the loop's K_v [1/s] for a gain of 1, with the piston in the middle."""
-        A_1, A_2 = areas(p["cylinder.D_h"], p["cylinder.d_h"])
-        line, half = pi * p["line.diameter"] ** 2 / 4.0 * p["line.length"], 0.5 * p["cylinder.stroke"]
-        volumes = (p["cylinder.dead_volume"] + A * half + line for A in (A_1, A_2))
-        stiffness = p["oil.beta"] * sum(A * A / V for A, V in zip((A_1, A_2), volumes, strict=True))
-        omega = sqrt(stiffness / _mass_at_rod(a, half))
-        flow = p["valve.q_rated"] * sqrt(0.5 * p["relief.p_crack"] / p["valve.dp_rated"])
-        return omega / (p["sensor.gain"] / p["valve.i_rated"] * flow / A_1)
-
-    own = quickness({**PAPER, **hydraulics}, arm)
-    return 0.5 * PAPER["controller.kp"] * own / quickness(PAPER, {})
+def _gain(hydraulics: dict[str, float], arm: dict[str, float], depths: tuple[float, ...]) -> float:
+    """A proportional gain [mA per sensor's unit] that the machine bears: `MARGIN` times less than the one at which it
+    swings up at rest, at the depth and the place of the rod where that is the lowest."""
+    p = HYDRAULICS.parameters(hydraulics)
+    lowest = inf
+    for x in (share * p["command.target"] for share in (0.0, 0.25, 0.5, 0.75, 1.0)):
+        F_hold, mass = _load_at_rod(arm, x)
+        for depth in depths:
+            lowest = min(lowest, critical_gain({**p, "depth": depth}, x, F_hold, mass))
+    return lowest / MARGIN if isfinite(lowest) else p["controller.kp"]
 
 
-def _mass_at_rod(arm: dict[str, float], x: float) -> float:
-    """Mass [kg] that the cylinder feels at its displacement x [m]."""
+def _load_at_rod(arm: dict[str, float], x: float) -> tuple[float, float]:
+    """Force [N] and mass [kg] that the cylinder feels at rest at its displacement x [m]."""
     from ..mechanics import loads, stepping
     from ..mechanics.arm import Arm
 
@@ -280,7 +303,8 @@ def _mass_at_rod(arm: dict[str, float], x: float) -> float:
     for _ in range(50):  # Newton for the angle at x
         stepping.evaluate(it.row.ctypes.data, theta, 0.0, 0.0, 0.0)
         theta += (x - float(it.projection[loads.X])) / float(it.projection[loads.LEVER])
-    return float(it.projection[loads.MASS] / it.projection[loads.LEVER] ** 2)
+    lever = float(it.projection[loads.LEVER])
+    return -float(it.projection[loads.TORQUE]) / lever, float(it.projection[loads.MASS]) / lever**2
 
 
 def _remarks(p: dict[str, float], arm: dict[str, float], depths: tuple[float, ...]) -> list[str]:
@@ -289,11 +313,10 @@ def _remarks(p: dict[str, float], arm: dict[str, float], depths: tuple[float, ..
 
     said: list[str] = []
     pump, supply = p["pump.displacement"] * p["pump.speed"], p["relief.p_crack"]
-    valve = p["valve.q_rated"] * sqrt(0.5 * supply / p["valve.dp_rated"])
-    if valve > pump:
+    if p["valve.q_rated"] > 1.0001 * pump:
         said.append(
-            f"the valve is bigger than the pump: wide open it passes {_flow(valve)} with half the supply's pressure "
-            f"over each land, the pump gives {_flow(pump)}"
+            f"the valve is bigger than the pump: it is rated for {_flow(p['valve.q_rated'])}, the pump gives "
+            f"{_flow(pump)}"
         )
     A_1, A_2 = areas(p["cylinder.D_h"], p["cylinder.d_h"])
     hold = float(Arm(ARM.parameters(arm)).F_hold)
@@ -305,7 +328,8 @@ def _remarks(p: dict[str, float], arm: dict[str, float], depths: tuple[float, ..
     bore, Q = pi * p["line.diameter"] ** 2 / 4.0, A_1 * p["command.target"] / p["command.ramp_time"]
     if Q / bore > LINE_SPEED:
         said.append(f"the commanded stroke drives the oil through the lines at {Q / bore:.3g} m/s; usual are 2 to 6")
-    eta = viscosity.py_func(ambient_pressure(max(depths)), p["oil.rho"] * p["oil.nu0"], p["oil.alpha"])
+    c = by_name(constants({**p, "depth": max(depths)}))  # with the oil's temperature
+    eta = viscosity.py_func(c.sea.p_am, c.line.eta0, c.line.alpha, c.effect.viscosity_law.share)
     loss = 2.0 * poiseuille_resistance.py_func(eta, p["line.length"], p["line.diameter"]) * Q
     if loss > 0.5 * supply:
         said.append(

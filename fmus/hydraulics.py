@@ -44,9 +44,17 @@ class DeepseaHydraulics(Slave):
         self.told_in_vain = unused
 
     def heed(self, code: int, t: float, h: float) -> bool:
-        if code != stepping.NOT_FOLLOWED:
+        if code == stepping.NOT_FOLLOWED:
+            self.warn("the input x_ref changes but is not followed: command.use_input is false")
+        elif code == stepping.CAVITATES:
+            pressures = {name: self.values.item(HYDRAULICS.index(name)) for name in ("P1", "P2", "Pa", "Pb")}
+            lowest = min(pressures, key=pressures.__getitem__)
+            self.warn(
+                f"the oil cavitates at t = {t:g} s: {lowest} has fallen below its vapour pressure (voids are reckoned "
+                "with, their collapse is not)"
+            )
+        else:
             raise SimulationError(f"{stepping.FAULTS[code]} at t = {t:g} s, step {h:g} s", t)
-        self.warn("the input x_ref changes but is not followed: command.use_input is false")
         return True
 
     def get_model_state(self) -> dict[str, Any]:

@@ -64,32 +64,10 @@ def main(arguments: Sequence[str] | None = None) -> int:
 
 
 def _effects(options: argparse.Namespace) -> int:
-    from .campaign.read_catalogue import load_from_package
+    from .effects_table import table
 
-    catalogue = load_from_package(options.package)
-    print(f"{'effect':<28}{'group':<18}{'parameter':<52}{'neutral':>9}{'bounds':>22}{'usual':>10}")
-    for effect in catalogue.effects:
-        for i, p in enumerate(effect.parameters):
-            head = (effect.id, effect.group) if i == 0 else ("", "")
-            bounds = f"{p.low:g} .. {p.high:g}"
-            print(f"{head[0]:<28}{head[1]:<18}{p.address:<52}{p.neutral:>9g}{bounds:>22}{p.prior:>10g}")
-        print(f"{'':<28}{effect.text}")
-        for form in effect.forms:
-            print(f"{'':<28}  or: {form.text}")
-            for p in form.parameters:
-                bounds = f"{p.low:g} .. {p.high:g}"
-                print(f"{'':<28}{'':<18}{p.address:<52}{p.neutral:>9g}{bounds:>22}{p.prior:>10g}")
-    for curve in catalogue.curves:
-        print(f"{curve.id:<28}{'curve of ' + ', '.join(curve.effects)}")
-        print(f"{'':<28}{curve.text}")
-    for sensor in catalogue.sensors:
-        bounds = f"{sensor.low:g} .. {sensor.high:g}"
-        address = f"each channel's {sensor.quantity}"
-        print(f"{sensor.id:<28}{sensor.group:<18}{address:<52}{sensor.neutral:>9g}{bounds:>22}{sensor.prior:>10g}")
-        print(f"{'':<28}{sensor.text}")
-        for kind in sensor.forms:
-            print(f"{'':<28}  or: {kind.text}")
-    print("\nrefitted in every candidate: " + ", ".join(f"{b.parameter} +-{b.tolerance:.0%}" for b in catalogue.base))
+    for line in table(options.package):
+        print(line)
     return 0
 
 

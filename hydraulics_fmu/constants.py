@@ -38,6 +38,9 @@ WARM_STEPS = 64
 SMALLEST_VOLUME = 1e-5
 """Smallest volume [m3] of a supply hose's oil."""
 
+NO_TRAVEL = 1e-9
+"""Travel [m] of a compensator that has none: 0 is one without end."""
+
 COUNTERBALANCE_LOSS = 0.5e6
 """Loss [Pa] of a wide open counterbalance valve at the servo valve's rated flow."""
 
@@ -177,10 +180,11 @@ def _of_compensator(p: Mapping[str, float]) -> dict[str, float]:
     """A travel is that of a compensator made for the whole stroke, less what is missing of it; 0: without end."""
     area_1, area_2 = cylinder.areas(p["cylinder.D_h"], p["cylinder.d_h"])
     area, missing = pi * p["compensator.diameter"] ** 2 / 4.0, p["effect.compensator_travel.missing"]
+    whole = (area_1 - area_2) * p["cylinder.stroke"] / area
     return {
         "compensator.area": area,
         "compensator.gas": ATMOSPHERE * p["effect.compensator_trapped_air.volume"],
-        "compensator.travel": (1.0 - missing) * (area_1 - area_2) * p["cylinder.stroke"] / area if missing else 0.0,
+        "compensator.travel": max((1.0 - missing) * whole, NO_TRAVEL) if missing else 0.0,
     }
 
 

@@ -31,15 +31,17 @@ FAULTS = {
     TOO_SMALL: "the integration step fell below what time resolves",
     TOO_MANY: "the integration needs too many steps",
 }
-NOT_FOLLOWED = 3
-"""What `advance` returns beside `OK` and the faults: x_ref changes but is not followed; the step was not begun."""
+NOT_FOLLOWED, CAVITATES = 3, 4
+"""What `advance` returns beside `OK` and the faults, each once, with the step not begun: x_ref changes but is not
+followed; a pressure has fallen below that of the oil's vapour."""
 
-T, REF, RATE, UNUSED, CONSTANTS = range(5)
+T, REF, RATE, UNUSED, WHOLE, CONSTANTS = range(6)
 """Places in the row: start of the last step [s] (inf: there was none), x_ref then [m], its slope [m/s], whether x_ref
-is unused and nothing was said of that; then constants, state, its scales, the memory, the workspace, and the constants
-at the temperatures that a warm-up passes."""
+is unused and nothing was said of that, whether no void was told of; then constants, state, its scales, the memory, the
+workspace, and the constants at the temperatures that a warm-up passes."""
 
 X_H, V_H, X_REF, P_S, P_R = (HYDRAULICS.index(name) for name in ("x_h", "v_h", "x_ref", "P_s", "P_r"))
+P_1, P_2, P_A, P_B = (HYDRAULICS.index(name) for name in ("P1", "P2", "Pa", "Pb"))
 FIRST = HYDRAULICS.index(OUTPUTS[0])
 BEHIND = FIRST + len(OUTPUTS)
 """Places among the instance's values."""
@@ -56,7 +58,7 @@ def initial_row(
     named = by_name(c)
     outside = (P_s, P_r) if p["supply.from_outside"] else (0.0, 0.0)
     y, held = _rest(c.tobytes(), F_hold, *outside)
-    head = np.array([np.inf, 0.0, 0.0, float(not p["command.use_input"])])
+    head = np.array([np.inf, 0.0, 0.0, float(not p["command.use_input"]), 1.0])
     parts = (head, c, y, state_scales(named), _at_rest(y, named), new_workspace(named), warming(p))
     return np.concatenate(parts), held
 
@@ -81,7 +83,7 @@ def advance(values: int, n: int, row: int, length: int, t: float, h: float) -> i
     """Advance from t by h [s] and write the outputs; with h = 0 only the outputs.
 
     values, row: addresses of the instance's values (n,) and of its row (length,).
-    Returns `OK`, a fault, `NOT_FOLLOWED`.
+    Returns `OK`, a fault, `NOT_FOLLOWED` or `CAVITATES`.
     """
     v, b = array_at(values, n), array_at(row, length)
     c = by_name(b[CONSTANTS : CONSTANTS + SIZE])
@@ -99,6 +101,9 @@ def advance(values: int, n: int, row: int, length: int, t: float, h: float) -> i
         c.relief.p_set = sunk(t + h, c)
     x_ref, rate = v[X_REF], b[RATE]
     if h > 0.0:
+        if b[WHOLE] > 0.0 and min(v[P_1], v[P_2], v[P_A], v[P_B]) < c.oil.p_vapour:
+            b[WHOLE] = 0.0
+            return CAVITATES
         rate = 0.0
         if b[T] < t:
             rate = (x_ref - b[REF]) / (t - b[T])

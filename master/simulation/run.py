@@ -18,7 +18,7 @@ from ...core.errors import CosimError, Interrupted, OutputError, SimulationError
 from ...core.files import returning
 from ...core.versions import versions
 from ..accuracy.divergence import divergence
-from ..accuracy.doubt import doubt, warning
+from ..accuracy.doubt import IN_DOUBT, doubt, warning
 from ..accuracy.held_inputs import HeldInputs
 from ..algorithms import method_named
 from ..algorithms.method import MEAN
@@ -373,6 +373,7 @@ def _check_step(
     result.summary["step_check"] = {
         "step_s": step, "errors": {n: e for n, e in errors.items() if n in outputs}, "status": "ok",
     }  # fmt: skip
+    _allay(result.summary, errors)
     found = worst(result.summary["step_check"]["errors"])
     if found is not None and found[1]["relative"] > TRUSTED:
         result.summary["warnings"].append(
@@ -380,6 +381,15 @@ def _check_step(
             "run; take a shorter step"
         )
     write_summary(result.folder, result.summary)
+
+
+def _allay(summary: dict[str, Any], errors: dict[str, dict[str, float | None]]) -> None:
+    """Take the warning of a doubt back that the repetition did not bear out; the doubt itself stays in the summary."""
+    told = summary["doubt"]
+    off = errors.get(told["signal"], {}).get("relative") if told else None
+    if off is not None and off <= IN_DOUBT:
+        lines = warning(told, method_named(summary["method"]).order, summary["step_s"])
+        summary["warnings"] = [text for text in summary["warnings"] if text not in lines]
 
 
 def simulate(path: str | Path, out: str | Path | None = None, **options: Any) -> Result:

@@ -18,8 +18,9 @@ from .description import Description
 from .overlay import Overlay, add_cylinders, held_joints, leave_out, read_overlay
 from .water import Wet
 
-C_D, C_M = 1.2, 2.0
-"""Coefficients of a geom of which the table says nothing: those of the paper's arm."""
+BAR, BALL = (1.2, 2.0), (0.5, 1.5)
+"""C_D and C_M of a geom of which the table says nothing: a long cylinder across the flow; a sphere below the drag
+crisis, with the added mass of ideal flow (Newman, Marine Hydrodynamics, section 4)."""
 
 LEFT_OUT = ("mesh", "hfield", "sdf", "plane")
 """Types of geoms that carry no loads of the water."""
@@ -162,6 +163,7 @@ def _of(model: mujoco.MjModel, g: int, kind: str, entry: dict[str, Any]) -> Wet:
         share = 2.0 / 3.0 if kind == "ellipsoid" else 1.0
         round_ = 1.0 if kind == "ellipsoid" else 4.0 / np.pi
         length, diameter = 2.0 * size[axis] * share, 2.0 * sqrt(one * other * round_)
+    C_D, C_M = BALL if ball else BAR
     return Wet(
         model.geom(g).name, ball, axis, float(entry.get("length", length)), float(entry.get("diameter", diameter)),
         float(entry.get("C_D", C_D)), float(entry.get("C_M", C_M)), bool(entry.get("lifted", True)),
@@ -183,4 +185,9 @@ def _table(path: Path) -> list[dict[str, Any]]:
         for key in KEYS[1:5]:
             if tables.number(entry, where, key, 1.0) < 0.0 or (key in KEYS[3:5] and entry.get(key) == 0):
                 raise PackageError(f"{where}: '{key}' = {entry[key]} has to be positive")
+        if tables.number(entry, where, "C_M", 1.0) < 1.0:
+            raise PackageError(
+                f"{where}: 'C_M' = {entry['C_M']} has to be 1 at least: the inertia coefficient is 1 plus that of the "
+                "water that moves along"
+            )
     return entries

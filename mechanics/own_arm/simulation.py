@@ -91,7 +91,7 @@ class OwnArm:
             k = m.geom(w.geom).id
             lifted = w.volume if w.lifted else 0.0
             row[:] = (k, m.geom_bodyid[k], -1 if w.ball else w.axis, w.length, w.diameter, w.C_D, lifted,
-                      w.C_M * w.volume, w.turning)  # fmt: skip
+                      w.moved, w.turning)  # fmt: skip
         return made
 
     @property

@@ -1,9 +1,11 @@
 """Morison loads on the bars and balls of a moving model, and the water that moves along.
 
 A bar is a slender cylinder of length L and diameter D about its middle; the water acts across it. With the velocity of
-the water relative to a place on the bar and across it, u, the drag per length is rho/2 C_D D |u| u, and what is
-accelerated along is rho C_M pi D^2/4 per length, as in `hydrodynamics`. A ball is acted on in all directions: rho/2 C_D
-pi D^2/4 |u| u, and rho C_M times its volume. Both are lifted by the water they displace.
+the water relative to a place on the bar and across it, u, the drag per length is rho/2 C_D D |u| u, and the water that
+moves along with the bar is rho (C_M - 1) pi D^2/4 per length: C_M, Morison's inertia coefficient, is what water that
+moves itself does to a body that stands still, the displaced water's part of 1 included (DNV-RP-C205, section 6). A ball
+is acted on in all directions: rho/2 C_D pi D^2/4 |u| u, and rho (C_M - 1) times its volume. Both are lifted by the
+water they displace.
 
 Vectors are three numbers (x, y, z); `axis` is the bar's, or (0, 0, 0) of a ball, which has none.
 """
@@ -41,6 +43,11 @@ class Wet:
     def volume(self) -> float:
         """Volume [m3] of the water that it displaces."""
         return pi * self.diameter**3 / 6.0 if self.ball else pi * self.diameter**2 / 4.0 * self.length
+
+    @property
+    def moved(self) -> float:
+        """Volume [m3] of the water that moves along."""
+        return (self.C_M - 1.0) * self.volume
 
     @property
     def turning(self) -> float:

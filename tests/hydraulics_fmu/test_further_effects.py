@@ -275,6 +275,13 @@ def test_a_short_compensator_stops():
     assert push == pytest.approx(-1e8 * 1e-3 * travel)
 
 
+def test_a_compensator_without_travel_takes_nothing_up():
+    """All of it missing is the end of a way, not a compensator without end."""
+    travels = [Effected(compensator_travel__missing=m, depth=0.0).c.compensator.travel for m in (0.9, 0.999, 1.0)]
+    assert travels[0] > travels[1] > travels[2] > 0.0
+    assert travels[2] < 1e-3 * travels[1]
+
+
 def test_bristles_are_a_spring_and_then_slide():
     z = 0.0
     for _ in range(10):

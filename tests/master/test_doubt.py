@@ -90,3 +90,21 @@ def test_how_far_inputs_are_off(tmp_path):
     for name, (which, share) in seen.items():
         assert which == f"{name}.u1"
         assert 0.015 < share < 0.026
+
+
+@pytest.mark.parametrize(("step", "borne_out"), [(0.05, False), (0.5, True)])
+def test_a_doubt_that_the_repetition_does_not_bear_out_is_no_warning(fmus, tmp_path, monkeypatch, step, borne_out):
+    """x' = y, y' = -x: what Gauss-Seidel does in long steps is off, in short ones it is not."""
+    ports = connector("u1", "input"), connector("y1", "output")
+    parts = [component(n, "resources/L.fmu", *ports) for n in ("a", "b")]
+    root = system("root", *parts, links=[link("a.y1", "b.u1"), link("b.y1", "a.u1")])
+    text = description(root, stop=20.0, step=step)
+    package = pack(tmp_path / "p.ssp", {"SystemStructure.ssd": text, "resources/L.fmu": fmus[2]})
+    one = {"A": [[0.0]], "C": [[1.0]]}
+    matrices = native.values("a", **one, B=[[1.0]], x0=[1.0]) | native.values("b", **one, B=[[-1.0]], x0=[0.0])
+    in_doubt = {**told(0.4), "signal": "a.y1"}
+    monkeypatch.setattr("deepsea_cosim.master.simulation.run.doubt", lambda *_: in_doubt)
+    summary = run(package, tmp_path / "out", Options(changes=tuple(matrices.items()), check_step=True)).summary
+    assert (summary["step_check"]["errors"]["a.y1"]["relative"] > 0.1) == borne_out
+    assert any("a.y1 may be off by 40%" in text for text in summary["warnings"]) == borne_out
+    assert summary["doubt"] == in_doubt

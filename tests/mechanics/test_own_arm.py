@@ -65,11 +65,11 @@ def test_nothing_is_lost_without_drag(tmp_path, dry):
 
 
 def test_a_bar_in_still_water_is_a_pendulum_with_its_added_mass(tmp_path):
-    """Hanging, without drag: omega^2 = (m - rho V) g L/2 / (m L^2/3 + rho C_M V L^2/3)."""
+    """Hanging, without drag: omega^2 = (m - rho V) g L/2 / (m L^2/3 + rho (C_M - 1) V L^2/3)."""
     it = arm(tmp_path, BAR.format(tilt=89, more=""), drag=0.0)
     V, L = np.pi / 4 * 0.1**2 * 1.605, 1.605
     own = 50 * (L**2 / 12 + 0.05**2 / 4) + 50 * L**2 / 4
-    assert it.M[0, 0] == pytest.approx(own + 1025 * 2.0 * V * L**2 / 3, rel=1e-6)  # MJCF texts have six digits
+    assert it.M[0, 0] == pytest.approx(own + 1025 * V * L**2 / 3, rel=1e-6)  # MJCF texts have six digits
     expected = 2 * np.pi / np.sqrt((50 - 1025 * V) * GRAVITY * L / 2 / it.M[0, 0])
     angles = []
     for k in range(8000):
@@ -80,9 +80,19 @@ def test_a_bar_in_still_water_is_a_pendulum_with_its_added_mass(tmp_path):
     assert np.diff(up - a[up] / (a[up + 1] - a[up])).mean() * 1e-3 == pytest.approx(expected, rel=1e-3)
 
 
+def test_a_ball_swings_with_half_of_its_water(tmp_path):
+    """omega^2 = (m - rho V) g L / (I + (m + rho V / 2) L^2), without a table of coefficients."""
+    ball = BAR.replace('<geom name="beam" type="cylinder" fromto="0 0 0 1.605 0 0" size="0.05" mass="50"/>',
+                       '<geom name="ball" type="sphere" pos="1 0 0" size="0.1" mass="30"/>')  # fmt: skip
+    it = arm(tmp_path, ball.format(tilt=89, more=""), drag=0.0)
+    V = np.pi * 0.2**3 / 6
+    assert it.M[0, 0] == pytest.approx(30 * (0.4 * 0.1**2 + 1.0) + 0.5 * 1025 * V, rel=1e-6)
+
+
 def test_it_is_the_projects_arm_where_both_can_be(tmp_path):
     """A beam with a load, cylinder without mass: holding force and motion against a current, by other equations."""
-    bare = {"barrel_mass": 1e-3, "barrel_diameter": 1e-3, "rod_mass": 1e-3, "rod_diameter": 1e-4, "piston_mass": 0.0}
+    bare = {"barrel_mass": 1e-3, "barrel_diameter": 1e-3, "rod_mass": 1e-3, "rod_diameter": 1e-4, "piston_mass": 0.0,
+            "C_M": 1.0}  # which the project's arm takes in full, as Eq. 29 does
     other = Arm(ARM.parameters({**bare, "current_speed": 0.5}))
     load = f'<body pos="1.605 0 0"><inertial pos="0 0 0" mass="{800 / GRAVITY}" diaginertia="1e-9 1e-9 1e-9"/></body>'
     it = arm(tmp_path, BAR.format(tilt=-np.degrees(ARM["theta0"].start), more=load), current_speed=0.5)
@@ -111,7 +121,7 @@ def test_the_example_rests_in_the_hands_of_its_cylinders():
     assert (d.name, d.tendons, d.joints) == (
         "Boom_and_stick_", ("boom_cylinder", "stick_cylinder"), (("boom", "rad"), ("stick", "rad")),
     )  # fmt: skip
-    assert {w.geom: (w.C_D, w.C_M) for w in d.wet} == {"boom": (1.2, 2.0), "stick": (1.2, 2.0), "grab": (0.5, 0.5)}
+    assert {w.geom: (w.C_D, w.C_M) for w in d.wet} == {"boom": (1.2, 2.0), "stick": (1.2, 2.0), "grab": (0.5, 1.5)}
     assert Description.of(d.as_data()) == d
     it = OwnArm(d, table_of(d).parameters({}))
     assert it.unheld < 1e-9
