@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Collection
 from dataclasses import dataclass, field, replace
 
 from ..core.errors import UnknownNameError, did_you_mean
@@ -114,6 +115,25 @@ class Network:
     """What is harmless but hardly meant: bindings of names that nothing has, connectors that lead nowhere."""
     idle: dict[End, str] = field(default_factory=dict)
     """What to tell of the inputs at the end of ways that nothing drives, unless they are given a value."""
+
+    def connects(self, end: End) -> bool:
+        """Whether a connection brings something to a variable of a component, or takes something from it."""
+        wires = (*self.wires, *self.early, *self.outputs)
+        ways = (way for found in self.connectors.values() for way in found)
+        return any(end in (w.start, w.end) for w in wires) or any(end == way[:2] for way in ways)
+
+    def without(self, ends: Collection[End]) -> Network:
+        """The network without the wires that begin or end at some variables of components."""
+
+        def kept(wire: Wire) -> bool:
+            return wire.start not in ends and wire.end not in ends
+
+        return replace(
+            self,
+            wires=tuple(filter(kept, self.wires)),
+            early=tuple(filter(kept, self.early)),
+            outputs=tuple(filter(kept, self.outputs)),
+        )
 
     def only(self, paths: list[str]) -> Network:
         """The network with some of its components only."""

@@ -11,7 +11,8 @@ from dataclasses import dataclass, field
 from pathlib import Path
 
 from ...ssp.model import Component
-from ...ssp.wires import Network
+from ...ssp.network import EARLY
+from ...ssp.wires import End, Network
 from ..options import Options
 from ..slaves.base import Slave
 from .findings import Findings
@@ -66,7 +67,7 @@ def assemble(
     aside = found.unless(made.incomplete)
     made.network = aside.attempt(with_parameters, made.network, options.parameters) or made.network
     _tell_remarks(made.network, found)
-    made.slaves = _described(made.network, found)
+    made.network, made.slaves = _described(made.network, found)
     if not made.network.parts and not found.errors:
         found.refuse("the system has no components")
     if made.has_all and not options.isolate:
@@ -88,22 +89,31 @@ def _tell_remarks(network: Network, found: Findings) -> None:
     found.warnings += [r for r in network.remarks if r not in violations]
 
 
-def _described(network: Network, found: Findings) -> dict[str, Slave]:
-    """Slaves by component path, not loaded yet, from the package's FMUs."""
+def _described(network: Network, found: Findings) -> tuple[Network, dict[str, Slave]]:
+    """Slaves by component path, not loaded yet, from the package's FMUs; the network without what these refute."""
     slaves: dict[str, Slave] = {}
+    lacking: set[End] = set()
     for path, part in network.parts.items():
         slave = found.attempt(of_component, path, part.component)
         if slave is None:
             slave = read_alone(path, part.component)
         if slave is not None:
             slaves[path] = slave
-            _check_connectors(part.component, slave, found)
-    return slaves
+            lacking |= _lacking(part.component, slave, network, found)
+    return network.without(lacking), slaves
 
 
-def _check_connectors(component: Component, slave: Slave, found: Findings) -> None:
-    for fault in foreign_connectors(component, slave):
-        found.refuse(fault)
+def _lacking(component: Component, slave: Slave, network: Network, found: Findings) -> set[End]:
+    """Ends that the FMU lacks, which are refused; those of parameters do no harm where nothing is connected to them."""
+    refused: set[End] = set()
+    for connector, fault in foreign_connectors(component, slave):
+        end = (slave.name, connector.name)
+        if connector.kind in EARLY and not network.connects(end):
+            found.warnings.append(f"{fault}; nothing is connected to it, so it is ignored")
+        else:
+            found.refuse(fault)
+            refused.add(end)
+    return refused
 
 
 def _expanded(made: Assembly, changes: Sequence[tuple[str, str]], found: Findings) -> list[tuple[str, str]]:

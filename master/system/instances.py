@@ -9,7 +9,7 @@ from contextlib import ExitStack
 from pathlib import Path
 
 from ...core.errors import CosimError, PackageError, did_you_mean
-from ...ssp.model import Component
+from ...ssp.model import Component, Connector
 from ..slaves.base import Log, Slave
 from ..slaves.fmu import describe, platform_folder
 
@@ -31,13 +31,14 @@ def read_alone(path: str, component: Component) -> Slave | None:
         return None
 
 
-def foreign_connectors(component: Component, slave: Slave) -> Iterator[str]:
-    """What is wrong with the connectors that a component has and its FMU has not."""
+def foreign_connectors(component: Component, slave: Slave) -> Iterator[tuple[Connector, str]]:
+    """The connectors that a component has and its FMU has not, and what to say of each."""
     for connector in component.connectors:
         if connector.name not in slave.variables:
             yield (
+                connector,
                 f"{connector.where}: component '{slave.name}' has a connector '{connector.name}' that its FMU does not "
-                f"have{did_you_mean(connector.name, sorted(slave.variables))}"
+                f"have{did_you_mean(connector.name, sorted(slave.variables))}",
             )
 
 
