@@ -185,6 +185,8 @@ class _Reader:
                     step, method = document.number(annotation[0], "stepSize"), annotation[0].get("method")
                     for bond in annotation[0]:
                         bonds.append((document.name(bond, "a"), document.name(bond, "b")))
+        if step is None and experiment is not None:  # the schema has none there, but some tools do
+            step = document.number(experiment, "stepSize")
         if step is None:
             step = self._step_of_others(document, [e for e in (experiment, element) if e is not None])
         title = system.name or root.get("name") or "system"

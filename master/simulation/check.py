@@ -22,9 +22,7 @@ from ..system.start_values import idle
 from ..system.system import System
 from . import stimuli
 from .plan import check_coupling, check_options, set_substeps, step_remarks
-from .time_grid import times_of
-
-Times = tuple[float, float, float, int]
+from .time_grid import Times, times_of
 
 
 @dataclass
@@ -43,8 +41,13 @@ def check(package: Path, wanted: Options | None = None) -> Checked:
     wanted = wanted or Options()
     found = Checked()
     found.attempt(check_options, wanted)
+
+    def as_run(slaves: dict[str, Slave]) -> dict[str, Slave]:
+        Findings(keeps=True).attempt(set_substeps, wanted, slaves)  # what is wrong with them is told below
+        return slaves
+
     with ExitStack() as stack:
-        made = assemble(package, wanted, stack, found)
+        made = assemble(package, wanted, stack, found, prepare=as_run)
         if made is None:
             return found
         found.network, found.system, found.incomplete = made.network, made.built, made.incomplete
@@ -58,7 +61,7 @@ def check(package: Path, wanted: Options | None = None) -> Checked:
             if not wanted.isolate:
                 found.warnings += mixed_libraries(made.slaves)
             if times is not None:
-                found.warnings += step_remarks(made.slaves, *times)
+                found.warnings += step_remarks(made.network.structure.step_size, made.slaves, times)
             for path, slave in made.slaves.items():
                 found.warnings += _starts(path, slave)
         if made.built is not None:

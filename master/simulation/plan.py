@@ -21,12 +21,12 @@ from ..slaves.base import Slave
 from ..system.addresses import targets
 from ..system.assemble import assemble
 from ..system.findings import Findings
-from ..system.instances import mixed_libraries
+from ..system.instances import mixed_libraries, smallest_step
 from ..system.start_values import Value, idle
 from ..system.system import System
 from . import stimuli
 from .interrupts import Interrupts
-from .time_grid import times_of
+from .time_grid import Times, times_of
 
 
 @dataclass
@@ -45,7 +45,7 @@ class Plan:
     layout: Layout
     which: list[int]
     """Columns of the layout that are recorded."""
-    times: tuple[float, float, float, int]
+    times: Times
     """Start, stop and macro step [s], and the number of steps."""
     bonds: list[Bond]
     """Power bonds."""
@@ -72,7 +72,7 @@ def plan(package: Path, options: Options, stack: ExitStack, interrupt: Interrupt
         remarks += mixed_libraries(slaves)
     elif method.carrying(slaves.values()):
         remarks.append("--isolate: no slopes of inputs are handed over; without it the results differ a little")
-    remarks += [*idle(network, made.values), *step_remarks(slaves, *times)]
+    remarks += [*idle(network, made.values), *step_remarks(network.structure.step_size, slaves, times)]
     remarks += _overruled([c for c in options.changes if c[0] not in network.inputs], system)
     layout = Layout(system)
     which = layout.chosen(options.record)
@@ -121,9 +121,12 @@ def set_substeps(options: Options, slaves: dict[str, Slave]) -> None:
         slaves[component].ratio = ratio
 
 
-def step_remarks(slaves: dict[str, Slave], start: float, stop: float, step: float, n: int) -> list[str]:
-    """FMUs that the steps do not suit."""
-    return [*_uneven(slaves, start, stop, step, n), *_inner(slaves, step), *_clocked(slaves)]
+def step_remarks(suggested: float | None, slaves: dict[str, Slave], times: Times) -> list[str]:
+    """Where the steps are others than the package suggests [s], or than suit its FMUs."""
+    start, stop, step, n = times
+    others = [s for s in (suggested, smallest_step(slaves.values())) if s and abs(s - step) > 1e-6 * step]
+    told = [f"the step is {step:g} s; the package or its FMUs suggest {s:g} s" for s in dict.fromkeys(others)]
+    return [*told, *_uneven(slaves, start, stop, step, n), *_inner(slaves, step), *_clocked(slaves)]
 
 
 def _uneven(slaves: dict[str, Slave], start: float, stop: float, step: float, n: int) -> list[str]:

@@ -8,12 +8,13 @@ from ...core.errors import UsageError
 from ...ssp.model import SystemStructure
 
 DEFAULT_STEPS = 1000
-"""Steps of a run where neither the package nor the user says how long one is."""
+"""Steps of a run where neither the package and its FMUs nor the user says how long one is."""
+
+Times = tuple[float, float, float, int]
+"""Start, stop and macro step [s], and the number of steps."""
 
 
-def times_of(
-    structure: SystemStructure, stop: float | None = None, step: float | None = None
-) -> tuple[float, float, float, int]:
+def times_of(structure: SystemStructure, stop: float | None = None, step: float | None = None) -> Times:
     """Start, stop, step [s] and number of steps; the last one is shorter when the step does not divide the time.
 
     stop, step: instead of the package's. Raises `UsageError` for what makes no run.
@@ -27,8 +28,8 @@ def times_of(
         raise UsageError(f"stop time {stop:g}: it has to be a number of seconds")
     if stop <= start:
         raise UsageError(f"stop time {stop:g} s: it has to be later than the start time {start:g} s")
-    if step is None:
-        step = structure.step_size
+    if step is None and structure.step_size is not None:
+        step = min(structure.step_size, stop - start)  # a shorter run than the package's may be one step
     if step is None:
         step = (stop - start) / DEFAULT_STEPS
     if not (np.isfinite(step) and step > 0.0):

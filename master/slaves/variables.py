@@ -45,6 +45,14 @@ class FmuVariables:
         """Give a structural parameter a value, before the FMU is loaded: sizes of arrays follow it."""
         self._structural[name] = value
 
+    def suggested(self, name: str) -> float | None:
+        """A time of the FMU's DefaultExperiment [s], by its name there; None where there is none that can be used."""
+        try:
+            value = float(getattr(self.description.defaultExperiment, name, None) or "nan")
+        except ValueError:
+            return None
+        return value if np.isfinite(value) else None
+
     def variable(self, name: str, kinds: tuple[str, ...] = ()) -> Any:
         """The variable of that name, of one of the causalities `kinds`."""
         variable = self.variables.get(name)

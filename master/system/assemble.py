@@ -7,7 +7,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from contextlib import ExitStack
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 
 from ...ssp.model import Component
@@ -16,7 +16,7 @@ from ...ssp.wires import End, Network
 from ..options import Options
 from ..slaves.base import Slave
 from .findings import Findings
-from .instances import check_single, foreign_connectors, of_component, read_alone
+from .instances import check_single, foreign_connectors, of_component, read_alone, smallest_step
 from .package import read_package, with_parameters
 from .start_values import Value, bound_values, expanded, given_values, resolve
 from .structural import configure
@@ -76,6 +76,9 @@ def assemble(
     others = _expanded(made, [c for c in options.changes if c not in own], aside)
     _set_sizes(made, others, found, aside)
     made.slaves = prepare(made.slaves)
+    if made.network.structure.step_size is None:
+        suggested = replace(made.network.structure, step_size=smallest_step(made.slaves.values()))
+        made.network = replace(made.network, structure=suggested)
     if made.has_all:
         _connect(made, own, found, aside)
     return made

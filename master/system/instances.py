@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import filecmp
 import re
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterable, Iterator, Mapping
 from contextlib import ExitStack
 from pathlib import Path
 
@@ -40,6 +40,12 @@ def foreign_connectors(component: Component, slave: Slave) -> Iterator[tuple[Con
                 f"{connector.where}: component '{slave.name}' has a connector '{connector.name}' that its FMU does not "
                 f"have{did_you_mean(connector.name, sorted(slave.variables))}",
             )
+
+
+def smallest_step(slaves: Iterable[Slave]) -> float | None:
+    """The smallest macro step [s] that FMUs suggest; None where none does."""
+    steps = (slave.ratio * step for slave in slaves if (step := slave.suggested("stepSize")) is not None)
+    return min((step for step in steps if step > 0.0), default=None)
 
 
 def check_single(slaves: Mapping[str, Slave]) -> None:

@@ -54,13 +54,9 @@ def alone(fmu: Path) -> SystemStructure:
     links = tuple(Connection((None, name), (fmu.stem, name), where=fmu.name) for name in inputs)
     own = tuple(Connector(name, "input", None, where=fmu.name) for name in inputs)
     component = Component(fmu.stem, fmu, connectors=own, where=fmu.name)
-    experiment = slave.description.defaultExperiment
-    start, stop, step = (
-        None if experiment is None or (given := getattr(experiment, name, None)) is None else float(given)
-        for name in ("startTime", "stopTime", "stepSize")
-    )
+    start, stop = slave.suggested("startTime"), slave.suggested("stopTime")
     system = System(fmu.stem, own, (component,), links, where=fmu.name)
-    return SystemStructure(fmu.stem, "", fmu, system, start or 0.0, stop, step)
+    return SystemStructure(fmu.stem, "", fmu, system, start or 0.0, stop)
 
 
 def causality(component: Component, name: str) -> str | None:
