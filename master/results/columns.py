@@ -4,12 +4,12 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from fnmatch import fnmatchcase
 
 import numpy as np
 
 from ...core.errors import PackageError, UsageError, did_you_mean
 from ..engine.values import REAL, TEXT, Signal
+from ..system.addresses import matches
 from ..system.system import System
 
 
@@ -41,16 +41,6 @@ def type_of(signal: Signal) -> str:
     if signal.family == REAL:
         return "float"
     return {"Boolean": "boolean", "UInt64": "unsigned"}.get(signal.type, "integer")
-
-
-def matches(name: str, pattern: str) -> bool:
-    """Whether a pattern of the user's means a column; the name of an array means all its elements.
-
-    Brackets are those of names: they are no sets of letters.
-    """
-    array = name.rpartition("[")[0] or name
-    plain = pattern.replace("[", "[[]")
-    return name == pattern or array == pattern or fnmatchcase(name, plain) or fnmatchcase(array, plain)
 
 
 class Layout:

@@ -108,7 +108,7 @@ class Plotter:
 
         patterns: what to show; without, the outputs that change, those that drive something first.
         """
-        from ..results.columns import matches
+        from ..system.addresses import matches
 
         assert result.sample is not None
         data = target.with_suffix(".npy.tmp")

@@ -41,14 +41,16 @@ class Session:
     """The system of an SSP package, loaded; a context manager. Not for use from several threads.
 
     only: names of the components to load; the inputs that the others would give can then be driven.
+    internals: names or patterns of other variables than inputs and outputs that runs may record.
     """
 
     def __init__(
-        self, package: Path, log: Callable[[str, str, str], None] = lambda *_: None, only: Sequence[str] = ()
-    ):
+        self, package: Path, log: Callable[[str, str, str], None] = lambda *_: None, only: Sequence[str] = (),
+        internals: Sequence[str] = (),
+    ):  # fmt: skip
         self._stack = ExitStack()
         try:
-            made = assemble(package, Options(), self._stack, Findings(), only)
+            made = assemble(package, Options(record=tuple(internals)), self._stack, Findings(), only)
             assert made is not None
             self.structure, self.system, self._bound = made.network.structure, made.system, made.values
             load_slaves(made.slaves, self._stack, log)

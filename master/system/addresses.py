@@ -1,8 +1,9 @@
-"""What an address such as component.parameter means."""
+"""What an address such as component.parameter, or a pattern of such, means."""
 
 from __future__ import annotations
 
 from collections.abc import Iterable, Mapping
+from fnmatch import fnmatchcase
 from typing import Any
 
 from ..slaves.base import Slave
@@ -33,3 +34,13 @@ def targets(address: str, slaves: Mapping[str, Slave], system: System | None = N
     if component:
         return [(component, name)]
     return [(c, address) for c, slave in slaves.items() if slave.settable(address)]
+
+
+def matches(name: str, pattern: str) -> bool:
+    """Whether a pattern of the user's means a column; the name of an array means all its elements.
+
+    Brackets are those of names: they are no sets of letters.
+    """
+    array = name.rpartition("[")[0] or name
+    plain = pattern.replace("[", "[[]")
+    return name == pattern or array == pattern or fnmatchcase(name, plain) or fnmatchcase(array, plain)

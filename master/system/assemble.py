@@ -18,6 +18,7 @@ from ..slaves.base import Slave
 from .findings import Findings
 from .instances import check_single, foreign_connectors, of_component, read_alone, smallest_step
 from .package import read_package, with_parameters
+from .recordable import internals
 from .start_values import Value, bound_values, expanded, given_values, resolve
 from .structural import configure
 from .system import System
@@ -80,7 +81,7 @@ def assemble(
         suggested = replace(made.network.structure, step_size=smallest_step(made.slaves.values()))
         made.network = replace(made.network, structure=suggested)
     if made.has_all:
-        _connect(made, own, found, aside)
+        _connect(made, own, (*options.record, *options.plot), found, aside)
     return made
 
 
@@ -138,9 +139,12 @@ def _set_sizes(made: Assembly, changes: list[tuple[str, str]], found: Findings, 
         made.values += aside.attempt(resolve, [change], slaves) or []
 
 
-def _connect(made: Assembly, own: Sequence[tuple[str, str]], found: Findings, aside: Findings) -> None:
-    """The system, and the values of its own inputs."""
-    system = made.built = found.attempt(System, made.network, made.slaves, found)
+def _connect(
+    made: Assembly, own: Sequence[tuple[str, str]], patterns: Sequence[str], found: Findings, aside: Findings
+) -> None:
+    """The system with all that is to be recorded of it, and the values of its own inputs."""
+    recorded = internals(made.network, made.slaves, patterns)
+    system = made.built = found.attempt(System, made.network, made.slaves, found, recorded)
     if system is None:
         return
     found.warnings += system.remarks

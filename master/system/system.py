@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
-from ...ssp.wires import Network
+from collections.abc import Sequence
+
+from ...ssp.wires import End, Network
 from ..engine.values import TEXT, Signal
 from ..slaves.base import Slave
 from .connections import Connections
@@ -17,15 +19,21 @@ from .step_program import StepProgram
 class System:
     """Slaves, signals and connections of a network, loaded and ready to be initialised and stepped."""
 
-    def __init__(self, network: Network, slaves: dict[str, Slave], findings: Findings | None = None):
-        """Raises `PackageError` for a connection that does not fit, unless the findings keep what is wrong."""
+    def __init__(
+        self, network: Network, slaves: dict[str, Slave], findings: Findings | None = None,
+        recorded: Sequence[End] = (),
+    ):  # fmt: skip
+        """Raises `PackageError` for a connection that does not fit, unless the findings keep what is wrong.
+
+        recorded: variables that are read like outputs, for somebody wants to see them.
+        """
         self.network, self.slaves = network, slaves
         self.remarks: list[str] = []
         self.layout = SignalLayout()
         wanted: dict[str, set[str]] = {name: set() for name in slaves}
-        for wire in (*network.wires, *network.outputs):
-            if wire.start[0] in wanted:
-                wanted[wire.start[0]].add(wire.start[1])
+        for component, name in (*(wire.start for wire in (*network.wires, *network.outputs)), *recorded):
+            if component in wanted:
+                wanted[component].add(name)
         for name, slave in slaves.items():
             self.layout.lay_out(slave, wanted[name])
         self.quantities = quantities = Quantities(network, slaves, self.remarks)

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import pytest
 from deepsea_cosim.core.errors import CosimError
-from deepsea_cosim.master.results.columns import matches
 from deepsea_cosim.master.simulation.run import run
+from deepsea_cosim.master.system.addresses import matches
 
 from benchmarks import native
 
