@@ -177,9 +177,11 @@ class _Flattener:
                 except PackageError as error:
                     self.refused(error)
                     lost.add(element.name)
+        known = {element.name for element in system.elements}
         for connection in system.connections:
-            if connection.start[0] in lost or connection.end[0] in lost:
-                continue  # what follows from an error is not told
+            ends = {connection.start[0], connection.end[0]} - {None}
+            if ends & lost or ("" in lost and ends - known):
+                continue  # what follows from an error is not told, nor what may mean an element without a name
             try:
                 self.connect(system, path, used, connection)
             except PackageError as error:

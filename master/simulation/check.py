@@ -49,6 +49,7 @@ def check(package: Path, wanted: Options | None = None) -> Checked:
     with ExitStack() as stack:
         made = assemble(package, wanted, stack, found, prepare=as_run)
         if made is None:
+            found.tell_once()
             return found
         found.network, found.system, found.incomplete = made.network, made.built, made.incomplete
         aside = found.unless(made.incomplete)  # what may follow from parts that are missing is not told
@@ -66,6 +67,7 @@ def check(package: Path, wanted: Options | None = None) -> Checked:
                 found.warnings += _starts(path, slave)
         if made.built is not None:
             _run(found, aside, made, wanted, times)
+    found.tell_once()
     return found
 
 
@@ -83,14 +85,15 @@ def _run(found: Findings, aside: Findings, made: Assembly, wanted: Options, time
     told = found.unless(bool(found.errors))  # what follows from an error is not told
     layout = told.attempt(Layout, system)
     if layout is not None:
-        aside.attempt(layout.chosen, wanted.record)
-        aside.attempt(layout.chosen, wanted.plot, "--plot")
+        told.attempt(layout.chosen, wanted.record)
+        told.attempt(layout.chosen, wanted.plot, "--plot")
     method = told.attempt(chosen, wanted.method, made.network.structure.method)
     if method is not None:
         aside.attempt(check_coupling, system, method, wanted.isolate)
     aside.warnings += idle(made.network, made.values)
     given = {(v.component, v.variable) for v in made.values if not v.component}
-    _inputs(aside, system, _driven(aside, system, wanted, times) | given)
+    connected = {wire.end for wire in made.network.wires}  # of which some may have been refused
+    _inputs(aside, system, _driven(aside, system, wanted, times) | given | connected)
     _loops(found, system)
 
 

@@ -75,12 +75,12 @@ def assemble(
         found.attempt(check_single, made.slaves)
     own = [c for c in options.changes if c[0] in made.network.inputs]
     others = _expanded(made, [c for c in options.changes if c not in own], aside)
-    _set_sizes(made, others, found, aside)
+    sizes_hold = _set_sizes(made, others, found, aside)
     made.slaves = prepare(made.slaves)
     if made.network.structure.step_size is None:
         suggested = replace(made.network.structure, step_size=smallest_step(made.slaves.values()))
         made.network = replace(made.network, structure=suggested)
-    if made.has_all:
+    if made.has_all and sizes_hold:
         _connect(made, own, (*options.record, *options.plot), found, aside)
     return made
 
@@ -130,13 +130,19 @@ def _expanded(made: Assembly, changes: Sequence[tuple[str, str]], found: Finding
     return reached
 
 
-def _set_sizes(made: Assembly, changes: list[tuple[str, str]], found: Findings, aside: Findings) -> None:
-    """Structural parameters first, then the values that the package binds and that the user changes."""
+def _set_sizes(made: Assembly, changes: list[tuple[str, str]], found: Findings, aside: Findings) -> bool:
+    """Structural parameters first, then the values that the package binds and that the user changes.
+
+    Returns whether the sizes of arrays are as they are meant; where not, no connection can be judged.
+    """
     network, slaves = made.network, made.slaves
-    made.network, changes = found.attempt(configure, network, slaves, changes) or (network, changes)
+    configured = found.attempt(configure, network, slaves, changes)
+    made.network, changes = configured or (network, changes)
     made.values = bound_values(made.network, slaves, found)
     for change in changes:
         made.values += aside.attempt(resolve, [change], slaves) or []
+    sized = any(v.causality == "structuralParameter" for slave in slaves.values() for v in slave.variables.values())
+    return configured is not None and not (made.incomplete and sized)
 
 
 def _connect(

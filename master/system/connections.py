@@ -46,8 +46,9 @@ class Connections:
         self, network: Network, slaves: Mapping[str, Slave], layout: SignalLayout, quantities: Quantities,
         own_inputs: Mapping[str, Signal], findings: Findings, remarks: list[str],
     ):  # fmt: skip
-        self.network, self.slaves = network, slaves
-        self._layout, self._quantities, self._findings = layout, quantities, findings
+        self.slaves, self._findings = slaves, findings
+        self._layout, self._quantities = layout, quantities
+        self.network = network = network.without(self._check_dimensions(network))
         self.remarks = remarks
         self.inputs = {(s.component, s.name): s for slave in slaves.values() for s in slave.inputs}
         self.outputs = {(s.component, s.name): s for slave in slaves.values() for s in slave.outputs}
@@ -69,7 +70,6 @@ class Connections:
         self.early = [wire for wire in early if wire.start[0]]
         """Wires to parameters, which carry what calculated parameters are before the run."""
         self._check_early()
-        self._check_dimensions()
         for wire in early:
             if not wire.start[0] and network.inputs[wire.start[1]].kind == "input":
                 end = ".".join(wire.end)
@@ -101,9 +101,10 @@ class Connections:
         there = self._drivers.get(self.inputs[end].home, {}) if end in self.inputs else {}
         return next(iter(there.values()), None)
 
-    def _check_dimensions(self) -> None:
-        """Arrays are as large as their connectors say."""
-        for path, part in self.network.parts.items():
+    def _check_dimensions(self, network: Network) -> set[End]:
+        """Arrays are as large as their connectors say; those that are not, which no connection can be judged by."""
+        wrong: set[End] = set()
+        for path, part in network.parts.items():
             for connector in part.component.connectors:
                 type = connector.type
                 if type is None or type.count is None:
@@ -112,10 +113,12 @@ class Connections:
                     continue
                 size = self.slaves[path].size(connector.name)
                 if type.count != size:
+                    wrong.add((path, connector.name))
                     self._findings.refuse(
                         f"{connector.where}: connector '{path}.{connector.name}' is {type.shape}, its FMU's "
                         f"variable has {size} values"
                     )
+        return wrong
 
     def _is_parameter(self, end: End) -> bool:
         slave = self.slaves.get(end[0])

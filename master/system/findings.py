@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Callable
 from dataclasses import dataclass, field
 from typing import ParamSpec, TypeVar
@@ -10,6 +11,13 @@ from ...core.errors import CosimError, PackageError
 
 P = ParamSpec("P")
 T = TypeVar("T")
+
+PLACE = re.compile(r"(.*?, line \d+): (.*)", re.DOTALL)
+WHOSE = re.compile(r"^(component '[^']*'|'[^']*' -> '[^']*')")
+"""What a text begins with where it says of whom it is; what one file lacks, all components of that file do."""
+
+MOST_PLACES = 5
+"""Places that are named of one error."""
 
 
 @dataclass
@@ -47,9 +55,36 @@ class Findings:
         """These findings, or where there are errors from which others may follow, some that nobody reads."""
         return Findings(keeps=True) if errors else self
 
+    def tell_once(self) -> None:
+        """Errors that say the same of several places become one, with the other places behind it."""
+        places: dict[str, dict[str, None]] = {}
+        first: dict[str, str] = {}
+        for error in self.errors:
+            place, text = _parted(error)
+            cause = WHOSE.sub("", text)
+            first.setdefault(cause, error)
+            places.setdefault(cause, {})[place] = None
+        self.errors[:] = [first[cause] + _also(list(found)) for cause, found in places.items()]
+
     def lines(self) -> list[str]:
         """All of it, a finding a line, the errors first."""
         made = []
         for kind, texts in (("error", self.errors), ("warning", self.warnings), ("note", self.notes)):
             made += [f"{kind}: {text}" for text in dict.fromkeys(texts)]
         return made
+
+
+def _parted(error: str) -> tuple[str, str]:
+    """(place, text) of an error; no place where it begins with none."""
+    found = PLACE.fullmatch(error)
+    return (found[1], found[2]) if found else ("", error)
+
+
+def _also(places: list[str]) -> str:
+    """The places after the first, those of its file by their lines alone."""
+    if len(places) < 2:
+        return ""
+    file = places[0].rpartition(", ")[0]
+    shown = [p.removeprefix(f"{file}, ") for p in places[1 : MOST_PLACES + 1]]
+    more = len(places) - 1 - len(shown)
+    return f" (also {', '.join(shown)}{f' and {more} more' if more else ''})"

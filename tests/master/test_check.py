@@ -226,7 +226,7 @@ def test_fmus_of_another_platform_are_looked_at_all_the_same(fmus, tmp_path):
     root = system("root", gain("a", 1.0), gain("b", 1.0), links=(link("a.string_out", "b.u1"),))
     path = package(tmp_path / "p.ssp", root, {"resources/L.fmu": tmp_path / "W.fmu"})
     told = "\n".join(check(path).errors)
-    assert told.count("has no library for this platform") == 2
+    assert told.count("has no library for this platform") == 1
     assert "it has vax11" in told
     assert "'a.string_out' is String, 'b.u1' is Real: these types do not fit together" in told
     with pytest.raises(CosimError, match="has no library for this platform"):
