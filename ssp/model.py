@@ -120,6 +120,8 @@ class Component:
     connectors: tuple[Connector, ...] = ()
     bindings: tuple[Binding, ...] = ()
     where: str = ""
+    step_hint: float | None = None
+    """The step of its own that the package asks for [s]."""
 
 
 @dataclass(frozen=True)
@@ -192,3 +194,5 @@ class SystemStructure:
     """What deviates from the schema without a doubt about the meaning."""
     method: str | None = None
     """The coupling that the package suggests, by its name in the master."""
+    unused: tuple[str, ...] = ()
+    """Annotations of other tools that mean nothing here: type, elements and place."""

@@ -13,6 +13,7 @@ from urllib.parse import unquote, urlsplit
 from lxml import etree
 
 from ..core.errors import PackageError, did_you_mean
+from .annotations import Unused
 from .document import MAX_XML, SSC, SSD, SSM, SSV, Document, version, violations
 from .model import KINDS, Binding, MappingEntry, Parameter
 from .values import TRANSFORMATIONS, Definitions, transformation_of, typed_as, value_of
@@ -65,9 +66,11 @@ class Bindings:
     """Reads the bindings of elements of one system structure description."""
 
     def __init__(
-        self, folder: Path, root: Path, remark: Remark, prefix: str = "", wrong: list[str] | None = None
+        self, folder: Path, root: Path, remark: Remark, prefix: str = "", wrong: list[str] | None = None,
+        unused: Unused | None = None,
     ):  # fmt: skip
         self.folder, self.root, self.remark = folder, root, remark
+        self.unused = Unused() if unused is None else unused
         self.wrong = wrong
         """Where this is a list, what is wrong with a binding goes there, and the others are read."""
         self.prefix = prefix
@@ -134,6 +137,7 @@ class Bindings:
             opened = opened_at(document, element, path, f"{self.prefix}{_shown(path, self.root)}")
         else:
             opened = self._of_component(document, element, source, of)
+        self.unused.add(opened, opened.root)
         return opened, opened.root
 
     def _of_component(self, document: Document, element: etree._Element, source: str, of: Path | None) -> Document:

@@ -12,6 +12,7 @@ from lxml import etree
 
 from ..core.errors import PackageError, UsageError, did_you_mean
 from ..core.units import conversion
+from .annotations import STEP_ANNOTATION, Unused, step_hint, step_of_others
 from .archive import Budget, extract
 from .document import SSB, SSC, SSD, Document, local, version, violations
 from .model import (
@@ -41,14 +42,6 @@ CONNECTOR_KINDS = (
 DEFAULT = "SystemStructure.ssd"
 MOST_LEVELS = 32
 """Deepest nesting of packages in packages."""
-
-STEP_ANNOTATION = "org.deepsea-cosim.master"
-"""Annotation of DefaultExperiment: <Master stepSize="..." method="..."/> suggests the macro step [s] and the coupling,
-<Bond a="..." b="..."/> in it names two outputs whose product is a power."""
-
-
-OTHER_STEPS = {"FixedStepMaster": "stepSize", "FixedStepAlgorithm": "baseStepSize"}
-"""Elements in annotations of OMSimulator, Vico and the Open Simulation Platform, and where they tell the step."""
 
 
 def read(
@@ -94,17 +87,19 @@ class _Reader:
     def __init__(
         self, folder: Path, budget: Budget, depth: int = 0, remarks: list[str] | None = None,
         outer: _Reader | None = None, prefix: str = "", wrong: list[str] | None = None, scratch: Path | None = None,
+        unused: Unused | None = None,
     ):  # fmt: skip
         self.folder, self.budget, self.depth = folder, budget, depth
         self.wrong = wrong
         self.scratch: Path | None = outer.scratch if outer is not None else scratch
         """Where packages inside are unpacked; None: beside themselves."""
         self.remarks: list[str] = [] if remarks is None else remarks
+        self.unused = Unused() if unused is None else unused
         self.root: Path = outer.root if outer is not None else folder
         """The package's folder."""
         self.prefix: str = outer.prefix if outer is not None else prefix
         """What names of files begin with in messages: the package that this one lies in."""
-        self.bindings = Bindings(folder, self.root, self.remarks.append, self.prefix, wrong)
+        self.bindings = Bindings(folder, self.root, self.remarks.append, self.prefix, wrong, self.unused)
         self.open: list[str] = outer.open if outer is not None else []
         """Descriptions and referenced systems that are being read, to notice one that contains itself."""
 
@@ -167,6 +162,7 @@ class _Reader:
             raise document.error(root, f"root element {root.tag} is not that of SSP 1.0 or 2.0")
         of = version(document, root)
         self.remarks += violations(document, root, of)
+        self.unused.add(document, root)
         sections = [f"{SSD}{s}" for s in ("System", "Enumerations", "Units", "DefaultExperiment")]
         list(document.children(root, sections))
         known = Definitions(document, root, SSD)
@@ -188,22 +184,12 @@ class _Reader:
         if step is None and experiment is not None:  # the schema has none there, but some tools do
             step = document.number(experiment, "stepSize")
         if step is None:
-            step = self._step_of_others(document, [e for e in (experiment, element) if e is not None])
+            step = step_of_others(document, [e for e in (experiment, element) if e is not None])
         title = system.name or root.get("name") or "system"
         return SystemStructure(
             title, of, self.folder / name, system, start or 0.0, stop, step, (name,), tuple(bonds), tuple(self.remarks),
-            method,
+            method, self.unused.lines(),
         )
-
-    @staticmethod
-    def _step_of_others(document: Document, owners: list[etree._Element]) -> float | None:
-        """The macro step [s] that the annotations of other masters suggest."""
-        for owner in owners:
-            for element in (e for found in owner.findall(f"{SSD}Annotations") for e in found.iter()):
-                attribute = OTHER_STEPS.get(local(element))
-                if attribute is not None and element.get(attribute) is not None:
-                    return document.number(element, attribute)
-        return None
 
     def system(self, document: Document, element: etree._Element, known: Definitions, level: int = 0) -> System:
         if level > MOST_LEVELS:
@@ -304,7 +290,8 @@ class _Reader:
         if kind == FMU:
             self.budget.look_into(path)
             bindings = self.bindings.read(document, element, known, path)
-            return Component(name, path, implementation, connectors, bindings, document.where(element))
+            hint = step_hint(document, element)
+            return Component(name, path, implementation, connectors, bindings, document.where(element), hint)
         if kind == DEFINITION:
             inner = self._beside(path.resolve())
         else:
@@ -314,7 +301,7 @@ class _Reader:
     def _beside(self, path: Path) -> System:
         """A description in this or another folder of the package."""
         reader = self if path.parent == self.folder.resolve() else _Reader(
-            path.parent, self.budget, self.depth, self.remarks, self, wrong=self.wrong
+            path.parent, self.budget, self.depth, self.remarks, self, wrong=self.wrong, unused=self.unused
         )  # fmt: skip
         return reader.description(path.name).system
 
@@ -333,7 +320,9 @@ class _Reader:
                 ) from None
         try:
             prefix = f"{self.prefix}{path.name}/"
-            inner = _Reader(folder, self.budget, self.depth + 1, self.remarks, prefix=prefix, wrong=self.wrong)
+            inner = _Reader(
+                folder, self.budget, self.depth + 1, self.remarks, prefix=prefix, wrong=self.wrong, unused=self.unused
+            )
             return inner.read(fragment or None).system
         except PackageError as error:
             told = str(error)
@@ -423,6 +412,7 @@ class _Reader:
         if root.tag != f"{SSB}SignalDictionary":
             raise document.error(root, f"<{local(root)}> is not a SignalDictionary of SSP 1.0 or 2.0")
         self.remarks += violations(document, root, version(document, root))
+        self.unused.add(document, root)
         known = Definitions(document, root, SSB, outer)
         entries: dict[str, Type] = {}
         for element in document.children(root, [f"{SSB}{s}" for s in ("DictionaryEntry", "Units", "Enumerations")]):

@@ -62,7 +62,7 @@ def check(package: Path, wanted: Options | None = None) -> Checked:
             if not wanted.isolate:
                 found.warnings += mixed_libraries(made.slaves)
             if times is not None:
-                found.warnings += step_remarks(made.network.structure.step_size, made.slaves, times)
+                found.warnings += step_remarks(made.network, made.slaves, times)
             for path, slave in made.slaves.items():
                 found.warnings += _starts(path, slave)
         if made.built is not None:

@@ -72,7 +72,7 @@ def plan(package: Path, options: Options, stack: ExitStack, interrupt: Interrupt
         remarks += mixed_libraries(slaves)
     elif method.carrying(slaves.values()):
         remarks.append("--isolate: no slopes of inputs are handed over; without it the results differ a little")
-    remarks += [*idle(network, made.values), *step_remarks(network.structure.step_size, slaves, times)]
+    remarks += [*idle(network, made.values), *step_remarks(network, slaves, times)]
     remarks += _overruled([c for c in options.changes if c[0] not in network.inputs], system)
     layout = Layout(system)
     which = layout.chosen(options.record)
@@ -121,12 +121,22 @@ def set_substeps(options: Options, slaves: dict[str, Slave]) -> None:
         slaves[component].ratio = ratio
 
 
-def step_remarks(suggested: float | None, slaves: dict[str, Slave], times: Times) -> list[str]:
-    """Where the steps are others than the package suggests [s], or than suit its FMUs."""
+def step_remarks(network: Network, slaves: dict[str, Slave], times: Times) -> list[str]:
+    """Where the steps are others than are suggested, or than suit the FMUs."""
     start, stop, step, n = times
-    others = [s for s in (suggested, smallest_step(slaves.values())) if s and abs(s - step) > 1e-6 * step]
-    told = [f"the step is {step:g} s; the package or its FMUs suggest {s:g} s" for s in dict.fromkeys(others)]
-    return [*told, *_uneven(slaves, start, stop, step, n), *_inner(slaves, step), *_clocked(slaves)]
+    return [
+        *_other_steps(network, slaves, step), *_uneven(slaves, start, stop, step, n), *_inner(slaves, step),
+        *_clocked(slaves),
+    ]  # fmt: skip
+
+
+def _other_steps(network: Network, slaves: dict[str, Slave], step: float) -> list[str]:
+    """Macro steps that the package or its FMUs suggest, and that are not taken."""
+    smallest = smallest_step(network, slaves)
+    if smallest and smallest > step and any(part.component.step_hint for part in network.parts.values()):
+        smallest = None  # who hints at steps of components means multiples of the macro step
+    suggested = dict.fromkeys(s for s in (network.structure.step_size, smallest) if s and abs(s - step) > 1e-6 * step)
+    return [f"the step is {step:g} s; the package or its FMUs suggest {s:g} s" for s in suggested]
 
 
 def _uneven(slaves: dict[str, Slave], start: float, stop: float, step: float, n: int) -> list[str]:

@@ -78,7 +78,7 @@ def assemble(
     sizes_hold = _set_sizes(made, others, found, aside)
     made.slaves = prepare(made.slaves)
     if made.network.structure.step_size is None:
-        suggested = replace(made.network.structure, step_size=smallest_step(made.slaves.values()))
+        suggested = replace(made.network.structure, step_size=smallest_step(made.network, made.slaves))
         made.network = replace(made.network, structure=suggested)
     if made.has_all and sizes_hold:
         _connect(made, own, (*options.record, *options.plot), found, aside)

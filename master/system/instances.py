@@ -4,12 +4,13 @@ from __future__ import annotations
 
 import filecmp
 import re
-from collections.abc import Iterable, Iterator, Mapping
+from collections.abc import Iterator, Mapping
 from contextlib import ExitStack
 from pathlib import Path
 
 from ...core.errors import CosimError, PackageError, did_you_mean
 from ...ssp.model import Component, Connector
+from ...ssp.wires import Network
 from ..slaves.base import Log, Slave
 from ..slaves.fmu import describe, platform_folder
 
@@ -42,10 +43,14 @@ def foreign_connectors(component: Component, slave: Slave) -> Iterator[tuple[Con
             )
 
 
-def smallest_step(slaves: Iterable[Slave]) -> float | None:
-    """The smallest macro step [s] that FMUs suggest; None where none does."""
-    steps = (slave.ratio * step for slave in slaves if (step := slave.suggested("stepSize")) is not None)
-    return min((step for step in steps if step > 0.0), default=None)
+def smallest_step(network: Network, slaves: Mapping[str, Slave]) -> float | None:
+    """The smallest macro step [s] that suits what the package hints for components, or else their FMUs suggest."""
+    made = []
+    for path, slave in slaves.items():
+        step = network.parts[path].component.step_hint or slave.suggested("stepSize") or 0.0
+        if step > 0.0:
+            made.append(slave.ratio * step)
+    return min(made, default=None)
 
 
 def check_single(slaves: Mapping[str, Slave]) -> None:

@@ -29,6 +29,8 @@ def tree(network: Network, system: System | None = None) -> str:
     for wire in (*network.early, *network.wires):
         lines.append(_wire(wire))
     lines += map(_wire, network.outputs)
+    if structure.unused:
+        lines += ["", "annotations that are not used", *(f"  {told}" for told in structure.unused)]
     return "\n".join(lines)
 
 

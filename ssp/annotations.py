@@ -1,0 +1,66 @@
+"""Annotations: ours, what of other tools' is used, and the names of all that is not."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Iterator
+from dataclasses import dataclass, field
+
+from lxml import etree
+
+from .document import SSC, SSD, Document, local
+
+STEP_ANNOTATION = "org.deepsea-cosim.master"
+"""Annotation of DefaultExperiment: <Master stepSize="..." method="..."/> suggests the macro step [s] and the coupling,
+<Bond a="..." b="..."/> in it names two outputs whose product is a power."""
+
+OTHER_STEPS = {"FixedStepMaster": "stepSize", "FixedStepAlgorithm": "baseStepSize"}
+"""Elements in annotations of OMSimulator, Vico and the Open Simulation Platform, and where they tell the step."""
+
+STEP_HINT, HINT = "StepSizeHint", "value"
+"""The element in a component's annotation by which OSP and Vico tell that component's own step, and where."""
+
+
+def step_of_others(document: Document, owners: Iterable[etree._Element]) -> float | None:
+    """The macro step [s] that the annotations of other masters suggest."""
+    for owner in owners:
+        for element in _inside(owner):
+            attribute = OTHER_STEPS.get(local(element))
+            if attribute is not None and element.get(attribute) is not None:
+                return document.number(element, attribute)
+    return None
+
+
+def step_hint(document: Document, component: etree._Element) -> float | None:
+    """The step [s] of its own that an annotation of a component asks for; None where none does, or it is no step."""
+    for element in _inside(component):
+        if local(element) == STEP_HINT and (hint := document.number(element, HINT)) is not None and hint > 0.0:
+            return hint
+    return None
+
+
+def _inside(owner: etree._Element) -> Iterator[etree._Element]:
+    return (e for found in owner.findall(f"{SSD}Annotations") for e in found.iter())
+
+
+@dataclass
+class Unused:
+    """The annotations of a package that mean nothing here, by type and names of their elements, and where they are."""
+
+    places: dict[str, dict[str, None]] = field(default_factory=dict)
+
+    def add(self, document: Document, root: etree._Element) -> None:
+        """Look through a file's elements."""
+        for annotation in root.iter(f"{SSC}Annotation"):
+            left = [local(e) for e in annotation if not any(_used(part) for part in e.iter())]
+            if annotation.get("type") != STEP_ANNOTATION and (left or not len(annotation)):
+                names = f" ({', '.join(dict.fromkeys(left))})" if left else ""
+                self.places.setdefault(f"{annotation.get('type', '')}{names}", {})[document.where(annotation)] = None
+
+    def lines(self) -> tuple[str, ...]:
+        """A line for each kind, with the first place."""
+        more = {kind: f" and {len(found) - 1} more" if len(found) > 1 else "" for kind, found in self.places.items()}
+        return tuple(f"{kind}: {next(iter(found))}{more[kind]}" for kind, found in self.places.items())
+
+
+def _used(element: etree._Element) -> bool:
+    return local(element) in OTHER_STEPS or local(element) == STEP_HINT
