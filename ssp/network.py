@@ -475,7 +475,8 @@ class _Flattener:
     def unbound(self, system: System, path: str, name: str) -> str:
         """Why a binding sets nothing."""
         if (kind := self.kinds.get(("system", path, name))) is None:
-            hint = did_you_mean(name, [e.name for e in system.elements])
+            hint = did_you_mean(name, [c.name for c in system.connectors])
+            hint = hint or did_you_mean(name.partition(".")[0], [e.name for e in system.elements])
             return f"nothing is called '{path}{name}'; the value is ignored{hint}"
         what = "is an output" if kind in GIVES else "leads nowhere"
         if any(c.start_indices or c.end_indices for _, c in self.drives.get(("system", path, name), ())):

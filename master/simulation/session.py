@@ -172,7 +172,7 @@ class Session:
             driven.append((d.signal.part(d.element) if d.signal.size > 1 else d.signal, d.at(times)))
             if holds_mean:
                 averages.append(np.append(d.mean(times), 0.0))
-        values = [*self._bound, *resolve((changes or {}).items(), system.slaves, "", system)]
+        values = [*self._bound, *resolve((changes or {}).items(), system.slaves, "", system, system.network.inputs)]
         for v in values:
             if v.component and system.slaves[v.component].variables[v.variable].causality == "structuralParameter":
                 raise UsageError(f"'{v.component}.{v.variable}' gives arrays their size and cannot change in a session")

@@ -140,7 +140,8 @@ def _set_sizes(made: Assembly, changes: list[tuple[str, str]], found: Findings, 
     made.network, changes = configured or (network, changes)
     made.values = bound_values(made.network, slaves, found)
     for change in changes:
-        made.values += aside.attempt(resolve, [change], slaves) or []
+        names = (*network.inputs, *network.connectors)
+        made.values += aside.attempt(resolve, [change], slaves, connectors=names) or []
     sized = any(v.causality == "structuralParameter" for slave in slaves.values() for v in slave.variables.values())
     return configured is not None and not (made.incomplete and sized)
 

@@ -4,9 +4,10 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
+from difflib import get_close_matches
 from typing import Any
 
-from ...core.errors import ParameterError, UnknownNameError, UsageError, did_you_mean
+from ...core.errors import ParameterError, UnknownNameError, UsageError
 from ...ssp.model import Table
 from ...ssp.wires import Hop, Network, Setting
 from ..engine.values import TEXT
@@ -33,30 +34,54 @@ def resolve(
     slaves: Mapping[str, Slave],
     prefix: str = "--set ",
     system: System | None = None,
+    connectors: Iterable[str] = (),
 ) -> list[Value]:
     """Checked values of (address, value) pairs; a bare name applies to every component that has it.
 
-    With `system`, the name of one of its own inputs means that input.
+    With `system`, the name of one of its own inputs means that input; `connectors` are such names to hint at.
     """
     made = []
     for address, value in changes if system is None else expanded(changes, system.network, slaves, prefix):
         where = f"{prefix}{address}={value}"
         meant = targets(address, slaves, system)
         if not meant:
-            known = [(c, n) for c, slave in slaves.items() for n in slave.variables if slave.settable(n)]
-            hint = did_you_mean(address, [f"{c}.{n}" for c, n in known] + sorted({n for _, n in known}))
-            raise UnknownNameError(f"{where}: no component has a parameter '{address}'{hint}")
+            near = hint(address, slaves, connectors=connectors)
+            raise UnknownNameError(f"{where}: no component has a parameter '{address}'{near}")
         for component, name in meant:
             if component and name not in slaves[component].variables:
-                others = [c for c, slave in slaves.items() if slave.settable(name)]
-                if others:
-                    has = f"'{name}' is a parameter of {', '.join(map(repr, others))}"
-                    raise UnknownNameError(f"{where}: component '{component}' has no parameter '{name}'; {has}")
+                has = f"component '{component}' has no parameter '{name}'"
+                raise UnknownNameError(f"{where}: {has}{hint(name, slaves, component)}")
             if component:
                 made.append(_checked(slaves[component], name, value, where))
             elif system is not None:
                 made.append(_own(system, name, value, where))
     return made
+
+
+def hint(name: str, slaves: Mapping[str, Slave], component: str = "", connectors: Iterable[str] = ()) -> str:
+    """What may be meant by a name that a component has not, or none where that is '', and who has it.
+
+    connectors: names of the system's own, which may be meant where no component is named.
+    """
+    names = {c: [n for n in slave.variables if slave.settable(n)] for c, slave in slaves.items()}
+    everywhere = list(dict.fromkeys(n for own in names.values() for n in own))
+    if component and name not in everywhere and (near := _nearest(name, names[component])):
+        return f"; did you mean '{near}'?"
+    addresses = [] if component else [*connectors, *(f"{c}.{n}" for c, own in names.items() for n in own)]
+    near = name if name in everywhere else _nearest(name, [*addresses, *everywhere])
+    owners = [c for c, own in names.items() if near in own]
+    whose = f"{', '.join(map(repr, owners[:MOST_OWNERS]))}{' and others' if len(owners) > MOST_OWNERS else ''}"
+    if near == name and owners:
+        return f"; '{near}' is a parameter of {whose}"
+    return f"; did you mean '{near}'{f' of {whose}' if owners else ''}?" if near else ""
+
+
+def _nearest(name: str, known: Sequence[str]) -> str:
+    """The known name that is most like one, or that it has a unit behind: name_kg, name [kg]; '' if there is none."""
+    if close := get_close_matches(name, known, n=1, cutoff=0.6):
+        return close[0]
+    begins = [n for n in known if name.startswith(n) and name[len(n) : len(n) + 1] in tuple(" _[(")]
+    return max(begins, key=len, default="")
 
 
 def expanded(
@@ -108,11 +133,7 @@ def _item(hops: Sequence[Hop], value: Any) -> str:
 
 def _checked(slave: Slave, name: str, value: Any, where: str) -> Value:
     if not slave.settable(name):
-        if name in slave.variables:
-            raise UnknownNameError(_not_settable(slave, name, where))
-        known = [n for n in slave.variables if slave.settable(n)]
-        hint = did_you_mean(name, known)
-        raise UnknownNameError(f"{where}: component '{slave.name}' has no parameter '{name}'{hint}")
+        raise UnknownNameError(_not_settable(slave, name, where))
     return Value(slave.name, name, slave.checked(name, value, where), where)
 
 
@@ -121,6 +142,9 @@ def _not_settable(slave: Slave, name: str, where: str) -> str:
     kind = f"its causality is '{v.causality}', its variability '{v.variability}'"
     return f"{where}: '{slave.name}.{name}' cannot be set: {kind}"
 
+
+MOST_OWNERS = 5
+"""Components that a hint names."""
 
 HINTS = 5
 """Names without a variable for which a similar one is looked for: a set of parameters may be meant for many FMUs."""
@@ -143,10 +167,10 @@ def bound_values(network: Network, slaves: Mapping[str, Slave], findings: Findin
         if s.variable not in slave.variables:
             if s.name and (s.where, s.name) in found:
                 continue  # the name means another variable
-            hint = did_you_mean(s.variable, [n for n in slave.variables if slave.settable(n)]) if hints > 0 else ""
+            meant = hint(s.variable, slaves, s.component) if hints > 0 else ""
             hints -= 1
             findings.warnings.append(
-                f"{s.where}: component '{s.component}' has no variable '{s.variable}'; the value is ignored{hint}"
+                f"{s.where}: component '{s.component}' has no variable '{s.variable}'; the value is ignored{meant}"
             )
             continue
         value = findings.attempt(_bound, network, slave, s, findings.warnings)
