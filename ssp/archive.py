@@ -11,6 +11,7 @@ from dataclasses import dataclass, field
 from pathlib import Path
 
 from ..core.errors import OutputError, PackageError
+from .encoding import name_in
 
 MAX_SIZE = 4 * 1024**3
 """Most bytes that an archive may hold unpacked, with the archives inside it."""
@@ -83,6 +84,7 @@ def extract(archive: Path, folder: Path, budget: Budget | None = None) -> Path:
             (budget or Budget()).take(archive, entries)
             root = folder.resolve()
             for entry in entries:
+                entry.filename = name_in(entry)
                 target = (root / entry.filename).resolve()
                 if "\\" in entry.filename:
                     raise PackageError(
@@ -96,7 +98,8 @@ def extract(archive: Path, folder: Path, budget: Budget | None = None) -> Path:
             folder.mkdir(parents=True, exist_ok=True)
             if shutil.disk_usage(folder).free < sum(entry.file_size for entry in entries):
                 raise OutputError(f"{folder}: not enough space to unpack {archive}")
-            package.extractall(folder)
+            for entry in entries:
+                package.extract(entry, folder)
     except zipfile.BadZipFile as error:
         raise PackageError(f"{archive}: not a zip archive or damaged ({error})") from None
     except (RuntimeError, NotImplementedError, EOFError, ValueError, zlib.error, lzma.LZMAError) as error:

@@ -13,6 +13,7 @@ from pathlib import Path
 from lxml import etree
 
 from ..core.errors import PackageError, did_you_mean
+from .encoding import as_utf8
 
 SPACE = "http://ssp-standard.org/SSP1/SystemStructure"
 SSD, SSV, SSM, SSB, SSC = (
@@ -51,11 +52,13 @@ class Document:
         try:
             if isinstance(path, Path) and path.stat().st_size > MAX_XML:
                 raise PackageError(f"{shown}: larger than {MAX_XML // 1024**2} MB; refused")
+            data, self.encoding = as_utf8(path.read_bytes() if isinstance(path, Path) else path.getvalue())
             parser = etree.XMLParser(
                 resolve_entities=False, no_network=True, load_dtd=False, remove_comments=True, remove_pis=True,
                 huge_tree=True,  # its size is bounded above
+                encoding="utf-8",
             )
-            tree = etree.parse(str(path) if isinstance(path, Path) else path, parser)
+            tree = etree.parse(BytesIO(data), parser)
         except OSError:
             raise PackageError(f"{shown}: missing in the package") from None
         except etree.XMLSyntaxError as error:
@@ -162,9 +165,11 @@ def _schema(tag: str, of: str) -> etree.XMLSchema:
 def violations(document: Document, root: etree._Element, of: str) -> list[str]:
     """What a root element (of a file, or inline) has that the standard's schema does not allow, with its place."""
     schema = _schema(root.tag, of)
-    if schema.validate(root if root.getparent() is None else deepcopy(root)):  # the schema knows it as a root only
-        return []
     found = []
+    if document.encoding and root.getparent() is None:
+        found.append(f"{document.shown}, line 1: is not in the encoding that it declares; read as {document.encoding}")
+    if schema.validate(root if root.getparent() is None else deepcopy(root)):  # the schema knows it as a root only
+        return found
     for entry in schema.error_log:
         text = entry.message
         for tag, short in SHORT.items():

@@ -8,6 +8,7 @@ from dataclasses import replace
 from io import BytesIO
 from pathlib import Path
 from posixpath import normpath
+from unicodedata import normalize
 from urllib.parse import unquote, urlsplit
 
 from lxml import etree
@@ -15,6 +16,7 @@ from lxml import etree
 from ..core.errors import PackageError, did_you_mean
 from .annotations import Unused
 from .document import MAX_XML, SSC, SSD, SSM, SSV, Document, version, violations
+from .encoding import encoding_of, name_in
 from .model import KINDS, Binding, MappingEntry, Parameter
 from .values import TRANSFORMATIONS, Definitions, transformation_of, typed_as, value_of
 
@@ -37,6 +39,8 @@ def inside(document: Document, element: etree._Element, source: str, base: Path,
         )
     path = base / unquote(parts.path)
     try:
+        if not path.exists():
+            path = base / normalize("NFC", unquote(parts.path))  # as names of archives are unpacked
         stays = path.resolve().is_relative_to(root.resolve())
         path.exists()
     except OSError as error:
@@ -51,6 +55,9 @@ def inside(document: Document, element: etree._Element, source: str, base: Path,
 def nearest(source: str, folder: Path) -> str:
     """A hint which file of the folder may be meant by a source that is missing."""
     known = [p.relative_to(folder).as_posix() for p in sorted(folder.rglob("*")) if p.is_file()]
+    for name in known:
+        if (encoding := encoding_of(name, normalize("NFC", unquote(source)))) is not None:
+            return f": the archive has that name in {encoding}; pack it anew with a tool that writes UTF-8"
     return did_you_mean(source.replace("\\", "/"), known)
 
 
@@ -227,13 +234,13 @@ def _in_archive(path: Path, source: str) -> Document | None:
     try:
         name = unquote(urlsplit(source).path)
         with zipfile.ZipFile(path) as archive:
-            names = {normpath(entry): entry for entry in archive.namelist()}
-            if normpath(name) not in names:
+            entry = {normpath(name_in(e)): e for e in archive.infolist()}.get(normpath(normalize("NFC", name)))
+            if entry is None:
                 return None
-            name = names[normpath(name)]
-            if archive.getinfo(name).file_size > MAX_XML:
-                raise PackageError(f"{path.name}/{name}: larger than {MAX_XML // 1024**2} MB; refused")
-            return Document(BytesIO(archive.read(name)), f"{path.name}/{name}")
+            shown = f"{path.name}/{name_in(entry)}"
+            if entry.file_size > MAX_XML:
+                raise PackageError(f"{shown}: larger than {MAX_XML // 1024**2} MB; refused")
+            return Document(BytesIO(archive.read(entry)), shown)
     except (OSError, zipfile.BadZipFile, RuntimeError, NotImplementedError, EOFError, ValueError) as error:
         raise PackageError(f"{path.name}: not a zip archive or damaged ({error})") from None
 

@@ -5,8 +5,11 @@ from __future__ import annotations
 import os
 import tempfile
 from inspect import signature
+from io import BytesIO
 from pathlib import Path
 from typing import Any
+
+from ...ssp.encoding import as_utf8
 
 LISTS = ("dependencies", "dependenciesKind", "clocks")
 """Attributes that are lists; fmpy takes one blank between the entries."""
@@ -19,8 +22,8 @@ def description_tree(folder: Path) -> Any:
     """
     from lxml import etree
 
-    parser = etree.XMLParser(resolve_entities=False, no_network=True, load_dtd=False)
-    return etree.parse(str(folder / "modelDescription.xml"), parser)
+    parser = etree.XMLParser(resolve_entities=False, no_network=True, load_dtd=False, encoding="utf-8")
+    return etree.parse(BytesIO(as_utf8((folder / "modelDescription.xml").read_bytes())[0]), parser)
 
 
 def read_description(folder: Path, tree: Any) -> Any:
@@ -30,11 +33,13 @@ def read_description(folder: Path, tree: Any) -> Any:
     """
     from fmpy import read_model_description
 
-    if _put_right(tree):
+    data = (folder / "modelDescription.xml").read_bytes()
+    recoded, told = as_utf8(data)
+    if _put_right(tree) or told or recoded is not data:
         handle, name = tempfile.mkstemp(suffix=".xml")
-        os.close(handle)
         try:
-            tree.write(name, encoding="UTF-8")
+            with os.fdopen(handle, "wb") as file:  # lxml takes names of files for addresses
+                tree.write(file, encoding="UTF-8")
             description = read_model_description(name, validate=False)
         finally:
             os.unlink(name)
