@@ -11,40 +11,83 @@ import os
 import subprocess
 import sys
 from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
 from pathlib import Path
 from types import TracebackType
-from typing import TYPE_CHECKING, BinaryIO
+from typing import TYPE_CHECKING, Any, BinaryIO
 
 import numpy as np
 
 if TYPE_CHECKING:
     from .run import Result
 
-MAX_PANELS = 6
-MAX_LINES = 8
+MOST_PANELS, MOST_LINES = 6, 8
+"""Panels of an overview, and lines in a panel."""
+
+MOST_PANELS_ASKED, MOST_LINES_ASKED = 12, 20
+"""The same where the user has said what to show; there are 10 colours."""
 
 SHOWN = {
     "Pa": ("MPa", 1e-6), "m3/s": ("L/min", 6e4), "m3": ("L", 1e3), "m": ("mm", 1e3), "m/s": ("mm/s", 1e3),
     "N": ("kN", 1e-3),
 }  # fmt: skip
-"""Units that are shown in another one."""
+"""Units that are shown in another one, where the numbers are of a size for that."""
+
+USUAL = 0.1, 1e5
+"""Least and greatest size of numbers for which it is taken."""
+
+LEGEND = 104
+"""Letters in a row of a legend, with 6 for a line and the gap before it."""
+
+
+@dataclass(frozen=True)
+class Panel:
+    """Signals of one unit that are drawn together, and how many more there are."""
+
+    unit: str
+    names: tuple[str, ...]
+    more: int = 0
+
+    @property
+    def columns_of_legend(self) -> int:
+        """Names side by side in the legend, as many as the panel is wide."""
+        return max(1, min(4, LEGEND // (6 + max(map(len, self.names)))))
+
+    @property
+    def rows_of_legend(self) -> int:
+        """Rows of the legend."""
+        return -(-(len(self.names) + (self.more > 0)) // self.columns_of_legend)
 
 
 def panels(
-    names: Sequence[str], units: Mapping[str, str], connected: Sequence[str], rows: np.ndarray
-) -> dict[str, list[str]]:
-    """Unit -> signals to show: units of connected outputs first; no arrays, no constants."""
+    names: Sequence[str], units: Mapping[str, str], connected: Sequence[str], rows: np.ndarray, asked: bool
+) -> tuple[list[Panel], dict[str, int]]:
+    """What to draw, and how many signals there are in other units.
+
+    asked: the names are those that the user wants to see, all of them. Else units of connected outputs come first,
+    what does not change is left out unless nothing does, and elements of arrays that drive nothing are only counted
+    where a unit has others. Texts are no lines.
+    """
     drives = set(connected)
-    chosen: dict[str, list[str]] = {}
-    for name in sorted(names[1:], key=lambda n: n not in drives):
-        column = rows[:, names.index(name)]
-        spread = np.ptp(column[np.isfinite(column)]) if np.isfinite(column).any() else 0.0
-        if "[" in name or spread <= 1e-12 * np.max(np.abs(column), initial=1e-300):
-            continue
-        others = chosen.setdefault(units.get(name, "1"), [])
-        if len(others) < MAX_LINES:
-            others.append(name)
-    return dict([item for item in chosen.items() if item[1]][:MAX_PANELS])
+    places = {name: i for i, name in enumerate(names)}
+    numbers = [n for i, n in enumerate(names) if i and np.isfinite(rows[:, i]).any()]
+    if not asked:
+        numbers = [n for n in numbers if _changes(rows[:, places[n]])] or numbers
+        numbers.sort(key=lambda n: (n not in drives, "[" in n))
+    groups: dict[str, list[str]] = {}
+    for name in numbers:
+        groups.setdefault(units.get(name, "1"), []).append(name)
+    lines, most = (MOST_LINES_ASKED, MOST_PANELS_ASKED) if asked else (MOST_LINES, MOST_PANELS)
+    made = []
+    for unit, group in list(groups.items())[:most]:
+        wanted = [n for n in group if asked or n in drives or "[" not in n] or group
+        made.append(Panel(unit, tuple(wanted[:lines]), len(group) - len(wanted[:lines])))
+    return made, {unit: len(group) for unit, group in list(groups.items())[most:]}
+
+
+def _changes(column: np.ndarray) -> bool:
+    finite = column[np.isfinite(column)]
+    return bool(np.ptp(finite) > 1e-12 * np.max(np.abs(finite)))
 
 
 def draw(
@@ -54,35 +97,62 @@ def draw(
     units: Mapping[str, str],
     connected: Sequence[str],
     rows: np.ndarray,
+    asked: bool = False,
 ) -> None:
-    """Write the figure; rows are (n, columns) with the time in the first."""
+    """Write the figure; rows are (n, columns) with the time in the first; see `panels`."""
     from matplotlib.backends.backend_agg import FigureCanvasAgg
     from matplotlib.figure import Figure
 
-    chosen = panels(names, units, connected, rows)
+    chosen, others = panels(names, units, connected, rows, asked)
     count = max(len(chosen), 1)
     columns = 1 if count == 1 else 2
     lines = -(-count // columns)
-    figure = Figure(figsize=(6.4 * columns, 3.2 * lines + 0.3), dpi=100)
+    head = 0.14 * max((panel.rows_of_legend for panel in chosen), default=1)  # inches for the legend above each panel
+    figure = Figure(figsize=(6.4 * columns, (2.9 + head) * lines + 0.3), dpi=100)
     FigureCanvasAgg(figure)
-    height = figure.get_figheight()
-    figure.subplots_adjust(0.07, 0.55 / height, 0.985, 1.0 - 0.8 / height, 0.16, 0.32)
-    figure.suptitle(title, fontsize=12, y=1.0 - 0.12 / height)
+    width, height = figure.get_size_inches()
+    more = ", ".join(f"{n} in {unit}" for unit, n in others.items())
+    note = f"\nnot drawn: {sum(others.values())} more signals ({more})" if others else ""
+    top = (0.6 if note else 0.5) + head
+    figure.subplots_adjust(
+        0.85 / width, 0.55 / height, 1.0 - 0.2 / width, 1.0 - top / height, 0.18, (0.55 + head) / 2.3
+    )  # fmt: skip
+    figure.suptitle(_plain(title + note), fontsize=11 if note else 12, y=1.0 - 0.08 / height)
     axes = figure.subplots(lines, columns, squeeze=False).ravel()
-    for axis, (unit, group) in zip(axes, chosen.items(), strict=False):
-        shown, factor = SHOWN.get(unit, (unit, 1.0))
-        for name in group:
-            axis.plot(rows[:, 0], rows[:, names.index(name)] * factor, label=name, linewidth=1.2)
-        axis.set_ylabel(f"[{shown}]")
-        axis.grid(alpha=0.3)
-        axis.locator_params(nbins=6)
-        axis.set_xlim(rows[0, 0], rows[-1, 0])
-        axis.legend(fontsize=7, loc="lower left", bbox_to_anchor=(-0.02, 0.98), ncols=4, frameon=False)
+    for axis, panel in zip(axes, chosen, strict=False):
+        _draw_panel(axis, panel, names, rows)
+    if not chosen:
+        axes[0].text(0.5, 0.5, "no numbers to draw", ha="center", transform=axes[0].transAxes)
     for axis in axes[count:]:
         axis.set_visible(False)
     for axis in axes[max(count - columns, 0) : count]:
         axis.set_xlabel("time [s]")
     figure.savefig(target, pil_kwargs={"compress_level": 3})
+
+
+def _draw_panel(axis: Any, panel: Panel, names: Sequence[str], rows: np.ndarray) -> None:
+    table = rows[:, [names.index(name) for name in panel.names]]
+    unit, factor = SHOWN.get(panel.unit, (panel.unit, 1.0))
+    if not USUAL[0] <= factor * np.nanmax(np.abs(table)) <= USUAL[1]:
+        unit, factor = panel.unit, 1.0
+    for k, name in enumerate(panel.names):
+        style = "-" if k < 10 else "--"
+        axis.plot(rows[:, 0], table[:, k] * factor, style, label=_plain(name), linewidth=1.2)
+    if panel.more:
+        axis.plot([], [], " ", label=f"and {panel.more} more")
+    axis.set_ylabel(_plain(f"[{unit}]"))
+    axis.grid(alpha=0.3)
+    axis.locator_params(nbins=6)
+    axis.set_xlim(rows[0, 0], rows[-1, 0])
+    # beside the power of ten that may stand above the axis
+    place = (0.06, 0.98)
+    axis.legend(fontsize=7, loc="lower left", bbox_to_anchor=place, ncols=panel.columns_of_legend, frameon=False)
+
+
+def _plain(text: str) -> str:
+    """A text in which matplotlib finds no formula and nothing to hide."""
+    text = text.replace("$", r"\$")
+    return f" {text}" if text.startswith("_") else text
 
 
 class Plotter:
@@ -106,7 +176,7 @@ class Plotter:
     def draw(self, target: Path, title: str, result: Result, patterns: Sequence[str] = ()) -> str | None:
         """Draw and wait; None when all went well, else the reason why not.
 
-        patterns: what to show; without, the outputs that change, those that drive something first.
+        patterns: what to show; without, the outputs that change, those that drive something first (see `panels`).
         """
         from ..system.addresses import matches
 
@@ -117,7 +187,7 @@ class Plotter:
         chosen = ["time", *(shown or [n for n in result.outputs if n in names])]
         request = {
             "target": str(target), "title": title, "names": chosen, "units": result.units,
-            "connected": result.connected, "rows": str(data),
+            "connected": result.connected, "rows": str(data), "asked": bool(shown),
         }  # fmt: skip
         try:
             with data.open("wb") as file:
