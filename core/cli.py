@@ -12,6 +12,7 @@ from pathlib import Path
 from typing import NoReturn
 
 from .errors import CosimError, Interrupted, SimulationError, UsageError, install
+from .scripts import end_if_loaded_again
 
 
 class OneLineParser(argparse.ArgumentParser):
@@ -90,6 +91,7 @@ def need(extra: str, *modules: str) -> None:
 
 def exit_code(command: str, work: Callable[[], int], interrupted: str = "interrupted") -> int:
     """The exit code of the work; a user's mistake is one line and 2, a run that had to stop 1, Ctrl-C 130."""
+    end_if_loaded_again()
     try:
         code = work()
         if sys.stdout is not None:

@@ -24,6 +24,7 @@ import numpy as np
 
 from ...core.errors import CosimError, SimulationError, UsageError, install
 from ...core.files import changed
+from ...core.scripts import check_script, end_if_loaded_again, unguarded
 from ..algorithms import DEFAULT
 from ..simulation.session import Series, Session
 from ..slaves.fmu import forget_unpacked
@@ -192,6 +193,8 @@ class Pool:
         self._executor = executor or self._started()
 
     def _started(self) -> Executor:
+        end_if_loaded_again()
+        check_script()
         for name in ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS"):
             os.environ.setdefault(name, "1")
         context = multiprocessing.get_context("spawn")
@@ -298,9 +301,11 @@ class Pool:
                 self.progress(self.count)
                 yield futures[future], result
         except BrokenProcessPool:
+            codes = [_end(p) for p in processes]
+            if lacking := unguarded(codes):
+                raise UsageError(lacking) from None
             died = WorkerDied(f"{self.package.name}: a simulation process died; an FMU may have crashed")
-            if self.limit is not None:
-                died.late = any(_end(p) == -ALARM for p in processes)
+            died.late = self.limit is not None and -ALARM in codes
             raise died from None
         finally:
             for future in futures:

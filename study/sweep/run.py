@@ -14,6 +14,7 @@ import numpy as np
 
 from ...core.errors import CosimError, UsageError
 from ...core.files import changed
+from ...core.scripts import end_if_loaded_again
 from ...core.versions import versions
 from ...master.engine.values import TEXT, Signal
 from ...master.parallel.pool import Failure, Pool
@@ -180,6 +181,7 @@ def sweep(
     again: run those that failed once more. A run that takes its process with it, or longer than `limit` [s of wall
     time], is a failed case; one that took longer than a smaller limit is run again.
     """
+    end_if_loaded_again()
     common = {
         "package": digest_of_file(package), "step": settings.step, "stop": settings.stop, "method": settings.method,
         "fixed": dict(settings.fixed), "metrics": [[m.label, str(m)] for m in settings.metrics],
