@@ -25,7 +25,7 @@ EXAMPLES = """examples:
   cosim-master deepsea_11km.ssp --method nepce --record 'arm.*' --record-every 10 --results arm.parquet
   cosim-master plant.ssp --variant Winter --stimuli commands.csv
   cosim-master plant.ssp --check
-  cosim-master plant.ssp --info
+  cosim-master plant.ssp --info --parameters
   cosim-master pump.fmu --stop-time 10 --step 0.001 --stimuli commands.csv
 
 exit codes: 0 done, 1 the simulation had to stop (what was recorded is kept), 2 bad input (or --check found errors),
@@ -70,8 +70,9 @@ def parser() -> argparse.ArgumentParser:
         help="set a parameter or start value; without a component it is set wherever it exists; may be repeated",
     )
     run.add_argument(
-        "--parameters", metavar="FILE.ssv", action="append", default=[], type=Path,
-        help="a parameter set on top of the package's, e.g. calibrated.ssv of a diagnosis; may be repeated",
+        "--parameters", metavar="FILE.ssv", action="append", default=[], type=Path, nargs="?",
+        help="a parameter set on top of the package's, e.g. calibrated.ssv of a diagnosis; may be repeated; without a "
+        "file, with --info: list the parameters in force",
     )  # fmt: skip
     run.add_argument(
         "--stimuli", metavar="FILE.csv", type=Path, help="series for the system's inputs: time, and a column an input"
@@ -184,11 +185,14 @@ def main(arguments: Sequence[str] | None = None) -> int:
 def _look(options: argparse.Namespace, settings: Options) -> int:
     """--check and --info."""
     from .simulation.check import check
+    from .system.parameters import parameter_table, parameters_in_force
     from .system.tree import tree
 
     found = check(options.package, settings)
     if options.info and found.network is not None:
         print(tree(found.network, found.system))
+        if None in options.parameters and found.system is not None:
+            print(f"\nparameters\n{parameter_table(found.system, parameters_in_force(found.system, found.values))}")
     lacking = found.network is None or found.incomplete
     if options.check or lacking:
         for line in found.lines():
@@ -207,7 +211,7 @@ def _look(options: argparse.Namespace, settings: Options) -> int:
 def _run(options: argparse.Namespace) -> int:
     from contextlib import ExitStack
 
-    from ..core.errors import PackageError
+    from ..core.errors import PackageError, UsageError
 
     try:
         there = options.package.exists()
@@ -218,12 +222,15 @@ def _run(options: argparse.Namespace) -> int:
     from .options import Options, parse_change
     from .simulation.run import run
 
+    if None in options.parameters and not options.info:
+        raise UsageError("--parameters: give a file, or --info to list the parameters in force")
+
     settings = Options(
         step=options.step,
         stop_time=options.stop_time,
         method=options.method,
         changes=tuple(parse_change(text) for text in options.changes),
-        parameters=tuple(options.parameters),
+        parameters=tuple(filter(None, options.parameters)),
         variant=options.variant,
         stimuli=options.stimuli,
         record=tuple(options.record),

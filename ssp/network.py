@@ -503,7 +503,7 @@ class _Flattener:
         for name, p in parameters.items():
             for entry in entries.get(name, ()):
                 hop = Hop(entry.transformation, entry.suppress_unit_conversion, None, entry.where)
-                yield Setting("", entry.target, p.value, p.type, (hop,), p.where, entry.target)
+                yield Setting("", entry.target, p.value, p.type, (hop,), p.where, entry.target, entry.where)
         if left := [name for name in parameters if name not in entries]:
             shown = ", ".join(left[:5]) + (f" and {len(left) - 5} more" if len(left) > 5 else "")
             self.remarks.append(f"{binding.where}: not applied, for the mapping does not name them: {shown}")

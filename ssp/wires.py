@@ -81,6 +81,10 @@ class Setting:
     where: str = ""
     name: str = ""
     """The name in the package, which may stand for several variables."""
+    mapped: str = ""
+    """Where a mapping brings it to that name; empty where none does."""
+    by_user: bool = False
+    """Whether the user gives it, not the package."""
 
 
 @dataclass(frozen=True)

@@ -58,6 +58,8 @@ class Initialiser:
         self._seen: set[str] = set()
         self.remarks: list[str] = []
         """What is worth telling of the last initialisation."""
+        self.brought: dict[End, object] = {}
+        """What connections have brought to parameters in it."""
         shown = system.steps.program()
         system.steps.show(shown)
         self._shown = Runner(shown)
@@ -145,7 +147,8 @@ class Initialiser:
         given = self.system.quantities.quantity(wire.start, wire.unit, wire.enumeration)
         taken = self.system.quantities.quantity(wire.end)
         value = converted(source.get(wire.start[1]), given, wire.hops, taken, wire.where)
-        target.set_start(wire.end[1], target.checked(wire.end[1], value, wire.where))
+        self.brought[wire.end] = checked = target.checked(wire.end[1], value, wire.where)
+        target.set_start(wire.end[1], checked)
 
     # inputs and outputs
 

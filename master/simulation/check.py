@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from contextlib import ExitStack
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from pathlib import Path
 
 from ...core.errors import PackageError, ParameterError
@@ -18,7 +18,7 @@ from ..slaves.base import Slave
 from ..system.assemble import Assembly, assemble
 from ..system.findings import Findings
 from ..system.instances import mixed_libraries
-from ..system.start_values import idle
+from ..system.start_values import Value, idle
 from ..system.system import System
 from . import stimuli
 from .plan import check_coupling, check_options, set_substeps, step_remarks
@@ -32,6 +32,8 @@ class Checked(Findings):
     keeps: bool = True
     network: Network | None = None
     system: System | None = None
+    values: list[Value] = field(default_factory=list)
+    """What would be set before a run, in that order."""
     incomplete: bool = False
     """Whether parts of the package are not in `network`, for they could not be read or connected."""
 
@@ -52,6 +54,7 @@ def check(package: Path, wanted: Options | None = None) -> Checked:
             found.tell_once()
             return found
         found.network, found.system, found.incomplete = made.network, made.built, made.incomplete
+        found.values = [*made.sizes, *made.values]
         aside = found.unless(made.incomplete)  # what may follow from parts that are missing is not told
         times = _times(found, made, wanted)
         for path, part in made.network.parts.items():

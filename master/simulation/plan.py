@@ -41,6 +41,8 @@ class Plan:
     system: System
     values: list[Value]
     """Start values and parameters in the order in which they are set: of the package, then of the options."""
+    sizes: list[Value]
+    """Values of structural parameters, likewise; the slaves have them already."""
     drives: list[stimuli.Drive]
     layout: Layout
     which: list[int]
@@ -85,7 +87,9 @@ def plan(package: Path, options: Options, stack: ExitStack, interrupt: Interrupt
         if drive.texts and drive.signal.component:
             slaves[drive.signal.component].texts.add(drive.signal.name)
     bonds = check_coupling(system, name, options.isolate)
-    return Plan(options, method, network, slaves, system, made.values, drives, layout, which, times, bonds, remarks)
+    return Plan(
+        options, method, network, slaves, system, made.values, made.sizes, drives, layout, which, times, bonds, remarks
+    )
 
 
 def check_options(options: Options) -> None:

@@ -30,6 +30,7 @@ from ..engine.runner import Runner
 from ..options import Options, as_path, options_of
 from ..results.columns import Column, elements
 from ..system.instances import load_slaves
+from ..system.parameters import parameters_in_force
 from .interrupts import Interrupts, interrupts
 from .manifest import manifest, write_manifest
 from .plan import Plan, plan
@@ -176,6 +177,7 @@ class _Run:
         initialise = Initialiser(system)
         initialise(values, start, stop)
         self.remarks += initialise.remarks
+        self.parameters = parameters_in_force(system, [*self.plan.sizes, *values], initialise.brought)
         self.remarks += detect_feedthrough(system, loops_only=coupling.newest_values)
         coupling.write(system, program)
         system.steps.show(program)
@@ -270,6 +272,7 @@ class _Run:
             "doubt": told,
             "warnings": list(dict.fromkeys(warnings)),
             "changes": dict(self.options.changes),
+            "parameters": {p.address: p.summary() for p in self.parameters},
             "columns": self.recording.names,
             "versions": versions(),
             "machine": {"system": platform.system(), "cpus": os.cpu_count()},

@@ -36,6 +36,8 @@ class Assembly:
     built: System | None = None
     values: list[Value] = field(default_factory=list)
     """Start values and parameters in the order in which they are set: of the package, then of the options."""
+    sizes: list[Value] = field(default_factory=list)
+    """The same for structural parameters, which the slaves have been given already."""
     incomplete: bool = False
     """Whether parts of the package are not in `network`, for they could not be read or connected."""
 
@@ -137,7 +139,7 @@ def _set_sizes(made: Assembly, changes: list[tuple[str, str]], found: Findings, 
     """
     network, slaves = made.network, made.slaves
     configured = found.attempt(configure, network, slaves, changes)
-    made.network, changes = configured or (network, changes)
+    made.network, changes, made.sizes = configured or (network, changes, [])
     made.values = bound_values(made.network, slaves, found)
     for change in changes:
         names = (*network.inputs, *network.connectors)

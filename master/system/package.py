@@ -74,14 +74,15 @@ def with_parameters(network: Network, files: Iterable[Path]) -> Network:
     for file in files:
         for p in read_set(file, remarks.append):
             if p.name in network.inputs:
-                given.append(Setting("", p.name, p.value, p.type, (), p.where))
+                given.append(Setting("", p.name, p.value, p.type, (), p.where, by_user=True))
                 continue
             if network.connectors.get(p.name):
-                settings += [Setting(c, v, p.value, p.type, h, p.where) for c, v, h in network.connectors[p.name]]
+                reached = network.connectors[p.name]
+                settings += [Setting(c, v, p.value, p.type, h, p.where, by_user=True) for c, v, h in reached]
                 continue
             meant = splits(p.name, network.parts)
             if not meant:
                 hint = did_you_mean(p.name.partition(".")[0], list(network.parts))
                 raise UnknownNameError(f"{p.where}: '{p.name}' names no component of the package{hint}")
-            settings += [Setting(c, v, p.value, p.type, (), p.where, p.name) for c, v in meant]
+            settings += [Setting(c, v, p.value, p.type, (), p.where, p.name, by_user=True) for c, v in meant]
     return replace(network, settings=tuple(settings), given=tuple(given), remarks=tuple(remarks))

@@ -88,11 +88,15 @@ class Quantities:
         """A connector of the whole system."""
         return next(c for c in self.network.structure.system.connectors if c.name == name)
 
+    def unit_name(self, component: str, name: str) -> str | None:
+        """Name of the unit of a component's variable."""
+        said = self._said.get((component, name))
+        return said.name if said is not None else self.slaves[component].unit_name(name)
+
     def unit_of(self, signal: Signal) -> str | None:
         """Name of a signal's unit."""
         if signal.component:
-            said = self._said.get((signal.component, signal.name))
-            return said.name if said is not None else self.slaves[signal.component].unit_name(signal.name)
+            return self.unit_name(signal.component, signal.name)
         type = self.connector(signal.name).type
         return type.unit.name if type is not None and type.unit is not None else None
 

@@ -18,6 +18,8 @@ from .sizes import Extent, check_sizes, stated
 from .system import System
 from .value_conversion import Quantity, between, converted, parsed
 
+PACKAGE, MAPPING, COMMAND = "package", "mapping", "command line"
+
 
 @dataclass(frozen=True)
 class Value:
@@ -27,6 +29,10 @@ class Value:
     variable: str
     value: Any
     where: str
+    by: str = COMMAND
+    """What gives it: PACKAGE, MAPPING or COMMAND."""
+    mapped: str = ""
+    """The place of the mapping, where that is what gives it."""
 
 
 def resolve(
@@ -194,7 +200,14 @@ def _bound(network: Network, slave: Slave, s: Setting, remarks: list[str]) -> Va
     if given is not None and given.count == size:
         check_sizes(given, s.hops, Extent(target.shown, size, slave.shape(s.variable)), s.where)
     value = converted(s.value, _quantity(s), s.hops, target, s.where, remarks.append)
-    return _checked(slave, s.variable, value, s.where)
+    return _from(s, _checked(slave, s.variable, value, s.where))
+
+
+def _from(s: Setting, value: Value) -> Value:
+    """The value with what gives it."""
+    if s.by_user:
+        return value
+    return replace(value, by=MAPPING if s.mapped else PACKAGE, mapped=s.mapped)
 
 
 def idle(network: Network, values: Iterable[Value]) -> list[str]:
@@ -223,7 +236,7 @@ def given_values(
     made = []
     for s in network.given:
         value = converted(s.value, _quantity(s), s.hops, system.quantities.input_quantity(s.variable), s.where, remark)
-        made.append(_own(system, s.variable, value, s.where))
+        made.append(_from(s, _own(system, s.variable, value, s.where)))
     return made
 
 

@@ -10,13 +10,14 @@ from ...ssp.wires import Network, Setting
 from ..slaves.base import Slave
 from .addresses import split
 from .findings import Findings
-from .start_values import bound_values, resolve
+from .start_values import Value, bound_values, resolve
 
 
 def configure(
     network: Network, slaves: Mapping[str, Slave], changes: Iterable[tuple[str, Any]] = ()
-) -> tuple[Network, list[tuple[str, Any]]]:
-    """Hand structural parameters to the slaves, before sizes are asked for; what the network and the changes have left.
+) -> tuple[Network, list[tuple[str, Any]], list[Value]]:
+    """Hand structural parameters to the slaves, before sizes are asked for; what the network and the changes have left,
+    and the values.
 
     They have to come before all others, for arrays are checked against the sizes they give.
     """
@@ -40,7 +41,7 @@ def configure(
     for v in values:
         slaves[v.component].configure(v.variable, v.value)
     others = [s for s in network.settings if not structural(s.component, s.variable)]
-    return replace(network, settings=tuple(_in_force(others, slaves, left))), left
+    return replace(network, settings=tuple(_in_force(others, slaves, left))), left, values
 
 
 def _in_force(

@@ -1,0 +1,138 @@
+"""The parameters that are in force: what each is set to, and what gave it that value."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Iterator, Mapping
+from dataclasses import dataclass
+from typing import Any
+
+from ...core.errors import CosimError
+from ...ssp.wires import End
+from ..slaves.base import Slave
+from .start_values import Value
+from .system import System
+
+FMU, CONNECTION = "FMU", "connection"
+KINDS = ("parameter", "structuralParameter")
+
+
+@dataclass(frozen=True)
+class ParameterInForce:
+    """A parameter, or another variable that has been given a start value; component '' is the whole system."""
+
+    component: str
+    variable: str
+    value: Any
+    """In the variable's type and unit; None where only the FMU knows it, or a connection brings it later."""
+    unit: str | None
+    by: str
+    """What gives the value: FMU, package, mapping, command line or connection."""
+    where: str
+    """The place: a file and a line, the option, or the output that a connection comes from; empty for the FMU."""
+
+    @property
+    def address(self) -> str:
+        """component.variable, or the name of an input of the system."""
+        return f"{self.component}.{self.variable}" if self.component else self.variable
+
+    def summary(self) -> dict[str, Any]:
+        """For summary.json."""
+        value = self.value.hex() if isinstance(self.value, bytes) else self.value
+        return {"value": value, "unit": self.unit, "from": self.by, "where": self.where or None}
+
+
+def parameters_in_force(
+    system: System, values: Iterable[Value], brought: Mapping[End, Any] | None = None
+) -> list[ParameterInForce]:
+    """All parameters of a system's components, in their order, and what else has been given a start value.
+
+    values: in the order in which they are set; brought: what connections have brought to parameters. An input that is
+    connected has no value of its own.
+    """
+    given = {(v.component, v.variable): v for v in values}
+    links = {wire.end: wire.start for wire in system.connections.early}
+    made = [_given(system, v) for v in given.values() if not v.component]
+    for component, slave in system.slaves.items():
+        for name in _listed(slave, {n for c, n in given if c == component}):
+            end = component, name
+            if end in links:
+                source = ".".join(links[end])
+                value = (brought or {}).get(end)
+                made.append(ParameterInForce(*end, value, system.quantities.unit_name(*end), CONNECTION, source))
+            elif end in given and system.connections.driver(end) is None:
+                made.append(_given(system, given[end]))
+            elif end not in given:
+                made.append(ParameterInForce(*end, _start(slave, name), slave.unit_name(name), FMU, ""))
+    return made
+
+
+def _listed(slave: Slave, given: set[str]) -> Iterator[str]:
+    """Names of what is a parameter or has been given a value, in the order of the model description."""
+    for name, v in slave.variables.items():
+        if name in given or (v.causality in KINDS and v.type in slave.forms):
+            yield name
+
+
+def _given(system: System, v: Value) -> ParameterInForce:
+    if v.component:
+        unit = system.quantities.unit_name(v.component, v.variable)
+    else:
+        known = system.quantities.input_quantity(v.variable).unit
+        unit = known.name if known is not None else None
+    where = f"{v.where}; mapped in {v.mapped}" if v.mapped else v.where
+    return ParameterInForce(v.component, v.variable, v.value, unit, v.by, where)
+
+
+def _start(slave: Slave, name: str) -> Any:
+    """What the FMU starts with; as it stands there where it is no value of the variable's type."""
+    try:
+        return slave.start(name)
+    except CosimError:
+        return str(slave.variables[name].start)
+
+
+def parameter_table(system: System, parameters: Iterable[ParameterInForce]) -> str:
+    """A table for people: value, unit, least and greatest value, and where it is from."""
+    rows = [("parameter", "value", "unit", "min", "max", "from")]
+    for p in parameters:
+        slave = system.slaves.get(p.component)
+        low, high = ("", "") if slave is None else _limits(slave, p.variable)
+        source = p.by if not p.where else f"{p.by}: {p.where}" if p.by != "package" else p.where
+        rows.append((p.address, _shown(slave, p), p.unit or "", low, high, source))
+    widths = [max(map(len, column)) for column in zip(*rows, strict=True)]
+    lines = []
+    for name, value, unit, low, high, source in rows:
+        numbers = f"{value:>{widths[1]}}  {unit:<{widths[2]}}  {low:>{widths[3]}}  {high:>{widths[4]}}"
+        lines.append(f"  {name:<{widths[0]}}  {numbers}  {source}".rstrip())
+    return "\n".join(lines)
+
+
+def _limits(slave: Slave, name: str) -> tuple[str, str]:
+    """What the FMU and its types allow, where they say it."""
+    if slave.variables[name].type in ("Boolean", "String", "Binary"):
+        return "", ""
+    try:
+        low, high = slave.bounds(name)
+    except CosimError:
+        return "?", "?"
+    natural = slave.limits.get(slave.variables[name].type, (-float("inf"), float("inf")))
+    return ("" if low == natural[0] else f"{low:g}"), ("" if high == natural[1] else f"{high:g}")
+
+
+def _shown(slave: Slave | None, p: ParameterInForce) -> str:
+    """A value in a few characters, an item with its name."""
+    if p.value is None:
+        return "?"
+    if isinstance(p.value, tuple):
+        return " ".join(_text(v) for v in p.value[:4]) + (f" ... ({len(p.value)})" if len(p.value) > 4 else "")
+    items = slave.items(p.variable) if slave is not None else None
+    item = next((name for name, number in (items or {}).items() if number == p.value), None)
+    return _text(p.value) if item is None else f"{p.value} ({item})"
+
+
+def _text(value: Any) -> str:
+    if isinstance(value, bool):
+        return str(value).lower()
+    if isinstance(value, float):
+        return f"{value:.12g}"
+    return value.hex() if isinstance(value, bytes) else str(value)
