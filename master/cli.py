@@ -106,6 +106,17 @@ def parser() -> argparse.ArgumentParser:
     results.add_argument(
         "--plot", metavar="PATTERN", action="append", default=[], help="what overview.png shows (default: a choice)"
     )
+    results.add_argument(
+        "--log", metavar="FILE", default="", help="name of a file in it for what the FMUs say, e.g. fmu.log"
+    )
+    results.add_argument(
+        "--log-level", choices=("error", "warning", "info", "debug"),
+        help="what is written there; debug switches the FMUs' debug logging on (default: info)",
+    )  # fmt: skip
+    results.add_argument(
+        "--log-category", metavar="NAME", action="append", default=[],
+        help="write notes of that category of the FMUs only, and switch it on; may be repeated",
+    )  # fmt: skip
     results.add_argument("--no-plot", action="store_true", help="do not draw overview.png")
     p.add_argument("--quiet", action="store_true", help="print nothing but errors")
     add_version(p)
@@ -237,6 +248,9 @@ def _run(options: argparse.Namespace) -> int:
         plot=() if options.no_plot else tuple(options.plot),
         record_every=options.record_every,
         results=options.results,
+        log=options.log,
+        log_level=options.log_level,
+        log_categories=tuple(options.log_category),
         substeps=tuple(options.substeps),
         realtime=options.realtime,
         isolate=options.isolate,
@@ -259,7 +273,7 @@ def _run(options: argparse.Namespace) -> int:
             show(done, total)
 
         result = run(options.package, folder, settings, progress=progress, give_up=_give_up)
-        files = [options.results, "summary.json", "manifest.json"]
+        files = [*filter(None, (options.results, options.log)), "summary.json", "manifest.json"]
         if plotter:
             title = f"{options.package.stem} ({result.summary['method']}, step {result.summary['step_s']:g} s)"
             problem = plotter[0].draw(folder / "overview.png", title, result, options.plot)

@@ -32,6 +32,12 @@ class Options:
     record_every: int = 1
     results: str = "results.csv"
     """Name of the result file; its suffix says the format. Empty: no file."""
+    log: str = ""
+    """Name of a file for all that FMUs say, in the result folder. Empty: no file."""
+    log_level: str | None = None
+    """What is written there: error, warning, info, debug; None: info."""
+    log_categories: tuple[str, ...] = ()
+    """Categories of FMUs whose notes are written; all if there is none."""
     substeps: tuple[tuple[str, int], ...] = ()
     """(component, steps of its own in a macro step)."""
     realtime: bool = False
@@ -47,7 +53,8 @@ class Options:
         convert: dict[str, Callable[[str, Any], Any]] = {
             "step": as_time, "stop_time": as_time, "step_timeout": _timeout, "method": as_text, "changes": _changes,
             "parameters": _paths, "variant": as_text, "stimuli": as_path, "record": as_texts, "plot": as_texts,
-            "record_every": _count, "results": _results, "substeps": _substeps, "realtime": _switch,
+            "record_every": _count, "results": _file_name, "log": _file_name, "log_level": as_text,
+            "log_categories": as_texts, "substeps": _substeps, "realtime": _switch,
             "isolate": _switch, "check_step": _switch,
         }  # fmt: skip
         for f in fields(self):
@@ -139,7 +146,7 @@ def _paths(name: str, value: Any) -> tuple[Path, ...]:
     return tuple(as_path(name, item) for item in _items(name, value))
 
 
-def _results(name: str, value: Any) -> str:
+def _file_name(name: str, value: Any) -> str:
     return str(as_path(name, value)) if value else ""
 
 

@@ -104,6 +104,11 @@ class Runner:
             )
         raise slave.failure(doing, status, t if h > 0.0 else None)
 
+    @property
+    def complete(self) -> int:
+        """While `run` is under way: the steps that are complete."""
+        return int(self._report[1])
+
     def stuck(self, lost: str = "") -> tuple[int, str]:
         """For another thread, while `run` does not come back: the rows that are complete, and who does not.
 

@@ -65,7 +65,7 @@ class IsolatedSlave(Slave):
         order = {
             "kind": self._kind, "name": self.name, "folder": self.folder, "structural": self._structural,
             "ratio": self.ratio, "inputs": self.input_groups, "outputs": self.output_groups, "told": self.told,
-            "limits": self._limits(), "texts": self.texts,
+            "limits": self._limits(), "texts": self.texts, "message_log": self.message_log,
         }  # fmt: skip
         self._pipe.send_bytes(pickle.dumps(order))
         try:

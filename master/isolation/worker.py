@@ -47,6 +47,11 @@ class Worker:
         self.slave.ratio, self.slave.told = order["ratio"], order["told"]
         self.slave.input_groups, self.slave.output_groups = order["inputs"], order["outputs"]
         self.slave.texts = order["texts"]
+        self.slave.message_log = order["message_log"]
+        self.time: float | None = None
+        """Start of the step that is under way [s]; None before the initialisation."""
+        if self.slave.message_log is not None:
+            self.slave.message_log.clock = lambda: self.time
         sizes = order["limits"]
         self.board = Board(sizes["slots"][0], sizes["texts"][0], sizes["stages"])
         self.fault: CosimError | None = None
@@ -77,6 +82,7 @@ class Worker:
             self.attempt(self.runners["set_inputs"].once)
         elif what == "step":
             t, h = message[1:]
+            self.time = t
             self.attempt(lambda: self.runners["do_step"].run(self.rows, t, h, 0, 1, 2, t + h))
         elif what == "get":
             self.attempt(self.runners["get_outputs"].once)
@@ -98,6 +104,7 @@ class Worker:
         else:
             if message[1] == "enter_initialisation":
                 self.board.ended[:] = 0
+                self.time = message[2][0]
             self.send("done", getattr(self.slave, message[1])(*message[2]))
 
     def attempt(self, do: Any) -> None:

@@ -21,7 +21,7 @@ from ..system.instances import mixed_libraries
 from ..system.start_values import Value, idle
 from ..system.system import System
 from . import stimuli
-from .plan import check_coupling, check_options, set_substeps, step_remarks
+from .plan import check_categories, check_coupling, check_options, set_substeps, step_remarks
 from .time_grid import Times, times_of
 
 
@@ -62,6 +62,7 @@ def check(package: Path, wanted: Options | None = None) -> Checked:
                 _connectors(found, part.component, made.slaves[path], path)
         if made.has_all:
             aside.attempt(set_substeps, wanted, made.slaves)
+            aside.attempt(check_categories, wanted, made.slaves)
             if not wanted.isolate:
                 found.warnings += mixed_libraries(made.slaves)
             if times is not None:

@@ -74,6 +74,10 @@ def _arguments(options: Options) -> list[str]:
     if options.record_every != 1:
         made += ["--record-every", str(options.record_every)]
     made += ["--results", options.results] if options.results != "results.csv" else []
+    for option, given in (("log", options.log), ("log-level", options.log_level)):
+        made += [f"--{option}", given] if given else []
+    for category in options.log_categories:
+        made += ["--log-category", category]
     for pattern in options.plot:
         made += ["--plot", pattern]
     switches = ("isolate", options.isolate), ("realtime", options.realtime), ("check-step", options.check_step)

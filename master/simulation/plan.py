@@ -2,12 +2,12 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Mapping
 from contextlib import ExitStack
 from dataclasses import dataclass, replace
 from pathlib import Path
 
-from ...core.errors import UsageError
+from ...core.errors import UsageError, did_you_mean
 from ...ssp.wires import Network
 from ..algorithms import check_method, chosen, method_named
 from ..algorithms.method import Method
@@ -18,6 +18,7 @@ from ..options import Options
 from ..results import check_writable
 from ..results.columns import Layout
 from ..slaves.base import Slave
+from ..slaves.message_log import LEVELS
 from ..system.addresses import targets
 from ..system.assemble import assemble
 from ..system.findings import Findings
@@ -26,6 +27,7 @@ from ..system.start_values import Value, idle
 from ..system.system import System
 from . import stimuli
 from .interrupts import Interrupts
+from .run_folder import LOG_SUFFIXES
 from .time_grid import Times, times_of
 
 
@@ -67,6 +69,7 @@ def plan(package: Path, options: Options, stack: ExitStack, interrupt: Interrupt
     made = assemble(package, options, stack, found, prepare=as_run)
     assert made is not None
     network, slaves, system, remarks = made.network, made.slaves, made.system, found.warnings
+    check_categories(options, slaves)
     name = chosen(options.method, network.structure.method)
     options, method = replace(options, method=name), method_named(name)
     times = times_of(network.structure, options.stop_time, options.step)
@@ -99,8 +102,34 @@ def check_options(options: Options) -> None:
         raise UsageError(f"--record-every {options.record_every}: it has to be at least 1")
     if options.results:
         check_writable(Path(options.results))
+    check_log(options)
     if options.step_timeout is not None and not options.isolate:
         raise UsageError("--step-timeout needs --isolate: only a process of its own can be stopped")
+
+
+def check_log(options: Options) -> None:
+    """Raise `UsageError` for a message log that cannot be."""
+    if not options.log:
+        if options.log_level is not None or options.log_categories:
+            raise UsageError("--log-level and --log-category need --log, the file that gets the messages")
+        return
+    if options.log_level not in (None, *LEVELS):
+        known = ", ".join(LEVELS)
+        raise UsageError(f"--log-level {options.log_level}: it has to be one of {known}")
+    if Path(options.log).suffix.lower() not in LOG_SUFFIXES:
+        raise UsageError(f"--log {options.log}: its name has to end in {', '.join(LOG_SUFFIXES)}")
+
+
+def check_categories(options: Options, slaves: Mapping[str, Slave]) -> None:
+    """Raise `UsageError` for a category that no FMU has; those of FMI 1.0 do not say what they have."""
+    if any(slave.version == "1.0" for slave in slaves.values()):
+        return
+    known = sorted({c.name for slave in slaves.values() for c in slave.description.logCategories})
+    for category in options.log_categories:
+        if category not in known:
+            has = f"they have {', '.join(known)}" if known else "they declare none"
+            told = f"--log-category {category}: no FMU has that category; {has}{did_you_mean(category, known)}"
+            raise UsageError(told)
 
 
 def check_coupling(system: System, method: str, isolated: bool) -> list[Bond]:

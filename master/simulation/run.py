@@ -15,7 +15,7 @@ from typing import Any
 import numpy as np
 
 from ...core.errors import CosimError, Interrupted, OutputError, SimulationError, UsageError
-from ...core.files import returning
+from ...core.files import returning, writing
 from ...core.versions import versions
 from ..accuracy.divergence import divergence
 from ..accuracy.doubt import IN_DOUBT, doubt, warning
@@ -29,6 +29,7 @@ from ..engine.program import Program
 from ..engine.runner import Runner
 from ..options import Options, as_path, options_of
 from ..results.columns import Column, elements
+from ..slaves.message_log import MessageLog
 from ..system.instances import load_slaves
 from ..system.parameters import parameters_in_force
 from .interrupts import Interrupts, interrupts
@@ -104,7 +105,7 @@ def run(
         interrupt = stack.enter_context(interrupts(give_up is not None))
         folder = stack.enter_context(returning()) / folder
         made = plan(package, options, stack, interrupt)
-        stack.enter_context(result_folder(folder, options.results))
+        stack.enter_context(result_folder(folder, options.results, options.log))
         options = made.options
         write_manifest(folder, manifest(package, made.network, options))
         this = _Run(package, folder, made, interrupt, give_up, begin)
@@ -134,6 +135,7 @@ class _Run:
         plan, options = self.plan, self.options
         count = plan.times[3]
         try:
+            self._begin_log(stack)
             with self.interrupt.away(self._abandon_start):
                 load_slaves(plan.slaves, stack, log)
                 stack.callback(self.interrupt.go, self._abandon_end)
@@ -158,6 +160,21 @@ class _Run:
         stack.callback(self.recording.close)
         self._started = perf_counter()
         self.loop = Loop(plan, program, self.recording, self.method.input_hold == MEAN, options.realtime)
+        if self.message_log is not None:
+            self.message_log.clock = self.loop.under_way
+
+    def _begin_log(self, stack: ExitStack) -> None:
+        """Make the file that gets what FMUs say, where one is wanted."""
+        options = self.options
+        self.message_log: MessageLog | None = None
+        if options.log:
+            path = self.folder / options.log
+            self.message_log = log = MessageLog(path, options.log_level or "info", options.log_categories)
+            with writing(path):
+                log.begin()
+            stack.callback(log.close)
+        for slave in self.plan.slaves.values():
+            slave.message_log = self.message_log
 
     def _initialised(self) -> Program:
         """Bring the system to its start; what a macro step consists of."""
@@ -250,7 +267,10 @@ class _Run:
         reals = self._reals()
         told = self._doubt(reals)
         doubts = warning(told, self.method.order, step)
-        warnings = [*said(slaves.values()), *self.energy.warnings(), *self._divergence(reals), *doubts, *self.remarks]
+        runaway = self._divergence(reals)
+        warnings = [*said(slaves.values()), *self.energy.warnings(), *runaway, *doubts, *self.remarks]
+        if self.message_log is not None and self.message_log.fault is not None:
+            warnings.append(self.message_log.fault)
         return {
             "package": str(self.package),
             "variant": plan.network.structure.file.name,
@@ -357,7 +377,8 @@ def _check_step(
     from ..accuracy.step_error import estimate, worst
 
     step = 0.5 * result.summary["step_s"]
-    half = replace(options, step=step, results="", check_step=False, realtime=False)
+    quiet = replace(options, results="", log="", log_level=None, log_categories=())
+    half = replace(quiet, step=step, check_step=False, realtime=False)
     try:
         with tempfile.TemporaryDirectory(prefix="cosim_") as scratch:
             again = run(package, Path(scratch), half, log, progress, 2 * result.stride, give_up)
@@ -399,8 +420,9 @@ def simulate(path: str | Path, out: str | Path | None = None, **options: Any) ->
     """Run a package from Python; the options are those of the command, with their defaults (see `Options`).
 
     step, stop_time [s]; method; changes: parameters by address, what --set takes; parameters: .ssv files; variant;
-    stimuli: a CSV file; record: patterns of columns; record_every; results: name of the file, "" for none; substeps: by
-    component; check_step, realtime, isolate: True or False; step_timeout [s].
+    stimuli: a CSV file; record: patterns of columns; record_every; results: name of the file, "" for none; log: name of
+    a file for what FMUs say; log_level; log_categories; substeps: by component; check_step, realtime, isolate: True or
+    False; step_timeout [s].
 
     >>> result = simulate("deepsea_11km.ssp", changes={"arm.load_weight": 1000})   # doctest: +SKIP
     >>> result.frame["arm.x_h"].plot()                                              # doctest: +SKIP

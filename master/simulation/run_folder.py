@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import json
 import shutil
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from math import isfinite
 from pathlib import Path
@@ -15,6 +15,8 @@ from ...core.files import held, make_folder, writing
 from ..results import by_suffix
 
 FILES = ("results.csv", "summary.json", "manifest.json", "overview.png")
+LOG_SUFFIXES = (".log", ".txt", ".tsv")
+"""Of names of message logs."""
 
 
 def write_summary(folder: Path, summary: Mapping[str, Any]) -> None:
@@ -35,29 +37,30 @@ def _plain(value: Any) -> Any:
 
 
 @contextmanager
-def result_folder(folder: Path, results: str = "") -> Iterator[None]:
-    """Make the result folder and that of the result file in it and hold it, or say why that is not possible.
+def result_folder(folder: Path, results: str = "", log: str = "") -> Iterator[None]:
+    """Make the result folder and those of the result file and message log in it and hold it, or say why that is not
+    possible.
 
     What an earlier run left, which would pass for this one's, is removed.
     """
     make_folder(folder)
     with held(folder, "another run"):
-        if results:
-            make_folder((folder / results).parent)
-        earlier = _earlier_results(folder)
+        for name in filter(None, (results, log)):
+            make_folder((folder / name).parent)
+        earlier = _earlier(folder, "results", tuple(by_suffix())), _earlier(folder, "log", LOG_SUFFIXES)
         with writing(folder):
             for name in FILES:
                 (folder / name).unlink(missing_ok=True)
-        for name in dict.fromkeys(filter(None, (earlier, results))):
+        for name in dict.fromkeys(filter(None, (*earlier, results, log))):
             _forget(folder / name)
         yield
 
 
-def _earlier_results(folder: Path) -> str | None:
-    """Name of the result file of the run before in the folder, by its manifest; None for what cannot be one."""
+def _earlier(folder: Path, option: str, suffixes: Sequence[str]) -> str | None:
+    """Name of a file of the run before in the folder, by its manifest; None for what cannot be one."""
     try:
-        name = json.loads((folder / "manifest.json").read_text())["options"]["results"]
-        fits = len(name) < 200 and name.isprintable() and Path(name).suffix.lower() in by_suffix()
+        name = json.loads((folder / "manifest.json").read_text())["options"][option]
+        fits = len(name) < 200 and name.isprintable() and Path(name).suffix.lower() in suffixes
         return name if fits and (folder / name).resolve().is_relative_to(folder.resolve()) else None
     except Exception:  # whatever stands there
         return None

@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
 from functools import partial
 from time import perf_counter, sleep
 from typing import cast
@@ -46,6 +47,7 @@ class Loop:
         """The FMU that has asked to end the run before its time."""
         self.done = 0
         self.time = plan.times[0]
+        self._h, self._stepping = plan.times[2], False
 
     def run(
         self, start: float, stop: float, h: float, n: int, progress: Callable[[int, int], None], interrupt: Interrupts,
@@ -69,7 +71,7 @@ class Loop:
                 t = np.minimum(start + (self.done + np.arange(count + 1)) * h, stop)
                 driven = stimuli.driven_rows(self.drives, t, self.averaged)
             try:
-                with interrupt.away(partial(abandon, self.runner)):
+                with interrupt.away(partial(abandon, self.runner)), self._in_steps():
                     self.runner.run(recording.rows(count), start, h, self.done, count, n, stop, driven, SLICE)
             except SimulationError as error:
                 failed_in_step = self.runner._report[0] == 1
@@ -95,6 +97,18 @@ class Loop:
             self._exchange.once()
         recording.last(self.time)
         progress(n, n)
+
+    @contextmanager
+    def _in_steps(self) -> Iterator[None]:
+        self._stepping = True
+        try:
+            yield
+        finally:
+            self._stepping = False
+
+    def under_way(self) -> float:
+        """Start of the step that is under way [s], for what an FMU says in it."""
+        return self.time + self.runner.complete * self._h if self._stepping else self.time
 
     def abandon(self, runner: Runner, start: float, h: float, lost: str) -> str:
         """Take what is complete of the steps that do not end, and say who it is that does not come back."""

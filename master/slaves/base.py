@@ -21,10 +21,8 @@ import numpy as np
 from ...core.errors import SimulationError
 from ..engine.program import Program
 from ..engine.values import Group, Signal
+from .message_log import FATAL, STATUS, MessageLog
 from .variables import FmuVariables
-
-STATUS = ("OK", "warning", "discard", "error", "fatal", "pending")
-ERROR, FATAL = 3, 4
 
 Log = Callable[[str, str, str], None]
 """Is told (component, status, text) of every message of an FMU."""
@@ -36,6 +34,8 @@ class Slave(FmuVariables, ABC):
     def __init__(self, name: str, folder: Path, description: Any):
         super().__init__(name, folder, description)
         self._log: Log = lambda *_: None
+        self.message_log: MessageLog | None = None
+        """Gets all messages, notes too; set before `load`."""
         self.messages: deque[tuple[str, str]] = deque(maxlen=100)
         """The last log messages: (status, text)."""
         self.heard = 0

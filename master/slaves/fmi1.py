@@ -95,6 +95,9 @@ class Slave1(LibrarySlave):
         self._make(fmi1.FMU1Slave, self.description.guid)
         self._fmu.instantiate(functions=callbacks, loggingOn=True)
 
+    def set_debug_logging(self, categories: list[str]) -> None:
+        self._fmu.setDebugLogging(True)  # FMI 1.0 has no categories to switch
+
     def enter_initialisation(self, start: float, stop: float) -> None:
         self._times = start, stop
         self._state = "initialising"

@@ -34,8 +34,8 @@ class Slave3(LibrarySlave):
     def _instantiate(self) -> None:
         from fmpy.fmi3 import FMU3Slave
 
-        def on_log(_env: Any, status: int, _category: bytes, message: bytes) -> None:
-            self.hear(status, message)
+        def on_log(_env: Any, status: int, category: bytes, message: bytes) -> None:
+            self.hear(status, category, message)
 
         self._keep.append(on_log)
         self._make(FMU3Slave, self.description.instantiationToken)

@@ -19,7 +19,8 @@ from ...core.errors import PackageError, SimulationError
 from ..engine import loop
 from ..engine.program import Program, listed
 from ..engine.values import TEXT, Form, Group, Signal
-from .base import ERROR, FATAL, STATUS, Log, Slave
+from .base import Log, Slave
+from .message_log import ERROR, FATAL, STATUS
 
 _live: dict[int, LibrarySlave] = {}
 """The slaves that are loaded, by what the callbacks of their FMUs bring along."""
@@ -61,6 +62,23 @@ class LibrarySlave(Slave):
             ) from None
         self.in_call = ""
         self._state = "instantiated"
+        self._switch_on_logging()
+
+    def _switch_on_logging(self) -> None:
+        """Have the FMU say more, where the message log wants it."""
+        if (log := self.message_log) is None:
+            return
+        categories = log.switched_on([c.name for c in self.description.logCategories])
+        if categories is None:
+            return
+        try:
+            self.set_debug_logging(categories)
+        except Exception as error:
+            log.write(self.name, 1, "", f"debug logging cannot be switched on: {error}")
+
+    def set_debug_logging(self, categories: list[str]) -> None:
+        """Switch debug logging on, of these categories; [] are all. Raises what fmpy raises."""
+        self._fmu.setDebugLogging(True, categories)
 
     @abstractmethod
     def _instantiate(self) -> None:
@@ -93,11 +111,15 @@ class LibrarySlave(Slave):
         self._keep.append(callbacks)
         return callbacks
 
-    def hear(self, status: int, message: bytes) -> None:
-        """Hand a message of the FMU to the log, unless all is well."""
+    def hear(self, status: int, category: bytes | None, message: bytes | None) -> None:
+        """Hand a message of the FMU to the log, unless all is well, and to the message log in any case."""
+        if status <= 0 and self.message_log is None:
+            return
+        told = self._spelled((message or b"").decode("utf-8", "replace").strip())
+        if self.message_log is not None:
+            self.message_log.write(self.name, status, (category or b"").decode("utf-8", "replace"), told)
         if status > 0:
-            shown = STATUS[status] if status < len(STATUS) else str(status)
-            self._log(self.name, shown, self._spelled((message or b"").decode("utf-8", "replace").strip()))
+            self._log(self.name, STATUS[status] if status < len(STATUS) else str(status), told)
 
     def _spelled(self, message: str) -> str:
         """A message with the names of variables for #r12# and the like (FMI 1.0 and 2.0), and # for ##."""
@@ -270,13 +292,13 @@ def _receiver() -> Any:
     the instance's name, and else by having been loaded last.
     """
 
-    def hear(owner: int | None, name: bytes | None, status: int, _category: bytes, message: bytes) -> None:
+    def hear(owner: int | None, name: bytes | None, status: int, category: bytes, message: bytes) -> None:
         slaves = [*_live.values()][::-1]
         called = (name or b"").decode("utf-8", "replace")
         found = _live.get(owner or 0) or next((s for s in slaves if s.is_instance(owner)), None)
         found = found or next((s for s in slaves if s.name == called), slaves[0] if slaves else None)
         if found is not None:
-            found.hear(status, message)
+            found.hear(status, category, message)
 
     kind = ctypes.CFUNCTYPE(None, ctypes.c_void_p, ctypes.c_char_p, ctypes.c_int, ctypes.c_char_p, ctypes.c_char_p)
     return kind(hear)
