@@ -53,7 +53,8 @@ def parser() -> argparse.ArgumentParser:
     )
     p.add_argument(
         "package", metavar="SCENARIO.ssp", type=Path,
-        help="the SSP package; a folder like one, a system structure (.ssd) and an FMU on its own (.fmu) do, too",
+        help="the SSP package; a folder like one, a system structure (.ssd), an FMU on its own (.fmu) and an "
+        "OspSystemStructure.xml do, too",
     )  # fmt: skip
     p.add_argument("--variant", metavar="NAME", help="another system structure description of the package")
     p.add_argument("--check", action="store_true", help="look for all that is wrong with the package; do not run")

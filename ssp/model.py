@@ -111,8 +111,16 @@ class Binding:
 
 
 @dataclass(frozen=True)
+class LinearFunction:
+    """What a component without an FMU does: an output is `offset` + the sum of factor * input, for (input, factor)."""
+
+    outputs: dict[str, tuple[tuple[str, float], ...]]
+    offset: float = 0.0
+
+
+@dataclass(frozen=True)
 class Component:
-    """A component that is an FMU."""
+    """A component that is an FMU, or a function: then `source` is the file that says so."""
 
     name: str
     source: Path
@@ -122,6 +130,7 @@ class Component:
     where: str = ""
     step_hint: float | None = None
     """The step of its own that the package asks for [s]."""
+    function: LinearFunction | None = None
 
 
 @dataclass(frozen=True)
@@ -180,7 +189,7 @@ class SystemStructure:
 
     name: str
     version: str
-    """Of SSP; empty for an FMU on its own."""
+    """Of SSP; empty for an FMU on its own and for other formats."""
     file: Path
     system: System
     start_time: float = 0.0
@@ -196,3 +205,5 @@ class SystemStructure:
     """The coupling that the package suggests, by its name in the master."""
     unused: tuple[str, ...] = ()
     """Annotations of other tools that mean nothing here: type, elements and place."""
+    notes: tuple[str, ...] = ()
+    """What it asks for that is done in another way than it says."""

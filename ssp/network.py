@@ -133,7 +133,7 @@ class _Flattener:
             self.structure, self.parts, tuple(wires), tuple(early), tuple(outputs), inputs, tuple(settings),
             tuple(given),
             {name: tuple(self.behind(node, ())) for name, node in self.names().items() if name not in inputs},
-            (*self.structure.remarks, *self.remarks), self.idle,
+            (*self.structure.remarks, *self.structure.notes, *self.remarks), self.idle,
         )  # fmt: skip
 
     def calculated(self, early: Sequence[Wire], settings: Sequence[Setting]) -> None:

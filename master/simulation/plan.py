@@ -141,7 +141,7 @@ def check_coupling(system: System, method: str, isolated: bool) -> list[Bond]:
 
 def _isolated(options: Options, slaves: dict[str, Slave], interrupt: Interrupts) -> dict[str, Slave]:
     """The slaves in processes of their own."""
-    return {n: IsolatedSlave(s, options.step_timeout, interrupt) for n, s in slaves.items()}
+    return {n: IsolatedSlave(s, options.step_timeout, interrupt) if s.is_foreign else s for n, s in slaves.items()}
 
 
 def set_substeps(options: Options, slaves: dict[str, Slave]) -> None:

@@ -31,6 +31,9 @@ Log = Callable[[str, str, str], None]
 class Slave(FmuVariables, ABC):
     """An FMU instance."""
 
+    is_foreign = True
+    """Whether code of others runs in it, which a process of its own can keep apart."""
+
     def __init__(self, name: str, folder: Path, description: Any):
         super().__init__(name, folder, description)
         self._log: Log = lambda *_: None

@@ -13,12 +13,20 @@ from ...ssp.model import Component, Connector
 from ...ssp.wires import Network
 from ..slaves.base import Log, Slave
 from ..slaves.fmu import describe, platform_folder
+from ..slaves.function import FunctionSlave
+
+
+def described(path: str, component: Component, library: bool = True) -> Slave:
+    """The slave of a component, not loaded yet; see `describe`."""
+    if component.function is not None:
+        return FunctionSlave(path, component.function, component.source)
+    return describe(path, component.source, library)
 
 
 def of_component(path: str, component: Component) -> Slave:
     """The slave of a component; what is wrong with its FMU is told with the place that asks for it."""
     try:
-        return describe(path, component.source)
+        return described(path, component)
     except PackageError as error:
         text = str(error).replace(str(component.source), component.source.name)
         raise PackageError(f"{component.where}: component '{path}': {text}") from None
@@ -27,7 +35,7 @@ def of_component(path: str, component: Component) -> Slave:
 def read_alone(path: str, component: Component) -> Slave | None:
     """The slave of a component whose FMU may lack a library for this platform, to look at; None if it is unreadable."""
     try:
-        return describe(path, component.source, library=False)
+        return described(path, component, library=False)
     except CosimError:
         return None
 

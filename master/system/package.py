@@ -8,20 +8,25 @@ from contextlib import ExitStack
 from dataclasses import replace
 from pathlib import Path
 
-from ...core.errors import CosimError, PackageError, UnknownNameError, UsageError, did_you_mean
+from ...core.errors import PackageError, UnknownNameError, UsageError, did_you_mean
+from ...core.units import Unit
 from ...ssp.model import Component, Connection, Connector, System, SystemStructure
 from ...ssp.network import flatten
+from ...ssp.osp import FILE as OSP_FILE
+from ...ssp.osp import read_osp
 from ...ssp.parameters import read_set
 from ...ssp.reader import read, read_folder
 from ...ssp.wires import Network, Setting
 from ..slaves.fmu import also_forget, describe
 from .addresses import splits
+from .instances import read_alone
 
 
 def read_package(
     package: Path, stack: ExitStack, variant: str | None = None, wrong: list[str] | None = None
 ) -> Network:  # fmt: skip
-    """The network of an SSP file, a folder like one, a system structure description (.ssd) or an FMU.
+    """The network of an SSP file, a folder like one, a system structure description (.ssd), an FMU or a system
+    structure of the Open Simulation Platform (.xml, or a folder that holds one).
 
     What has to be unpacked lives as long as `stack`. With a list `wrong`, what is wrong with some of its parts goes
     there instead of being raised.
@@ -33,6 +38,12 @@ def read_package(
 
 def _structure(package: Path, scratch: Path, variant: str | None, wrong: list[str] | None) -> SystemStructure:
     kind = package.suffix.lower()
+    if package.is_dir() and not any(package.glob("*.ssd")) and (package / OSP_FILE).is_file():
+        package, kind = package / OSP_FILE, ".xml"
+    if kind == ".xml":
+        if variant is not None:
+            raise UsageError(f"--variant {variant}: {package.name} is one system structure")
+        return read_osp(package, _Fmus(), wrong)
     if package.is_dir():
         return read_folder(package, scratch, variant, wrong)
     if kind == ".ssd":
@@ -61,11 +72,23 @@ def alone(fmu: Path) -> SystemStructure:
 
 def causality(component: Component, name: str) -> str | None:
     """What a component's FMU says of a variable; None where it has no such variable or cannot be read."""
-    try:
-        variable = describe(component.name, component.source, library=False).variables.get(name)
-    except CosimError:  # told where all FMUs are read
-        return None
+    slave = read_alone(component.name, component)
+    variable = slave.variables.get(name) if slave is not None else None
     return variable.causality if variable is not None else None
+
+
+class _Fmus:
+    """What FMUs say, for formats that need it to be read."""
+
+    def model_name(self, source: Path) -> str | None:
+        slave = read_alone("", Component("", source))
+        return slave.description.modelName if slave is not None else None
+
+    def variable(self, source: Path, name: str) -> tuple[str | None, Unit | None] | None:
+        slave = read_alone("", Component("", source))
+        if slave is None or name not in slave.variables:
+            return None
+        return slave.variables[name].causality, slave.unit(name)
 
 
 def with_parameters(network: Network, files: Iterable[Path]) -> Network:

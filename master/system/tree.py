@@ -71,6 +71,12 @@ def _on_the_way(wire: Wire) -> str:
     return f"  ({'; '.join(told)})" if told else ""
 
 
+def _sum(terms: Iterable[tuple[str, float]], offset: float) -> str:
+    shown = [name if factor == 1.0 else f"{factor:g} {name}" for name, factor in terms]
+    more = [f"{offset:g}"] if offset else []
+    return " + ".join([*shown[:6], *([f"{len(shown) - 6} more"] if len(shown) > 6 else []), *more])
+
+
 def _branch(lines: list[str], tree: Tree, indent: str, network: Network, system: System | None, path: str = "") -> None:
     for kind in dict.fromkeys(c.kind for c in tree.connectors):
         names = [c.name + _unit(c.type) for c in tree.connectors if c.kind == kind]
@@ -90,6 +96,9 @@ def _branch(lines: list[str], tree: Tree, indent: str, network: Network, system:
 
 
 def _about(element: Component, path: str, system: System | None) -> str:
+    if element.function is not None:
+        sums = {name: _sum(terms, element.function.offset) for name, terms in element.function.outputs.items()}
+        return "; ".join(f"{name} = {sum}" for name, sum in sums.items())
     if system is None:
         return element.source.name
     slave = system.slaves[path]
