@@ -184,6 +184,18 @@ class System:
 
 
 @dataclass(frozen=True)
+class Record:
+    """Something that a package tells beside what is simulated: a file of SSP Traceability, meta data."""
+
+    place: str
+    """Its file in the package, or file and line."""
+    kind: str
+    title: str
+    lines: tuple[str, ...] = ()
+    """What it holds, for people."""
+
+
+@dataclass(frozen=True)
 class SystemStructure:
     """A system structure description: the root system and how it is meant to be run."""
 
@@ -205,5 +217,6 @@ class SystemStructure:
     """The coupling that the package suggests, by its name in the master."""
     unused: tuple[str, ...] = ()
     """Annotations of other tools that mean nothing here: type, elements and place."""
+    records: tuple[Record, ...] = ()
     notes: tuple[str, ...] = ()
     """What it asks for that is done in another way than it says."""

@@ -25,6 +25,7 @@ from .model import (
     Type,
 )
 from .parameters import Bindings, inside, nearest, opened_at
+from .records import records
 from .values import TRANSFORMATIONS, TYPES, Definitions, transformation_of, type_of
 
 FMU = "application/x-fmu-sharedlibrary"
@@ -99,6 +100,10 @@ class _Reader:
         """The package's folder."""
         self.prefix: str = outer.prefix if outer is not None else prefix
         """What names of files begin with in messages: the package that this one lies in."""
+        self.documents: dict[str, Document] = {}
+        """Descriptions that have been read."""
+        self.dictionaries_read: set[Path] = outer.dictionaries_read if outer is not None else set()
+        """Files of signal dictionaries that the descriptions name."""
         self.bindings = Bindings(folder, self.root, self.remarks.append, self.prefix, wrong, self.unused)
         self.open: list[str] = outer.open if outer is not None else []
         """Descriptions and referenced systems that are being read, to notice one that contains itself."""
@@ -129,7 +134,7 @@ class _Reader:
             if DEFAULT not in names:
                 files = [p.relative_to(self.folder).as_posix() for p in self.folder.rglob("*") if p.is_file()]
                 raise PackageError(shown + no_package(files))
-            return replace(self.description(DEFAULT), variants=tuple(names))
+            return self._whole(DEFAULT, names)
         if variant not in names and f"{variant}.ssd" in names:
             variant = f"{variant}.ssd"
         if variant not in names:
@@ -141,7 +146,13 @@ class _Reader:
                     raise PackageError(f"{shown}{', '.join(titled)} are all named '{variant}': give the file's name")
                 raise PackageError(f"{shown}the package has no variant '{variant}'; it has {there}{hint}")
             variant = titled[0]
-        return replace(self.description(variant), variants=tuple(names))
+        return self._whole(variant, names)
+
+    def _whole(self, name: str, variants: list[str]) -> SystemStructure:
+        """The description with what belongs to the package as a whole."""
+        structure = self.description(name)
+        told = () if self.depth else records(self.folder, self.dictionaries_read, self.documents[name])
+        return replace(structure, variants=tuple(variants), records=told)
 
     def _title(self, name: str) -> str | None:
         with suppress(PackageError):  # one that is damaged has none; it need not be the one that is meant
@@ -156,7 +167,7 @@ class _Reader:
             raise PackageError(f"{shown}: the system contains itself ({' -> '.join([*self.open, shown])})")
         if len(self.open) + self.depth > MOST_LEVELS:
             raise PackageError(f"{shown}: nested more than {MOST_LEVELS} levels deep; refused")
-        document = Document(self.folder / name, shown)
+        self.documents[name] = document = Document(self.folder / name, shown)
         root = document.root
         if root.tag != f"{SSD}SystemStructureDescription":
             raise document.error(root, f"root element {root.tag} is not that of SSP 1.0 or 2.0")
@@ -397,6 +408,7 @@ class _Reader:
             if element.get("source"):
                 path, _ = inside(document, element, element.get("source"), self.folder, self.root)
                 file = opened_at(document, element, path, f"{self.prefix}{path.name}")
+                self.dictionaries_read.add(path.resolve())
                 root, outer = file.root, None
             else:
                 inline = element.find(f"{SSB}SignalDictionary")

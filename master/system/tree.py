@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable
 
-from ...ssp.model import Binding, Component, Linear, SignalDictionaryReference, Type
+from ...ssp.model import Binding, Component, Linear, Record, SignalDictionaryReference, Type
 from ...ssp.model import System as Tree
 from ...ssp.wires import Network, Wire, shown_at
 from ..engine.program import listed
@@ -31,7 +31,16 @@ def tree(network: Network, system: System | None = None) -> str:
     lines += map(_wire, network.outputs)
     if structure.unused:
         lines += ["", "annotations that are not used", *(f"  {told}" for told in structure.unused)]
+    if structure.records:
+        lines += ["", "told beside it, and not carried out"]
+    for record in structure.records:
+        lines.append(f"  {record.place}: {record.kind}{_title(record)}")
+        lines += [f"    {line}" for line in record.lines]
     return "\n".join(lines)
+
+
+def _title(record: Record) -> str:
+    return f" '{record.title}'" if record.title else ""
 
 
 def _wire(wire: Wire) -> str:
@@ -82,6 +91,8 @@ def _branch(lines: list[str], tree: Tree, indent: str, network: Network, system:
         names = [c.name + _unit(c.type) for c in tree.connectors if c.kind == kind]
         lines.append(f"{indent}   {kind}{'' if kind in ('inout', 'unspecified', 'local') else 's'}: {', '.join(names)}")
     lines += _sets(tree.bindings, f"{indent}   ")
+    for name, entries in tree.dictionaries.items():
+        lines.append(f"{indent}   dictionary {name}: {', '.join(n + _unit(type) for n, type in entries.items())}")
     for i, part in enumerate(tree.elements):
         last = i == len(tree.elements) - 1
         stem, more = ("└─ ", "   ") if last else ("├─ ", "│  ")
