@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable, Mapping, Sequence
 from contextlib import ExitStack
 from dataclasses import dataclass, replace
 from pathlib import Path
@@ -203,13 +203,24 @@ def _clocked(slaves: dict[str, Slave]) -> list[str]:
     """FMUs with clocks, none of which is ticked from here."""
     made = []
     for name, slave in slaves.items():
-        if clocks := [v.name for v in slave.description.modelVariables if v.type == "Clock"]:
-            named = ", ".join(map(repr, clocks[:3])) + (", ..." if len(clocks) > 3 else "")
+        if not slave.clocks:
+            continue
+        hanging = [v.name for v in slave.variables.values() if v.type != "Clock" and v.clocks]
+        on = f"what hangs on them ({_first(hanging)})" if hanging else "what hangs on them"
+        named = f"component '{name}' has clocks ({_first([v.name for v in slave.clocks])})"
+        if slave.needs_event_mode:
             made.append(
-                f"component '{name}' has clocks ({named}); none is ticked here, so what hangs on them runs only if the "
-                "FMU sees to it"
+                f"{named} and needs event mode for them, which is not supported: it may refuse its first step, or {on} "
+                "does not run"
             )
+        else:
+            made.append(f"{named}; none is ticked here, so {on} runs only if the FMU sees to it")
     return made
+
+
+def _first(names: Sequence[str]) -> str:
+    """Some of the names."""
+    return ", ".join(map(repr, names[:3])) + (", ..." if len(names) > 3 else "")
 
 
 def _overruled(changes: Iterable[tuple[str, str]], system: System) -> list[str]:

@@ -210,7 +210,13 @@ class Slave(FmuVariables, ABC):
         told = f"{self.prefix}{STATUS[status].capitalize()}" if known else f"{status}, which is no status of FMI"
         reason = self._last_since(self._begun) or f"the FMU returned {told}"
         at = "" if t is None else f" at t = {t:g} s"
-        return SimulationError(f"component '{self.name}', {doing}{at}: {' '.join(reason.split())}", t)
+        why = f"{' '.join(reason.split())}{self.lacking if doing == 'doStep' else ''}"
+        return SimulationError(f"component '{self.name}', {doing}{at}: {why}", t)
+
+    @property
+    def lacking(self) -> str:
+        """What may be the cause where it refuses to step or to be instantiated, for messages."""
+        return " (its clocks need event mode, which is not supported)" if self.needs_event_mode else ""
 
     @property
     def prefix(self) -> str:

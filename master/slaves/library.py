@@ -58,7 +58,7 @@ class LibrarySlave(Slave):
             del _live[self._number]
             reason = self.messages[-1][1] if self.messages else str(error)
             raise PackageError(
-                f"component '{self.name}' cannot be instantiated: {' '.join(reason.split())}"
+                f"component '{self.name}' cannot be instantiated: {' '.join(reason.split())}{self.lacking}"
             ) from None
         self.in_call = ""
         self._state = "instantiated"

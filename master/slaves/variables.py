@@ -133,6 +133,16 @@ class FmuVariables:
             return False
         return v.causality in ("parameter", "input", "structuralParameter") or v.initial in ("exact", "approx")
 
+    @property
+    def clocks(self) -> list[Any]:
+        """Its clocks, none of which is ticked from here; only FMI 3.0 has some."""
+        return [v for v in self.variables.values() if v.type == "Clock"]
+
+    @property
+    def needs_event_mode(self) -> bool:
+        """Whether it has clocks and says that they are handled in event mode, which it is not run with."""
+        return bool(getattr(self.description.coSimulation, "hasEventMode", False)) and bool(self.clocks)
+
     def feed_through(self, output: str) -> list[str] | None:
         """Inputs that an output depends on at once; where the FMU does not say, those that were found, else None.
 
