@@ -114,7 +114,7 @@ class Binding:
 class LinearFunction:
     """What a component without an FMU does: an output is `offset` + the sum of factor * input, for (input, factor)."""
 
-    outputs: dict[str, tuple[tuple[str, float], ...]]
+    outputs: dict[str, tuple[tuple[str, float], ...]] = field(hash=False)  # a dict has no hash; equality looks at it
     offset: float = 0.0
 
 

@@ -10,13 +10,14 @@ from pathlib import Path
 
 from ...core.errors import PackageError, UnknownNameError, UsageError, did_you_mean
 from ...core.units import Unit
-from ...ssp.model import Component, Connection, Connector, System, SystemStructure
+from ...ssp.model import Component, Connection, Connector, LinearFunction, System, SystemStructure
 from ...ssp.network import flatten
 from ...ssp.osp import FILE as OSP_FILE
 from ...ssp.osp import read_osp
 from ...ssp.parameters import read_set
 from ...ssp.reader import read, read_folder
 from ...ssp.wires import Network, Setting
+from ..slaves.base import Slave
 from ..slaves.fmu import also_forget, describe
 from .addresses import splits
 from .instances import read_alone
@@ -33,17 +34,20 @@ def read_package(
     """
     scratch = Path(stack.enter_context(tempfile.TemporaryDirectory(prefix="cosim_", ignore_cleanup_errors=True)))
     stack.callback(also_forget(scratch))
-    return flatten(_structure(package, scratch, variant, wrong), causality, wrong)
+    fmus = _Fmus()
+    return flatten(_structure(package, scratch, variant, wrong, fmus), fmus.causality, wrong)
 
 
-def _structure(package: Path, scratch: Path, variant: str | None, wrong: list[str] | None) -> SystemStructure:
+def _structure(
+    package: Path, scratch: Path, variant: str | None, wrong: list[str] | None, fmus: _Fmus
+) -> SystemStructure:  # fmt: skip
     kind = package.suffix.lower()
     if package.is_dir() and not any(package.glob("*.ssd")) and (package / OSP_FILE).is_file():
         package, kind = package / OSP_FILE, ".xml"
     if kind == ".xml":
         if variant is not None:
             raise UsageError(f"--variant {variant}: {package.name} is one system structure")
-        return read_osp(package, _Fmus(), wrong)
+        return read_osp(package, fmus, wrong)
     if package.is_dir():
         return read_folder(package, scratch, variant, wrong)
     if kind == ".ssd":
@@ -70,22 +74,33 @@ def alone(fmu: Path) -> SystemStructure:
     return SystemStructure(fmu.stem, "", fmu, system, start or 0.0, stop)
 
 
-def causality(component: Component, name: str) -> str | None:
-    """What a component's FMU says of a variable; None where it has no such variable or cannot be read."""
-    slave = read_alone(component.name, component)
-    variable = slave.variables.get(name) if slave is not None else None
-    return variable.causality if variable is not None else None
-
-
 class _Fmus:
-    """What FMUs say, for formats that need it to be read."""
+    """What FMUs say while a package is read, each looked at once; nothing of those that cannot be read, which is told
+    where all are."""
+
+    def __init__(self) -> None:
+        self._known: dict[tuple[Path, LinearFunction | None], Slave | None] = {}
+
+    def _slave(self, component: Component) -> Slave | None:
+        key = component.source, component.function
+        if key not in self._known:
+            self._known[key] = read_alone(component.name, component)
+        return self._known[key]
+
+    def causality(self, component: Component, name: str) -> str | None:
+        """What a component's FMU says of a variable; None where it has no such variable."""
+        slave = self._slave(component)
+        variable = slave.variables.get(name) if slave is not None else None
+        return variable.causality if variable is not None else None
 
     def model_name(self, source: Path) -> str | None:
-        slave = read_alone("", Component("", source))
+        """Name of the model."""
+        slave = self._slave(Component(source.stem, source))
         return slave.description.modelName if slave is not None else None
 
     def variable(self, source: Path, name: str) -> tuple[str | None, Unit | None] | None:
-        slave = read_alone("", Component("", source))
+        """Causality and unit of a variable; None where there is none."""
+        slave = self._slave(Component(source.stem, source))
         if slave is None or name not in slave.variables:
             return None
         return slave.variables[name].causality, slave.unit(name)

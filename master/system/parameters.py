@@ -52,8 +52,11 @@ def parameters_in_force(
     given = {(v.component, v.variable): v for v in values}
     links = {wire.end: wire.start for wire in system.connections.early}
     made = [_given(system, v) for v in given.values() if not v.component]
+    names: dict[str, set[str]] = {}
+    for component, name in given:
+        names.setdefault(component, set()).add(name)
     for component, slave in system.slaves.items():
-        for name in _listed(slave, {n for c, n in given if c == component}):
+        for name in _listed(slave, names.get(component, set())):
             end = component, name
             if end in links:
                 source = ".".join(links[end])
