@@ -36,9 +36,14 @@ class ParameterInForce:
         return f"{self.component}.{self.variable}" if self.component else self.variable
 
     def summary(self) -> dict[str, Any]:
-        """For summary.json."""
-        value = self.value.hex() if isinstance(self.value, bytes) else self.value
-        return {"value": value, "unit": self.unit, "from": self.by, "where": self.where or None}
+        """For summary.json; bytes are hexadecimal there."""
+        return {"value": _plain(self.value), "unit": self.unit, "from": self.by, "where": self.where or None}
+
+
+def _plain(value: Any) -> Any:
+    if isinstance(value, tuple):
+        return [_plain(v) for v in value]
+    return value.hex() if isinstance(value, bytes) else value
 
 
 def parameters_in_force(

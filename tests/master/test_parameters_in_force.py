@@ -6,6 +6,7 @@ import json
 
 import pytest
 from deepsea_cosim.master.cli import main
+from deepsea_cosim.master.system.parameters import ParameterInForce
 
 from benchmarks import native
 
@@ -108,6 +109,12 @@ def test_structural_parameters_and_inputs_of_the_system(fmus, tmp_path):
     assert told["a.size"]["value"] == 3
     assert told["a.size"]["from"] == "package"
     assert told["in"] == {"value": 2.0, "unit": "m", "from": "command line", "where": "--set in=2"}
+
+
+def test_bytes_and_arrays_of_them_are_hexadecimal():
+    for value, told in ((b"\x01\xff", "01ff"), ((b"\x01", b""), ["01", ""]), ((1.0, 2.0), [1.0, 2.0])):
+        made = ParameterInForce("a", "b", value, None, "FMU", "").summary()
+        assert json.loads(json.dumps(made))["value"] == told
 
 
 def test_what_stimuli_drive_is_no_parameter(fmus, tmp_path):
