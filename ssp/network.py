@@ -510,18 +510,17 @@ class _Flattener:
 
     def targets(self, system: System, path: str, name: str, hops: tuple[Hop, ...]) -> Iterator[Target]:
         """(component, variable, hops) of everything that a hierarchical name of a system stands for."""
-        if any(c.name == name for c in system.connectors):
+        if self.named(system.connectors, name) is not None:
             node = ("system", path, name)
             if path == "" and self.kinds.get(node) == "input":
                 yield "", name, hops
             yield from self.behind(node, hops)
-        for element in system.elements:
-            if name.startswith(f"{element.name}.") and len(name) > len(element.name) + 1:
-                rest = name[len(element.name) + 1 :]
-                if isinstance(element, Component):
-                    yield f"{path}{element.name}", rest, hops
-                elif isinstance(element, System):
-                    yield from self.targets(element, f"{path}{element.name}.", rest, hops)
+        dots = [i for i, letter in enumerate(name[:-1]) if letter == "."]
+        for element in (self.named(system.elements, name[:dot]) for dot in dots):
+            if isinstance(element, Component):
+                yield f"{path}{element.name}", name[len(element.name) + 1 :], hops
+            elif isinstance(element, System):
+                yield from self.targets(element, f"{path}{element.name}.", name[len(element.name) + 1 :], hops)
 
     def behind(self, node: Node, hops: tuple[Hop, ...]) -> Iterator[Target]:
         """Everything that a system's connector leads to."""

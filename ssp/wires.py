@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Collection
 from dataclasses import dataclass, field, replace
+from functools import cached_property
 
 from ..core.errors import UnknownNameError, did_you_mean
 from ..core.units import Unit
@@ -138,6 +139,14 @@ class Network:
             early=tuple(filter(kept, self.early)),
             outputs=tuple(filter(kept, self.outputs)),
         )
+    @cached_property
+    def leads(self) -> dict[str, list[Wire]]:
+        """The wires that begin at each of the top-level system's inputs."""
+        found: dict[str, list[Wire]] = {}
+        for wire in self.wires:
+            if not wire.start[0]:
+                found.setdefault(wire.start[1], []).append(wire)
+        return found
 
     def only(self, paths: list[str]) -> Network:
         """The network with some of its components only."""

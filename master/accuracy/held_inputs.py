@@ -44,7 +44,9 @@ class HeldInputs:
         self._sloped = np.array([k.target.component in sloped for k, _ in spread], bool)
         self.names = [elements(k.target)[i] for k, i in spread]
         """Of the inputs, component.variable."""
-        self._takers = np.array([k.target.component for k, _ in spread])
+        self._of: dict[str, list[int]] = {}
+        for i, (k, _) in enumerate(spread):
+            self._of.setdefault(k.target.component, []).append(i)
         count = len(spread)
         self._low, self._high = np.full(count, np.inf), np.full(count, -np.inf)
         self._most = np.zeros(count)
@@ -79,7 +81,7 @@ class HeldInputs:
 
         None where no input of it was off, or numbers have grown beyond bounds.
         """
-        mine = np.flatnonzero(self._takers == component)
+        mine = np.array(self._of.get(component, ()), np.int64)
         if not len(mine):
             return None
         with np.errstate(all="ignore"):

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Collection
 from typing import Any
 
 import numpy as np
@@ -38,9 +39,13 @@ def detect_feedthrough(system: System, loops_only: bool) -> list[str]:
     suspects = set(system.slaves)
     if loops_only:
         suspects = {component for members in together(graph(system, doubtful=True)) for component, _ in members}
+    driving: dict[str, set[str]] = {name: set() for name in ("", *system.slaves)}
+    for k in system.links:
+        if k.source.component != k.target.component:
+            driving[k.source.component].add(k.source.name)
     unsure = []
     for name, slave in system.slaves.items():
-        if _may_answer(system, name):
+        if _may_answer(system, name, driving[name]):
             unsure.append(name)
         silent = [s for s in slave.outputs if s.family != TEXT and slave.feed_through(s.name) is None]
         inputs = dict.fromkeys(k.target for k in system.steps.links_to(name) if k.target.family != TEXT)
@@ -71,16 +76,15 @@ def detect_feedthrough(system: System, loops_only: bool) -> list[str]:
     ]
 
 
-def _may_answer(system: System, name: str) -> bool:
-    """Whether an output may follow, unsaid, an input that is driven: one that drives others, or any of a component that
-    drives itself and says of none."""
+def _may_answer(system: System, name: str, sources: Collection[str]) -> bool:
+    """Whether an output may follow, unsaid, an input that is driven: one of those that drive others, or any of a
+    component that drives itself and says of none."""
     slave = system.slaves[name]
     if not system.steps.links_to(name):
         return False
     reals = [s.name for s in slave.outputs if s.family == REAL]
     if drives_itself(system, name) and all(slave.feed_through(output) is None for output in reals):
         return True
-    sources = {k.source.name for k in system.links if k.source.component == name and k.target.component != name}
     return any(slave.feed_through(output) is None for output in sources)
 
 
@@ -89,11 +93,12 @@ def _answers(
     way: tuple[Runner, Runner],
 ) -> dict[str, list[str]]:  # fmt: skip
     """Inputs that each output follows at once; the slave and the board are left as they were."""
-    reals, bits = system.board.reals, system.board.integers
-    owners = np.full(len(bits), -1)
-    for i, s in enumerate(outputs):
-        owners[s.place : s.place + s.size] = i
-    before, texts = bits.copy(), list(system.board.texts)
+    reals, bits, texts = system.board.reals, system.board.integers, system.board.texts
+    owners = {place: s.name for s in outputs for place in range(s.place, s.place + s.size)}
+    signals = [*slave.inputs, *slave.outputs]
+    own = np.array([s.place + k for s in signals if s.family != TEXT for k in range(s.size)], np.int64)
+    before = bits[own]
+    spoken = {s.place + k: texts[s.place + k] for s in signals if s.family == TEXT for k in range(s.size)}
     found: dict[str, dict[str, None]] = {s.name: {} for s in outputs}
     for target in inputs:
         for place in range(target.place, target.place + target.size):
@@ -104,8 +109,9 @@ def _answers(
                     try:
                         for step in way:
                             step.once()
-                        for i in np.unique(owners[(bits != before) & (owners >= 0)]):
-                            found[outputs[i].name][target.name] = None
+                        for changed in own[bits[own] != before].tolist():
+                            if changed in owners:
+                                found[owners[changed]][target.name] = None
                     except Interrupted:
                         raise
                     except SimulationError:
@@ -116,7 +122,9 @@ def _answers(
                         f"'{target.name}' by {NUDGE:g} to find out is fatal to it; --method gauss-seidel does not ask"
                     )
                 slave.restore(state)
-                bits[:], system.board.texts[:] = before, texts
+                bits[own] = before
+                for place, text in spoken.items():
+                    texts[place] = text
     return {output: list(names) for output, names in found.items()}
 
 
@@ -128,7 +136,8 @@ def at_once(system: System, bond: Bond) -> tuple[float, float]:
     """
     made = []
     for gives, takes, si in ((bond.forth, bond.back, bond.forth_si), (bond.back, bond.forth, bond.back_si)):
-        inputs = [link for link in singles(system.links) if _integral(system, link, takes)]
+        beside = singles(system.connections.into(takes.target.component))
+        inputs = [link for link in beside if _integral(system, link, takes)]
         declared = system.slaves[gives.source.component].feed_through(gives.source.name) or []
         slopes = [_slope(system, gives, link) * si[0] for link in inputs if link.target.name in declared]
         made.append(sum(map(abs, slopes)))

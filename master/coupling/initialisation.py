@@ -54,6 +54,9 @@ class Initialiser:
         self._order = list(system.order)  # that of the system changes by what is found out, and later runs are alike
         self._agreement = Agreement(system, self._order)
         self._early = early_order(system)
+        self._computed: dict[str, list[Wire]] = {name: [] for name in self._early}
+        for wire in system.connections.early:
+            self._computed[wire.end[0]].append(wire)
         self._visits = self._visit_order()
         self._seen: set[str] = set()
         self.remarks: list[str] = []
@@ -109,9 +112,8 @@ class Initialiser:
                 system.values.set_input(v.component, v.variable, v.value)
                 system.values.unstarted.pop(system.inputs[v.component, v.variable].home, None)
         for name in self._early:
-            for wire in system.connections.early:
-                if wire.end[0] == name:
-                    self._compute(wire)
+            for wire in self._computed[name]:
+                self._compute(wire)
             system.slaves[name].enter_initialisation(start, stop)
         for signal in system.values.unstarted.values():
             system.values.put(signal, self._own_value(signal))

@@ -23,6 +23,7 @@ from ..system.connections import Link
 from ..system.strongly_connected import in_order
 from ..system.system import System
 from .algebraic_loops import graph
+from .single_changes import SingleChanges
 
 MAX_SWEEPS = 100
 SETTLED = 1e-12
@@ -87,6 +88,10 @@ class Agreement:
         self._round = [(link, carry) for link, carry in every if self._solvable(link)]
         self._given = [(link, carry) for link, carry in every if not link.source.component]
         self._targets = _slots(link.target for link, _ in self._round)
+        ends = [link for link, _ in self._round for _ in range(link.target.size)]
+        self._single = SingleChanges(
+            self._came, [k.source.component for k in ends], [k.target.component for k in ends]
+        )
         all_reals = len(self._round) + len(self._given) == len(every)
         self._learns = all_reals and 0 < len(self._targets) <= MOST_LEARNED
         self.forget()
@@ -168,6 +173,10 @@ class Agreement:
         if not len(settled) or np.all(np.abs(settled - near) <= 1e-6 * size):
             return None
         kept = self.system.board.reals.copy()
+        if not any(self._goes_round(x, 1e-6 * size) for x in (settled, near)):
+            self._left(settled)
+            self.system.board.reals[:] = kept
+            return None
         self.system.board.reals[self._targets] = near
         try:
             self.solve(np.zeros(len(self._reals)), scale, when)
@@ -187,12 +196,25 @@ class Agreement:
             "values is taken"
         )
 
+    def _goes_round(self, x: np.ndarray, change: np.ndarray) -> bool:
+        """Whether it is a loop where the inputs are x, or cannot be asked: else there is one solution, which sweeps
+        find."""
+        try:
+            return self._single.go_round(x, x + change)
+        except SimulationError:
+            return True
+
     @staticmethod
     def _solvable(link: Link) -> bool:
         return link.target.family == REAL and not link.cast.from_integer and bool(link.source.component)
 
     def _left(self, x: np.ndarray) -> np.ndarray:
         """What comes round for inputs x, less these."""
+        left: np.ndarray = self._came(x) - x
+        return left
+
+    def _came(self, x: np.ndarray) -> np.ndarray:
+        """What comes round for inputs x."""
         reals = self.system.board.reals
         reals[self._targets] = x
         for _, inputs, outputs in self.visits.values():
@@ -200,8 +222,8 @@ class Agreement:
             outputs.once()
         for _, carry in self._round:
             carry.once()
-        left: np.ndarray = reals[self._targets] - x
-        return left
+        came: np.ndarray = reals[self._targets]
+        return came
 
     def _quickly(self) -> bool:
         """Whether a few steps with the slopes of an earlier point in time settle the loop."""
@@ -232,11 +254,10 @@ class Agreement:
             return
         self._largest[self._reals] = np.fmax(self._largest[self._reals], np.where(scale < 1e12, scale, 0.0))
         x, largest = self.system.board.reals[self._targets].copy(), self._largest[self._targets]
-        here, slopes = self._left(x), np.empty((len(x), len(x)))
-        for j, size in enumerate(1e-6 * np.where(largest > 0.0, largest, largest.max() or 1.0)):
-            there = x.copy()
-            there[j] += size
-            slopes[:, j] = (self._left(there) - here) / (there[j] - x[j] or np.inf)
+        came = self._came(x)
+        there = x + 1e-6 * np.where(largest > 0.0, largest, largest.max() or 1.0)
+        changed = self._single.left(x, came, there, lambda left, _: left) - (came - x)[:, None]
+        slopes = changed / np.where(there != x, there - x, np.inf)
         self._left(x)
         self._tries, self._inverse = 1, None
         if np.isfinite(slopes).all():
@@ -250,9 +271,12 @@ class Agreement:
 
         reals, targets = self.system.board.reals, self._targets
 
+        def finite(left: np.ndarray) -> np.ndarray:
+            made: np.ndarray = np.nan_to_num(left, nan=1e30, posinf=1e30, neginf=-1e30)
+            return made
+
         def left(x: np.ndarray) -> np.ndarray:
-            finite: np.ndarray = np.nan_to_num(self._left(x), nan=1e30, posinf=1e30, neginf=-1e30)
-            return finite
+            return finite(self._left(x))
 
         start = np.nan_to_num(reals[targets], nan=0.0, posinf=0.0, neginf=0.0)
         start[np.abs(start) > 1e12] = 0.0
@@ -264,12 +288,11 @@ class Agreement:
         size = np.where(size <= ROUNDING * size.max(), size.max() or 1.0, size)
 
         def slopes(x: np.ndarray) -> np.ndarray:
-            here, made = left(x * size) / size, np.empty((len(x), len(x)))
-            for j, step in enumerate(SMALL * np.maximum(np.abs(x), 1.0)):
-                there = x.copy()
-                there[j] += step
-                made[:, j] = (left(there * size) / size - here) / (there[j] - x[j])
-            return made
+            there, came = x + SMALL * np.maximum(np.abs(x), 1.0), self._came(x * size)
+            here = finite(came - x * size) / size
+            made = self._single.left(x * size, came, there * size, lambda left, rows: finite(left) / size[rows])
+            slopes: np.ndarray = (made - here[:, None]) / (there - x)
+            return slopes
 
         found = root(lambda x: left(x * size) / size, start / size, jac=slopes, tol=1e-13)
         rest, solved = np.abs(left(found.x * size)) / size, np.abs(found.x)
@@ -365,13 +388,15 @@ def renew(
         for name in dict.fromkeys(names)
     }
     places = [(k.target.place, k.target.size) for k in links]
+    into: dict[str, list[Link]] = {}
+    for k in links:
+        into.setdefault(k.target.component, []).append(k)
     with _kept(system, program, [*places, *((slot, 1) for slots in own.values() for slot in slots)]):
         for name in names:
             for slot in own[name]:
                 program.cast(slot, instead[slot], 1, Cast())
-            for link in links:
-                if link.target.component == name:
-                    system.steps.pass_on(program, link, instead)
+            for link in into.get(name, ()):
+                system.steps.pass_on(program, link, instead)
             program.set_inputs(system.slaves[name])
             program.get_outputs(system.slaves[name])
 

@@ -124,7 +124,9 @@ class Program:
 
     def __init__(self, board: Board, slaves: Sequence[Steps]):
         self.board = board
-        self.slaves = list(slaves)
+        self.slaves = slaves  # thousands of programs of a large system share it
+        self.numbered = 0
+        """How many of the slaves, from the first on, the program has to do with by their number."""
         self.rows: list[tuple[int, ...]] = []
         self.labels: list[tuple[Steps | None, str]] = []
         self.constants: list[float] = []
@@ -243,7 +245,9 @@ class Program:
 
     def number(self, slave: Steps) -> int:
         """Which of the slaves it is."""
-        return self.slaves.index(slave)
+        number = self.slaves.index(slave)
+        self.numbered = max(self.numbered, number + 1)
+        return number
 
     def _table(self, entries: Sequence[tuple[int, int]]) -> int:
         self.table += entries

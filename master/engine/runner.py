@@ -48,11 +48,15 @@ class Runner:
         self._inputs = np.array(inputs, np.int64)
         self._names = {s.place + k: s for s in finite for k in range(s.size)}
         self._finite = np.array(list(self._names), np.int64)
-        self.seconds = np.zeros(max(1, len(program.slaves)))
-        """Wall time in doStep of every slave [s]."""
+        self.seconds = np.zeros(max(1, program.numbered))
+        """Wall time in doStep of the slaves, as far as the program has them step [s]."""
         self._report = np.zeros(6, np.int64)
         self._nothing = np.zeros((1, 0))
         self.timed = True
+
+    def spent(self, number: int) -> float:
+        """Wall time in doStep of a slave, by its number [s]."""
+        return float(self.seconds[number]) if number < len(self.seconds) else 0.0
 
     @property
     def width(self) -> int:

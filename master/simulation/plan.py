@@ -82,7 +82,7 @@ def plan(package: Path, options: Options, stack: ExitStack, interrupt: Interrupt
     layout = Layout(system)
     which = layout.chosen(options.record)
     layout.chosen(options.plot, "--plot")
-    layout.keep_texts(which)
+    layout.keep_texts(which if options.results else ())
     drives = stimuli.read(options.stimuli, system) if options.stimuli is not None else []
     if options.stimuli is not None:
         remarks += stimuli.remarks(options.stimuli, drives, system, times[0], times[1])

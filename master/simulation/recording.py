@@ -18,14 +18,19 @@ from ..results.columns import Layout
 from ..results.format import Writer
 from ..system.system import System
 
-BLOCK = 1000
-"""Rows that are held in memory at most."""
+BLOCK, BLOCK_BYTES = 1000, 1 << 26
+"""Rows that are held in memory at most, and their size: those of thousands of columns are fewer."""
 
-SAMPLE = 4000
-"""Points of the thinned sample."""
+SAMPLE, SAMPLE_BYTES = 4000, 1 << 26
+"""Points of the thinned sample, and their size likewise; it may have twice as many."""
 
-PATIENCE = 0.5
-"""Wall time after which rows are written though the block is not full [s]."""
+
+def sample_stride(steps: int, columns: int) -> int:
+    """Distance of the sampled points [steps] in a run of so many."""
+    return max(1, steps // min(SAMPLE, max(2, SAMPLE_BYTES // (8 * columns))))
+
+PATIENCE, SHARE = 0.5, 0.1
+"""Wall time after which rows are written though the block is not full [s], and the most of it that writing may take."""
 
 
 class Recording:
@@ -40,14 +45,15 @@ class Recording:
         self.names = [layout.columns[i].name for i in which]
         self._writer: Writer | None = open_writer(file, [layout.columns[i] for i in which]) if file else None
         width = len(layout.outputs) + len(layout.inputs)
-        self._rows = np.zeros((BLOCK + 1, width))
-        self._times = np.zeros(BLOCK + 1)
+        self._block = min(BLOCK, max(1, BLOCK_BYTES // (8 * max(1, width))))
+        self._rows = np.zeros((self._block + 1, width))
+        self._times = np.zeros(self._block + 1)
         self._filled = 0
         self._flushed = 0
         self.written_to: float | None = None
         """Time of the last row that stands in the result file [s]."""
         self._rest: list[np.ndarray | list[object]] | None = None
-        self._written = perf_counter()
+        self._written, self._taken = perf_counter(), 0.0
         self._texts: list[tuple[list[object], list[object]]] = []
         self._sample: list[np.ndarray] = []
         self._stride = stride
@@ -55,7 +61,7 @@ class Recording:
 
     def room(self) -> int:
         """Steps that may be taken until the block is full."""
-        return BLOCK - self._filled
+        return self._block - self._filled
 
     def rows(self, count: int) -> np.ndarray:
         """Where the engine puts its rows."""
@@ -91,11 +97,11 @@ class Recording:
 
     def due(self) -> bool:
         """Whether it is time to write."""
-        return self._filled >= BLOCK or perf_counter() - self._written > PATIENCE
+        return self._filled >= self._block or perf_counter() - self._written > max(PATIENCE, self._taken / SHARE)
 
     def flush(self) -> None:
         """Hand on the rows of the block that are complete."""
-        n = self._filled
+        n, begin = self._filled, perf_counter()
         if n == 0:
             return
         rows, times = self._rows[:n], self._times[:n]
@@ -108,7 +114,6 @@ class Recording:
         self._texts = self._texts[n:]
         first, self._flushed = self._flushed, self._flushed + n
         self._keep(first, times, rows)
-        self._written = perf_counter()
         if self._writer is not None:
             kept = slice(-first % self.every, None, self.every)
             self._writer.write(self.layout.cut(self.which, times[kept], rows[kept], texts[kept]))
@@ -116,6 +121,8 @@ class Recording:
             self._rest = None
             if (self._flushed - 1) % self.every:
                 self._rest = self.layout.cut(self.which, times[-1:].copy(), rows[-1:].copy(), texts[-1:])
+        self._written = perf_counter()
+        self._taken = self._written - begin
 
     def _keep(self, first: int, times: np.ndarray, rows: np.ndarray) -> None:
         """The sample and the extremes of a block."""

@@ -35,7 +35,7 @@ from ..system.parameters import parameters_in_force
 from .interrupts import Interrupts, interrupts
 from .manifest import manifest, write_manifest
 from .plan import Plan, plan
-from .recording import SAMPLE, Recording
+from .recording import Recording, sample_stride
 from .run_folder import result_folder, write_summary
 from .stepping import Loop
 
@@ -53,7 +53,7 @@ class Result:
     names: list[str] = field(default_factory=list)
     units: dict[str, str] = field(default_factory=dict)
     sample: np.ndarray | None = None
-    """Communication points at even distances, at most about `recording.SAMPLE` rows (n, columns), for plots."""
+    """Communication points at even distances, at most about 2 `recording.SAMPLE` rows (n, columns), for plots."""
     extremes: np.ndarray | None = None
     """First, least, greatest and last value of each column (4, columns)."""
     connected: list[str] = field(default_factory=list)
@@ -149,7 +149,7 @@ class _Run:
                 self.energy = ResidualEnergy(bonds, layout.outputs, layout.inputs, answers, carrying)
                 held = HeldInputs(plan.system, layout.outputs, layout.inputs, carrying)
                 self.file = self.folder / options.results if options.results else None
-                self.stride = stride or max(1, count // SAMPLE)
+                self.stride = stride or sample_stride(count, len(layout.columns))
                 self.recording = Recording(
                     plan.system, layout, plan.which, self.file, options.record_every, self.energy, held,
                     self.stride,
@@ -286,7 +286,7 @@ class _Run:
             "wall_time_s": wall,
             "real_time_factor": simulated / wall if wall > 0 else None,
             "fmu_time_s": {
-                name: slave.seconds + float(loop.runner.seconds[i]) for i, (name, slave) in enumerate(slaves.items())
+                name: slave.seconds + loop.runner.spent(i) for i, (name, slave) in enumerate(slaves.items())
             },
             "coupling": self.energy.summary(),
             "doubt": told,

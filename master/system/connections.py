@@ -63,6 +63,10 @@ class Connections:
         self._into: dict[str, list[Link]] = {name: [] for name in slaves}
         for link in self.links:
             self._into[link.target.component].append(link)
+        self._own: dict[str, list[Link]] = {}
+        for link in self.links:
+            if not link.source.component:
+                self._own.setdefault(link.source.name, []).append(link)
         self._drivers: dict[tuple[bool, int], dict[int | None, Link]] = {}
         """What drives an input, or single values of it, by where it lies."""
         self._check_aliases()
@@ -75,10 +79,19 @@ class Connections:
                 end = ".".join(wire.end)
                 findings.refuse(f"{wire.where}: the input '{wire.start[1]}' cannot drive the parameter '{end}'")
         self.shown = self._made(self._shown, network.outputs)
+        self._passed_on: dict[str, set[int]] = {}
+        for link in self.shown:
+            if not link.source.component:
+                first = link.target.place - self.own_outputs[link.target.name].place
+                self._passed_on.setdefault(link.target.name, set()).update(range(first, first + link.target.size))
 
     def into(self, name: str) -> list[Link]:
         """The links to a component."""
         return self._into[name]
+
+    def of_input(self, name: str) -> list[Link]:
+        """The links from an input of the whole system."""
+        return self._own.get(name, [])
 
     def _made(self, make: Callable[[Wire], Link], wires: Iterable[Wire]) -> list[Link]:
         made = (self._findings.attempt(make, wire) for wire in wires)
@@ -255,6 +268,4 @@ class Connections:
 
     def passed_on(self, name: str) -> set[int]:
         """Which values of an output of the whole system show its inputs, which belong to a step, not to its start."""
-        begin = self.own_outputs[name].place
-        shown = (link.target for link in self.shown if link.target.name == name and not link.source.component)
-        return {target.place - begin + k for target in shown for k in range(target.size)}
+        return self._passed_on.get(name, set())

@@ -61,11 +61,17 @@ def component_order(slaves: Mapping[str, Slave], links: Iterable[Link]) -> list[
 def _in_time(slaves: Mapping[str, Slave], links: list[Link], circles: list[set[str]]) -> list[str]:
     """The components in the order of the package, where circles keep their places but may change in themselves."""
     order = list(slaves)
-    for members in circles:
+    at = {name: i for i, name in enumerate(order)}
+    circle = {name: number for number, members in enumerate(circles) for name in members}
+    within: dict[int, list[Link]] = {}
+    for k in links:
+        if (number := circle.get(k.source.component)) is not None and number == circle.get(k.target.component):
+            within.setdefault(number, []).append(k)
+    for number, members in enumerate(circles):
         if len(members) < 3:
             continue
-        mine = [k for k in links if k.source.component in members and k.target.component in members]
-        places = [i for i, name in enumerate(order) if name in members]
+        mine = within[number]
+        places = sorted(at[name] for name in members)
         given = [order[i] for i in places]
         if _age(slaves, mine, given) < 2:
             continue

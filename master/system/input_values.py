@@ -99,9 +99,7 @@ class InputValues:
     def check_reached(self, name: str, value: object, where: str) -> None:
         """Raise `ParameterError` where a value of an own input is none that the variables behind it may take."""
         source = self.own_inputs[name]
-        for link in self._connections.links:
-            if link.source.component or link.source.name != name or source.family == TEXT:
-                continue
+        for link in self._connections.of_input(name) if source.family != TEXT else ():
             values = value if isinstance(value, tuple) else (value,)
             for one in values if link.source.element is None else (values[link.source.element],):
                 reached = link.cast.forth(one)

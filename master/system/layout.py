@@ -73,13 +73,14 @@ class SignalLayout:
     def own_input(self, name: str, quantity: Quantity, network: Network, slaves: Mapping[str, Slave]) -> Signal:
         """An input of the whole system; the sizes of an array are the package's, else those of what it leads to."""
         type = network.inputs[name].type
-        parted = any(w.start == ("", name) and w.start_at for w in network.wires)
+        leads = network.leads.get(name, [])
+        parted = any(w.start_at for w in leads)
         size = type.count if type is not None else None
         if size is not None:
             if size > MOST_VALUES:
                 raise PackageError(f"{network.inputs[name].where}: '{name}' has {size:.1e} values; refused")
         else:
-            ends = (w.end for w in network.wires if w.start == ("", name) and not w.end_at)
+            ends = (w.end for w in leads if not w.end_at)
             sizes = [slaves[c].size(v) for c, v in ends if c in slaves and v in slaves[c].variables]
             size = sizes[0] if sizes else 1
         return Signal("", name, quantity.type, quantity.family, 0, self.place(quantity.family, size), size, parted)

@@ -18,6 +18,7 @@ class Quantities:
 
     def __init__(self, network: Network, slaves: Mapping[str, Slave], remarks: list[str]):
         self.network, self.slaves, self.remarks = network, slaves, remarks
+        self._connectors = {c.name: c for c in reversed(network.structure.system.connectors)}
         self._own = {name: self._own_quantity(name) for name in network.inputs}
         self._said = {
             (path, c.name): c.type.unit
@@ -43,8 +44,8 @@ class Quantities:
         """What the package says of an input of the whole system; what it leaves out is that of what it leads to."""
         type, shown = self.network.inputs[name].type, f"'{name}'"
         leads = []
-        for wire in self.network.wires:
-            if wire.start == ("", name) and wire.end[1] in getattr(self.slaves.get(wire.end[0]), "variables", ()):
+        for wire in self.network.leads.get(name, ()):
+            if wire.end[1] in getattr(self.slaves.get(wire.end[0]), "variables", ()):
                 leads.append(self._reached(wire))
         if type is None:
             return leads[0] if leads else Quantity("Real", None, None, shown)
@@ -86,7 +87,7 @@ class Quantities:
 
     def connector(self, name: str) -> Connector:
         """A connector of the whole system."""
-        return next(c for c in self.network.structure.system.connectors if c.name == name)
+        return self._connectors[name]
 
     def unit_name(self, component: str, name: str) -> str | None:
         """Name of the unit of a component's variable."""

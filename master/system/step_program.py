@@ -17,13 +17,14 @@ class StepProgram:
 
     def __init__(self, slaves: Mapping[str, Slave], connections: Connections, values: InputValues, board: Board):
         self.slaves, self._connections, self._values, self.board = slaves, connections, values, board
+        self._all = list(slaves.values())
         self._sources = {(link.source.component, link.source.name) for link in connections.links}
         self.watched: frozenset[End] | None = None
         """Outputs that are looked at from outside; None: all."""
 
     def program(self) -> Program:
         """An empty program for this system."""
-        return Program(self.board, list(self.slaves.values()))
+        return Program(self.board, self._all)
 
     def links_to(self, name: str) -> list[Link]:
         """The links that carry something to a component."""
