@@ -92,6 +92,10 @@ def parser() -> argparse.ArgumentParser:
     run.add_argument(
         "--step-timeout", metavar="S", type=seconds, help="longest time for a step of an FMU, with --isolate"
     )
+    run.add_argument(
+        "--parallel", action="store_true",
+        help="let FMUs that do not depend on each other within a step take it side by side; the results are the same",
+    )  # fmt: skip
     run.add_argument("--realtime", action="store_true", help="do not run faster than the clock")
     results = p.add_argument_group("results")
     results.add_argument("--out", metavar="DIR", type=folder, help="result folder (default: results/<package>)")
@@ -255,6 +259,7 @@ def _run(options: argparse.Namespace) -> int:
         substeps=tuple(options.substeps),
         realtime=options.realtime,
         isolate=options.isolate,
+        parallel=options.parallel,
         step_timeout=options.step_timeout,
         check_step=options.check_step,
     )

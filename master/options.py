@@ -43,6 +43,9 @@ class Options:
     realtime: bool = False
     isolate: bool = False
     """Each FMU in a process of its own."""
+    parallel: bool = False
+    """FMUs that do not depend on each other within a step take it side by side, in threads, and those that run in
+    Python in processes."""
     step_timeout: float | None = None
     """Longest time that an isolated FMU may take for a step [s]."""
     check_step: bool = False
@@ -55,7 +58,7 @@ class Options:
             "parameters": _paths, "variant": as_text, "stimuli": as_path, "record": as_texts, "plot": as_texts,
             "record_every": _count, "results": _file_name, "log": _file_name, "log_level": as_text,
             "log_categories": as_texts, "substeps": _substeps, "realtime": _switch,
-            "isolate": _switch, "check_step": _switch,
+            "isolate": _switch, "parallel": _switch, "check_step": _switch,
         }  # fmt: skip
         for f in fields(self):
             value = getattr(self, f.name)

@@ -8,6 +8,7 @@
 #include <stdlib.h>
 #include <string.h>
 #include <stdio.h>
+#include <time.h>
 #include <unistd.h>
 
 #define N 6
@@ -243,10 +244,34 @@ int EXPORT(GetString)(Model *m, const unsigned *r, size_t n, const char **v COUN
     return 0;
 }
 
+/* Uses so much of the processor's time [s]. */
+static void work(double seconds) {
+#ifdef CLOCK_THREAD_CPUTIME_ID
+    struct timespec begin, now;
+    clock_gettime(CLOCK_THREAD_CPUTIME_ID, &begin);
+    do clock_gettime(CLOCK_THREAD_CPUTIME_ID, &now);
+    while (now.tv_sec - begin.tv_sec + 1e-9 * (now.tv_nsec - begin.tv_nsec) < seconds);
+#else
+    (void)seconds;
+#endif
+}
+
+static int meet(void) {
+#ifdef __GNUC__
+    static volatile int came = 0;
+    int wanted = (__sync_add_and_fetch(&came, 1) + 1) / 2 * 2;
+    for (int k = 0; k < 1000 && __sync_add_and_fetch(&came, 0) < wanted; k++) work(1e-3);
+    return __sync_add_and_fetch(&came, 0) < wanted ? 3 : 0;
+#else
+    return 3;
+#endif
+}
+
 /* 1 error, 2 NaN, 3 crash, 4 hang, 5 fatal, 6 ends the process with 0, 7 discard, 8 asks to end the run after the step,
    9 in the middle of it, 10 refuses steps of another length than the first, 13 warns without a word; 14 is not read
    between an input and the step or the end of the initialisation, 15 nor after that; 16 goes to another working
-   directory; 17 crashes and 18 hangs as it is ended, 19 as it is freed; 20 see output */
+   directory; 17 crashes and 18 hangs as it is ended, 19 as it is freed; 20 see output; 21 works for a millisecond, 22
+   does not come back before another instance steps, too, and fails where none does within a second */
 static int trouble(Model *m, double t) {
     if (t < m->when - 1e-9) return 0;
     switch ((int)m->trouble) {
@@ -259,6 +284,8 @@ static int trouble(Model *m, double t) {
     case 16: return chdir("/") ? 3 : 0;
     case 7: return 2;
     case 13: return 1;
+    case 21: work(1e-3); return 0;
+    case 22: return meet();
     default: return 0;
     }
 }

@@ -1,4 +1,7 @@
-"""Gauss-Seidel: one component after the other, each with the newest outputs of those before it."""
+"""Gauss-Seidel: one component after the other, each with the newest outputs of those before it.
+
+Components that do not depend on each other make a level, and step side by side.
+"""
 
 from __future__ import annotations
 
@@ -10,9 +13,9 @@ from .method import ZERO_ORDER_HOLD, Method
 
 def write(system: System, program: Program) -> None:
     """Write the macro step."""
-    for name in system.order:
-        system.steps.exchange(program, [name])
-        program.advance([system.slaves[name]])
+    for names in system.steps.levels(system.order):
+        system.steps.exchange(program, names)
+        program.advance([system.slaves[name] for name in names])
     refresh(system, program, loops_only=True)
 
 

@@ -36,7 +36,9 @@ def write(system: System, program: Program) -> None:
             elif place not in start:
                 start[place] = system.layout.scratch(size)
                 program.cast(start[place], place, size, Cast())
-    for name in order:
+
+    def hand_over(name: str) -> dict[int, int]:
+        """Write what a component holds in the step; slots that stand for some of its sources at the step's end."""
         held, known, foretold = {}, {}, dict(driven)
         for source in dict.fromkeys(k.source for k in lines[name]):
             place = source.place
@@ -50,10 +52,16 @@ def write(system: System, program: Program) -> None:
         for link in system.steps.links_to(name):
             instead = held if system.steps.is_averaged(link) else known
             system.steps.pass_on(program, link, instead if link in lines[name] else None)
-        program.advance([system.slaves[name]])
-        if name in late:
+        return foretold
+
+    at_its_end: dict[str, dict[int, int]] = {}  # what inputs are at the end of the step, where that is foretold
+    for names in system.steps.levels(order):
+        for name in names:
+            at_its_end[name] = hand_over(name)
+        program.advance([system.slaves[name] for name in names])
+        for name in (n for n in names if n in late):
             now = [k for k in system.steps.links_to(name) if k in lines[name] or k.source.place in driven]
-            renew(system, program, [name], now, foretold)
+            renew(system, program, [name], now, at_its_end[name])
     refresh(system, program, driven)
 
 

@@ -41,6 +41,9 @@ shorter one goes as much less far."""
 WITHIN = 18
 """slot, count, least, greatest: integers on their way to a type that does not have all values of theirs."""
 
+FORK = 20
+"""count: the next operations are so many steps that do not depend on each other; threads take them if that gains."""
+
 OPERANDS = 8
 
 I8, U8, I16, U16, I32, U32, F32 = range(7)
@@ -52,8 +55,23 @@ DONE, FAILED, NOT_FINITE, TIME_IS_UP, ENDED = range(5)
 WARNING, DISCARD, TERMINATED = 1, 2, 3
 """fmi2Warning, fmi2Discard; fmi2Terminated, the kind of status that tells whether the FMU wants to end the run."""
 
-EARLY, TOO_LARGE = 1001, 1002
-"""Further statuses: an FMU of FMI 3.0 came back early; a value does not fit into its target's type."""
+EARLY, TOO_LARGE, ENDS, UNDERWAY = 1001, 1002, 1003, 1004
+"""Further statuses: an FMU of FMI 3.0 came back early; a value does not fit into its target's type; an FMU asks to end
+the run with its step; a thread has not come back from a step yet."""
+
+THREADS, NEXT, UNTIL, STOP, POST, WAIT, TRY, WORK, WORKED, STATUS = range(10)
+"""What threads have in common (`crew`): how many there are beside the loop; the next operation and the end of those to
+be taken; whether to stop; addresses of sem_post, sem_wait and sem_trywait, and of the semaphores of work to do and of
+work done; and from STATUS on the status of each operation."""
+
+GAIN = 5e-5
+"""Time that threads have to save in a macro step to be woken for it [s]."""
+
+SPIN = 1e-4
+"""Time that a thread stays awake for what it waits for [s]: to be woken takes about as long."""
+
+LAST = 0.2
+"""Share of the last step in the mean time that an FMU takes for one."""
 
 
 @free_kernel
@@ -62,7 +80,7 @@ def run(
     i8: np.ndarray, u8: np.ndarray, i16: np.ndarray, u16: np.ndarray, i32: np.ndarray, u32: np.ndarray,
     f32: np.ndarray, driven: np.ndarray, rows: np.ndarray, outputs: np.ndarray, inputs: np.ndarray,
     finite: np.ndarray, seconds: np.ndarray, start: float, h: float, first: int, count: int, total: int, last: float,
-    clock: int, budget: float, ended: np.ndarray, report: np.ndarray,
+    clock: int, budget: float, ended: np.ndarray, report: np.ndarray, crew: np.ndarray, spans: np.ndarray,
 ) -> None:  # fmt: skip
     """Take the steps first, ..., first + count - 1 of h [s] from `start`; step total - 1 takes `last` [s].
 
@@ -72,6 +90,7 @@ def run(
     `budget` seconds have passed, or after a step in which `ended` got the number + 1 of a slave, and its instance,
     which is given nothing any more. report: why it came back, steps done, operation, status, and number + 1 and step of
     the first operation that ended with a warning, or 0; while it runs, steps done and operation are already there.
+    crew, spans: see `THREADS` and `_gains`.
     """
     spec = np.zeros(2, np.int64)
     where, told = spec.ctypes.data, u8.ctypes.data
@@ -79,11 +98,13 @@ def run(
     for k in range(count):
         t = start + (first + k) * h
         step = h if first + k + 1 < total else last
-        status, operation = 0, 0
+        status, operation, resume = 0, 0, 0
         report[1] = k
         for j in range(len(outputs)):
             rows[k, j] = reals[outputs[j]]
         for i in range(len(program)):
+            if i < resume:
+                continue
             o = program[i]
             code = o[0]
             report[2] = i
@@ -99,34 +120,22 @@ def run(
                     reals[o[1] + j] = constants[o[4]] * reals[o[2] + j] + constants[o[4] + 1]
             elif code in (STEP_2, STEP_1, STEP_3):
                 before = _now(clock, where, spec)
-                part = step / o[4]
-                for j in range(o[4]):
-                    now = t + j * part
-                    if j > 0 and j == o[4] - 1:  # ends with the macro step, and not a rounding error later
-                        part = t + step - now
-                        if now + part > t + step:
-                            part = np.nextafter(part, 0.0)
-                    no_return = 1 if j == 0 and o[7] == 0 else 0  # the state at t may be set again
-                    if code == STEP_2:
-                        status = native.step_2(o[1], o[2], now, part, no_return)
-                        if status == DISCARD and o[6] != 0:
-                            native.boolean_status(o[6], o[2], TERMINATED, told + o[5])
-                            if u8[o[5]] != 0:
-                                ended[0], ended[1], status = o[3] + 1, o[2], 0
-                    elif code == STEP_1:
-                        status = native.step_1(o[1], o[2], now, part, 1)
-                    else:
-                        status = native.step_3(
-                            o[1], o[2], now, part, no_return, told + o[5], told + o[5] + 1, told + o[5] + 2,
-                            told + o[5] + 8,
-                        )  # fmt: skip
-                        if 0 <= status <= DISCARD and u8[o[5] + 1] != 0:
-                            ended[0], ended[1], status = o[3] + 1, o[2], 0
-                        elif 0 <= status <= 1 and u8[o[5] + 2] != 0:
-                            status = EARLY
-                    if not 0 <= status <= 1 or ended[0] == o[3] + 1:
-                        break
+                status = _step(o, t, step, u8, told)
+                if status == ENDS:
+                    ended[0], ended[1], status = o[3] + 1, o[2], 0
                 seconds[o[3]] += _now(clock, where, spec) - before
+            elif code == FORK:
+                if _gains(program, i, seconds, crew, spans, clock):
+                    resume = i + 1 + o[1]
+                    _fork(program, i + 1, resume, t, step, u8, seconds, crew, spans, clock, where, spec)
+                    for j in range(i + 1, resume):
+                        report[2], status = j, crew[STATUS + j]
+                        if status == ENDS:
+                            ended[0], ended[1], status = program[j, 3] + 1, program[j, 2], 0
+                        if not 0 <= status <= 1:
+                            break
+                        if status == WARNING and report[4] == 0:
+                            report[4], report[5] = j + 1, k
             elif code in (SET_3, GET_3):
                 if code == SET_3 and o[2] == ended[1]:
                     continue
@@ -176,7 +185,7 @@ def run(
             if status == WARNING and report[4] == 0:
                 report[4], report[5] = i + 1, k
             if not 0 <= status <= 1:
-                operation = i
+                operation = report[2]
                 break
         for j in range(len(inputs)):
             rows[k, len(outputs) + j] = reals[inputs[j]]
@@ -194,6 +203,118 @@ def run(
             report[0], report[1], report[2], report[3] = TIME_IS_UP, k + 1, 0, 0
             return
     report[0], report[1], report[2], report[3] = DONE, count, 0, 0
+
+
+@kernel
+def _step(o: np.ndarray, t: float, step: float, u8: np.ndarray, told: int) -> Any:
+    """An FMU's steps in a macro step from t on; the status, or `ENDS`."""
+    part, status = step / o[4], 0
+    for j in range(o[4]):
+        now = t + j * part
+        if j > 0 and j == o[4] - 1:  # ends with the macro step, and not a rounding error later
+            part = t + step - now
+            if now + part > t + step:
+                part = np.nextafter(part, 0.0)
+        no_return = 1 if j == 0 and o[7] == 0 else 0  # the state at t may be set again
+        if o[0] == STEP_2:
+            status = native.step_2(o[1], o[2], now, part, no_return)
+            if status == DISCARD and o[6] != 0:
+                native.boolean_status(o[6], o[2], TERMINATED, told + o[5])
+                if u8[o[5]] != 0:
+                    return ENDS
+        elif o[0] == STEP_1:
+            status = native.step_1(o[1], o[2], now, part, 1)
+        else:
+            status = native.step_3(
+                o[1], o[2], now, part, no_return, told + o[5], told + o[5] + 1, told + o[5] + 2, told + o[5] + 8
+            )
+            if 0 <= status <= DISCARD and u8[o[5] + 1] != 0:
+                return ENDS
+            if 0 <= status <= 1 and u8[o[5] + 2] != 0:
+                status = EARLY
+        if not 0 <= status <= 1:
+            break
+    return status
+
+
+@kernel
+def _gains(
+    program: np.ndarray, fork: int, seconds: np.ndarray, crew: np.ndarray, spans: np.ndarray, clock: int
+) -> Any:  # fmt: skip
+    """Whether threads save time with the steps behind a fork.
+
+    spans (3, slaves): the seconds of each slave when that was asked last, the mean time that it takes for a step, and
+    what threads are told, time and step.
+    """
+    if crew[THREADS] == 0 or clock == 0:
+        return crew[THREADS] > 0
+    whole, longest = 0.0, 0.0
+    for j in range(fork + 1, fork + 1 + program[fork, 1]):
+        slave = program[j, 3]
+        spans[1, slave] += LAST * (seconds[slave] - spans[0, slave] - spans[1, slave])
+        spans[0, slave] = seconds[slave]
+        whole += spans[1, slave]
+        longest = max(longest, spans[1, slave])
+    return whole - max(longest, whole / (crew[THREADS] + 1)) > GAIN
+
+
+@kernel
+def _fork(
+    program: np.ndarray, first: int, end: int, t: float, step: float, u8: np.ndarray, seconds: np.ndarray,
+    crew: np.ndarray, spans: np.ndarray, clock: int, where: int, spec: np.ndarray,
+) -> None:  # fmt: skip
+    """Take steps side by side, and wait for all of them."""
+    spans[2, 0], spans[2, 1] = t, step
+    crew[NEXT], crew[UNTIL] = first, end
+    for j in range(first, end):
+        crew[STATUS + j] = UNDERWAY
+    helpers = min(crew[THREADS], end - first - 1)
+    for _ in range(helpers):
+        native.semaphore(crew[POST], crew[WORK])
+    _take(program, u8, seconds, crew, spans, clock, where, spec)
+    for _ in range(helpers):
+        _wait(crew, WORKED, clock, where, spec)
+
+
+@kernel
+def _wait(crew: np.ndarray, which: int, clock: int, where: int, spec: np.ndarray) -> None:
+    """Wait for a semaphore, awake for a while."""
+    begin = _now(clock, where, spec)
+    while clock != 0 and _now(clock, where, spec) - begin < SPIN:
+        for _ in range(16):
+            if native.semaphore(crew[TRY], crew[which]) == 0:
+                return
+    while native.semaphore(crew[WAIT], crew[which]) != 0:
+        pass  # a signal came in between
+
+
+@kernel
+def _take(
+    program: np.ndarray, u8: np.ndarray, seconds: np.ndarray, crew: np.ndarray, spans: np.ndarray, clock: int,
+    where: int, spec: np.ndarray,
+) -> None:  # fmt: skip
+    """Take one step after the other of those that no other thread has taken."""
+    while True:
+        i = native.take_next(crew.ctypes.data + 8 * NEXT)
+        if i >= crew[UNTIL]:
+            return
+        before = _now(clock, where, spec)
+        crew[STATUS + i] = _step(program[i], spans[2, 0], spans[2, 1], u8, u8.ctypes.data)
+        seconds[program[i, 3]] += _now(clock, where, spec) - before
+
+
+@free_kernel
+def help_out(
+    program: np.ndarray, u8: np.ndarray, seconds: np.ndarray, crew: np.ndarray, spans: np.ndarray, clock: int
+) -> None:  # fmt: skip
+    """What a thread beside the loop does: wait for work, until it is to stop."""
+    spec = np.zeros(2, np.int64)
+    while True:
+        _wait(crew, WORK, clock, spec.ctypes.data, spec)
+        if crew[STOP] != 0:
+            return
+        _take(program, u8, seconds, crew, spans, clock, spec.ctypes.data, spec)
+        native.semaphore(crew[POST], crew[WORKED])
 
 
 @kernel

@@ -9,6 +9,7 @@ from __future__ import annotations
 from collections.abc import Callable
 from typing import Any
 
+from llvmlite import ir
 from numba import types
 from numba.extending import intrinsic
 
@@ -33,6 +34,7 @@ _STATUS = (POINTER, INT, POINTER)
 _DERIVATIVES = (POINTER, POINTER, SIZE, POINTER, POINTER)
 _CLOCK = (INT, POINTER)
 _PYTHON = (DOUBLE, DOUBLE)
+_SEMAPHORE = (POINTER,)
 
 
 @_intrinsic
@@ -89,3 +91,20 @@ def clock_gettime(_typing: Any, fn: Any, clock: Any, where: Any) -> Any:
 def python(_typing: Any, fn: Any, t: Any, h: Any) -> Any:
     """A Python function (t, h) -> status behind a ctypes callback."""
     return _signature(*_PYTHON), c_call(*_PYTHON)
+
+
+@_intrinsic
+def semaphore(_typing: Any, fn: Any, address: Any) -> Any:
+    """sem_wait or sem_post(address) of the C library."""
+    return _signature(*_SEMAPHORE), c_call(*_SEMAPHORE)
+
+
+@_intrinsic
+def take_next(_typing: Any, address: Any) -> Any:
+    """The integer at an address, which is one more from then on; no two threads get the same."""
+
+    def generate(_context: Any, builder: Any, _signature: Any, arguments: Any) -> Any:
+        place = builder.inttoptr(arguments[0], ir.IntType(64).as_pointer())
+        return builder.atomic_rmw("add", place, ir.Constant(ir.IntType(64), 1), "seq_cst")
+
+    return types.int64(types.int64), generate

@@ -122,8 +122,9 @@ class Steps(Protocol):
 class Program:
     """A list of operations in the making. Each has a label for messages: (slave, what it does)."""
 
-    def __init__(self, board: Board, slaves: Sequence[Steps]):
-        self.board = board
+    def __init__(self, board: Board, slaves: Sequence[Steps], forks: bool = False):
+        """forks: threads may take steps that do not depend on each other."""
+        self.board, self.forks = board, forks
         self.slaves = slaves  # thousands of programs of a large system share it
         self.numbered = 0
         """How many of the slaves, from the first on, the program has to do with by their number."""
@@ -289,9 +290,25 @@ class Program:
 
     def step_all(self, slaves: Sequence[Steps]) -> None:
         """Have all of them step, read all outputs."""
-        for act in (self.do_step, self.get_outputs):
-            for slave in slaves:
-                act(slave)
+        begin = len(self.rows)
+        for slave in slaves:
+            self.do_step(slave)
+        if self.forks:
+            self._fork(begin)
+        for slave in slaves:
+            self.get_outputs(slave)
+
+    def _fork(self, begin: int) -> None:
+        """Let threads take the steps that have been written from there on; what FMUs in processes are told comes first,
+        for they step meanwhile."""
+        steps = (loop.STEP_1, loop.STEP_2, loop.STEP_3)
+        written = sorted(zip(self.rows[begin:], self.labels[begin:], strict=True), key=lambda one: one[0][0] in steps)
+        del self.rows[begin:], self.labels[begin:]
+        count = sum(row[0] in steps for row, _ in written)
+        for k, (row, label) in enumerate(written):
+            if count > 1 and k == len(written) - count:
+                self.add(None, "", loop.FORK, count)
+            self.add(*label, *row)
 
     # the arrays
 

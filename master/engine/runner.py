@@ -11,6 +11,7 @@ import numpy as np
 
 from ...core.errors import SimulationError
 from . import loop
+from .crew import NOBODY, Crew
 from .program import Program, Steps
 from .values import Signal
 
@@ -50,6 +51,8 @@ class Runner:
         self._finite = np.array(list(self._names), np.int64)
         self.seconds = np.zeros(max(1, program.numbered))
         """Wall time in doStep of the slaves, as far as the program has them step [s]."""
+        forked = any(row[0] == loop.FORK for row in program.rows)
+        self._crew = Crew(self._operations, program.numbered) if forked else NOBODY
         self._report = np.zeros(6, np.int64)
         self._nothing = np.zeros((1, 0))
         self.timed = True
@@ -76,13 +79,14 @@ class Runner:
         """
         board, stages = self.program.board, self.program.board.stages
         self._report[:] = 0
+        clock = _clock() if self.timed else 0
+        self._crew.begin(self._operations, stages[loop.U8], self.seconds, clock)
         loop.run(
             self._operations, self._constants, self._tables, board.reals, board.integers,
             stages[loop.I8], stages[loop.U8], stages[loop.I16], stages[loop.U16], stages[loop.I32], stages[loop.U32],
             stages[loop.F32], self._nothing if driven is None else driven, rows, self._outputs, self._inputs,
             self._finite, self.seconds, start, h, first, count, total, last_step(start, h, total, stop),
-            _clock() if self.timed else 0, budget, board.ended,
-            self._report,
+            clock, budget, board.ended, self._report, self._crew.control, self._crew.spans,
         )  # fmt: skip
         why, done, operation, status, warned, when = (int(x) for x in self._report)
         self.taken = done
@@ -119,6 +123,8 @@ class Runner:
         lost: what an FMU did to the process.
         """
         done, operation = int(self._report[1]), int(self._report[2])
+        if self.program.rows[operation][0] == loop.FORK:
+            operation += 1 + int(np.argmax(self._crew.control[loop.STATUS + operation + 1 :] == loop.UNDERWAY))
         slave, doing = self.program.labels[operation]
         who = f"component '{slave.name}'" if slave is not None else "the master"
         return done, f"{who} {lost} in {doing}" if lost else f"{who} does not come back from {doing}"

@@ -80,8 +80,8 @@ def _arguments(options: Options) -> list[str]:
         made += ["--log-category", category]
     for pattern in options.plot:
         made += ["--plot", pattern]
-    switches = ("isolate", options.isolate), ("realtime", options.realtime), ("check-step", options.check_step)
-    made += [f"--{name}" for name, on in switches if on]
+    for name in ("isolate", "parallel", "realtime", "check_step"):
+        made += [f"--{name.replace('_', '-')}"] if getattr(options, name) else []
     return made
 
 

@@ -9,10 +9,11 @@ from pathlib import Path
 
 from ...core.errors import UsageError, did_you_mean
 from ...ssp.wires import Network
-from ..algorithms import check_method, chosen, method_named
+from ..algorithms import DEFAULT, check_method, chosen, method_named
 from ..algorithms.method import Method
 from ..coupling.initialisation import early_order
 from ..coupling.power_bonds import Bond, find_bonds
+from ..engine import crew
 from ..isolation.isolated import IsolatedSlave
 from ..options import Options
 from ..results import check_writable
@@ -62,7 +63,7 @@ def plan(package: Path, options: Options, stack: ExitStack, interrupt: Interrupt
     found = Findings()
 
     def as_run(slaves: dict[str, Slave]) -> dict[str, Slave]:
-        made = _isolated(options, slaves, interrupt) if options.isolate else slaves
+        made = _isolated(options, slaves, interrupt)
         set_substeps(options, made)
         return made
 
@@ -89,6 +90,7 @@ def plan(package: Path, options: Options, stack: ExitStack, interrupt: Interrupt
     for drive in drives:
         if drive.texts and drive.signal.component:
             slaves[drive.signal.component].texts.add(drive.signal.name)
+    system.steps.forks = options.parallel and crew.able()
     bonds = check_coupling(system, name, options.isolate)
     return Plan(
         options, method, network, slaves, system, made.values, made.sizes, drives, layout, which, times, bonds, remarks
@@ -140,8 +142,13 @@ def check_coupling(system: System, method: str, isolated: bool) -> list[Bond]:
 
 
 def _isolated(options: Options, slaves: dict[str, Slave], interrupt: Interrupts) -> dict[str, Slave]:
-    """The slaves in processes of their own."""
-    return {n: IsolatedSlave(s, options.step_timeout, interrupt) if s.is_foreign else s for n, s in slaves.items()}
+    """The slaves, all of them in processes of their own or those that keep others from stepping beside them."""
+    able = options.parallel and method_named(options.method or DEFAULT).needs_state is None
+
+    def apart(slave: Slave) -> bool:
+        return slave.is_foreign and (options.isolate or (able and slave.runs_in_python))
+
+    return {n: IsolatedSlave(s, options.step_timeout, interrupt) if apart(s) else s for n, s in slaves.items()}
 
 
 def set_substeps(options: Options, slaves: dict[str, Slave]) -> None:

@@ -421,8 +421,8 @@ def simulate(path: str | Path, out: str | Path | None = None, **options: Any) ->
 
     step, stop_time [s]; method; changes: parameters by address, what --set takes; parameters: .ssv files; variant;
     stimuli: a CSV file; record: patterns of columns; record_every; results: name of the file, "" for none; log: name of
-    a file for what FMUs say; log_level; log_categories; substeps: by component; check_step, realtime, isolate: True or
-    False; step_timeout [s].
+    a file for what FMUs say; log_level; log_categories; substeps: by component; check_step, realtime, isolate, parallel:
+    True or False; step_timeout [s].
 
     >>> result = simulate("deepsea_11km.ssp", changes={"arm.load_weight": 1000})   # doctest: +SKIP
     >>> result.frame["arm.x_h"].plot()                                              # doctest: +SKIP

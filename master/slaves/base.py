@@ -134,6 +134,13 @@ class Slave(FmuVariables, ABC):
         """What outputs answer at once to a change of an input, by value references; None where the FMU does not say."""
         return None
 
+    @property
+    def runs_in_python(self) -> bool:
+        """Whether its steps need Python's interpreter, which one FMU of a process has at a time: an FMU of pythonfmu
+        without a front of ours."""
+        resources = self.folder / "resources"
+        return (resources / "slavemodule.txt").is_file() and not (resources / "front.txt").is_file()
+
     # state
 
     @property

@@ -21,14 +21,36 @@ class StepProgram:
         self._sources = {(link.source.component, link.source.name) for link in connections.links}
         self.watched: frozenset[End] | None = None
         """Outputs that are looked at from outside; None: all."""
+        self.forks = False
+        """Whether threads take steps that do not depend on each other."""
 
     def program(self) -> Program:
         """An empty program for this system."""
-        return Program(self.board, self._all)
+        return Program(self.board, self._all, self.forks)
 
     def links_to(self, name: str) -> list[Link]:
         """The links that carry something to a component."""
         return [k for k in self._connections.into(name) if self._values.speaks(k)]
+
+    def levels(self, order: Iterable[str]) -> list[list[str]]:
+        """Components that may step side by side, after those before them, with what they would get one by one.
+
+        order: that in which they step one by one. One that takes from an earlier one comes after it; one that an
+        earlier one takes from does not come before it, for that one takes what there was before the step.
+        """
+        level: dict[str, int] = {}
+        made: list[list[str]] = []
+        takes: dict[str, list[str]] = {}
+        for name in order:
+            givers = [k.source.component for k in self._connections.into(name)]
+            own = max((level[g] + 1 for g in givers if g in level), default=0)
+            own = max([own, *(level[other] for other in takes.get(name, ()))])
+            level[name] = own
+            for giver in givers:
+                takes.setdefault(giver, []).append(name)
+            made += [[] for _ in range(own + 1 - len(made))]
+            made[own].append(name)
+        return made
 
     def is_continuous(self, link: Link) -> bool:
         """Whether a link carries a continuous real from an output, which may be carried on and averaged."""
