@@ -1,10 +1,11 @@
 """Speed of the master: microseconds per macro step of two native FMUs, beside FMPy's `simulate_ssp`.
 
-    python -m benchmarks.master [--steps N] [--repeats N] [--long STEPS]
+    python -m benchmarks.master [--steps N] [--repeats N] [--long STEPS [--results NAME]]
 
 The FMUs are a mass and a spring compiled from benchmarks/fmus/linear.c. The masters run the same package turn by
 turn, so whatever else the machine does hits all. ecos is run too where ecospy and tbb are installed. --long runs so
-many steps streamed to a CSV file and prints the memory that is needed, for a tenth of them and for all.
+many steps streamed to a file (CSV, or what the name says) and prints the memory that is needed, for a tenth of them and
+for all; nothing else is measured then.
 """
 
 from __future__ import annotations
@@ -149,16 +150,17 @@ def _own_calls(path: Path) -> float:
         return time.perf_counter() - begin
 
 
-def long_run(count: int) -> None:
+def long_run(count: int, results: str) -> None:
     """Memory of runs streamed to a file, each in a process of its own."""
     for steps in (count // 10, count):
         code = (
             "from benchmarks.master import package, ours; import resource, tempfile, pathlib, time\n"
             f"with tempfile.TemporaryDirectory() as d:\n d = pathlib.Path(d); p = package(d, {steps})\n"
             " b = time.perf_counter()\n"
-            f" ours(p, d / 'out', record=('mass.y1',)); s = time.perf_counter() - b\n"
-            f" size = (d / 'out' / 'results.csv').stat().st_size\n"
-            f"print({steps}, 'steps:', round(s, 1), 's,', round(size / 1e6), 'MB of CSV, peak memory', "
+            f" ours(p, d / 'out', record=('mass.y1',), results={results!r}); s = time.perf_counter() - b\n"
+            f" size = (d / 'out' / {results!r}).stat().st_size\n"
+            f"print({steps}, 'steps:', round(s, 1), 's,', round(time.process_time(), 1), 's of CPU,', "
+            f"round(size / 1e6), 'MB of {results}, peak memory', "
             "resource.getrusage(resource.RUSAGE_SELF).ru_maxrss // 1024, 'MB')"
         )
         subprocess.run([sys.executable, "-c", code], check=True)
@@ -169,10 +171,14 @@ def main() -> None:
     p = argparse.ArgumentParser(prog="benchmarks.master", description="Measures the speed of cosim-master.")
     p.add_argument("--steps", type=int, default=100_000)
     p.add_argument("--repeats", type=int, default=5)
-    p.add_argument("--long", type=int, metavar="STEPS", help="run so many steps and print the memory")
+    p.add_argument("--long", type=int, metavar="STEPS", help="only run so many steps and print the memory")
+    p.add_argument("--results", default="results.csv", help="name of the file of the long run (default: %(default)s)")
     options = p.parse_args()
     if native.compiler is None:
         p.error("needs a C compiler")
+    if options.long:
+        long_run(options.long, options.results)
+        return
     with tempfile.TemporaryDirectory() as scratch:
         folder = Path(scratch)
         count = options.steps
@@ -188,8 +194,6 @@ def main() -> None:
         }
         measure("two native FMUs", count, options.repeats, runs)
         python_fmus(options.repeats)
-    if options.long:
-        long_run(options.long)
     print(f"peak memory of this process: {resource.getrusage(resource.RUSAGE_SELF).ru_maxrss // 1024} MB")
 
 

@@ -127,7 +127,8 @@ class Recording:
     def _keep(self, first: int, times: np.ndarray, rows: np.ndarray) -> None:
         """The sample and the extremes of a block."""
         table = self._numbers(times, rows)
-        self._sample.append(table[-first % self._stride :: self._stride].copy())
+        if len(points := table[-first % self._stride :: self._stride]):
+            self._sample.append(points.copy())
         if self._extremes is None:
             self._extremes = np.stack([table[0]] * 4)
         self._extremes[1] = np.minimum(self._extremes[1], table.min(axis=0))

@@ -1,4 +1,8 @@
-"""Parquet: a folder of parts while the run goes on, for a part has to be closed to be readable; one file at its end."""
+"""Parquet: a folder of parts while the run goes on, for a part has to be closed to be readable; one file at its end.
+
+Many small parts are joined into a larger one, and many of these into a still larger one: each row is written again only
+once for every tier, and few files are there, however long the run.
+"""
 
 from __future__ import annotations
 
@@ -19,7 +23,7 @@ ROWS = 100_000
 """Rows of a row group."""
 
 MOST_PARTS = 256
-"""Parts that are joined into one when there are as many."""
+"""Parts of one tier that are joined into one of the next when there are as many."""
 
 
 class ParquetWriter:
@@ -39,20 +43,24 @@ class ParquetWriter:
                 for c in columns
             ]
         )
-        self._parts, self._most = 0, MOST_PARTS + 1  # and one of the columns alone
+        self._most, self._parts = MOST_PARTS, 0
+        self._tiers: list[list[str]] = [[]]
+        """Names of the parts, those of written blocks first, then of what they have been joined into."""
         with writing(path):
             if path.is_dir():
                 shutil.rmtree(path)
             path.unlink(missing_ok=True)
             path.mkdir(parents=True)
         self._write([[] for _ in columns])  # a reader finds the columns, however early the process dies
+        self._tiers = [[]]  # and that part stays
 
     def write(self, table: Sequence[np.ndarray | list[object]]) -> None:
         """Append rows as a part of its own."""
         if table and len(table[0]):
             self._write(table)
-            if self._parts >= self._most:
-                self._join()
+            tier = 0
+            while len(self._tiers[tier]) >= self._most and self._join(tier):
+                tier += 1
 
     def _write(self, table: Sequence[np.ndarray | list[object]]) -> None:
         import pyarrow
@@ -63,38 +71,59 @@ class ParquetWriter:
         self._put(lambda part: parquet.write_table(made, part))
 
     def _put(self, write: Any) -> None:
-        part = self.path / f".part-{self._parts:06d}"  # readers of folders leave what begins with a dot
+        name = f"part-{self._parts:09d}.parquet"
+        part = self.path / f".{name}"  # readers of folders leave what begins with a dot
         try:
             write(part)
-            part.replace(self.path / f"part-{self._parts:06d}.parquet")
+            part.replace(self.path / name)
         except OSError as error:
             part.unlink(missing_ok=True)
             raise OutputError(f"{self.path}: cannot be written ({error.strerror or error})") from None
         self._parts += 1
+        self._tiers[0].append(name)
 
-    def _together(self, target: Path) -> None:
-        """All parts as one file."""
+    def _together(self, names: Sequence[str], target: Path) -> None:
+        """Parts as one file."""
+        import pyarrow
         from pyarrow import parquet
 
         with parquet.ParquetWriter(target, self._schema) as writer:
-            for part in sorted(self.path.glob("part-*.parquet")):
-                for batch in parquet.ParquetFile(part).iter_batches(ROWS):
-                    writer.write_batch(batch)
+            waiting: list[Any] = []
 
-    def _join(self) -> None:
-        """One part in place of many, from one moment to the next."""
+            def write() -> None:
+                writer.write_table(pyarrow.Table.from_batches(waiting, self._schema), row_group_size=ROWS)
+                waiting.clear()
+
+            for name in names:
+                with parquet.ParquetFile(self.path / name) as part:
+                    for batch in part.iter_batches(ROWS):
+                        waiting.append(batch)
+                        if sum(b.num_rows for b in waiting) >= ROWS:
+                            write()
+            write()
+
+    def _join(self, tier: int) -> bool:
+        """One part in place of all of a tier, from one moment to the next; whether there was room for it."""
+        names = self._tiers[tier]
         new = self.path.with_name(f".{self.path.name}.joined")
         shutil.rmtree(new, ignore_errors=True)
         try:
             new.mkdir()
-            self._together(new / "part-000000.parquet")
+            self._together(names, new / names[0])
+            for part in self.path.glob("part-*.parquet"):
+                if part.name not in names:
+                    _same(part, new / part.name)
             exchange(new, self.path)
         except OSError:  # no room for both: go on with many
             shutil.rmtree(new, ignore_errors=True)
             self._most *= 2
-            return
+            return False
         shutil.rmtree(new, ignore_errors=True)
-        self._parts = 1
+        if tier + 1 == len(self._tiers):
+            self._tiers.append([])
+        self._tiers[tier + 1].append(names[0])
+        self._tiers[tier] = []
+        return True
 
     def close(self, finished: bool) -> None:
         """Make one file of the parts."""
@@ -103,7 +132,7 @@ class ParquetWriter:
         whole = self.path.with_name(f".{self.path.name}.whole")
         try:
             _remove(whole)  # a run that was killed may have left its parts there
-            self._together(whole)
+            self._together(sorted(part.name for part in self.path.glob("part-*.parquet")), whole)
             exchange(whole, self.path)
             _remove(whole)
         except OSError as error:  # the parts are left, and can be read as they are
@@ -111,6 +140,14 @@ class ParquetWriter:
                 _remove(whole)
             if finished:
                 raise OutputError(f"{self.path}: cannot be written ({error.strerror or error})") from None
+
+
+def _same(part: Path, place: Path) -> None:
+    """A part in another folder, too."""
+    try:
+        place.hardlink_to(part)
+    except OSError:  # not every file system can
+        shutil.copyfile(part, place)
 
 
 def _remove(place: Path) -> None:
