@@ -168,6 +168,11 @@ def _table(summary: dict[str, Any], result: Any) -> str:
                 f"  half the step: greatest estimated error {found[1]['relative']:.1e} of its range, {found[0]} "
                 f"({found[1]['error']:.2g} {result.units.get(found[0], '')})".rstrip()
             )
+        if (told := summary["step_check"].get("advice")) is not None:
+            coupling.append(
+                f"  it comes in at {told['input']}, held up to {told['off']:.1e} of its range off {told['source']}; "
+                f"--method {told['method']} --step {told['step']:.3g} would halve it, in {told['cost']:.2g} x the steps"
+            )
     if not coupling and result.connected:
         coupling.append("  no power bond found: nothing says how much error the coupling makes, but --check-step does")
     lines = [

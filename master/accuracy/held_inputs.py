@@ -5,12 +5,14 @@ a step from y_1 to y_2 follows from its values there and a step further on eithe
 
     (y_1 + y_2) / 2 - (y_0' - y_1 - y_2 + y_3) / 24 with y_0' the value before, exact for cubics,
 
-for the methods of second order hold the plain mean of both ends, and what that lacks is their error.
+for the methods of second order hold the plain mean of both ends, and what that lacks is their error: so the record of a
+run tells, too, how far an input would be off with such a method.
 """
 
 from __future__ import annotations
 
 from collections.abc import Collection, Sequence
+from dataclasses import dataclass
 
 import numpy as np
 
@@ -24,6 +26,20 @@ of the value: the pressure of a tank that changes by a few pascals is as good as
 IN_A_ROW = 4
 """Steps in a row in which an input has to be off to count. A jump between two points is none of the coupling's error:
 the mean above is wrong about it in three steps at most."""
+
+
+@dataclass(frozen=True)
+class HeldInput:
+    """An input that a component held in its steps."""
+
+    name: str
+    """component.variable."""
+    source: str
+    """The output that drives it, likewise."""
+    off: float
+    """How far it was off at most, as a share of its source's range."""
+    of_second_order: float
+    """How far it would be off with a method that holds the mean of both ends of a step."""
 
 
 class HeldInputs:
@@ -42,6 +58,7 @@ class HeldInputs:
         self._factors = np.array([k.cast.factor for k, _ in spread])
         self._offsets = np.array([k.cast.offset for k, _ in spread])
         self._sloped = np.array([k.target.component in sloped for k, _ in spread], bool)
+        self._starts = [elements(k.source)[i] for k, i in spread]
         self.names = [elements(k.target)[i] for k, i in spread]
         """Of the inputs, component.variable."""
         self._of: dict[str, list[int]] = {}
@@ -49,9 +66,9 @@ class HeldInputs:
             self._of.setdefault(k.target.component, []).append(i)
         count = len(spread)
         self._low, self._high = np.full(count, np.inf), np.full(count, -np.inf)
-        self._most = np.zeros(count)
+        self._most = np.zeros((2, count))  # of the run, and of a method of second order
         self._rows = np.empty((2, 0, count))  # the last rows, of sources and inputs, whose steps wait for the next ones
-        self._off = np.empty((0, count))  # and how far inputs were off in the last steps
+        self._off = np.empty((0, 2, count))  # and how far inputs were off in the last steps
 
     def add(self, rows: np.ndarray) -> None:
         """Take in rows (n, outputs + inputs): outputs at communication points, and inputs held from then on."""
@@ -67,9 +84,10 @@ class HeldInputs:
         self._rows = self._rows[:, -3:].copy()
         if len(y) < 4:
             return
-        mean = 0.5 * (y[1:-2] + y[2:-1]) - (y[3:] - y[2:-1] - y[1:-2] + y[:-3]) / 24.0
+        bend = (y[3:] - y[2:-1] - y[1:-2] + y[:-3]) / 24.0
+        mean = 0.5 * (y[1:-2] + y[2:-1]) - bend
         held = u[1:-2] + np.where(self._sloped, 0.5 * (u[1:-2] - u[:-3]), 0.0)
-        off = np.concatenate([self._off, np.abs(held - mean)])
+        off = np.concatenate([self._off, np.abs(np.stack([held - mean, bend], axis=1))])
         self._off = off[len(off) - min(len(off), IN_A_ROW - 1) :].copy()
         if len(off) >= IN_A_ROW:
             count = len(off) - IN_A_ROW + 1
@@ -84,8 +102,24 @@ class HeldInputs:
         mine = np.array(self._of.get(component, ()), np.int64)
         if not len(mine):
             return None
-        with np.errstate(all="ignore"):
-            span = np.maximum(self._high - self._low, SMALL * np.maximum(np.abs(self._low), np.abs(self._high)))[mine]
-            share = np.where(self._most[mine] > 0.0, self._most[mine] / span, 0.0)
+        share = self._shares()[0, mine]
         worst = int(np.argmax(share))
         return (self.names[mine[worst]], float(share[worst])) if 0.0 < share[worst] < np.inf else None
+
+    def furthest_off(self) -> HeldInput | None:
+        """The input of the whole system that was furthest off; None where none was, or numbers grew beyond bounds."""
+        off, second = self._shares()
+        worst = int(np.argmax(off)) if len(off) else 0
+        if not len(off) or not 0.0 < off[worst] < np.inf:
+            return None
+        return HeldInput(self.names[worst], self._starts[worst], float(off[worst]), float(second[worst]))
+
+    def off(self, name: str) -> float:
+        """How far an input was off at most, as a share of its source's range."""
+        return float(self._shares()[0, self.names.index(name)])
+
+    def _shares(self) -> np.ndarray:
+        """How far inputs were off, and would be with a method of second order, as shares of ranges (2, inputs)."""
+        with np.errstate(all="ignore"):
+            span = np.maximum(self._high - self._low, SMALL * np.maximum(np.abs(self._low), np.abs(self._high)))
+            return np.where(self._most > 0.0, self._most / span, 0.0)

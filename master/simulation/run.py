@@ -7,7 +7,7 @@ import platform
 import tempfile
 from collections.abc import Callable, Sequence
 from contextlib import ExitStack, suppress
-from dataclasses import dataclass, field, replace
+from dataclasses import asdict, dataclass, field, replace
 from pathlib import Path
 from time import perf_counter
 from typing import Any
@@ -68,6 +68,8 @@ class Result:
     """Names of the columns that hold true and false."""
     stride: int = 1
     """Distance of the sampled points [steps]."""
+    held: HeldInputs | None = None
+    """How far inputs were off in the steps."""
 
     @property
     def frame(self) -> Any:
@@ -252,6 +254,7 @@ class _Run:
             [c.name for c in self._recorded() if c.type == "text"],
             [c.name for c in self._recorded() if c.type == "boolean"],
             self.stride,
+            self.recording.held,
         )
 
     def _recorded(self) -> list[Column]:
@@ -374,6 +377,7 @@ def _check_step(
     progress: Callable[[int, int], None], give_up: GiveUp | None,
 ) -> None:  # fmt: skip
     """Run once more with half the step, and put the estimated errors into the summary, or why there are none."""
+    from ..accuracy.advice import advice
     from ..accuracy.step_error import estimate, worst
 
     step = 0.5 * result.summary["step_s"]
@@ -392,12 +396,19 @@ def _check_step(
         return
     assert result.sample is not None
     assert again.sample is not None
-    errors = estimate(method_named(result.summary["method"]).order, result.names, result.sample, again.sample)
+    assert result.held is not None
+    assert again.held is not None
+    name = result.summary["method"]
+    method = method_named(name)
+    errors = estimate(method.order, result.names, result.sample, again.sample)
+    told = advice(name, method, result.summary["step_s"], result.held, again.held)
     outputs = set(result.outputs)  # an input that is held belongs to no point in time
     result.summary["step_check"] = {
         "step_s": step, "errors": {n: e for n, e in errors.items() if n in outputs}, "status": "ok",
+        "advice": asdict(told) if told is not None else None,
     }  # fmt: skip
     _allay(result.summary, errors)
+    result.summary["warnings"] += told.warning(name, method.order) if told is not None else []
     found = worst(result.summary["step_check"]["errors"])
     if found is not None and found[1]["relative"] > TRUSTED:
         result.summary["warnings"].append(
