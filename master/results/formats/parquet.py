@@ -91,14 +91,14 @@ class ParquetWriter:
             waiting: list[Any] = []
 
             def write() -> None:
-                writer.write_table(pyarrow.Table.from_batches(waiting, self._schema), row_group_size=ROWS)
+                writer.write_table(pyarrow.concat_tables([self._schema.empty_table(), *waiting]), row_group_size=ROWS)
                 waiting.clear()
 
             for name in names:
                 with parquet.ParquetFile(self.path / name) as part:
-                    for batch in part.iter_batches(ROWS):
-                        waiting.append(batch)
-                        if sum(b.num_rows for b in waiting) >= ROWS:
+                    for k in range(part.num_row_groups):  # in batches it would keep the whole of a large part
+                        waiting.append(part.read_row_group(k))
+                        if sum(table.num_rows for table in waiting) >= ROWS:
                             write()
             write()
 
