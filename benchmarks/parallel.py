@@ -1,20 +1,26 @@
 """What `--parallel` gains: two FMUs that take a millisecond of the processor's time for a step, and two fast ones.
 
-    python -m benchmarks.parallel [--pairs N] [--steps N]
+    python -m benchmarks.parallel [--pairs N] [--steps N] [--pin]
 
-Each package is run one FMU after the other and side by side, in turns; told are the medians of the wall time of a macro
-step, the median ratio, and whether the results are the same, bit for bit. It needs two cores that nothing else uses.
+Each package is run one FMU after the other and side by side, in turns; told are the median and the least wall time
+of a macro step, the ratios of both, and whether the results are the same, bit for bit. The least times are those of
+runs that nothing else has disturbed. It needs two cores that nothing else uses.
+--pin gives each thread and process a core of its own, where much else runs and the system would move them about.
 """
 
 from __future__ import annotations
 
 import argparse
+import os
 import statistics
 import subprocess
 import sys
 import tempfile
+from itertools import count
 from pathlib import Path
 
+from deepsea_cosim.master.engine import crew
+from deepsea_cosim.master.isolation.isolated import IsolatedSlave
 from deepsea_cosim.master.simulation.run import Options, run
 
 from benchmarks import native
@@ -61,8 +67,8 @@ def python_fmu(folder: Path) -> Path:
     return folder / "Slow.fmu"
 
 
-def compare(name: str, package: Path, method: str, pairs: int, steps: int) -> tuple[float, bool]:
-    """Print what side by side takes against one after the other; the median ratio, and whether results are the same."""
+def compare(name: str, package: Path, method: str, pairs: int, steps: int) -> None:
+    """Print what side by side takes against one after the other."""
     found: dict[bool, list[float]] = {True: [], False: []}
     results = set()
     for _ in range(pairs):
@@ -72,18 +78,44 @@ def compare(name: str, package: Path, method: str, pairs: int, steps: int) -> tu
             found[parallel].append(summary["wall_time_s"] / steps)
             results.add((folder / "results.csv").read_bytes())
     ratio = statistics.median(one / two for one, two in zip(found[False], found[True], strict=True))
-    serial, beside = (1e6 * statistics.median(found[p]) for p in (False, True))
+    median, least = ([1e6 * of(found[p]) for p in (False, True)] for of in (statistics.median, min))
     same = "the same bit for bit" if len(results) == 1 else "NOT the same"
-    print(f"{name:<44}{method:<15}{serial:>9.1f} us{beside:>9.1f} us{ratio:>7.2f} times as fast; {same}", flush=True)
-    return ratio, len(results) == 1
+    print(
+        f"{name:<46}{method:<14} median {median[0]:>7.1f} us, {median[1]:>7.1f} us, {ratio:.2f} times as fast; least "
+        f"{least[0]:>7.1f} us, {least[1]:>7.1f} us, {least[0] / least[1]:.2f} times; {same}", flush=True
+    )  # fmt: skip
+
+
+def pin() -> None:
+    """This process on the first core, threads and processes of FMUs on the next ones."""
+    own = sorted(os.sched_getaffinity(0))
+    load = IsolatedSlave.load
+
+    class Thread(crew.Thread):  # type: ignore[misc]
+        def run(self) -> None:
+            os.sched_setaffinity(0, {own[next(numbers) % len(own)] if len(own) > 2 else own[-1]})
+            super().run()
+
+    numbers = count(1)
+
+    def loaded(self: IsolatedSlave, *arguments: object) -> None:
+        load(self, *arguments)  # type: ignore[arg-type]
+        assert self._process is not None
+        os.sched_setaffinity(self._process.pid, {own[next(numbers) % len(own)]})
+
+    crew.Thread, crew.cores, IsolatedSlave.load = Thread, lambda: len(own), loaded  # type: ignore
+    os.sched_setaffinity(0, {own[0]})
 
 
 def main() -> None:
     """Command line."""
     p = argparse.ArgumentParser(prog="benchmarks.parallel", description="What --parallel gains.")
-    p.add_argument("--pairs", type=int, default=9)
-    p.add_argument("--steps", type=int, default=500)
+    p.add_argument("--pairs", type=int, default=15)
+    p.add_argument("--steps", type=int, default=200)
+    p.add_argument("--pin", action="store_true", help="each thread and process on a core of its own")
     options = p.parse_args()
+    if options.pin:
+        pin()
     if native.compiler is None:
         p.error("needs a C compiler")
     with tempfile.TemporaryDirectory() as text:

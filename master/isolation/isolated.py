@@ -47,6 +47,10 @@ class IsolatedSlave(Slave):
         self._timeout, self._interrupt = step_timeout, interrupt if interrupt is not None else []
         self._process: subprocess.Popen[bytes] | None = None
         self._doing, self._time = "being loaded", 0.0
+        self._queue: list[tuple[Any, ...]] = []
+        """What the worker has not been told yet: it is woken once for a step."""
+        self._asked = False
+        """Whether the outputs after a step have been asked for, and not been read."""
 
     # talking
 
@@ -134,12 +138,18 @@ class IsolatedSlave(Slave):
         self._state = "lost"
 
     def _tell(self, *message: Any) -> None:
+        """Send a message, and before it those that were waiting."""
+        messages, self._queue = [*self._queue, message], []
         try:
-            self._pipe.send_bytes(pickle.dumps(message))
+            self._pipe.send_bytes(pickle.dumps(messages))
         except OSError:
             raise self._died() from None
 
     def _ask(self, method: str, *arguments: Any) -> Any:
+        if self._asked:  # what a run that has failed did not read any more
+            self._asked = False
+            with contextlib.suppress(CosimError):
+                self._answer(START_UP)
         self._doing = method
         self._tell("call", method, arguments)
         return self._answer(START_UP)
@@ -151,7 +161,7 @@ class IsolatedSlave(Slave):
 
         def send(_t: float, _h: float) -> int:
             self._doing = "setting the inputs"
-            self._tell("set", [_take(board, g) for g in self.input_groups])
+            self._queue.append(("set", [_take(board, g) for g in self.input_groups]))
             return 0
 
         program.python(send, None, "setting the inputs")
@@ -161,7 +171,9 @@ class IsolatedSlave(Slave):
 
         def send(t: float, h: float) -> int:
             self._doing, self._time = "doStep", t
-            self._tell("step", t, h)
+            self._queue.append(("step", t, h))
+            self._tell("get")
+            self._asked = True
             return 0
 
         program.python(send, None, "doStep")
@@ -170,7 +182,9 @@ class IsolatedSlave(Slave):
         board, number = program.board, program.number(self)
 
         def receive(_t: float, _h: float) -> int:
-            self._tell("get")
+            if not self._asked:
+                self._tell("get")
+            self._asked = False
             values, seconds, ended = self._answer(self._timeout)
             if ended:
                 board.ended[0] = number + 1

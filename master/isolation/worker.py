@@ -6,6 +6,7 @@ import ctypes
 import os
 import pickle
 import sys
+from collections.abc import Iterator
 from contextlib import suppress
 from multiprocessing.connection import Connection
 from typing import Any
@@ -116,6 +117,12 @@ class Worker:
                 self.fault = error
 
 
+def messages(pipe: Connection) -> Iterator[tuple[Any, ...]]:
+    """What the master says, which comes several at once."""
+    while True:
+        yield from pickle.loads(pipe.recv_bytes())
+
+
 def main() -> None:
     """Obey until the master is gone."""
     pipe = Connection(int(sys.argv[1]))
@@ -125,8 +132,7 @@ def main() -> None:
         worker = Worker(pipe, order)
         worker.load()
         worker.send("done", None)
-        while True:
-            message = pickle.loads(pipe.recv_bytes())
+        for message in messages(pipe):
             if message[0] == "free":
                 break
             try:
