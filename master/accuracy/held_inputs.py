@@ -39,16 +39,20 @@ class HeldInput:
     off: float
     """How far it was off at most, as a share of its source's range."""
     of_second_order: float
-    """How far it would be off with a method that holds the mean of both ends of a step."""
+    """How far it would be off with a method that holds the mean of both ends of a step, where that was followed."""
 
 
 class HeldInputs:
     """Follows every link that carries a continuous real which may be averaged (`System.is_averaged`)."""
 
-    def __init__(self, system: System, outputs: Sequence[int], inputs: Sequence[int], sloped: Collection[str] = ()):
+    def __init__(
+        self, system: System, outputs: Sequence[int], inputs: Sequence[int], sloped: Collection[str] = (),
+        second: bool = False,
+    ):  # fmt: skip
         """outputs, inputs: slots of a row's columns, the outputs first.
 
-        sloped: components that carry their inputs on through a step, along the slope of the last change.
+        sloped: components that carry their inputs on through a step, along the slope of the last change; second: how
+        far inputs would be off with a method of second order is followed, too.
         """
         out = {place: i for i, place in enumerate(outputs)}
         into = {place: len(outputs) + i for i, place in enumerate(inputs)}
@@ -66,9 +70,9 @@ class HeldInputs:
             self._of.setdefault(k.target.component, []).append(i)
         count = len(spread)
         self._low, self._high = np.full(count, np.inf), np.full(count, -np.inf)
-        self._most = np.zeros((2, count))  # of the run, and of a method of second order
+        self._most = np.zeros((1 + second, count))  # of the run, and of a method of second order
         self._rows = np.empty((2, 0, count))  # the last rows, of sources and inputs, whose steps wait for the next ones
-        self._off = np.empty((0, 2, count))  # and how far inputs were off in the last steps
+        self._off = np.empty((0, 1 + second, count))  # and how far inputs were off in the last steps
 
     def add(self, rows: np.ndarray) -> None:
         """Take in rows (n, outputs + inputs): outputs at communication points, and inputs held from then on."""
@@ -87,7 +91,8 @@ class HeldInputs:
         bend = (y[3:] - y[2:-1] - y[1:-2] + y[:-3]) / 24.0
         mean = 0.5 * (y[1:-2] + y[2:-1]) - bend
         held = u[1:-2] + np.where(self._sloped, 0.5 * (u[1:-2] - u[:-3]), 0.0)
-        off = np.concatenate([self._off, np.abs(np.stack([held - mean, bend], axis=1))])
+        now = np.stack([held - mean, bend], axis=1) if len(self._most) > 1 else (held - mean)[:, None]
+        off = np.concatenate([self._off, np.abs(now)])
         self._off = off[len(off) - min(len(off), IN_A_ROW - 1) :].copy()
         if len(off) >= IN_A_ROW:
             count = len(off) - IN_A_ROW + 1
@@ -108,7 +113,7 @@ class HeldInputs:
 
     def furthest_off(self) -> HeldInput | None:
         """The input of the whole system that was furthest off; None where none was, or numbers grew beyond bounds."""
-        off, second = self._shares()
+        off, second = self._shares()[[0, -1]]
         worst = int(np.argmax(off)) if len(off) else 0
         if not len(off) or not 0.0 < off[worst] < np.inf:
             return None

@@ -149,7 +149,7 @@ class _Run:
                 carrying = self.method.carrying(plan.slaves.values())
                 layout = plan.layout
                 self.energy = ResidualEnergy(bonds, layout.outputs, layout.inputs, answers, carrying)
-                held = HeldInputs(plan.system, layout.outputs, layout.inputs, carrying)
+                held = HeldInputs(plan.system, layout.outputs, layout.inputs, carrying, options.check_step)
                 self.file = self.folder / options.results if options.results else None
                 self.stride = stride or sample_stride(count, len(layout.columns))
                 self.recording = Recording(
