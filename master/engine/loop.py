@@ -11,7 +11,7 @@ from typing import Any
 
 import numpy as np
 
-from ...core.jit import free_kernel, kernel
+from ...core.jit import free_kernel, inlined, kernel
 from . import native
 
 SET, GET, SET_3, GET_3 = range(4)
@@ -98,13 +98,13 @@ def run(
     for k in range(count):
         t = start + (first + k) * h
         step = h if first + k + 1 < total else last
-        status, operation, resume = 0, 0, 0
+        status, operation = 0, 0
         report[1] = k
         for j in range(len(outputs)):
             rows[k, j] = reals[outputs[j]]
-        for i in range(len(program)):
-            if i < resume:
-                continue
+        i = -1
+        while i + 1 < len(program):
+            i += 1
             o = program[i]
             code = o[0]
             report[2] = i
@@ -126,16 +126,15 @@ def run(
                 seconds[o[3]] += _now(clock, where, spec) - before
             elif code == FORK:
                 if _gains(program, i, seconds, crew, spans, clock):
-                    resume = i + 1 + o[1]
-                    _fork(program, i + 1, resume, t, step, u8, seconds, crew, spans, clock, where, spec)
-                    for j in range(i + 1, resume):
-                        report[2], status = j, crew[STATUS + j]
+                    after = i + 1 + o[1]
+                    _fork(program, i + 1, after, t, step, u8, seconds, crew, spans, clock, where, spec)
+                    while i + 1 < after and 0 <= status <= 1:
+                        i += 1
+                        status = crew[STATUS + i]
                         if status == ENDS:
-                            ended[0], ended[1], status = program[j, 3] + 1, program[j, 2], 0
-                        if not 0 <= status <= 1:
-                            break
+                            ended[0], ended[1], status = program[i, 3] + 1, program[i, 2], 0
                         if status == WARNING and report[4] == 0:
-                            report[4], report[5] = j + 1, k
+                            report[4], report[5] = i + 1, k
             elif code in (SET_3, GET_3):
                 if code == SET_3 and o[2] == ended[1]:
                     continue
@@ -185,7 +184,7 @@ def run(
             if status == WARNING and report[4] == 0:
                 report[4], report[5] = i + 1, k
             if not 0 <= status <= 1:
-                operation = report[2]
+                operation = i
                 break
         for j in range(len(inputs)):
             rows[k, len(outputs) + j] = reals[inputs[j]]
@@ -205,7 +204,7 @@ def run(
     report[0], report[1], report[2], report[3] = DONE, count, 0, 0
 
 
-@kernel
+@inlined
 def _step(o: np.ndarray, t: float, step: float, u8: np.ndarray, told: int) -> Any:
     """An FMU's steps in a macro step from t on; the status, or `ENDS`."""
     part, status = step / o[4], 0
