@@ -25,12 +25,12 @@ nb: Any = numba  # numba's types are not complete
 types, COMPILED = nb.types, not nb.config.DISABLE_JIT
 
 
-def kernel(function: Callable[..., Any], nogil: bool = False, **options: Any) -> Callable[..., Any]:
+def kernel(function: Callable[..., Any], nogil: bool = False, inline: bool = False) -> Callable[..., Any]:
     """Compile with IEEE arithmetic (no fast-math), division by zero giving inf, cached on disk.
 
     Where nothing can be written, neither beside the code nor in the user's cache folder, each process compiles anew.
     """
-    made = njit(error_model="numpy", nogil=nogil, **options)(function)
+    made = njit(error_model="numpy", nogil=nogil, forceinline=inline)(function)
     if hasattr(made, "enable_caching"):
         with suppress(RuntimeError):  # "no locator available"
             made.enable_caching()
@@ -46,7 +46,7 @@ def free_kernel(function: Callable[..., Any]) -> Callable[..., Any]:
 
 def inlined(function: Callable[..., Any]) -> Callable[..., Any]:
     """A kernel whose code stands where it is called: a call would show in a loop of a microsecond."""
-    return kernel(function, forceinline=True)
+    return kernel(function, inline=True)
 
 
 STEP = types.int64(types.int64, types.int64, types.int64, types.int64, types.float64, types.float64)
