@@ -122,7 +122,7 @@ def main() -> None:
         folder = Path(text)
         fmu = native.linear(folder / "native", 2, through=False, plain=False)
         state = {"A[1,1]": -1.0, "B[1,1]": 1.0, "B[1,2]": 0.5, "C[1,1]": 1.0, "x0[1]": 1.0}
-        slow = {**state, "trouble": 14.0, "when": 0.0}
+        slow = {**state, "trouble": 21.0, "when": 0.0}
         n, many = options.steps, 40 * options.steps
         for name, package, methods, steps in (
             ("two native FMUs of 1 ms", circle(folder / "slow", fmu, n, **slow), ("jacobi", "extrapolation"), n),

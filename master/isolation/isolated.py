@@ -18,7 +18,7 @@ from typing import Any
 
 import numpy as np
 
-from ...core.errors import Interrupted, PackageError, SimulationError
+from ...core.errors import CosimError, Interrupted, PackageError, SimulationError
 from ..engine.loop import U8
 from ..engine.program import Program
 from ..engine.values import Group

@@ -19,7 +19,7 @@ from typing import TYPE_CHECKING, Any, BinaryIO
 import numpy as np
 
 if TYPE_CHECKING:
-    from .run import Result
+    from .result import Result
 
 MOST_PANELS, MOST_LINES = 6, 8
 """Panels of an overview, and lines in a panel."""

@@ -5,26 +5,23 @@ from __future__ import annotations
 import os
 import platform
 import tempfile
-from collections.abc import Callable, Sequence
+from collections.abc import Callable
 from contextlib import ExitStack, suppress
-from dataclasses import asdict, dataclass, field, replace
+from dataclasses import replace
 from pathlib import Path
 from time import perf_counter
 from typing import Any
 
-import numpy as np
-
-from ...core.errors import CosimError, Interrupted, OutputError, SimulationError, UsageError
+from ...core.errors import CosimError, Interrupted, OutputError, SimulationError
 from ...core.files import returning, writing
 from ...core.versions import versions
 from ..accuracy.divergence import divergence
-from ..accuracy.doubt import IN_DOUBT, doubt, warning
+from ..accuracy.doubt import doubt, warning
 from ..accuracy.held_inputs import HeldInputs
-from ..algorithms import method_named
 from ..algorithms.method import MEAN
 from ..coupling.feedthrough import at_once, detect_feedthrough
 from ..coupling.initialisation import Initialiser
-from ..coupling.residual_energy import TRUSTED, ResidualEnergy, said
+from ..coupling.residual_energy import ResidualEnergy, said
 from ..engine.program import Program
 from ..engine.runner import Runner
 from ..options import Options, as_path, options_of
@@ -36,51 +33,13 @@ from .interrupts import Interrupts, interrupts
 from .manifest import manifest, write_manifest
 from .plan import Plan, plan
 from .recording import Recording, sample_stride
+from .result import Result
 from .run_folder import result_folder, write_summary
 from .stepping import Loop
 
 GiveUp = Callable[[CosimError], object]
 
 Reals = dict[str, list[tuple[int, str, str]]]
-
-
-@dataclass
-class Result:
-    """What a run left behind."""
-
-    folder: Path
-    summary: dict[str, Any]
-    names: list[str] = field(default_factory=list)
-    units: dict[str, str] = field(default_factory=dict)
-    sample: np.ndarray | None = None
-    """Communication points at even distances, at most about 2 `recording.SAMPLE` rows (n, columns), for plots."""
-    extremes: np.ndarray | None = None
-    """First, least, greatest and last value of each column (4, columns)."""
-    connected: list[str] = field(default_factory=list)
-    """Names of the outputs that drive an input."""
-    outputs: list[str] = field(default_factory=list)
-    own_outputs: list[str] = field(default_factory=list)
-    """Names of the outputs of the system itself."""
-    file: Path | None = None
-    texts: Sequence[str] = ()
-    """Names of the columns that hold texts."""
-    truths: Sequence[str] = ()
-    """Names of the columns that hold true and false."""
-    stride: int = 1
-    """Distance of the sampled points [steps]."""
-    held: HeldInputs | None = None
-    """How far inputs were off in the steps."""
-
-    @property
-    def frame(self) -> Any:
-        """The record as a pandas frame, read from its file; units are in frame.attrs["units"]."""
-        from ..results.frame import frame
-
-        if self.file is None:
-            raise UsageError("this run kept no record")
-        made = frame(self.file, self.texts, self.truths)
-        made.attrs["units"] = dict(self.units)
-        return made
 
 
 def run(
@@ -376,9 +335,8 @@ def _check_step(
     result: Result, package: Path, options: Options, log: Callable[[str, str, str], None],
     progress: Callable[[int, int], None], give_up: GiveUp | None,
 ) -> None:  # fmt: skip
-    """Run once more with half the step, and put the estimated errors into the summary, or why there are none."""
-    from ..accuracy.advice import advice
-    from ..accuracy.step_error import estimate, worst
+    """Run once more with half the step, and put what that tells into the summary."""
+    from .step_check import judge, unjudged
 
     step = 0.5 * result.summary["step_s"]
     quiet = replace(options, results="", log="", log_level=None, log_categories=())
@@ -387,44 +345,10 @@ def _check_step(
         with tempfile.TemporaryDirectory(prefix="cosim_") as scratch:
             again = run(package, Path(scratch), half, log, progress, 2 * result.stride, give_up)
     except CosimError as error:
-        ended = "interrupted" if isinstance(error, Interrupted) else "failed"
-        result.summary["step_check"] = {"step_s": step, "errors": {}, "status": ended, "error": str(error)}
-        result.summary["warnings"].append(
-            f"--check-step: the run is complete; its repetition with half the step, {step:g} s, {ended}: {error}"
-        )
-        write_summary(result.folder, result.summary)
-        return
-    assert result.sample is not None
-    assert again.sample is not None
-    assert result.held is not None
-    assert again.held is not None
-    name = result.summary["method"]
-    method = method_named(name)
-    errors = estimate(method.order, result.names, result.sample, again.sample)
-    told = advice(name, method, result.summary["step_s"], result.held, again.held)
-    outputs = set(result.outputs)  # an input that is held belongs to no point in time
-    result.summary["step_check"] = {
-        "step_s": step, "errors": {n: e for n, e in errors.items() if n in outputs}, "status": "ok",
-        "advice": asdict(told) if told is not None else None,
-    }  # fmt: skip
-    _allay(result.summary, errors)
-    result.summary["warnings"] += told.warning(name, method.order) if told is not None else []
-    found = worst(result.summary["step_check"]["errors"])
-    if found is not None and found[1]["relative"] > TRUSTED:
-        result.summary["warnings"].append(
-            f"--check-step: '{found[0]}' is off by about {found[1]['relative']:.0%} of its range: do not trust this "
-            "run; take a shorter step"
-        )
+        unjudged(result, step, error)
+    else:
+        judge(result, again)
     write_summary(result.folder, result.summary)
-
-
-def _allay(summary: dict[str, Any], errors: dict[str, dict[str, float | None]]) -> None:
-    """Take the warning of a doubt back that the repetition did not bear out; the doubt itself stays in the summary."""
-    told = summary["doubt"]
-    off = errors.get(told["signal"], {}).get("relative") if told else None
-    if off is not None and off <= IN_DOUBT:
-        lines = warning(told, method_named(summary["method"]).order, summary["step_s"])
-        summary["warnings"] = [text for text in summary["warnings"] if text not in lines]
 
 
 def simulate(path: str | Path, out: str | Path | None = None, **options: Any) -> Result:
@@ -432,8 +356,8 @@ def simulate(path: str | Path, out: str | Path | None = None, **options: Any) ->
 
     step, stop_time [s]; method; changes: parameters by address, what --set takes; parameters: .ssv files; variant;
     stimuli: a CSV file; record: patterns of columns; record_every; results: name of the file, "" for none; log: name of
-    a file for what FMUs say; log_level; log_categories; substeps: by component; check_step, realtime, isolate, parallel:
-    True or False; step_timeout [s].
+    a file for what FMUs say; log_level; log_categories; substeps: by component; check_step, realtime, isolate and
+    parallel: True or False; step_timeout [s].
 
     >>> result = simulate("deepsea_11km.ssp", changes={"arm.load_weight": 1000})   # doctest: +SKIP
     >>> result.frame["arm.x_h"].plot()                                              # doctest: +SKIP

@@ -72,7 +72,7 @@ def test_slow_fmus_really_are_in_their_steps_at_once(tmp_path, monkeypatch, cloc
     if not clock:
         monkeypatch.setattr(runner, "_clock", lambda: 0)
     fmu = native.linear(tmp_path, 2, through=False)
-    meeting = circle(tmp_path / "m", fmu, 20, **STATE, trouble=15.0, when=0.0)
+    meeting = circle(tmp_path / "m", fmu, 20, **STATE, trouble=22.0, when=0.0)
     if clock:  # until it is known how long they take, they step one after the other
         with pytest.raises(SimulationError, match="doStep at t = 0 s"):
             run(meeting, tmp_path / "out", Options(method="jacobi", parallel=True))
@@ -94,7 +94,7 @@ def test_threads_are_woken_once_fmus_have_turned_out_to_be_slow(tmp_path, monkey
     run(fast, tmp_path / "out", Options(method="jacobi", parallel=True))
     assert not taken(made)
     made.clear()
-    slow = circle(tmp_path / "slow", fmu, 20, **STATE, trouble=14.0, when=0.0)
+    slow = circle(tmp_path / "slow", fmu, 20, **STATE, trouble=21.0, when=0.0)
     run(slow, tmp_path / "out", Options(method="jacobi", parallel=True))
     assert taken(made)
 
