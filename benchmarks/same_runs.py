@@ -34,6 +34,8 @@ TIMED = {"native": 200_000, "machine": 11_000}
 """Macro steps of the runs that are timed."""
 VARYING = re.compile(r'"(setup_time_s|wall_time_s|real_time_factor|versions|machine|package)"|wall time|set-up')
 """Lines of summaries and of what is printed that two runs of the same code do not have in common."""
+YOUNG = ("parameters", "advice")
+"""Entries of summaries that have come to stay after this program had: older commits have none."""
 NUMBER = re.compile(r"-?\d+\.\d+(e[-+]\d+)?")
 DIGITS = 12
 """Of numbers in summaries: energies are added up in pieces that hang on the machine's speed."""
@@ -80,7 +82,16 @@ def once(package: Path, folder: Path, *options: str) -> str:
     said = printed(str(package), "--out", str(folder), "--no-plot", "--quiet", *options)
     files = [folder / "results.csv", folder / "summary.json"]
     rows, summary = (path.read_bytes() if path.exists() else b"" for path in files)
-    return digest(constant(said), rows, constant(summary.decode()))
+    return digest(constant(said), rows, constant(_common(summary)))
+
+
+def _common(summary: bytes) -> str:
+    """A summary without what only one of two commits may tell."""
+    told = json.loads(summary) if summary else {}
+    for record in (told, told.get("step_check") or {}):
+        for key in YOUNG:
+            record.pop(key, None)
+    return json.dumps(told, indent=1)
 
 
 def twice_in_session(package: Path) -> str:

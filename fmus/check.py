@@ -3,9 +3,14 @@
 from __future__ import annotations
 
 import zipfile
+from math import prod
 from pathlib import Path
+from typing import Any
 
 from ..core.errors import PackageError
+
+STEP = 1e-3
+"""Step [s] where the FMU suggests none."""
 
 
 def faults(fmu: Path) -> list[str]:
@@ -32,46 +37,82 @@ def faults(fmu: Path) -> list[str]:
     return []
 
 
-def exercise(fmu: str | Path, steps: int = 3, step: float = 1e-3) -> None:
-    """Load the FMU, initialise it with its defaults, take a few steps, free it. Raises what goes wrong."""
+def exercise(fmu: str | Path, steps: int = 3) -> None:
+    """Load the FMU, initialise it with its defaults, take a few steps, read all outputs, put a state back, free it.
+
+    Start and step are those of its DefaultExperiment, else 0 and 1 ms. Raises what goes wrong.
+    """
     import shutil
 
     from fmpy import extract, read_model_description
-    from fmpy.fmi2 import FMU2Slave
-    from fmpy.fmi3 import FMU3Slave
 
     description = read_model_description(str(fmu), validate=False)
-    if description.coSimulation is None or description.fmiVersion[:1] not in ("2", "3"):
-        raise PackageError(f"{fmu}: no FMU for co-simulation of FMI 2.0 or 3.0")
-    three = description.fmiVersion.startswith("3")
+    if description.coSimulation is None:
+        raise PackageError(f"{fmu}: no FMU for co-simulation")
+    told = description.defaultExperiment
+    start, end, step = (float(getattr(told, name, None) or 0) for name in ("startTime", "stopTime", "stepSize"))
+    step, stop = step or STEP, end if end > start else None
     folder = extract(str(fmu))
     try:
-        slave = (FMU3Slave if three else FMU2Slave)(
-            guid=description.guid,
-            unzipDirectory=folder,
-            modelIdentifier=description.coSimulation.modelIdentifier,
-            instanceName="check",
-        )
-        slave.instantiate(loggingOn=True)
-        if not three:
-            slave.setupExperiment(startTime=0.0)
-        slave.enterInitializationMode()
-        slave.exitInitializationMode()
-        references = [v.valueReference for v in description.modelVariables if v.causality == "output"]
-        read = slave.getFloat64 if three else slave.getReal
-        get, put, drop = (
-            getattr(slave, f"{verb}FMU{'State' if three else 'state'}") for verb in ("get", "set", "free")
-        )
+        slave = _begun(description, folder, start, stop)
+        outputs = [v for v in description.modelVariables if v.causality == "output"]
         for k in range(steps):
-            slave.doStep(k * step, step)
-            read(references)
-        state = get()
-        put(state)
-        drop(state)
+            slave.doStep(start + k * step, step)
+            for variable in outputs:
+                _read(slave, description, variable)
+        _restore(slave, description)
         slave.terminate()
         slave.freeInstance()
     finally:
         shutil.rmtree(folder, ignore_errors=True)
+
+
+def _begun(description: Any, folder: str, start: float, stop: float | None) -> Any:
+    """fmpy's object of the FMU, initialised."""
+    from fmpy.fmi1 import FMU1Slave
+    from fmpy.fmi2 import FMU2Slave
+    from fmpy.fmi3 import FMU3Slave
+
+    version = description.fmiVersion[0]
+    slave = {"1": FMU1Slave, "2": FMU2Slave, "3": FMU3Slave}[version](
+        guid=description.guid,
+        unzipDirectory=folder,
+        modelIdentifier=description.coSimulation.modelIdentifier,
+        instanceName="check",
+    )
+    slave.instantiate(loggingOn=True)
+    if version == "1":
+        slave.initialize(tStart=start, stopTime=stop)
+        return slave
+    if version == "2":
+        slave.setupExperiment(startTime=start, stopTime=stop)
+        slave.enterInitializationMode()
+    else:
+        slave.enterInitializationMode(startTime=start, stopTime=stop)
+    slave.exitInitializationMode()
+    return slave
+
+
+def _read(slave: Any, description: Any, variable: Any) -> None:
+    """Read an output by the function of its type; sizes of arrays are those that they start with."""
+    three = description.fmiVersion.startswith("3")
+    kind = {"Enumeration": "Int64" if three else "Integer"}.get(variable.type, variable.type)
+    if kind == "Clock":
+        return
+    count = prod(int(d.start if d.start is not None else d.variable.start) for d in variable.dimensions or ())
+    try:
+        getattr(slave, f"get{kind}")([variable.valueReference], *([count] if three else []))
+    except Exception as error:
+        raise PackageError(f"reading '{variable.name}' ({variable.type}): {error}") from None
+
+
+def _restore(slave: Any, description: Any) -> None:
+    """Take a state and put it back, where the FMU says that it can."""
+    it, state = description.coSimulation, "State" if description.fmiVersion.startswith("3") else "state"
+    if getattr(it, "canGetAndSetFMUstate", False):
+        kept = getattr(slave, f"getFMU{state}")()
+        getattr(slave, f"setFMU{state}")(kept)
+        getattr(slave, f"freeFMU{state}")(kept)
 
 
 def problems(fmu: Path) -> list[str]:

@@ -12,6 +12,7 @@ import pickle
 import signal
 import subprocess
 import sys
+from collections.abc import Sequence
 from multiprocessing.connection import Connection, Pipe
 from time import monotonic
 from typing import Any
@@ -23,6 +24,7 @@ from ..engine.loop import U8
 from ..engine.program import Program
 from ..engine.values import Group
 from ..slaves.base import Log, Slave
+from ..slaves.siblings import Siblings
 
 KEPT = ("PATH", "LANG", "LC_ALL", "LD_LIBRARY_PATH", "HOME", "TMPDIR", "VIRTUAL_ENV")
 KEPT_PARTS = ("PYTHON", "NUMBA", "DEEPSEA", "LICENSE")
@@ -56,9 +58,24 @@ class IsolatedSlave(Slave):
 
     def load(self, log: Log) -> None:
         self._log = log
+        try:
+            self._start()
+        except PackageError as error:
+            folders = Siblings(self.folder).folders(str(error))
+            if not folders:
+                raise
+            self._kill()
+            self._start(folders)
+        self._state = "instantiated"
+
+    def _start(self, folders: Sequence[str] = ()) -> None:
+        """Start the worker and have it load the FMU; folders: where it looks for libraries first."""
         ours, theirs = Pipe()
         environment = {k: v for k, v in os.environ.items() if k in KEPT or any(part in k for part in KEPT_PARTS)}
         environment["PYTHONPATH"] = os.pathsep.join(p for p in sys.path if p)
+        if folders:
+            usual = os.environ.get("LD_LIBRARY_PATH")
+            environment["LD_LIBRARY_PATH"] = os.pathsep.join([*folders, *([usual] if usual else [])])
         command = [sys.executable, "-m", f"{__package__}.worker", str(theirs.fileno())]
         self._process = subprocess.Popen(
             command, stdin=subprocess.DEVNULL, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL,
@@ -76,7 +93,6 @@ class IsolatedSlave(Slave):
             self._answer(START_UP)
         except SimulationError as error:
             raise PackageError(str(error)) from None
-        self._state = "instantiated"
 
     def _limits(self) -> dict[str, dict[int, int]]:
         """How large the worker's board has to be: slots, texts and staging areas up to the end of each group."""

@@ -21,6 +21,7 @@ from ..engine.program import Program, listed
 from ..engine.values import TEXT, Form, Group, Signal
 from .base import Log, Slave
 from .message_log import ERROR, FATAL, STATUS
+from .siblings import Siblings
 
 _live: dict[int, LibrarySlave] = {}
 """The slaves that are loaded, by what the callbacks of their FMUs bring along."""
@@ -86,17 +87,22 @@ class LibrarySlave(Slave):
 
     def _make(self, kind: Callable[..., Any], token: str) -> None:
         """Make `_fmu`, of a class of fmpy; what fmpy leaves changed where that fails is put back."""
-        here = os.getcwd()
+        here, siblings = os.getcwd(), Siblings(self.folder)
         _quieten_pythonfmu()
-        try:
-            self._fmu = _tolerant(kind)(
-                guid=token,
-                unzipDirectory=str(self.folder),
-                modelIdentifier=self.description.coSimulation.modelIdentifier,
-                instanceName=self.name,
-            )
-        finally:
-            os.chdir(here)
+        while True:
+            try:
+                self._fmu = _tolerant(kind)(
+                    guid=token,
+                    unzipDirectory=str(self.folder),
+                    modelIdentifier=self.description.coSimulation.modelIdentifier,
+                    instanceName=self.name,
+                )
+                return
+            except Exception as error:
+                if not siblings.load(str(error)):
+                    raise PackageError(f"{error}{siblings.remedy(str(error))}") from None
+            finally:
+                os.chdir(here)
 
     def _callbacks(self, api: Any, prefix: str) -> Any:
         """The callback functions of FMI 1.0 and 2.0, from fmpy's module of the version."""

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import os
 import subprocess
+import zipfile
 
 import numpy as np
 import pytest
@@ -245,3 +246,29 @@ def test_nothing_else_allowed_is_no_answer(made, tmp_path):
         with nudged(system_, system_.inputs["a", "u1"], system_.inputs["a", "u1"].place, 1e-6) as change:
             assert change == 0.0
         assert np.isfinite(system_.board.reals).all()
+
+
+@pytest.mark.parametrize("isolate", [False, True])
+@pytest.mark.parametrize("where", ["binaries/linux64", "resources/lib"])
+@pytest.mark.parametrize("named", [True, False])
+def test_libraries_beside_an_fmu_are_found(made, tmp_path, where, named, isolate):
+    """The FMU's library needs one that needs another, and says of neither where it lies."""
+    calls = "double deep(void); double helper(void) { return deep(); }"
+    for name, body, needs in (("deep", "double deep(void) { return 3.0; }", ()), ("helper", calls, ("deep",))):
+        (tmp_path / f"{name}.c").write_text(body)
+        own = [f"-Wl,-soname,lib{name}{tmp_path.name}.so"] if named else []
+        links = [f"-l{n}{tmp_path.name}" for n in needs]
+        build = [native.compiler, "-shared", "-fPIC", f"{name}.c", "-o", f"lib{name}{tmp_path.name}.so", *own, "-L."]
+        subprocess.run([*build, *links], cwd=tmp_path, check=True)
+    linked = (f"-L{tmp_path}", f"-lhelper{tmp_path.name}", f"-Wl,-rpath-link,{tmp_path}")
+    fmu = made("needy", 2, (STEP, STEP + " m->C[0][0] = helper();"), before="double helper(void);\n", more=linked)
+    with zipfile.ZipFile(fmu, "a") as archive:
+        for name in ("deep", "helper"):
+            archive.write(tmp_path / f"lib{name}{tmp_path.name}.so", f"{where}/lib{name}{tmp_path.name}.so")
+    path = packed(tmp_path, fmu, constant("a", 2.0))
+    if named or isolate:
+        frame = run(path, tmp_path / "out", Options(isolate=isolate)).frame
+        assert frame["a.y1"].iloc[-1] == 6.0
+    else:
+        with pytest.raises(CosimError, match=rf"libhelper{tmp_path.name}\.so.*: --isolate has it found"):
+            run(path, tmp_path / "out")
