@@ -2,6 +2,9 @@
 
 from __future__ import annotations
 
+from collections.abc import Collection, Mapping
+from types import MappingProxyType
+
 from ..system.strongly_connected import together
 from ..system.system import System
 
@@ -30,9 +33,16 @@ def graph(system: System, doubtful: bool) -> dict[Node, set[Node]]:
     return made
 
 
-def loops(system: System, doubtful: bool = False) -> list[list[str]]:
-    """One loop, as addresses from signal to signal, for every set of signals that depend on each other at once."""
+def loops(
+    system: System, doubtful: bool = False, more: Mapping[Node, Collection[Node]] = MappingProxyType({})
+) -> list[list[str]]:
+    """One loop, as addresses from signal to signal, for every set of signals that depend on each other at once.
+
+    more: what signals depend on besides.
+    """
     edges = graph(system, doubtful)
+    for node, others in more.items():
+        edges.setdefault(node, set()).update(others)
     found = []
     for members in together(edges):
         begin = min(node for node in members if node[1] != ANY)

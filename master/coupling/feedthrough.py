@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Collection
+from contextlib import suppress
 from typing import Any
 
 import numpy as np
@@ -11,11 +12,12 @@ from ...core.errors import CosimError, Interrupted, SimulationError
 from ..engine.runner import Runner
 from ..engine.values import REAL, TEXT, Signal
 from ..slaves.base import Slave
+from ..slaves.variables import ALWAYS
 from ..system.connections import Link
 from ..system.execution_order import component_order
 from ..system.strongly_connected import together
 from ..system.system import System
-from .algebraic_loops import graph
+from .algebraic_loops import Node, graph, loops
 from .loop_solver import drives_itself, handles
 from .perturbation import nudged
 from .power_bonds import Bond, singles
@@ -76,6 +78,38 @@ def detect_feedthrough(system: System, loops_only: bool) -> list[str]:
     ]
 
 
+def loops_that_came_up(system: System) -> list[str]:
+    """What to say of algebraic loops that nothing told of at the start: at the end of a run, when FMUs may be asked in
+    any way, those whose outputs have come to follow inputs at once.
+
+    FMUs that cannot be put back to a state before, and those that deny that an output follows, have not been asked at
+    all until then. No step may follow.
+    """
+    edges: dict[str, set[str]] = {name: set() for name in ("", *system.slaves)}
+    for link in system.links:
+        edges[link.source.component].add(link.target.component)
+    found: dict[Node, set[Node]] = {}
+    for component in sorted(name for members in together(edges) for name in members):
+        slave = system.slaves[component]
+        outputs = [s for s in slave.outputs if s.family != TEXT]
+        inputs = dict.fromkeys(k.target for k in system.steps.links_to(component) if k.target.family != TEXT)
+        if slave.readable != ALWAYS or not outputs or not inputs:
+            continue
+        with suppress(SimulationError):
+            way = handles(system, component)
+            for step in way:
+                step.once()
+            for output, names in _answers(system, slave, None, outputs, list(inputs), way).items():
+                found[component, output] = {(component, name) for name in names}
+    known = {frozenset(members) for members in loops(system)}
+    return [
+        f"{' -> '.join(members)}: an algebraic loop that the FMUs do not tell of, and that was none at the start or "
+        "could not be seen there: values on it are a step late and may be far off, or swing up; its FMUs have to say "
+        "what their outputs depend on, for it to be solved"
+        for members in loops(system, more=found) if frozenset(members) not in known
+    ]  # fmt: skip
+
+
 def _may_answer(system: System, name: str, sources: Collection[str]) -> bool:
     """Whether an output may follow, unsaid, an input that is driven: one of those that drive others, or any of a
     component that drives itself and says of none."""
@@ -92,7 +126,8 @@ def _answers(
     system: System, slave: Slave, state: Any, outputs: list[Signal], inputs: list[Signal],
     way: tuple[Runner, Runner],
 ) -> dict[str, list[str]]:  # fmt: skip
-    """Inputs that each output follows at once; the slave and the board are left as they were."""
+    """Inputs that each output follows at once; the board is left as it was, and the slave where it has a state to be
+    put back to."""
     reals, bits, texts = system.board.reals, system.board.integers, system.board.texts
     owners = {place: s.name for s in outputs for place in range(s.place, s.place + s.size)}
     signals = [*slave.inputs, *slave.outputs]
@@ -121,7 +156,10 @@ def _answers(
                         f"component '{slave.name}' does not say what its outputs depend on, and a change of "
                         f"'{target.name}' by {NUDGE:g} to find out is fatal to it; --method gauss-seidel does not ask"
                     )
-                slave.restore(state)
+                if state is None:
+                    way[0].once()
+                else:
+                    slave.restore(state)
                 bits[own] = before
                 for place, text in spoken.items():
                     texts[place] = text

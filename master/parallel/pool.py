@@ -6,9 +6,13 @@ see the package under the same path.
 
 from __future__ import annotations
 
+import atexit
 import multiprocessing
 import os
+import shutil
 import signal
+import sys
+import tempfile
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from concurrent.futures import FIRST_COMPLETED, Executor, Future, ProcessPoolExecutor, as_completed, wait
 from concurrent.futures.process import BrokenProcessPool
@@ -27,7 +31,7 @@ from ...core.files import changed
 from ...core.scripts import check_script, end_if_loaded_again, unguarded
 from ..algorithms import DEFAULT
 from ..simulation.session import Series, Session
-from ..slaves.fmu import forget_unpacked
+from ..slaves.fmu import also_forget, forget_unpacked
 
 
 @dataclass(frozen=True)
@@ -127,15 +131,38 @@ def _end(process: multiprocessing.Process) -> int | None:
     return process.exitcode
 
 
+@atexit.register
+def _free_sessions() -> None:
+    """Terminate and free the FMUs of this process."""
+    while _sessions:
+        with suppress(Exception):
+            _sessions.popitem()[1][0].close()
+
+
 def _end_cleanly(*_: object) -> None:
+    _free_sessions()
     forget_unpacked()
     os._exit(143)
 
 
-def _quiet_worker() -> None:
+def _settle_in(scratch: str) -> None:
+    """A folder of this process's own in the pool's, to work in and for what it unpacks; instances with its number in
+    their names: FMUs write files where they are, and call them after themselves."""
+    from ..slaves.library import mark_instances
+
+    sys.path[:] = [os.path.abspath(place) for place in sys.path]
+    own = tempfile.mkdtemp(prefix="worker_", dir=scratch)
+    also_forget(Path(own))
+    os.chdir(own)
+    tempfile.tempdir = os.environ["TMPDIR"] = own
+    mark_instances(f"_{os.getpid()}")
+
+
+def _quiet_worker(scratch: str) -> None:
     """A worker leaves Ctrl-C to the main process and ends with it, however that ends."""
     import threading
 
+    _settle_in(scratch)
     signal.signal(signal.SIGINT, signal.SIG_IGN)
     signal.signal(signal.SIGTERM, _end_cleanly)
     parent = multiprocessing.parent_process()
@@ -189,16 +216,20 @@ class Pool:
         self.limit = limit
         self.progress = progress
         self._own, self._processes = executor is None, processes
+        self._scratch = ""
         self._abandoned = False
         self._executor = executor or self._started()
 
     def _started(self) -> Executor:
         end_if_loaded_again()
         check_script()
+        if not self._scratch:
+            self._scratch = tempfile.mkdtemp(prefix="cosim_pool_")
+            self._forgotten = also_forget(Path(self._scratch))
         for name in ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS"):
             os.environ.setdefault(name, "1")
         context = multiprocessing.get_context("spawn")
-        return ProcessPoolExecutor(self._processes or os.cpu_count() or 1, context, _quiet_worker)
+        return ProcessPoolExecutor(self._processes or os.cpu_count() or 1, context, _quiet_worker, (self._scratch,))
 
     def __enter__(self) -> Pool:
         return self
@@ -217,6 +248,8 @@ class Pool:
                 process.join(max(0.0, by - monotonic()))
                 process.kill()
         self._executor.shutdown(wait=True, cancel_futures=True)
+        shutil.rmtree(self._scratch, ignore_errors=True)
+        self._forgotten()
 
     def run(
         self, jobs: Sequence[Job], stop: Callable[[], bool] | None = None

@@ -19,7 +19,7 @@ from ..accuracy.divergence import divergence
 from ..accuracy.doubt import doubt, warning
 from ..accuracy.held_inputs import HeldInputs
 from ..algorithms.method import MEAN
-from ..coupling.feedthrough import at_once, detect_feedthrough
+from ..coupling.feedthrough import at_once, detect_feedthrough, loops_that_came_up
 from ..coupling.initialisation import Initialiser
 from ..coupling.residual_energy import ResidualEnergy, said
 from ..engine.program import Program
@@ -72,6 +72,7 @@ def run(
         this = _Run(package, folder, made, interrupt, give_up, begin)
         this.start(stack, log, stride)
         this.march(progress)
+        this.look_back()
         result = this.result()
     this.tell_ending()
     if options.check_step:
@@ -187,6 +188,16 @@ class _Run:
                 raise
         if failure:
             raise failure
+
+    def look_back(self) -> None:
+        """Add to the summary what FMUs show that may be asked in any way now, for no step follows."""
+        if self.loop.ended_by is not None:
+            return
+        with self.interrupt.away(self._abandon_end):
+            found = loops_that_came_up(self.plan.system)
+        if found:
+            self.summary["warnings"] += found
+            write_summary(self.folder, self.summary)
 
     def tell_ending(self) -> None:
         """Add to the summary what the FMUs said, and what went wrong, as they were ended."""

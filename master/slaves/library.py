@@ -28,6 +28,14 @@ _live: dict[int, LibrarySlave] = {}
 
 _numbers = count(1)
 
+_marks: list[str] = []
+"""What names of instances end with in this process."""
+
+
+def mark_instances(mark: str) -> None:
+    """From here on names of instances end so in this process: FMUs of several processes may call files after them."""
+    _marks[:] = [mark]
+
 
 @cache
 def _quieten_pythonfmu() -> None:
@@ -95,7 +103,7 @@ class LibrarySlave(Slave):
                     guid=token,
                     unzipDirectory=str(self.folder),
                     modelIdentifier=self.description.coSimulation.modelIdentifier,
-                    instanceName=self.name,
+                    instanceName=self.instance_name,
                 )
                 return
             except Exception as error:
@@ -269,6 +277,11 @@ class LibrarySlave(Slave):
         return found if np.isfinite(found).all() else None
 
     @property
+    def instance_name(self) -> str:
+        """What the FMU is told that it is called."""
+        return self.name + "".join(_marks)
+
+    @property
     def instance(self) -> int:
         """Address of the instance."""
         component = self._fmu.component
@@ -302,7 +315,7 @@ def _receiver() -> Any:
         slaves = [*_live.values()][::-1]
         called = (name or b"").decode("utf-8", "replace")
         found = _live.get(owner or 0) or next((s for s in slaves if s.is_instance(owner)), None)
-        found = found or next((s for s in slaves if s.name == called), slaves[0] if slaves else None)
+        found = found or next((s for s in slaves if s.instance_name == called), slaves[0] if slaves else None)
         if found is not None:
             found.hear(status, category, message)
 

@@ -80,3 +80,26 @@ def test_a_component_that_drives_itself(tmp_path, version, through, right, told,
     late = 0.5 * (1.0 - right) if method in ("extrapolation", "nepce") else 1.0 - right
     assert result.frame["own.y2"].iloc[-1] == pytest.approx(1.0 - late, abs=1e-12)
     assert any("component 'own'" in text and "a step late" in text for text in result.summary["warnings"]) == told
+
+
+@pytest.mark.parametrize("isolate", [False, True])
+@pytest.mark.parametrize("method", ["gauss-seidel", "jacobi"])
+@pytest.mark.parametrize(("version", "through", "late", "right"), [
+    (2, None, False, True), (2, True, True, True), (2, None, True, False), (1, None, False, False),
+    (2, False, False, False), (3, False, True, False),
+])  # fmt: skip
+def test_a_loop_that_nothing_tells_of_is_solved_or_told(tmp_path, version, through, late, right, method, isolate):
+    """y_a = -3 y_b, y_b = y_a + t, which is -0.75 at the end: unsaid, denied, and begun in the middle of the run."""
+    clock, a, b = ({**given, "trouble": 20.0 * late, "when": 0.5} for given in (
+        {"A[1,2]": 1.0, "x0[2]": 1.0, "C[1,1]": 1.0}, {"D[1,1]": -3.0}, {"D[1,1]": 1.0, "D[1,2]": 1.0}))  # fmt: skip
+    ports = connector("u1", "input"), connector("u2", "input"), connector("y1", "output")
+    parts = [component(name, "resources/L.fmu", *ports, bindings=bindings(binding(values(given))))
+             for name, given in (("clock", clock), ("a", a), ("b", b))]  # fmt: skip
+    root = system("root", *parts, links=(link("b.y1", "a.u1"), link("a.y1", "b.u1"), link("clock.y1", "b.u2")))
+    fmu = native.linear(tmp_path, version, through=through)
+    path = package(tmp_path / "p.ssp", root, {"resources/L.fmu": fmu}, stop=1.0, step=0.1)
+    result = run(path, tmp_path / "out", Options(method=method, isolate=isolate))
+    assert (result.frame["a.y1"].iloc[-1] == pytest.approx(-0.75, abs=1e-12)) == right
+    told = [text for text in result.summary["warnings"] if "an algebraic loop that the FMUs do not tell of" in text]
+    assert len(told) == (not right)
+    assert all(text.startswith("a.u1 -> a.y1 -> b.u1 -> b.y1 -> a.u1:") for text in told)
