@@ -10,7 +10,7 @@ from deepsea_cosim.master.simulation.session import Session
 from benchmarks import native
 
 from ..packages import binding, bindings, component, connector, link, package, system, values
-from .parts import gain, linear
+from .parts import gain, linear, redescribed
 
 pytestmark = pytest.mark.skipif(native.compiler is None, reason="there is no C compiler here")
 
@@ -103,3 +103,16 @@ def test_a_loop_that_nothing_tells_of_is_solved_or_told(tmp_path, version, throu
     told = [text for text in result.summary["warnings"] if "an algebraic loop that the FMUs do not tell of" in text]
     assert len(told) == (not right)
     assert all(text.startswith("a.u1 -> a.y1 -> b.u1 -> b.y1 -> a.u1:") for text in told)
+
+
+@pytest.mark.parametrize("variability", ["parameter", "discrete", "continuous"])
+def test_any_variable_of_fmi_1_with_a_start_takes_a_value(fmus, tmp_path, variability):
+    """FMI 1.0 has no parameters among its causalities; here internal variables are some."""
+    old = ('name="D[1,1]" valueReference="400" causality="internal" variability="parameter"',
+           f'name="D[1,1]" valueReference="400" causality="internal" variability="{variability}"')  # fmt: skip
+    fmu = redescribed(fmus[1], tmp_path / "L.fmu", old)
+    root = system("root", gain("twice", 2.0), linear("ramp", **RAMP), links=(link("ramp.y1", "twice.u1"),))
+    path = package(tmp_path / "p.ssp", root, {"resources/L.fmu": fmu}, stop=1.0, step=0.1)
+    result = run(path, tmp_path / "out", Options())
+    assert result.frame["twice.y1"].iloc[-1] == pytest.approx(2.0)
+    assert result.summary["parameters"]["twice.D[1,1]"]["value"] == 2.0
