@@ -301,8 +301,10 @@ class _Reader:
         if kind == FMU:
             self.budget.look_into(path)
             bindings = self.bindings.read(document, element, known, path)
-            hint = step_hint(document, element)
-            return Component(name, path, implementation, connectors, bindings, document.where(element), hint)
+            return Component(
+                name, path, implementation, connectors, bindings, document.where(element),
+                step_hint=step_hint(document, element),
+            )  # fmt: skip
         if kind == DEFINITION:
             inner = self._beside(path.resolve())
         else:

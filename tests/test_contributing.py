@@ -155,3 +155,11 @@ def test_a_result_format(scratch):
         edit.apply(scratch)
     assert len({edit.path for edit in edits}) == 2
     runs(scratch, "-m", "pytest", "-p", "no:cacheprovider", "tests/master/results/test_json_lines.py")
+
+
+def test_a_feature_of_ssp(scratch):
+    edits = walk("A feature of SSP")
+    for edit in edits:
+        edit.apply(scratch)
+    assert len({edit.path for edit in edits}) == 4
+    runs(scratch, "-m", "pytest", "-p", "no:cacheprovider", "tests/master/test_descriptions.py")
