@@ -16,7 +16,7 @@ import tempfile
 import zipfile
 from collections import Counter
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from importlib import import_module
 from importlib.util import find_spec
 from pathlib import Path
@@ -74,7 +74,8 @@ class Case:
 
 @dataclass
 class Outcome:
-    """What an importer made of an FMU: outputs (n + 1, outputs), or why there are none."""
+    """What an importer made of an FMU: outputs (n + 1, outputs), or n of one that tells none at the start; or why there
+    are none at all."""
 
     values: np.ndarray | None = None
     remark: str = ""
@@ -227,15 +228,52 @@ with ecospy.EcosSimulation(order["step"], structure=structure) as simulation:
 """ % __name__  # noqa: UP031
 
 
+_LIBCOSIM = """
+import json, sys
+from libcosimpy.CosimExecution import CosimExecution
+from libcosimpy.CosimManipulator import CosimManipulator
+from libcosimpy.CosimObserver import CosimObserver
+from libcosimpy.CosimSlave import CosimLocalSlave
+order = json.load(open(sys.argv[1]))
+execution = CosimExecution.from_step_size(step_size=round(1e9 * order["step"]))
+index = execution.add_local_slave(local_slave=CosimLocalSlave(fmu_path=order["fmu"], instance_name="fmu"))
+observer, manipulator = CosimObserver.create_last_value(), CosimManipulator.create_override()
+execution.add_observer(observer=observer)
+execution.add_manipulator(manipulator=manipulator)
+rows = []
+for row in order["inputs"]:
+    if order["names"]:
+        manipulator.slave_real_values(slave_index=index, variable_references=order["taken"], values=row)
+    execution.step()
+    rows.append(observer.last_real_values(slave_index=index, variable_references=order["given"]))
+json.dump(rows, open(sys.argv[2], "w"))
+"""
+
+
 def through_ecos(fmu: Path, c: Case, folder: Path) -> Outcome:
     """ecos (Open Simulation Platform), through ecospy, in a process of its own."""
     if find_spec("ecospy") is None:
         return Outcome(remark="not installed: pip install ecospy tbb", absent=True)
-    order = {"fmu": str(fmu.resolve()), "step": STEP, "names": c.names, "outputs": c.outputs,
-             "inputs": c.inputs.tolist()}  # fmt: skip
+    return _by_script(_ECOS, fmu, c, folder)
+
+
+def through_libcosim(fmu: Path, c: Case, folder: Path) -> Outcome:
+    """libcosim (Open Simulation Platform), through libcosimpy, in a process of its own."""
+    if find_spec("libcosimpy") is None:
+        return Outcome(remark="not installed: pip install libcosimpy", absent=True)
+    found = _by_script(_LIBCOSIM, fmu, c, folder)
+    return found if found.values is None else replace(found, remark="tells no outputs at the start")
+
+
+def _by_script(script: str, fmu: Path, c: Case, folder: Path) -> Outcome:
+    """What a script writes that is told the case in a file and its own in another."""
+    order = {
+        "fmu": str(fmu.resolve()), "step": STEP, "names": c.names, "outputs": c.outputs, "inputs": c.inputs.tolist(),
+        "taken": _references(fmu, c.names), "given": _references(fmu, c.outputs),
+    }  # fmt: skip
     (folder / "order.json").write_text(json.dumps(order))
     target = folder / "rows.json"
-    command = [sys.executable, "-c", _ECOS, str(folder / "order.json"), str(target)]
+    command = [sys.executable, "-c", script, str(folder / "order.json"), str(target)]
     done = subprocess.run(command, capture_output=True, text=True, cwd=folder)
     if not target.exists():
         told = done.stderr.strip().splitlines() or ["no message"]
@@ -245,11 +283,14 @@ def through_ecos(fmu: Path, c: Case, folder: Path) -> Outcome:
 
 IMPORTERS: dict[str, Callable[[Path, Case, Path], Outcome]] = {
     "FMPy": through_fmpy, "C importer, empty environment": through_c, "ecos": through_ecos,
+    "libcosim": through_libcosim,
 }  # fmt: skip
 
 
 def deviation(values: np.ndarray, truth: np.ndarray) -> float:
-    """Largest difference of an output relative to its largest value."""
+    """Largest difference of an output relative to its largest value; the start counts where it is told."""
+    if len(values) == len(truth) - 1:
+        truth = truth[1:]
     if values.shape != truth.shape or not np.isfinite(values).all():
         return math.inf
     size = np.maximum(np.abs(truth).max(axis=0), 1e-12)
@@ -288,8 +329,10 @@ def cross_check(fmus: Sequence[Path], out: Path) -> dict[str, dict[str, Outcome]
             if outcome.values is not None:
                 outcome.deviation = deviation(outcome.values, truth)
                 file = folder / f"{fmu.stem}_{name.split()[0].lower()}.csv"
-                if len(outcome.values) == len(c.times):
-                    _write(file, ("time", *c.outputs), np.column_stack([c.times, outcome.values])[::WRITTEN])
+                if len(c.times) - len(outcome.values) in (0, 1):
+                    first = len(c.times) - len(outcome.values)
+                    rows = np.column_stack([c.times[first:], outcome.values])
+                    _write(file, ("time", *c.outputs), rows[(WRITTEN - 1) * first :: WRITTEN])
             found[fmu.stem][name] = outcome
     return found
 
