@@ -47,7 +47,7 @@ def build_arm(
     path: also PACKAGE:path/in/it of a Python package that is installed.
     """
     from ..mechanics.own_arm.reading import read
-    from ..mechanics.own_arm.remarks import bare_bodies, loose_joints
+    from ..mechanics.own_arm.remarks import bare_bodies, loose_joints, not_acted_on
     from ..mechanics.own_arm.simulation import OwnArm
     from ..mechanics.own_arm.variables import table_of
 
@@ -59,6 +59,8 @@ def build_arm(
     if arm.wet and (bare := bare_bodies(at_rest)):
         say(f"the water does not act on {', '.join(bare)}: no geom of these bodies is in it, or only a mesh, which "
             "carries no loads")  # fmt: skip
+    if left := not_acted_on(place(path), [name for name, _ in arm.joints]):
+        say(f"not acted on: {'; '.join(left)}")
     make_folder(folder)
     lines = [f"* {w.geom}: {w.C_D:g}, {w.C_M:g}, {w.length:.4g}, {w.diameter:.4g}" for w in arm.wet] or ["* nothing"]
     text = TEXT.format(name=arm.name, joints=len(arm.joints), tendons=", ".join(arm.tendons), wet="\n".join(lines))

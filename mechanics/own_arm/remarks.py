@@ -2,9 +2,16 @@
 
 from __future__ import annotations
 
+from collections.abc import Collection
+from pathlib import Path
+
+import mujoco
 import numpy as np
 
 from .simulation import OwnArm
+
+TILTED = 0.01
+"""Share of gravity across the z axis from which it counts as turned."""
 
 
 def loose_joints(it: OwnArm) -> tuple[str, ...]:
@@ -24,3 +31,21 @@ def bare_bodies(it: OwnArm) -> tuple[str, ...]:
         moves.append(moves[m.body_parentid[b]] or not free.isdisjoint(own))
     found = [b for b in range(1, m.nbody) if moves[b] and m.body_mass[b] > 0.0 and b not in wet]
     return tuple(m.body(b).name or f"number {b}" for b in found)
+
+
+def not_acted_on(path: Path, joints: Collection[str]) -> tuple[str, ...]:
+    """What an MJCF file says of these joints, and of gravity, that an arm leaves out."""
+    m = mujoco.MjModel.from_xml_path(str(path))
+    mine = [j for j in range(m.njnt) if not m.joint(j).name or m.joint(j).name in joints]
+
+    def called(found: Collection[int]) -> str:
+        return ", ".join(m.joint(j).name or f"joint_{j + 1}" for j in sorted(found))
+
+    limited = {j for j in mine if m.jnt_limited[j]}
+    rubbing = {int(j) for j, loss in zip(m.dof_jntid, m.dof_frictionloss, strict=True) if loss > 0.0} & set(mine)
+    told = [f"the limits of {called(limited)}"] if limited else []
+    told += [f"the friction loss of {called(rubbing)}"] if rubbing else []
+    x, y, z = m.opt.gravity
+    if z >= 0.0 or np.hypot(x, y) > TILTED * -z:
+        told.append(f"the model's gravity ({x:g}, {y:g}, {z:g}) m/s2, in whose place are 9.81 m/s2 along -z")
+    return tuple(told)

@@ -9,6 +9,7 @@ from deepsea_cosim.core.sea import GRAVITY
 from deepsea_cosim.mechanics.arm import Arm
 from deepsea_cosim.mechanics.own_arm.description import Description
 from deepsea_cosim.mechanics.own_arm.reading import read
+from deepsea_cosim.mechanics.own_arm.remarks import not_acted_on
 from deepsea_cosim.mechanics.own_arm.simulation import OwnArm
 from deepsea_cosim.mechanics.own_arm.variables import table_of
 from deepsea_cosim.mechanics.own_arm.water import drag_of_bar
@@ -87,6 +88,18 @@ def test_a_ball_swings_with_half_of_its_water(tmp_path):
     it = arm(tmp_path, ball.format(tilt=89, more=""), drag=0.0)
     V = np.pi * 0.2**3 / 6
     assert it.M[0, 0] == pytest.approx(30 * (0.4 * 0.1**2 + 1.0) + 0.5 * 1025 * V, rel=1e-6)
+
+
+def test_what_an_arm_leaves_out_is_told(tmp_path):
+    path = tmp_path / "arm.xml"
+    path.write_text(BAR.format(tilt=0, more=""))
+    assert not_acted_on(path, ["pivot"]) == ()
+    text = BAR.format(tilt=0, more="").replace("<mujoco>", '<mujoco><option gravity="0 -9.81 0"/>')
+    path.write_text(text.replace('name="pivot"', 'name="pivot" limited="true" range="-3 3" frictionloss="2"'))
+    limits, losses, gravity = not_acted_on(path, ["pivot"])
+    assert limits == "the limits of pivot"
+    assert losses == "the friction loss of pivot"
+    assert "(0, -9.81, 0)" in gravity
 
 
 def test_it_is_the_projects_arm_where_both_can_be(tmp_path):
