@@ -101,7 +101,8 @@ def advance(values: int, n: int, row: int, length: int, t: float, h: float) -> i
         c.relief.p_set = sunk(t + h, c)
     x_ref, rate = v[X_REF], b[RATE]
     if h > 0.0:
-        if b[WHOLE] > 0.0 and min(v[P_1], v[P_2], v[P_A], v[P_B]) < c.oil.p_vapour:
+        lowest = min(v[P_1], v[P_2], v[P_A], v[P_B])  # of the step before; 0 where there was none
+        if b[WHOLE] > 0.0 and 0.0 < lowest < c.oil.p_vapour:
             b[WHOLE] = 0.0
             return CAVITATES
         rate = 0.0
