@@ -15,6 +15,8 @@ from .parts import gain, linear, redescribed
 pytestmark = pytest.mark.skipif(native.compiler is None, reason="there is no C compiler here")
 
 METHODS = ["gauss-seidel", "jacobi", "extrapolation", "nepce"]
+APART = [*((m, False) for m in METHODS), ("gauss-seidel", True)]
+"""Methods, and one with FMUs in processes of their own, which take a second each to start."""
 RAMP = {"A": [[0, 1], [0, 0]], "C": [[1, 0]], "x0": [0, 1]}
 
 
@@ -28,8 +30,7 @@ def lag_of(tmp_path, fmus, version, trouble):
     return package(tmp_path / f"p{trouble:g}.ssp", root, {"resources/L.fmu": fmus[version]}, stop=1.0, step=0.1)
 
 
-@pytest.mark.parametrize("isolate", [False, True])
-@pytest.mark.parametrize("method", METHODS)
+@pytest.mark.parametrize(("method", "isolate"), APART)
 @pytest.mark.parametrize(("version", "trouble", "start"), [
     (1, 14.0, 0.5), (2, 14.0, 0.5), (3, 14.0, 0.5), (1, 15.0, 0.0), (2, 15.0, 0.0), (3, 15.0, 0.0)])  # fmt: skip
 def test_an_fmu_that_cannot_be_read_before_it_steps(fmus, tmp_path, version, trouble, start, method, isolate):
@@ -82,8 +83,7 @@ def test_a_component_that_drives_itself(tmp_path, version, through, right, told,
     assert any("component 'own'" in text and "a step late" in text for text in result.summary["warnings"]) == told
 
 
-@pytest.mark.parametrize("isolate", [False, True])
-@pytest.mark.parametrize("method", ["gauss-seidel", "jacobi"])
+@pytest.mark.parametrize(("method", "isolate"), [("gauss-seidel", False), ("jacobi", False), ("gauss-seidel", True)])
 @pytest.mark.parametrize(("version", "through", "late", "right"), [
     (2, None, False, True), (2, True, True, True), (2, None, True, False), (1, None, False, False),
     (2, False, False, False), (3, False, True, False),

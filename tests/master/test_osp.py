@@ -92,12 +92,9 @@ def test_initial_values_of_all_types(fmus, tmp_path):
     assert last["d.item_out"] == 3
 
 
-@pytest.mark.parametrize("method", [None, *NAMES])
-@pytest.mark.parametrize("isolate", [False, True])
+@pytest.mark.parametrize(("method", "isolate"), [(None, False), (None, True), *((name, False) for name in NAMES)])
 def test_functions_add_and_scale_without_delay(fmus, tmp_path, method, isolate):
     """c = 2 (a + b + d) + 5, where a = t, b = 10, d = -t, so that it is 25 at every point; e = a + b."""
-    if isolate and method in ("interface-jacobian", "fixed-point"):
-        pytest.skip("these need FMUs in this process")
     functions = (
         '<LinearTransformation name="twice" factor="2" offset="5"/><Sum name="sum" inputCount="3"/>'
         '<Sum name="other" inputCount="2"/>'
