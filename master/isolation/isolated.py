@@ -56,20 +56,24 @@ class IsolatedSlave(Slave):
 
     # talking
 
+    def set_out(self) -> None:
+        self._start()
+
     def load(self, log: Log) -> None:
         self._log = log
         try:
-            self._start()
+            self._await_loaded()
         except PackageError as error:
             folders = Siblings(self.folder).folders(str(error))
             if not folders:
                 raise
             self._kill()
             self._start(folders)
+            self._await_loaded()
         self._state = "instantiated"
 
     def _start(self, folders: Sequence[str] = ()) -> None:
-        """Start the worker and have it load the FMU; folders: where it looks for libraries first."""
+        """Start the worker, which loads the FMU; folders: where it looks for libraries first."""
         ours, theirs = Pipe()
         environment = {k: v for k, v in os.environ.items() if k in KEPT or any(part in k for part in KEPT_PARTS)}
         environment["PYTHONPATH"] = os.pathsep.join(p for p in sys.path if p)
@@ -89,6 +93,10 @@ class IsolatedSlave(Slave):
             "limits": self._limits(), "texts": self.texts, "message_log": self.message_log,
         }  # fmt: skip
         self._pipe.send_bytes(pickle.dumps(order))
+
+    def _await_loaded(self) -> None:
+        if self._process is None:
+            self._start()
         try:
             self._answer(START_UP)
         except SimulationError as error:

@@ -71,6 +71,9 @@ class Slave(FmuVariables, ABC):
 
     # life
 
+    def set_out(self) -> None:
+        """Begin with what goes on by itself until `load`, where there is something."""
+
     @abstractmethod
     def load(self, log: Log) -> None:
         """Load the library and instantiate; `log` gets every message."""

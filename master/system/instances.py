@@ -103,4 +103,6 @@ def load_slaves(slaves: Mapping[str, Slave], stack: ExitStack, log: Log) -> None
 
     for slave in slaves.values():
         stack.callback(slave.free)
+        slave.set_out()
+    for slave in slaves.values():
         slave.load(on_log)
