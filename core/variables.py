@@ -46,7 +46,7 @@ class Variable:
         low = -float("inf") if self.min is None else self.min
         high = float("inf") if self.max is None else self.max
         if not (isfinite(value) and low <= value <= high):
-            suffix = f" {self.unit}" if self.unit else ""
+            suffix = f" {self.unit}" if self.unit not in ("", "1", None) else ""
             fault = "is not finite" if not isfinite(value) else "is out of range"
             raise ParameterError(
                 f"{self.causality} '{self.name}' = {value:g}{suffix} {fault}; allowed: {low:g} to {high:g}{suffix}"

@@ -132,6 +132,8 @@ def _name(spec: Any) -> None:
 def _wet(path: Path, model: mujoco.MjModel, water: Path | None) -> list[Wet]:
     moving = [g for g in range(model.ngeom) if model.body_weldid[model.geom_bodyid[g]] != 0]
     names = [model.geom(g).name for g in moving]
+    if water is None and not moving:
+        return []
     entries = [{"name": "*"}] if water is None else _table(water)
     made: dict[str, Wet] = {}
     for entry in entries:
@@ -183,8 +185,10 @@ def _table(path: Path) -> list[dict[str, Any]]:
         tables.get(entry, where, "name", str)
         tables.get(entry, where, "lifted", bool, True)
         for key in KEYS[1:5]:
-            if tables.number(entry, where, key, 1.0) < 0.0 or (key in KEYS[3:5] and entry.get(key) == 0):
-                raise PackageError(f"{where}: '{key}' = {entry[key]} has to be positive")
+            positive = key in KEYS[3:5]
+            if tables.number(entry, where, key, 1.0) < 0.0 or (positive and entry.get(key) == 0):
+                wanted = "has to be positive" if positive else "must not be negative"
+                raise PackageError(f"{where}: '{key}' = {entry[key]} {wanted}")
         if tables.number(entry, where, "C_M", 1.0) < 1.0:
             raise PackageError(
                 f"{where}: 'C_M' = {entry['C_M']} has to be 1 at least: the inertia coefficient is 1 plus that of the "

@@ -185,3 +185,9 @@ def test_what_cannot_be_is_one_line(tmp_path, text, water, words):
         arm(tmp_path, text.format(tilt=0, more="") if "{tilt}" in text else text, water)
     assert words in str(caught.value)
     assert "\n" not in str(caught.value)
+
+
+def test_bodies_without_geoms_are_in_no_water(tmp_path):
+    text = BAR.replace('<geom name="beam" type="cylinder" fromto="0 0 0 1.605 0 0" size="0.05" mass="50"/>',
+                       '<inertial pos="0.8 0 0" mass="50" diaginertia="0.1 10 10"/>')  # fmt: skip
+    assert arm(tmp_path, text.format(tilt=0, more="")).d.wet == ()
