@@ -3,9 +3,9 @@
     python -m benchmarks.master [--steps N] [--repeats N] [--long STEPS [--results NAME]]
 
 The FMUs are a mass and a spring compiled from benchmarks/fmus/linear.c. The masters run the same package turn by
-turn, so whatever else the machine does hits all. ecos is run too where ecospy and tbb are installed. --long runs so
-many steps streamed to a file (CSV, or what the name says) and prints the memory that is needed, for a tenth of them and
-for all; nothing else is measured then.
+turn, so whatever else the machine does hits all. ecos and libcosim are run too where ecospy and tbb, and libcosimpy are
+installed. --long runs so many steps streamed to a file (CSV, or what the name says) and prints the memory that is
+needed, for a tenth of them and for all; nothing else is measured then.
 """
 
 from __future__ import annotations
@@ -77,6 +77,21 @@ def ecos(path: Path, count: int) -> float | None:
         begin = time.perf_counter()
         simulation.step(count)
         return time.perf_counter() - begin
+
+
+def libcosim(path: Path, count: int) -> float | None:
+    """Seconds of libcosim, which records nothing, from its first step on; None where it is not installed."""
+    try:
+        from libcosimpy.CosimExecution import CosimExecution
+        from libcosimpy.CosimLogging import CosimLogLevel, log_output_level
+    except ImportError:
+        return None
+    log_output_level(CosimLogLevel.WARNING)
+    execution = CosimExecution.from_ssp_file(ssp_path=str(path), step_size=round(1e9 * STEP))
+    execution.step()  # which initialises
+    begin = time.perf_counter()
+    execution.step(step_count=count)
+    return time.perf_counter() - begin
 
 
 def measure(name: str, count: int, repeats: int, runs: dict[str, Callable[[], float | None]]) -> None:
@@ -191,6 +206,7 @@ def main() -> None:
             "cosim-master, jacobi, no file": lambda: ours(path, folder / "out", results="", method="jacobi"),
             "FMPy simulate_ssp": lambda: 20.0 * fmpy(few, count // 20 * STEP),
             "ecos": lambda: ecos(path, count),
+            "libcosim": lambda: libcosim(path, count),
         }
         measure("two native FMUs", count, options.repeats, runs)
         python_fmus(options.repeats)
