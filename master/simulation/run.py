@@ -5,7 +5,7 @@ from __future__ import annotations
 import os
 import platform
 import tempfile
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from contextlib import ExitStack, suppress
 from dataclasses import replace
 from pathlib import Path
@@ -195,14 +195,16 @@ class _Run:
             return
         with self.interrupt.away(self._abandon_end):
             found = loops_that_came_up(self.plan.system)
-        if found:
-            self.summary["warnings"] += found
-            write_summary(self.folder, self.summary)
+        self._warn_too(found)
 
     def tell_ending(self) -> None:
         """Add to the summary what the FMUs said, and what went wrong, as they were ended."""
-        slaves, told = self.plan.slaves.values(), self.summary["warnings"]
-        late = [*said(slaves), *(slave.ending for slave in slaves if slave.ending)]
+        slaves = self.plan.slaves.values()
+        self._warn_too([*said(slaves), *(slave.ending for slave in slaves if slave.ending)])
+
+    def _warn_too(self, late: Sequence[str]) -> None:
+        """Add warnings to a summary that has been written, those that it does not have."""
+        told = self.summary["warnings"]
         if fresh := [text for text in late if text not in told]:
             told += fresh
             write_summary(self.folder, self.summary)

@@ -7,19 +7,9 @@ from deepsea_cosim.fmus.check import faults
 
 from benchmarks import native
 
-from ..master.parts import redescribed
+from ..master.parts import redescribed, rewritten
 
 pytestmark = pytest.mark.skipif(native.compiler is None, reason="there is no C compiler here")
-
-
-def changed(folder, version, *changes):
-    """The linear FMU with replacements in its source."""
-    text = (native.HERE / "fmus" / "linear.c").read_text()
-    for old, new in changes:
-        assert old in text, old
-        text = text.replace(old, new)
-    (folder / "m.c").write_text(text)
-    return native.packed(folder / "m.fmu", version, native.compiled(folder / "m.c", version, folder / "Linear.so"))
 
 
 @pytest.mark.parametrize("version", [1, 2, 3])
@@ -35,7 +25,7 @@ def test_a_type_that_cannot_be_read_is_named(tmp_path, version, kind, name):
     head = "int INTEGER(Get)" if kind == "Integer" else f"int EXPORT(Get{kind})"
     text = (native.HERE / "fmus" / "linear.c").read_text()
     begin = text[text.index(head) : text.index("{", text.index(head)) + 1]
-    (told,) = faults(changed(tmp_path, version, (begin, f"{begin} return 3;")))
+    (told,) = faults(rewritten(tmp_path, version, (begin, f"{begin} return 3;")))
     assert f"reading '{name}'" in told
 
 
@@ -43,7 +33,7 @@ def test_a_type_that_cannot_be_read_is_named(tmp_path, version, kind, name):
 def test_a_state_that_cannot_be_put_back_is_told(tmp_path, version):
     state = "State" if version == 3 else "state"
     head = f"int fmi{version}SetFMU{state}(Model *m, Model *s) {{"
-    (told,) = faults(changed(tmp_path, version, (head, f"{head} return 3;")))
+    (told,) = faults(rewritten(tmp_path, version, (head, f"{head} return 3;")))
     assert f"fmi{version}SetFMU{state}" in told
 
 
@@ -51,7 +41,7 @@ def test_a_state_that_cannot_be_put_back_is_told(tmp_path, version):
 def test_the_suggested_step_is_taken(tmp_path, suggested):
     """An FMU that takes steps of 0.25 s only."""
     begin = "int EXPORT(DoStep)(Model *m, double t, double h, Bool keep) {"
-    fmu = changed(tmp_path, 2, (begin, f"{begin} if (h != 0.25) return 3;"))
+    fmu = rewritten(tmp_path, 2, (begin, f"{begin} if (h != 0.25) return 3;"))
     if suggested:
         told = '<DefaultExperiment stepSize="0.25"/><ModelVariables>'
         fmu = redescribed(fmu, tmp_path / "s.fmu", ("<ModelVariables>", told))

@@ -52,6 +52,18 @@ def redescribed(fmu, target, *changes):
     return target
 
 
+def rewritten(folder, version, *changes, before="", more=(), beside=None, **told):
+    """The linear FMU in a folder, with replacements (old, new) in its source, each of which must apply; `before` stands
+    at its beginning, `more` are options of the compiler, `told` of the description."""
+    text = (native.HERE / "fmus" / "linear.c").read_text()
+    for old, new in changes:
+        assert old in text, old
+        text = text.replace(old, new)
+    (folder / "m.c").write_text(before + text)
+    built = native.compiled(folder / "m.c", version, folder / "Linear.so", *more)
+    return native.packed(folder / "m.fmu", version, built, beside, **told)
+
+
 def two(path, fmu, trouble=0.0, when=1e300, stop=1.0, step=0.01):
     """A ramp, y1 = t, that a second FMU doubles; the second one makes trouble from a time on."""
     ramp = component("a", "resources/L.fmu", connector("y1", "output"),

@@ -15,7 +15,7 @@ from deepsea_cosim.master.simulation.session import Session
 from benchmarks import native
 
 from ..packages import binding, bindings, component, connector, link, package, system, values
-from .parts import constant, gain, linear
+from .parts import constant, gain, linear, rewritten
 
 pytestmark = pytest.mark.skipif(native.compiler is None, reason="there is no C compiler here")
 
@@ -36,16 +36,10 @@ KEEP = (FIRST, "CALL = *(Callbacks *)functions; strcpy(NAME, name);")
 def made(tmp_path):
     """Makes an FMU of linear.c with replacements (old, new)."""
 
-    def make(name, version, *changes, before="", more=(), beside=None, **told):
-        text = SOURCE.read_text()
-        for old, new in changes:
-            assert old in text, old
-            text = text.replace(old, new)
+    def make(name, version, *changes, **told):
         folder = tmp_path / f"made_{name}"
         folder.mkdir()
-        (folder / "m.c").write_text(before + text)
-        built = native.compiled(folder / "m.c", version, folder / "Linear.so", *more)
-        return native.packed(folder / f"{name}.fmu", version, built, beside, **told)
+        return rewritten(folder, version, *changes, **told)
 
     return make
 

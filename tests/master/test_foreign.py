@@ -10,7 +10,7 @@ from deepsea_cosim.master.simulation.session import Session
 from benchmarks import native
 
 from ..packages import binding, bindings, component, connector, link, package, system, values
-from .parts import gain, linear, redescribed
+from .parts import gain, linear, redescribed, rewritten
 
 pytestmark = pytest.mark.skipif(native.compiler is None, reason="there is no C compiler here")
 
@@ -57,10 +57,7 @@ def test_a_session_runs_such_an_fmu_again(fmus, tmp_path):
 def test_an_fmu_that_never_lets_itself_be_read_is_an_error(tmp_path):
     from deepsea_cosim.core.errors import SimulationError
 
-    text = (native.HERE / "fmus" / "linear.c").read_text()
-    (tmp_path / "m.c").write_text(text.replace("if (!m->entered) return 3;", "return 3;"))
-    built = native.compiled(tmp_path / "m.c", 2, tmp_path / "Linear.so")
-    fmu = native.packed(tmp_path / "mute.fmu", 2, built)
+    fmu = rewritten(tmp_path, 2, ("if (!m->entered) return 3;", "return 3;"))
     path = package(tmp_path / "p.ssp", system("root", linear("mute", **RAMP)), {"resources/L.fmu": fmu})
     with pytest.raises(SimulationError, match="component 'mute', reading the outputs"):
         run(path, tmp_path / "out", Options())

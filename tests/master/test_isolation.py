@@ -18,7 +18,7 @@ from deepsea_cosim.master.simulation.run import Options, run
 from benchmarks import native
 
 from ..packages import link, package, system
-from .parts import linear, two
+from .parts import linear, rewritten, two
 
 pytestmark = pytest.mark.skipif(native.compiler is None, reason="there is no C compiler here")
 
@@ -242,11 +242,7 @@ def test_a_hang_as_an_fmu_is_ended_is_told(fmus, tmp_path):
 
 @pytest.mark.parametrize("isolate", [False, True])
 def test_what_an_fmu_says_as_it_is_ended_is_told(tmp_path, isolate):
-    text = (native.HERE / "fmus" / "linear.c").read_text()
     end = "int fmi2Terminate(Model *m) {"
-    assert end in text
-    (tmp_path / "m.c").write_text(text.replace(end, f"{end} return 3;"))
-    built = native.compiled(tmp_path / "m.c", 2, tmp_path / "Linear.so")
-    path = two(tmp_path / "p.ssp", native.packed(tmp_path / "L.fmu", 2, built))
+    path = two(tmp_path / "p.ssp", rewritten(tmp_path, 2, (end, f"{end} return 3;")))
     told = run(path, tmp_path / "out", Options(isolate=isolate)).summary["warnings"]
     assert [text.partition(":")[0] for text in told] == ["component 'a', terminate", "component 'b', terminate"]

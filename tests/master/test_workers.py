@@ -10,7 +10,7 @@ from deepsea_cosim.master.parallel.pool import Job, Pool
 from benchmarks import native
 
 from ..packages import package, system
-from .parts import linear
+from .parts import linear, rewritten
 
 pytestmark = pytest.mark.skipif(native.compiler is None, reason="there is no C compiler here")
 
@@ -23,15 +23,13 @@ def noted(tmp_path):
     notes = tmp_path / "notes.txt"
     note = f'{{ FILE *f = fopen("{notes}", "a"); fprintf(f, "%s %s\\n", WHAT, NAME); fclose(f); }}'
     here = '{ FILE *f = fopen("mine.txt", "a"); fclose(f); }'
-    text = "static char NAME[99];\n" + (native.HERE / "fmus" / "linear.c").read_text()
+    changes = []
     for old, what, more in (
         (BEGIN, "begin", f'snprintf(NAME, 99, "%s", name); {here} '), ("int fmi2Terminate(Model *m) {", "end", ""),
         ("void fmi2FreeInstance(Model *m) {", "free", ""),
     ):  # fmt: skip
-        assert old in text
-        text = text.replace(old, f"{old} {more}{note.replace('WHAT', chr(34) + what + chr(34))}")
-    (tmp_path / "m.c").write_text(text)
-    fmu = native.packed(tmp_path / "m.fmu", 2, native.compiled(tmp_path / "m.c", 2, tmp_path / "Linear.so"))
+        changes.append((old, f"{old} {more}{note.replace('WHAT', chr(34) + what + chr(34))}"))
+    fmu = rewritten(tmp_path, 2, *changes, before="static char NAME[99];\n")
     root = system("root", linear("a", A=[[0, 1], [0, 0]], C=[[1, 0]], x0=[0, 1]))
     return package(tmp_path / "p.ssp", root, {"resources/L.fmu": fmu}, stop=1.0, step=0.1), notes
 
