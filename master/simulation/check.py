@@ -44,7 +44,7 @@ def check(package: Path, wanted: Options | None = None) -> Checked:
     found = Checked()
     found.attempt(check_options, wanted)
 
-    def as_run(slaves: dict[str, Slave]) -> dict[str, Slave]:
+    def as_run(_network: Network, slaves: dict[str, Slave]) -> dict[str, Slave]:
         Findings(keeps=True).attempt(set_substeps, wanted, slaves)  # what is wrong with them is told below
         return slaves
 

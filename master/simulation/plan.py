@@ -9,7 +9,7 @@ from pathlib import Path
 
 from ...core.errors import UsageError, did_you_mean
 from ...ssp.wires import Network
-from ..algorithms import DEFAULT, check_method, chosen, method_named
+from ..algorithms import check_method, chosen, method_named
 from ..algorithms.method import Method
 from ..coupling.initialisation import early_order
 from ..coupling.power_bonds import Bond, find_bonds
@@ -62,8 +62,9 @@ def plan(package: Path, options: Options, stack: ExitStack, interrupt: Interrupt
     check_options(options)
     found = Findings()
 
-    def as_run(slaves: dict[str, Slave]) -> dict[str, Slave]:
-        made = _isolated(options, slaves, interrupt)
+    def as_run(network: Network, slaves: dict[str, Slave]) -> dict[str, Slave]:
+        method = method_named(chosen(options.method, network.structure.method))
+        made = _isolated(options, method, slaves, interrupt)
         set_substeps(options, made)
         return made
 
@@ -141,9 +142,11 @@ def check_coupling(system: System, method: str, isolated: bool) -> list[Bond]:
     return find_bonds(system)
 
 
-def _isolated(options: Options, slaves: dict[str, Slave], interrupt: Interrupts) -> dict[str, Slave]:
+def _isolated(
+    options: Options, method: Method, slaves: dict[str, Slave], interrupt: Interrupts
+) -> dict[str, Slave]:
     """The slaves, all of them in processes of their own or those that keep others from stepping beside them."""
-    able = options.parallel and method_named(options.method or DEFAULT).needs_state is None
+    able = options.parallel and method.needs_state is None
 
     def apart(slave: Slave) -> bool:
         return slave.is_foreign and (options.isolate or (able and slave.runs_in_python))

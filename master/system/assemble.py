@@ -23,7 +23,7 @@ from .start_values import Value, bound_values, expanded, given_values, resolve
 from .structural import configure
 from .system import System
 
-Prepare = Callable[[dict[str, Slave]], dict[str, Slave]]
+Prepare = Callable[[Network, dict[str, Slave]], dict[str, Slave]]
 """Gives the slaves as they are to be run."""
 
 
@@ -55,7 +55,7 @@ class Assembly:
 
 def assemble(
     package: Path, options: Options, stack: ExitStack, found: Findings, only: Sequence[str] = (),
-    prepare: Prepare = lambda slaves: slaves,
+    prepare: Prepare = lambda _network, slaves: slaves,
 ) -> Assembly | None:  # fmt: skip
     """Read the package, and put it together; what it was unpacked into goes with the stack.
 
@@ -78,7 +78,7 @@ def assemble(
     own = [c for c in options.changes if c[0] in made.network.inputs]
     others = _expanded(made, [c for c in options.changes if c not in own], aside)
     sizes_hold = _set_sizes(made, others, found, aside)
-    made.slaves = prepare(made.slaves)
+    made.slaves = prepare(made.network, made.slaves)
     if made.network.structure.step_size is None:
         suggested = replace(made.network.structure, step_size=smallest_step(made.network, made.slaves))
         made.network = replace(made.network, structure=suggested)
