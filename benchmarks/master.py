@@ -145,17 +145,17 @@ def _own_calls(path: Path) -> float:
     from deepsea_cosim.master.options import Options
     from deepsea_cosim.master.system.assemble import assemble
     from deepsea_cosim.master.system.findings import Findings
-    from deepsea_cosim.master.system.instances import load_slaves
+    from deepsea_cosim.master.system.instances import load_instances
 
     with ExitStack() as stack:
         made = assemble(path, Options(), stack, Findings())
         assert made is not None
-        load_slaves(made.slaves, stack, lambda *_: None)
+        load_instances(made.instances, stack, lambda *_: None)
         stop = made.network.structure.stop_time or 1.0
         Initialiser(made.system)(made.values, 0.0, stop)
         program = made.system.steps.program()
-        for slave in made.slaves.values():
-            program.advance([slave])
+        for instance in made.instances.values():
+            program.advance([instance])
         runner = Runner(program)
         runner.timed = False
         count = round(stop / STEP)

@@ -20,7 +20,7 @@ from itertools import count
 from pathlib import Path
 
 from deepsea_cosim.master.engine import crew
-from deepsea_cosim.master.isolation.isolated import IsolatedSlave
+from deepsea_cosim.master.isolation.isolated import IsolatedInstance
 from deepsea_cosim.master.simulation.run import Options, run
 
 from benchmarks import native
@@ -89,7 +89,7 @@ def compare(name: str, package: Path, method: str, pairs: int, steps: int) -> No
 def pin() -> None:
     """This process on the first core, threads and processes of FMUs on the next ones."""
     own = sorted(os.sched_getaffinity(0))
-    load = IsolatedSlave.load
+    load = IsolatedInstance.load
 
     class Thread(crew.Thread):  # type: ignore[misc]
         def run(self) -> None:
@@ -98,12 +98,12 @@ def pin() -> None:
 
     numbers = count(1)
 
-    def loaded(self: IsolatedSlave, *arguments: object) -> None:
+    def loaded(self: IsolatedInstance, *arguments: object) -> None:
         load(self, *arguments)  # type: ignore[arg-type]
         assert self._process is not None
         os.sched_setaffinity(self._process.pid, {own[next(numbers) % len(own)]})
 
-    crew.Thread, crew.cores, IsolatedSlave.load = Thread, lambda: len(own), loaded  # type: ignore
+    crew.Thread, crew.cores, IsolatedInstance.load = Thread, lambda: len(own), loaded  # type: ignore
     os.sched_setaffinity(0, {own[0]})
 
 

@@ -86,7 +86,7 @@ def measure(count: int, steps: int, method: str, results: str) -> dict[str, floa
 
     times: dict[str, float] = {}
     for place, name, phase in (
-        (assemble, "read_package", "read"), (start, "plan", "planned"), (start, "load_slaves", "load"),
+        (assemble, "read_package", "read"), (start, "plan", "planned"), (start, "load_instances", "load"),
         (start._Run, "start", "started"), (Loop, "run", "step"),
     ):  # fmt: skip
         setattr(place, name, timed(times, phase, getattr(place, name)))

@@ -59,11 +59,11 @@ def _units(package: Path) -> Callable[[str], str]:
     with ExitStack() as stack:
         made = assemble(package, Options(), stack, Findings())
         assert made is not None  # what is wrong with it has been raised
-        slaves = made.slaves
+        instances = made.instances
 
     def unit(address: str) -> str:
-        component, name = split(address, slaves)
-        known = component in slaves and name in slaves[component].variables
-        return (slaves[component].unit_name(name) or "") if known else ""
+        component, name = split(address, instances)
+        known = component in instances and name in instances[component].variables
+        return (instances[component].unit_name(name) or "") if known else ""
 
     return unit

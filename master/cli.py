@@ -283,7 +283,7 @@ def _run(options: argparse.Namespace) -> int:
                 plotter.append(stack.enter_context(Plotter()))
             show(done, total)
 
-        result = run(options.package, folder, settings, progress=progress, give_up=_give_up)
+        result = run(options.package, folder, settings, progress=progress, on_hang=_on_hang)
         files = [*filter(None, (options.results, options.log)), "summary.json", "manifest.json"]
         if plotter:
             title = f"{options.package.stem} ({result.summary['method']}, step {result.summary['step_s']:g} s)"
@@ -302,7 +302,7 @@ def _run(options: argparse.Namespace) -> int:
     return {"failed": 1, "interrupted": 130}.get(result.summary.get("step_check", {}).get("status"), 0)
 
 
-def _give_up(error: CosimError) -> NoReturn:
+def _on_hang(error: CosimError) -> NoReturn:
     """The run was asked to end, and an FMU does not come back to let it; or one ends this process."""
     from ..core.errors import Interrupted
     from .slaves.fmu import forget_unpacked

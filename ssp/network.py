@@ -1,4 +1,4 @@
-"""The tree of systems flattened: components, wires from outputs to inputs, and what every parameter is set to.
+"""The tree of systems flattened: components, connections from outputs to inputs, and what every parameter is set to.
 
 Systems, their connectors and signal dictionaries disappear here. What a value meets on its way (units, transformations)
 is kept as hops, for only the FMUs know the types and units at the ends.
@@ -12,6 +12,7 @@ from typing import Any
 
 from ..core.errors import PackageError, did_you_mean
 from ..core.units import alike
+from .flat import At, End, FlatConnection, Hop, Network, Part, Setting, Target, shown_at
 from .model import (
     Binding,
     Component,
@@ -23,7 +24,6 @@ from .model import (
     SystemStructure,
     Type,
 )
-from .wires import At, End, Hop, Network, Part, Setting, Target, Wire, shown_at
 
 GIVES = ("output", "calculatedParameter", "local", "constant")
 TAKES = ("input", "parameter", "structuralParameter")
@@ -105,44 +105,44 @@ class _Flattener:
         settings: list[Setting] = []
         given: list[Setting] = []
         self.bind(root, "", settings, given)
-        wires: list[Wire] = []
-        early: list[Wire] = []
+        flat_connections: list[FlatConnection] = []
+        early: list[FlatConnection] = []
         takes = ("input", "inout", "unspecified")
         taken = {c.name: c for c in root.connectors if c.kind in takes and not _is_clock(c)}
         for node in list(self.drivers):
             if node[0] == "component":
-                for wire in self.trace(node):
-                    if wire.start[0] or wire.start[1] in taken:
-                        (early if self.kinds.get(node) in EARLY else wires).append(wire)
-        outputs: list[Wire] = []
+                for flat in self.trace(node):
+                    if flat.start[0] or flat.start[1] in taken:
+                        (early if self.kinds.get(node) in EARLY else flat_connections).append(flat)
+        outputs: list[FlatConnection] = []
         for connector in root.connectors:
             node = ("system", "", connector.name)
             if connector.kind in (*GIVES, "inout", "unspecified") and node in self.drivers:
-                for wire in self.trace(node):
-                    if wire.start[0] or wire.start[1] in taken:
-                        outputs.append(wire)
+                for flat in self.trace(node):
+                    if flat.start[0] or flat.start[1] in taken:
+                        outputs.append(flat)
                         continue
                     self.refused(PackageError(
-                        f"{wire.where}: output '{connector.name}' would show '{wire.start[1]}', a parameter of the "
+                        f"{flat.where}: output '{connector.name}' would show '{flat.start[1]}', a parameter of the "
                         "system; that is not supported"
                     ))  # fmt: skip
-        driving = {w.start[1] for w in wires if not w.start[0]}
+        driving = {w.start[1] for w in flat_connections if not w.start[0]}
         inputs = {name: c for name, c in taken.items() if c.kind == "input" or name in driving}
         self.calculated(early, settings)
         return Network(
-            self.structure, self.parts, tuple(wires), tuple(early), tuple(outputs), inputs, tuple(settings),
+            self.structure, self.parts, tuple(flat_connections), tuple(early), tuple(outputs), inputs, tuple(settings),
             tuple(given),
             {name: tuple(self.behind(node, ())) for name, node in self.names().items() if name not in inputs},
             (*self.structure.remarks, *self.structure.notes, *self.remarks), self.idle,
         )  # fmt: skip
 
-    def calculated(self, early: Sequence[Wire], settings: Sequence[Setting]) -> None:
+    def calculated(self, early: Sequence[FlatConnection], settings: Sequence[Setting]) -> None:
         """Remark values that are bound to parameters which other components calculate."""
-        by = {wire.end: wire for wire in early if wire.start[0]}
+        by = {flat.end: flat for flat in early if flat.start[0]}
         for s in settings:
-            if (wire := by.get((s.component, s.variable))) is not None:
+            if (flat := by.get((s.component, s.variable))) is not None:
                 self.remarks.append(
-                    f"{s.where}: '{s.component}.{s.variable}' is bound, and connected to '{'.'.join(wire.start)}'; the "
+                    f"{s.where}: '{s.component}.{s.variable}' is bound, and connected to '{'.'.join(flat.start)}'; the "
                     "connection counts"
                 )
 
@@ -410,9 +410,9 @@ class _Flattener:
                 hop = self.hop(node, edge.connection, reached)
                 yield _Way(way.start, way.start_at, () if at else reached, (*way.hops, hop))
 
-    def trace(self, sink: Node) -> list[Wire]:
-        """The wires that end at a node; none from what nothing gives a value."""
-        made: list[Wire] = []
+    def trace(self, sink: Node) -> list[FlatConnection]:
+        """The flat connections that end at a node; none from what nothing gives a value."""
+        made: list[FlatConnection] = []
         end = (sink[1] if sink[0] == "component" else "", sink[2])
         try:
             ways = list(self.ways(sink, ()))
@@ -429,7 +429,7 @@ class _Flattener:
                 continue
             type = self.types.get(node)
             start = (node[1] if node[0] == "component" else "", node[2])
-            made.append(Wire(
+            made.append(FlatConnection(
                 start, end, way.hops, type.unit if type else None, type.enumeration if type else None, way.start_at,
                 way.end_at,
             ))  # fmt: skip

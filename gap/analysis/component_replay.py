@@ -56,7 +56,7 @@ def replay_components(problem: Problem, point: Point) -> list[Replay]:
     """A replay of every component whose inputs were measured at least in part, at the given point."""
     with Session(problem.campaign.system) as session:
         links = [(".".join(link.start), ".".join(link.end)) for link in session.system.links]
-        names = list(session.system.slaves)
+        names = list(session.system.instances)
     if len(names) < 2:
         return []
     sources = tuple(dict.fromkeys(start for start, _ in links))

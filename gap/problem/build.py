@@ -79,7 +79,7 @@ def _read_package(campaign: Campaign, catalogue: Catalogue, session: Session) ->
     units = _units(campaign, session)
     parameter_units = {
         f"{name}.{v}": own
-        for name, slave in session.system.slaves.items()
+        for name, slave in session.system.instances.items()
         for v in slave.variables
         if (own := slave.unit_name(v)) is not None
     }
@@ -116,7 +116,7 @@ def _units(campaign: Campaign, session: Session) -> dict[str, str]:
     for c in campaign.channels:
         where = f"{campaign.file}: channel '{c.column}'"
         is_output, _ = connector_of(where, session, c.connector)
-        given = is_output or split(c.connector, session.system.slaves) in connected
+        given = is_output or split(c.connector, session.system.instances) in connected
         if c.role == "input" and given:
             why = "an output of the model" if is_output else "connected to another component"
             raise CampaignError(f"{where}: '{c.connector}' cannot be an input: it is {why}")

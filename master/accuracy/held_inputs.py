@@ -59,8 +59,8 @@ class HeldInputs:
         spread = [(k, i) for k in system.links if system.steps.is_averaged(k) for i in range(k.source.size)]
         self._sources = np.array([out[k.source.place + i] for k, i in spread], np.int64)
         self._targets = np.array([into[k.target.place + i] for k, i in spread], np.int64)
-        self._factors = np.array([k.cast.factor for k, _ in spread])
-        self._offsets = np.array([k.cast.offset for k, _ in spread])
+        self._factors = np.array([k.conversion.factor for k, _ in spread])
+        self._offsets = np.array([k.conversion.offset for k, _ in spread])
         self._sloped = np.array([k.target.component in sloped for k, _ in spread], bool)
         self._starts = [elements(k.source)[i] for k, i in spread]
         self.names = [elements(k.target)[i] for k, i in spread]

@@ -53,7 +53,7 @@ def check_method(name: str, system: System, isolated: bool) -> None:
     for component in needs_state(system) if needs_state is not None else ():
         if isolated:
             raise UsageError(f"--method {name}: FMUs in processes of their own (--isolate) cannot be taken back")
-        if not system.slaves[component].can_restore:
+        if not system.instances[component].can_restore:
             raise UsageError(
                 f"--method {name}: component '{component}' cannot restore its state (canGetAndSetFMUstate); choose "
                 "another method"

@@ -1,4 +1,4 @@
-"""What algorithms with a view of the whole coupling share: its real links as vectors, and single steps of one slave."""
+"""What algorithms with a view of the whole coupling share: its real links as vectors, and steps of one instance."""
 
 from __future__ import annotations
 
@@ -9,8 +9,8 @@ import numpy as np
 from ..coupling.loop_solver import handles
 from ..engine.program import Program
 from ..engine.runner import Runner
-from ..slaves.base import Slave
-from ..system.connections import Link
+from ..slaves.base import FmuInstance
+from ..system.connections import SignalConnection
 from ..system.system import System
 
 
@@ -19,12 +19,12 @@ class Coupling:
 
     def __init__(self, system: System):
         self.system = system
-        self.links: list[Link] = [k for k in system.links if system.steps.is_averaged(k)]
+        self.links: list[SignalConnection] = [k for k in system.links if system.steps.is_averaged(k)]
         spread = [(k, i) for k in self.links for i in range(k.source.size)]
         self.sources = np.array([k.source.place + i for k, i in spread], np.int64)
         self.targets = np.array([k.target.place + i for k, i in spread], np.int64)
-        self.factors = np.array([k.cast.factor for k, _ in spread])
-        self.offsets = np.array([k.cast.offset for k, _ in spread])
+        self.factors = np.array([k.conversion.factor for k, _ in spread])
+        self.offsets = np.array([k.conversion.offset for k, _ in spread])
         self.ends = [(k.source, k.target) for k, _ in spread]
         self.givers = [k.source.component for k, _ in spread]
         self.takers = [k.target.component for k, _ in spread]
@@ -34,19 +34,19 @@ class Coupling:
 
     @property
     def outputs(self) -> np.ndarray:
-        """The outputs as they are on the board."""
-        return self.system.board.reals[self.sources]
+        """The outputs as they are in the buffer."""
+        return self.system.buffer.reals[self.sources]
 
     @property
     def inputs(self) -> np.ndarray:
-        """The inputs as they are on the board."""
-        return self.system.board.reals[self.targets]
+        """The inputs as they are in the buffer."""
+        return self.system.buffer.reals[self.targets]
 
     def nominals(self) -> np.ndarray:
         """Usual sizes of the inputs."""
-        slaves = self.system.slaves
-        spread = [(slaves.get(k.target.component), k.target.name) for k in self.links for _ in range(k.source.size)]
-        return np.array([1.0 if slave is None else slave.nominal(name) for slave, name in spread])
+        instances = self.system.instances
+        spread = [(instances.get(k.target.component), k.target.name) for k in self.links for _ in range(k.source.size)]
+        return np.array([1.0 if instance is None else instance.nominal(name) for instance, name in spread])
 
     def given(self, y: np.ndarray) -> np.ndarray:
         """Inputs from outputs."""
@@ -62,16 +62,16 @@ class Coupling:
 
 
 class Stepper:
-    """One slave's step from its inputs to its outputs, to be taken and taken back by Python code."""
+    """One instance's step from its inputs to its outputs, to be taken and taken back by Python code."""
 
-    def __init__(self, system: System, slave: Slave):
-        self.slave = slave
+    def __init__(self, system: System, instance: FmuInstance):
+        self.instance = instance
         program = system.steps.program()
-        program.set_inputs(slave)
-        program.do_step(slave, returns=True)
-        program.get_outputs(slave)
+        program.set_inputs(instance)
+        program.do_step(instance, returns=True)
+        program.get_outputs(instance)
         self._runner = Runner(program)
-        self._give, self._take = handles(system, slave.name)
+        self._give, self._take = handles(system, instance.name)
         self._rows = np.zeros((1, 0))
 
     @property
@@ -89,10 +89,10 @@ class Stepper:
         self._take.once()
 
     def save(self) -> Any:
-        """The slave's state."""
-        return self.slave.save()
+        """The instance's state."""
+        return self.instance.save()
 
     def restore(self, state: Any) -> None:
         """Back to a state, from which the end of the run has not been asked for."""
-        self.slave.restore(state)
-        self._runner.program.board.ended[:] = 0
+        self.instance.restore(state)
+        self._runner.program.buffer.ended[:] = 0

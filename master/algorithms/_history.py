@@ -17,7 +17,7 @@ def carry_on(system: System, program: Program, place: int, size: int, *ahead: fl
     """
     last = system.layout.scratch(size)
     held = [system.layout.scratch(size) for _ in ahead]
-    reals = system.board.reals
+    reals = system.buffer.reals
 
     def remember() -> None:
         reals[last : last + size] = reals[place : place + size]

@@ -9,7 +9,7 @@ from __future__ import annotations
 
 from ..coupling.loop_solver import refresh
 from ..engine.program import Program
-from ..system.connections import Link
+from ..system.connections import SignalConnection
 from ..system.system import System
 from ._history import MIDDLE, carry_on
 from .method import Method
@@ -17,29 +17,29 @@ from .method import Method
 
 def write(system: System, program: Program) -> None:
     """Write the macro step."""
-    slaves = [system.slaves[name] for name in system.order]
-    carried = {s.name: [k for k in system.steps.links_to(s.name) if system.steps.is_averaged(k)] for s in slaves}
-    ahead = {k.source.place: k.source for s in slaves if not s.takes_slopes for k in carried[s.name]}
+    instances = [system.instances[name] for name in system.order]
+    carried = {s.name: [k for k in system.steps.links_to(s.name) if system.steps.is_averaged(k)] for s in instances}
+    ahead = {k.source.place: k.source for s in instances if not s.takes_slopes for k in carried[s.name]}
     instead = {place: carry_on(system, program, place, s.size, MIDDLE)[0] for place, s in ahead.items()}
-    for s in slaves:
+    for s in instances:
         for link in system.steps.links_to(s.name):
             line = link in carried[s.name] and not s.takes_slopes
             system.steps.pass_on(program, link, instead if line else None)
-    changes = {s.name: _changes(system, program, carried[s.name]) for s in slaves if s.takes_slopes}
-    for s in slaves:
+    changes = {s.name: _changes(system, program, carried[s.name]) for s in instances if s.takes_slopes}
+    for s in instances:
         program.set_inputs(s)
         if (first := changes.get(s.name)) is not None:
             program.set_slopes(s, [k.target.reference for k in carried[s.name]], first)
-    program.step_all(slaves)
+    program.step_all(instances)
     refresh(system, program)
 
 
-def _changes(system: System, program: Program, links: list[Link]) -> int | None:
+def _changes(system: System, program: Program, links: list[SignalConnection]) -> int | None:
     """Write how much the inputs of an FMU (scalars) have changed since the step before; the first slot."""
     if not links:
         return None
     last, change = system.layout.scratch(len(links)), system.layout.scratch(len(links))
-    reals = system.board.reals
+    reals = system.buffer.reals
     sources = [link.source.place for link in links]
 
     def remember() -> None:
@@ -47,7 +47,7 @@ def _changes(system: System, program: Program, links: list[Link]) -> int | None:
 
     program.at_start(remember)
     for i, link in enumerate(links):
-        source, factor = link.source.place, link.cast.factor
+        source, factor = link.source.place, link.conversion.factor
         program.mix(change + i, [(factor, source), (-factor, last + i)])
         program.mix(last + i, [(1.0, source)])
     return change

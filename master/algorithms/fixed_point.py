@@ -36,7 +36,7 @@ def takes_back(system: System) -> list[str]:
 def write(system: System, program: Program) -> None:
     """Write the macro step."""
     coupling = Coupling(system)
-    steppers = [Stepper(system, system.slaves[name]) for name in takes_back(system)]
+    steppers = [Stepper(system, system.instances[name]) for name in takes_back(system)]
     driven = at_end(system, program, stale(system)[0])
     again = system.steps.program()
     refresh(system, again, driven)
@@ -59,11 +59,11 @@ def write(system: System, program: Program) -> None:
         finally:
             for s, state in zip(steppers, states, strict=False):
                 with suppress(CosimError):
-                    s.slave.drop(state)
+                    s.instance.drop(state)
 
     def iterate(t: float, h: float, states: list[Any]) -> int:
         nonlocal last
-        reals = system.board.reals
+        reals = system.buffer.reals
         y = coupling.outputs
         u, relaxation, before = last.copy(), 1.0, None
         for k in range(MOST):

@@ -15,7 +15,7 @@ def write(system: System, program: Program) -> None:
     """Write the macro step."""
     for names in system.steps.levels(system.order):
         system.steps.exchange(program, names)
-        program.advance([system.slaves[name] for name in names])
+        program.advance([system.instances[name] for name in names])
     refresh(system, program, loops_only=True)
 
 

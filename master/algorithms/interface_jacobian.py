@@ -27,9 +27,9 @@ import numpy as np
 
 from ...core.errors import SimulationError
 from ..coupling.loop_solver import refresh, stale
-from ..coupling.perturbation import nudged
+from ..coupling.perturbation import perturbed
 from ..engine.program import Program
-from ..slaves.base import Slave
+from ..slaves.base import FmuInstance
 from ..system.system import System
 from ._coupled import Coupling, Stepper
 from .method import Method
@@ -37,7 +37,7 @@ from .method import Method
 EVERY = 500
 """Macro steps after which S, E and T are measured anew."""
 
-NUDGE = 1e-4
+PERTURBATION = 1e-4
 """Change of an input to measure them, relative to 1 + its size."""
 
 
@@ -50,7 +50,7 @@ def takes_back(system: System) -> list[str]:
 def write(system: System, program: Program) -> None:
     """Write the macro step."""
     coupling = Coupling(system)
-    steppers = {n: Stepper(system, system.slaves[n]) for n in takes_back(system)}
+    steppers = {n: Stepper(system, system.instances[n]) for n in takes_back(system)}
     jacobian = _Jacobian(coupling, steppers, set(steppers) & set(stale(system)[0]))
     before = held = np.zeros(0)
     count, whole = 0, 0.0
@@ -68,21 +68,21 @@ def write(system: System, program: Program) -> None:
         nonlocal before, held, count, whole
         y = coupling.outputs
         if count % EVERY == 0:
-            system.board.reals[coupling.targets] = held
+            system.buffer.reals[coupling.targets] = held
             jacobian.measure(t, h)
-            system.board.reals[coupling.sources] = y
+            system.buffer.reals[coupling.sources] = y
         count += 1
         whole = max(whole, h)  # the last step may be shorter
         middle = y + 0.5 * (h / whole) * (y - before + jacobian.own())
         u = jacobian.solve(coupling.given(middle), held)
         jacobian.remember(u - held)
         before, held = y, u
-        system.board.reals[coupling.targets] = u
+        system.buffer.reals[coupling.targets] = u
         return 0
 
     coupling.pass_others(program)
     program.python(solve)
-    program.advance([system.slaves[name] for name in system.order])
+    program.advance([system.instances[name] for name in system.order])
     refresh(system, program)
 
 
@@ -90,7 +90,7 @@ class _Jacobian:
     """How outputs answer to inputs, and the linear system that makes; matrices (outputs, inputs)."""
 
     def __init__(self, coupling: Coupling, steppers: dict[str, Stepper], at_once: set[str]):
-        """at_once: slaves with feed-through."""
+        """at_once: instances with feed-through."""
         self.coupling, self.steppers, self.at_once = coupling, steppers, at_once
         self._change = np.zeros((len(coupling), len(coupling)))  # S
         self._through = np.eye(len(coupling))  # (1 - T F)^-1
@@ -113,7 +113,7 @@ class _Jacobian:
         return own
 
     def measure(self, t: float, h: float) -> None:
-        """Measure all that over steps from t with the inputs that are on the board."""
+        """Measure all that over steps from t with the inputs that are in the buffer."""
         c = self.coupling
         S, T = np.zeros((2, len(c), len(c)))
         E = self._lasting.copy()
@@ -125,25 +125,25 @@ class _Jacobian:
             try:
                 base, _ = self._steps(stepper, t, h, steps, outputs)
                 for j in inputs if name in self.at_once else ():
-                    told = self._told(stepper.slave, outputs, j)
+                    told = self._told(stepper.instance, outputs, j)
                     if told is None:
-                        if stepper.slave.has_failed:
+                        if stepper.instance.has_failed:
                             stepper.restore(state)
                             self._steps(stepper, t, h, steps, outputs)
-                        with nudged(c.system, c.ends[j][1], int(c.targets[j]), NUDGE) as nudge:
+                        with perturbed(c.system, c.ends[j][1], int(c.targets[j]), PERTURBATION) as perturbation:
                             stepper.answer()
-                        told = (c.outputs[outputs] - base[-1]) / (nudge or np.inf)
+                        told = (c.outputs[outputs] - base[-1]) / (perturbation or np.inf)
                     T[outputs, j] = told
                 for j in inputs:
                     stepper.restore(state)
-                    made, nudge = self._steps(stepper, t, h, steps, outputs, j)
-                    answers = (np.array(made) - base) / (nudge or np.inf)
+                    made, perturbation = self._steps(stepper, t, h, steps, outputs, j)
+                    answers = (np.array(made) - base) / (perturbation or np.inf)
                     S[outputs, j] = answers[0]
                     if steps == 2:
                         E[outputs, j] = _lasting(*answers)
                 stepper.restore(state)
             finally:
-                stepper.slave.drop(state)
+                stepper.instance.drop(state)
         one = np.eye(len(c))
         try:
             self._through = np.linalg.inv(one - T * c.factors)
@@ -159,26 +159,26 @@ class _Jacobian:
     def _steps(
         self, stepper: Stepper, t: float, h: float, steps: int, outputs: Sequence[int], j: int | None = None
     ) -> tuple[list[np.ndarray], float]:
-        """What the outputs are after each of the steps, with input j nudged in them; the nudge."""
+        """What the outputs are after each of the steps, with input j perturbed in them; the perturbation."""
         c = self.coupling
-        made, nudge = [], 0.0
+        made, perturbation = [], 0.0
         for k in range(steps):
             if j is None:
                 stepper.step(t + k * h, h)
             else:
-                with nudged(c.system, c.ends[j][1], int(c.targets[j]), NUDGE) as nudge:
+                with perturbed(c.system, c.ends[j][1], int(c.targets[j]), PERTURBATION) as perturbation:
                     stepper.step(t + k * h, h)
-                if stepper.slave.name in self.at_once:
+                if stepper.instance.name in self.at_once:
                     stepper.answer()
             made.append(c.outputs[outputs])
-        return made, nudge
+        return made, perturbation
 
-    def _told(self, slave: Slave, outputs: Sequence[int], j: int) -> list[float] | None:
+    def _told(self, instance: FmuInstance, outputs: Sequence[int], j: int) -> list[float] | None:
         """What an FMU says that its scalar outputs answer at once to an input."""
         signals = [self.coupling.ends[i][0] for i in outputs]
         if any(s.size > 1 or s.element is not None for s in (*signals, self.coupling.ends[j][1])):
             return None
-        return slave.derivatives([s.reference for s in signals], self.coupling.ends[j][1].reference)
+        return instance.derivatives([s.reference for s in signals], self.coupling.ends[j][1].reference)
 
     def solve(self, now: np.ndarray, held: np.ndarray) -> np.ndarray:
         """The inputs that agree with the outputs they will cause."""

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
     from ..engine.program import Program
-    from ..slaves.base import Slave
+    from ..slaves.base import FmuInstance
     from ..system.system import System
 
 ZERO_ORDER_HOLD, MEAN = "zero-order hold", "mean"
@@ -33,6 +33,6 @@ class Method:
     input_derivatives: bool = False
     """FMUs that can are told how fast their inputs move."""
 
-    def carrying(self, slaves: Iterable[Slave]) -> list[str]:
+    def carrying(self, instances: Iterable[FmuInstance]) -> list[str]:
         """Components that carry their inputs on through a step, along the slope of the last change."""
-        return [s.name for s in slaves if self.input_derivatives and s.takes_slopes]
+        return [s.name for s in instances if self.input_derivatives and s.takes_slopes]

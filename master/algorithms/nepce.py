@@ -12,7 +12,7 @@ of the step: those of sources that have not stepped yet lie on the straight line
 from __future__ import annotations
 
 from ..coupling.loop_solver import at_end, refresh, renew, stale
-from ..engine.program import Cast, Program
+from ..engine.program import Program, SlotConversion
 from ..system.system import System
 from ._history import END, MIDDLE, carry_on
 from .method import Method
@@ -35,7 +35,7 @@ def write(system: System, program: Program) -> None:
                     middle[place], final[place] = carry_on(system, program, place, size, MIDDLE, END)
             elif place not in start:
                 start[place] = system.layout.scratch(size)
-                program.cast(start[place], place, size, Cast())
+                program.convert(start[place], place, size, SlotConversion())
 
     def hand_over(name: str) -> dict[int, int]:
         """Write what a component holds in the step; slots that stand for some of its sources at the step's end."""
@@ -58,7 +58,7 @@ def write(system: System, program: Program) -> None:
     for names in system.steps.levels(order):
         for name in names:
             at_its_end[name] = hand_over(name)
-        program.advance([system.slaves[name] for name in names])
+        program.advance([system.instances[name] for name in names])
         for name in (n for n in names if n in late):
             now = [k for k in system.steps.links_to(name) if k in lines[name] or k.source.place in driven]
             renew(system, program, [name], now, at_its_end[name])

@@ -23,13 +23,13 @@ def graph(system: System, doubtful: bool) -> dict[Node, set[Node]]:
     for link in system.links:
         made.setdefault(link.end, set()).add(link.start)
     for component, output in system.outputs:
-        slave = system.slaves[component]
-        known = slave.feed_through(output)
+        instance = system.instances[component]
+        known = instance.feed_through(output)
         if known is None:
             known = [ANY] if doubtful else []
         made.setdefault((component, output), set()).update((component, name) for name in known)
     if doubtful:
-        made |= {(name, ANY): {(name, s.name) for s in slave.inputs} for name, slave in system.slaves.items()}
+        made |= {(name, ANY): {(name, s.name) for s in instance.inputs} for name, instance in system.instances.items()}
     return made
 
 

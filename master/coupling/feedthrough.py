@@ -1,4 +1,4 @@
-"""How outputs answer at once to inputs, measured by nudges before the first step."""
+"""How outputs answer at once to inputs, measured by perturbations before the first step."""
 
 from __future__ import annotations
 
@@ -11,62 +11,62 @@ import numpy as np
 from ...core.errors import CosimError, Interrupted, SimulationError
 from ..engine.runner import Runner
 from ..engine.values import REAL, TEXT, Signal
-from ..slaves.base import Slave
+from ..slaves.base import FmuInstance
 from ..slaves.variables import ALWAYS
-from ..system.connections import Link
+from ..system.connections import SignalConnection
 from ..system.execution_order import component_order
 from ..system.strongly_connected import together
 from ..system.system import System
 from .algebraic_loops import Node, graph, loops
 from .loop_solver import drives_itself, handles
-from .perturbation import nudged
+from .perturbation import perturbed
 from .power_bonds import Bond, singles
 
-NUDGE = 1e-6
+PERTURBATION = 1e-6
 """Change of an input, relative to 1 + its size."""
 
 
 def detect_feedthrough(system: System, loops_only: bool) -> list[str]:
-    """Find out what outputs answer to at once where an FMU does not say (`Slave.answers`).
+    """Find out what outputs answer to at once where an FMU does not say (`FmuInstance.answers`).
 
     By FMI such an output may depend on every input, which would make loops of all that are connected both ways; so each
-    connected number is nudged, and what does not follow, where the FMU is now, counts as not dependent. Only FMUs that
-    can be put back to the state before are asked. What is found counts for the order of the components, too.
+    connected number is perturbed, and what does not follow, where the FMU is now, counts as not dependent. Only FMUs
+    that can be put back to the state before are asked. What is found counts for the order of the components, too.
 
     loops_only: only those are asked that may close a loop. A remark is returned where what drives others, or the
     component itself, may depend on more than was found.
     """
-    for slave in system.slaves.values():
-        slave.answers = {}
-    suspects = set(system.slaves)
+    for instance in system.instances.values():
+        instance.answers = {}
+    suspects = set(system.instances)
     if loops_only:
         suspects = {component for members in together(graph(system, doubtful=True)) for component, _ in members}
-    driving: dict[str, set[str]] = {name: set() for name in ("", *system.slaves)}
+    driving: dict[str, set[str]] = {name: set() for name in ("", *system.instances)}
     for k in system.links:
         if k.source.component != k.target.component:
             driving[k.source.component].add(k.source.name)
     unsure = []
-    for name, slave in system.slaves.items():
+    for name, instance in system.instances.items():
         if _may_answer(system, name, driving[name]):
             unsure.append(name)
-        silent = [s for s in slave.outputs if s.family != TEXT and slave.feed_through(s.name) is None]
+        silent = [s for s in instance.outputs if s.family != TEXT and instance.feed_through(s.name) is None]
         inputs = dict.fromkeys(k.target for k in system.steps.links_to(name) if k.target.family != TEXT)
-        if not silent or not inputs or name not in suspects or not slave.can_restore:
+        if not silent or not inputs or name not in suspects or not instance.can_restore:
             continue
         try:
-            state = slave.save()
+            state = instance.save()
         except SimulationError:
             continue
         give, take = handles(system, name)
         try:
             give.once()
             take.once()
-            slave.answers = _answers(system, slave, state, silent, list(inputs), (give, take))
+            instance.answers = _answers(system, instance, state, silent, list(inputs), (give, take))
         finally:
-            if not slave.is_lost:
-                slave.drop(state)
-    system.order = component_order(system.slaves, system.links)
-    left = [name for name in unsure if not any(system.slaves[name].answers.values())]
+            if not instance.is_lost:
+                instance.drop(state)
+    system.order = component_order(system.instances, system.links)
+    left = [name for name in unsure if not any(system.instances[name].answers.values())]
     if loops_only:  # what others give is there in time
         left = [name for name in left if drives_itself(system, name)]
     if not left:
@@ -85,21 +85,21 @@ def loops_that_came_up(system: System) -> list[str]:
     FMUs that cannot be put back to a state before, and those that deny that an output follows, have not been asked at
     all until then. No step may follow.
     """
-    edges: dict[str, set[str]] = {name: set() for name in ("", *system.slaves)}
+    edges: dict[str, set[str]] = {name: set() for name in ("", *system.instances)}
     for link in system.links:
         edges[link.source.component].add(link.target.component)
     found: dict[Node, set[Node]] = {}
     for component in sorted(name for members in together(edges) for name in members):
-        slave = system.slaves[component]
-        outputs = [s for s in slave.outputs if s.family != TEXT]
+        instance = system.instances[component]
+        outputs = [s for s in instance.outputs if s.family != TEXT]
         inputs = dict.fromkeys(k.target for k in system.steps.links_to(component) if k.target.family != TEXT)
-        if slave.readable != ALWAYS or not outputs or not inputs:
+        if instance.readable != ALWAYS or not outputs or not inputs:
             continue
         with suppress(SimulationError):
             way = handles(system, component)
             for step in way:
                 step.once()
-            for output, names in _answers(system, slave, None, outputs, list(inputs), way).items():
+            for output, names in _answers(system, instance, None, outputs, list(inputs), way).items():
                 found[component, output] = {(component, name) for name in names}
     known = {frozenset(members) for members in loops(system)}
     return [
@@ -113,24 +113,24 @@ def loops_that_came_up(system: System) -> list[str]:
 def _may_answer(system: System, name: str, sources: Collection[str]) -> bool:
     """Whether an output may follow, unsaid, an input that is driven: one of those that drive others, or any of a
     component that drives itself and says of none."""
-    slave = system.slaves[name]
+    instance = system.instances[name]
     if not system.steps.links_to(name):
         return False
-    reals = [s.name for s in slave.outputs if s.family == REAL]
-    if drives_itself(system, name) and all(slave.feed_through(output) is None for output in reals):
+    reals = [s.name for s in instance.outputs if s.family == REAL]
+    if drives_itself(system, name) and all(instance.feed_through(output) is None for output in reals):
         return True
-    return any(slave.feed_through(output) is None for output in sources)
+    return any(instance.feed_through(output) is None for output in sources)
 
 
 def _answers(
-    system: System, slave: Slave, state: Any, outputs: list[Signal], inputs: list[Signal],
+    system: System, instance: FmuInstance, state: Any, outputs: list[Signal], inputs: list[Signal],
     way: tuple[Runner, Runner],
 ) -> dict[str, list[str]]:  # fmt: skip
-    """Inputs that each output follows at once; the board is left as it was, and the slave where it has a state to be
-    put back to."""
-    reals, bits, texts = system.board.reals, system.board.integers, system.board.texts
+    """Inputs that each output follows at once; the buffer is left as it was, and the instance where it has a state
+    to be put back to."""
+    reals, bits, texts = system.buffer.reals, system.buffer.integers, system.buffer.texts
     owners = {place: s.name for s in outputs for place in range(s.place, s.place + s.size)}
-    signals = [*slave.inputs, *slave.outputs]
+    signals = [*instance.inputs, *instance.outputs]
     own = np.array([s.place + k for s in signals if s.family != TEXT for k in range(s.size)], np.int64)
     before = bits[own]
     spoken = {s.place + k: texts[s.place + k] for s in signals if s.family == TEXT for k in range(s.size)}
@@ -139,8 +139,8 @@ def _answers(
         for place in range(target.place, target.place + target.size):
             if target.family == REAL and not np.isfinite(reals[place]):
                 continue
-            for size in (NUDGE, -NUDGE):
-                with nudged(system, target, place, size):
+            for size in (PERTURBATION, -PERTURBATION):
+                with perturbed(system, target, place, size):
                     try:
                         for step in way:
                             step.once()
@@ -151,15 +151,16 @@ def _answers(
                         raise
                     except SimulationError:
                         pass
-                if slave.is_lost:
+                if instance.is_lost:
                     raise SimulationError(
-                        f"component '{slave.name}' does not say what its outputs depend on, and a change of "
-                        f"'{target.name}' by {NUDGE:g} to find out is fatal to it; --method gauss-seidel does not ask"
+                        f"component '{instance.name}' does not say what its outputs depend on, and a change of "
+                        f"'{target.name}' by {PERTURBATION:g} to find out is fatal to it; --method gauss-seidel does "
+                        "not ask"
                     )
                 if state is None:
                     way[0].once()
                 else:
-                    slave.restore(state)
+                    instance.restore(state)
                 bits[own] = before
                 for place, text in spoken.items():
                     texts[place] = text
@@ -170,25 +171,25 @@ def at_once(system: System, bond: Bond) -> tuple[float, float]:
     """|dy/dx| of both sides' outputs of a bond, in SI units; x is what the side gets besides its rate: a position
     besides its speed.
 
-    0 where the FMU declares no such dependence. What is nudged is put back.
+    0 where the FMU declares no such dependence. What is perturbed is put back.
     """
     made = []
     for gives, takes, si in ((bond.forth, bond.back, bond.forth_si), (bond.back, bond.forth, bond.back_si)):
         beside = singles(system.connections.into(takes.target.component))
         inputs = [link for link in beside if _integral(system, link, takes)]
-        declared = system.slaves[gives.source.component].feed_through(gives.source.name) or []
+        declared = system.instances[gives.source.component].feed_through(gives.source.name) or []
         slopes = [_slope(system, gives, link) * si[0] for link in inputs if link.target.name in declared]
         made.append(sum(map(abs, slopes)))
     return made[0], made[1]
 
 
-def _integral(system: System, link: Link, flow: Link) -> bool:
+def _integral(system: System, link: SignalConnection, flow: SignalConnection) -> bool:
     """Whether a link carries what another one between the same components carries the rate of."""
     if (link.source.component, link.target.component) != (flow.source.component, flow.target.component):
         return False
     if link.target.element not in (None, flow.target.element):
         return False
-    units = [system.slaves[k.target.component].unit(k.target.name) for k in (link, flow)]
+    units = [system.instances[k.target.component].unit(k.target.name) for k in (link, flow)]
     known = [u.exponents for u in units if u is not None and u.exponents is not None]
     if len(known) < len(units):
         return False
@@ -196,13 +197,13 @@ def _integral(system: System, link: Link, flow: Link) -> bool:
     return {**own, "s": own.get("s", 0) - 1} == {"s": 0, **rate}
 
 
-def _slope(system: System, output: Link, link: Link) -> float:
+def _slope(system: System, output: SignalConnection, link: SignalConnection) -> float:
     """dy/du of one output of the component that a link ends at, u in SI units; NaN if that cannot be had."""
-    unit = system.slaves[link.target.component].unit(link.target.name)
-    reals, y = system.board.reals, output.source.place
+    unit = system.instances[link.target.component].unit(link.target.name)
+    reals, y = system.buffer.reals, output.source.place
     way = handles(system, link.target.component)
     try:
-        with nudged(system, link.target, link.target.place, NUDGE) as nudge:
+        with perturbed(system, link.target, link.target.place, PERTURBATION) as perturbation:
             for step in way:
                 step.once()
             changed = float(reals[y])
@@ -210,4 +211,6 @@ def _slope(system: System, output: Link, link: Link) -> float:
             step.once()
     except CosimError:
         return float("nan")
-    return (changed - float(reals[y])) / (nudge * (unit.factor if unit else 1.0)) if nudge else float("nan")
+    if not perturbation:
+        return float("nan")
+    return (changed - float(reals[y])) / (perturbation * (unit.factor if unit else 1.0))

@@ -14,24 +14,24 @@ from dataclasses import dataclass
 from graphlib import CycleError
 
 from ...core.errors import PackageError, SimulationError
-from ...ssp.wires import End, Wire
+from ...ssp.flat import End, FlatConnection
 from ..engine.runner import Runner
 from ..engine.values import TEXT, Signal
-from ..slaves.base import Slave
+from ..slaves.base import FmuInstance
 from ..slaves.variables import AFTER_STEPS, ALWAYS, BEFORE_INPUTS, INITIALISED
 from ..system.start_values import Value
 from ..system.strongly_connected import in_order
 from ..system.system import System
 from ..system.value_conversion import converted
 from .algebraic_loops import ANY
-from .loop_solver import Agreement, in_turn, reader
+from .loop_solver import AlgebraicLoop, in_turn, reader
 
 
 def early_order(system: System) -> list[str]:
     """Components in an order in which each gets the parameters that others calculate; `PackageError` for a circle."""
-    graph: dict[str, set[str]] = {name: set() for name in system.slaves}
-    for wire in system.connections.early:
-        graph[wire.end[0]].add(wire.start[0])
+    graph: dict[str, set[str]] = {name: set() for name in system.instances}
+    for flat in system.connections.early:
+        graph[flat.end[0]].add(flat.start[0])
     try:
         return in_order(graph)
     except CycleError as error:
@@ -42,7 +42,7 @@ def early_order(system: System) -> list[str]:
 class _Refusal(Exception):
     """An FMU does not let itself be read where that was tried."""
 
-    slave: Slave
+    instance: FmuInstance
     error: SimulationError
 
 
@@ -52,11 +52,11 @@ class Initialiser:
     def __init__(self, system: System):
         self.system = system
         self._order = list(system.order)  # that of the system changes by what is found out, and later runs are alike
-        self._agreement = Agreement(system, self._order)
+        self._loop = AlgebraicLoop(system, self._order)
         self._early = early_order(system)
-        self._computed: dict[str, list[Wire]] = {name: [] for name in self._early}
-        for wire in system.connections.early:
-            self._computed[wire.end[0]].append(wire)
+        self._computed: dict[str, list[FlatConnection]] = {name: [] for name in self._early}
+        for flat in system.connections.early:
+            self._computed[flat.end[0]].append(flat)
         self._visits = self._visit_order()
         self._seen: set[str] = set()
         self.remarks: list[str] = []
@@ -68,59 +68,59 @@ class Initialiser:
         self._shown = Runner(shown)
 
     def __call__(self, values: Sequence[Value], start: float, stop: float) -> None:
-        """Set start values, initialise all slaves and leave all signals in agreement at the start."""
+        """Set start values, initialise all instances and leave all signals in loop at the start."""
         system = self.system
-        board, unstarted = system.board, dict(system.values.unstarted)
-        reals, texts = board.reals.copy(), list(board.texts)
+        buffer, unstarted = system.buffer, dict(system.values.unstarted)
+        reals, texts = buffer.reals.copy(), list(buffer.texts)
         while True:
             self.remarks.clear()
-            self._agreement.forget()
+            self._loop.forget()
             try:
                 self._initialise(values, start, stop)
                 break
             except _Refusal as refused:
                 self._begin_anew(refused)
-                board.reals[:], board.texts[:], system.values.unstarted = reals, texts, dict(unstarted)
-        self.remarks += [_told(slave) for slave in system.slaves.values() if slave.readable != ALWAYS]
+                buffer.reals[:], buffer.texts[:], system.values.unstarted = reals, texts, dict(unstarted)
+        self.remarks += [_told(instance) for instance in system.instances.values() if instance.readable != ALWAYS]
         system.values.reflect()
         self.show()
 
     def _begin_anew(self, refused: _Refusal) -> None:
         """All FMUs as before the initialisation, the one that has refused to be read marked."""
-        refused.slave.readable += 1
+        refused.instance.readable += 1
         try:
-            for slave in self.system.slaves.values():
-                slave.reset()
+            for instance in self.system.instances.values():
+                instance.reset()
         except SimulationError:
             raise refused.error from None
-        self._agreement = Agreement(self.system, self._order)
+        self._loop = AlgebraicLoop(self.system, self._order)
 
     def _initialise(self, values: Sequence[Value], start: float, stop: float) -> None:
         system = self.system
-        system.board.ended[:] = 0
+        system.buffer.ended[:] = 0
         system.stop = stop
         for v in values:
             if v.component == "":
                 system.values.put(system.own_inputs[v.variable], v.value)
                 continue
-            slave = system.slaves[v.component]
+            instance = system.instances[v.component]
             try:
-                slave.set_start(v.variable, v.value)
+                instance.set_start(v.variable, v.value)
             except SimulationError as error:
                 raise SimulationError(f"{v.where}: {error}") from None
-            if slave.variables[v.variable].causality == "input":
+            if instance.variables[v.variable].causality == "input":
                 system.values.set_input(v.component, v.variable, v.value)
                 system.values.unstarted.pop(system.inputs[v.component, v.variable].home, None)
         for name in self._early:
-            for wire in self._computed[name]:
-                self._compute(wire)
-            system.slaves[name].enter_initialisation(start, stop)
+            for flat in self._computed[name]:
+                self._compute(flat)
+            system.instances[name].enter_initialisation(start, stop)
         for signal in system.values.unstarted.values():
             system.values.put(signal, self._own_value(signal))
         self._propagate()
-        for slave in system.slaves.values():
-            if slave.version != "1.0":
-                slave.exit_initialisation()
+        for instance in system.instances.values():
+            if instance.version != "1.0":
+                instance.exit_initialisation()
         self._read_first(initialised=True)
         self.sweep(self._order)
 
@@ -131,48 +131,48 @@ class Initialiser:
     def _own_value(self, signal: Signal) -> object:
         """What an FMU itself has for an input whose start value is not given."""
         try:
-            return self.system.slaves[signal.component].get(signal.name)
+            return self.system.instances[signal.component].get(signal.name)
         except SimulationError as error:
-            slave = self.system.slaves[signal.component]
-            if slave.is_lost:
+            instance = self.system.instances[signal.component]
+            if instance.is_lost:
                 raise
-            if slave.version != "1.0" and slave.readable < AFTER_STEPS:
-                raise _Refusal(slave, error) from None
+            if instance.version != "1.0" and instance.readable < AFTER_STEPS:
+                raise _Refusal(instance, error) from None
             return (b"" if signal.type == "Binary" else "" if signal.family == TEXT else 0,) * signal.size
 
     # parameters that are computed
 
-    def _compute(self, wire: Wire) -> None:
-        source, target = self.system.slaves[wire.start[0]], self.system.slaves[wire.end[0]]
+    def _compute(self, flat: FlatConnection) -> None:
+        source, target = self.system.instances[flat.start[0]], self.system.instances[flat.end[0]]
         if source.version == "1.0" and source._state == "initialising":  # which calculates in fmiInitializeSlave
             source.exit_initialisation()
-        given = self.system.quantities.quantity(wire.start, wire.unit, wire.enumeration)
-        taken = self.system.quantities.quantity(wire.end)
-        value = converted(source.get(wire.start[1]), given, wire.hops, taken, wire.where)
-        self.brought[wire.end] = checked = target.checked(wire.end[1], value, wire.where)
-        target.set_start(wire.end[1], checked)
+        given = self.system.quantities.quantity(flat.start, flat.unit, flat.enumeration)
+        taken = self.system.quantities.quantity(flat.end)
+        value = converted(source.get(flat.start[1]), given, flat.hops, taken, flat.where)
+        self.brought[flat.end] = checked = target.checked(flat.end[1], value, flat.where)
+        target.set_start(flat.end[1], checked)
 
     # inputs and outputs
 
     def _read_first(self, initialised: bool) -> None:
         """Read what lets itself be read only before its inputs are set; what does not even that keeps what its FMU
         declares as its start."""
-        for name, slave in self.system.slaves.items():
+        for name, instance in self.system.instances.items():
             now = (BEFORE_INPUTS, INITIALISED) if initialised else (BEFORE_INPUTS,)
-            if slave.readable in now and slave.version != "1.0":
-                self._read(slave, reader(self.system, name))
-            elif slave.readable == AFTER_STEPS:
-                for signal in slave.outputs:
-                    if (value := slave.start(signal.name)) is not None:
+            if instance.readable in now and instance.version != "1.0":
+                self._read(instance, reader(self.system, name))
+            elif instance.readable == AFTER_STEPS:
+                for signal in instance.outputs:
+                    if (value := instance.start(signal.name)) is not None:
                         self.system.values.put(signal, value)
 
-    def _read(self, slave: Slave, outputs: Runner) -> None:
+    def _read(self, instance: FmuInstance, outputs: Runner) -> None:
         try:
             outputs.once()
         except SimulationError as error:
-            if slave.is_lost or slave.readable == AFTER_STEPS:
+            if instance.is_lost or instance.readable == AFTER_STEPS:
                 raise
-            raise _Refusal(slave, error) from None
+            raise _Refusal(instance, error) from None
 
     def _propagate(self) -> None:
         self._seen.clear()
@@ -180,27 +180,27 @@ class Initialiser:
         if self._visits is not None:
             self.sweep([*self._visits, *self._order])
             return
-        near = self._agreement.inputs()
+        near = self._loop.inputs()
         self.sweep(self._order)  # after this one all have been seen
-        if (remark := self._agreement.settle(" at the start", near)) is not None:
+        if (remark := self._loop.solve(" at the start", near)) is not None:
             self.remarks.append(remark)
 
     def sweep(self, components: Iterable[str]) -> None:
         """Visit the components in turn: take the outputs that others have given as inputs, read the own outputs."""
         for name in components:
-            slave = self.system.slaves[name]
-            links, inputs, outputs = self._agreement.visits[name]
+            instance = self.system.instances[name]
+            links, inputs, outputs = self._loop.visits[name]
             for link, carry in links:
                 giver = link.source.component
                 if giver in self._seen or (giver == "" and self.system.values.speaks(link)):
                     carry.once()
             inputs.once()
-            if slave.version == "1.0" and slave._state == "initialising":
-                slave.exit_initialisation()
-                if slave.readable in (BEFORE_INPUTS, INITIALISED):
+            if instance.version == "1.0" and instance._state == "initialising":
+                instance.exit_initialisation()
+                if instance.readable in (BEFORE_INPUTS, INITIALISED):
                     outputs = reader(self.system, name)
             self._seen.add(name)
-            self._read(slave, outputs)
+            self._read(instance, outputs)
 
     def _visit_order(self) -> list[str] | None:
         """Components to visit in turn so that each output is read after the inputs it depends on; None in a loop."""
@@ -213,9 +213,9 @@ class Initialiser:
             graph.setdefault(link.end, set()).add(link.start)
             component, output = link.start
             if component not in declared:
-                slave, connected = system.slaves[component], {k.end for k in system.connections.into(component)}
+                instance, connected = system.instances[component], {k.end for k in system.connections.into(component)}
                 declared[component] = {}
-                for unknown in slave.description.initialUnknowns:
+                for unknown in instance.description.initialUnknowns:
                     if unknown.variable is not None and unknown.dependencies is not None:
                         known = {(component, v.name) for v in unknown.dependencies} & connected
                         declared[component].setdefault(unknown.variable.name, known)
@@ -228,12 +228,12 @@ class Initialiser:
         return in_turn(node for node in order if node in system.outputs)
 
 
-def _told(slave: Slave) -> str:
+def _told(instance: FmuInstance) -> str:
     """What to say of an FMU that does not let itself be read whenever something is set."""
     starts = "from before its inputs were set"
-    if slave.readable == AFTER_STEPS:
+    if instance.readable == AFTER_STEPS:
         starts = "what its modelDescription.xml has as their starts, else 0"
     return (
-        f"component '{slave.name}' cannot be read between an input and the step that follows: at the start its outputs "
-        f"are {starts}, and one that answers to an input at once is a step late"
+        f"component '{instance.name}' cannot be read between an input and the step that follows: at the start its "
+        f"outputs are {starts}, and one that answers to an input at once is a step late"
     )

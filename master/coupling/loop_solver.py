@@ -14,12 +14,12 @@ from graphlib import CycleError
 import numpy as np
 
 from ...core.errors import SimulationError
-from ...ssp.wires import End
-from ..engine.program import Cast, Program
+from ...ssp.flat import End
+from ..engine.program import Program, SlotConversion
 from ..engine.runner import Runner
 from ..engine.values import REAL, TEXT, Signal
 from ..slaves.variables import ALWAYS
-from ..system.connections import Link
+from ..system.connections import SignalConnection
 from ..system.strongly_connected import in_order
 from ..system.system import System
 from .algebraic_loops import graph
@@ -45,16 +45,16 @@ SMALL = 1.5e-8
 
 
 def handles(system: System, name: str) -> tuple[Runner, Runner]:
-    """What hands a component the inputs on the board, and what then reads its outputs, if it lets itself be read."""
-    inputs, slave = system.steps.program(), system.slaves[name]
-    inputs.set_inputs(slave)
-    return Runner(inputs), reader(system, name) if slave.readable == ALWAYS else Runner(system.steps.program())
+    """What hands a component the inputs in the buffer, and what then reads its outputs, if it lets itself be read."""
+    inputs, instance = system.steps.program(), system.instances[name]
+    inputs.set_inputs(instance)
+    return Runner(inputs), reader(system, name) if instance.readable == ALWAYS else Runner(system.steps.program())
 
 
 def reader(system: System, name: str) -> Runner:
     """What reads the outputs of a component."""
     outputs = system.steps.program()
-    outputs.get_outputs(system.slaves[name])
+    outputs.get_outputs(system.instances[name])
     return Runner(outputs)
 
 
@@ -67,12 +67,12 @@ def in_turn(nodes: Iterable[End]) -> list[str]:
     return names
 
 
-class Agreement:
+class AlgebraicLoop:
     """Visits of components: take what others give, read what follows from it."""
 
     def __init__(self, system: System, names: Iterable[str]):
         self.system, self.names = system, list(names)
-        self.visits: dict[str, tuple[list[tuple[Link, Runner]], Runner, Runner]] = {}
+        self.visits: dict[str, tuple[list[tuple[SignalConnection, Runner]], Runner, Runner]] = {}
         for name in dict.fromkeys(self.names):
             links = []
             for link in system.connections.into(name):
@@ -98,7 +98,7 @@ class Agreement:
 
     def forget(self) -> None:
         """A new run begins: what was learned in the one before does not count."""
-        self._largest = np.zeros(len(self.system.board.reals))
+        self._largest = np.zeros(len(self.system.buffer.reals))
         self._inverse: np.ndarray | None = None
         self._tries = 0
 
@@ -114,10 +114,10 @@ class Agreement:
 
     def inputs(self) -> np.ndarray:
         """The real inputs that go round, as they are."""
-        found: np.ndarray = self.system.board.reals[self._targets].copy()
+        found: np.ndarray = self.system.buffer.reals[self._targets].copy()
         return found
 
-    def settle(self, when: str = "", near: np.ndarray | None = None) -> str | None:
+    def solve(self, when: str = "", near: np.ndarray | None = None) -> str | None:
         """Sweep until nothing changes; a loop that does not settle so is solved, or the error says which it is.
 
         when: for the error, where that is not in a step; near: what the inputs that go round began with, where another
@@ -127,18 +127,19 @@ class Agreement:
         """
         if self._quickly():
             return None
-        board = self.system.board
+        buffer = self.system.buffer
         begin, first = (self.inputs() if near is None else near), np.zeros(0)
-        scale, change, last = np.abs(board.reals[self._reals]), np.zeros(0), np.inf
+        scale, change, last = np.abs(buffer.reals[self._reals]), np.zeros(0), np.inf
         for k in range(MAX_SWEEPS):
-            reals, whole, texts = board.reals[self._reals].copy(), board.integers[self._whole].copy(), list(board.texts)
+            reals, whole = buffer.reals[self._reals].copy(), buffer.integers[self._whole].copy()
+            texts = list(buffer.texts)
             self.sweep()
-            now = board.reals[self._reals]
+            now = buffer.reals[self._reals]
             with np.errstate(invalid="ignore", over="ignore"):
                 change = np.where(now == reals, 0.0, np.abs(now - reals))
                 scale = np.fmax(scale, np.abs(now))
             first = scale if k == 0 else first
-            same = np.array_equal(whole, board.integers[self._whole]) and texts == board.texts
+            same = np.array_equal(whole, buffer.integers[self._whole]) and texts == buffer.texts
             if same and np.all(change <= SETTLED * scale):
                 remark = None if near is None or k == 0 else self._prefer_near(near, scale, when)
                 if k > FEW_SWEEPS:
@@ -153,11 +154,11 @@ class Agreement:
                 f"the algebraic loop{when} through {', '.join(dict.fromkeys(self.names))} does not settle by "
                 "repetition, and its values are no reals that could be solved for"
             )
-        board.reals[self._targets] = begin
-        self.solve(change, first, when)
-        whole, texts = board.integers[self._whole].copy(), list(board.texts)
+        buffer.reals[self._targets] = begin
+        self.newton(change, first, when)
+        whole, texts = buffer.integers[self._whole].copy(), list(buffer.texts)
         self.sweep()
-        if not (np.array_equal(whole, board.integers[self._whole]) and texts == board.texts):
+        if not (np.array_equal(whole, buffer.integers[self._whole]) and texts == buffer.texts):
             raise SimulationError(
                 f"the algebraic loop{when} through {', '.join(dict.fromkeys(self.names))} does not settle: where its "
                 "reals agree, its whole numbers or texts do not"
@@ -172,14 +173,14 @@ class Agreement:
         size = np.maximum(size, max(1e-9 * size.max(initial=0.0), 1e-300))
         if not len(settled) or np.all(np.abs(settled - near) <= 1e-6 * size):
             return None
-        kept = self.system.board.reals.copy()
+        kept = self.system.buffer.reals.copy()
         if not any(self._goes_round(x, 1e-6 * size) for x in (settled, near)):
             self._left(settled)
-            self.system.board.reals[:] = kept
+            self.system.buffer.reals[:] = kept
             return None
-        self.system.board.reals[self._targets] = near
+        self.system.buffer.reals[self._targets] = near
         try:
-            self.solve(np.zeros(len(self._reals)), scale, when)
+            self.newton(np.zeros(len(self._reals)), scale, when)
         except SimulationError:
             found = settled
         else:
@@ -188,7 +189,7 @@ class Agreement:
             (settled - near) / size
         ):
             self._left(settled)
-            self.system.board.reals[:] = kept
+            self.system.buffer.reals[:] = kept
             return None
         through = ", ".join(dict.fromkeys(self.names))
         return (
@@ -205,8 +206,8 @@ class Agreement:
             return True
 
     @staticmethod
-    def _solvable(link: Link) -> bool:
-        return link.target.family == REAL and not link.cast.from_integer and bool(link.source.component)
+    def _solvable(link: SignalConnection) -> bool:
+        return link.target.family == REAL and not link.conversion.from_integer and bool(link.source.component)
 
     def _left(self, x: np.ndarray) -> np.ndarray:
         """What comes round for inputs x, less these."""
@@ -215,7 +216,7 @@ class Agreement:
 
     def _came(self, x: np.ndarray) -> np.ndarray:
         """What comes round for inputs x."""
-        reals = self.system.board.reals
+        reals = self.system.buffer.reals
         reals[self._targets] = x
         for _, inputs, outputs in self.visits.values():
             inputs.once()
@@ -229,7 +230,7 @@ class Agreement:
         """Whether a few steps with the slopes of an earlier point in time settle the loop."""
         if self._inverse is None:
             return False
-        reals = self.system.board.reals
+        reals = self.system.buffer.reals
         before = reals.copy()
         for link, carry in (*self._given, *self._round):
             if self.system.values.speaks(link):
@@ -248,12 +249,12 @@ class Agreement:
         return False
 
     def _learn(self, scale: np.ndarray) -> None:
-        """Keep the slopes of a loop that is settled but took long to, for the steps to come; see `settle` for scale."""
+        """Keep the slopes of a loop that is settled but took long to, for the steps to come; see `solve` for scale."""
         self._tries += 1
         if not self._learns or (self._inverse is not None and 1 < self._tries < PATIENCE):
             return
         self._largest[self._reals] = np.fmax(self._largest[self._reals], np.where(scale < 1e12, scale, 0.0))
-        x, largest = self.system.board.reals[self._targets].copy(), self._largest[self._targets]
+        x, largest = self.system.buffer.reals[self._targets].copy(), self._largest[self._targets]
         came = self._came(x)
         there = x + 1e-6 * np.where(largest > 0.0, largest, largest.max() or 1.0)
         changed = self._single.left(x, came, there, lambda left, _: left) - (came - x)[:, None]
@@ -264,12 +265,12 @@ class Agreement:
             with suppress(np.linalg.LinAlgError):
                 self._inverse = np.linalg.inv(slopes)
 
-    def solve(self, change: np.ndarray, scale: np.ndarray, when: str) -> None:
+    def newton(self, change: np.ndarray, scale: np.ndarray, when: str) -> None:
         """Newton's method for the reals that go round; `change` is what the last sweep did to the reals, `scale` their
         largest values on the way."""
         from scipy.optimize import root
 
-        reals, targets = self.system.board.reals, self._targets
+        reals, targets = self.system.buffer.reals, self._targets
 
         def finite(left: np.ndarray) -> np.ndarray:
             made: np.ndarray = np.nan_to_num(left, nan=1e30, posinf=1e30, neginf=-1e30)
@@ -319,7 +320,7 @@ def stale(system: System) -> tuple[list[str], bool]:
     late = {
         end for end in system.outputs
         if system.steps.is_read(end)
-        and any((end[0], name) in driven for name in system.slaves[end[0]].feed_through(end[1]) or ())
+        and any((end[0], name) in driven for name in system.instances[end[0]].feed_through(end[1]) or ())
     }  # fmt: skip
     try:
         order = in_order(graph(system, doubtful=False))
@@ -336,7 +337,7 @@ def drives_itself(system: System, name: str) -> bool:
 
 def at_end(system: System, program: Program, names: Iterable[str]) -> dict[int, int]:
     """Write: what stimuli drive these components with at the end of the step, in slots of its own; slot: that slot."""
-    signals = [s for name in names for s in system.slaves[name].inputs]
+    signals = [s for name in names for s in system.instances[name].inputs]
     signals += [k.source for name in names for k in system.steps.links_to(name)]
     seen = set(_slots(s for s in signals if s.family != TEXT).tolist())
     made = {}
@@ -348,57 +349,57 @@ def at_end(system: System, program: Program, names: Iterable[str]) -> dict[int, 
 
 
 def refresh(system: System, program: Program, driven: dict[int, int] | None = None, loops_only: bool = False) -> None:
-    """Write: outputs agree with the present inputs; the inputs that were held stay on the board, for the record.
+    """Write: outputs agree with the present inputs; the inputs that were held stay in the buffer, for the record.
 
     What stimuli drive has the value that it has at the end of the step, which stands in `driven` if another program
     has written it (`at_end`). loops_only: where there is no algebraic loop, only components that drive themselves are
     brought up to date, which no order of the components does.
     """
-    names, loop = stale(system)
-    if loops_only and not loop:
+    names, in_loop = stale(system)
+    if loops_only and not in_loop:
         names = [name for name in names if drives_itself(system, name)]
     if not names:
         return
     links = [k for name in dict.fromkeys(names) for k in system.steps.links_to(name) if k.target.family != TEXT]
     if driven is None:
         driven = at_end(system, program, names)
-    if not loop:
+    if not in_loop:
         renew(system, program, names, links, driven)
         return
     with _kept(system, program, [*((slot, 1) for slot in driven), *((k.target.place, k.target.size) for k in links)]):
         for slot, end in driven.items():
-            program.cast(slot, end, 1, Cast())
-        agreement = Agreement(system, names)
-        program.at_start(agreement.forget)
+            program.convert(slot, end, 1, SlotConversion())
+        loop = AlgebraicLoop(system, names)
+        program.at_start(loop.forget)
 
-        def settle(_t: float, _h: float) -> int:
-            agreement.settle()
+        def solve(_t: float, _h: float) -> int:
+            loop.solve()
             return 0
 
-        program.python(settle)
+        program.python(solve)
 
 
 def renew(
-    system: System, program: Program, names: Sequence[str], links: Sequence[Link], instead: dict[int, int]
+    system: System, program: Program, names: Sequence[str], links: Sequence[SignalConnection], instead: dict[int, int]
 ) -> None:
     """Write: in this order, the components get what these links carry now, and are read again; then all inputs are as
-    they were on the board. `instead` gives the slots that stand for some sources, or for inputs of the components."""
+    they were in the buffer. `instead` gives the slots that stand for some sources, or for inputs of the components."""
     own = {
-        name: [p for p in _slots(s for s in system.slaves[name].inputs if s.family != TEXT).tolist() if p in instead]
+        name: [p for p in _slots(s for s in system.instances[name].inputs if s.family != TEXT).tolist() if p in instead]
         for name in dict.fromkeys(names)
     }
     places = [(k.target.place, k.target.size) for k in links]
-    into: dict[str, list[Link]] = {}
+    into: dict[str, list[SignalConnection]] = {}
     for k in links:
         into.setdefault(k.target.component, []).append(k)
     with _kept(system, program, [*places, *((slot, 1) for slots in own.values() for slot in slots)]):
         for name in names:
             for slot in own[name]:
-                program.cast(slot, instead[slot], 1, Cast())
+                program.convert(slot, instead[slot], 1, SlotConversion())
             for link in into.get(name, ()):
                 system.steps.pass_on(program, link, instead)
-            program.set_inputs(system.slaves[name])
-            program.get_outputs(system.slaves[name])
+            program.set_inputs(system.instances[name])
+            program.get_outputs(system.instances[name])
 
 
 @contextmanager
@@ -406,7 +407,7 @@ def _kept(system: System, program: Program, places: Sequence[tuple[int, int]]) -
     """What is written inside leaves these (slot, count) as they were."""
     copies = [(place, system.layout.scratch(size), size) for place, size in places]
     for place, copy, size in copies:
-        program.cast(copy, place, size, Cast())
+        program.convert(copy, place, size, SlotConversion())
     yield
     for place, copy, size in copies:
-        program.cast(place, copy, size, Cast())
+        program.convert(place, copy, size, SlotConversion())

@@ -11,7 +11,7 @@ from math import isclose, pi
 from ...core.errors import PackageError, did_you_mean
 from ...core.units import Unit
 from ..engine.values import REAL, Signal
-from ..system.connections import Link
+from ..system.connections import SignalConnection
 from ..system.system import System
 
 Line = tuple[float, float]
@@ -27,8 +27,8 @@ MOST_ELEMENTS = 24
 class Bond:
     """A pair of links that carry effort and flow in opposite directions."""
 
-    forth: Link
-    back: Link
+    forth: SignalConnection
+    back: SignalConnection
     forth_si: Line = (1.0, 0.0)
     """Factor and offset that bring the output of `forth` to SI units."""
     back_si: Line = (1.0, 0.0)
@@ -52,16 +52,16 @@ class Bond:
         return any(end.element is not None for end in ends)
 
 
-def _before(link: Link, si: Line) -> Line:
+def _before(link: SignalConnection, si: Line) -> Line:
     """From what a link's target holds to its source in SI units."""
-    factor = si[0] / link.cast.factor
-    return factor, si[1] - factor * link.cast.offset
+    factor = si[0] / link.conversion.factor
+    return factor, si[1] - factor * link.conversion.offset
 
 
-def singles(links: Iterable[Link], declared: Iterable[str] = ()) -> Iterator[Link]:
+def singles(links: Iterable[SignalConnection], declared: Iterable[str] = ()) -> Iterator[SignalConnection]:
     """The links of reals, those of arrays element by element; `declared` are addresses of arrays of any size."""
     for link in links:
-        if not link.source.family == link.target.family == REAL or link.cast.factor == 0.0:
+        if not link.source.family == link.target.family == REAL or link.conversion.factor == 0.0:
             continue
         if link.source.size == 1:
             yield link
@@ -73,17 +73,17 @@ def singles(links: Iterable[Link], declared: Iterable[str] = ()) -> Iterator[Lin
 def find_bonds(system: System) -> list[Bond]:
     """All pairs of opposite links whose units multiply to watts, and those that the package declares."""
 
-    def unit(link: Link) -> Unit | None:
+    def unit(link: SignalConnection) -> Unit | None:
         if link.start[0] == "":
             return None
-        return known(link.wire.unit or system.slaves[link.start[0]].unit(link.start[1]))
+        return known(link.flat.unit or system.instances[link.start[0]].unit(link.start[1]))
 
-    def multiplied(link: Link) -> float | None:
+    def multiplied(link: SignalConnection) -> float | None:
         """What a link makes of 1 in SI units, if the units at its ends are known."""
-        hops, slave = link.wire.hops, system.slaves.get(link.end[0])
+        hops, instance = link.flat.hops, system.instances.get(link.end[0])
         start = unit(link)
-        end = known((hops[-1].unit if hops else None) or (slave.unit(link.end[1]) if slave is not None else None))
-        return abs(link.cast.factor) * end.factor / start.factor if start and end else None
+        end = known((hops[-1].unit if hops else None) or (instance.unit(link.end[1]) if instance is not None else None))
+        return abs(link.conversion.factor) * end.factor / start.factor if start and end else None
 
     def known(found: Unit | None) -> Unit | None:
         return found if found is not None and found.exponents is not None else None
@@ -122,9 +122,9 @@ def _names(a: str, b: str) -> frozenset[str]:
     return frozenset((a, b))
 
 
-def _opposite(links: list[Link]) -> Iterator[tuple[Link, Link]]:
+def _opposite(links: list[SignalConnection]) -> Iterator[tuple[SignalConnection, SignalConnection]]:
     """Pairs of links between the same two components, there and back, the earlier one first."""
-    ways: dict[tuple[str, str], list[tuple[int, Link]]] = {}
+    ways: dict[tuple[str, str], list[tuple[int, SignalConnection]]] = {}
     for place, link in enumerate(links):
         ways.setdefault((link.start[0], link.end[0]), []).append((place, link))
     for place, a in enumerate(links):
@@ -146,7 +146,7 @@ def _pairs(possible: list[Bond], certain: list[Bond]) -> list[Bond]:
     """
     taken = {id(link) for bond in certain for link in (bond.forth, bond.back)}
     free = [bond for bond in possible if id(bond.forth) not in taken and id(bond.back) not in taken]
-    ways: dict[tuple[str, str], dict[int, Link]] = {}  # the links from one component to another
+    ways: dict[tuple[str, str], dict[int, SignalConnection]] = {}  # the links from one component to another
     for bond in free:
         for link in (bond.forth, bond.back):
             ways.setdefault((link.start[0], link.end[0]), {})[id(link)] = link

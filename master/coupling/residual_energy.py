@@ -24,7 +24,7 @@ from typing import Any
 
 import numpy as np
 
-from ..slaves.base import Slave
+from ..slaves.base import FmuInstance
 from .power_bonds import Bond
 
 CERTAIN = 0.5
@@ -59,7 +59,7 @@ NYQUIST = 1.0
 
 
 @dataclass
-class Swing:
+class CouplingOscillation:
     """Sums over a run for one bond; a is the component that gives the first link."""
 
     gear: float = 1.0
@@ -188,7 +188,7 @@ class ResidualEnergy:
         self.exchanged = np.zeros(len(bonds))
         self._low, self._high = np.full((len(bonds), 2), np.inf), np.full((len(bonds), 2), -np.inf)
         self._last: list[tuple[float, np.ndarray]] = []
-        self.swings = [Swing(b.gear, found) for b, found in zip(bonds, at_once, strict=True)]
+        self.swings = [CouplingOscillation(b.gear, found) for b, found in zip(bonds, at_once, strict=True)]
 
     def add(self, time: np.ndarray, rows: np.ndarray) -> None:
         """Take in rows (n, outputs + inputs): outputs at times (n,) and inputs held from then on."""
@@ -281,6 +281,6 @@ class ResidualEnergy:
         return told
 
 
-def said(slaves: Iterable[Slave]) -> list[str]:
+def said(instances: Iterable[FmuInstance]) -> list[str]:
     """What FMUs warned of although their run came to its end."""
-    return [f"{slave.name}: {text}" for slave in slaves for kind, text in slave.messages if kind == "warning"]
+    return [f"{i.name}: {text}" for i in instances for kind, text in i.messages if kind == "warning"]

@@ -40,10 +40,10 @@ def cores() -> int:
 class Crew:
     """The threads of one program; they end with it."""
 
-    def __init__(self, operations: np.ndarray, slaves: int):
-        """operations: the program (operations, OPERANDS); slaves: how many it has to do with."""
+    def __init__(self, operations: np.ndarray, instances: int):
+        """operations: the program (operations, OPERANDS); instances: how many it has to do with."""
         self.control = np.zeros(loop.STATUS + len(operations), np.int64)
-        self.spans = np.zeros((3, max(2, slaves)))
+        self.spans = np.zeros((3, max(2, instances)))
         counts = operations[operations[:, 0] == loop.FORK, 1]
         self._threads = min(cores(), int(counts.max(initial=0))) - 1 if able() else 0
         self._begun = False

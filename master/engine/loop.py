@@ -1,6 +1,6 @@
 """The compiled loop that runs a program step by step.
 
-All values of a system lie on a board of 8-byte slots: real numbers as doubles, integers, enumerations and booleans as
+All values of a system lie on a buffer of 8-byte slots: real numbers as doubles, integers, enumerations and booleans as
 64-bit integers. What FMI wants in other widths passes through a staging area. An operation is a row of integers; what
 they mean stands beside its code.
 """
@@ -17,8 +17,8 @@ from . import native
 SET, GET, SET_3, GET_3 = range(4)
 """address, component, references, count, buffer, values (FMI 3.0 only)."""
 STEP_1, STEP_2, STEP_3 = range(4, 7)
-"""address, component, slave, substeps, place of the out parameters among the bytes of the staging area (FMI 2.0, 3.0),
-address of fmi2GetBooleanStatus (FMI 2.0), whether a state before the step may be set again."""
+"""address, component, instance, substeps, place of the out parameters among the bytes of the staging area (FMI 2.0,
+3.0), address of fmi2GetBooleanStatus (FMI 2.0), whether a state before the step may be set again."""
 PYTHON = 7
 """address of a callback (t, h) -> status."""
 COPY, LINEAR, INTEGER_TO_REAL = range(8, 11)
@@ -31,7 +31,7 @@ DRIVE, DRIVE_INTEGER = 13, 14
 """target, column of the driven values, START or END of the step."""
 START, END = range(2)
 STAGE, UNSTAGE = 15, 16
-"""width, slot, place in the staging area of that width, count: from the board to it, and back."""
+"""width, slot, place in the staging area of that width, count: from the buffer to it, and back."""
 DERIVATIVES = 17
 """address, component, references, count, orders, slot: the inputs' changes over a step, which lie from the slot on, go
 to the FMU as slopes (fmi2SetRealInputDerivatives)."""
@@ -86,8 +86,8 @@ def run(
 
     program (operations, OPERANDS); driven (count + 1, columns); rows (count, outputs + inputs) gets the slots `outputs`
     at the start of each step and `inputs` as they are at its end; `finite` are the slots that have to be; seconds
-    (slaves,) adds up time in doStep; clock is the address of clock_gettime or 0. Comes back early when more than
-    `budget` seconds have passed, or after a step in which `ended` got the number + 1 of a slave, and its instance,
+    (instances,) adds up time in doStep; clock is the address of clock_gettime or 0. Comes back early when more than
+    `budget` seconds have passed, or after a step in which `ended` got the number + 1 of an instance, and its instance,
     which is given nothing any more. report: why it came back, steps done, operation, status, and number + 1 and step of
     the first operation that ended with a warning, or 0; while it runs, steps done and operation are already there.
     crew, spans: see `THREADS` and `_gains`.
@@ -242,18 +242,18 @@ def _gains(
 ) -> Any:  # fmt: skip
     """Whether threads save time with the steps behind a fork.
 
-    spans (3, slaves): the seconds of each slave when that was asked last, the mean time that it takes for a step, and
-    what threads are told, time and step.
+    spans (3, instances): the seconds of each instance when that was asked last, the mean time that it takes for a step,
+    and what threads are told, time and step.
     """
     if crew[THREADS] == 0 or clock == 0:
         return crew[THREADS] > 0
     whole, longest = 0.0, 0.0
     for j in range(fork + 1, fork + 1 + program[fork, 1]):
-        slave = program[j, 3]
-        spans[1, slave] += LAST * (seconds[slave] - spans[0, slave] - spans[1, slave])
-        spans[0, slave] = seconds[slave]
-        whole += spans[1, slave]
-        longest = max(longest, spans[1, slave])
+        instance = program[j, 3]
+        spans[1, instance] += LAST * (seconds[instance] - spans[0, instance] - spans[1, instance])
+        spans[0, instance] = seconds[instance]
+        whole += spans[1, instance]
+        longest = max(longest, spans[1, instance])
     return whole - max(longest, whole / (crew[THREADS] + 1)) > GAIN
 
 

@@ -16,7 +16,7 @@ from .values import INTEGER, REAL, WIDTHS, Group
 CALLBACK = ctypes.CFUNCTYPE(ctypes.c_int, ctypes.c_double, ctypes.c_double)
 
 
-class Board:
+class ValueBuffer:
     """Where all values lie: slots of 8 bytes seen as reals or integers, texts apart, and the staging areas."""
 
     def __init__(self, slots: int, texts: int, staged: dict[int, int]):
@@ -24,7 +24,7 @@ class Board:
         self.integers = self.reals.view(np.int64)
         self.texts: list[str | bytes] = [""] * texts
         self.ended = np.zeros(2, np.int64)
-        """Number + 1 of the slave that has asked to end the run, and its instance."""
+        """Number + 1 of the instance that has asked to end the run, and its instance."""
         self.stages = {width: np.zeros(staged.get(width, 0) + 8, kind) for width, kind in WIDTHS.items()}
 
     def address(self, slot: int) -> int:
@@ -49,7 +49,7 @@ class Mapped:
 
 
 @dataclass(frozen=True)
-class Cast:
+class SlotConversion:
     """One element's way from one slot to another: what happens to an integer, then factor and offset of a real."""
 
     factor: float = 1.0
@@ -101,10 +101,10 @@ class Steps(Protocol):
     input_groups: list[Group]
 
     def write_inputs(self, program: Program) -> None:
-        """Write down: the inputs on the board are handed to it."""
+        """Write down: the inputs in the buffer are handed to it."""
 
     def write_outputs(self, program: Program) -> None:
-        """Write down: its outputs are read onto the board."""
+        """Write down: its outputs are read into the buffer."""
 
     def write_step(self, program: Program, returns: bool) -> None:
         """Write down: it steps; `returns`: a state from before the step may be set after it."""
@@ -120,14 +120,14 @@ class Steps(Protocol):
 
 
 class Program:
-    """A list of operations in the making. Each has a label for messages: (slave, what it does)."""
+    """A list of operations in the making. Each has a label for messages: (instance, what it does)."""
 
-    def __init__(self, board: Board, slaves: Sequence[Steps], forks: bool = False):
+    def __init__(self, buffer: ValueBuffer, instances: Sequence[Steps], forks: bool = False):
         """forks: threads may take steps that do not depend on each other."""
-        self.board, self.forks = board, forks
-        self.slaves = slaves  # thousands of programs of a large system share it
+        self.buffer, self.forks = buffer, forks
+        self.instances = instances  # thousands of programs of a large system share it
         self.numbered = 0
-        """How many of the slaves, from the first on, the program has to do with by their number."""
+        """How many of the instances, from the first on, the program has to do with by their number."""
         self.rows: list[tuple[int, ...]] = []
         self.labels: list[tuple[Steps | None, str]] = []
         self.constants: list[float] = []
@@ -143,16 +143,16 @@ class Program:
     def __len__(self) -> int:
         return len(self.rows)
 
-    def add(self, slave: Steps | None, doing: str, *operation: int) -> None:
+    def add(self, instance: Steps | None, doing: str, *operation: int) -> None:
         """An operation of `loop`, and who does what in it, for messages."""
         self.rows.append(operation)
-        self.labels.append((slave, doing))
+        self.labels.append((instance, doing))
 
     # values
 
-    def cast(self, target: int, source: int, size: int, cast: Cast, doing: str = "") -> None:
-        """target = cast(source), `size` slots from each."""
-        for step in cast.whole:
+    def convert(self, target: int, source: int, size: int, conversion: SlotConversion, doing: str = "") -> None:
+        """target = conversion(source), `size` slots from each."""
+        for step in conversion.whole:
             if isinstance(step, Within):
                 self.add(None, doing, loop.WITHIN, source, size, step.least, step.greatest)
                 continue
@@ -160,7 +160,7 @@ class Program:
             for k in range(size):
                 self.add(None, doing, loop.TABLE, target + k, source + k, first, len(step.entries), int(step.strict))
             source = target
-        if cast.factor == 1.0 and cast.offset == 0.0 and not cast.from_integer:
+        if conversion.factor == 1.0 and conversion.offset == 0.0 and not conversion.from_integer:
             if source == target:
                 return
             if self.rows and self.rows[-1][0] == loop.COPY and self._continues(target, source):
@@ -169,8 +169,8 @@ class Program:
             else:
                 self.add(None, doing, loop.COPY, target, source, size)
         else:
-            code = loop.INTEGER_TO_REAL if cast.from_integer else loop.LINEAR
-            self.add(None, doing, code, target, source, size, self.constant(cast.factor, cast.offset))
+            code = loop.INTEGER_TO_REAL if conversion.from_integer else loop.LINEAR
+            self.add(None, doing, code, target, source, size, self.constant(conversion.factor, conversion.offset))
 
     def _continues(self, target: int, source: int) -> bool:
         _, a, b, count = self.rows[-1]
@@ -204,10 +204,10 @@ class Program:
     def drive_text(self, target: int, column: int, texts: Sequence[str], slot: int) -> None:
         """The text at place target is the one whose number is driven, which goes through a free slot."""
         self.drive(slot, column, INTEGER)
-        board = self.board
+        buffer = self.buffer
 
         def take(_t: float, _h: float) -> int:
-            board.texts[target] = texts[board.integers[slot]]
+            buffer.texts[target] = texts[buffer.integers[slot]]
             return 0
 
         self.python(take)
@@ -219,7 +219,7 @@ class Program:
     def _drive(self, target: int, column: int, family: str, when: int) -> None:
         self.add(None, "", loop.DRIVE if family == REAL else loop.DRIVE_INTEGER, target, column, when)
 
-    def python(self, function: Callable[[float, float], int], slave: Steps | None = None, doing: str = "") -> None:
+    def python(self, function: Callable[[float, float], int], instance: Steps | None = None, doing: str = "") -> None:
         """Call a Python function (t, h) that returns a status; what it raises ends the run."""
 
         def guarded(t: float, h: float) -> int:
@@ -233,7 +233,7 @@ class Program:
 
         callback = CALLBACK(guarded)
         self._keep.append(callback)
-        self.add(slave, doing, loop.PYTHON, int(ctypes.cast(callback, ctypes.c_void_p).value or 0))
+        self.add(instance, doing, loop.PYTHON, int(ctypes.cast(callback, ctypes.c_void_p).value or 0))
 
     def constant(self, *values: float) -> int:
         """Number of the first of these among the constants."""
@@ -244,9 +244,9 @@ class Program:
         """Let something live as long as the program."""
         self._keep.append(thing)
 
-    def number(self, slave: Steps) -> int:
-        """Which of the slaves it is."""
-        number = self.slaves.index(slave)
+    def number(self, instance: Steps) -> int:
+        """Which of the instances it is."""
+        number = self.instances.index(instance)
         self.numbered = max(self.numbered, number + 1)
         return number
 
@@ -256,17 +256,17 @@ class Program:
 
     # FMUs
 
-    def set_inputs(self, slave: Steps) -> None:
-        """Hand the inputs on the board to the FMU."""
-        slave.write_inputs(self)
+    def set_inputs(self, instance: Steps) -> None:
+        """Hand the inputs in the buffer to the FMU."""
+        instance.write_inputs(self)
 
-    def get_outputs(self, slave: Steps) -> None:
-        """Read the outputs of the FMU onto the board."""
-        slave.write_outputs(self)
+    def get_outputs(self, instance: Steps) -> None:
+        """Read the outputs of the FMU into the buffer."""
+        instance.write_outputs(self)
 
     def copy_text(self, target: int, source: int) -> None:
         """A text from one place to another."""
-        texts = self.board.texts
+        texts = self.buffer.texts
 
         def copy(_t: float, _h: float) -> int:
             texts[target] = texts[source]
@@ -274,29 +274,29 @@ class Program:
 
         self.python(copy)
 
-    def do_step(self, slave: Steps, returns: bool = False) -> None:
+    def do_step(self, instance: Steps, returns: bool = False) -> None:
         """Advance the FMU over the macro step; `returns`: a state from before the step may be set after it."""
-        slave.write_step(self, returns)
+        instance.write_step(self, returns)
 
-    def set_slopes(self, slave: Steps, references: Sequence[int], changes: int) -> None:
+    def set_slopes(self, instance: Steps, references: Sequence[int], changes: int) -> None:
         """Hand the slopes of inputs to the FMU; their changes over the last step lie from the slot `changes` on."""
-        slave.write_slopes(self, references, changes)
+        instance.write_slopes(self, references, changes)
 
-    def advance(self, slaves: Sequence[Steps]) -> None:
+    def advance(self, instances: Sequence[Steps]) -> None:
         """Hand all of them their inputs, have all step, read all outputs."""
-        for slave in slaves:
-            self.set_inputs(slave)
-        self.step_all(slaves)
+        for instance in instances:
+            self.set_inputs(instance)
+        self.step_all(instances)
 
-    def step_all(self, slaves: Sequence[Steps]) -> None:
+    def step_all(self, instances: Sequence[Steps]) -> None:
         """Have all of them step, read all outputs."""
         begin = len(self.rows)
-        for slave in slaves:
-            self.do_step(slave)
+        for instance in instances:
+            self.do_step(instance)
         if self.forks:
             self._fork(begin)
-        for slave in slaves:
-            self.get_outputs(slave)
+        for instance in instances:
+            self.get_outputs(instance)
 
     def _fork(self, begin: int) -> None:
         """Let threads take the steps that have been written from there on; what FMUs in processes are told comes first,

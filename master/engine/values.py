@@ -35,7 +35,7 @@ class Form:
 
 @dataclass(frozen=True)
 class Signal:
-    """An input or output: `place` is its first slot on the board (or its place among the texts), `size` how many."""
+    """An input or output: `place` is its first slot in the buffer (or its place among the texts), `size` how many."""
 
     component: str
     name: str

@@ -1,6 +1,6 @@
 """An FMU in a process of its own: when it crashes or hangs, the master goes on living and says so.
 
-The worker process (`worker`) holds the real slave. Messages go through a pipe; what a step needs is sent without
+The worker process (`worker`) holds the real instance. Messages go through a pipe; what a step needs is sent without
 waiting, and only reading the outputs waits, so FMUs that are stepped side by side also run side by side.
 """
 
@@ -23,7 +23,7 @@ from ...core.errors import CosimError, Interrupted, PackageError, SimulationErro
 from ..engine.loop import U8
 from ..engine.program import Program
 from ..engine.values import Group
-from ..slaves.base import Log, Slave
+from ..slaves.base import FmuInstance, Log
 from ..slaves.siblings import Siblings
 
 KEPT = ("PATH", "LANG", "LC_ALL", "LD_LIBRARY_PATH", "HOME", "TMPDIR", "VIRTUAL_ENV")
@@ -37,10 +37,10 @@ ENDING = 5.0
 """Time that it has to be terminated and freed [s]."""
 
 
-class IsolatedSlave(Slave):
-    """Stands for a slave that lives in another process."""
+class IsolatedInstance(FmuInstance):
+    """Stands for an instance that lives in another process."""
 
-    def __init__(self, real: Slave, step_timeout: float | None = None, interrupt: list[int] | None = None):
+    def __init__(self, real: FmuInstance, step_timeout: float | None = None, interrupt: list[int] | None = None):
         super().__init__(real.name, real.folder, real.description)
         self.forms, self.version, self.limits = real.forms, real.version, real.limits  # type: ignore[misc]
         self._structural = real._structural
@@ -103,7 +103,7 @@ class IsolatedSlave(Slave):
             raise PackageError(str(error)) from None
 
     def _limits(self) -> dict[str, dict[int, int]]:
-        """How large the worker's board has to be: slots, texts and staging areas up to the end of each group."""
+        """How large the worker's buffer has to be: slots, texts and staging areas up to the end of each group."""
         sizes: dict[str, dict[int, int]] = {"slots": {0: 0}, "texts": {0: 0}, "stages": {}}
         for g in (*self.input_groups, *self.output_groups):
             kind = "texts" if g.form.family == "text" else "slots"
@@ -181,11 +181,11 @@ class IsolatedSlave(Slave):
     # what the engine does
 
     def write_inputs(self, program: Program) -> None:
-        board = program.board
+        buffer = program.buffer
 
         def send(_t: float, _h: float) -> int:
             self._doing = "setting the inputs"
-            self._queue.append(("set", [_take(board, g) for g in self.input_groups]))
+            self._queue.append(("set", [_take(buffer, g) for g in self.input_groups]))
             return 0
 
         program.python(send, None, "setting the inputs")
@@ -203,7 +203,7 @@ class IsolatedSlave(Slave):
         program.python(send, None, "doStep")
 
     def write_outputs(self, program: Program) -> None:
-        board, number = program.board, program.number(self)
+        buffer, number = program.buffer, program.number(self)
 
         def receive(_t: float, _h: float) -> int:
             if not self._asked:
@@ -211,10 +211,10 @@ class IsolatedSlave(Slave):
             self._asked = False
             values, seconds, ended = self._answer(self._timeout)
             if ended:
-                board.ended[0] = number + 1
+                buffer.ended[0] = number + 1
             self.seconds += seconds
             for g, content in zip(self.output_groups, values, strict=True):
-                _put(board, g, content)
+                _put(buffer, g, content)
             self._doing = "reading the outputs"
             return 0
 
@@ -224,7 +224,7 @@ class IsolatedSlave(Slave):
         time: float | None = self._ask("last_successful_time")
         return time
 
-    # the life of a slave
+    # the life of an instance
 
     def set_start(self, name: str, value: Any) -> None:
         self._ask("set_start", name, value)
@@ -280,16 +280,16 @@ class IsolatedSlave(Slave):
         return self._real.feed_through(output)
 
 
-def _take(board: Any, g: Group) -> Any:
-    """A group's values from a board."""
+def _take(buffer: Any, g: Group) -> Any:
+    """A group's values from a buffer."""
     if g.form.family == "text":
-        return board.texts[g.place : g.place + g.count]
-    return board.reals[g.place : g.place + g.count].tobytes()
+        return buffer.texts[g.place : g.place + g.count]
+    return buffer.reals[g.place : g.place + g.count].tobytes()
 
 
-def _put(board: Any, g: Group, content: Any) -> None:
-    """A group's values to a board."""
+def _put(buffer: Any, g: Group, content: Any) -> None:
+    """A group's values to a buffer."""
     if g.form.family == "text":
-        board.texts[g.place : g.place + g.count] = content
+        buffer.texts[g.place : g.place + g.count] = content
     else:
-        board.reals[g.place : g.place + g.count] = np.frombuffer(content)
+        buffer.reals[g.place : g.place + g.count] = np.frombuffer(content)

@@ -1,4 +1,4 @@
-"""The process of an isolated FMU: loads it, obeys the messages of `IsolatedSlave`, and ends with its master."""
+"""The process of an isolated FMU: loads it, obeys the messages of `IsolatedInstance`, and ends with its master."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ from typing import Any
 import numpy as np
 
 from ...core.errors import CosimError
-from ..engine.program import Board, Program
+from ..engine.program import Program, ValueBuffer
 from ..engine.runner import Runner
 from ..slaves.fmu import describe_folder
 from .isolated import _put, _take
@@ -43,18 +43,18 @@ class Worker:
 
     def __init__(self, pipe: Connection, order: dict[str, Any]):
         self.pipe = pipe
-        self.slave = describe_folder(order["name"], order["folder"])
-        self.slave._structural = order["structural"]
-        self.slave.ratio, self.slave.told = order["ratio"], order["told"]
-        self.slave.input_groups, self.slave.output_groups = order["inputs"], order["outputs"]
-        self.slave.texts = order["texts"]
-        self.slave.message_log = order["message_log"]
+        self.instance = describe_folder(order["name"], order["folder"])
+        self.instance._structural = order["structural"]
+        self.instance.ratio, self.instance.told = order["ratio"], order["told"]
+        self.instance.input_groups, self.instance.output_groups = order["inputs"], order["outputs"]
+        self.instance.texts = order["texts"]
+        self.instance.message_log = order["message_log"]
         self.time: float | None = None
         """Start of the step that is under way [s]; None before the initialisation."""
-        if self.slave.message_log is not None:
-            self.slave.message_log.clock = lambda: self.time
+        if self.instance.message_log is not None:
+            self.instance.message_log.clock = lambda: self.time
         sizes = order["limits"]
-        self.board = Board(sizes["slots"][0], sizes["texts"][0], sizes["stages"])
+        self.buffer = ValueBuffer(sizes["slots"][0], sizes["texts"][0], sizes["stages"])
         self.fault: CosimError | None = None
         self.rows = np.zeros((1, 0))
         self.states: dict[int, Any] = {}
@@ -63,23 +63,23 @@ class Worker:
         self.pipe.send_bytes(pickle.dumps((kind, content)))
 
     def load(self) -> None:
-        self.slave.load(lambda *message: self.log(*message))
+        self.instance.load(lambda *message: self.log(*message))
         self.runners = {}
         for name in ("set_inputs", "do_step", "get_outputs"):
-            program = Program(self.board, [self.slave])
-            getattr(program, name)(self.slave)
+            program = Program(self.buffer, [self.instance])
+            getattr(program, name)(self.instance)
             self.runners[name] = Runner(program)
 
     def log(self, component: str, status: str, text: str) -> None:
-        self.slave.take(status, text)
+        self.instance.take(status, text)
         self.send("log", (component, status, text))
 
     def obey(self, message: tuple[Any, ...]) -> None:
         """One message. Steps and inputs are not answered: what goes wrong is told when the outputs are asked for."""
         what = message[0]
         if what == "set":
-            for g, content in zip(self.slave.input_groups, message[1], strict=True):
-                _put(self.board, g, content)
+            for g, content in zip(self.instance.input_groups, message[1], strict=True):
+                _put(self.buffer, g, content)
             self.attempt(self.runners["set_inputs"].once)
         elif what == "step":
             t, h = message[1:]
@@ -92,21 +92,21 @@ class Worker:
                 raise fault
             stepping = self.runners["do_step"]
             seconds, stepping.seconds[0] = float(stepping.seconds[0]), 0.0
-            ended, self.board.ended[0] = bool(self.board.ended[0]), 0
-            self.send("values", ([_take(self.board, g) for g in self.slave.output_groups], seconds, ended))
+            ended, self.buffer.ended[0] = bool(self.buffer.ended[0]), 0
+            self.send("values", ([_take(self.buffer, g) for g in self.instance.output_groups], seconds, ended))
         elif message[1] == "save":
             number = max(self.states, default=-1) + 1
-            self.states[number] = self.slave.save()
+            self.states[number] = self.instance.save()
             self.send("done", number)
         elif message[1] in ("restore", "drop"):
             number = message[2][0]
             state = self.states[number] if message[1] == "restore" else self.states.pop(number)
-            self.send("done", getattr(self.slave, message[1])(state))
+            self.send("done", getattr(self.instance, message[1])(state))
         else:
             if message[1] == "enter_initialisation":
-                self.board.ended[:] = 0
+                self.buffer.ended[:] = 0
                 self.time = message[2][0]
-            self.send("done", getattr(self.slave, message[1])(*message[2]))
+            self.send("done", getattr(self.instance, message[1])(*message[2]))
 
     def attempt(self, do: Any) -> None:
         """Do it unless something has gone wrong already."""
@@ -138,7 +138,7 @@ def main() -> None:
             try:
                 worker.obey(message)
             except CosimError as error:
-                worker.send("error", (type(error).__name__, str(error), worker.slave.is_lost))
+                worker.send("error", (type(error).__name__, str(error), worker.instance.is_lost))
     except (EOFError, OSError):
         os._exit(0)  # the master is gone
     except Exception as error:
@@ -147,9 +147,9 @@ def main() -> None:
         with suppress(OSError):
             pipe.send_bytes(pickle.dumps(("error", (type(error).__name__, text, True))))
         os._exit(1)
-    worker.slave.free()
+    worker.instance.free()
     with suppress(OSError):
-        worker.send("done", worker.slave.ending)
+        worker.send("done", worker.instance.ending)
     os._exit(0)
 
 

@@ -55,7 +55,7 @@ class Layout:
         self.columns: list[Column] = [TIME]
         self._cuts: list[tuple[str, int]] = [("time", 0)]
         units = system.units()
-        groups = [(slave.outputs, slave.inputs) for slave in system.slaves.values()]
+        groups = [(instance.outputs, instance.inputs) for instance in system.instances.values()]
         own = {s: system.connections.passed_on(s.name) for s in system.own_outputs.values()}
         groups.append((
             [s for s, passed in own.items() if len(passed) < s.size],
@@ -96,8 +96,8 @@ class Layout:
     def keep_texts(self, which: Sequence[int]) -> None:
         """Have the FMUs give the strings among those columns at every step; they do not know of it before loading."""
         wanted = {self.columns[i].name for i in which if self.columns[i].type == "text"}
-        for slave in self.system.slaves.values():
-            slave.texts.update(s.name for s in slave.outputs if not wanted.isdisjoint(elements(s)))
+        for instance in self.system.instances.values():
+            instance.texts.update(s.name for s in instance.outputs if not wanted.isdisjoint(elements(s)))
         self.keeps_texts = bool(wanted)
 
     def cut(

@@ -7,14 +7,14 @@ from dataclasses import dataclass, field
 from pathlib import Path
 
 from ...core.errors import PackageError, ParameterError
+from ...ssp.flat import Network
 from ...ssp.model import Component
-from ...ssp.wires import Network
 from ..algorithms import chosen
 from ..coupling.algebraic_loops import loops
 from ..engine.values import TEXT
 from ..options import Options
 from ..results.columns import Layout
-from ..slaves.base import Slave
+from ..slaves.base import FmuInstance
 from ..system.assemble import Assembly, assemble
 from ..system.findings import Findings
 from ..system.instances import mixed_libraries
@@ -44,9 +44,9 @@ def check(package: Path, wanted: Options | None = None) -> Checked:
     found = Checked()
     found.attempt(check_options, wanted)
 
-    def as_run(_network: Network, slaves: dict[str, Slave]) -> dict[str, Slave]:
-        Findings(keeps=True).attempt(set_substeps, wanted, slaves)  # what is wrong with them is told below
-        return slaves
+    def as_run(_network: Network, instances: dict[str, FmuInstance]) -> dict[str, FmuInstance]:
+        Findings(keeps=True).attempt(set_substeps, wanted, instances)  # what is wrong with them is told below
+        return instances
 
     with ExitStack() as stack:
         made = assemble(package, wanted, stack, found, prepare=as_run)
@@ -58,17 +58,17 @@ def check(package: Path, wanted: Options | None = None) -> Checked:
         aside = found.unless(made.incomplete)  # what may follow from parts that are missing is not told
         times = _times(found, made, wanted)
         for path, part in made.network.parts.items():
-            if path in made.slaves:
-                _connectors(found, part.component, made.slaves[path], path)
+            if path in made.instances:
+                _connectors(found, part.component, made.instances[path], path)
         if made.has_all:
-            aside.attempt(set_substeps, wanted, made.slaves)
-            aside.attempt(check_categories, wanted, made.slaves)
+            aside.attempt(set_substeps, wanted, made.instances)
+            aside.attempt(check_categories, wanted, made.instances)
             if not wanted.isolate:
-                found.warnings += mixed_libraries(made.slaves)
+                found.warnings += mixed_libraries(made.instances)
             if times is not None:
-                found.warnings += step_remarks(made.network, made.slaves, times)
-            for path, slave in made.slaves.items():
-                found.warnings += _starts(path, slave)
+                found.warnings += step_remarks(made.network, made.instances, times)
+            for path, instance in made.instances.items():
+                found.warnings += _starts(path, instance)
         if made.built is not None:
             _run(found, aside, made, wanted, times)
     found.tell_once()
@@ -96,15 +96,15 @@ def _run(found: Findings, aside: Findings, made: Assembly, wanted: Options, time
         aside.attempt(check_coupling, system, method, wanted.isolate)
     aside.warnings += idle(made.network, made.values)
     given = {(v.component, v.variable) for v in made.values if not v.component}
-    connected = {wire.end for wire in made.network.wires}  # of which some may have been refused
+    connected = {flat.end for flat in made.network.flat_connections}  # of which some may have been refused
     _inputs(aside, system, _driven(aside, system, wanted, times) | given | connected)
     _loops(found, system)
 
 
-def _connectors(found: Findings, component: Component, slave: Slave, path: str) -> None:
+def _connectors(found: Findings, component: Component, instance: FmuInstance, path: str) -> None:
     """Connectors against the FMU's variables: names, kinds and types."""
     for c in component.connectors:
-        v = slave.variables.get(c.name)
+        v = instance.variables.get(c.name)
         if v is None:
             continue
         cause = v.causality or "local"
@@ -114,14 +114,15 @@ def _connectors(found: Findings, component: Component, slave: Slave, path: str) 
             found.warnings.append(f"{c.where}: connector '{path}.{c.name}' is {c.type.kind}, its FMU says {v.type}")
 
 
-def _starts(path: str, slave: Slave) -> list[str]:
+def _starts(path: str, instance: FmuInstance) -> list[str]:
     """Start values of the model description that are beyond its own limits."""
     made = []
-    for v in slave.description.modelVariables:
-        if v.start in (None, "") or v.type not in slave.forms or slave.forms[v.type].family == TEXT or v.dimensions:
+    for v in instance.description.modelVariables:
+        form = instance.forms.get(v.type)
+        if v.start in (None, "") or form is None or form.family == TEXT or v.dimensions:
             continue
         try:
-            slave.checked(v.name, v.start, "")
+            instance.checked(v.name, v.start, "")
         except ParameterError as error:
             made.append(f"the model description of '{path}' contradicts itself: {str(error).removeprefix(': ')}")
         except PackageError as error:  # a run may never ask for that limit

@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING, Any
 
 from ...core.files import writing
 from ...core.versions import versions
-from ...ssp.wires import Network
+from ...ssp.flat import Network
 
 if TYPE_CHECKING:
     from ..options import Options

@@ -8,17 +8,17 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 
 from ...core.errors import UsageError, did_you_mean
-from ...ssp.wires import Network
+from ...ssp.flat import Network
 from ..algorithms import check_method, chosen, method_named
 from ..algorithms.method import Method
 from ..coupling.initialisation import early_order
 from ..coupling.power_bonds import Bond, find_bonds
 from ..engine import crew
-from ..isolation.isolated import IsolatedSlave
+from ..isolation.isolated import IsolatedInstance
 from ..options import Options
 from ..results import check_writable
 from ..results.columns import Layout
-from ..slaves.base import Slave
+from ..slaves.base import FmuInstance
 from ..slaves.message_log import LEVELS
 from ..system.addresses import targets
 from ..system.assemble import assemble
@@ -40,12 +40,12 @@ class Plan:
     """As they were given, with the method that is used."""
     method: Method
     network: Network
-    slaves: dict[str, Slave]
+    instances: dict[str, FmuInstance]
     system: System
     values: list[Value]
     """Start values and parameters in the order in which they are set: of the package, then of the options."""
     sizes: list[Value]
-    """Values of structural parameters, likewise; the slaves have them already."""
+    """Values of structural parameters, likewise; the instances have them already."""
     drives: list[stimuli.Drive]
     layout: Layout
     which: list[int]
@@ -62,24 +62,24 @@ def plan(package: Path, options: Options, stack: ExitStack, interrupt: Interrupt
     check_options(options)
     found = Findings()
 
-    def as_run(network: Network, slaves: dict[str, Slave]) -> dict[str, Slave]:
+    def as_run(network: Network, instances: dict[str, FmuInstance]) -> dict[str, FmuInstance]:
         method = method_named(chosen(options.method, network.structure.method))
-        made = _isolated(options, method, slaves, interrupt)
+        made = _isolated(options, method, instances, interrupt)
         set_substeps(options, made)
         return made
 
     made = assemble(package, options, stack, found, prepare=as_run)
     assert made is not None
-    network, slaves, system, remarks = made.network, made.slaves, made.system, found.warnings
-    check_categories(options, slaves)
+    network, instances, system, remarks = made.network, made.instances, made.system, found.warnings
+    check_categories(options, instances)
     name = chosen(options.method, network.structure.method)
     options, method = replace(options, method=name), method_named(name)
     times = times_of(network.structure, options.stop_time, options.step)
     if not options.isolate:
-        remarks += mixed_libraries(slaves)
-    elif method.carrying(slaves.values()):
+        remarks += mixed_libraries(instances)
+    elif method.carrying(instances.values()):
         remarks.append("--isolate: no slopes of inputs are handed over; without it the results differ a little")
-    remarks += [*idle(network, made.values), *step_remarks(network, slaves, times)]
+    remarks += [*idle(network, made.values), *step_remarks(network, instances, times)]
     remarks += _overruled([c for c in options.changes if c[0] not in network.inputs], system)
     layout = Layout(system)
     which = layout.chosen(options.record)
@@ -90,11 +90,12 @@ def plan(package: Path, options: Options, stack: ExitStack, interrupt: Interrupt
         remarks += stimuli.remarks(options.stimuli, drives, system, times[0], times[1])
     for drive in drives:
         if drive.texts and drive.signal.component:
-            slaves[drive.signal.component].texts.add(drive.signal.name)
+            instances[drive.signal.component].texts.add(drive.signal.name)
     system.steps.forks = options.parallel and crew.able()
     bonds = check_coupling(system, name, options.isolate)
     return Plan(
-        options, method, network, slaves, system, made.values, made.sizes, drives, layout, which, times, bonds, remarks
+        options, method, network, instances, system, made.values, made.sizes, drives, layout, which, times, bonds,
+        remarks,
     )
 
 
@@ -123,11 +124,11 @@ def check_log(options: Options) -> None:
         raise UsageError(f"--log {options.log}: its name has to end in {', '.join(LOG_SUFFIXES)}")
 
 
-def check_categories(options: Options, slaves: Mapping[str, Slave]) -> None:
+def check_categories(options: Options, instances: Mapping[str, FmuInstance]) -> None:
     """Raise `UsageError` for a category that no FMU has; those of FMI 1.0 do not say what they have."""
-    if any(slave.version == "1.0" for slave in slaves.values()):
+    if any(instance.version == "1.0" for instance in instances.values()):
         return
-    known = sorted({c.name for slave in slaves.values() for c in slave.description.logCategories})
+    known = sorted({c.name for instance in instances.values() for c in instance.description.logCategories})
     for category in options.log_categories:
         if category not in known:
             has = f"they have {', '.join(known)}" if known else "they declare none"
@@ -143,46 +144,46 @@ def check_coupling(system: System, method: str, isolated: bool) -> list[Bond]:
 
 
 def _isolated(
-    options: Options, method: Method, slaves: dict[str, Slave], interrupt: Interrupts
-) -> dict[str, Slave]:
-    """The slaves, all of them in processes of their own or those that keep others from stepping beside them."""
+    options: Options, method: Method, instances: dict[str, FmuInstance], interrupt: Interrupts
+) -> dict[str, FmuInstance]:
+    """The instances, all of them in processes of their own or those that keep others from stepping beside them."""
     able = options.parallel and method.needs_state is None
 
-    def apart(slave: Slave) -> bool:
-        return slave.is_foreign and (options.isolate or (able and slave.runs_in_python))
+    def apart(instance: FmuInstance) -> bool:
+        return instance.is_foreign and (options.isolate or (able and instance.runs_in_python))
 
-    return {n: IsolatedSlave(s, options.step_timeout, interrupt) if apart(s) else s for n, s in slaves.items()}
+    return {n: IsolatedInstance(s, options.step_timeout, interrupt) if apart(s) else s for n, s in instances.items()}
 
 
-def set_substeps(options: Options, slaves: dict[str, Slave]) -> None:
-    """Give the slaves their steps of their own in a macro step; `UsageError` for what cannot be."""
+def set_substeps(options: Options, instances: dict[str, FmuInstance]) -> None:
+    """Give the instances their steps of their own in a macro step; `UsageError` for what cannot be."""
     for component, ratio in options.substeps:
-        if component not in slaves:
+        if component not in instances:
             raise UsageError(f"--substeps {component}={ratio}: there is no component '{component}'")
         if not 1 <= ratio <= 1_000_000:
             raise UsageError(f"--substeps {component}={ratio}: it has to be from 1 to a million")
-        slaves[component].ratio = ratio
+        instances[component].ratio = ratio
 
 
-def step_remarks(network: Network, slaves: dict[str, Slave], times: Times) -> list[str]:
+def step_remarks(network: Network, instances: dict[str, FmuInstance], times: Times) -> list[str]:
     """Where the steps are others than are suggested, or than suit the FMUs."""
     start, stop, step, n = times
     return [
-        *_other_steps(network, slaves, step), *_uneven(slaves, start, stop, step, n), *_inner(slaves, step),
-        *_clocked(slaves),
+        *_other_steps(network, instances, step), *_uneven(instances, start, stop, step, n), *_inner(instances, step),
+        *_clocked(instances),
     ]  # fmt: skip
 
 
-def _other_steps(network: Network, slaves: dict[str, Slave], step: float) -> list[str]:
+def _other_steps(network: Network, instances: dict[str, FmuInstance], step: float) -> list[str]:
     """Macro steps that the package or its FMUs suggest, and that are not taken."""
-    smallest = smallest_step(network, slaves)
+    smallest = smallest_step(network, instances)
     if smallest and smallest > step and any(part.component.step_hint for part in network.parts.values()):
         smallest = None  # who hints at steps of components means multiples of the macro step
     suggested = dict.fromkeys(s for s in (network.structure.step_size, smallest) if s and abs(s - step) > 1e-6 * step)
     return [f"the step is {step:g} s; the package or its FMUs suggest {s:g} s" for s in suggested]
 
 
-def _uneven(slaves: dict[str, Slave], start: float, stop: float, step: float, n: int) -> list[str]:
+def _uneven(instances: dict[str, FmuInstance], start: float, stop: float, step: float, n: int) -> list[str]:
     """FMUs that are not made for the shorter step at the end."""
     if abs(start + n * step - stop) <= 1e-9 * max(abs(stop), step):
         return []
@@ -190,35 +191,35 @@ def _uneven(slaves: dict[str, Slave], start: float, stop: float, step: float, n:
     return [
         f"component '{name}' does not say that it can handle steps of different length ({able}); the last one is "
         "shorter: choose a step that divides the time"
-        for name, slave in slaves.items()
-        if not getattr(slave.description.coSimulation, able, False)
+        for name, instance in instances.items()
+        if not getattr(instance.description.coSimulation, able, False)
     ]
 
 
-def _inner(slaves: dict[str, Slave], step: float) -> list[str]:
+def _inner(instances: dict[str, FmuInstance], step: float) -> list[str]:
     """FMUs whose own step does not fit into the macro step."""
     made = []
-    for name, slave in slaves.items():
-        own = getattr(slave.description.coSimulation, "fixedInternalStepSize", None)
-        count = step / slave.ratio / float(own) if own else 1.0
+    for name, instance in instances.items():
+        own = getattr(instance.description.coSimulation, "fixedInternalStepSize", None)
+        count = step / instance.ratio / float(own) if own else 1.0
         if own and (abs(count - round(count)) > 1e-6 * count or round(count) < 1):
             made.append(
-                f"component '{name}' has an inner step of {float(own):g} s; its step of {step / slave.ratio:g} s is no "
-                "multiple of that"
+                f"component '{name}' has an inner step of {float(own):g} s; its step of {step / instance.ratio:g} s is "
+                "no multiple of that"
             )
     return made
 
 
-def _clocked(slaves: dict[str, Slave]) -> list[str]:
+def _clocked(instances: dict[str, FmuInstance]) -> list[str]:
     """FMUs with clocks, none of which is ticked from here."""
     made = []
-    for name, slave in slaves.items():
-        if not slave.clocks:
+    for name, instance in instances.items():
+        if not instance.clocks:
             continue
-        hanging = [v.name for v in slave.variables.values() if v.type != "Clock" and v.clocks]
+        hanging = [v.name for v in instance.variables.values() if v.type != "Clock" and v.clocks]
         on = f"what hangs on them ({_first(hanging)})" if hanging else "what hangs on them"
-        named = f"component '{name}' has clocks ({_first([v.name for v in slave.clocks])})"
-        if slave.needs_event_mode:
+        named = f"component '{name}' has clocks ({_first([v.name for v in instance.clocks])})"
+        if instance.needs_event_mode:
             made.append(
                 f"{named} and needs event mode for them, which is not supported: it may refuse its first step, or {on} "
                 "does not run"
@@ -237,7 +238,7 @@ def _overruled(changes: Iterable[tuple[str, str]], system: System) -> list[str]:
     """Changes of inputs that connections give their values."""
     made = []
     for address, value in changes:
-        for end in targets(address, system.slaves):
+        for end in targets(address, system.instances):
             if (link := system.connections.driver(end)) is not None:
                 shown = f"'{'.'.join(end)}' is connected to '{link.source.address}', which counts"
                 made.append(f"--set {address}={value}: {shown}")

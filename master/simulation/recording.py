@@ -73,24 +73,24 @@ class Recording:
         self._filled += count
 
     def last(self, time: float) -> None:
-        """The point at the end, from the board."""
-        reals = self.system.board.reals
+        """The point at the end, from the buffer."""
+        reals = self.system.buffer.reals
         self._rows[self._filled] = reals[[*self.layout.outputs, *self.layout.inputs]]
         self._times[self._filled] = time
         self._filled += 1
         if self.layout.keeps_texts:
-            texts: list[object] = list(self.system.board.texts)
+            texts: list[object] = list(self.system.buffer.texts)
             self._texts.append((texts, texts))
 
     def take_texts(self, program: Any) -> None:
         """Have the program keep the strings at the start and the end of each step."""
-        board = self.system.board
-        self._before: list[object] = list(board.texts)
+        buffer = self.system.buffer
+        self._before: list[object] = list(buffer.texts)
 
         def take(_t: float, _h: float) -> int:
             # strings at the end of a step are those at the start of the next one
-            self._texts.append((list(self._before), list(board.texts)))
-            self._before = list(board.texts)
+            self._texts.append((list(self._before), list(buffer.texts)))
+            self._before = list(buffer.texts)
             return 0
 
         program.python(take)
@@ -108,7 +108,7 @@ class Recording:
         self.energy.add(times, rows)
         self.held.add(rows)
         if self.layout.keeps_texts and len(self._texts) < n:  # a step that failed has not come to its texts
-            self._texts.append((list(self._before), list(self.system.board.texts)))
+            self._texts.append((list(self._before), list(self.system.buffer.texts)))
         texts = self._texts[:n]
         self._filled = 0
         self._texts = self._texts[n:]

@@ -27,7 +27,7 @@ from ..engine.runner import Runner
 from ..options import Options, as_path, options_of
 from ..results.columns import Column, elements
 from ..slaves.message_log import MessageLog
-from ..system.instances import load_slaves
+from ..system.instances import load_instances
 from ..system.parameters import parameters_in_force
 from .interrupts import Interrupts, interrupts
 from .manifest import manifest, write_manifest
@@ -37,7 +37,7 @@ from .result import Result
 from .run_folder import result_folder, write_summary
 from .stepping import Loop
 
-GiveUp = Callable[[CosimError], object]
+OnHang = Callable[[CosimError], object]
 
 Reals = dict[str, list[tuple[int, str, str]]]
 
@@ -49,12 +49,12 @@ def run(
     log: Callable[[str, str, str], None] = lambda *_: None,
     progress: Callable[[int, int], None] = lambda *_: None,
     stride: int | None = None,
-    give_up: GiveUp | None = None,
+    on_hang: OnHang | None = None,
 ) -> Result:
     """Run the SSP file `package`, write the results, summary.json and manifest.json into `folder`.
 
     `log` gets (component, status, text) of every message of an FMU, `progress` (steps done, steps in all) at the start
-    and now and then. `stride` is the distance of sampled points in steps, else what gives a few thousand. `give_up` is
+    and now and then. `stride` is the distance of sampled points in steps, else what gives a few thousand. `on_hang` is
     called when the run was asked to end and an FMU does not come back, or when an FMU ends the process it is in: in
     another thread and with everything written. It gets what to say, an `Interrupted` in the first case, and has to end
     the process.
@@ -63,20 +63,20 @@ def run(
     options = options or Options()
     begin = perf_counter()
     with ExitStack() as stack:
-        interrupt = stack.enter_context(interrupts(give_up is not None))
+        interrupt = stack.enter_context(interrupts(on_hang is not None))
         folder = stack.enter_context(returning()) / folder
         made = plan(package, options, stack, interrupt)
         stack.enter_context(result_folder(folder, options.results, options.log))
         options = made.options
         write_manifest(folder, manifest(package, made.network, options))
-        this = _Run(package, folder, made, interrupt, give_up, begin)
+        this = _Run(package, folder, made, interrupt, on_hang, begin)
         this.start(stack, log, stride)
         this.march(progress)
         this.look_back()
         result = this.result()
     this.tell_ending()
     if options.check_step:
-        _check_step(result, package, options, log, progress, give_up)
+        _check_step(result, package, options, log, progress, on_hang)
     return result
 
 
@@ -85,10 +85,10 @@ class _Run:
 
     def __init__(
         self, package: Path, folder: Path, plan: Plan, interrupt: Interrupts,
-        give_up: GiveUp | None, begin: float,
+        on_hang: OnHang | None, begin: float,
     ):  # fmt: skip
         self.package, self.folder, self.options, self.plan = package, folder, plan.options, plan
-        self.interrupt, self._give_up, self._begin = interrupt, give_up, begin
+        self.interrupt, self._on_hang, self._begin = interrupt, on_hang, begin
         self.method = plan.method
         self.remarks = list(plan.remarks)
 
@@ -99,14 +99,14 @@ class _Run:
         try:
             self._begin_log(stack)
             with self.interrupt.away(self._abandon_start):
-                load_slaves(plan.slaves, stack, log)
+                load_instances(plan.instances, stack, log)
                 stack.callback(self.interrupt.go, self._abandon_end)
                 program = self._initialised()
                 bonds = plan.bonds
                 answers = [at_once(plan.system, bond) for bond in bonds]
                 if self.interrupt:
                     raise Interrupted("interrupted before the first step", plan.times[0])
-                carrying = self.method.carrying(plan.slaves.values())
+                carrying = self.method.carrying(plan.instances.values())
                 layout = plan.layout
                 self.energy = ResidualEnergy(bonds, layout.outputs, layout.inputs, answers, carrying)
                 held = HeldInputs(plan.system, layout.outputs, layout.inputs, carrying, options.check_step)
@@ -135,8 +135,8 @@ class _Run:
             with writing(path):
                 log.begin()
             stack.callback(log.close)
-        for slave in self.plan.slaves.values():
-            slave.message_log = self.message_log
+        for instance in self.plan.instances.values():
+            instance.message_log = self.message_log
 
     def _initialised(self) -> Program:
         """Bring the system to its start; what a macro step consists of."""
@@ -199,8 +199,8 @@ class _Run:
 
     def tell_ending(self) -> None:
         """Add to the summary what the FMUs said, and what went wrong, as they were ended."""
-        slaves = self.plan.slaves.values()
-        self._warn_too([*said(slaves), *(slave.ending for slave in slaves if slave.ending)])
+        instances = self.plan.instances.values()
+        self._warn_too([*said(instances), *(instance.ending for instance in instances if instance.ending)])
 
     def _warn_too(self, late: Sequence[str]) -> None:
         """Add warnings to a summary that has been written, those that it does not have."""
@@ -238,12 +238,12 @@ class _Run:
         start, _, step, _ = plan.times
         wall = perf_counter() - self._started
         simulated = loop.time - start
-        slaves = plan.slaves
+        instances = plan.instances
         reals = self._reals()
         told = self._doubt(reals)
         doubts = warning(told, self.method.order, step)
         runaway = self._divergence(reals)
-        warnings = [*said(slaves.values()), *self.energy.warnings(), *runaway, *doubts, *self.remarks]
+        warnings = [*said(instances.values()), *self.energy.warnings(), *runaway, *doubts, *self.remarks]
         if self.message_log is not None and self.message_log.fault is not None:
             warnings.append(self.message_log.fault)
         return {
@@ -261,7 +261,7 @@ class _Run:
             "wall_time_s": wall,
             "real_time_factor": simulated / wall if wall > 0 else None,
             "fmu_time_s": {
-                name: slave.seconds + loop.runner.spent(i) for i, (name, slave) in enumerate(slaves.items())
+                name: instance.seconds + loop.runner.spent(i) for i, (name, instance) in enumerate(instances.items())
             },
             "coupling": self.energy.summary(),
             "doubt": told,
@@ -294,9 +294,9 @@ class _Run:
         """What to say of an output that has run away."""
         if self.recording.extremes() is None:
             return []
-        sample, slaves = self.recording.sampled(), self.plan.slaves
+        sample, instances = self.recording.sampled(), self.plan.instances
         found = [
-            (i, name, slaves[component].nominal(variable))
+            (i, name, instances[component].nominal(variable))
             for component, own in reals.items() for i, name, variable in own
         ]  # fmt: skip
         columns, names, nominals = zip(*found, strict=True) if found else ((), (), ())
@@ -331,22 +331,22 @@ class _Run:
 
     def _gone(self, phase: str, lost: str) -> SimulationError:
         """What to say of an FMU that does not come back, or has taken the process with it, outside of steps."""
-        slave = next((s for s in self.plan.slaves.values() if s.in_call), None)
-        who = f"component '{slave.name}'" if slave else "an FMU"
-        where = f"{phase} ({slave.in_call})" if slave else phase
-        which = "" if slave else "; --isolate says which"
+        instance = next((s for s in self.plan.instances.values() if s.in_call), None)
+        who = f"component '{instance.name}'" if instance else "an FMU"
+        where = f"{phase} ({instance.in_call})" if instance else phase
+        which = "" if instance else "; --isolate says which"
         if lost:
             return SimulationError(f"{who} {lost} in {where}{which}")
         return Interrupted(f"{who} does not come back from {where}{which}")
 
     def _leave(self, error: CosimError) -> None:
-        assert self._give_up is not None  # else nobody watches
-        self._give_up(error)
+        assert self._on_hang is not None  # else nobody watches
+        self._on_hang(error)
 
 
 def _check_step(
     result: Result, package: Path, options: Options, log: Callable[[str, str, str], None],
-    progress: Callable[[int, int], None], give_up: GiveUp | None,
+    progress: Callable[[int, int], None], on_hang: OnHang | None,
 ) -> None:  # fmt: skip
     """Run once more with half the step, and put what that tells into the summary."""
     from .step_check import judge, unjudged
@@ -356,7 +356,7 @@ def _check_step(
     half = replace(quiet, step=step, check_step=False, realtime=False)
     try:
         with tempfile.TemporaryDirectory(prefix="cosim_") as scratch:
-            again = run(package, Path(scratch), half, log, progress, 2 * result.stride, give_up)
+            again = run(package, Path(scratch), half, log, progress, 2 * result.stride, on_hang)
     except CosimError as error:
         unjudged(result, step, error)
     else:

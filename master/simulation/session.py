@@ -25,7 +25,7 @@ from ..options import Options, as_text, as_texts, as_time
 from ..system.addresses import split, targets
 from ..system.assemble import assemble
 from ..system.findings import Findings
-from ..system.instances import load_slaves
+from ..system.instances import load_instances
 from ..system.start_values import resolve
 from .stimuli import Drive, check_series, means
 from .time_grid import times_of
@@ -53,7 +53,7 @@ class Session:
             made = assemble(package, Options(record=tuple(internals)), self._stack, Findings(), only)
             assert made is not None
             self.structure, self.system, self._bound = made.network.structure, made.system, made.values
-            load_slaves(made.slaves, self._stack, log)
+            load_instances(made.instances, self._stack, log)
             self._initialise = Initialiser(self.system)
         except BaseException:
             self._stack.close()
@@ -79,11 +79,11 @@ class Session:
     @property
     def is_lost(self) -> bool:
         """Whether an FMU returned fatal in a run; no further run is possible."""
-        return any(slave.is_lost for slave in self.system.slaves.values())
+        return any(instance.is_lost for instance in self.system.instances.values())
 
     def signal(self, address: str) -> tuple[bool, Signal]:
         """(is an output, signal) of component.variable, or of a connector of the whole system."""
-        component, name = split(address, self.system.slaves)
+        component, name = split(address, self.system.instances)
         for signals, is_output in ((self.system.outputs, True), (self.system.inputs, False)):
             if (component, name) in signals:
                 return is_output, signals[component, name]
@@ -101,18 +101,18 @@ class Session:
 
     def targets(self, address: str) -> list[tuple[str, str]]:
         """(component, variable) of what a change of that address sets; '' for an input of the whole system."""
-        return targets(address, self.system.slaves, self.system)
+        return targets(address, self.system.instances, self.system)
 
     def values(self, changes: Mapping[str, Any] | None = None) -> dict[str, Any]:
         """Every parameter and start value in force with these changes, by component.variable."""
-        slaves = self.system.slaves
+        instances = self.system.instances
         found = {
             f"{c}.{v.name}": value
-            for c, slave in slaves.items()
-            for v in slave.description.modelVariables
-            if v.start is not None and slave.settable(v.name) and (value := slave.start(v.name)) is not None
+            for c, instance in instances.items()
+            for v in instance.description.modelVariables
+            if v.start is not None and instance.settable(v.name) and (value := instance.start(v.name)) is not None
         }
-        for v in [*self._bound, *resolve((changes or {}).items(), slaves, "", self.system)]:
+        for v in [*self._bound, *resolve((changes or {}).items(), instances, "", self.system)]:
             found[f"{v.component}.{v.variable}" if v.component else v.variable] = v.value
         return found
 
@@ -142,9 +142,9 @@ class Session:
         record = as_texts("record", record)
         method = chosen(None if method is None else as_text("method", method), self.structure.method)
         holds_mean = method_named(method).input_hold == MEAN
-        for slave in system.slaves.values():
-            if slave.is_lost:
-                raise SimulationError(f"component '{slave.name}' was lost in an earlier run; open a new session")
+        for instance in system.instances.values():
+            if instance.is_lost:
+                raise SimulationError(f"component '{instance.name}' was lost in an earlier run; open a new session")
         wanted = [self.signal(address) for address in record]
         for _, signal in wanted:
             if signal.family == TEXT or signal.size > 1:
@@ -172,16 +172,16 @@ class Session:
             driven.append((d.signal.part(d.element) if d.signal.size > 1 else d.signal, d.at(times)))
             if holds_mean:
                 averages.append(np.append(d.mean(times), 0.0))
-        values = [*self._bound, *resolve((changes or {}).items(), system.slaves, "", system, system.network.inputs)]
+        values = [*self._bound, *resolve((changes or {}).items(), system.instances, "", system, system.network.inputs)]
         for v in values:
-            if v.component and system.slaves[v.component].variables[v.variable].causality == "structuralParameter":
+            if v.component and system.instances[v.component].variables[v.variable].causality == "structuralParameter":
                 raise UsageError(f"'{v.component}.{v.variable}' gives arrays their size and cannot change in a session")
         taken = {(signal.component, signal.name) for signal, _ in driven}
         values = [v for v in values if (v.component, v.variable) not in taken]
         system.values.mute({v.variable for v in values if not v.component} | {n for c, n in taken if not c})
         if not self._fresh:
-            for slave in system.slaves.values():
-                slave.reset()
+            for instance in system.instances.values():
+                instance.reset()
         self._fresh = False
         system.values.reset_inputs()
         for signal, series in driven:
@@ -205,7 +205,7 @@ class Session:
             for k, (signal, _) in enumerate(driven):
                 system.values.put(signal, matrix[n, k])
             self._initialise.show()
-        reals, integers = system.board.reals, system.board.integers
+        reals, integers = system.buffer.reals, system.buffer.integers
         for j, (_, signal) in enumerate(wanted):
             rows[n, j] = reals[signal.place]
             if signal.family != REAL:
@@ -222,12 +222,12 @@ class Session:
         """The runner of a method that records these signals, and which column of the record each of its columns is."""
         outputs = [j for j, (is_output, _) in enumerate(wanted) if is_output]
         inputs = [j for j, (is_output, _) in enumerate(wanted) if not is_output]
-        answers = tuple((n, o, *found) for n, s in self.system.slaves.items() for o, found in s.answers.items())
+        answers = tuple((n, o, *found) for n, s in self.system.instances.items() for o, found in s.answers.items())
         key = (method, driven, frozenset(self.system.values.muted), self.system.steps.watched, answers)
         if key not in self._programs:
             try:
                 self._programs[key] = self._program(method, driven)
-            except MemoryError:  # the programs' memory is on the board: start anew
+            except MemoryError:  # the programs' memory is on the buffer: start anew
                 self._programs.clear()
                 self._runners.clear()
                 self.system.layout.release()

@@ -13,7 +13,7 @@ import numpy as np
 from ...core.errors import Interrupted, SimulationError
 from ..engine.program import Program
 from ..engine.runner import Runner
-from ..slaves.base import Slave
+from ..slaves.base import FmuInstance
 from . import stimuli
 from .interrupts import Interrupts
 from .plan import Plan
@@ -43,7 +43,7 @@ class Loop:
         system.steps.show(exchange)
         self._exchange = Runner(exchange)
         self._finite = finite
-        self.ended_by: Slave | None = None
+        self.ended_by: FmuInstance | None = None
         """The FMU that has asked to end the run before its time."""
         self.done = 0
         self.time = plan.times[0]
@@ -87,7 +87,7 @@ class Loop:
                 progress(self.done, n)
             self._heed(interrupt)
             if self.runner.ended is not None and self.done < n:
-                self.ended_by = cast(Slave, self.runner.ended)  # the system's programs are about its slaves
+                self.ended_by = cast(FmuInstance, self.runner.ended)  # the system's programs are about its instances
                 stop, n = self.time, self.done
         if self.realtime:
             self._wait(begin + self.time - start, interrupt)
@@ -123,20 +123,20 @@ class Loop:
 
     def ending(self, stop: float) -> list[str]:
         """What is to be said of an FMU that has ended the run."""
-        slave = self.ended_by
-        if slave is None:
+        instance = self.ended_by
+        if instance is None:
             return []
-        last = slave.last_successful_time()
+        last = instance.last_successful_time()
         inside = last is not None and last < self.time - 1e-9 * self._h
         early = f", and came to t = {last:g} s in its last step" if inside else ""
-        return [f"component '{slave.name}' ended the run at t = {self.time:g} s, before {stop:g} s{early}"]
+        return [f"component '{instance.name}' ended the run at t = {self.time:g} s, before {stop:g} s{early}"]
 
     def _reach(self, start: float, stop: float, h: float, n: int) -> None:
         self.done += self.runner.taken
         self.time = start + self.done * h if self.done < n else stop
 
     def _check_start(self, start: float) -> None:
-        reals = self.system.board.reals
+        reals = self.system.buffer.reals
         if any(not np.isfinite(reals[s.place : s.place + s.size]).all() for s in self._finite):
             raise self.runner.not_finite(start)
 

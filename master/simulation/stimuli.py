@@ -258,4 +258,4 @@ def _ends(signal: Signal, system: System) -> list[Signal]:
 
 
 def _is_continuous(signal: Signal, system: System) -> bool:
-    return system.slaves[signal.component].variables[signal.name].variability in (None, "continuous")
+    return system.instances[signal.component].variables[signal.name].variability in (None, "continuous")

@@ -24,8 +24,8 @@ class Watch:
 
     def warnings(self, t: np.ndarray, rows: np.ndarray, method: str) -> list[str]:
         """Of the session's last run, which recorded rows (n, len(record)) at times t (n,)."""
-        slaves = self.session.system.slaves.values()
-        carrying = method_named(method).carrying(slaves)
+        instances = self.session.system.instances.values()
+        carrying = method_named(method).carrying(instances)
         energy = ResidualEnergy(self.bonds, *self._slots, [(0.0, 0.0)] * len(self.bonds), carrying)
         energy.add(t, rows)
-        return list(dict.fromkeys([*said(slaves), *energy.warnings()]))
+        return list(dict.fromkeys([*said(instances), *energy.warnings()]))

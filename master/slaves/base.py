@@ -28,7 +28,7 @@ Log = Callable[[str, str, str], None]
 """Is told (component, status, text) of every message of an FMU."""
 
 
-class Slave(FmuVariables, ABC):
+class FmuInstance(FmuVariables, ABC):
     """An FMU instance."""
 
     is_foreign = True
@@ -106,11 +106,11 @@ class Slave(FmuVariables, ABC):
 
     @abstractmethod
     def write_inputs(self, program: Program) -> None:
-        """Write down: the inputs on the board are handed to the FMU."""
+        """Write down: the inputs in the buffer are handed to the FMU."""
 
     @abstractmethod
     def write_outputs(self, program: Program) -> None:
-        """Write down: the outputs of the FMU are read onto the board."""
+        """Write down: the outputs of the FMU are read into the buffer."""
 
     @abstractmethod
     def write_step(self, program: Program, returns: bool) -> None:

@@ -12,7 +12,7 @@ from ..engine.loop import I32, U8
 from ..engine.values import INTEGER, REAL, TEXT, Form
 from .base import Log, address_of
 from .description import description_tree
-from .library import LibrarySlave
+from .library import LibraryInstance
 
 FORMS = {
     "Real": Form("Real", REAL), "Integer": Form("Integer", INTEGER, I32), "Enumeration": Form("Integer", INTEGER, I32),
@@ -20,7 +20,7 @@ FORMS = {
 }  # fmt: skip
 
 
-class Slave1(LibrarySlave):
+class Fmi1Instance(LibraryInstance):
     """An FMU of FMI 1.0."""
 
     forms = FORMS

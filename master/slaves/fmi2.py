@@ -9,7 +9,7 @@ from ..engine import loop
 from ..engine.loop import I32
 from ..engine.values import INTEGER, REAL, TEXT, Form
 from .base import address_of
-from .library import LibrarySlave
+from .library import LibraryInstance
 
 FORMS = {
     "Real": Form("Real", REAL), "Integer": Form("Integer", INTEGER, I32), "Enumeration": Form("Integer", INTEGER, I32),
@@ -17,7 +17,7 @@ FORMS = {
 }  # fmt: skip
 
 
-class Slave2(LibrarySlave):
+class Fmi2Instance(LibraryInstance):
     """An FMU of FMI 2.0."""
 
     forms = FORMS

@@ -12,7 +12,7 @@ from ..engine.loop import F32, I8, I16, I32, U8, U16, U32
 from ..engine.program import Program
 from ..engine.values import INTEGER, LIMITS, REAL, TEXT, Form, Signal
 from .base import address_of
-from .library import LibrarySlave, text
+from .library import LibraryInstance, text
 
 FORMS = {
     "Float64": Form("Float64", REAL), "Float32": Form("Float32", REAL, F32), "Int8": Form("Int8", INTEGER, I8),
@@ -23,7 +23,7 @@ FORMS = {
 }  # fmt: skip
 
 
-class Slave3(LibrarySlave):
+class Fmi3Instance(LibraryInstance):
     """An FMU of FMI 3.0."""
 
     forms = FORMS
@@ -74,7 +74,7 @@ class Slave3(LibrarySlave):
         return address_of(self._fmu.dll.fmi3DoStep)
 
     def write_step(self, program: Program, returns: bool) -> None:
-        self.reached = program.board.stages[U8][self.told + 8 : self.told + 16].view(np.float64)
+        self.reached = program.buffer.stages[U8][self.told + 8 : self.told + 16].view(np.float64)
         self.reached[0] = np.nan
         super().write_step(program, returns)
 

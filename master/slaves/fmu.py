@@ -1,4 +1,4 @@
-"""An FMU file as a slave: unpacked and read once per process, and examined before anything of it is loaded."""
+"""An FMU file as an instance: unpacked and read once per process, and examined before anything of it is loaded."""
 
 from __future__ import annotations
 
@@ -15,13 +15,13 @@ from typing import Any
 from ...core.errors import PackageError
 from ...core.files import changed
 from ...ssp.archive import extract
-from .base import Slave
+from .base import FmuInstance
 from .description import description_tree, read_description
-from .fmi1 import Slave1
-from .fmi2 import Slave2
-from .fmi3 import Slave3
+from .fmi1 import Fmi1Instance
+from .fmi2 import Fmi2Instance
+from .fmi3 import Fmi3Instance
 
-VERSIONS: dict[str, type[Slave]] = {"1.0": Slave1, "2.0": Slave2, "3.0": Slave3}
+VERSIONS: dict[str, type[FmuInstance]] = {"1.0": Fmi1Instance, "2.0": Fmi2Instance, "3.0": Fmi3Instance}
 
 _unpacked: dict[str, Path] = {}
 """Where this process has unpacked FMUs, by the hash of their content."""
@@ -85,13 +85,13 @@ def platform_folder(version: str) -> str:
     return name
 
 
-def describe(name: str, fmu: Path, library: bool = True) -> Slave:
-    """A slave, not loaded yet, from an FMU; `library`: it has to have one for this platform."""
+def describe(name: str, fmu: Path, library: bool = True) -> FmuInstance:
+    """An instance, not loaded yet, from an FMU; `library`: it has to have one for this platform."""
     return describe_folder(name, unpack(fmu), fmu.name, library)
 
 
-def describe_folder(name: str, folder: Path, shown: str = "FMU", library: bool = True) -> Slave:
-    """A slave, not loaded yet, from an FMU that has been unpacked; `shown` is its name in messages."""
+def describe_folder(name: str, folder: Path, shown: str = "FMU", library: bool = True) -> FmuInstance:
+    """An instance, not loaded yet, from an FMU that has been unpacked; `shown` is its name in messages."""
     kind, description, twins = _examined(folder, changed(folder / "modelDescription.xml"), shown)
     if library:
         _check_library(folder, description, kind.version, shown)
@@ -129,8 +129,8 @@ def _set_aside_twins(description: Any, shown: str) -> frozenset[str]:
 
 
 @lru_cache(maxsize=64)
-def _examined(folder: Path, when: int, shown: str) -> tuple[type[Slave], Any, frozenset[str]]:
-    """The FMI version's slave, the model description and names of several internal variables, read once for many
+def _examined(folder: Path, when: int, shown: str) -> tuple[type[FmuInstance], Any, frozenset[str]]:
+    """The FMI version's instance, the model description and names of several internal variables, read once for many
     components of one FMU."""
     tree = _tree(folder, shown)
     version = tree.getroot().get("fmiVersion", "?")

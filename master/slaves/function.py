@@ -7,14 +7,14 @@ from pathlib import Path
 from typing import Any
 
 from ...ssp.model import LinearFunction
-from ..engine.program import Cast, Program
+from ..engine.program import Program, SlotConversion
 from ..engine.values import REAL, Form
-from .base import Log, Slave
+from .base import FmuInstance, Log
 
 FORMS = {"Real": Form("Real", REAL)}
 
 
-class FunctionSlave(Slave):
+class FunctionInstance(FmuInstance):
     """Its outputs answer to its inputs at once, and it says so, as an FMU would in its model description."""
 
     forms = FORMS
@@ -29,7 +29,7 @@ class FunctionSlave(Slave):
         self._log, self._state = log, "instantiated"
 
     def set_start(self, name: str, value: Any) -> None:
-        """Inputs lie on the board; there is nothing else to set."""
+        """Inputs lie in the buffer; there is nothing else to set."""
 
     def get(self, name: str) -> Any:
         return self.start(name)
@@ -57,7 +57,7 @@ class FunctionSlave(Slave):
         for output, terms in self.function.outputs.items():
             program.mix(places[output], [(factor, places[name]) for name, factor in terms])
             if self.function.offset != 0.0:
-                program.cast(places[output], places[output], 1, Cast(1.0, self.function.offset))
+                program.convert(places[output], places[output], 1, SlotConversion(1.0, self.function.offset))
 
     def derivatives(self, outputs: Sequence[int], input: int) -> list[float] | None:
         names = {v.valueReference: v.name for v in self.description.modelVariables}

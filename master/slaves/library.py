@@ -19,12 +19,12 @@ from ...core.errors import PackageError, SimulationError
 from ..engine import loop
 from ..engine.program import Program, listed
 from ..engine.values import TEXT, Form, Group, Signal
-from .base import Log, Slave
+from .base import FmuInstance, Log
 from .message_log import ERROR, FATAL, STATUS
 from .siblings import Siblings
 
-_live: dict[int, LibrarySlave] = {}
-"""The slaves that are loaded, by what the callbacks of their FMUs bring along."""
+_live: dict[int, LibraryInstance] = {}
+"""The instances that are loaded, by what the callbacks of their FMUs bring along."""
 
 _numbers = count(1)
 
@@ -48,7 +48,7 @@ def _quieten_pythonfmu() -> None:
         ctypes.CDLL(str(library), ctypes.RTLD_GLOBAL)
 
 
-class LibrarySlave(Slave):
+class LibraryInstance(FmuInstance):
     """Versions say how an FMU is instantiated and initialised; `_fmu` is fmpy's object."""
 
     set_code: ClassVar[int] = loop.SET
@@ -152,8 +152,8 @@ class LibrarySlave(Slave):
     def note(self, status: int | None) -> None:
         """After fmiError only its state may be set; after fmiFatal no instance of the FMU is touched again."""
         if status == FATAL:
-            for slave in [s for s in _live.values() if s.folder == self.folder]:
-                slave._state = "lost"
+            for instance in [s for s in _live.values() if s.folder == self.folder]:
+                instance._state = "lost"
         elif status == ERROR and self._state == "running":
             self._state = "failed"
         super().note(status)
@@ -220,9 +220,9 @@ class LibrarySlave(Slave):
                     self._write_texts(program, g, verb, doing)
                 continue
             if g.form.width is None:
-                buffer = program.board.address(g.place)
+                buffer = program.buffer.address(g.place)
             else:
-                stage = program.board.stages[g.form.width]
+                stage = program.buffer.stages[g.form.width]
                 buffer = int(stage.ctypes.data) + g.stage * stage.itemsize
                 if verb == "Set":
                     program.add(self, doing, loop.STAGE, g.form.width, g.place, g.stage, g.count)
@@ -240,7 +240,7 @@ class LibrarySlave(Slave):
     def _write_texts(self, program: Program, group: Group, verb: str, doing: str) -> None:
         def exchange(_t: float, _h: float) -> int:
             try:
-                self.exchange_texts(verb, group.signals, program.board.texts)
+                self.exchange_texts(verb, group.signals, program.buffer.texts)
             except Exception as error:
                 self.take("error", str(error))
                 return 3
@@ -312,10 +312,10 @@ def _receiver() -> Any:
     """
 
     def hear(owner: int | None, name: bytes | None, status: int, category: bytes, message: bytes) -> None:
-        slaves = [*_live.values()][::-1]
+        instances = [*_live.values()][::-1]
         called = (name or b"").decode("utf-8", "replace")
-        found = _live.get(owner or 0) or next((s for s in slaves if s.is_instance(owner)), None)
-        found = found or next((s for s in slaves if s.instance_name == called), slaves[0] if slaves else None)
+        found = _live.get(owner or 0) or next((s for s in instances if s.is_instance(owner)), None)
+        found = found or next((s for s in instances if s.instance_name == called), instances[0] if instances else None)
         if found is not None:
             found.hear(status, category, message)
 

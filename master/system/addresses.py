@@ -6,22 +6,22 @@ from collections.abc import Iterable, Mapping
 from fnmatch import fnmatchcase
 from typing import Any
 
-from ..slaves.base import Slave
+from ..slaves.base import FmuInstance
 from .system import System
 
 
-def split(address: str, slaves: Mapping[str, Any]) -> tuple[str, str]:
+def split(address: str, instances: Mapping[str, Any]) -> tuple[str, str]:
     """(component, name) of an address; component names may hold dots, so the longest counts. ('', address) if none."""
-    return max(splits(address, slaves), key=lambda found: len(found[0]), default=("", address))
+    return max(splits(address, instances), key=lambda found: len(found[0]), default=("", address))
 
 
-def splits(address: str, slaves: Iterable[str]) -> list[tuple[str, str]]:
+def splits(address: str, instances: Iterable[str]) -> list[tuple[str, str]]:
     """Every (component, name) that an address may mean."""
-    begins = [c for c in slaves if address.startswith(f"{c}.") and len(address) > len(c) + 1]
+    begins = [c for c in instances if address.startswith(f"{c}.") and len(address) > len(c) + 1]
     return [(c, address[len(c) + 1 :]) for c in begins]
 
 
-def targets(address: str, slaves: Mapping[str, Slave], system: System | None = None) -> list[tuple[str, str]]:
+def targets(address: str, instances: Mapping[str, FmuInstance], system: System | None = None) -> list[tuple[str, str]]:
     """(component, variable) of all that an address means: a bare name, every component's that has it to be set.
 
     With `system`, the name of one of its own inputs means that input, of component ''.
@@ -30,10 +30,10 @@ def targets(address: str, slaves: Mapping[str, Slave], system: System | None = N
         return [("", address)]
     if system is not None and address in system.network.connectors:
         return [(component, name) for component, name, _ in system.network.connectors[address]]
-    component, name = split(address, slaves)
+    component, name = split(address, instances)
     if component:
         return [(component, name)]
-    return [(c, address) for c, slave in slaves.items() if slave.settable(address)]
+    return [(c, address) for c, instance in instances.items() if instance.settable(address)]
 
 
 def matches(name: str, pattern: str) -> bool:

@@ -1,4 +1,4 @@
-"""Who is connected to whom: the package's wires as links between places on the board."""
+"""Who is connected to whom: the package's flat connections as links between places in the buffer."""
 
 from __future__ import annotations
 
@@ -8,76 +8,76 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from ...core.errors import CosimError, PackageError, did_you_mean
-from ...ssp.wires import At, End, Network, Wire, shown_at
-from ..engine.program import Cast
+from ...ssp.flat import At, End, FlatConnection, Network, shown_at
+from ..engine.program import SlotConversion
 from ..engine.values import TEXT, Signal
-from ..slaves.base import Slave
+from ..slaves.base import FmuInstance
 from .findings import Findings
 from .layout import SignalLayout
 from .quantities import Quantities
 from .sizes import Extent, check_sizes, stated
-from .value_conversion import Quantity, passage
+from .value_conversion import Quantity, value_conversion
 
 
 @dataclass(frozen=True)
-class Link:
-    """A wire with the places at its ends."""
+class SignalConnection:
+    """A flat with the places at its ends."""
 
     source: Signal
     target: Signal
-    cast: Cast
-    wire: Wire
+    conversion: SlotConversion
+    flat: FlatConnection
 
     @property
     def start(self) -> End:
         """(component, output)."""
-        return self.wire.start
+        return self.flat.start
 
     @property
     def end(self) -> End:
         """(component, input)."""
-        return self.wire.end
+        return self.flat.end
 
 
 class Connections:
     """The links of a network; what does not fit goes to the findings."""
 
     def __init__(
-        self, network: Network, slaves: Mapping[str, Slave], layout: SignalLayout, quantities: Quantities,
+        self, network: Network, instances: Mapping[str, FmuInstance], layout: SignalLayout, quantities: Quantities,
         own_inputs: Mapping[str, Signal], findings: Findings, remarks: list[str],
     ):  # fmt: skip
-        self.slaves, self._findings = slaves, findings
+        self.instances, self._findings = instances, findings
         self._layout, self._quantities = layout, quantities
         self.network = network = network.without(self._check_dimensions(network))
         self.remarks = remarks
-        self.inputs = {(s.component, s.name): s for slave in slaves.values() for s in slave.inputs}
-        self.outputs = {(s.component, s.name): s for slave in slaves.values() for s in slave.outputs}
+        self.inputs = {(s.component, s.name): s for instance in instances.values() for s in instance.inputs}
+        self.outputs = {(s.component, s.name): s for instance in instances.values() for s in instance.outputs}
         self.own_inputs = own_inputs
         self.own_outputs: dict[str, Signal] = {}
         """The outputs of the whole system."""
-        late: list[Wire] = []
-        early: list[Wire] = []
-        for wire in network.wires:
-            (early if self._is_parameter(wire.end) else late).append(wire)
+        late: list[FlatConnection] = []
+        early: list[FlatConnection] = []
+        for flat in network.flat_connections:
+            (early if self._is_parameter(flat.end) else late).append(flat)
         self.links = self._apart(self._made(self._link, late))
-        self._into: dict[str, list[Link]] = {name: [] for name in slaves}
+        self._into: dict[str, list[SignalConnection]] = {name: [] for name in instances}
         for link in self.links:
             self._into[link.target.component].append(link)
-        self._own: dict[str, list[Link]] = {}
+        self._own: dict[str, list[SignalConnection]] = {}
         for link in self.links:
             if not link.source.component:
                 self._own.setdefault(link.source.name, []).append(link)
-        self._drivers: dict[tuple[bool, int], dict[int | None, Link]] = {}
+        self._drivers: dict[tuple[bool, int], dict[int | None, SignalConnection]] = {}
         """What drives an input, or single values of it, by where it lies."""
         self._check_aliases()
         early = [*network.early, *early]
-        self.early = [wire for wire in early if wire.start[0]]
+        self.early = [flat for flat in early if flat.start[0]]
         """Wires to parameters, which carry what calculated parameters are before the run."""
         self._check_early()
-        for wire in early:
-            if not wire.start[0] and network.inputs[wire.start[1]].kind == "input":
-                end = ".".join(wire.end)
-                findings.refuse(f"{wire.where}: the input '{wire.start[1]}' cannot drive the parameter '{end}'")
+        for flat in early:
+            if not flat.start[0] and network.inputs[flat.start[1]].kind == "input":
+                end = ".".join(flat.end)
+                findings.refuse(f"{flat.where}: the input '{flat.start[1]}' cannot drive the parameter '{end}'")
         self.shown = self._made(self._shown, network.outputs)
         self._passed_on: dict[str, set[int]] = {}
         for link in self.shown:
@@ -85,16 +85,18 @@ class Connections:
                 first = link.target.place - self.own_outputs[link.target.name].place
                 self._passed_on.setdefault(link.target.name, set()).update(range(first, first + link.target.size))
 
-    def into(self, name: str) -> list[Link]:
+    def into(self, name: str) -> list[SignalConnection]:
         """The links to a component."""
         return self._into[name]
 
-    def of_input(self, name: str) -> list[Link]:
+    def of_input(self, name: str) -> list[SignalConnection]:
         """The links from an input of the whole system."""
         return self._own.get(name, [])
 
-    def _made(self, make: Callable[[Wire], Link], wires: Iterable[Wire]) -> list[Link]:
-        made = (self._findings.attempt(make, wire) for wire in wires)
+    def _made(
+        self, make: Callable[[FlatConnection], SignalConnection], between: Iterable[FlatConnection]
+    ) -> list[SignalConnection]:
+        made = (self._findings.attempt(make, flat) for flat in between)
         return [link for link in made if link is not None]
 
     def _check_aliases(self) -> None:
@@ -105,11 +107,11 @@ class Connections:
             there.setdefault(which, link)
             if other is not None:
                 self._findings.refuse(
-                    f"{link.wire.where}: '{link.target.address}' is another name of '{other.target.address}', "
+                    f"{link.flat.where}: '{link.target.address}' is another name of '{other.target.address}', "
                     "which is driven already"
                 )
 
-    def driver(self, end: End) -> Link | None:
+    def driver(self, end: End) -> SignalConnection | None:
         """The connection that drives an input or an element of it, by whatever name; None for what none drives."""
         there = self._drivers.get(self.inputs[end].home, {}) if end in self.inputs else {}
         return next(iter(there.values()), None)
@@ -122,9 +124,9 @@ class Connections:
                 type = connector.type
                 if type is None or type.count is None:
                     continue
-                if path not in self.slaves or connector.name not in self.slaves[path].variables:
+                if path not in self.instances or connector.name not in self.instances[path].variables:
                     continue
-                size = self.slaves[path].size(connector.name)
+                size = self.instances[path].size(connector.name)
                 if type.count != size:
                     wrong.add((path, connector.name))
                     self._findings.refuse(
@@ -134,55 +136,56 @@ class Connections:
         return wrong
 
     def _is_parameter(self, end: End) -> bool:
-        slave = self.slaves.get(end[0])
-        variable = slave.variables.get(end[1]) if slave is not None else None
+        instance = self.instances.get(end[0])
+        variable = instance.variables.get(end[1]) if instance is not None else None
         fixed = ("parameter", "structuralParameter", "calculatedParameter")
         return variable is not None and variable.causality in fixed
 
     def _check_early(self) -> None:
-        """What wires to parameters need: variables that exist, types and units that fit."""
-        for wire in self.early:
+        """What flat connections to parameters need: variables that exist, types and units that fit."""
+        for flat in self.early:
             try:
-                for end in (wire.start, wire.end):
-                    if end[0] not in self.slaves:
-                        raise PackageError(f"{wire.where}: component '{end[0]}' cannot be used")
-                    self.slaves[end[0]].variable(end[1])
-                    if self.slaves[end[0]].form(end[1]) is None:
-                        raise PackageError(f"{wire.where}: '{'.'.join(end)}': its type is not supported")
-                source = self.slaves[wire.start[0]].variables[wire.start[1]]
-                if not self._is_parameter(wire.start) and source.variability not in ("constant", "fixed"):
+                for end in (flat.start, flat.end):
+                    if end[0] not in self.instances:
+                        raise PackageError(f"{flat.where}: component '{end[0]}' cannot be used")
+                    self.instances[end[0]].variable(end[1])
+                    if self.instances[end[0]].form(end[1]) is None:
+                        raise PackageError(f"{flat.where}: '{'.'.join(end)}': its type is not supported")
+                source = self.instances[flat.start[0]].variables[flat.start[1]]
+                if not self._is_parameter(flat.start) and source.variability not in ("constant", "fixed"):
                     raise PackageError(
-                        f"{wire.where}: '{'.'.join(wire.start)}' changes during a run and cannot drive the parameter "
-                        f"'{'.'.join(wire.end)}'"
+                        f"{flat.where}: '{'.'.join(flat.start)}' changes during a run and cannot drive the parameter "
+                        f"'{'.'.join(flat.end)}'"
                     )
-                target = self.slaves[wire.end[0]].variables[wire.end[1]]
-                if wire.start_at or wire.end_at:
+                target = self.instances[flat.end[0]].variables[flat.end[1]]
+                if flat.start_at or flat.end_at:
                     raise PackageError("connections of single elements of parameters are not supported")
                 if target.causality == "structuralParameter":
                     raise PackageError(
-                        f"'{'.'.join(wire.end)}' gives arrays their size and cannot be driven; bind its value"
+                        f"'{'.'.join(flat.end)}' gives arrays their size and cannot be driven; bind its value"
                     )
-                if not self.slaves[wire.end[0]].settable(wire.end[1]):
-                    raise PackageError(f"{wire.where}: '{'.'.join(wire.end)}' cannot be set")
-                ends = [Extent(f"'{c}.{v}'", self.slaves[c].size(v), self.slaves[c].shape(v))
-                        for c, v in (wire.start, wire.end)]  # fmt: skip
-                check_sizes(ends[0], wire.hops, ends[1], wire.where)
-                given = self._quantities.quantity(wire.start, wire.unit, wire.enumeration)
-                self.remarks += passage(given, wire.hops, self._quantities.quantity(wire.end), wire.where).remarks
+                if not self.instances[flat.end[0]].settable(flat.end[1]):
+                    raise PackageError(f"{flat.where}: '{'.'.join(flat.end)}' cannot be set")
+                ends = [Extent(f"'{c}.{v}'", self.instances[c].size(v), self.instances[c].shape(v))
+                        for c, v in (flat.start, flat.end)]  # fmt: skip
+                check_sizes(ends[0], flat.hops, ends[1], flat.where)
+                given = self._quantities.quantity(flat.start, flat.unit, flat.enumeration)
+                taken = self._quantities.quantity(flat.end)
+                self.remarks += value_conversion(given, flat.hops, taken, flat.where).remarks
             except CosimError as error:
-                told = str(error) if str(error).startswith(wire.where) else f"{wire.where}: {error}"
+                told = str(error) if str(error).startswith(flat.where) else f"{flat.where}: {error}"
                 self._findings.refuse(told)
 
-    def _variable(self, wire: Wire, end: End, causality: str) -> Signal:
-        where = wire.where
-        if end[0] not in self.slaves:
+    def _variable(self, flat: FlatConnection, end: End, causality: str) -> Signal:
+        where = flat.where
+        if end[0] not in self.instances:
             raise PackageError(f"{where}: component '{end[0]}' cannot be used")
-        slave = self.slaves[end[0]]
-        variable = slave.variables.get(end[1])
+        instance = self.instances[end[0]]
+        variable = instance.variables.get(end[1])
         if variable is None:
-            hint = did_you_mean(end[1], list(slave.variables))
+            hint = did_you_mean(end[1], list(instance.variables))
             raise PackageError(f"{where}: component '{end[0]}' has no variable '{end[1]}'{hint}")
-        if variable.type not in slave.forms:
+        if variable.type not in instance.forms:
             raise PackageError(f"{where}: '{end[0]}.{end[1]}': type {variable.type} is not supported")
         if causality == "input" and variable.causality != "input":
             raise PackageError(f"{where}: '{end[0]}.{end[1]}' is not an input, its causality is '{variable.causality}'")
@@ -192,11 +195,11 @@ class Connections:
             )
         return (self.inputs if causality == "input" else self.outputs)[end]
 
-    def _source(self, wire: Wire) -> tuple[Signal, Quantity]:
-        if wire.start[0] == "":
-            return self.own_inputs[wire.start[1]], self._quantities.input_quantity(wire.start[1])
-        signal = self._variable(wire, wire.start, "output")
-        return signal, self._quantities.quantity(wire.start, wire.unit, wire.enumeration)
+    def _source(self, flat: FlatConnection) -> tuple[Signal, Quantity]:
+        if flat.start[0] == "":
+            return self.own_inputs[flat.start[1]], self._quantities.input_quantity(flat.start[1])
+        signal = self._variable(flat, flat.start, "output")
+        return signal, self._quantities.quantity(flat.start, flat.unit, flat.enumeration)
 
     def _part(self, signal: Signal, at: At, where: str) -> Signal:
         """One value of an array, which its indices name; () for all of a signal."""
@@ -204,7 +207,7 @@ class Connections:
             return signal
         shown = f"'{signal.address}'"
         if signal.component:
-            shape, why = self.slaves[signal.component].shape(signal.name), "is no array"
+            shape, why = self.instances[signal.component].shape(signal.name), "is no array"
         else:
             extent = stated(self._quantities.connector(signal.name).type, shown)
             shape, why = (extent.shape if extent else None) or (), "has no sizes in the package (<ssc:Dimension size=>)"
@@ -215,7 +218,7 @@ class Connections:
             raise PackageError(f"{where}: {shown} is {sizes} in size and has no element {shown_at(at)}")
         return signal.part(int(np.ravel_multi_index([k - 1 for k in at], shape)))
 
-    def _apart(self, links: list[Link]) -> list[Link]:
+    def _apart(self, links: list[SignalConnection]) -> list[SignalConnection]:
         """Links of whole arrays in single values where others carry single values of the same source."""
         parted = {link.source.address for link in links if link.source.element is not None}
         made = []
@@ -227,44 +230,44 @@ class Connections:
                 made.append(replace(link, source=link.source.part(k), target=link.target.part(k)))
         return made
 
-    def _link(self, wire: Wire) -> Link:
-        target = self._part(self._variable(wire, wire.end, "input"), wire.end_at, wire.where)
-        source, given = self._source(wire)
-        source = self._part(source, wire.start_at, wire.where)
-        taken = self._quantities.quantity(wire.end)
-        way = passage(given, wire.hops, taken, wire.where)
+    def _link(self, flat: FlatConnection) -> SignalConnection:
+        target = self._part(self._variable(flat, flat.end, "input"), flat.end_at, flat.where)
+        source, given = self._source(flat)
+        source = self._part(source, flat.start_at, flat.where)
+        taken = self._quantities.quantity(flat.end)
+        way = value_conversion(given, flat.hops, taken, flat.where)
         self.remarks += way.remarks
-        check_sizes(self._extent(source), wire.hops, self._extent(target), wire.where)
-        cast = Cast() if target.family == TEXT else way.cast(given, taken, wire.where)
-        return Link(source, target, cast, wire)
+        check_sizes(self._extent(source), flat.hops, self._extent(target), flat.where)
+        conversion = SlotConversion() if target.family == TEXT else way.over_slots(given, taken, flat.where)
+        return SignalConnection(source, target, conversion, flat)
 
     def _extent(self, signal: Signal) -> Extent:
         shown = f"'{signal.address}'"
         if signal.element is not None:
             return Extent(f"one element of {shown}", 1)
         if signal.component:
-            return Extent(shown, signal.size, self.slaves[signal.component].shape(signal.name))
+            return Extent(shown, signal.size, self.instances[signal.component].shape(signal.name))
         return stated(self.network.inputs[signal.name].type, shown) or Extent(shown, signal.size)
 
-    def _shown(self, wire: Wire) -> Link:
-        name = wire.end[1]
-        source, given = self._source(wire)
-        source = self._part(source, wire.start_at, wire.where)
-        last = wire.hops[-1] if wire.hops else None
+    def _shown(self, flat: FlatConnection) -> SignalConnection:
+        name = flat.end[1]
+        source, given = self._source(flat)
+        source = self._part(source, flat.start_at, flat.where)
+        last = flat.hops[-1] if flat.hops else None
         type = self._quantities.connector(name).type
         kind = type.kind if type is not None else given.type
         taken = Quantity(kind, last.unit if last else None, last.enumeration if last else None, f"'{name}'")
-        way = passage(given, wire.hops, taken, wire.where)
+        way = value_conversion(given, flat.hops, taken, flat.where)
         self.remarks += way.remarks
-        check_sizes(self._extent(source), wire.hops, None, wire.where)
-        cast = Cast() if taken.family == TEXT else way.cast(given, taken, wire.where)
+        check_sizes(self._extent(source), flat.hops, None, flat.where)
+        conversion = SlotConversion() if taken.family == TEXT else way.over_slots(given, taken, flat.where)
         target = self.own_outputs.get(name)
         if target is None:
-            size = (type.count if type is not None else None) or 1 if wire.end_at else source.size
+            size = (type.count if type is not None else None) or 1 if flat.end_at else source.size
             place = self._layout.place(taken.family, size)
-            target = Signal("", name, kind, taken.family, 0, place, size, bool(wire.end_at))
+            target = Signal("", name, kind, taken.family, 0, place, size, bool(flat.end_at))
             self.own_outputs[name] = target
-        return Link(source, self._part(target, wire.end_at, wire.where), cast, wire)
+        return SignalConnection(source, self._part(target, flat.end_at, flat.where), conversion, flat)
 
     def passed_on(self, name: str) -> set[int]:
         """Which values of an output of the whole system show its inputs, which belong to a step, not to its start."""

@@ -10,11 +10,11 @@ from typing import TYPE_CHECKING
 from .strongly_connected import together
 
 if TYPE_CHECKING:
-    from ..slaves.base import Slave
-    from .connections import Link
+    from ..slaves.base import FmuInstance
+    from .connections import SignalConnection
 
 
-def component_order(slaves: Mapping[str, Slave], links: Iterable[Link]) -> list[str]:
+def component_order(instances: Mapping[str, FmuInstance], links: Iterable[SignalConnection]) -> list[str]:
     """Order of the data flow; within a loop, and where nothing decides, that of the package.
 
     A loop in which an output that answers at once would then be more than a step late is gone through so that it is
@@ -22,7 +22,7 @@ def component_order(slaves: Mapping[str, Slave], links: Iterable[Link]) -> list[
     stay as they are.
     """
     links = [k for k in links if k.source.component]
-    place = {name: i for i, name in enumerate(slaves)}
+    place = {name: i for i, name in enumerate(instances)}
     drives: dict[str, set[str]] = {name: set() for name in place}
     for k in links:
         if k.source.component != k.target.component:
@@ -32,7 +32,7 @@ def component_order(slaves: Mapping[str, Slave], links: Iterable[Link]) -> list[
     for members in circles:
         for name in members:
             group[name] = members
-    known = _in_time(slaves, links, circles)
+    known = _in_time(instances, links, circles)
     place = {name: i for i, name in enumerate(known)}
     waits = {id(g): 0 for g in group.values()}
     for name, others in drives.items():
@@ -58,12 +58,12 @@ def component_order(slaves: Mapping[str, Slave], links: Iterable[Link]) -> list[
     return order
 
 
-def _in_time(slaves: Mapping[str, Slave], links: list[Link], circles: list[set[str]]) -> list[str]:
+def _in_time(instances: Mapping[str, FmuInstance], links: list[SignalConnection], circles: list[set[str]]) -> list[str]:
     """The components in the order of the package, where circles keep their places but may change in themselves."""
-    order = list(slaves)
+    order = list(instances)
     at = {name: i for i, name in enumerate(order)}
     circle = {name: number for number, members in enumerate(circles) for name in members}
-    within: dict[int, list[Link]] = {}
+    within: dict[int, list[SignalConnection]] = {}
     for k in links:
         if (number := circle.get(k.source.component)) is not None and number == circle.get(k.target.component):
             within.setdefault(number, []).append(k)
@@ -73,16 +73,16 @@ def _in_time(slaves: Mapping[str, Slave], links: list[Link], circles: list[set[s
         mine = within[number]
         places = sorted(at[name] for name in members)
         given = [order[i] for i in places]
-        if _age(slaves, mine, given) < 2:
+        if _age(instances, mine, given) < 2:
             continue
-        better = _sources_first(slaves, mine, given)
-        if _age(slaves, mine, better) < _age(slaves, mine, given):
+        better = _sources_first(instances, mine, given)
+        if _age(instances, mine, better) < _age(instances, mine, given):
             for i, name in zip(places, better, strict=True):
                 order[i] = name
     return order
 
 
-def _answering(slaves: Mapping[str, Slave], links: list[Link]) -> list[tuple[int, int]]:
+def _answering(instances: Mapping[str, FmuInstance], links: list[SignalConnection]) -> list[tuple[int, int]]:
     """Links, by number, with one that their output answers to at once."""
     into: dict[tuple[str, str], list[int]] = {}
     for i, k in enumerate(links):
@@ -90,16 +90,16 @@ def _answering(slaves: Mapping[str, Slave], links: list[Link]) -> list[tuple[int
     made = []
     for i, k in enumerate(links):
         component, output = k.start
-        for name in slaves[component].feed_through(output) or ():
+        for name in instances[component].feed_through(output) or ():
             made += [(i, other) for other in into.get((component, name), ())]
     return made
 
 
-def _age(slaves: Mapping[str, Slave], links: list[Link], order: list[str]) -> int:
+def _age(instances: Mapping[str, FmuInstance], links: list[SignalConnection], order: list[str]) -> int:
     """How many steps old what passes outputs that answer at once is at most, where components step in this order."""
     at = {name: i for i, name in enumerate(order)}
     before: dict[int, set[int]] = {i: set() for i in range(len(links))}
-    for i, other in _answering(slaves, links):
+    for i, other in _answering(instances, links):
         before[i].add(other)
     age: dict[int, int] = {}
     try:
@@ -111,11 +111,11 @@ def _age(slaves: Mapping[str, Slave], links: list[Link], order: list[str]) -> in
     return max(age.values(), default=0)
 
 
-def _sources_first(slaves: Mapping[str, Slave], links: list[Link], order: list[str]) -> list[str]:
+def _sources_first(instances: Mapping[str, FmuInstance], links: list[SignalConnection], order: list[str]) -> list[str]:
     """What answers at once after what it answers to; where that cannot be, the order given."""
     at = {name: i for i, name in enumerate(order)}
     after: dict[str, set[str]] = {name: set() for name in order}
-    for _, other in _answering(slaves, links):
+    for _, other in _answering(instances, links):
         if links[other].source.component != links[other].target.component:
             after[links[other].target.component].add(links[other].source.component)
     sorter, made = TopologicalSorter(after), list[str]()

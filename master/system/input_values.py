@@ -1,14 +1,14 @@
-"""What inputs have before something drives them, and what is put on the board by hand."""
+"""What inputs have before something drives them, and what is put in the buffer by hand."""
 
 from __future__ import annotations
 
 from collections.abc import Mapping
 
 from ...core.errors import ParameterError
-from ..engine.program import Board
+from ..engine.program import ValueBuffer
 from ..engine.values import REAL, TEXT, Signal
-from ..slaves.base import Slave
-from .connections import Connections, Link
+from ..slaves.base import FmuInstance
+from .connections import Connections, SignalConnection
 from .quantities import Quantities
 from .value_conversion import parsed
 
@@ -17,9 +17,10 @@ class InputValues:
     """Of the inputs of components and of the whole system."""
 
     def __init__(
-        self, slaves: Mapping[str, Slave], connections: Connections, quantities: Quantities, board: Board
+        self, instances: Mapping[str, FmuInstance], connections: Connections, quantities: Quantities,
+        buffer: ValueBuffer,
     ):  # fmt: skip
-        self._slaves, self._connections, self._quantities, self.board = slaves, connections, quantities, board
+        self._instances, self._connections, self._quantities, self.buffer = instances, connections, quantities, buffer
         self.inputs, self.own_inputs = connections.inputs, connections.own_inputs
         self.muted: set[str] = set()
         """Own inputs that nobody gives a value: what they are connected to keeps its start value."""
@@ -29,7 +30,7 @@ class InputValues:
         """Give every input its start value from the model description; `unstarted` are those that have none there."""
         self.unstarted = {signal.home: signal for signal in self.inputs.values()}
         for component, name in self.inputs:
-            value = self._slaves[component].start(name)
+            value = self._instances[component].start(name)
             if value is not None:
                 self.set_input(component, name, value)
                 self.unstarted.pop(self.inputs[component, name].home, None)
@@ -52,36 +53,36 @@ class InputValues:
             raise ParameterError(f"'{signal.address}' has {signal.size} values, not {len(values)}")
         for place, v in enumerate(values, signal.place + (element or 0)):
             if signal.family == TEXT:
-                self.board.texts[place] = v
+                self.buffer.texts[place] = v
             elif signal.family == REAL:
-                self.board.reals[place] = float(v)
+                self.buffer.reals[place] = float(v)
             else:
                 number = int(v)
-                self.board.integers[place] = number if number < 2**63 else number - 2**64
+                self.buffer.integers[place] = number if number < 2**63 else number - 2**64
 
     def mute(self, given: set[str]) -> None:
         """Only these of the system's own inputs have a value."""
         self.muted = set(self.own_inputs) - given
 
-    def speaks(self, link: Link) -> bool:
+    def speaks(self, link: SignalConnection) -> bool:
         """Whether somebody gives the value that a link carries."""
         return bool(link.source.component) or link.source.name not in self.muted
 
     def reflect(self) -> None:
         """Show muted inputs of the system as what they are connected to has it."""
-        reals, integers = self.board.reals, self.board.integers
+        reals, integers = self.buffer.reals, self.buffer.integers
         for link in reversed(self._connections.links):
             if self.speaks(link):
                 continue
             there, here = (slice(s.place, s.place + s.size) for s in (link.target, link.source))
             if link.target.family == TEXT:
-                self.board.texts[here] = self.board.texts[there]
-            elif link.cast.plain:
+                self.buffer.texts[here] = self.buffer.texts[there]
+            elif link.conversion.plain:
                 integers[here] = integers[there]
             else:
                 seen = reals if link.target.family == REAL else integers
                 for i, value in enumerate(seen[there].tolist(), here.start):
-                    if (start := link.cast.back(value)) is not None:
+                    if (start := link.conversion.back(value)) is not None:
                         (reals if link.source.family == REAL else integers)[i] = start
 
     def checked_input(self, name: str, value: object, where: str) -> object:
@@ -102,5 +103,5 @@ class InputValues:
         for link in self._connections.of_input(name) if source.family != TEXT else ():
             values = value if isinstance(value, tuple) else (value,)
             for one in values if link.source.element is None else (values[link.source.element],):
-                reached = link.cast.forth(one)
-                self._slaves[link.target.component]._scalar(link.target.name, reached, where)
+                reached = link.conversion.forth(one)
+                self._instances[link.target.component]._scalar(link.target.name, reached, where)

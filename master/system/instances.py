@@ -9,22 +9,22 @@ from contextlib import ExitStack
 from pathlib import Path
 
 from ...core.errors import CosimError, PackageError, did_you_mean
+from ...ssp.flat import Network
 from ...ssp.model import Component, Connector
-from ...ssp.wires import Network
-from ..slaves.base import Log, Slave
+from ..slaves.base import FmuInstance, Log
 from ..slaves.fmu import describe, platform_folder
-from ..slaves.function import FunctionSlave
+from ..slaves.function import FunctionInstance
 
 
-def described(path: str, component: Component, library: bool = True) -> Slave:
-    """The slave of a component, not loaded yet; see `describe`."""
+def described(path: str, component: Component, library: bool = True) -> FmuInstance:
+    """The instance of a component, not loaded yet; see `describe`."""
     if component.function is not None:
-        return FunctionSlave(path, component.function, component.source)
+        return FunctionInstance(path, component.function, component.source)
     return describe(path, component.source, library)
 
 
-def of_component(path: str, component: Component) -> Slave:
-    """The slave of a component; what is wrong with its FMU is told with the place that asks for it."""
+def of_component(path: str, component: Component) -> FmuInstance:
+    """The instance of a component; what is wrong with its FMU is told with the place that asks for it."""
     try:
         return described(path, component)
     except PackageError as error:
@@ -32,57 +32,57 @@ def of_component(path: str, component: Component) -> Slave:
         raise PackageError(f"{component.where}: component '{path}': {text}") from None
 
 
-def read_alone(path: str, component: Component) -> Slave | None:
-    """The slave of a component whose FMU may lack a library for this platform, to look at; None if it is unreadable."""
+def read_alone(path: str, component: Component) -> FmuInstance | None:
+    """The instance of a component whose FMU may lack a library for this platform, to look at; None if unreadable."""
     try:
         return described(path, component, library=False)
     except CosimError:
         return None
 
 
-def foreign_connectors(component: Component, slave: Slave) -> Iterator[tuple[Connector, str]]:
+def foreign_connectors(component: Component, instance: FmuInstance) -> Iterator[tuple[Connector, str]]:
     """The connectors that a component has and its FMU has not, and what to say of each."""
     for connector in component.connectors:
-        if connector.name not in slave.variables:
+        if connector.name not in instance.variables:
             yield (
                 connector,
-                f"{connector.where}: component '{slave.name}' has a connector '{connector.name}' that its FMU does not "
-                f"have{did_you_mean(connector.name, sorted(slave.variables))}",
+                f"{connector.where}: component '{instance.name}' has a connector '{connector.name}' that its FMU does "
+                f"not have{did_you_mean(connector.name, sorted(instance.variables))}",
             )
 
 
-def smallest_step(network: Network, slaves: Mapping[str, Slave]) -> float | None:
+def smallest_step(network: Network, instances: Mapping[str, FmuInstance]) -> float | None:
     """The smallest macro step [s] that suits what the package hints for components, or else their FMUs suggest."""
     made = []
-    for path, slave in slaves.items():
-        step = network.parts[path].component.step_hint or slave.suggested("stepSize") or 0.0
+    for path, instance in instances.items():
+        step = network.parts[path].component.step_hint or instance.suggested("stepSize") or 0.0
         if step > 0.0:
-            made.append(slave.ratio * step)
+            made.append(instance.ratio * step)
     return min(made, default=None)
 
 
-def check_single(slaves: Mapping[str, Slave]) -> None:
+def check_single(instances: Mapping[str, FmuInstance]) -> None:
     """FMUs that can be instantiated only once per process are there only once."""
     single: dict[Path, str] = {}
-    for path, slave in slaves.items():
-        once = getattr(slave.description.coSimulation, "canBeInstantiatedOnlyOncePerProcess", False)
-        if once and slave.folder in single:
+    for path, instance in instances.items():
+        once = getattr(instance.description.coSimulation, "canBeInstantiatedOnlyOncePerProcess", False)
+        if once and instance.folder in single:
             raise PackageError(
-                f"components '{single[slave.folder]}' and '{path}' are the same FMU, which can be instantiated only "
+                f"components '{single[instance.folder]}' and '{path}' are the same FMU, which can be instantiated only "
                 "once per process; --isolate gives each a process of its own"
             )
-        single[slave.folder] = path
+        single[instance.folder] = path
 
 
-def mixed_libraries(slaves: Mapping[str, Slave]) -> Iterator[str]:
+def mixed_libraries(instances: Mapping[str, FmuInstance]) -> Iterator[str]:
     """Libraries beside those of the FMUs that have one name and different contents: a process loads the first only."""
     first: dict[str, tuple[str, Path]] = {}
     folders: dict[Path, str] = {}
-    for path, slave in slaves.items():
-        folders.setdefault(slave.folder, path)
+    for path, instance in instances.items():
+        folders.setdefault(instance.folder, path)
     for folder, path in folders.items():
-        own = slaves[path].description.coSimulation.modelIdentifier
-        for file in sorted((folder / "binaries" / platform_folder(slaves[path].version)).glob("*")):
+        own = instances[path].description.coSimulation.modelIdentifier
+        for file in sorted((folder / "binaries" / platform_folder(instances[path].version)).glob("*")):
             if file.stem == own or not file.is_file() or not re.search(r"\.(so|dll|dylib)(\.|$)", file.name):
                 continue
             other, twin = first.setdefault(file.name, (path, file))
@@ -93,16 +93,16 @@ def mixed_libraries(slaves: Mapping[str, Slave]) -> Iterator[str]:
                 )
 
 
-def load_slaves(slaves: Mapping[str, Slave], stack: ExitStack, log: Log) -> None:
-    """Instantiate all slaves; `stack` frees them. A slave keeps its own messages, `log` gets those of all."""
+def load_instances(instances: Mapping[str, FmuInstance], stack: ExitStack, log: Log) -> None:
+    """Instantiate all FMUs; `stack` frees them. Each keeps its own messages, `log` gets those of all."""
 
     def on_log(component: str, status: str, text: str) -> None:
-        if component in slaves:
-            slaves[component].take(status, text)
+        if component in instances:
+            instances[component].take(status, text)
         log(component, status, text)
 
-    for slave in slaves.values():
-        stack.callback(slave.free)
-        slave.set_out()
-    for slave in slaves.values():
-        slave.load(on_log)
+    for instance in instances.values():
+        stack.callback(instance.free)
+        instance.set_out()
+    for instance in instances.values():
+        instance.load(on_log)

@@ -1,4 +1,4 @@
-"""Where signals lie: all on one board (`engine.program`), those of a component and a type in a row."""
+"""Where signals lie: all in one buffer (`engine.program`), those of a component and a type in a row."""
 
 from __future__ import annotations
 
@@ -7,18 +7,18 @@ from collections.abc import Collection, Iterable, Mapping
 import numpy as np
 
 from ...core.errors import PackageError
-from ...ssp.wires import Network
+from ...ssp.flat import Network
 from ..engine.loop import U8
-from ..engine.program import Board
+from ..engine.program import ValueBuffer
 from ..engine.values import MOST_VALUES, TEXT, Group, Signal
-from ..slaves.base import Slave
+from ..slaves.base import FmuInstance
 from .value_conversion import Quantity
 
 
 class SignalLayout:
-    """Gives signals their places, then makes the board that has them."""
+    """Gives signals their places, then makes the buffer that has them."""
 
-    board: Board
+    buffer: ValueBuffer
 
     def __init__(self) -> None:
         self._count = {"slots": 0, "texts": 0}
@@ -30,27 +30,27 @@ class SignalLayout:
         self._count[key] += size
         return self._count[key] - size
 
-    def lay_out(self, slave: Slave, wanted: Collection[str]) -> None:
-        """Give the inputs of a slave their places, and its outputs, with others that are `wanted`."""
-        inputs = [v for v in slave.variables.values() if v.causality == "input" and v.type in slave.forms]
+    def lay_out(self, instance: FmuInstance, wanted: Collection[str]) -> None:
+        """Give the inputs of an instance their places, and its outputs, with others that are `wanted`."""
+        inputs = [v for v in instance.variables.values() if v.causality == "input" and v.type in instance.forms]
         outputs = [
-            v for v in slave.variables.values()
-            if (v.causality == "output" or v.name in wanted) and v.type in slave.forms
+            v for v in instance.variables.values()
+            if (v.causality == "output" or v.name in wanted) and v.type in instance.forms
         ]  # fmt: skip
         places: dict[tuple[str, int], int] = {}  # aliases are one input
         for chosen, signals, groups in (
-            (inputs, slave.inputs, slave.input_groups),
-            (outputs, slave.outputs, slave.output_groups),
+            (inputs, instance.inputs, instance.input_groups),
+            (outputs, instance.outputs, instance.output_groups),
         ):
-            for kind in slave.forms:
-                form = slave.forms[kind]
+            for kind in instance.forms:
+                form = instance.forms[kind]
                 members = []
                 for v in (v for v in chosen if v.type == kind):
-                    size, key = slave.size(v.name), (form.verb, v.valueReference)
+                    size, key = instance.size(v.name), (form.verb, v.valueReference)
                     is_alias = chosen is inputs and key in places
                     place = places[key] if is_alias else self.place(form.family, size)
                     signal = Signal(
-                        slave.name, v.name, kind, form.family, v.valueReference, place, size, bool(v.dimensions)
+                        instance.name, v.name, kind, form.family, v.valueReference, place, size, bool(v.dimensions)
                     )
                     signals.append(signal)
                     if not is_alias:
@@ -65,12 +65,14 @@ class SignalLayout:
                     self._staged[form.width] = stage + count
                 references = np.array([m.reference for m in members], np.uint32)
                 groups.append(Group(form, references, members[0].place, count, stage, members))
-        if slave.version != "1.0":
+        if instance.version != "1.0":
             begin = -(-self._staged.get(U8, 0) // 8) * 8
-            slave.told = begin
+            instance.told = begin
             self._staged[U8] = begin + 16
 
-    def own_input(self, name: str, quantity: Quantity, network: Network, slaves: Mapping[str, Slave]) -> Signal:
+    def own_input(
+        self, name: str, quantity: Quantity, network: Network, instances: Mapping[str, FmuInstance]
+    ) -> Signal:  # fmt: skip
         """An input of the whole system; the sizes of an array are the package's, else those of what it leads to."""
         type = network.inputs[name].type
         leads = network.leads.get(name, [])
@@ -81,20 +83,20 @@ class SignalLayout:
                 raise PackageError(f"{network.inputs[name].where}: '{name}' has {size:.1e} values; refused")
         else:
             ends = (w.end for w in leads if not w.end_at)
-            sizes = [slaves[c].size(v) for c, v in ends if c in slaves and v in slaves[c].variables]
+            sizes = [instances[c].size(v) for c, v in ends if c in instances and v in instances[c].variables]
             size = sizes[0] if sizes else 1
         return Signal("", name, quantity.type, quantity.family, 0, self.place(quantity.family, size), size, parted)
 
     def make_board(self, ends: Iterable[Signal], others: Iterable[Signal]) -> None:
-        """The board, with free slots for what algorithms remember of ends of connections and of other inputs."""
+        """The buffer, with free slots for what algorithms remember of ends of connections and of other inputs."""
         spare = 8 * sum(s.size for s in ends) + 4 * sum(s.size for s in others if s.family != TEXT) + 64
         self._free = self._own_slots = self._count["slots"]
-        self.board = Board(self._count["slots"] + spare, self._count["texts"], self._staged)
+        self.buffer = ValueBuffer(self._count["slots"] + spare, self._count["texts"], self._staged)
 
     def scratch(self, size: int = 1) -> int:
         """First of so many free slots, for what an algorithm has to remember."""
-        if self._free + size > len(self.board.reals):
-            raise MemoryError("the board has no free slots left")
+        if self._free + size > len(self.buffer.reals):
+            raise MemoryError("the buffer has no free slots left")
         self._free += size
         return self._free - size
 

@@ -10,14 +10,14 @@ from pathlib import Path
 
 from ...core.errors import PackageError, UnknownNameError, UsageError, did_you_mean
 from ...core.units import Unit
+from ...ssp.flat import Network, Setting
 from ...ssp.model import Component, Connection, Connector, LinearFunction, System, SystemStructure
 from ...ssp.network import flatten
 from ...ssp.osp import FILE as OSP_FILE
 from ...ssp.osp import read_osp
 from ...ssp.parameters import read_set
 from ...ssp.reader import read, read_folder
-from ...ssp.wires import Network, Setting
-from ..slaves.base import Slave
+from ..slaves.base import FmuInstance
 from ..slaves.fmu import also_forget, describe
 from .addresses import splits
 from .instances import read_alone
@@ -62,14 +62,14 @@ def _structure(
 def alone(fmu: Path) -> SystemStructure:
     """A system of one FMU, whose inputs are the system's, with the times that it suggests."""
     try:
-        slave = describe(fmu.stem, fmu)
+        instance = describe(fmu.stem, fmu)
     except PackageError as error:
         raise PackageError(str(error).replace(fmu.name, str(fmu), 1)) from None
-    inputs = [v.name for v in slave.variables.values() if v.causality == "input" and v.type in slave.forms]
+    inputs = [v.name for v in instance.variables.values() if v.causality == "input" and v.type in instance.forms]
     links = tuple(Connection((None, name), (fmu.stem, name), where=fmu.name) for name in inputs)
     own = tuple(Connector(name, "input", None, where=fmu.name) for name in inputs)
     component = Component(fmu.stem, fmu, connectors=own, where=fmu.name)
-    start, stop = slave.suggested("startTime"), slave.suggested("stopTime")
+    start, stop = instance.suggested("startTime"), instance.suggested("stopTime")
     system = System(fmu.stem, own, (component,), links, where=fmu.name)
     return SystemStructure(fmu.stem, "", fmu, system, start or 0.0, stop)
 
@@ -79,9 +79,9 @@ class _Fmus:
     where all are."""
 
     def __init__(self) -> None:
-        self._known: dict[tuple[Path, LinearFunction | None], Slave | None] = {}
+        self._known: dict[tuple[Path, LinearFunction | None], FmuInstance | None] = {}
 
-    def _slave(self, component: Component) -> Slave | None:
+    def _instance(self, component: Component) -> FmuInstance | None:
         key = component.source, component.function
         if key not in self._known:
             self._known[key] = read_alone(component.name, component)
@@ -89,21 +89,21 @@ class _Fmus:
 
     def causality(self, component: Component, name: str) -> str | None:
         """What a component's FMU says of a variable; None where it has no such variable."""
-        slave = self._slave(component)
-        variable = slave.variables.get(name) if slave is not None else None
+        instance = self._instance(component)
+        variable = instance.variables.get(name) if instance is not None else None
         return variable.causality if variable is not None else None
 
     def model_name(self, source: Path) -> str | None:
         """Name of the model."""
-        slave = self._slave(Component(source.stem, source))
-        return slave.description.modelName if slave is not None else None
+        instance = self._instance(Component(source.stem, source))
+        return instance.description.modelName if instance is not None else None
 
     def variable(self, source: Path, name: str) -> tuple[str | None, Unit | None] | None:
         """Causality and unit of a variable; None where there is none."""
-        slave = self._slave(Component(source.stem, source))
-        if slave is None or name not in slave.variables:
+        instance = self._instance(Component(source.stem, source))
+        if instance is None or name not in instance.variables:
             return None
-        return slave.variables[name].causality, slave.unit(name)
+        return instance.variables[name].causality, instance.unit(name)
 
 
 def with_parameters(network: Network, files: Iterable[Path]) -> Network:

@@ -7,8 +7,8 @@ from dataclasses import dataclass
 from typing import Any
 
 from ...core.errors import CosimError
-from ...ssp.wires import End
-from ..slaves.base import Slave
+from ...ssp.flat import End
+from ..slaves.base import FmuInstance
 from .start_values import Value
 from .system import System
 
@@ -55,13 +55,13 @@ def parameters_in_force(
     connected has no value of its own.
     """
     given = {(v.component, v.variable): v for v in values}
-    links = {wire.end: wire.start for wire in system.connections.early}
+    links = {flat.end: flat.start for flat in system.connections.early}
     made = [_given(system, v) for v in given.values() if not v.component]
     names: dict[str, set[str]] = {}
     for component, name in given:
         names.setdefault(component, set()).add(name)
-    for component, slave in system.slaves.items():
-        for name in _listed(slave, names.get(component, set())):
+    for component, instance in system.instances.items():
+        for name in _listed(instance, names.get(component, set())):
             end = component, name
             if end in links:
                 source = ".".join(links[end])
@@ -70,14 +70,14 @@ def parameters_in_force(
             elif end in given and system.connections.driver(end) is None:
                 made.append(_given(system, given[end]))
             elif end not in given:
-                made.append(ParameterInForce(*end, _start(slave, name), slave.unit_name(name), FMU, ""))
+                made.append(ParameterInForce(*end, _start(instance, name), instance.unit_name(name), FMU, ""))
     return made
 
 
-def _listed(slave: Slave, given: set[str]) -> Iterator[str]:
+def _listed(instance: FmuInstance, given: set[str]) -> Iterator[str]:
     """Names of what is a parameter or has been given a value, in the order of the model description."""
-    for name, v in slave.variables.items():
-        if name in given or (v.causality in KINDS and v.type in slave.forms):
+    for name, v in instance.variables.items():
+        if name in given or (v.causality in KINDS and v.type in instance.forms):
             yield name
 
 
@@ -91,22 +91,22 @@ def _given(system: System, v: Value) -> ParameterInForce:
     return ParameterInForce(v.component, v.variable, v.value, unit, v.by, where)
 
 
-def _start(slave: Slave, name: str) -> Any:
+def _start(instance: FmuInstance, name: str) -> Any:
     """What the FMU starts with; as it stands there where it is no value of the variable's type."""
     try:
-        return slave.start(name)
+        return instance.start(name)
     except CosimError:
-        return str(slave.variables[name].start)
+        return str(instance.variables[name].start)
 
 
 def parameter_table(system: System, parameters: Iterable[ParameterInForce]) -> str:
     """A table for people: value, unit, least and greatest value, and where it is from."""
     rows = [("parameter", "value", "unit", "min", "max", "from")]
     for p in parameters:
-        slave = system.slaves.get(p.component)
-        low, high = ("", "") if slave is None else _limits(slave, p.variable)
+        instance = system.instances.get(p.component)
+        low, high = ("", "") if instance is None else _limits(instance, p.variable)
         source = p.by if not p.where else f"{p.by}: {p.where}" if p.by != "package" else p.where
-        rows.append((p.address, _shown(slave, p), p.unit or "", low, high, source))
+        rows.append((p.address, _shown(instance, p), p.unit or "", low, high, source))
     widths = [max(map(len, column)) for column in zip(*rows, strict=True)]
     lines = []
     for name, value, unit, low, high, source in rows:
@@ -115,25 +115,25 @@ def parameter_table(system: System, parameters: Iterable[ParameterInForce]) -> s
     return "\n".join(lines)
 
 
-def _limits(slave: Slave, name: str) -> tuple[str, str]:
+def _limits(instance: FmuInstance, name: str) -> tuple[str, str]:
     """What the FMU and its types allow, where they say it."""
-    if slave.variables[name].type in ("Boolean", "String", "Binary"):
+    if instance.variables[name].type in ("Boolean", "String", "Binary"):
         return "", ""
     try:
-        low, high = slave.bounds(name)
+        low, high = instance.bounds(name)
     except CosimError:
         return "?", "?"
-    natural = slave.limits.get(slave.variables[name].type, (-float("inf"), float("inf")))
+    natural = instance.limits.get(instance.variables[name].type, (-float("inf"), float("inf")))
     return ("" if low == natural[0] else f"{low:g}"), ("" if high == natural[1] else f"{high:g}")
 
 
-def _shown(slave: Slave | None, p: ParameterInForce) -> str:
+def _shown(instance: FmuInstance | None, p: ParameterInForce) -> str:
     """A value in a few characters, an item with its name."""
     if p.value is None:
         return "?"
     if isinstance(p.value, tuple):
         return " ".join(_text(v) for v in p.value[:4]) + (f" ... ({len(p.value)})" if len(p.value) > 4 else "")
-    items = slave.items(p.variable) if slave is not None else None
+    items = instance.items(p.variable) if instance is not None else None
     item = next((name for name, number in (items or {}).items() if number == p.value), None)
     return _text(p.value) if item is None else f"{p.value} ({item})"
 

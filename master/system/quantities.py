@@ -6,18 +6,18 @@ from collections.abc import Iterable, Mapping
 from dataclasses import replace
 
 from ...core.units import Unit, alike
+from ...ssp.flat import End, FlatConnection, Network
 from ...ssp.model import Connector
-from ...ssp.wires import End, Network, Wire
 from ..engine.values import Signal
-from ..slaves.base import Slave
+from ..slaves.base import FmuInstance
 from .value_conversion import Quantity
 
 
 class Quantities:
     """Of the variables of components, and of the whole system's inputs and outputs."""
 
-    def __init__(self, network: Network, slaves: Mapping[str, Slave], remarks: list[str]):
-        self.network, self.slaves, self.remarks = network, slaves, remarks
+    def __init__(self, network: Network, instances: Mapping[str, FmuInstance], remarks: list[str]):
+        self.network, self.instances, self.remarks = network, instances, remarks
         self._connectors = {c.name: c for c in reversed(network.structure.system.connectors)}
         self._own = {name: self._own_quantity(name) for name in network.inputs}
         self._said = {
@@ -31,10 +31,11 @@ class Quantities:
 
     def quantity(self, end: End, unit: Unit | None = None, items: dict[str, int] | None = None) -> Quantity:
         """What is known of a variable; the package's unit and items count before the FMU's."""
-        slave = self.slaves[end[0]]
-        kind = slave.variables[end[1]].type
+        instance = self.instances[end[0]]
+        kind = instance.variables[end[1]].type
         shown = f"'{end[0]}.{end[1]}'"
-        return Quantity(kind, slave.meant(unit, end[1]), items or slave.items(end[1]), shown, slave.relative(end[1]))
+        items = items or instance.items(end[1])
+        return Quantity(kind, instance.meant(unit, end[1]), items, shown, instance.relative(end[1]))
 
     def input_quantity(self, name: str) -> Quantity:
         """What is known of an input of the whole system."""
@@ -44,9 +45,9 @@ class Quantities:
         """What the package says of an input of the whole system; what it leaves out is that of what it leads to."""
         type, shown = self.network.inputs[name].type, f"'{name}'"
         leads = []
-        for wire in self.network.leads.get(name, ()):
-            if wire.end[1] in getattr(self.slaves.get(wire.end[0]), "variables", ()):
-                leads.append(self._reached(wire))
+        for flat in self.network.leads.get(name, ()):
+            if flat.end[1] in getattr(self.instances.get(flat.end[0]), "variables", ()):
+                leads.append(self._reached(flat))
         if type is None:
             return leads[0] if leads else Quantity("Real", None, None, shown)
         unit, items = type.unit, type.enumeration
@@ -62,24 +63,24 @@ class Quantities:
             items = next((q.items for q in leads if q.items is not None), None)
         return Quantity(type.kind, unit, items, shown)
 
-    def _reached(self, wire: Wire) -> Quantity:
+    def _reached(self, flat: FlatConnection) -> Quantity:
         """What the first thing on a way is: a connector where the package tells its unit, else the FMU's variable."""
-        end = self.quantity(wire.end)
-        hop = next((h for h in wire.hops if h.unit is not None or h.transformation is not None), None)
+        end = self.quantity(flat.end)
+        hop = next((h for h in flat.hops if h.unit is not None or h.transformation is not None), None)
         if hop is None:
-            return end if not any(h.suppress_unit_conversion for h in wire.hops) else replace(end, unit=None)
-        unit = None if hop.suppress_unit_conversion else hop.unit or (end.unit if hop is wire.hops[-1] else None)
+            return end if not any(h.suppress_unit_conversion for h in flat.hops) else replace(end, unit=None)
+        unit = None if hop.suppress_unit_conversion else hop.unit or (end.unit if hop is flat.hops[-1] else None)
         items = None if hop.transformation is not None else hop.enumeration or end.items
         return replace(end, unit=unit, items=items)
 
     def _compare_units(self) -> None:
-        """Remark outputs whose connector states another unit than the FMU; of inputs `passage` does that."""
+        """Remark outputs whose connector states another unit than the FMU; of inputs `value_conversion` does that."""
         for (component, name), said in self._said.items():
-            slave = self.slaves[component]
-            if name not in slave.variables or slave.variables[name].causality != "output":
+            instance = self.instances[component]
+            if name not in instance.variables or instance.variables[name].causality != "output":
                 continue
-            own = slave.unit(name)
-            if own is not None and own.name != said.name and not alike(slave.meant(said, name) or said, own):
+            own = instance.unit(name)
+            if own is not None and own.name != said.name and not alike(instance.meant(said, name) or said, own):
                 self.remarks.append(
                     f"the package says '{component}.{name}' is in {said.name}, its FMU says {own.name}; the package's "
                     "word counts"
@@ -92,7 +93,7 @@ class Quantities:
     def unit_name(self, component: str, name: str) -> str | None:
         """Name of the unit of a component's variable."""
         said = self._said.get((component, name))
-        return said.name if said is not None else self.slaves[component].unit_name(name)
+        return said.name if said is not None else self.instances[component].unit_name(name)
 
     def unit_of(self, signal: Signal) -> str | None:
         """Name of a signal's unit."""

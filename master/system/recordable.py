@@ -4,26 +4,26 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Iterator, Mapping
 
-from ...ssp.wires import End, Network
-from ..slaves.base import Slave
+from ...ssp.flat import End, Network
+from ..slaves.base import FmuInstance
 from .addresses import matches
 
 
-def internals(network: Network, slaves: Mapping[str, Slave], patterns: Iterable[str]) -> list[End]:
+def internals(network: Network, instances: Mapping[str, FmuInstance], patterns: Iterable[str]) -> list[End]:
     """Variables that are no outputs or inputs and still have columns.
 
     Those are what connectors of kind output lead to, and what patterns mean that match no other column.
     """
-    made = dict.fromkeys(_connectors(network, slaves))
+    made = dict.fromkeys(_connectors(network, instances))
     if not (patterns := list(patterns)):
         return list(made)
-    taken = {wire.start for wire in (*network.wires, *network.outputs)}
-    usual = [*network.inputs, *(wire.end[1] for wire in network.outputs)]
+    taken = {flat.start for flat in (*network.flat_connections, *network.outputs)}
+    usual = [*network.inputs, *(flat.end[1] for flat in network.outputs)]
     others: dict[str, End] = {}
-    for component, slave in slaves.items():
-        for name, v in slave.variables.items():
+    for component, instance in instances.items():
+        for name, v in instance.variables.items():
             end = component, name
-            if v.type not in slave.forms:
+            if v.type not in instance.forms:
                 continue
             if v.causality in ("input", "output") or end in made or end in taken:
                 usual.append(f"{component}.{name}")
@@ -35,10 +35,10 @@ def internals(network: Network, slaves: Mapping[str, Slave], patterns: Iterable[
     return list(made)
 
 
-def _connectors(network: Network, slaves: Mapping[str, Slave]) -> Iterator[End]:
+def _connectors(network: Network, instances: Mapping[str, FmuInstance]) -> Iterator[End]:
     for path, part in network.parts.items():
         for connector in part.component.connectors:
-            v = slaves[path].variables.get(connector.name) if path in slaves else None
+            v = instances[path].variables.get(connector.name) if path in instances else None
             if v is not None and connector.kind == "output" and v.causality not in ("input", "output"):
                 yield path, connector.name
 

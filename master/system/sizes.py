@@ -6,8 +6,8 @@ from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 
 from ...core.errors import PackageError
+from ...ssp.flat import Hop
 from ...ssp.model import Type
-from ...ssp.wires import Hop
 
 
 @dataclass(frozen=True)

@@ -8,10 +8,10 @@ from difflib import get_close_matches
 from typing import Any
 
 from ...core.errors import ParameterError, UnknownNameError, UsageError
+from ...ssp.flat import Hop, Network, Setting
 from ...ssp.model import Table
-from ...ssp.wires import Hop, Network, Setting
 from ..engine.values import TEXT
-from ..slaves.base import Slave
+from ..slaves.base import FmuInstance
 from .addresses import targets
 from .findings import Findings
 from .sizes import Extent, check_sizes, stated
@@ -37,7 +37,7 @@ class Value:
 
 def resolve(
     changes: Iterable[tuple[str, Any]],
-    slaves: Mapping[str, Slave],
+    instances: Mapping[str, FmuInstance],
     prefix: str = "--set ",
     system: System | None = None,
     connectors: Iterable[str] = (),
@@ -47,29 +47,29 @@ def resolve(
     With `system`, the name of one of its own inputs means that input; `connectors` are such names to hint at.
     """
     made = []
-    for address, value in changes if system is None else expanded(changes, system.network, slaves, prefix):
+    for address, value in changes if system is None else expanded(changes, system.network, instances, prefix):
         where = f"{prefix}{address}={value}"
-        meant = targets(address, slaves, system)
+        meant = targets(address, instances, system)
         if not meant:
-            near = hint(address, slaves, connectors=connectors)
+            near = hint(address, instances, connectors=connectors)
             raise UnknownNameError(f"{where}: no component has a parameter '{address}'{near}")
         for component, name in meant:
-            if component and name not in slaves[component].variables:
+            if component and name not in instances[component].variables:
                 has = f"component '{component}' has no parameter '{name}'"
-                raise UnknownNameError(f"{where}: {has}{hint(name, slaves, component)}")
+                raise UnknownNameError(f"{where}: {has}{hint(name, instances, component)}")
             if component:
-                made.append(_checked(slaves[component], name, value, where))
+                made.append(_checked(instances[component], name, value, where))
             elif system is not None:
                 made.append(_own(system, name, value, where))
     return made
 
 
-def hint(name: str, slaves: Mapping[str, Slave], component: str = "", connectors: Iterable[str] = ()) -> str:
+def hint(name: str, instances: Mapping[str, FmuInstance], component: str = "", connectors: Iterable[str] = ()) -> str:
     """What may be meant by a name that a component has not, or none where that is '', and who has it.
 
     connectors: names of the system's own, which may be meant where no component is named.
     """
-    names = {c: [n for n in slave.variables if slave.settable(n)] for c, slave in slaves.items()}
+    names = {c: [n for n in instance.variables if instance.settable(n)] for c, instance in instances.items()}
     everywhere = list(dict.fromkeys(n for own in names.values() for n in own))
     if component and name not in everywhere and (near := _nearest(name, names[component])):
         return f"; did you mean '{near}'?"
@@ -91,7 +91,7 @@ def _nearest(name: str, known: Sequence[str]) -> str:
 
 
 def expanded(
-    changes: Iterable[tuple[str, Any]], network: Network, slaves: Mapping[str, Slave], prefix: str = "--set "
+    changes: Iterable[tuple[str, Any]], network: Network, instances: Mapping[str, FmuInstance], prefix: str = "--set "
 ) -> Iterator[tuple[str, Any]]:
     """The changes with those of connectors of systems replaced by what these lead to."""
     for address, value in changes:
@@ -99,22 +99,22 @@ def expanded(
             yield address, value
             continue
         for component, name, hops in network.connectors[address]:
-            slave, reached = slaves[component], value
+            instance, reached = instances[component], value
             where = f"{prefix}{address}={value}"
-            slave.variable(name)
+            instance.variable(name)
             at = between(hops[0]) if hops else None
             if at is not None or any(hop.transformation is not None for hop in hops):
-                target = _target(network, slave, name)
+                target = _target(network, instance, name)
                 tables = (h.transformation for h in hops if isinstance(h.transformation, Table))
                 named = next((table.entries for table in tables if table.kind == "Enumeration"), None)
                 known_items = target.items if named is None else None
                 if named is None and at is not None:
                     at = replace(at, unit=None, items=at.items or known_items)
-                    parts = _parts(value, bool(slave.variables[name].dimensions) and at.family != TEXT)
+                    parts = _parts(value, bool(instance.variables[name].dimensions) and at.family != TEXT)
                     values = [parsed(part, at, at.shown, where) for part in parts]
-                    given = tuple(values) if len(values) > 1 or slave.variables[name].dimensions else values[0]
+                    given = tuple(values) if len(values) > 1 or instance.variables[name].dimensions else values[0]
                 elif named is None:
-                    given = slave.checked(name, value, where, limited=False)
+                    given = instance.checked(name, value, where, limited=False)
                 elif (given := _item(hops, value)) not in {*named, *(target.items or {})}:  # mapped by its name
                     known = ", ".join(map(str, named))
                     raise UsageError(f"{where}: '{address}' is mapped by the names of its items: {known}")
@@ -137,16 +137,16 @@ def _item(hops: Sequence[Hop], value: Any) -> str:
     return numbers.get(str(value), str(value))
 
 
-def _checked(slave: Slave, name: str, value: Any, where: str) -> Value:
-    if not slave.settable(name):
-        raise UnknownNameError(_not_settable(slave, name, where))
-    return Value(slave.name, name, slave.checked(name, value, where), where)
+def _checked(instance: FmuInstance, name: str, value: Any, where: str) -> Value:
+    if not instance.settable(name):
+        raise UnknownNameError(_not_settable(instance, name, where))
+    return Value(instance.name, name, instance.checked(name, value, where), where)
 
 
-def _not_settable(slave: Slave, name: str, where: str) -> str:
-    v = slave.variables[name]
+def _not_settable(instance: FmuInstance, name: str, where: str) -> str:
+    v = instance.variables[name]
     kind = f"its causality is '{v.causality}', its variability '{v.variability}'"
-    return f"{where}: '{slave.name}.{name}' cannot be set: {kind}"
+    return f"{where}: '{instance.name}.{name}' cannot be set: {kind}"
 
 
 MOST_OWNERS = 5
@@ -156,51 +156,51 @@ HINTS = 5
 """Names without a variable for which a similar one is looked for: a set of parameters may be meant for many FMUs."""
 
 
-def bound_values(network: Network, slaves: Mapping[str, Slave], findings: Findings) -> list[Value]:
+def bound_values(network: Network, instances: Mapping[str, FmuInstance], findings: Findings) -> list[Value]:
     """Values of the package's parameter bindings, in the variables' units. What cannot be set is remarked.
 
-    Those of components that are not among the slaves are left out.
+    Those of components that are not among the instances are left out.
     """
     made: list[Value] = []
     hints = HINTS
-    settings = [s for s in network.settings if s.component in slaves]
-    found = {(s.where, s.name) for s in settings if s.variable in slaves[s.component].variables}
+    settings = [s for s in network.settings if s.component in instances]
+    found = {(s.where, s.name) for s in settings if s.variable in instances[s.component].variables}
     wrong: set[tuple[str, str]] = set()
     for s in settings:
-        slave = slaves[s.component]
+        instance = instances[s.component]
         if (s.where, s.name) in wrong:
             continue
-        if s.variable not in slave.variables:
+        if s.variable not in instance.variables:
             if s.name and (s.where, s.name) in found:
                 continue  # the name means another variable
-            meant = hint(s.variable, slaves, s.component) if hints > 0 else ""
+            meant = hint(s.variable, instances, s.component) if hints > 0 else ""
             hints -= 1
             findings.warnings.append(
                 f"{s.where}: component '{s.component}' has no variable '{s.variable}'; the value is ignored{meant}"
             )
             continue
-        value = findings.attempt(_bound, network, slave, s, findings.warnings)
+        value = findings.attempt(_bound, network, instance, s, findings.warnings)
         if value is not None:
             made.append(value)
-        elif slave.settable(s.variable) or slave.variables[s.variable].type not in slave.forms:
+        elif instance.settable(s.variable) or instance.variables[s.variable].type not in instance.forms:
             wrong.add((s.where, s.name))
     return made
 
 
-def _bound(network: Network, slave: Slave, s: Setting, remarks: list[str]) -> Value | None:
+def _bound(network: Network, instance: FmuInstance, s: Setting, remarks: list[str]) -> Value | None:
     """The checked value of a binding; None, with a remark, where it cannot be set."""
-    if slave.variables[s.variable].type not in slave.forms:
-        kind = slave.variables[s.variable].type
+    if instance.variables[s.variable].type not in instance.forms:
+        kind = instance.variables[s.variable].type
         raise ParameterError(f"{s.where}: '{s.component}.{s.variable}': type {kind} is not supported")
-    if not slave.settable(s.variable):
-        remarks.append(f"{_not_settable(slave, s.variable, s.where)}; the value is ignored")
+    if not instance.settable(s.variable):
+        remarks.append(f"{_not_settable(instance, s.variable, s.where)}; the value is ignored")
         return None
-    target = _target(network, slave, s.variable)
-    given, size = stated(s.type, f"the value of '{s.name or s.variable}'"), slave.size(s.variable)
+    target = _target(network, instance, s.variable)
+    given, size = stated(s.type, f"the value of '{s.name or s.variable}'"), instance.size(s.variable)
     if given is not None and given.count == size:
-        check_sizes(given, s.hops, Extent(target.shown, size, slave.shape(s.variable)), s.where)
+        check_sizes(given, s.hops, Extent(target.shown, size, instance.shape(s.variable)), s.where)
     value = converted(s.value, _quantity(s), s.hops, target, s.where, remarks.append)
-    return _from(s, _checked(slave, s.variable, value, s.where))
+    return _from(s, _checked(instance, s.variable, value, s.where))
 
 
 def _from(s: Setting, value: Value) -> Value:
@@ -216,13 +216,13 @@ def idle(network: Network, values: Iterable[Value]) -> list[str]:
     return [told for end, told in network.idle.items() if end not in given]
 
 
-def _target(network: Network, slave: Slave, name: str) -> Quantity:
+def _target(network: Network, instance: FmuInstance, name: str) -> Quantity:
     """What a component's variable is; a unit that its connector states counts before the FMU's."""
-    connectors = network.parts[slave.name].component.connectors
+    connectors = network.parts[instance.name].component.connectors
     type = next((c.type for c in connectors if c.name == name), None)
-    unit = slave.meant(type.unit if type is not None else None, name)
-    shown = f"'{slave.name}.{name}'"
-    return Quantity(slave.variables[name].type, unit, slave.items(name), shown, slave.relative(name))
+    unit = instance.meant(type.unit if type is not None else None, name)
+    shown = f"'{instance.name}.{name}'"
+    return Quantity(instance.variables[name].type, unit, instance.items(name), shown, instance.relative(name))
 
 
 def _quantity(s: Setting) -> Quantity:

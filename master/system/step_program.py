@@ -4,20 +4,22 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Mapping
 
-from ...ssp.wires import End
-from ..engine.program import Board, Program
+from ...ssp.flat import End
+from ..engine.program import Program, ValueBuffer
 from ..engine.values import REAL, TEXT
-from ..slaves.base import Slave
-from .connections import Connections, Link
+from ..slaves.base import FmuInstance
+from .connections import Connections, SignalConnection
 from .input_values import InputValues
 
 
 class StepProgram:
     """Writes the exchange of values into programs of the engine."""
 
-    def __init__(self, slaves: Mapping[str, Slave], connections: Connections, values: InputValues, board: Board):
-        self.slaves, self._connections, self._values, self.board = slaves, connections, values, board
-        self._all = list(slaves.values())
+    def __init__(
+        self, instances: Mapping[str, FmuInstance], connections: Connections, values: InputValues, buffer: ValueBuffer
+    ):  # fmt: skip
+        self.instances, self._connections, self._values, self.buffer = instances, connections, values, buffer
+        self._all = list(instances.values())
         self._sources = {(link.source.component, link.source.name) for link in connections.links}
         self.watched: frozenset[End] | None = None
         """Outputs that are looked at from outside; None: all."""
@@ -26,9 +28,9 @@ class StepProgram:
 
     def program(self) -> Program:
         """An empty program for this system."""
-        return Program(self.board, self._all, self.forks)
+        return Program(self.buffer, self._all, self.forks)
 
-    def links_to(self, name: str) -> list[Link]:
+    def links_to(self, name: str) -> list[SignalConnection]:
         """The links that carry something to a component."""
         return [k for k in self._connections.into(name) if self._values.speaks(k)]
 
@@ -52,15 +54,15 @@ class StepProgram:
             made[own].append(name)
         return made
 
-    def is_continuous(self, link: Link) -> bool:
+    def is_continuous(self, link: SignalConnection) -> bool:
         """Whether a link carries a continuous real from an output, which may be carried on and averaged."""
         ends = (link.source, link.target)
         return bool(link.source.component) and all(
-            s.family == REAL and self.slaves[s.component].variables[s.name].variability in (None, "continuous")
+            s.family == REAL and self.instances[s.component].variables[s.name].variability in (None, "continuous")
             for s in ends
         )
 
-    def is_averaged(self, link: Link) -> bool:
+    def is_averaged(self, link: SignalConnection) -> bool:
         """Whether what a link carries may be handed over as its mean over the step.
 
         Not so where another connected input is its rate (FMI: `derivative`): an FMU that is told how fast an input
@@ -68,7 +70,7 @@ class StepProgram:
         """
         if not self.is_continuous(link) or not link.target.component:
             return False
-        variables = self.slaves[link.target.component].variables
+        variables = self.instances[link.target.component].variables
         own = variables[link.target.name]
         return not any(
             variables[k.target.name].derivative is own and self.is_continuous(k)
@@ -76,12 +78,12 @@ class StepProgram:
         )
 
     def exchange(self, program: Program, names: Iterable[str], instead: dict[int, int] | None = None) -> None:
-        """Bring the inputs of these slaves up to date. `instead` gives the slots that stand for some sources."""
+        """Bring the inputs of these instances up to date. `instead` gives the slots that stand for some sources."""
         for name in names:
             for link in self.links_to(name):
                 self.pass_on(program, link, instead)
 
-    def pass_on(self, program: Program, link: Link, instead: dict[int, int] | None = None) -> None:
+    def pass_on(self, program: Program, link: SignalConnection, instead: dict[int, int] | None = None) -> None:
         """One link."""
         source = link.source.place
         if link.target.family == TEXT:
@@ -90,7 +92,7 @@ class StepProgram:
             return
         if instead:
             source = instead.get(source, source)
-        program.cast(link.target.place, source, link.target.size, link.cast, link.wire.where)
+        program.convert(link.target.place, source, link.target.size, link.conversion, link.flat.where)
 
     def show(self, program: Program) -> None:
         """Bring the outputs of the whole system up to date."""

@@ -6,52 +6,52 @@ from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import replace
 from typing import Any
 
-from ...ssp.wires import Network, Setting
-from ..slaves.base import Slave
+from ...ssp.flat import Network, Setting
+from ..slaves.base import FmuInstance
 from .addresses import split
 from .findings import Findings
 from .start_values import Value, bound_values, resolve
 
 
 def configure(
-    network: Network, slaves: Mapping[str, Slave], changes: Iterable[tuple[str, Any]] = ()
+    network: Network, instances: Mapping[str, FmuInstance], changes: Iterable[tuple[str, Any]] = ()
 ) -> tuple[Network, list[tuple[str, Any]], list[Value]]:
-    """Hand structural parameters to the slaves, before sizes are asked for; what the network and the changes have left,
-    and the values.
+    """Hand structural parameters to the instances, before sizes are asked for; what the network and the changes have
+    left, and the values.
 
     They have to come before all others, for arrays are checked against the sizes they give.
     """
 
     def structural(component: str, name: str) -> bool:
-        slave = slaves.get(component)
-        variable = slave.variables.get(name) if slave is not None else None
+        instance = instances.get(component)
+        variable = instance.variables.get(name) if instance is not None else None
         return variable is not None and variable.causality == "structuralParameter"
 
     sizes = [s for s in network.settings if structural(s.component, s.variable)]
-    values = bound_values(replace(network, settings=tuple(sizes)), slaves, Findings())
+    values = bound_values(replace(network, settings=tuple(sizes)), instances, Findings())
     left = []
     for address, value in changes:
-        component, name = split(address, slaves)
-        if any(structural(c, name) for c in ([component] if component else slaves)):
-            found = resolve([(address, value)], slaves)
+        component, name = split(address, instances)
+        if any(structural(c, name) for c in ([component] if component else instances)):
+            found = resolve([(address, value)], instances)
             values += [v for v in found if structural(v.component, v.variable)]
             left += [(f"{v.component}.{v.variable}", value) for v in found if not structural(v.component, v.variable)]
         else:
             left.append((address, value))
     for v in values:
-        slaves[v.component].configure(v.variable, v.value)
+        instances[v.component].configure(v.variable, v.value)
     others = [s for s in network.settings if not structural(s.component, s.variable)]
-    return replace(network, settings=tuple(_in_force(others, slaves, left))), left, values
+    return replace(network, settings=tuple(_in_force(others, instances, left))), left, values
 
 
 def _in_force(
-    settings: Sequence[Setting], slaves: Mapping[str, Slave], changes: Iterable[tuple[str, Any]]
+    settings: Sequence[Setting], instances: Mapping[str, FmuInstance], changes: Iterable[tuple[str, Any]]
 ) -> Iterator[Setting]:
     """The settings without those of arrays that others win over, which may be of a size that is not theirs any more."""
-    changed = {split(address, slaves) for address, _ in changes}
+    changed = {split(address, instances) for address, _ in changes}
     winning = {(s.component, s.variable): s for s in settings}
     for s in settings:
         end = s.component, s.variable
-        variable = slaves[s.component].variables.get(s.variable) if s.component in slaves else None
+        variable = instances[s.component].variables.get(s.variable) if s.component in instances else None
         if variable is None or not variable.dimensions or (winning[end] is s and end not in changed):
             yield s

@@ -1,12 +1,12 @@
-"""The system of slaves: where every signal lies, who is connected to whom, and in which order data flow."""
+"""The system of instances: where every signal lies, who is connected to whom, and in which order data flow."""
 
 from __future__ import annotations
 
 from collections.abc import Sequence
 
-from ...ssp.wires import End, Network
+from ...ssp.flat import End, Network
 from ..engine.values import TEXT, Signal
-from ..slaves.base import Slave
+from ..slaves.base import FmuInstance
 from .connections import Connections
 from .execution_order import component_order
 from .findings import Findings
@@ -17,52 +17,52 @@ from .step_program import StepProgram
 
 
 class System:
-    """Slaves, signals and connections of a network, loaded and ready to be initialised and stepped."""
+    """Instances, signals and connections of a network, loaded and ready to be initialised and stepped."""
 
     def __init__(
-        self, network: Network, slaves: dict[str, Slave], findings: Findings | None = None,
+        self, network: Network, instances: dict[str, FmuInstance], findings: Findings | None = None,
         recorded: Sequence[End] = (),
     ):  # fmt: skip
         """Raises `PackageError` for a connection that does not fit, unless the findings keep what is wrong.
 
         recorded: variables that are read like outputs, for somebody wants to see them.
         """
-        self.network, self.slaves = network, slaves
+        self.network, self.instances = network, instances
         self.remarks: list[str] = []
         self.layout = SignalLayout()
-        wanted: dict[str, set[str]] = {name: set() for name in slaves}
-        for component, name in (*(wire.start for wire in (*network.wires, *network.outputs)), *recorded):
+        wanted: dict[str, set[str]] = {name: set() for name in instances}
+        for component, name in (*(flat.start for flat in (*network.flat_connections, *network.outputs)), *recorded):
             if component in wanted:
                 wanted[component].add(name)
-        for name, slave in slaves.items():
-            self.layout.lay_out(slave, wanted[name])
-        self.quantities = quantities = Quantities(network, slaves, self.remarks)
+        for name, instance in instances.items():
+            self.layout.lay_out(instance, wanted[name])
+        self.quantities = quantities = Quantities(network, instances, self.remarks)
         self.own_inputs = {
-            name: self.layout.own_input(name, quantities.input_quantity(name), network, slaves)
+            name: self.layout.own_input(name, quantities.input_quantity(name), network, instances)
             for name in network.inputs
         }
         """The inputs of the whole system."""
         self.connections = Connections(
-            network, slaves, self.layout, quantities, self.own_inputs, findings or Findings(), self.remarks
+            network, instances, self.layout, quantities, self.own_inputs, findings or Findings(), self.remarks
         )
         self.inputs, self.outputs = self.connections.inputs, self.connections.outputs
         self.own_outputs, self.links = self.connections.own_outputs, self.connections.links
         self._hand_over_texts()
         ends = [link.target for link in (*self.links, *self.connections.shown)]
         self.layout.make_board(ends, (*self.inputs.values(), *self.own_inputs.values()))
-        self.board = self.layout.board
+        self.buffer = self.layout.buffer
         self.stop = float("inf")
         """The end of the run that the FMUs have been told [s]."""
-        self.order = component_order(slaves, self.links)
-        self.values = InputValues(slaves, self.connections, quantities, self.board)
-        self.steps = StepProgram(slaves, self.connections, self.values, self.board)
+        self.order = component_order(instances, self.links)
+        self.values = InputValues(instances, self.connections, quantities, self.buffer)
+        self.steps = StepProgram(instances, self.connections, self.values, self.buffer)
 
     def _hand_over_texts(self) -> None:
         """Texts at ends of connections are exchanged at every step."""
         for link in (*self.links, *self.connections.shown):
             for signal in (link.source, link.target):
                 if signal.family == TEXT and signal.component:
-                    self.slaves[signal.component].texts.add(signal.name)
+                    self.instances[signal.component].texts.add(signal.name)
 
     @property
     def signals(self) -> list[Signal]:

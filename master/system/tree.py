@@ -4,9 +4,9 @@ from __future__ import annotations
 
 from collections.abc import Iterable
 
+from ...ssp.flat import FlatConnection, Network, shown_at
 from ...ssp.model import Binding, Component, Linear, Record, SignalDictionaryReference, Type
 from ...ssp.model import System as Tree
-from ...ssp.wires import Network, Wire, shown_at
 from ..engine.program import listed
 from .system import System
 
@@ -25,10 +25,11 @@ def tree(network: Network, system: System | None = None) -> str:
     for name, ways in network.connectors.items():
         if "." not in name and name not in network.inputs:  # parameters of the whole system
             for component, variable, hops in ways:
-                lines.append(f"  {name} -> {component}.{variable}{_on_the_way(Wire(('', name), ('', ''), hops[1:]))}")
-    for wire in (*network.early, *network.wires):
-        lines.append(_wire(wire))
-    lines += map(_wire, network.outputs)
+                way = _on_the_way(FlatConnection(('', name), ('', ''), hops[1:]))
+                lines.append(f"  {name} -> {component}.{variable}{way}")
+    for flat in (*network.early, *network.flat_connections):
+        lines.append(_flat(flat))
+    lines += map(_flat, network.outputs)
     if structure.unused:
         lines += ["", "annotations that are not used", *(f"  {told}" for told in structure.unused)]
     if structure.records:
@@ -43,9 +44,9 @@ def _title(record: Record) -> str:
     return f" '{record.title}'" if record.title else ""
 
 
-def _wire(wire: Wire) -> str:
-    start, end = (".".join(filter(None, side)) for side in (wire.start, wire.end))
-    return f"  {start}{shown_at(wire.start_at)} -> {end}{shown_at(wire.end_at)}{_on_the_way(wire)}"
+def _flat(flat: FlatConnection) -> str:
+    start, end = (".".join(filter(None, side)) for side in (flat.start, flat.end))
+    return f"  {start}{shown_at(flat.start_at)} -> {end}{shown_at(flat.end_at)}{_on_the_way(flat)}"
 
 
 def _sets(bindings: Iterable[Binding], indent: str) -> list[str]:
@@ -67,9 +68,9 @@ def _brief(value: object) -> str:
     return " ".join(shown)[:60] + (" ..." if len(values) > 4 else "")
 
 
-def _on_the_way(wire: Wire) -> str:
+def _on_the_way(flat: FlatConnection) -> str:
     told = []
-    for hop in wire.hops:
+    for hop in flat.hops:
         t = hop.transformation
         if isinstance(t, Linear):
             told.append(f"{t.factor:g} x {'+' if t.offset >= 0 else '-'} {abs(t.offset):g}")
@@ -112,10 +113,10 @@ def _about(element: Component, path: str, system: System | None) -> str:
         return "; ".join(f"{name} = {sum}" for name, sum in sums.items())
     if system is None:
         return element.source.name
-    slave = system.slaves[path]
+    instance = system.instances[path]
     counts: dict[str, int] = {}
-    for v in slave.variables.values():
+    for v in instance.variables.values():
         counts[v.causality or "local"] = counts.get(v.causality or "local", 0) + 1
     known = ("input", "output", "parameter", "calculatedParameter", "structuralParameter")
     kinds = [f"{counts[k]} {k}{'s' if counts[k] > 1 else ''}" for k in known if k in counts]
-    return f"{element.source.name} (FMI {slave.version}; {', '.join(kinds)})"
+    return f"{element.source.name} (FMI {instance.version}; {', '.join(kinds)})"

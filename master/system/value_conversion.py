@@ -13,9 +13,9 @@ from typing import TypeVar
 
 from ...core.errors import PackageError, ParameterError, UsageError
 from ...core.units import Unit, alike, conversion
+from ...ssp.flat import Hop
 from ...ssp.model import FLOATS, Linear, Scalar, Table, Value
-from ...ssp.wires import Hop
-from ..engine.program import Cast, Mapped, Within
+from ..engine.program import Mapped, SlotConversion, Within
 from ..engine.values import INTEGER, LIMITS, REAL, TEXT
 from .sizes import Extent, check_sizes
 
@@ -56,13 +56,13 @@ class Stage:
 
 
 @dataclass(frozen=True)
-class Passage:
+class ValueConversion:
     """The way of a value, which can be applied to a number."""
 
     stages: tuple[Stage, ...] = ()
     remarks: tuple[str, ...] = ()
 
-    def cast(self, source: Quantity, target: Quantity, where: str) -> Cast:
+    def over_slots(self, source: Quantity, target: Quantity, where: str) -> SlotConversion:
         """As one operation of the engine."""
         factor, offset = 1.0, 0.0
         whole: list[Within | Mapped] = []
@@ -81,7 +81,7 @@ class Passage:
                 raise PackageError(f"{where}: {source.shown} is {source.type}: it cannot be scaled")
             whole += _guard(here, have, at, at is target)
             here, have = at, values_of(at)
-        return Cast(factor, offset, tuple(whole), source.family == INTEGER and target.family == REAL)
+        return SlotConversion(factor, offset, tuple(whole), source.family == INTEGER and target.family == REAL)
 
     def apply(self, value: Scalar, check: Callable[[Scalar, Quantity], None] = lambda _value, _at: None) -> Scalar:
         """The value at the end; a table keeps what it does not have. `check` is told of what takes it on the way."""
@@ -151,7 +151,9 @@ def _ahead(hops: Sequence[Hop], told: Callable[[Hop], T | None], end: T | None) 
     return end
 
 
-def passage(source: Quantity, hops: Sequence[Hop], target: Quantity, where: str, strict: bool = True) -> Passage:
+def value_conversion(
+    source: Quantity, hops: Sequence[Hop], target: Quantity, where: str, strict: bool = True
+) -> ValueConversion:
     """The way of a value. Raises `PackageError` for units or, if strict, types that do not fit."""
     stages: list[Stage] = []
     remarks: list[str] = []
@@ -210,7 +212,7 @@ def passage(source: Quantity, hops: Sequence[Hop], target: Quantity, where: str,
     if strict:
         named = not hops or not isinstance(hops[-1].transformation, Table)
         _check(here if here.family != TEXT or len(hops) > 1 else source, target, where, named)
-    return Passage(tuple(stages), tuple(remarks))
+    return ValueConversion(tuple(stages), tuple(remarks))
 
 
 def _shifts_in_doubt(hop: Hop, unit: Unit | None, reached: Unit | None, target: Quantity) -> bool:
@@ -359,7 +361,7 @@ def converted(
         raise ParameterError(f"{where}: the value of {target.shown} is a boolean and cannot be scaled")
     if (source.type == "Boolean") != (target.type == "Boolean"):
         raise ParameterError(f"{where}: the value is {source.type}, {target.shown} is {target.type}")
-    way = passage(source, hops or (Hop(where=where),), target, where, strict=False)
+    way = value_conversion(source, hops or (Hop(where=where),), target, where, strict=False)
     for text in way.remarks:
         remark(text)
 

@@ -139,11 +139,11 @@ def check_distinct(session: Session, names: Iterable[str]) -> None:
 
 def units(session: Session, names: Iterable[str], metrics: Sequence[Metric]) -> dict[str, str]:
     """Units of parameters, by name, and of metrics, by label, as far as they are known."""
-    signals, slaves = session.system.units(), session.system.slaves
+    signals, instances = session.system.units(), session.system.instances
     found: dict[str, str | None] = {}
     for name in names:
         component, variable = session.targets(name)[0]
-        found[name] = slaves[component].unit_name(variable) if component else signals.get(name)
+        found[name] = instances[component].unit_name(variable) if component else signals.get(name)
     found |= {m.label: m.unit(signals.get(session.signal(m.connector)[1].address)) for m in metrics}
     return {name: unit for name, unit in found.items() if unit}
 

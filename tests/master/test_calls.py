@@ -230,16 +230,16 @@ def test_a_function_that_is_needed_may_not(made, tmp_path):
 
 def test_nothing_else_allowed_is_no_answer(made, tmp_path):
     """An input whose least and greatest value are the same is left alone."""
-    from deepsea_cosim.master.coupling.perturbation import nudged
+    from deepsea_cosim.master.coupling.perturbation import perturbed
 
     path = packed(tmp_path, made("plain", 2), gain("a", 1.0))
     with Session(path) as session:
         session.run(["a.y1"], 0.1, 0.1)
-        system_, slave = session.system, session.system.slaves["a"]
-        slave.variables["u1"].min = slave.variables["u1"].max = "0"
-        with nudged(system_, system_.inputs["a", "u1"], system_.inputs["a", "u1"].place, 1e-6) as change:
+        system_, instance = session.system, session.system.instances["a"]
+        instance.variables["u1"].min = instance.variables["u1"].max = "0"
+        with perturbed(system_, system_.inputs["a", "u1"], system_.inputs["a", "u1"].place, 1e-6) as change:
             assert change == 0.0
-        assert np.isfinite(system_.board.reals).all()
+        assert np.isfinite(system_.buffer.reals).all()
 
 
 @pytest.mark.parametrize("isolate", [False, True])

@@ -11,7 +11,7 @@ from deepsea_cosim.master.algorithms import NAMES
 from deepsea_cosim.master.simulation.check import check
 from deepsea_cosim.master.simulation.run import Options, run
 from deepsea_cosim.master.simulation.session import Session
-from deepsea_cosim.master.slaves.base import Slave
+from deepsea_cosim.master.slaves.base import FmuInstance
 
 from benchmarks import native
 
@@ -139,9 +139,9 @@ def test_two_columns_of_one_name_are_refused(fmus, tmp_path):
 
 def test_a_fault_in_a_method_ends_the_run(fmus, tmp_path, monkeypatch):
     """Nothing that Python code of a method raises is lost on its way through the compiled loop."""
-    from deepsea_cosim.master.slaves.fmi2 import Slave2
+    from deepsea_cosim.master.slaves.fmi2 import Fmi2Instance
 
-    whole, calls = Slave2.save, []
+    whole, calls = Fmi2Instance.save, []
 
     def save(self):  # the first call is that of the probe for feed-through
         calls.append(self)
@@ -149,7 +149,7 @@ def test_a_fault_in_a_method_ends_the_run(fmus, tmp_path, monkeypatch):
             raise ValueError("no state today")
         return whole(self)
 
-    monkeypatch.setattr(Slave2, "save", save)
+    monkeypatch.setattr(Fmi2Instance, "save", save)
     root = system("root", linear("clock", **CLOCK), linear("i", **INTEGRATOR), links=(link("clock.y1", "i.u1"),))
     path = package(tmp_path / "p.ssp", root, {"resources/L.fmu": fmus[2]})
     with pytest.raises(CosimError, match="ValueError: no state today"):
@@ -328,7 +328,7 @@ def test_the_trust_report_knows_inputs_that_take_slopes(tmp_path):
 
 @pytest.mark.parametrize(("declared", "size"), [(None, 1.0), (-20.0, 20.0), (0.0, 1.0), (np.nan, 1.0), (np.inf, 1.0)])
 def test_a_nominal_value_that_is_none_is_1(declared, size):
-    assert Slave.nominal(SimpleNamespace(_declared=lambda name, attribute: declared), "x") == size
+    assert FmuInstance.nominal(SimpleNamespace(_declared=lambda name, attribute: declared), "x") == size
 
 
 def test_stimuli_without_a_column_are_told(tmp_path):

@@ -294,11 +294,11 @@ def test_texts_of_an_array_are_given_as_a_list(fmus, tmp_path):
         '<String name="words" valueReference="1600" causality="parameter" variability="fixed"><Dimension start="2"/>'
         '<Start value="a"/><Start value="b"/></String><Float64 name="time"',
     ))  # fmt: skip
-    slave = describe("a", fmu)
-    assert slave.checked("words", '["x y", "z"]') == ("x y", "z")
-    assert slave.checked("words", "[x") == ("[x", "[x")
+    instance = describe("a", fmu)
+    assert instance.checked("words", '["x y", "z"]') == ("x y", "z")
+    assert instance.checked("words", "[x") == ("[x", "[x")
     with pytest.raises(CosimError, match="words has 2 values, not 3"):
-        slave.checked("words", '["x", "y", "z"]')
+        instance.checked("words", '["x", "y", "z"]')
 
 
 def test_a_text_with_a_value_and_values_is_refused(fmus, tmp_path):

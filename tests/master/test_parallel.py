@@ -139,7 +139,7 @@ def test_fmus_that_run_in_python_get_processes(tmp_path):
         run(path, tmp_path / str(parallel), Options(method="jacobi", parallel=parallel))
         results.append((tmp_path / str(parallel) / "results.csv").read_bytes())
         with ExitStack() as stack:
-            slaves = plan(path, Options(method="jacobi", parallel=parallel), stack, Interrupts()).slaves
-            assert all((type(s).__name__ == "IsolatedSlave") == parallel for s in slaves.values())
+            instances = plan(path, Options(method="jacobi", parallel=parallel), stack, Interrupts()).instances
+            assert all((type(s).__name__ == "IsolatedInstance") == parallel for s in instances.values())
     assert results[0] == results[1]
     assert len(results[0].splitlines()) == 22

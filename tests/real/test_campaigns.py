@@ -24,7 +24,7 @@ DATA = Path(__file__).parents[3] / "shared" / "data"
 needs_data = pytest.mark.skipif(not DATA.is_dir(), reason="the measured data are not here")
 
 
-def slave(name):
+def instance(name):
     """The FMU's class in this process, with its start values."""
     spec = importlib.util.spec_from_file_location(f"{name}_fmu", HERE / "fmus" / f"{name}_fmu.py")
     module = importlib.util.module_from_spec(spec)
@@ -190,7 +190,7 @@ def test_catalogues_load():
 
 def test_a_piston_at_steady_speed_feels_its_friction():
     for u in (2.0, -2.0):
-        model = slave("servo_cylinder")
+        model = instance("servo_cylinder")
         model.x0, model.F_coulomb, model.F_offset, model.b = 0.1, 70.0, 5.0, 200.0
         force = drive(model, np.full((60, 1), u), "F", 0.01)
         assert force[-1] == pytest.approx(np.sign(u) * 70.0 - 5.0 + 200.0 * model.v, abs=0.3)
@@ -198,7 +198,7 @@ def test_a_piston_at_steady_speed_feels_its_friction():
 
 
 def test_a_piston_sticks_below_its_friction():
-    model = slave("servo_cylinder")
+    model = instance("servo_cylinder")
     model.x0, model.F_coulomb, model.pA0, model.pB0 = 0.1, 70.0, 1.0e6, 1.2e6
     drive(model, np.zeros((10, 1)), "F", 0.01)
     assert model.x == 0.1
@@ -206,7 +206,7 @@ def test_a_piston_sticks_below_its_friction():
 
 def joint(steps, goal, on, **parameters):
     """Angles of a servo joint that stands at `goal`, or hangs there with its motor off."""
-    model = slave("servo_joint")
+    model = instance("servo_joint")
     for name, value in parameters.items():
         setattr(model, name, value)
     return drive(model, np.tile([goal, on], (steps, 1)), "q", 5e-3)
@@ -229,7 +229,7 @@ def test_a_joint_gives_way_to_its_load_by_its_stiffness_and_follows_late():
     assert 69.4 * (1.0 - stands) == pytest.approx(1.13 * 9.80665 * 0.12 * np.sin(stands), rel=1e-4)
     steps, delayed = [], 0.05
     for delay in (0.0, delayed):
-        model = slave("servo_joint")
+        model = instance("servo_joint")
         model.delay = delay
         goals = np.concatenate([np.zeros(20), np.full(180, 0.5)])
         steps.append(drive(model, np.column_stack([goals, np.ones(200)]), "q", 5e-3))
@@ -239,7 +239,7 @@ def test_a_joint_gives_way_to_its_load_by_its_stiffness_and_follows_late():
 
 def damper(x, v, **parameters):
     """Forces of a magnetorheological damper at positions x and speeds v (n,), in steps of 1 ms."""
-    model = slave("mr_damper")
+    model = instance("mr_damper")
     for name, value in parameters.items():
         setattr(model, name, value)
     return drive(model, np.column_stack([x, v]), "F", 1e-3)
@@ -303,13 +303,13 @@ def test_what_is_public_is_fetched_once(tmp_path):
 
 
 def test_tanks_settle_where_inflow_is_outflow():
-    model = slave("cascaded_tanks")
+    model = instance("cascaded_tanks")
     level = drive(model, np.full((3000, 1), 3.0), "y", 4.0)
     assert level[-1] == pytest.approx((model.k4 * 3.0 / model.k3) ** 2, rel=1e-9)
 
 
 def test_a_linear_oscillator_rings_as_its_closed_form():
-    model = slave("silverbox")
+    model = instance("silverbox")
     model.y0, model.v0 = 0.1, 0.0
     step = 1.0 / (4 * 610.35)
     y = drive(model, np.zeros((400, 1)), "y", step)
@@ -320,7 +320,7 @@ def test_a_linear_oscillator_rings_as_its_closed_form():
 
 def test_a_seal_rubs_against_its_motion_and_more_under_pressure():
     x = 1e-3 * np.concatenate([np.arange(20), np.arange(20)[::-1]])
-    model = slave("piston_seal")
+    model = instance("piston_seal")
     model.k_pressure = 1e-6
     friction = drive(model, np.column_stack([x, np.full(40, 5e5)]), "F", 0.1)
     assert friction[1:20] == pytest.approx(5.3)

@@ -12,7 +12,7 @@ import numpy as np
 import pytest
 from deepsea_cosim.core.errors import CosimError
 from deepsea_cosim.master.algorithms import NAMES, method_named
-from deepsea_cosim.master.coupling.residual_energy import Swing
+from deepsea_cosim.master.coupling.residual_energy import CouplingOscillation
 from deepsea_cosim.master.simulation.run import Options, run
 
 from benchmarks import native
@@ -214,7 +214,7 @@ def test_what_the_machine_does_itself_is_not_warned_of(fmus, tmp_path, method, d
 
 def swing(y_a, u_a, u_b, y_b, h):
     """The sums over a run that is given as a record."""
-    made = Swing()
+    made = CouplingOscillation()
     mean_a, mean_b = (0.5 * (y[1:] + y[:-1]) for y in (y_a, y_b))
     lost = (mean_a * u_a[:-1] - u_b[:-1] * mean_b) * h
     drift = (mean_a - u_b[:-1]) * h, (u_a[:-1] - mean_b) * h

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 from deepsea_cosim.core.errors import CosimError
 from deepsea_cosim.master.algorithms import NAMES
-from deepsea_cosim.master.coupling.loop_solver import Agreement
+from deepsea_cosim.master.coupling.loop_solver import AlgebraicLoop
 from deepsea_cosim.master.simulation.run import Options, run
 from deepsea_cosim.master.simulation.session import Session
 
@@ -112,8 +112,8 @@ def test_a_loop_is_found_where_the_fmus_do_not_say(tmp_path, version, method):
 @pytest.mark.parametrize("gain", [0.5, 0.9, -3.0])
 def test_a_loop_that_goes_on_from_step_to_step_is_learned(fmu, tmp_path, monkeypatch, gain):
     """Its slopes are kept, so few sweeps are made in all; y_a = gain (y_a + cos 3 t)."""
-    sweeps, whole = [], Agreement.sweep
-    monkeypatch.setattr(Agreement, "sweep", lambda self: (sweeps.append(0), whole(self))[1])
+    sweeps, whole = [], AlgebraicLoop.sweep
+    monkeypatch.setattr(AlgebraicLoop, "sweep", lambda self: (sweeps.append(0), whole(self))[1])
     clock = linear("clock", A=[[0, -3], [3, 0]], C=[[1, 0]], x0=[1, 0])
     root = system("root", clock, linear("a", D=[[gain]]), linear("b", D=[[1.0, 1.0]]),
                   links=(link("b.y1", "a.u1"), link("a.y1", "b.u1"), link("clock.y1", "b.u2")))  # fmt: skip

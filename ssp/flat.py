@@ -1,4 +1,4 @@
-"""What a flattened system is made of: wires, the hops on their way, and what parameters are set to."""
+"""What a flattened system is made of: flat connections, the hops on their way, and what parameters are set to."""
 
 from __future__ import annotations
 
@@ -51,7 +51,7 @@ Target = tuple[str, str, tuple[Hop, ...]]
 
 
 @dataclass(frozen=True)
-class Wire:
+class FlatConnection:
     """The way of a value from where it is made to where it is used."""
 
     start: End
@@ -102,11 +102,11 @@ class Network:
 
     structure: SystemStructure
     parts: dict[str, Part]
-    wires: tuple[Wire, ...]
+    flat_connections: tuple[FlatConnection, ...]
     """To inputs, during a run; a start at path '' is an input of the whole system."""
-    early: tuple[Wire, ...]
+    early: tuple[FlatConnection, ...]
     """From calculated parameters to parameters, before it."""
-    outputs: tuple[Wire, ...]
+    outputs: tuple[FlatConnection, ...]
     """What the top-level system's outputs show; the end is ('', connector)."""
     inputs: dict[str, Connector]
     """The top-level system's inputs."""
@@ -123,29 +123,29 @@ class Network:
 
     def connects(self, end: End) -> bool:
         """Whether a connection brings something to a variable of a component, or takes something from it."""
-        wires = (*self.wires, *self.early, *self.outputs)
+        flat_connections = (*self.flat_connections, *self.early, *self.outputs)
         ways = (way for found in self.connectors.values() for way in found)
-        return any(end in (w.start, w.end) for w in wires) or any(end == way[:2] for way in ways)
+        return any(end in (w.start, w.end) for w in flat_connections) or any(end == way[:2] for way in ways)
 
     def without(self, ends: Collection[End]) -> Network:
-        """The network without the wires that begin or end at some variables of components."""
+        """The network without the flat connections that begin or end at some variables of components."""
 
-        def kept(wire: Wire) -> bool:
-            return wire.start not in ends and wire.end not in ends
+        def kept(flat: FlatConnection) -> bool:
+            return flat.start not in ends and flat.end not in ends
 
         return replace(
             self,
-            wires=tuple(filter(kept, self.wires)),
+            flat_connections=tuple(filter(kept, self.flat_connections)),
             early=tuple(filter(kept, self.early)),
             outputs=tuple(filter(kept, self.outputs)),
         )
     @cached_property
-    def leads(self) -> dict[str, list[Wire]]:
-        """The wires that begin at each of the top-level system's inputs."""
-        found: dict[str, list[Wire]] = {}
-        for wire in self.wires:
-            if not wire.start[0]:
-                found.setdefault(wire.start[1], []).append(wire)
+    def leads(self) -> dict[str, list[FlatConnection]]:
+        """The flat connections that begin at each of the top-level system's inputs."""
+        found: dict[str, list[FlatConnection]] = {}
+        for flat in self.flat_connections:
+            if not flat.start[0]:
+                found.setdefault(flat.start[1], []).append(flat)
         return found
 
     def only(self, paths: list[str]) -> Network:
@@ -154,13 +154,13 @@ class Network:
             if path not in self.parts:
                 raise UnknownNameError(f"no component '{path}'{did_you_mean(path, list(self.parts))}")
 
-        def kept(wire: Wire) -> bool:
-            return all(path == "" or path in paths for path in (wire.start[0], wire.end[0]))
+        def kept(flat: FlatConnection) -> bool:
+            return all(path == "" or path in paths for path in (flat.start[0], flat.end[0]))
 
         return replace(
             self,
             parts={path: part for path, part in self.parts.items() if path in paths},
-            wires=tuple(filter(kept, self.wires)),
+            flat_connections=tuple(filter(kept, self.flat_connections)),
             early=tuple(filter(kept, self.early)),
             outputs=tuple(filter(kept, self.outputs)),
             settings=tuple(s for s in self.settings if s.component in paths),
