@@ -110,7 +110,7 @@ def observe(cases: Sequence[Case], calibration: Calibration) -> Observations:
         for id in looked_at:
             if id in case.uncounted:
                 continue
-            features.append(inclusion_features(posterior, frozenset([id])))
+            features.append(inclusion_features(posterior, frozenset([id]), calibration))
             true.append(id in case.true)
             place.append(k)
         missed += len(case.true - set(looked_at))

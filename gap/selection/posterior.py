@@ -1,8 +1,8 @@
 """From evidence to probabilities: of every hypothesis that was looked at, and of every effect to be in the machine.
 
-The probability of an effect is a logistic function of the share of the gap that it is expected to explain, over all
-hypotheses, and of what the best of them leaves, fitted on benchmark cases whose truth was known. So an effect
-that only comes nearest, where the real cause is in no catalogue, does not look sure.
+The probability of an effect is a logistic function of what it is expected to take, over all hypotheses, of what is left
+without it, and of what the best of them leaves, fitted on benchmark cases whose truth was known. So an effect that only
+comes nearest, where the real cause is in no catalogue, does not look sure.
 """
 
 from __future__ import annotations
@@ -37,10 +37,9 @@ class Posterior(NamedTuple):
     evidence: tuple[Evidence, ...]
     neg2_log: np.ndarray
     probability: np.ndarray
-    baseline: float
-    """Energy beyond chance that the refit of the base parameters leaves."""
     left: float
     """Energy beyond chance that the best hypothesis leaves."""
+    readings: int
 
 
 def weigh(evidence: Sequence[Evidence], calibration: Calibration, readings: int) -> Posterior:
@@ -50,42 +49,41 @@ def weigh(evidence: Sequence[Evidence], calibration: Calibration, readings: int)
     scatter = calibration.scatter * least
     neg2 = np.array([e.prior + sum(calibration.judge(e.energy, e.curvature, scatter, readings)) for e in evidence])
     weight = np.exp(-0.5 * (neg2 - neg2.min()) / calibration.temperature)
-    baseline = next(e.energy for e in evidence if not e.ids)
     best = evidence[int(np.argmin(neg2))].energy
-    return Posterior(
-        tuple(evidence), neg2, weight / weight.sum(), calibration.beyond_chance(baseline, readings),
-        calibration.beyond_chance(best, readings),
-    )  # fmt: skip
+    left = calibration.beyond_chance(best, readings)
+    return Posterior(tuple(evidence), neg2, weight / weight.sum(), left, readings)
 
 
-def expected_share(posterior: Posterior, members: frozenset[str]) -> float:
-    """Share of what the refit leaves that any of some effects is expected to explain: of every hypothesis, what it
-    leaves less than the best one of its other effects, times its probability."""
+def expected_reduction(posterior: Posterior, members: frozenset[str], calibration: Calibration) -> float:
+    """Share that any of some effects is expected to take of what is left without them: of every hypothesis, by how much
+    less it leaves than the best one of its other effects, times its probability."""
     expected = 0.0
     for probability, e in zip(posterior.probability, posterior.evidence, strict=True):
         others = set(e.ids) - members
         if len(others) < len(e.ids):
             without = min(x.energy for x in posterior.evidence if others.issuperset(x.ids))
-            expected += float(probability) * max(0.0, without - e.energy)
-    return expected / posterior.baseline
+            before, after = (calibration.beyond_chance(x, posterior.readings) for x in (without, e.energy))
+            expected += float(probability) * max(0.0, 1.0 - after / before)
+    return min(expected, 1.0)
 
 
-def inclusion_features(posterior: Posterior, members: frozenset[str]) -> np.ndarray:
+def inclusion_features(posterior: Posterior, members: frozenset[str], calibration: Calibration) -> np.ndarray:
     """What the inclusion of any of some effects is judged by.
 
-    A constant; the logarithm of the share of what the refit leaves that the best hypothesis leaves, too; and of the
-    share that the effects are expected to explain. What they explain beyond the best hypothesis without them, which
-    stood in its place, is nothing for a right effect that two others imitate together.
+    A constant; the logarithm of the energy that the best hypothesis leaves; and the log odds of the share that the
+    effects are expected to take of what is left without them. (Until November 2026 the last one was their share of the
+    whole gap, by which a smaller effect beside a larger one looked unsure however plainly the data showed it.)
     """
-    left = min(0.0, float(np.log(posterior.left / posterior.baseline)))
-    return np.array([1.0, left, np.log(expected_share(posterior, members) + PosteriorSettings.trace)])
+    reduction, trace = expected_reduction(posterior, members, calibration), PosteriorSettings.trace
+    odds = np.log((reduction + trace) / (1.0 - reduction + trace))
+    return np.array([1.0, np.log(posterior.left), odds])
 
 
 def inclusion(posterior: Posterior, members: frozenset[str], calibration: Calibration) -> float:
     """Calibrated probability that any of some effects is in the machine; 0 where none of them was looked at."""
     if not any(members & set(e.ids) for e in posterior.evidence):
         return 0.0
-    odds = inclusion_features(posterior, members) @ np.array(calibration.inclusion)
+    odds = inclusion_features(posterior, members, calibration) @ np.array(calibration.inclusion)
     return float(min(1.0 / (1.0 + np.exp(-np.clip(odds, -30.0, 30.0))), PosteriorSettings.surest))
 
 

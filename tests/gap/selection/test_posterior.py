@@ -5,7 +5,7 @@ import pytest
 from deepsea_cosim.gap.selection.calibration import Calibration, Curvature, chance
 from deepsea_cosim.gap.selection.posterior import (
     Evidence,
-    expected_share,
+    expected_reduction,
     inclusion,
     inclusion_features,
     inclusions,
@@ -17,7 +17,7 @@ from scipy.optimize import minimize
 
 READINGS = 5000
 PLAIN = Calibration(20.0, 0.01, 0.0, 1.0, (np.log(2.0), 0.0, 2.0))
-"""The odds of an inclusion are twice the square of the share that is expected."""
+"""The odds of an inclusion are twice the square of those of what it is expected to take."""
 SHIPPED = Calibration.load()
 
 
@@ -72,16 +72,23 @@ def test_near_equals_share_where_the_best_leaves_much():
     assert probability(little, ("a",)) > 0.99
 
 
-def test_what_an_effect_is_expected_to_explain_is_the_mean_over_all_hypotheses():
+def test_what_an_effect_is_expected_to_take_is_the_mean_over_all_hypotheses():
     energies = {(): 10.0, ("s",): 4.0, ("u",): 6.0, ("s", "t"): 3.0, ("t", "u"): 5.5}
     found = weighed(energies)
     p = dict(zip(energies, found.probability, strict=True))
+
+    def taken(without, left):
+        before, after = (PLAIN.beyond_chance(e, READINGS) for e in (without, left))
+        return 1.0 - after / before
+
     wanted = {
-        "s": p["s",] * 6.0 + p["s", "t"] * 7.0, "t": p["s", "t"] * 1.0 + p["t", "u"] * 0.5,
-        "u": p["u",] * 4.0 + p["t", "u"] * 4.5, "st": p["s",] * 6.0 + p["s", "t"] * 7.0 + p["t", "u"] * 0.5,
-    }  # fmt: skip
-    for members, energy in wanted.items():
-        assert expected_share(found, frozenset(members)) == pytest.approx(energy / found.baseline), members
+        "s": p["s",] * taken(10.0, 4.0) + p["s", "t"] * taken(10.0, 3.0),
+        "t": p["s", "t"] * taken(4.0, 3.0) + p["t", "u"] * taken(6.0, 5.5),
+        "u": p["u",] * taken(10.0, 6.0) + p["t", "u"] * taken(10.0, 5.5),
+        "st": p["s",] * taken(10.0, 4.0) + p["s", "t"] * taken(10.0, 3.0) + p["t", "u"] * taken(6.0, 5.5),
+    }
+    for members, share in wanted.items():
+        assert expected_reduction(found, frozenset(members), PLAIN) == pytest.approx(share), members
     effects, of_groups = inclusions(found, {"s": "sensors", "t": "sensors", "u": "other", "v": "other"}, PLAIN)
     assert effects["v"] == 0.0, "not looked at"
     assert effects["s"] == inclusion(found, frozenset("s"), PLAIN)
@@ -90,17 +97,30 @@ def test_what_an_effect_is_expected_to_explain_is_the_mean_over_all_hypotheses()
 
 
 def test_a_sensors_effect_in_two_channels_is_one_effect():
-    twice = weigh([Evidence(("s",), 1.0, 0.0), Evidence(("s",), 1.0, 0.0), Evidence((), 3.0, 0.0)], PLAIN, READINGS)
-    assert expected_share(twice, frozenset("s")) == pytest.approx(
-        (1.0 - twice.probability[2]) * 2.0 / twice.baseline
-    )  # fmt: skip
+    evidence = [Evidence(("s",), 1.0, 0.0), Evidence(("s",), 1.0, 0.0), Evidence((), 3.0, 0.0)]
+    twice, once = weigh(evidence, PLAIN, READINGS), weigh(evidence[1:], PLAIN, READINGS)
+    took = [expected_reduction(w, frozenset("s"), PLAIN) / (1.0 - w.probability[-1]) for w in (twice, once)]
+    assert took[0] == pytest.approx(took[1])
+
+
+def test_a_smaller_effect_that_takes_what_a_larger_one_leaves_is_as_sure():
+    """Friction makes 96 % of the gap and a delay the rest, which nothing else explains."""
+    energies = {(): 100.0, ("f",): 4.0, ("d",): 97.0, ("d", "f"): 0.0, ("e", "f"): 3.5}
+    sure = {id: included(id, energies, SHIPPED, 10.0) for id in "fde"}
+    assert min(sure["f"], sure["d"]) > PosteriorSettings().sure
+    assert sure["e"] < 0.05
 
 
 def test_a_right_effect_that_two_others_imitate_together_is_as_sure_as_it_is_probable():
-    alone = included("a", {(): 10.0, ("a",): 0.0, ("b",): 7.0}, SHIPPED, 6.0)
-    imitated = included("a", {(): 10.0, ("a",): 0.0, ("b",): 7.0, ("b", "c"): 0.0}, SHIPPED, 6.0)
-    assert imitated > 0.5
-    assert imitated < alone
+    """Two effects cost twice what one does; at the same price right and wrong would be equally probable."""
+    energies, costs = {(): 10.0, ("a",): 0.0, ("b",): 7.0, ("b", "c"): 0.0}, 6.0
+    sure = []
+    for known in (list(energies)[:3], list(energies)):
+        found = weigh([Evidence(ids, energies[ids], costs * len(ids)) for ids in known], SHIPPED, READINGS)
+        sure.append(inclusion(found, frozenset("a"), SHIPPED))
+    alone, imitated = sure
+    assert 0.5 < imitated < alone
+    assert included("a", energies, SHIPPED, costs) < 0.5
 
 
 @pytest.mark.parametrize("calibration", [PLAIN, SHIPPED])
@@ -127,7 +147,7 @@ def test_the_same_rest_is_less_of_a_doubt_where_it_is_less_of_the_gap():
 
 def test_the_features_of_a_baseline_as_good_as_all_are_finite():
     found = weighed({(): 0.0, ("a",): 0.0})
-    assert np.isfinite(inclusion_features(found, frozenset("a"))).all()
+    assert np.isfinite(inclusion_features(found, frozenset("a"), PLAIN)).all()
 
 
 def test_doubts_multiply_the_odds():
