@@ -26,7 +26,7 @@ def library(path: Path, module: str, distribution: str) -> ModuleType:
 
 
 @contextmanager
-def damaged(path: Path, name: str) -> Iterator[None]:
+def translate_errors(path: Path, name: str) -> Iterator[None]:
     """Around a library that reads: whatever it raises about the file becomes one line."""
     try:
         yield
@@ -34,9 +34,9 @@ def damaged(path: Path, name: str) -> Iterator[None]:
     except MeasurementError:
         raise
     except Exception as error:  # each library has errors of its own, struct.error and IndexError among them
-        told = " ".join(str(error).split())[:200] or type(error).__name__
+        message = " ".join(str(error).split())[:200] or type(error).__name__
     # raised out here so that nothing keeps the library's half-made reader, whose end may be noisy
-    raise MeasurementError(f"{path}: cannot be read as {name} ({told}); is it complete?")
+    raise MeasurementError(f"{path}: cannot be read as {name} ({message}); is it complete?")
 
 
 def as_floats(values: Any) -> FloatArray | None:
@@ -64,29 +64,31 @@ def table_of_arrays(path: Path, arrays: Mapping[str, Any], units: Mapping[str, s
     if len(named) != 1 and len(dates) != 1:
         has = ", ".join(list(arrays)[:12]) or "no arrays"
         raise MeasurementError(f"{path}: needs one array called 'time' in seconds; it has {has}")
-    which = named[0] if len(named) == 1 else dates[0]
+    time_name = named[0] if len(named) == 1 else dates[0]
     stamp = None
-    if arrays[which].dtype.kind == "M":
-        if not len(arrays[which]):
-            raise MeasurementError(f"{path}: '{which}' is empty")
-        time, stamp = from_datetimes(arrays[which])
-    elif (found := as_floats(arrays[which])) is None:
-        raise MeasurementError(f"{path}: '{which}' is not of numbers")
+    if arrays[time_name].dtype.kind == "M":
+        if not len(arrays[time_name]):
+            raise MeasurementError(f"{path}: '{time_name}' is empty")
+        time, stamp = from_datetimes(arrays[time_name])
+    elif (floats := as_floats(arrays[time_name])) is None:
+        raise MeasurementError(f"{path}: '{time_name}' is not of numbers")
     else:
-        time = found
+        time = floats
     columns, unusable = [], {}
     for name, raw in arrays.items():
         values = as_floats(raw)
-        if name == which:
+        if name == time_name:
             continue
         if values is None:
             unusable[name] = "is not of numbers"
         elif values.shape != time.shape:
-            unusable[name] = f"has the shape {'x'.join(map(str, values.shape))} where '{which}' has {len(time)} values"
+            unusable[name] = (
+                f"has the shape {'x'.join(map(str, values.shape))} where '{time_name}' has {len(time)} values"
+            )
         else:
             columns.append(Column(name, time, values, units.get(name)))
     check_size(path, columns)
-    time_unit = units.get(which) if stamp is None else None
+    time_unit = units.get(time_name) if stamp is None else None
     return MeasurementTable(path, with_short_names(columns), time_unit, stamp, None, unusable)
 
 

@@ -81,8 +81,8 @@ def _read(path: Path, file: IO[str], form: TextFormat) -> MeasurementTable:
     names = next(([cell.strip() for cell in row] for _, row in rows if row), [])
     if not any(names):
         raise MeasurementError(f"{path}: is empty")
-    if (twice := repeated([n for n in names if n])) is not None:
-        raise MeasurementError(f"{path}: has two columns '{twice}'")
+    if (duplicate := repeated([n for n in names if n])) is not None:
+        raise MeasurementError(f"{path}: has two columns '{duplicate}'")
     number = NumberReader("." if delimiter == "," and form.decimal is None else form.decimal)
     units: list[str | None] = [split_unit(name)[1] for name in names]
     stamps: list[TimeStamp] = []
@@ -138,10 +138,10 @@ def _bare_unit(cell: str) -> str | None:
 
 def _is_units_row(row: list[str], number: NumberReader) -> bool:
     """Whether the first row below the head is of units: no numbers in it, and at least one unit that is known."""
-    told = [unit for cell in row if (unit := _bare_unit(cell)) is not None and unit != "1"]
-    if any(number.is_number(text) or parse_time_stamp(text) is not None for text in told):
+    units = [unit for cell in row if (unit := _bare_unit(cell)) is not None and unit != "1"]
+    if any(number.is_number(text) or parse_time_stamp(text) is not None for text in units):
         return False
-    return any(named(text) is not None for text in told)
+    return any(named(text) is not None for text in units)
 
 
 def _stamp(cell: str, number: NumberReader, stamps: list[TimeStamp], begun: bool, where: str) -> TimeStamp | None:
@@ -165,8 +165,8 @@ def _numbers(row: list[str], number: NumberReader, where: str) -> list[float]:
         values = [number(cell) for cell in row]
     except ValueError:
         bad = next(cell.strip() for cell in row if not number.is_number(cell))
-        other = {".": ",", ",": "."}.get(number.decimal or "", "")
-        hint = f"; the fraction begins with '{number.decimal}' in this file" if other and other in bad else ""
+        other_mark = {".": ",", ",": "."}.get(number.decimal or "", "")
+        hint = f"; the fraction begins with '{number.decimal}' in this file" if other_mark and other_mark in bad else ""
         raise MeasurementError(f"{where}: '{bad}' is not a number{hint}") from None
     large = next((cell for cell, x in zip(row, values, strict=True) if READING.largest_quantity < abs(x) < inf), None)
     if large is not None:

@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 
 from ..settings import READING, FaultSettings
 from .glitches import Scale, Stretch, distance_of, dropout_candidates, glitch_candidates
-from .machine_events import happens_without, has_event, kinks
+from .machine_events import happens_elsewhere, has_event, kinks
 from .stuck_sensor import constant_stretches, is_stuck_in_motion, is_stuck_in_noise, leaves_with_a_jump
 from .table import FloatArray
 
@@ -65,7 +65,7 @@ def find_faulty_readings(
     """The faulty readings of each channel of a run: times [s] and finite readings, both (n,), by name."""
     settings = settings or FaultSettings()
     channels = {name: _prepare(t, y, settings) for name, (t, y) in series.items()}
-    return {name: _judge(channels, name, settings) for name in channels}
+    return {name: _find_faults(channels, name, settings) for name in channels}
 
 
 def scale_of(y: FloatArray) -> Scale:
@@ -83,28 +83,28 @@ def _prepare(t: FloatArray, y: FloatArray, settings: FaultSettings) -> _Channel:
         return _Channel(t, y, Scale(0.0, 0.0, 0.0), np.zeros(len(y)), [], [])
     scale = scale_of(y)
     glitches = glitch_candidates(y, scale, settings)
-    taken = _mask(len(y), glitches)
-    dropouts = [s for s in dropout_candidates(t, y, scale, settings) if not taken[s.first - 1 : s.last + 1].any()]
-    good = ~(taken | _mask(len(y), dropouts))
+    in_glitch = _mask(len(y), glitches)
+    dropouts = [s for s in dropout_candidates(t, y, scale, settings) if not in_glitch[s.first - 1 : s.last + 1].any()]
+    good = ~(in_glitch | _mask(len(y), dropouts))
     filled = np.interp(t, t[good], y[good])
     return _Channel(t, y, scale, kinks(t, filled, settings), glitches, dropouts)
 
 
-def _judge(channels: Mapping[str, _Channel], name: str, settings: FaultSettings) -> FaultyReadings:
-    own = channels[name]
-    n = len(own.y)
-    glitches = [s for s in own.glitches if not _machine_did_something(channels, own, s, settings)]
-    dropouts = [s for s in own.dropouts if not _machine_did_something(channels, own, s, settings)]
-    stuck = [s for s in constant_stretches(own.t, own.y, settings) if _is_stuck(channels, name, s, settings)]
-    found = FaultyReadings(_mask(n, glitches), _mask(n, dropouts), _mask(n, stuck))
+def _find_faults(channels: Mapping[str, _Channel], name: str, settings: FaultSettings) -> FaultyReadings:
+    channel = channels[name]
+    n = len(channel.y)
+    glitches = [s for s in channel.glitches if not _machine_did_something(channels, channel, s, settings)]
+    dropouts = [s for s in channel.dropouts if not _machine_did_something(channels, channel, s, settings)]
+    stuck = [s for s in constant_stretches(channel.t, channel.y, settings) if _is_stuck(channels, name, s, settings)]
+    faulty = FaultyReadings(_mask(n, glitches), _mask(n, dropouts), _mask(n, stuck))
     none = np.zeros(n, dtype=bool)
-    if _mask(n, own.glitches + own.dropouts).mean() > settings.most:
-        found = FaultyReadings(none, none, found.stuck)
-    return FaultyReadings(none, none, none) if found.any.mean() > 0.5 else found
+    if _mask(n, channel.glitches + channel.dropouts).mean() > settings.most:
+        faulty = FaultyReadings(none, none, faulty.stuck)
+    return FaultyReadings(none, none, none) if faulty.any.mean() > 0.5 else faulty
 
 
 def _machine_did_something(
-    channels: Mapping[str, _Channel], own: _Channel, stretch: Stretch, settings: FaultSettings
+    channels: Mapping[str, _Channel], channel: _Channel, stretch: Stretch, settings: FaultSettings
 ) -> bool:
     """Whether any channel, the stretch's own among them, changes its course where the stretch begins or ends.
 
@@ -112,11 +112,11 @@ def _machine_did_something(
     others are off wherever as much happens.
     """
     is_short = stretch.last - stretch.first <= settings.longest_glitch
-    is_outside = is_short and distance_of(own.y, stretch) > settings.outside * own.scale.span
-    moments = (float(own.t[stretch.first]), float(own.t[stretch.last - 1]))
-    marked = [float(own.t[s.first]) for s in (*own.glitches, *own.dropouts)]
+    is_outside = is_short and distance_of(channel.y, stretch) > settings.outside * channel.scale.span
+    moments = (float(channel.t[stretch.first]), float(channel.t[stretch.last - 1]))
+    marked = [float(channel.t[s.first]) for s in (*channel.glitches, *channel.dropouts)]
     return any(
-        _has_event(c, moment, settings) and not (is_outside and _happens_without(c, moment, marked, settings))
+        _has_event(c, moment, settings) and not (is_outside and _happens_elsewhere(c, moment, marked, settings))
         for c in channels.values()
         for moment in moments
     )
@@ -127,19 +127,19 @@ def _has_event(c: _Channel, moment: float, settings: FaultSettings) -> bool:
     return has_event(c.kinks, c.sample(moment), noise, settings)
 
 
-def _happens_without(c: _Channel, moment: float, marked: Sequence[float], settings: FaultSettings) -> bool:
-    return happens_without(c.kinks, c.sample(moment), [c.sample(other) for other in marked], settings)
+def _happens_elsewhere(c: _Channel, moment: float, marked: Sequence[float], settings: FaultSettings) -> bool:
+    return happens_elsewhere(c.kinks, c.sample(moment), [c.sample(time) for time in marked], settings)
 
 
 def _is_stuck(channels: Mapping[str, _Channel], name: str, stretch: Stretch, settings: FaultSettings) -> bool:
-    own = channels[name]
-    if is_stuck_in_motion(own.t, own.y, stretch, own.scale, settings):
+    channel = channels[name]
+    if is_stuck_in_motion(channel.t, channel.y, stretch, channel.scale, settings):
         return True
-    if not is_stuck_in_noise(own.y, stretch, own.scale, settings):
+    if not is_stuck_in_noise(channel.y, stretch, channel.scale, settings):
         return False
-    begin, end = own.t[stretch.first], own.t[stretch.last - 1]
-    others = (_moves(c, begin, end, settings) for other, c in channels.items() if other != name)
-    return leaves_with_a_jump(own.y, stretch, own.scale) or any(others)
+    begin, end = channel.t[stretch.first], channel.t[stretch.last - 1]
+    others_move = (_moves(c, begin, end, settings) for other_name, c in channels.items() if other_name != name)
+    return leaves_with_a_jump(channel.y, stretch, channel.scale) or any(others_move)
 
 
 def _moves(c: _Channel, begin: float, end: float, settings: FaultSettings) -> bool:

@@ -73,19 +73,19 @@ def glitch_candidates(y: FloatArray, scale: Scale, settings: FaultSettings) -> l
     """Stretches of one to a few readings that stand out; without those at either end of y (n,)."""
     steps = np.abs(np.diff(y))
     jumps = np.flatnonzero(steps > max(settings.share_of_span * scale.span, settings.above_noise * scale.noise))
-    found: list[Stretch] = []
+    stretches: list[Stretch] = []
     if (steps[jumps] > settings.above_steps * np.median(steps)).sum() > settings.most * len(y):
         return []  # pulses are this channel's way
     for jump in jumps:
         i = int(jump) + 1
-        if i < 2 or (found and i < found[-1].last):
+        if i < 2 or (stretches and i < stretches[-1].last):
             continue
         for j in range(i + 1, min(i + settings.longest_glitch, len(y) - 2) + 1):
             stretch = Stretch(i, j)
             if far_enough(y, stretch, scale, settings) and neighbours_agree(y, stretch, settings):
-                found.append(stretch)
+                stretches.append(stretch)
                 break
-    return found
+    return stretches
 
 
 def dropout_candidates(t: FloatArray, y: FloatArray, scale: Scale, settings: FaultSettings) -> list[Stretch]:
@@ -95,7 +95,7 @@ def dropout_candidates(t: FloatArray, y: FloatArray, scale: Scale, settings: Fau
     """
     steps = np.diff(y)
     jumps = np.flatnonzero(np.abs(steps) > settings.share_of_span * scale.span)
-    found: list[Stretch] = []
+    stretches: list[Stretch] = []
     for a, b in pairwise(jumps):
         i, j = int(a) + 1, int(b) + 1
         short = t[j] - t[i] <= settings.longest_dropout or j - i <= settings.longest_dropout_samples
@@ -106,5 +106,5 @@ def dropout_candidates(t: FloatArray, y: FloatArray, scale: Scale, settings: Fau
         at_zero = float(np.abs(inside).max()) < 0.02 * jump
         at_end = bool((inside == inside[0]).all()) and inside[0] in (y.min(), y.max())
         if (at_zero or at_end) and far_enough(y, Stretch(i, j), scale, settings):
-            found.append(Stretch(i, j))
-    return found
+            stretches.append(Stretch(i, j))
+    return stretches

@@ -17,20 +17,20 @@ def kinks(t: FloatArray, y: FloatArray, settings: FaultSettings) -> FloatArray:
     difference of their slopes times its length. Near the ends, and where readings are missing, 0.
     """
     n, w = len(y), settings.event_window
-    made = np.zeros(n)
+    change = np.zeros(n)
     if n < 2 * w + 1:
-        return made
+        return change
     windows = np.lib.stride_tricks.sliding_window_view(y, w)
     k = np.arange(w) - (w - 1) / 2.0
     slope = windows @ k / (k @ k)
     mean = windows.mean(axis=1)
     before, after = slice(0, n - 2 * w + 1), slice(w, n - w + 1)
-    ahead = w / 2.0  # from a window's middle to the middle between both
-    jump = np.abs(mean[after] - slope[after] * ahead - (mean[before] + slope[before] * ahead))
-    made[w : n - w + 1] = np.maximum(jump, np.abs(slope[after] - slope[before]) * w)
+    half_window = w / 2.0  # from a window's middle to the middle between both
+    jump = np.abs(mean[after] - slope[after] * half_window - (mean[before] + slope[before] * half_window))
+    change[w : n - w + 1] = np.maximum(jump, np.abs(slope[after] - slope[before]) * w)
     for hole in np.flatnonzero(np.diff(t) > settings.hole * np.median(np.diff(t))):
-        made[max(hole + 2 - w, 0) : hole + 1 + w] = 0.0
-    return made
+        change[max(hole + 2 - w, 0) : hole + 1 + w] = 0.0
+    return change
 
 
 def has_event(kink: FloatArray, k: int, noise: float, settings: FaultSettings) -> bool:
@@ -42,11 +42,11 @@ def has_event(kink: FloatArray, k: int, noise: float, settings: FaultSettings) -
     return size >= 0.8 * _largest(kink, k, w) and size > settings.event * (usual + noise)
 
 
-def happens_without(kink: FloatArray, k: int, marked: Sequence[int], settings: FaultSettings) -> bool:
+def happens_elsewhere(kink: FloatArray, k: int, marked: Sequence[int], settings: FaultSettings) -> bool:
     """Whether the course of a channel changes as much as at its sample k at one that is far from k and all marked."""
     elsewhere = kink >= settings.event_alike * _largest(kink, k, settings.event_at)
-    for other in (k, *marked):
-        elsewhere[max(other - 2 * settings.event_window, 0) : other + 2 * settings.event_window + 1] = False
+    for sample in (k, *marked):
+        elsewhere[max(sample - 2 * settings.event_window, 0) : sample + 2 * settings.event_window + 1] = False
     return bool(elsewhere.any())
 
 

@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 
 from ..settings import READING
-from .binary import damaged, library, table_of_arrays
+from .binary import library, table_of_arrays, translate_errors
 from .table import MeasurementError, MeasurementTable
 
 OPAQUE = "holds a table, timetable, timeseries or other object, which only MATLAB can read"
@@ -22,7 +22,7 @@ def read(path: Path) -> MeasurementTable:
     if start.startswith(b"MATLAB 7.3") or start.startswith(b"\x89HDF") or start[512:516] == b"\x89HDF":
         return read_hdf5(path)
     loader = library(path, "scipy.io", "scipy")
-    with damaged(path, "a MATLAB file"):
+    with translate_errors(path, "a MATLAB file"):
         content = loader.loadmat(path, squeeze_me=False, struct_as_record=True)
     arrays: dict[str, Any] = {}
     objects = False
@@ -37,7 +37,7 @@ def read_hdf5(path: Path) -> MeasurementTable:
     """The vectors of an HDF5 file, MATLAB's 7.3 among them."""
     h5py = library(path, "h5py", "h5py")
     arrays: dict[str, Any] = {}
-    with damaged(path, "HDF5"), h5py.File(path, "r") as file:
+    with translate_errors(path, "HDF5"), h5py.File(path, "r") as file:
         objects = "#subsystem#" in file
         _add_group(h5py, arrays, "", file, 0)
     return _table(path, arrays, objects)

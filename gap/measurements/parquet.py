@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from pathlib import Path
 
-from .binary import damaged, library, table_of_arrays
+from .binary import library, table_of_arrays, translate_errors
 from .table import MeasurementTable
 
 
@@ -12,7 +12,7 @@ def read(path: Path) -> MeasurementTable:
     """The columns of a Parquet file, one of which is `time` or of dates; nulls are NaN."""
     parquet = library(path, "pyarrow.parquet", "pyarrow")
     arrays, units = {}, {}
-    with damaged(path, "Parquet"):
+    with translate_errors(path, "Parquet"):
         table = parquet.read_table(path)
         for field, column in zip(table.schema, table.columns, strict=True):
             arrays[field.name] = column.to_numpy(zero_copy_only=False) if hasattr(column, "to_numpy") else column

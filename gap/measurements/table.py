@@ -86,12 +86,12 @@ def is_time(heading: str) -> bool:
     return name.lower() == "time" or name in ("t", "tout")
 
 
-def with_short_names(columns: Iterable[Column], taken: Iterable[str] = ()) -> dict[str, Column]:
+def with_short_names(columns: Iterable[Column], reserved: Iterable[str] = ()) -> dict[str, Column]:
     """Columns by name; a heading with a unit is found by its name alone too, where that is nobody else's."""
     listed = list(columns)
-    made = {c.name: c for c in listed}
+    by_name = {c.name: c for c in listed}
     short = [split_unit(c.name)[0] for c in listed]
     for name, column in zip(short, listed, strict=True):
-        if name not in made and name not in taken and short.count(name) == 1:
-            made[name] = column
-    return made
+        if name not in by_name and name not in reserved and short.count(name) == 1:
+            by_name[name] = column
+    return by_name

@@ -9,7 +9,7 @@ from typing import Any
 
 import numpy as np
 
-from .binary import as_floats, check_size, damaged, from_datetimes, library
+from .binary import as_floats, check_size, from_datetimes, library, translate_errors
 from .table import Column, FloatArray, MeasurementError, MeasurementTable, is_time, with_short_names
 
 UNIT_PROPERTIES = ("unit_string", "NI_UnitDescription")
@@ -31,40 +31,40 @@ def read(path: Path) -> MeasurementTable:
     Channels that began at different moments are put on the clock of the first.
     """
     nptdms = library(path, "nptdms", "npTDMS")
-    found: list[tuple[Column, datetime | None]] = []
+    dated: list[tuple[Column, datetime | None]] = []
     unusable: dict[str, str] = {}
     time_unit = None
-    with damaged(path, "TDMS"):
+    with translate_errors(path, "TDMS"):
         file = nptdms.TdmsFile.read(path)
         names = [channel.name for group in file.groups() for channel in group.channels()]
         for group in file.groups():
-            shared = _times_of_group(group)
-            time_unit = time_unit or (shared.unit if shared is not None else None)
+            group_times = _times_of_group(group)
+            time_unit = time_unit or (group_times.unit if group_times is not None else None)
             for channel in (c for c in group.channels() if not is_time(c.name)):
                 name = channel.name if names.count(channel.name) == 1 else f"{group.name}/{channel.name}"
-                values, times = as_floats(channel[:]), _times_of_channel(channel, shared)
+                values, times = as_floats(channel[:]), _times_of_channel(channel, group_times)
                 if values is None:
                     unusable[name] = "is not of numbers"
                 elif times is None:
                     unusable[name] = "has no times: neither waveform timing nor a channel 'time' of the same length"
                 else:
-                    found.append((Column(name, times.values, values, _unit(channel)), times.origin))
-    if not found:
-        told = next((f"'{name}' {why}" for name, why in unusable.items()), "it has no channels")
-        raise MeasurementError(f"{path}: no channel can be used: {told}")
-    columns, first = _on_one_clock(found)
+                    dated.append((Column(name, times.values, values, _unit(channel)), times.origin))
+    if not dated:
+        reason = next((f"'{name}' {why}" for name, why in unusable.items()), "it has no channels")
+        raise MeasurementError(f"{path}: no channel can be used: {reason}")
+    columns, first = _on_one_clock(dated)
     check_size(path, columns)
     return MeasurementTable(path, with_short_names(columns), time_unit, first, None, unusable)
 
 
-def _on_one_clock(found: list[tuple[Column, datetime | None]]) -> tuple[list[Column], datetime | None]:
+def _on_one_clock(dated: list[tuple[Column, datetime | None]]) -> tuple[list[Column], datetime | None]:
     """Columns with times since the earliest origin; as they are where one of them tells none."""
-    origins = [origin for _, origin in found if origin is not None]
-    if len(origins) < len(found):
-        return [column for column, _ in found], None
+    origins = [origin for _, origin in dated if origin is not None]
+    if len(origins) < len(dated):
+        return [column for column, _ in dated], None
     first = min(origins)
     shifts = [(origin - first).total_seconds() for origin in origins]
-    return [replace(c, time=c.time + shift) if shift else c for (c, _), shift in zip(found, shifts, strict=True)], first
+    return [replace(c, time=c.time + shift) if shift else c for (c, _), shift in zip(dated, shifts, strict=True)], first
 
 
 def _times_of_group(group: Any) -> _Times | None:
@@ -79,10 +79,10 @@ def _times_of_group(group: Any) -> _Times | None:
     return None if values is None else _Times(values, _unit(channel))
 
 
-def _times_of_channel(channel: Any, shared: _Times | None) -> _Times | None:
+def _times_of_channel(channel: Any, group_times: _Times | None) -> _Times | None:
     """Times from the group's channel, or from the waveform properties of the channel itself."""
-    if shared is not None and len(shared.values) == len(channel):
-        return shared
+    if group_times is not None and len(group_times.values) == len(channel):
+        return group_times
     interval = channel.properties.get("wf_increment")
     if not interval:
         return None

@@ -69,8 +69,8 @@ def seconds_between(first: TimeStamp, second: TimeStamp) -> float:
         return (second - first).total_seconds()
     assert isinstance(first, timedelta)
     assert isinstance(second, timedelta)
-    passed = second - first
-    return (passed + DAY if passed < -DAY / 2 else passed).total_seconds()
+    elapsed = second - first
+    return (elapsed + DAY if elapsed < -DAY / 2 else elapsed).total_seconds()
 
 
 def seconds_since_first(stamps: Sequence[TimeStamp]) -> FloatArray:

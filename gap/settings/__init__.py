@@ -74,8 +74,8 @@ class Settings:
 
     def as_dict(self) -> dict[str, Any]:
         """All values by name, for a result; JSON has no infinity."""
-        made = asdict(self)
-        return {name: {key: _finite(value) for key, value in values.items()} for name, values in made.items()}
+        sections = asdict(self)
+        return {name: {key: _finite(value) for key, value in values.items()} for name, values in sections.items()}
 
 
 @dataclass(frozen=True, kw_only=True)
