@@ -25,7 +25,7 @@ import numpy as np
 from ..core.files import make_folder, writing
 from ..core.units import convert, unit
 from ..master.simulation.session import Session
-from .campaign.campaign import CampaignError, Channel, own_unit, si
+from .campaign.campaign import CampaignError, Channel, si, unit_in_fmu
 from .campaign.read import base_of, channels_of, take, use_of
 from .campaign.read_catalogue import QUANTITIES, SHAPES
 from .problem.sensors import Sensor
@@ -150,7 +150,7 @@ def make(template: Path, folder: Path, say: Callable[[str], None] = lambda text:
     with Session(package) as session:
         names = session.system.units()
         for c in channels:
-            names |= own_unit(c, names, f"{template}: channel '{c.column}'")
+            names |= unit_in_fmu(c, names, f"{template}: channel '{c.column}'")
         runs = [_planned(t, f"{template}: run {i}", session.structure.stop_time) for i, t in enumerate(tables, 1)]
         for run in runs:
             session.values({**run.known, **hidden})

@@ -118,17 +118,17 @@ class Campaign:
 
 def si(name: str) -> str:
     """The SI unit of the same quantity in the project's table."""
-    here = unit(name)
-    same = (u.name for u in UNITS.values() if u.same_dimension(here) and u.factor == 1.0 and u.offset == 0.0)
-    found = next(same, None)
-    if found is None:
+    given = unit(name)
+    si_names = (u.name for u in UNITS.values() if u.same_dimension(given) and u.factor == 1.0 and u.offset == 0.0)
+    si_name = next(si_names, None)
+    if si_name is None:
         raise CampaignError(f"unit '{name}': the SI unit of that quantity is not known here")
-    return found
+    return si_name
 
 
-def own_unit(channel: Channel, known: Mapping[str, str], where: str) -> dict[str, str]:
+def unit_in_fmu(channel: Channel, units: Mapping[str, str], where: str) -> dict[str, str]:
     """{connector: its unit in the FMU}, that of SI where it has none; raises `CampaignError` for another quantity."""
-    own = known.get(channel.connector, si(channel.unit))
-    if not unit(channel.unit).same_dimension(unit(own)):
-        raise CampaignError(f"{where}: it is in {channel.unit}, but '{channel.connector}' is in {own}")
-    return {channel.connector: own}
+    fmu_unit = units.get(channel.connector, si(channel.unit))
+    if not unit(channel.unit).same_dimension(unit(fmu_unit)):
+        raise CampaignError(f"{where}: it is in {channel.unit}, but '{channel.connector}' is in {fmu_unit}")
+    return {channel.connector: fmu_unit}

@@ -14,23 +14,23 @@ def read_event(table: dict[str, Any], where: str) -> Event:
     no_strangers(table, "event", where)
     values: dict[str, float] = {key: take.number(table, where, key) for key in ("target", "within", "after", "std")}
     readings = ("time", "at_most", "at_least")
-    told: dict[str, float] = {key: take.number(table, where, key) for key in readings if key in table}
+    times: dict[str, float] = {key: take.number(table, where, key) for key in readings if key in table}
     if "until" in table:
         values["until"] = take.number(table, where, "until")
         if not values["until"] > values["after"]:
             raise CampaignError(f"{where}: 'until' has to be later than 'after'")
         for key in ("time", "at_least"):
-            if told.get(key, 0.0) + values["after"] > values["until"]:
-                raise CampaignError(f"{where}: '{key}' = {told[key]:g} s, counted from 'after', is later than 'until'")
-    for key, value in {**told, "after": values["after"]}.items():
+            if times.get(key, 0.0) + values["after"] > values["until"]:
+                raise CampaignError(f"{where}: '{key}' = {times[key]:g} s, counted from 'after', is later than 'until'")
+    for key, value in {**times, "after": values["after"]}.items():
         if value < 0.0:
             raise CampaignError(f"{where}: '{key}' = {value:g} s is negative")
-    if len(told) != 1:
+    if len(times) != 1:
         raise CampaignError(f"{where}: needs one of 'time', 'at_most' and 'at_least'")
     if not (values["std"] > 0.0 and values["within"] > 0.0):
         raise CampaignError(f"{where}: 'std' and 'within' have to be positive")
     first = take.get(table, where, "first", bool, False)
-    return Event(take.get(table, where, "connector", str), **values, first=first, **told)
+    return Event(take.get(table, where, "connector", str), **values, first=first, **times)
 
 
 def check_events(where: str, events: tuple[Event, ...], stop: float) -> None:
@@ -38,8 +38,8 @@ def check_events(where: str, events: tuple[Event, ...], stop: float) -> None:
     for i, e in enumerate(events, 1):
         reading = next(v for v in (e.time, e.at_most, e.at_least) if v is not None)
         if e.after + reading > READING.latest_event * stop:
-            late = f"{e.after + reading:g} s is long after the run's end at {stop:g} s"
-            raise CampaignError(f"{where}, event {i}: {late}: is it in seconds?")
+            overrun = f"{e.after + reading:g} s is long after the run's end at {stop:g} s"
+            raise CampaignError(f"{where}, event {i}: {overrun}: is it in seconds?")
         if e.after >= stop:
             raise CampaignError(f"{where}, event {i}: 'after' = {e.after:g} s, but the run ends at {stop:g} s")
     same: dict[tuple[Any, ...], list[Event]] = {}
@@ -50,5 +50,5 @@ def check_events(where: str, events: tuple[Event, ...], stop: float) -> None:
         latest = min((v for e in alike for v in (e.time, e.at_most) if v is not None), default=inf)
         slack = 6.0 * max(e.std for e in alike)
         if soonest > latest + slack:
-            told = f"'{alike[0].connector}' cannot be there after {soonest:g} s at least and {latest:g} s at most"
-            raise CampaignError(f"{where}: two events contradict each other: {told}")
+            detail = f"'{alike[0].connector}' cannot be there after {soonest:g} s at least and {latest:g} s at most"
+            raise CampaignError(f"{where}: two events contradict each other: {detail}")

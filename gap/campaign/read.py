@@ -68,7 +68,7 @@ def _channel(table: dict[str, Any], where: str) -> Channel:
 
 
 def _run(
-    table: dict[str, Any], where: str, folder: Path, channels: tuple[Channel, ...], usual: FileFormat,
+    table: dict[str, Any], where: str, folder: Path, channels: tuple[Channel, ...], default: FileFormat,
     warnings: list[str],
 ) -> Run:  # fmt: skip
     no_strangers(table, "run", where)
@@ -80,7 +80,7 @@ def _run(
                 f"{where}: '{address}' = {value!r} has to be a number, a boolean or a string; "
                 "an address with dots stands in quotes"
             )
-    use, form = use_of(table, where), file_format(table, where, usual)
+    use, form = use_of(table, where), file_format(table, where, default)
     if events and "file" not in table:
         stop = take.number(table, where, "stop_time")
         if not stop > 0.0:
@@ -118,8 +118,8 @@ def read(path: Path) -> Campaign:
     only_events = "channel" not in data and any("event" in t for t in tables)
     channels = () if only_events else channels_of(data, path)
     warnings: list[str] = []
-    usual = file_format(data, str(path))
-    runs = tuple(_run(t, f"{path}: run {i}", folder, channels, usual, warnings) for i, t in enumerate(tables, 1))
+    default = file_format(data, str(path))
+    runs = tuple(_run(t, f"{path}: run {i}", folder, channels, default, warnings) for i, t in enumerate(tables, 1))
     if not runs:
         raise CampaignError(f"{path}: there are no runs")
     _distinguish(runs, tables, path)
@@ -132,8 +132,8 @@ def read(path: Path) -> Campaign:
 def _accepted(data: dict[str, Any], path: Path) -> tuple[str, ...]:
     """The ids of the effects that are taken as known; whether the catalogue has them is seen with it."""
     accepted = take.strings(data, str(path), "accept")
-    if (twice := repeated(accepted)) is not None:
-        raise CampaignError(f"{path}: accept: '{twice}' is there twice")
+    if (duplicate := repeated(accepted)) is not None:
+        raise CampaignError(f"{path}: accept: '{duplicate}' is there twice")
     if not all(id.strip() for id in accepted):
         raise CampaignError(f"{path}: accept: an effect's name is empty")
     return accepted
@@ -190,9 +190,9 @@ def _distinguish(runs: tuple[Run, ...], tables: list[dict[str, Any]], path: Path
 def _find_duplicates(runs: tuple[Run, ...], warnings: list[str]) -> None:
     for i, a in enumerate(runs):
         for b in runs[:i]:
-            shared = set(a.series) & set(b.series)
-            if shared and all(
+            common = set(a.series) & set(b.series)
+            if common and all(
                 len(a.series[c][1]) == len(b.series[c][1]) and np.array_equal(a.series[c][1], b.series[c][1])
-                for c in shared
+                for c in common
             ):
                 warnings.append(f"runs '{b.name}' and '{a.name}' hold the same values: one is a copy")

@@ -89,8 +89,8 @@ class _Reader(Tables):
             self.form(f, f"{entry}: form {f.get('id', k)}")
             for k, f in enumerate(self.tables(table, entry, "form"), 1)
         )
-        if (twice := repeated([f.id for f in forms])) is not None:
-            raise self.error(f"{entry}: form {twice}: is listed twice")
+        if (duplicate := repeated([f.id for f in forms])) is not None:
+            raise self.error(f"{entry}: form {duplicate}: is listed twice")
         longest = self.above_zero(table, entry, "longest_step") if "longest_step" in table else inf
         return Effect(id, text, group, parameters, forms, longest)
 
@@ -213,14 +213,14 @@ def _catalogue(data: dict[str, Any], shown: str) -> Catalogue:
             raise reader.error(f"{shown}: effect {id}: is listed twice")
         if id in VERDICTS:
             raise reader.error(f"{shown}: effect {id}: that is the name of a verdict; call it otherwise")
-    if (twice := repeated([s.quantity for s in sensors])) is not None:
-        raise reader.error(f"{shown}: two sensor entries are a {twice}; one is enough for all channels")
+    if (duplicate := repeated([s.quantity for s in sensors])) is not None:
+        raise reader.error(f"{shown}: two sensor entries are a {duplicate}; one is enough for all channels")
     curves = all_of("curve", "id", reader.curve)
     _check_curves(reader, curves, effects, shown)
     _check_addresses(reader, curves, effects, shown)
     base = all_of("base", "parameter", reader.base)
-    if (twice := repeated([b.parameter for b in base])) is not None:
-        raise reader.error(f"{shown}: base {twice}: is listed twice")
+    if (duplicate := repeated([b.parameter for b in base])) is not None:
+        raise reader.error(f"{shown}: base {duplicate}: is listed twice")
     if not ids:
         raise reader.error(f"{shown}: holds no effects")
     estimation = reader.get(data, shown, "estimation", dict, {})
@@ -238,27 +238,27 @@ def _catalogue(data: dict[str, Any], shown: str) -> Catalogue:
 
 
 def _check_curves(reader: _Reader, curves: Sequence[Curve], effects: Sequence[Effect], shown: str) -> None:
-    if (twice := repeated([c.id for c in curves])) is not None:
-        raise reader.error(f"{shown}: curve {twice}: is listed twice")
+    if (duplicate := repeated([c.id for c in curves])) is not None:
+        raise reader.error(f"{shown}: curve {duplicate}: is listed twice")
     for c in curves:
         for id in c.effects:
-            own = next((e for e in effects if e.id == id), None)
-            if own is None:
+            effect = next((e for e in effects if e.id == id), None)
+            if effect is None:
                 raise reader.error(f"{shown}: curve {c.id}: 'effects' names '{id}', which is no effect here")
-            if any(f.id == c.id for f in own.forms):
+            if any(f.id == c.id for f in effect.forms):
                 raise reader.error(f"{shown}: curve {c.id}: effect {id} has a form of that name; call it otherwise")
 
 
 def _check_addresses(reader: _Reader, curves: Sequence[Curve], effects: Sequence[Effect], shown: str) -> None:
     """A parameter belongs to one entry."""
-    belongs: dict[str, str] = {}
+    entry_of: dict[str, str] = {}
     entries = [(f"effect {e.id}", [a for p in e.all_parameters for a in (p.address, *p.also)]) for e in effects]
     for entry, addresses in [*entries, *((f"curve {c.id}", c.parameters) for c in curves)]:
-        if (twice := repeated(addresses)) is not None:
-            raise reader.error(f"{shown}: {entry}: has '{twice}' twice")
+        if (duplicate := repeated(addresses)) is not None:
+            raise reader.error(f"{shown}: {entry}: has '{duplicate}' twice")
         for address in addresses:
-            if belongs.setdefault(address, entry) != entry:
-                raise reader.error(f"{shown}: {belongs[address]} and {entry} both have '{address}'")
+            if entry_of.setdefault(address, entry) != entry:
+                raise reader.error(f"{shown}: {entry_of[address]} and {entry} both have '{address}'")
 
 
 def load(path: Path) -> Catalogue:

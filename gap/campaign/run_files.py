@@ -35,10 +35,10 @@ class FileFormat:
     """Time of the file, in seconds or as a time stamp, that is 0 s of the model; "first": its first reading."""
 
 
-def file_format(table: dict[str, Any], where: str, usual: FileFormat | None = None) -> FileFormat:
+def file_format(table: dict[str, Any], where: str, default: FileFormat | None = None) -> FileFormat:
     """The format in the keys of a table; those that it lacks are as usual. Raises `CampaignError`."""
-    usual = usual or FileFormat()
-    delimiter, decimal = usual.text.delimiter, usual.text.decimal
+    default = default or FileFormat()
+    delimiter, decimal = default.text.delimiter, default.text.decimal
     if "delimiter" in table:
         delimiter = take.get(table, where, "delimiter", str)
         if len(delimiter) != 1 or delimiter.isalnum() or delimiter in "\"'+-.\n\r\0":
@@ -52,10 +52,10 @@ def file_format(table: dict[str, Any], where: str, usual: FileFormat | None = No
             raise CampaignError(f"{where}: decimal = {decimal!r} is neither '.' nor ','")
     if decimal is not None and decimal == delimiter:
         raise CampaignError(f"{where}: delimiter and decimal are both '{decimal}'")
-    made = replace(usual, text=TextFormat(delimiter, decimal))
+    form = replace(default, text=TextFormat(delimiter, decimal))
     if "time_unit" in table:
-        made = replace(made, time_unit=_time_unit(take.get(table, where, "time_unit", str), where))
-    return replace(made, start=_start(table["start"], where)) if "start" in table else made
+        form = replace(form, time_unit=_time_unit(take.get(table, where, "time_unit", str), where))
+    return replace(form, start=_start(table["start"], where)) if "start" in table else form
 
 
 def _time_unit(name: str, where: str) -> str:
@@ -94,8 +94,8 @@ def read_run_file(path: Path, channels: tuple[Channel, ...], form: FileFormat, w
             if any(c.role == "output" and c.clock_jitter is None for c in channels):
                 _warn_of_jitter(table, clocks[id(column.time)], warnings)
         clock = clocks[id(column.time)]
-        if (found := _readings(table, column, clock, channel, warnings)) is not None:
-            series[channel.connector] = found
+        if (readings := _readings(table, column, clock, channel, warnings)) is not None:
+            series[channel.connector] = readings
     series = _without_faulty(path, channels, series, warnings)
     for channel in channels:
         if channel.connector in series:
@@ -113,10 +113,10 @@ def _column(table: MeasurementTable, channel: Channel) -> Column:
             f"{table.file}: there is no column '{channel.column}'{did_you_mean(channel.column, table.names)}; "
             f"the file has {', '.join(['time', *table.names])}"
         )
-    stated, given = named(column.unit or ""), unit(channel.unit)
-    if stated is not None and stated.same_dimension(given):
-        factor = abs(stated.factor / given.factor - 1.0)
-        if factor > 1e-6 or abs(stated.offset - given.offset) > 1e-6 * max(abs(given.offset), 1.0):
+    stated, expected = named(column.unit or ""), unit(channel.unit)
+    if stated is not None and stated.same_dimension(expected):
+        factor = abs(stated.factor / expected.factor - 1.0)
+        if factor > 1e-6 or abs(stated.offset - expected.offset) > 1e-6 * max(abs(expected.offset), 1.0):
             raise CampaignError(
                 f"{table.file}: '{channel.column}' is in {column.unit} there and in {channel.unit} in the campaign; "
                 "one of both is wrong"
@@ -137,24 +137,24 @@ def _model_time(table: MeasurementTable, raw: FloatArray, form: FileFormat, warn
         raise CampaignError(f"{table.place(k)}: time does not increase ({before:g} s, then {after:g} s)")
     seconds = seconds - _start_in_file(table, seconds, form, warnings)
     _check_start(table, seconds, form, warnings)
-    kept = seconds[seconds >= 0.0]
-    if len(kept) < READING.min_samples:
+    from_start = seconds[seconds >= 0.0]
+    if len(from_start) < READING.min_samples:
         needed = READING.min_samples
-        raise CampaignError(f"{table.file}: {len(kept)} samples from 'start' on; at least {needed} are needed")
-    gaps = np.diff(kept)
+        raise CampaignError(f"{table.file}: {len(from_start)} samples from 'start' on; at least {needed} are needed")
+    gaps = np.diff(from_start)
     if gaps.max() > READING.hole * np.median(gaps):
-        at = kept[int(np.argmax(gaps))]
+        at = from_start[int(np.argmax(gaps))]
         warnings.append(f"{table.file.name}: nothing was measured for {gaps.max():g} s after {at:g} s")
     return seconds
 
 
 def _warn_of_jitter(table: MeasurementTable, seconds: FloatArray, warnings: list[str]) -> None:
     """Of a clock that is not even, on the model's clock (n,)."""
-    kept = seconds[seconds >= 0.0]
-    if jitters(kept):
-        jitter = clock_jitter(kept)
+    used = seconds[seconds >= 0.0]
+    if jitters(used):
+        jitter = clock_jitter(used)
         warnings.append(
-            f"{table.file.name}: its clock jitters by {jitter:.2g} s, {jitter / np.median(np.diff(kept)):.1%} of a "
+            f"{table.file.name}: its clock jitters by {jitter:.2g} s, {jitter / np.median(np.diff(used)):.1%} of a "
             "sample interval; its times are taken as they stand: 'clock_jitter' [s] of a channel says how far they may "
             "be off"
         )
@@ -233,20 +233,20 @@ def _readings(
     path, raw = table.file, column.values
     if np.isinf(raw).any():
         raise CampaignError(f"{table.place(int(np.argmax(np.isinf(raw))))}: '{channel.column}' is infinite")
-    there = np.isfinite(raw) & (clock >= 0.0)
-    if there.sum() < READING.min_samples:
-        if there.any():
+    valid = np.isfinite(raw) & (clock >= 0.0)
+    if valid.sum() < READING.min_samples:
+        if valid.any():
             needed = READING.min_samples
-            raise CampaignError(f"{path}: '{channel.column}' has {there.sum()} samples; {needed} are needed")
+            raise CampaignError(f"{path}: '{channel.column}' has {valid.sum()} samples; {needed} are needed")
         missing = "the input '{}' drives nothing" if channel.role == "input" else "'{}' was not measured"
         warnings.append(f"{path.name}: {missing.format(channel.column)} in this run")
         return None
-    values = convert(raw[there], channel.unit, si(channel.unit))
+    values = convert(raw[valid], channel.unit, si(channel.unit))
     if channel.role == "output" and np.ptp(values) == 0.0:
         warnings.append(f"{path.name}: '{channel.column}' is constant: a dead sensor?")
     elif channel.role == "input":
-        _check_input(path, channel, clock[clock >= 0.0], clock[there], warnings)
-    return clock[there], values
+        _check_input(path, channel, clock[clock >= 0.0], clock[valid], warnings)
+    return clock[valid], values
 
 
 def _check_input(path: Path, channel: Channel, time: FloatArray, measured: FloatArray, warnings: list[str]) -> None:
@@ -265,24 +265,24 @@ def _check_input(path: Path, channel: Channel, time: FloatArray, measured: Float
 
 def _without_faulty(path: Path, channels: tuple[Channel, ...], series: Series, warnings: list[str]) -> Series:
     """The series without readings that a sensor got wrong; marks for missing values are left to the checks."""
-    found = find_faulty_readings(series, DEFAULT.faults)
-    made = dict(series)
+    faults = find_faulty_readings(series, DEFAULT.faults)
+    cleaned = dict(series)
     for channel in channels:
         if channel.connector not in series or channel.keep_faulty:
             continue
         t, values = series[channel.connector]
         read = np.abs(np.round(convert(values, si(channel.unit), channel.unit), 6))
-        kinds = found[channel.connector].without(np.isin(read, DEFAULT.sanity.missing_marks))
+        kinds = faults[channel.connector].without(np.isin(read, DEFAULT.sanity.missing_marks))
         faulty = kinds.any
         if not faulty.any() or (~faulty).sum() < READING.min_samples:
             continue
-        made[channel.connector] = t[~faulty], values[~faulty]
+        cleaned[channel.connector] = t[~faulty], values[~faulty]
         counts = ", ".join(f"{n} {kind}" for kind, n in kinds.counts().items())
         warnings.append(
             f"{path.name}: '{channel.column}': {faulty.sum()} faulty readings are left out ({counts}; the first at "
             f"{t[int(np.argmax(faulty))]:g} s); faulty_readings = \"keep\" in the channel keeps them"
         )
-    return made
+    return cleaned
 
 
 def _check_noise(path: Path, channel: Channel, values: FloatArray) -> None:

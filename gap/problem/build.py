@@ -13,7 +13,7 @@ from ...core.units import unit
 from ...master.parallel.pool import Pool
 from ...master.simulation.session import Session
 from ...master.system.addresses import split
-from ..campaign.campaign import Campaign, CampaignError, Event, Run, own_unit
+from ..campaign.campaign import Campaign, CampaignError, Event, Run, unit_in_fmu
 from ..campaign.catalogue import Catalogue
 from ..settings import DEFAULT, Settings
 from .candidates import addresses_of, base_parameters, check_catalogue, connector_of, effect_candidates
@@ -123,7 +123,7 @@ def _units(campaign: Campaign, session: Session) -> dict[str, str]:
         if c.role == "output" and not given and c.connector not in session.system.own_outputs:
             remedy = 'what was measured of it drives the model with role = "input"'
             raise CampaignError(f"{where}: '{c.connector}' is an input that nothing in the model drives; {remedy}")
-        units |= own_unit(c, units, where)
+        units |= unit_in_fmu(c, units, where)
     return units
 
 

@@ -143,8 +143,8 @@ def _dependence(state: State, label: str, name: str, share: float) -> Dependence
     residual = state.chosen.held_out[at] * observations.noise_std[at] * factor
     noise = float(np.sqrt(np.mean(observations.noise_std[at] ** 2))) * factor
     shown = f"rate of {s.column}" if rate else s.column
-    own_unit = (f"{s.unit}/s" if s.unit != "1" else "1/s") if rate else s.unit
-    return Dependence(label, shown, own_unit, xs, residual, noise, share, means=(_mean_curve(xs, residual),))
+    shown_unit = (f"{s.unit}/s" if s.unit != "1" else "1/s") if rate else s.unit
+    return Dependence(label, shown, shown_unit, xs, residual, noise, share, means=(_mean_curve(xs, residual),))
 
 
 def _mean_curve(x: Array, residual: Array) -> MeanCurve:
