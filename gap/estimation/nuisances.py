@@ -12,7 +12,7 @@ def nuisance_columns(problem: Problem, model: np.ndarray) -> np.ndarray:
     observations = problem.observations
     columns = []
     for k in range(len(observations.span)):
-        columns.append(np.where((observations.channel == k) & observations.follows, usual_bias(problem, k), 0.0))
+        columns.append(np.where((observations.channel == k) & observations.takes_bias, usual_bias(problem, k), 0.0))
     slope = observations.slope(model)
     for r in range(len(problem.runs)):
         columns.append(np.where(observations.run == r, -usual_clock_error(problem, r) * slope, 0.0))

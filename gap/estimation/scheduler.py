@@ -38,7 +38,7 @@ def run_fits(problem: Problem, fits: Sequence[FitTask]) -> list[Fit | None]:
     while waiting:
         asked = dict(waiting)
         try:
-            coarse, exact = problem.answer(
+            coarse, exact = problem.evaluate_both(
                 [p for w in asked.values() for p in w.coarse], [p for w in asked.values() for p in w.exact]
             )
         except StopRequested:

@@ -44,7 +44,7 @@ class HoldoutRuns:
         biases = {label: q * usual_bias(learned, j) for j, (label, q) in enumerate(told)}
         offsets = np.array([biases.get(label, 0.0) for label in self.problem.labels[:channels]])
         observations = self.problem.observations
-        shifted = model + np.where(observations.follows, offsets[observations.channel], 0.0)
+        shifted = model + np.where(observations.takes_bias, offsets[observations.channel], 0.0)
         return profile_nuisances(self.problem, shifted, clocks, fit.dispersion).residual
 
     def like(self, learned: Problem) -> HoldoutRuns:

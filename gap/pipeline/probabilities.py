@@ -105,6 +105,6 @@ def _given_back(state: State, whole: RankedHypothesis, subset: RankedHypothesis)
                 continue
             k = state.problem.labels.index(connector)
             more = subset.hypothesis.fit.nuisances[k] - whole.hypothesis.fit.nuisances[k]
-            mine = (observations.channel == k) & observations.follows
+            mine = (observations.channel == k) & observations.takes_bias
             made[mine] += more * usual_bias(state.problem, k) / observations.noise_std[mine]
     return made

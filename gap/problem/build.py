@@ -78,10 +78,10 @@ def build_problem(
 def _read_package(campaign: Campaign, catalogue: Catalogue, session: Session) -> _Package:
     units = _units(campaign, session)
     parameter_units = {
-        f"{name}.{v}": own
-        for name, slave in session.system.instances.items()
-        for v in slave.variables
-        if (own := slave.unit_name(v)) is not None
+        f"{name}.{v}": unit_name
+        for name, instance in session.system.instances.items()
+        for v in instance.variables
+        if (unit_name := instance.unit_name(v)) is not None
     }
     signals = frozenset(f"{c}.{n}" for c, n in (*session.system.outputs, *session.system.inputs))
     start, step = session.structure.start_time, session.structure.step_size
@@ -100,10 +100,10 @@ def _read_package(campaign: Campaign, catalogue: Catalogue, session: Session) ->
 
 
 def _check_accepted(campaign: Campaign, catalogue: Catalogue) -> None:
-    known = [*(e.id for e in catalogue.effects), *(s.id for s in catalogue.sensors)]
+    ids = [*(e.id for e in catalogue.effects), *(s.id for s in catalogue.sensors)]
     for id in campaign.accept:
-        if id not in known:
-            raise CampaignError(f"{campaign.file}: accept: no effect '{id}' in the catalogue{did_you_mean(id, known)}")
+        if id not in ids:
+            raise CampaignError(f"{campaign.file}: accept: no effect '{id}' in the catalogue{did_you_mean(id, ids)}")
 
 
 def _units(campaign: Campaign, session: Session) -> dict[str, str]:
@@ -116,11 +116,11 @@ def _units(campaign: Campaign, session: Session) -> dict[str, str]:
     for c in campaign.channels:
         where = f"{campaign.file}: channel '{c.column}'"
         is_output, _ = connector_of(where, session, c.connector)
-        given = is_output or split(c.connector, session.system.instances) in connected
-        if c.role == "input" and given:
-            why = "an output of the model" if is_output else "connected to another component"
-            raise CampaignError(f"{where}: '{c.connector}' cannot be an input: it is {why}")
-        if c.role == "output" and not given and c.connector not in session.system.own_outputs:
+        driven = is_output or split(c.connector, session.system.instances) in connected
+        if c.role == "input" and driven:
+            reason = "an output of the model" if is_output else "connected to another component"
+            raise CampaignError(f"{where}: '{c.connector}' cannot be an input: it is {reason}")
+        if c.role == "output" and not driven and c.connector not in session.system.own_outputs:
             remedy = 'what was measured of it drives the model with role = "input"'
             raise CampaignError(f"{where}: '{c.connector}' is an input that nothing in the model drives; {remedy}")
         units |= unit_in_fmu(c, units, where)
@@ -132,14 +132,14 @@ def _conditions(campaign: Campaign, run: Run, session: Session, units: dict[str,
         values = session.values(run.parameters)
     except CosimError as error:
         raise CampaignError(f"{campaign.file}: run '{run.name}': {error}") from None
-    meant = [a for name in run.parameters for a in matching(name, values)]
-    if (twice := repeated(meant)) is not None:
-        raise CampaignError(f"{campaign.file}: run '{run.name}': two parameters mean '{twice}'")
+    addresses = [a for name in run.parameters for a in matching(name, values)]
+    if (duplicate := repeated(addresses)) is not None:
+        raise CampaignError(f"{campaign.file}: run '{run.name}': two parameters mean '{duplicate}'")
     inputs = {}
     for c in campaign.inputs:
         if c.connector in run.series:
             t, x = run.series[c.connector]
-            inputs[c.connector] = (t, _own(units[c.connector], x))
+            inputs[c.connector] = (t, _to_fmu_unit(units[c.connector], x))
     return RunConditions(run.name, run.stop, dict(run.parameters), inputs, values)
 
 
@@ -150,7 +150,7 @@ def _series(campaign: Campaign, units: dict[str, str], settings: Settings) -> li
         for run in campaign.runs:
             if c.connector in run.series:
                 t, readings = run.series[c.connector]
-                readings = _own(units[c.connector], readings)
+                readings = _to_fmu_unit(units[c.connector], readings)
                 estimated.setdefault(k, []).append(estimate_channel_noise(readings, t=t))
     blocks = []
     for r, run in enumerate(campaign.runs):
@@ -158,17 +158,17 @@ def _series(campaign: Campaign, units: dict[str, str], settings: Settings) -> li
             if c.connector not in run.series:
                 continue
             t, y = run.series[c.connector]
-            y = _own(units[c.connector], y)
+            y = _to_fmu_unit(units[c.connector], y)
             noise = float(np.median(estimated[k]))
             if c.noise_std is not None:
-                told = c.noise_std / unit(units[c.connector]).factor
-                noise = float(np.hypot(told, quantisation_step(y) / np.sqrt(12.0)))
+                stated_std = c.noise_std / unit(units[c.connector]).factor
+                noise = float(np.hypot(stated_std, quantisation_step(y) / np.sqrt(12.0)))
             times, y = decimate(t, y, settings.noise.max_samples)
-            fewer = np.sqrt(times.shape[1])
-            jitter = None if c.clock_jitter is None else c.clock_jitter / fewer
+            averaging = np.sqrt(times.shape[1])
+            jitter = None if c.clock_jitter is None else c.clock_jitter / averaging
             stated = c.noise_std is not None
             blocks.append(
-                RawBlock(r, k, c.connector, times.mean(1), y, noise / fewer, None, stated, jitter, times)
+                RawBlock(r, k, c.connector, times.mean(1), y, noise / averaging, None, stated, jitter, times)
             )
     return blocks
 
@@ -207,11 +207,11 @@ def _until_last_reading(
     return replace(info, stop=float(np.ceil(stop / step - 1e-9) * step))
 
 
-def _own(own: str, values: np.ndarray) -> np.ndarray:
+def _to_fmu_unit(name: str, values: np.ndarray) -> np.ndarray:
     """SI values in the FMU's own unit."""
-    u = unit(own)
-    made: np.ndarray = (values - u.offset) / u.factor
-    return made
+    u = unit(name)
+    converted: np.ndarray = (values - u.offset) / u.factor
+    return converted
 
 
 def _check_length(where: str, run: Run, scenario: float | None, step: float, driven: bool, settings: Settings) -> None:

@@ -21,10 +21,10 @@ from .problem import RunConditions, matching
 
 def addresses_of(name: str, values: Mapping[str, Any], where: str) -> tuple[str, ...]:
     """The addresses that a name means; raises `UnknownNameError`."""
-    found = matching(name, values)
-    if not found:
+    addresses = matching(name, values)
+    if not addresses:
         raise UnknownNameError(f"{where}: no component has a parameter '{name}'{did_you_mean(name, list(values))}")
-    return found
+    return addresses
 
 
 def connector_of(entry: str, session: Session, connector: str) -> tuple[bool, int]:
@@ -44,7 +44,7 @@ def base_parameters(
     tolerances = _tolerances(campaign, catalogue, values)
     changed = {a: f"effect {e.id}" for e in catalogue.effects for p in e.all_parameters for a in (p.address, *p.also)}
     changed |= {a: f"curve {c.id}" for c in catalogue.curves for a in c.parameters}
-    made = []
+    parameters = []
     for addresses, tolerance in tolerances.items():
         if tolerance == 0.0:
             continue
@@ -61,10 +61,10 @@ def base_parameters(
             warnings.append(f"base parameter '{addresses[0]}' is 0 and has no relative tolerance; it is held")
             continue
         reach, std = settings.base_reach, settings.base_std
-        made.append(
+        parameters.append(
             EstimatedParameter(addresses[0], "base", 1.0, scale, -reach, reach, std, addresses, factor=factor)
         )
-    return tuple(made)
+    return tuple(parameters)
 
 
 def _tolerances(
@@ -76,9 +76,11 @@ def _tolerances(
         tolerances[addresses_of(b.parameter, values, f"base {b.parameter}")] = b.tolerance
     for name, tolerance in campaign.base.items():
         tolerances[addresses_of(name, values, f"{campaign.file}: base {name}")] = tolerance
-    told = [a for addresses in tolerances for a in addresses]
-    if (twice := repeated(told)) is not None:
-        raise CampaignError(f"{campaign.file}: base: two entries mean '{twice}'; name it in full in one of them only")
+    listed = [a for addresses in tolerances for a in addresses]
+    if (duplicate := repeated(listed)) is not None:
+        raise CampaignError(
+            f"{campaign.file}: base: two entries mean '{duplicate}'; name it in full in one of them only"
+        )
     return tolerances
 
 
@@ -88,21 +90,23 @@ def effect_candidates(
 ) -> tuple[EffectCandidate, ...]:  # fmt: skip
     """The effects of the machine, and those of every channel's sensor."""
     curves = [curve_form(c, settings.curves) for c in catalogue.curves]
-    made = [_effect(e, curves, runs, warnings, settings.parameters) for e in catalogue.effects]
+    candidates = [_effect_candidate(e, curves, runs, warnings, settings.parameters) for e in catalogue.effects]
     channels = [c for k, c in enumerate(campaign.outputs) if any(b.channel == k for b in observations.blocks)]
     for s in catalogue.sensors:
         for k, c in enumerate(campaign.outputs):
             if c in channels:
-                made.append(_sensor(s, c.connector, float(observations.span[k]), len(channels), settings.parameters))
-    return tuple(made)
+                candidates.append(
+                    _sensor_candidate(s, c.connector, float(observations.span[k]), len(channels), settings.parameters)
+                )
+    return tuple(candidates)
 
 
-def _effect(
+def _effect_candidate(
     effect: Effect, curves: Sequence[CurveForm], runs: Sequence[RunConditions], warnings: list[str],
     settings: ParameterSettings,
 ) -> EffectCandidate:  # fmt: skip
     def estimated(entries: Sequence[Parameter]) -> tuple[EstimatedParameter, ...]:
-        return tuple(_estimated(effect.id, p, runs, warnings, settings) for p in entries)
+        return tuple(_effect_parameter(effect.id, p, runs, warnings, settings) for p in entries)
 
     parameters = sorted(estimated(effect.parameters), key=lambda u: u.shape)
     forms = [EffectForm(f.id, f.text, estimated(f.parameters)) for f in effect.forms]
@@ -110,7 +114,7 @@ def _effect(
     return EffectCandidate(effect.id, effect.text, effect.group, tuple(parameters), forms=tuple(forms))
 
 
-def _estimated(
+def _effect_parameter(
     effect: str, p: Parameter, runs: Sequence[RunConditions], warnings: list[str], settings: ParameterSettings
 ) -> EstimatedParameter:
     for address in (p.address, *p.also):
@@ -127,18 +131,19 @@ def _estimated(
     )  # fmt: skip
 
 
-def _sensor(
+def _sensor_candidate(
     effect: SensorEffect, connector: str, span: float, channels: int, settings: ParameterSettings
 ) -> EffectCandidate:
     unit = {"bias": span, "drift": span / settings.drift_time, "curvature": 4.0 / span}.get(effect.quantity, 1.0)
     forms = tuple(
-        EffectForm(f.id, f.text, (_of_sensor(f.parameter, connector, 1.0, settings, True),)) for f in effect.forms
+        EffectForm(f.id, f.text, (_sensor_parameter(f.parameter, connector, 1.0, settings, True),))
+        for f in effect.forms
     )
-    main = _of_sensor(effect, connector, unit, settings)
+    main = _sensor_parameter(effect, connector, unit, settings)
     return EffectCandidate(effect.id, effect.text, effect.group, (main,), 1.0 / channels, forms)
 
 
-def _of_sensor(
+def _sensor_parameter(
     x: SensorEffect | SensorShape, connector: str, unit: float, settings: ParameterSettings, shape: bool = False
 ) -> EstimatedParameter:
     low, high = (x.low - x.neutral) / x.prior, (x.high - x.neutral) / x.prior
@@ -151,10 +156,10 @@ def _of_sensor(
 
 def check_catalogue(catalogue: Catalogue, session: Session) -> None:
     """Every entry has to be of the package, and its values such that the FMUs take them; nothing is found out later."""
-    known = session.values()
+    parameters = session.values()
 
     def check_values(entry: str, address: str, values: Iterable[float]) -> None:
-        if any(isinstance(known[a], (bool, str)) for a in addresses_of(address, known, entry)):
+        if any(isinstance(parameters[a], (bool, str)) for a in addresses_of(address, parameters, entry)):
             raise CampaignError(f"{entry}: '{address}' is no real number")
         for value in values:
             try:
@@ -177,13 +182,13 @@ def check_catalogue(catalogue: Catalogue, session: Session) -> None:
 
 
 def _check_curve(curve: Curve, session: Session, check_values: Callable[[str, str, Iterable[float]], None]) -> None:
-    entry, known = f"curve {curve.id}", session.values()
+    entry, parameters = f"curve {curve.id}", session.values()
     for address in (*curve.parameters, *filter(None, [curve.knots_of]), *curve.names.values()):
-        if address not in known:
-            hint = did_you_mean(address, list(known))
+        if address not in parameters:
+            hint = did_you_mean(address, list(parameters))
             raise UnknownNameError(f"{entry}: the package has no parameter '{address}'{hint}")
         check_values(entry, address, (-curve.prior, curve.prior) if address in curve.parameters else ())
     try:
-        formula_over(curve, known, knots_of(curve, known))
+        formula_over(curve, parameters, knots_of(curve, parameters))
     except ValueError as error:
         raise CampaignError(f"{entry}: formula {error}") from None

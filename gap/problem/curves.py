@@ -26,8 +26,8 @@ class CurveForm(EffectForm):
 
     def values(self, point: Mapping[str, float]) -> np.ndarray:
         """What a point adds at the knots (knots,)."""
-        made = sum(np.array(x.weights) * x.value(point.get(x.name, 0.0)) for x in self.parameters)
-        return np.asarray(made, float)
+        added = sum(np.array(x.weights) * x.value(point.get(x.name, 0.0)) for x in self.parameters)
+        return np.asarray(added, float)
 
 
 def curve_form(curve: Curve, settings: CurveSettings) -> CurveForm:
@@ -48,12 +48,12 @@ def smooth_shapes(knots: np.ndarray, settings: CurveSettings) -> np.ndarray:
     little is cut off. Distances count in knots from zero; those at either side of it resemble their mirror images."""
     size = np.abs(knots)
     place = np.searchsorted(np.unique(size), size).astype(float)
-    apart = (place[:, None] - place[None, :]) / settings.length
+    distance = (place[:, None] - place[None, :]) / settings.length
     other_side = (knots[:, None] < 0.0) != (knots[None, :] < 0.0)
-    covariance = np.exp(-0.5 * apart**2) * np.where(other_side, settings.mirror, 1.0)
+    covariance = np.exp(-0.5 * distance**2) * np.where(other_side, settings.mirror, 1.0)
     energy, vectors = np.linalg.eigh(covariance)
-    kept = [k for k in np.argsort(-energy) if energy[k] > settings.least_energy * energy.max()]
-    return np.array([vectors[:, k] * np.sqrt(energy[k]) for k in kept])
+    leading = [k for k in np.argsort(-energy) if energy[k] > settings.least_energy * energy.max()]
+    return np.array([vectors[:, k] * np.sqrt(energy[k]) for k in leading])
 
 
 def knots_of(curve: Curve, values: Mapping[str, Any]) -> np.ndarray:
@@ -68,12 +68,12 @@ def formula_over(curve: Curve, values: Mapping[str, Any], x: np.ndarray) -> np.n
         return np.zeros(len(x))
     from simpleeval import InvalidExpression, SimpleEval  # only a curve with a formula needs it
 
-    known = {name: float(values[address]) for name, address in curve.names.items()}
+    constants = {name: float(values[address]) for name, address in curve.names.items()}
     functions = {"tanh": np.tanh, "exp": np.exp, "sqrt": np.sqrt, "sign": np.sign, "abs": abs, "min": min, "max": max}
-    made = []
+    results = []
     for at in x.tolist():
         try:
-            made.append(float(SimpleEval(names={**known, "x": at}, functions=functions).eval(curve.formula)))
+            results.append(float(SimpleEval(names={**constants, "x": at}, functions=functions).eval(curve.formula)))
         except (InvalidExpression, SyntaxError, ArithmeticError, TypeError, ValueError) as error:
             raise ValueError(f"'{curve.formula}' at x = {at:g}: {error}") from None
-    return np.array(made)
+    return np.array(results)

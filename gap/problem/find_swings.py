@@ -37,21 +37,21 @@ Input = tuple[np.ndarray, np.ndarray]
 """Times (n,) [s] and values (n,)."""
 
 
-def compare_swings(problem: Problem, delivered: np.ndarray) -> Problem:
+def compare_swings(problem: Problem, nominal: np.ndarray) -> Problem:
     """The problem with what swings compared by course, amplitude and frequency: the same one where nothing does.
 
-    delivered: the model's long vector (n,).
+    nominal: the long vector of the model as delivered (n,).
     """
     observations = problem.observations
     inputs = [list(r.inputs.values()) for r in problem.runs]
-    found = find_swings(observations, delivered, problem.settings.swings, inputs)
-    if not any(found):
+    swings = find_swings(observations, nominal, problem.settings.swings, inputs)
+    if not any(swings):
         return problem
-    return replace(problem, observations=_with_swings(observations, found), recorded=observations)
+    return replace(problem, observations=_with_swings(observations, swings), recorded=observations)
 
 
 def find_swings(
-    observations: Observations, delivered: np.ndarray, settings: SwingSettings,
+    observations: Observations, nominal: np.ndarray, settings: SwingSettings,
     inputs: Sequence[Sequence[Input]] = (),
 ) -> list[list[Swing]]:  # fmt: skip
     """The swings of every block; inputs: what was measured of those that drive each run.
@@ -60,18 +60,21 @@ def find_swings(
     several frequencies.
     """
     blocks = observations.blocks
-    stretches = [_stretches(b, delivered[b.place], settings) for b in blocks]
-    for b, own in zip(blocks, stretches, strict=True):
-        own[:] = [x for x in own if not any(_drives(i, x, settings) for i in (inputs[b.run] if inputs else ()))]
-    made: list[list[Swing]] = []
-    for b, own in zip(blocks, stretches, strict=True):
+    stretches = [_stretches(b, nominal[b.place], settings) for b in blocks]
+    for b, block_stretches in zip(blocks, stretches, strict=True):
+        block_stretches[:] = [
+            x for x in block_stretches
+            if not any(_drives(i, x, settings) for i in (inputs[b.run] if inputs else ()))
+        ]  # fmt: skip
+    swings: list[list[Swing]] = []
+    for b, block_stretches in zip(blocks, stretches, strict=True):
         plain = [x for c, xs in zip(blocks, stretches, strict=True) if c.run == b.run for x in xs if x.frequency]
-        made.append([])
-        for stretch in own:
-            like = next((x for x in plain if stretch.meets(x)), None)
-            if like is not None:
-                made[-1].append(_swing(observations, b, stretch, like, settings))
-    return made
+        swings.append([])
+        for stretch in block_stretches:
+            reference = next((x for x in plain if stretch.meets(x)), None)
+            if reference is not None:
+                swings[-1].append(_swing(observations, b, stretch, reference, settings))
+    return swings
 
 
 def _stretches(block: Block, model: np.ndarray, settings: SwingSettings) -> list[_Stretch]:
@@ -80,61 +83,65 @@ def _stretches(block: Block, model: np.ndarray, settings: SwingSettings) -> list
         return []
     grid = np.arange(block.t[0], block.t[-1], block.interval)
     course = local_lines(grid, grid, settings.window)
-    rests = [x - course @ x for x in (np.interp(grid, block.t, y) for y in (block.y, model))]
-    alone = _stands_out(grid, rests[0], block.noise_std, settings) & ~_keeps_pace(rests, block.interval, settings)
-    long = _lasting(grid, alone, settings)
-    return [_Stretch(a, b, _own_frequency(grid, rests[0], a, b, settings)) for a, b in long]
+    swinging = [x - course @ x for x in (np.interp(grid, block.t, y) for y in (block.y, model))]
+    out_of_step = (
+        _stands_out(grid, swinging[0], block.noise_std, settings) & ~_keeps_pace(swinging, block.interval, settings)
+    )  # fmt: skip
+    lasting = _lasting(grid, out_of_step, settings)
+    return [_Stretch(a, b, _dominant_frequency(grid, swinging[0], a, b, settings)) for a, b in lasting]
 
 
-def _stands_out(t: np.ndarray, rest: np.ndarray, noise_std: float, settings: SwingSettings) -> np.ndarray:
+def _stands_out(t: np.ndarray, oscillation: np.ndarray, noise_std: float, settings: SwingSettings) -> np.ndarray:
     """Where the amplitude (n,) is beyond the noise."""
-    squared = 2.0 * (hann_means(t, t, settings.window) @ rest**2 - noise_std**2)
+    squared = 2.0 * (hann_means(t, t, settings.window) @ oscillation**2 - noise_std**2)
     return np.asarray(squared > (settings.envelope_from * noise_std) ** 2)
 
 
-def _keeps_pace(rests: Sequence[np.ndarray], interval: float, settings: SwingSettings) -> np.ndarray:
+def _keeps_pace(oscillations: Sequence[np.ndarray], interval: float, settings: SwingSettings) -> np.ndarray:
     """Where what swings in the readings does so in the model, with a phase that stays (n,)."""
-    measured, model = (hilbert(x) for x in rests)
+    measured, model = (hilbert(x) for x in oscillations)
     size = max(1, round(settings.coherence_window / interval))
 
     def mean(x: np.ndarray) -> np.ndarray:
         return np.asarray(uniform_filter1d(x.real, size) + 1j * uniform_filter1d(x.imag, size))
 
-    own, other, both = mean(np.abs(measured) ** 2).real, mean(np.abs(model) ** 2).real, mean(measured * np.conj(model))
-    follows = np.abs(both) ** 2 > settings.coherent * own * other
-    return np.asarray(follows & (other > settings.own_share * own))
+    measured_power, model_power, cross_power = (
+        mean(np.abs(measured) ** 2).real, mean(np.abs(model) ** 2).real, mean(measured * np.conj(model)),
+    )  # fmt: skip
+    follows = np.abs(cross_power) ** 2 > settings.coherent * measured_power * model_power
+    return np.asarray(follows & (model_power > settings.own_share * measured_power))
 
 
 def _lasting(t: np.ndarray, mask: np.ndarray, settings: SwingSettings) -> list[tuple[float, float]]:
     """From when to when a mask (n,) holds, short pauses closed, short stretches left out."""
     edges = np.flatnonzero(np.diff(np.concatenate([[0], mask.astype(int), [0]])))
-    made: list[tuple[float, float]] = []
+    spans: list[tuple[float, float]] = []
     for start, end in zip(edges[::2], edges[1::2], strict=True):
         a, b = float(t[start]), float(t[end - 1])
-        if made and a - made[-1][1] < settings.gap:
-            made[-1] = (made[-1][0], b)
+        if spans and a - spans[-1][1] < settings.gap:
+            spans[-1] = (spans[-1][0], b)
         else:
-            made.append((a, b))
-    return [(a, b) for a, b in made if b - a >= settings.least]
+            spans.append((a, b))
+    return [(a, b) for a, b in spans if b - a >= settings.least]
 
 
-def _own_frequency(t: np.ndarray, rest: np.ndarray, a: float, b: float, settings: SwingSettings) -> float | None:
-    """The frequency [1/s] at which the rest (n,) swings from a to b; None where it has none of its own."""
+def _dominant_frequency(t: np.ndarray, x: np.ndarray, a: float, b: float, settings: SwingSettings) -> float | None:
+    """The frequency [1/s] at which what swings, x (n,), does so from a to b; None where it has none of its own."""
     inside = (t >= a) & (t <= b)
-    frequency = crossing_frequency(t[inside], rest[inside], settings.crossing)
+    frequency = crossing_frequency(t[inside], x[inside], settings.crossing)
     interval = float(t[1] - t[0])
     if frequency is None or frequency * (b - a) < settings.cycles:
         return None
     if frequency * interval * settings.least_samples > 1.0:
         return None
-    spectrum = np.abs(np.fft.rfft(rest[inside] * np.hanning(int(inside.sum())))) ** 2
+    spectrum = np.abs(np.fft.rfft(x[inside] * np.hanning(int(inside.sum())))) ** 2
     near = np.abs(np.fft.rfftfreq(int(inside.sum()), interval) / frequency - 1.0) <= settings.narrow
     return frequency if spectrum[near].sum() >= settings.narrow_share * spectrum.sum() else None
 
 
-def _drives(given: Input, stretch: _Stretch, settings: SwingSettings) -> bool:
+def _drives(signal: Input, stretch: _Stretch, settings: SwingSettings) -> bool:
     """Whether an input has more of its energy at the frequency of a stretch, meanwhile, than what noise has there."""
-    t, u = given
+    t, u = signal
     inside = (t >= stretch.start) & (t <= stretch.end)
     if stretch.frequency is None or inside.sum() < settings.cycles:
         return False
@@ -146,12 +153,12 @@ def _drives(given: Input, stretch: _Stretch, settings: SwingSettings) -> bool:
 
 
 def _swing(
-    observations: Observations, block: Block, stretch: _Stretch, like: _Stretch, settings: SwingSettings
+    observations: Observations, block: Block, stretch: _Stretch, reference: _Stretch, settings: SwingSettings
 ) -> Swing:
     """A swing as far as its window looks; like: the same or another channel's, at a plain frequency."""
     a, b, frequency = stretch
-    assert like.frequency is not None
-    window = min(max(settings.window, settings.periods / (frequency or like.frequency)), b - a)
+    assert reference.frequency is not None
+    window = min(max(settings.window, settings.periods / (frequency or reference.frequency)), b - a)
     half = 0.5 * window
     a, b = max(float(block.t[0]), a - half), min(float(block.t[-1]), b + half)
     near = (block.t >= a - half) & (block.t <= b + half)
@@ -160,7 +167,7 @@ def _swing(
     return Swing(block.t[near], at, window, noise, frequency, settings)
 
 
-def _with_swings(observations: Observations, found: Sequence[Sequence[Swing]]) -> Observations:
+def _with_swings(observations: Observations, swings_of_blocks: Sequence[Sequence[Swing]]) -> Observations:
     """The observations with, of each block, the samples outside its swings, and what describes these."""
     blocks: list[Block] = []
     readings, noises, place = [], [], 0
@@ -174,7 +181,7 @@ def _with_swings(observations: Observations, found: Sequence[Sequence[Swing]]) -
         noises.append(noise_std)
         place = at.stop
 
-    for b, swings in zip(observations.blocks, found, strict=True):
+    for b, swings in zip(observations.blocks, swings_of_blocks, strict=True):
         noise_std = observations.noise_std[b.place]
         outside = np.ones(len(b.t), bool)
         for swing in swings:
@@ -186,8 +193,8 @@ def _with_swings(observations: Observations, found: Sequence[Sequence[Swing]]) -
             y = b.y[inside]
             for quantity in swing.quantities:
                 feature = SwingFeature(swing, quantity)
-                described, noise = feature.read(y, noisy=True), swing.noise_of(quantity, y)
-                add(replace(b, feature=feature), described, feature.at, noise, inside)
+                values, noise = feature.read(y, noisy=True), swing.noise_of(quantity, y)
+                add(replace(b, feature=feature), values, feature.at, noise, inside)
     return replace(
         observations, blocks=tuple(blocks), y=np.concatenate(readings), noise_std=np.concatenate(noises),
         run=np.concatenate([np.full(len(b.t), b.run) for b in blocks]),
@@ -202,13 +209,13 @@ def as_compared(problem: Problem, samples: np.ndarray) -> np.ndarray:
         return samples
     whole = {(b.run, b.channel): b for b in problem.recorded.blocks if b.event is None}
     events = iter([samples[b.place] for b in problem.recorded.blocks if b.event is not None])
-    made = np.empty(len(problem.observations))
+    vector = np.empty(len(problem.observations))
     for b in problem.observations.blocks:
         if b.event is not None:
-            made[b.place] = next(events)
+            vector[b.place] = next(events)
             continue
         source = whole[b.run, b.channel]
-        wanted = b.t if b.feature is None else b.feature.swing.t
-        read = samples[source.place][np.isin(source.t, wanted)]
-        made[b.place] = read if b.feature is None else b.feature.read(read)
-    return made
+        times = b.t if b.feature is None else b.feature.swing.t
+        read = samples[source.place][np.isin(source.t, times)]
+        vector[b.place] = read if b.feature is None else b.feature.read(read)
+    return vector

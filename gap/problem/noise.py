@@ -63,8 +63,8 @@ def _third_differences(t: np.ndarray, y: np.ndarray) -> np.ndarray:
     times = np.stack([t[i : len(t) - 3 + i] for i in range(4)])
     readings = np.stack([y[i : len(y) - 3 + i] for i in range(4)])
     weights = np.stack([1.0 / np.prod([times[i] - times[j] for j in range(4) if j != i], axis=0) for i in range(4)])
-    made: np.ndarray = (weights * readings).sum(0) / np.sqrt((weights * weights).sum(0))
-    return made
+    differences: np.ndarray = (weights * readings).sum(0) / np.sqrt((weights * weights).sum(0))
+    return differences
 
 
 def _quiet_share(windows: int) -> float:

@@ -41,21 +41,21 @@ class EventObservation:
         """
         end = max(2, int(np.searchsorted(t, self.until, side="right")))
         t, x = t[:end], x[:end]
-        away = np.abs(x - self.target) - self.within
+        distance = np.abs(x - self.target) - self.within
         start = int(np.searchsorted(t, self.after))
-        outside = away[start:] > 0.0
+        outside = distance[start:] > 0.0
         if self.first and not outside.all():
             outside[int(np.argmin(outside)) :] = False
         if not outside.any():
-            found = 0.0
+            duration = 0.0
         else:
             k = start + int(np.flatnonzero(outside)[-1])
             if k + 1 < len(t):
-                found = t[k] + (t[k + 1] - t[k]) * away[k] / (away[k] - away[k + 1]) - self.after
+                duration = t[k] + (t[k + 1] - t[k]) * distance[k] / (distance[k] - distance[k + 1]) - self.after
             else:
                 path = max(abs(x[-1] - x[start]), 0.05 * abs(x[start] - self.target), 1e-12)
-                found = (t[-1] - self.after) * (1.0 + away[-1] / path)
-        return float(min(max(found, self.low), self.high))
+                duration = (t[-1] - self.after) * (1.0 + distance[-1] / path)
+        return float(min(max(duration, self.low), self.high))
 
 
 @dataclass(frozen=True, eq=False)
@@ -87,8 +87,8 @@ class Block:
         t = self.t if self.feature is None else self.feature.swing.t
         at = t[:, None] if self.members is None else self.members
         flat = np.interp(at.ravel(), grid, x) if sensor is None else sensor.read(grid, x, at.ravel())
-        made: np.ndarray = flat.reshape(at.shape).mean(1)
-        return made
+        readings: np.ndarray = flat.reshape(at.shape).mean(1)
+        return readings
 
     @property
     def is_series(self) -> bool:
@@ -96,9 +96,9 @@ class Block:
         return self.event is None and self.feature is None
 
     @property
-    def follows(self) -> bool:
+    def takes_bias(self) -> bool:
         """Whether a bias of its channel's sensor is added to its readings."""
-        return self.feature is None or self.feature.follows
+        return self.feature is None or self.feature.takes_bias
 
     @property
     def interval(self) -> float:
@@ -128,9 +128,9 @@ class Observations:
         return [b for b in self.blocks if b.is_series]
 
     @cached_property
-    def follows(self) -> np.ndarray:
+    def takes_bias(self) -> np.ndarray:
         """Which readings (n,) a bias of their channel's sensor is added to: not amplitude and frequency of a swing."""
-        return np.concatenate([np.full(len(b.t), b.follows) for b in self.blocks])
+        return np.concatenate([np.full(len(b.t), b.takes_bias) for b in self.blocks])
 
     def __len__(self) -> int:
         return len(self.y)
@@ -143,16 +143,16 @@ class Observations:
         sensors: Mapping[str, Sensor] | None = None,
     ) -> np.ndarray:
         """What the channels read when run r gives the signals rows[r] (n, signals) at the times grids[r]."""
-        made = np.empty(len(self.y))
+        readings = np.empty(len(self.y))
         for b in self.blocks:
             x = rows[b.run][:, columns[b.connector]]
             sensor = (sensors or {}).get(b.connector)
             if b.event is not None:
-                made[b.place] = b.event.read(grids[b.run], x)
+                readings[b.place] = b.event.read(grids[b.run], x)
                 continue
             read = b.read(grids[b.run], x, sensor)
-            made[b.place] = read if b.feature is None else b.feature.read(read)
-        return made
+            readings[b.place] = read if b.feature is None else b.feature.read(read)
+        return readings
 
     def whiten(self, model: np.ndarray) -> np.ndarray:
         """Readings minus a long vector, divided by the noise: the normalised residual (n,)."""
@@ -196,19 +196,19 @@ class Observations:
 
     def entries(self, runs: Sequence[int]) -> np.ndarray:
         """Where the readings of some runs stand in the long vector (m,)."""
-        made: np.ndarray = np.flatnonzero(np.isin(self.run, runs))
-        return made
+        places: np.ndarray = np.flatnonzero(np.isin(self.run, runs))
+        return places
 
     def of_runs(self, runs: Sequence[int]) -> Observations:
         """Those of some runs, which are counted anew in that order; a channel's span and level stay those of all."""
         number = {r: k for k, r in enumerate(runs)}
-        kept, end = [], 0
+        blocks, end = [], 0
         for b in (b for b in self.blocks if b.run in number):
             begin, end = end, end + b.place.stop - b.place.start
-            kept.append(replace(b, run=number[b.run], place=slice(begin, end)))
+            blocks.append(replace(b, run=number[b.run], place=slice(begin, end)))
         at = self.entries(runs)
         return replace(
-            self, blocks=tuple(kept), y=self.y[at], noise_std=self.noise_std[at], channel=self.channel[at],
+            self, blocks=tuple(blocks), y=self.y[at], noise_std=self.noise_std[at], channel=self.channel[at],
             time=self.time[at], run=np.array([number[r] for r in self.run[at]], dtype=int),
         )  # fmt: skip
 
@@ -220,11 +220,11 @@ class Observations:
 
     def slope(self, model: np.ndarray) -> np.ndarray:
         """Rate of change [unit/s] of a long vector along each block."""
-        made = np.zeros(len(self.y))
+        slopes = np.zeros(len(self.y))
         for b in self.blocks:
-            if b.event is None and b.follows and len(b.t) > 1:
-                made[b.place] = np.gradient(model[b.place], b.t)
-        return made
+            if b.event is None and b.takes_bias and len(b.t) > 1:
+                slopes[b.place] = np.gradient(model[b.place], b.t)
+        return slopes
 
     def clock_jitter(self, block: Block) -> float:
         """Standard deviation of the times of a block's readings [s]: as stated, else a share of their interval."""
@@ -235,16 +235,16 @@ class Observations:
 
         model, error: (n,), in the unit of the readings.
         """
-        made, settings = self.without_model_roughness(model), self.settings
-        slope, noise = made.slope(model), made.noise_std.copy()
-        for b in made.blocks:
+        observations, settings = self.without_model_roughness(model), self.settings
+        slope, noise = observations.slope(model), observations.noise_std.copy()
+        for b in observations.blocks:
             rough = np.sqrt(_smooth(slope[b.place] ** 2, b.t, settings.smoothing))
             numerical = np.sqrt(_smooth(error[b.place] ** 2, b.t, settings.smoothing))
-            share = made.step_error_share(b, error)
+            share = observations.step_error_share(b, error)
             numerical *= min(1.0, settings.step_error_share / max(share, 1e-300))
             jitter = self.clock_jitter(b) * rough
             noise[b.place] = np.sqrt(b.noise_std**2 + jitter**2 + numerical**2)
-        return replace(made, noise_std=noise)
+        return replace(observations, noise_std=noise)
 
     def step_error_share(self, block: Block, error: np.ndarray) -> float:
         """The macro step's error (n,) in a block over its noise: that which most readings have, for it may be large
@@ -255,12 +255,12 @@ class Observations:
 
     def without_model_roughness(self, model: np.ndarray) -> Observations:
         """The same without, in estimated noise, what the same estimate makes of the model, which has no noise."""
-        made = []
+        blocks = []
         for b in self.blocks:
             rough = estimate_noise_std(model[b.place], t=b.t) if not b.stated else 0.0
-            left = float(np.sqrt(max(b.noise_std**2 - rough**2, 0.0)))
-            made.append(replace(b, noise_std=float(max(left, self.settings.least_share * b.noise_std))))
-        return replace(self, blocks=tuple(made))
+            reduced = float(np.sqrt(max(b.noise_std**2 - rough**2, 0.0)))
+            blocks.append(replace(b, noise_std=float(max(reduced, self.settings.least_share * b.noise_std))))
+        return replace(self, blocks=tuple(blocks))
 
 
 def _with_neighbours(x: np.ndarray, evidence: float) -> float:
@@ -301,31 +301,31 @@ class RawBlock(NamedTuple):
 
 def gather(blocks: Sequence[RawBlock], settings: NoiseSettings | None = None) -> Observations:
     """The observations of all blocks."""
-    made, place = [], 0
+    placed, place = [], 0
     for b in blocks:
         end = place + len(b.t)
         at = slice(place, end)
-        made.append(
+        placed.append(
             Block(
                 b.run, b.channel, b.connector, b.t, b.y, b.noise_std, at, b.event, b.stated, b.clock_jitter,
                 members=b.members,
             )
         )  # fmt: skip
         place = end
-    channels = 1 + max(b.channel for b in made)
+    channels = 1 + max(b.channel for b in placed)
     span, level = np.zeros(channels), np.zeros(channels)
     for c in range(channels):
-        parts = [b.y for b in made if b.channel == c and b.event is None]
+        parts = [b.y for b in placed if b.channel == c and b.event is None]
         if parts:
             span[c] = max(np.max([p.max() for p in parts]) - np.min([p.min() for p in parts]), 1e-300)
             level[c] = max(float(np.abs(p).max()) for p in parts)
     return Observations(
-        tuple(made),
-        np.concatenate([b.y for b in made]),
-        np.concatenate([np.full(len(b.t), b.noise_std) for b in made]),
-        np.concatenate([np.full(len(b.t), b.run) for b in made]),
-        np.concatenate([np.full(len(b.t), b.channel) for b in made]),
-        np.concatenate([b.t for b in made]),
+        tuple(placed),
+        np.concatenate([b.y for b in placed]),
+        np.concatenate([np.full(len(b.t), b.noise_std) for b in placed]),
+        np.concatenate([np.full(len(b.t), b.run) for b in placed]),
+        np.concatenate([np.full(len(b.t), b.channel) for b in placed]),
+        np.concatenate([b.t for b in placed]),
         span,
         level,
         settings or NoiseSettings(),

@@ -84,8 +84,8 @@ class EffectCandidate:
 
     def in_form(self, form: EffectForm) -> EffectCandidate:
         """The plain effect in one of its forms, whose parameters are then shapes of it."""
-        own = tuple(replace(x, starts=()) for x in form.parameters)
-        return replace(self, parameters=(*self.parameters, *own), form=form)
+        form_parameters = tuple(replace(x, starts=()) for x in form.parameters)
+        return replace(self, parameters=(*self.parameters, *form_parameters), form=form)
 
     @property
     def name(self) -> str:

@@ -99,8 +99,8 @@ class Problem:
         stated = np.zeros(len(self.observations))
         for k, c in enumerate(self.campaign.outputs):
             if c.model_form_scatter is not None:
-                own = c.model_form_scatter / unit(self.units[c.connector]).factor
-                stated[(self.observations.channel == k) & self.observations.follows] = own
+                scatter = c.model_form_scatter / unit(self.units[c.connector]).factor
+                stated[(self.observations.channel == k) & self.observations.takes_bias] = scatter
         return float(np.mean((stated / self.observations.noise_std) ** 2))
 
     @property
@@ -130,39 +130,39 @@ class Problem:
     def model_values(self, run: int, point: Point) -> dict[str, Any]:
         """What the point says of the model's parameters; a base parameter is a share of what the run states of it."""
         info = self.runs[run]
-        made: dict[str, Any] = {}
-        known = self.parameters
+        values: dict[str, Any] = {}
+        parameters = self.parameters
         for name, u in point.items():
-            parameter = known[name]
+            parameter = parameters[name]
             if parameter.kind == "base" and u != 0.0:
                 for address in parameter.addresses:
-                    made[address] = info.values[address] * parameter.value(u)
+                    values[address] = info.values[address] * parameter.value(u)
             elif parameter.weights and u != 0.0:
                 for address, weight in zip(parameter.addresses, parameter.weights, strict=True):
-                    made[address] = made.get(address, info.values[address]) + weight * parameter.value(u)
+                    values[address] = values.get(address, info.values[address]) + weight * parameter.value(u)
             elif parameter.kind == "effect" and u != 0.0:
                 for address in parameter.addresses:
-                    made[address] = parameter.value(u)
-        return made
+                    values[address] = parameter.value(u)
+        return values
 
     def differing_values(self, point: Point) -> dict[str, list[Any]]:
         """Parameters that the point puts at different values from run to run, for the runs state different ones."""
         values = [self.model_values(r, point) for r in range(len(self.runs))]
-        each = {a: [v[a] for v in values] for a in values[0]}
-        return {a: v for a, v in each.items() if any(other != v[0] for other in v)}
+        by_address = {a: [v[a] for v in values] for a in values[0]}
+        return {a: v for a, v in by_address.items() if any(x != v[0] for x in v)}
 
     def sensors(self, point: Point) -> dict[str, Sensor]:
         """The sensors at that point, by connector."""
-        known = self.parameters
-        found: dict[str, dict[str, float]] = {}
+        parameters = self.parameters
+        errors: dict[str, dict[str, float]] = {}
         for name, u in point.items():
-            if known[name].kind == "sensor" and u != 0.0:
+            if parameters[name].kind == "sensor" and u != 0.0:
                 connector, _, quantity = name.removeprefix("sensor.").rpartition(".")
-                found.setdefault(connector, {})[quantity] = known[name].value(u)
-        for connector, quantities in found.items():
+                errors.setdefault(connector, {})[quantity] = parameters[name].value(u)
+        for connector, quantities in errors.items():
             if "curvature" in quantities:
                 quantities["middle"] = self.observations.middle_of(connector)
-        return {connector: Sensor(**quantities) for connector, quantities in found.items()}
+        return {connector: Sensor(**quantities) for connector, quantities in errors.items()}
 
     def grid(self, run: int, step: float) -> np.ndarray:
         """Times of a run's rows [s]."""
@@ -186,14 +186,14 @@ class Problem:
         jobs: dict[Hashable, Job] = {}
         keys: list[list[Hashable]] = []
         for point, h, exact in zip(points, steps, tights, strict=True):
-            made = [self._job(r, point, h, record, exact) for r in range(len(self.runs))]
-            jobs.update(made)
-            keys.append([key for key, _ in made])
+            point_jobs = [self._job(r, point, h, record, exact) for r in range(len(self.runs))]
+            jobs.update(point_jobs)
+            keys.append([key for key, _ in point_jobs])
         names = {key: key[0].name for key in jobs}  # type: ignore[index]
-        found = self.simulator.run(jobs, names, keep)
+        outcomes = self.simulator.run(jobs, names, keep)
         signals: list[list[np.ndarray] | None] = []
-        for wanted in keys:
-            results = [found[key] for key in wanted]
+        for point_keys in keys:
+            results = [outcomes[key] for key in point_keys]
             arrays = [x for x in results if not isinstance(x, Failure)]
             signals.append(arrays if len(arrays) == len(results) else None)
         return signals
@@ -233,9 +233,9 @@ class Problem:
 
     def evaluate(self, points: Sequence[Point]) -> list[np.ndarray | None]:
         """The model's long vectors at the points from runs at the fit's step; None where a run failed."""
-        return self.answer(points, [])[0]
+        return self.evaluate_both(points, [])[0]
 
-    def answer(
+    def evaluate_both(
         self, coarse: Sequence[Point], exact: Sequence[Point]
     ) -> tuple[list[np.ndarray | None], list[np.ndarray | None]]:
         """The long vectors of some points at the fit's step, and of others as `exact` gives them, run side by side."""
@@ -243,17 +243,20 @@ class Problem:
         double = n if d.richardson_order else 0
         points = [*coarse, *exact, *exact[:double]]
         steps = [d.fit_step] * k + [d.macro_step] * n + [2.0 * d.macro_step] * double
-        found = self.rows(points, steps, tight=[False] * k + [True] * (n + double))
-        made = [None if r is None else self.read(p, r, h) for p, r, h in zip(points, found, steps, strict=True)]
-        one, two = made[k : k + n], made[k + n :]
+        rows = self.rows(points, steps, tight=[False] * k + [True] * (n + double))
+        vectors = [None if r is None else self.read(p, r, h) for p, r, h in zip(points, rows, steps, strict=True)]
+        exact_vectors, at_double = vectors[k : k + n], vectors[k + n :]
         if d.richardson_order:
-            one = [None if y is None or z is None else d.richardson(z, y) for y, z in zip(one, two, strict=True)]
-        return made[:k], one
+            exact_vectors = [
+                None if y is None or z is None else d.richardson(z, y)
+                for y, z in zip(exact_vectors, at_double, strict=True)
+            ]
+        return vectors[:k], exact_vectors
 
     def exact(self, points: Sequence[Point]) -> list[np.ndarray | None]:
         """The long vectors with the macro step's error extrapolated away, from runs at the macro step and at twice
         that; None where a run failed."""
-        return self.answer([], points)[1]
+        return self.evaluate_both([], points)[1]
 
     def at_step(self, point: Point, step: float) -> np.ndarray | None:
         """The long vector of a run at a macro step [s], as it is."""

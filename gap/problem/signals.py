@@ -37,10 +37,10 @@ def smooth(t: np.ndarray, y: np.ndarray, at: np.ndarray, kernel: float) -> Smoot
 
 def rate_pairs(names: Sequence[str], rows: np.ndarray, step: float) -> list[tuple[str, str]]:
     """(a, b) where signal a is the rate of signal b, found in rows (n, names) of the model itself."""
-    found = []
+    pairs = []
     for i, a in enumerate(names):
         for j, b in enumerate(names):
             v, dx = rows[:, i], np.gradient(rows[:, j], step)
             if i != j and np.ptp(v) > 0 and np.ptp(dx) > 0 and rms(v - dx) < 0.05 * np.std(v):
-                found.append((a, b))
-    return found
+                pairs.append((a, b))
+    return pairs

@@ -20,34 +20,34 @@ def _bytes(result: Rows) -> int:
 class Simulator:
     """Simulates jobs and remembers them; also what was seen of the simulations' smoothness, and the last failure."""
 
-    def __init__(self, pool: Pool, stop: StopToken | None = None, kept: float = 1e8):
-        """kept: memory for runs [bytes]."""
+    def __init__(self, pool: Pool, stop: StopToken | None = None, capacity: float = 1e8):
+        """capacity: memory for runs [bytes]."""
         self.pool = pool
         self.stop = stop or StopToken()
         self.smooth: dict[str, bool] = {}
         """Whether runs are smooth in an effect's parameter at the differences' step, as far as that has been seen."""
         self.failure = ""
         """The last run that could not be simulated, and why."""
-        self._kept: OrderedDict[Hashable, Rows] = OrderedDict()
-        self._capacity = kept
+        self._cache: OrderedDict[Hashable, Rows] = OrderedDict()
+        self._capacity = capacity
         self._size = 0
 
     def run(
         self, jobs: Mapping[Hashable, Job], names: Mapping[Hashable, str], keep: bool = True
     ) -> dict[Hashable, Rows]:
         """Signals (n, len(record)) or the failure of every job; names: of their runs, for messages."""
-        known = {key: self._kept[key] for key in jobs if key in self._kept}
-        fresh_keys = [key for key in jobs if key not in known]
+        cached = {key: self._cache[key] for key in jobs if key in self._cache}
+        fresh_keys = [key for key in jobs if key not in cached]
         fresh = dict(zip(fresh_keys, self.simulate([jobs[key] for key in fresh_keys]), strict=True))
         for key, result in fresh.items():
             if isinstance(result, Failure):
                 self.failure = f"run '{names[key]}': {result.reason}"
         if keep:
-            self._kept.update(fresh)
+            self._cache.update(fresh)
             self._size += sum(_bytes(result) for result in fresh.values())
             while self._size > self._capacity:
-                self._size -= _bytes(self._kept.popitem(last=False)[1])
-        return {**known, **fresh}
+                self._size -= _bytes(self._cache.popitem(last=False)[1])
+        return {**cached, **fresh}
 
     def simulate(self, jobs: Sequence[Job]) -> list[Rows]:
         """The results in the order of the jobs; raises `StopRequested` once the diagnosis is asked to stop."""

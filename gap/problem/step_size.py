@@ -47,17 +47,17 @@ def assess_step_error(problem: Problem) -> StepAssessment:
         unknown = "The model does not run at half its step, so what its step changes is unknown."
         widened = _widened(problem, at_step, np.zeros_like(at_step))
         return StepAssessment(widened, at_step, np.zeros(0), unknown)
-    numerical = left = at_step - half
+    numerical = error = at_step - half
     change = rms(numerical / problem.observations.noise_std)
-    if change > settings.second_order_from and (better := _second_order(problem, change)) is not None:
-        return replace(better, change=numerical)
+    if change > settings.second_order_from and (second_order := _second_order(problem, change)) is not None:
+        return replace(second_order, change=numerical)
     double = problem.at_step({}, 2.0 * h) if change > settings.extrapolate_from else None
     if double is not None:
         doubled = rms((double - at_step) / problem.observations.noise_std)
         problem = problem.with_discretisation(richardson_order=2 if doubled > 2.0**1.5 * change else 1)
         richardson = problem.discretisation.richardson
-        left = richardson(double, at_step) - richardson(at_step, half)
-    return StepAssessment(_widened(problem, at_step, left), at_step, numerical, _unresolved(problem, at_step, left))
+        error = richardson(double, at_step) - richardson(at_step, half)
+    return StepAssessment(_widened(problem, at_step, error), at_step, numerical, _unresolved(problem, at_step, error))
 
 
 def _unresolved(problem: Problem, model: np.ndarray, error: np.ndarray) -> str:
@@ -72,8 +72,8 @@ def _unresolved(problem: Problem, model: np.ndarray, error: np.ndarray) -> str:
             worst[label] = max(worst.get(label, 0.0), share)
     if not worst:
         return ""
-    told = ", ".join(f"{label} by {share:.1f} times its noise" for label, share in worst.items())
-    return f"The model's step of {1e3 * problem.macro_step:g} ms alone changes {told}: what it changes is no gap."
+    shares = ", ".join(f"{label} by {share:.1f} times its noise" for label, share in worst.items())
+    return f"The model's step of {1e3 * problem.macro_step:g} ms alone changes {shares}: what it changes is no gap."
 
 
 def simulate_as_chosen(problem: Problem, chosen: Problem) -> StepAssessment:
@@ -82,15 +82,15 @@ def simulate_as_chosen(problem: Problem, chosen: Problem) -> StepAssessment:
     problem = problem.with_discretisation(macro_step=d.macro_step, richardson_order=d.richardson_order, method=d.method)
     factors = (2.0, 1.0, 0.5) if d.richardson_order else (1.0, 0.5)
     runs = [problem.at_step({}, d.macro_step * k) for k in factors]
-    found = [run for run in runs if run is not None]
-    if len(found) < len(runs):
-        if len(found) and not d.richardson_order:  # not at half its step
-            return StepAssessment(_widened(problem, found[0], np.zeros_like(found[0])), found[0], np.zeros(0))
+    models = [run for run in runs if run is not None]
+    if len(models) < len(runs):
+        if len(models) and not d.richardson_order:  # not at half its step
+            return StepAssessment(_widened(problem, models[0], np.zeros_like(models[0])), models[0], np.zeros(0))
         name, failure = problem.campaign.system.name, problem.simulator.failure
         raise SimulationError(f"{name}: the model as delivered does not run what is held out: {failure}")
-    limits = [d.richardson(a, b) for a, b in pairwise(found)] if d.richardson_order else found
+    limits = [d.richardson(a, b) for a, b in pairwise(models)] if d.richardson_order else models
     error = limits[0] - limits[1]
-    return StepAssessment(_widened(problem, found[-2], error), found[-2], error)
+    return StepAssessment(_widened(problem, models[-2], error), models[-2], error)
 
 
 def _widened(problem: Problem, model: np.ndarray, error: np.ndarray) -> Problem:
@@ -105,20 +105,20 @@ def _second_order(problem: Problem, change: float) -> StepAssessment | None:
     """
     h, settings, noise = problem.macro_step, problem.settings.numerics, problem.observations.noise_std
     problem = problem.with_discretisation(method=settings.second_order_method)
-    here, half = (problem.at_step({}, step) for step in (h, h / 2.0))
-    if here is None or half is None or rms((here - half) / noise) > settings.second_order_gain * change:
+    single, half = (problem.at_step({}, step) for step in (h, h / 2.0))
+    if single is None or half is None or rms((single - half) / noise) > settings.second_order_gain * change:
         return None
-    left = here - half
-    if rms(left / noise) > settings.extrapolate_from:
+    error = single - half
+    if rms(error / noise) > settings.extrapolate_from:
         problem = problem.with_discretisation(richardson_order=2)
-        return StepAssessment(_widened(problem, here, left), here, left)
+        return StepAssessment(_widened(problem, single, error), single, error)
     for _ in range(settings.second_order_doublings):
-        there = problem.at_step({}, 2.0 * problem.macro_step)
-        if there is None or rms((there - here) / noise) > settings.second_order_error:
+        double = problem.at_step({}, 2.0 * problem.macro_step)
+        if double is None or rms((double - single) / noise) > settings.second_order_error:
             break
         problem = problem.with_discretisation(macro_step=2.0 * problem.macro_step)
-        left, here = there - here, there
-    return StepAssessment(_widened(problem, here, left), here, left)
+        error, single = double - single, double
+    return StepAssessment(_widened(problem, single, error), single, error)
 
 
 def choose_fit_step(problem: Problem, nominal: np.ndarray, package_step: float) -> Problem:
@@ -153,12 +153,12 @@ def choose_difference_step(problem: Problem) -> Problem:
     for h in settings.difference_steps:
         problem = problem.with_discretisation(difference_step=h)
         points = [{x.name: k * h * s for x, s in zip(problem.base, signs, strict=True)} for k in (0.0, 1.0, 2.0)]
-        here, one, two = problem.evaluate(points)
-        if here is None or one is None or two is None:
+        at_start, one, two = problem.evaluate(points)
+        if at_start is None or one is None or two is None:
             continue
-        first, second = one - here, two - one
-        seen = np.abs(first) >= max(float(np.median(np.abs(first))), 1e-300)
+        first, second = one - at_start, two - one
+        significant = np.abs(first) >= max(float(np.median(np.abs(first))), 1e-300)
         smooth = settings.smooth_within
-        if seen.any() and np.median(np.abs((second - first)[seen] / first[seen])) < smooth:
+        if significant.any() and np.median(np.abs((second - first)[significant] / first[significant])) < smooth:
             break
     return problem

@@ -12,12 +12,12 @@ class StopRequested(Exception):
 class StopToken:
     """Asked wherever work begins; once it has been true it stays so."""
 
-    def __init__(self, asked: Callable[[], bool] = lambda: False):
-        self._asked = asked
+    def __init__(self, should_stop: Callable[[], bool] = lambda: False):
+        self._should_stop = should_stop
         self._stopped = False
 
     @property
     def requested(self) -> bool:
         """Whether nothing more is to be begun."""
-        self._stopped = self._stopped or self._asked()
+        self._stopped = self._stopped or self._should_stop()
         return self._stopped

@@ -64,39 +64,39 @@ class Swing:
         """Squared amplitude of what stands out of the noise."""
         return float(np.mean(self.noise_std**2)) * self.settings.envelope_from**2
 
-    def rest(self, x: np.ndarray) -> np.ndarray:
+    def oscillation(self, x: np.ndarray) -> np.ndarray:
         """What swings (n,) of samples (n,)."""
-        made: np.ndarray = x - self._course @ x
-        return made
+        oscillation: np.ndarray = x - self._course @ x
+        return oscillation
 
     @cached_property
     def noise_energy(self) -> np.ndarray:
         """Mean square of the rest of pure noise (m,), times two: squared amplitude that it looks like."""
-        own = 1.0 - 2.0 * self._course.diagonal() + (self._course**2).sum(axis=1)
-        made: np.ndarray = 2.0 * self.energy_weights @ (self.noise_std**2 * own)
-        return made
+        gain = 1.0 - 2.0 * self._course.diagonal() + (self._course**2).sum(axis=1)
+        energy: np.ndarray = 2.0 * self.energy_weights @ (self.noise_std**2 * gain)
+        return energy
 
     def course(self, x: np.ndarray) -> np.ndarray:
         """Around which the samples (n,) swing (m,)."""
-        made: np.ndarray = self.course_weights @ x
-        return made
+        course: np.ndarray = self.course_weights @ x
+        return course
 
     def amplitude(self, x: np.ndarray, noisy: bool) -> np.ndarray:
         """Logarithm of the amplitude (m,) with the noise's part, which samples of a model are given."""
-        energy = 2.0 * (self.energy_weights @ self.rest(x) ** 2)
-        made: np.ndarray = 0.5 * np.log(energy + (0.0 if noisy else self.noise_energy))
-        return made
+        energy = 2.0 * (self.energy_weights @ self.oscillation(x) ** 2)
+        log_amplitude: np.ndarray = 0.5 * np.log(energy + (0.0 if noisy else self.noise_energy))
+        return log_amplitude
 
     def log_frequency(self, x: np.ndarray) -> float:
         """Logarithm of the frequency; that of what swings less than noise is as good as any: the measured one."""
         assert self.frequency is not None
-        rest = self.rest(x)
-        found = crossing_frequency(self.t[self._whole], rest[self._whole], self.settings.crossing)
-        if found is None:
+        oscillation = self.oscillation(x)
+        frequency = crossing_frequency(self.t[self._whole], oscillation[self._whole], self.settings.crossing)
+        if frequency is None:
             return float(np.log(self.frequency))
-        energy = 2.0 * float(np.mean(rest**2))
+        energy = 2.0 * float(np.mean(oscillation**2))
         share = energy / (energy + self.least_energy)
-        return float(share * np.log(found) + (1.0 - share) * np.log(self.frequency))
+        return float(share * np.log(frequency) + (1.0 - share) * np.log(self.frequency))
 
     def noise_of(self, quantity: str, y: np.ndarray) -> np.ndarray:
         """Standard deviation (m,), or one for the frequency, of what readings y (n,) say of a quantity.
@@ -128,7 +128,7 @@ class SwingFeature:
     """course [unit of the channel], amplitude (its logarithm), frequency (its logarithm)."""
 
     @property
-    def follows(self) -> bool:
+    def takes_bias(self) -> bool:
         """Whether a bias of the sensor moves it as it does samples."""
         return self.quantity == COURSE
 
@@ -172,15 +172,15 @@ def _weights(t: np.ndarray, at: np.ndarray, window: float, lines: bool) -> csr_a
     return csr_array((w, columns, ends), shape=(len(at), len(t)))
 
 
-def crossing_frequency(t: np.ndarray, rest: np.ndarray, share: float) -> float | None:
+def crossing_frequency(t: np.ndarray, oscillation: np.ndarray, share: float) -> float | None:
     """Frequency [1/s] from the first to the last zero crossing of what swings (n,), between which it reaches a share
     of its RMS; None where it has less than three."""
-    level = share * float(np.sqrt(np.mean(rest**2)))
-    clear = np.flatnonzero(np.abs(rest) > level)
-    turned = np.flatnonzero(np.diff(np.sign(rest[clear])) != 0.0)
+    level = share * float(np.sqrt(np.mean(oscillation**2)))
+    clear = np.flatnonzero(np.abs(oscillation) > level)
+    turned = np.flatnonzero(np.diff(np.sign(oscillation[clear])) != 0.0)
     if len(turned) < 3:
         return None
-    crossings = [_crossing(t, rest, clear[k], clear[k + 1]) for k in (turned[0], turned[-1])]
+    crossings = [_crossing(t, oscillation, clear[k], clear[k + 1]) for k in (turned[0], turned[-1])]
     return float((len(turned) - 1) / (2.0 * max(crossings[1] - crossings[0], 1e-300)))
 
 

@@ -171,7 +171,7 @@ def _channel(s: State, k: int, label: str) -> dict[str, Any]:
     """RMS of a channel in the unit of its FMU, and its parts."""
     compared, noise = s.scoring.observations, s.scoring.observations.noise_std
     own = compared.channel == k
-    mask = own & compared.follows
+    mask = own & compared.takes_bias
     calibrated = s.alternatives[0].residuals[frozenset()]
     series = k < len(s.problem.campaign.outputs)
     return {

@@ -53,7 +53,7 @@ def _left_in(state: State, label: str, after: np.ndarray) -> float:
     """RMS of what the chosen set leaves of a channel, in the unit of its FMU: the budget's own is an average over all
     plausible sets, with effects in some that are not sure enough to be named."""
     scoring = state.scoring.observations
-    own = (scoring.channel == state.scoring.labels.index(label)) & scoring.follows
+    own = (scoring.channel == state.scoring.labels.index(label)) & scoring.takes_bias
     return rms((after * scoring.noise_std)[own])
 
 

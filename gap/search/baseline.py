@@ -40,7 +40,7 @@ def unfitted_base(problem: Problem, nominal: np.ndarray, nuisance_jacobian: np.n
 
 def deliver(problem: Problem, nuisance_jacobian: np.ndarray) -> Hypothesis:
     """The model as delivered, simulated."""
-    (coarse,), (exact,) = problem.answer([{}], [{}])
+    (coarse,), (exact,) = problem.evaluate_both([{}], [{}])
     if coarse is None or exact is None:
         failure = problem.simulator.failure
         raise SimulationError(f"{problem.campaign.system.name}: the model as delivered does not run: {failure}")

@@ -150,7 +150,7 @@ def stand_exactly(
 ) -> list[Hypothesis]:
     """Sets of effects as they stand at points, each corrected by its own exact run; those that run."""
     points, made = [point for _, point in wanted], []
-    for (candidates, point), coarse, exact in zip(wanted, *problem.answer(points, points), strict=True):
+    for (candidates, point), coarse, exact in zip(wanted, *problem.evaluate_both(points, points), strict=True):
         if coarse is not None and exact is not None:
             walk = _put(problem, Place(candidates, point, exact - coarse), coarse, nuisance_jacobian)
             made.append(Hypothesis(candidates, _fit(problem, walk), quick=True))

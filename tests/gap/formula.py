@@ -74,7 +74,7 @@ class FormulaProblem:
         assert list(runs) == [0]
         return self
 
-    def answer(
+    def evaluate_both(
         self, coarse: Sequence[Point], exact: Sequence[Point]
     ) -> tuple[list[np.ndarray | None], list[np.ndarray | None]]:
         """Long vectors (n,) at the fit's step, and exact ones."""
@@ -83,11 +83,11 @@ class FormulaProblem:
 
     def evaluate(self, points: Sequence[Point]) -> list[np.ndarray | None]:
         """Long vectors at the fit's step."""
-        return self.answer(points, [])[0]
+        return self.evaluate_both(points, [])[0]
 
     def exact(self, points: Sequence[Point]) -> list[np.ndarray | None]:
         """Exact long vectors."""
-        return self.answer([], points)[1]
+        return self.evaluate_both([], points)[1]
 
 
 def at_any_step(machine: Callable[[Point], np.ndarray | None]) -> Model:

@@ -10,7 +10,7 @@ from deepsea_cosim.gap.settings import DEFAULT
 
 OBSERVATIONS = SimpleNamespace(
     channel=np.array([0, 0, 1, 1]), noise_std=np.array([0.1, 0.2, 0.5, 0.5]), span=np.array([10.0, 4.0]),
-    level=np.array([10.0, 4.0]), follows=np.ones(4, bool),
+    level=np.array([10.0, 4.0]), takes_bias=np.ones(4, bool),
 )  # fmt: skip
 
 

@@ -23,7 +23,7 @@ def test_estimation_settings_hold_at_longer_steps_only(posed):
         quick = quick.with_discretisation(coarsening=2)
         np.testing.assert_array_equal(quick.exact([{}])[0], plain.exact([{}])[0])
         assert not np.allclose(quick.evaluate([{}])[0], plain.evaluate([{}])[0])
-        coarse, exact = quick.answer([{}], [{}])
+        coarse, exact = quick.evaluate_both([{}], [{}])
         np.testing.assert_array_equal(coarse[0], quick.evaluate([{}])[0])
         np.testing.assert_array_equal(exact[0], plain.exact([{}])[0])
 

@@ -36,7 +36,7 @@ def inner(x):
 def test_a_line_is_its_own_course_up_to_its_ends():
     line = 3.0 - 0.7 * T
     assert swing().course(line) == pytest.approx(3.0 - 0.7 * swing().at, abs=1e-9)
-    assert swing().rest(line) == pytest.approx(np.zeros(len(T)), abs=1e-9)
+    assert swing().oscillation(line) == pytest.approx(np.zeros(len(T)), abs=1e-9)
 
 
 def test_a_hann_window_over_whole_periods_lets_nothing_of_a_sine_through():
@@ -88,7 +88,7 @@ def test_a_model_has_the_noise_s_part_of_an_amplitude_added():
 
 def test_only_the_course_follows_a_bias_of_the_sensor():
     s = swing()
-    assert [SwingFeature(s, q).follows for q in s.quantities] == [True, False, False]
+    assert [SwingFeature(s, q).takes_bias for q in s.quantities] == [True, False, False]
     for quantity in (AMPLITUDE, FREQUENCY):
         feature = SwingFeature(s, quantity)
         assert feature.read(5.0 + wave()) == pytest.approx(feature.read(wave()), abs=1e-9)

@@ -64,7 +64,7 @@ def start(p: FormulaProblem, nuisance_jacobian: np.ndarray, candidates: Sequence
     """A hypothesis of some effects that stands at a point, without derivatives."""
     parameters = (*p.base, *(x for c in candidates for x in c.parameters))
     u = np.array([point.get(x.name, 0.0) for x in parameters])
-    (coarse,), (exact,) = p.answer([point], [point])
+    (coarse,), (exact,) = p.evaluate_both([point], [point])
     q, residual = profile_nuisances(p, exact, nuisance_jacobian, 1.0)
     fit = replace(
         deliver(p, nuisance_jacobian).fit, parameters=parameters, normalised=u, model=exact, residual=residual,
