@@ -14,7 +14,7 @@ from ..problem.noise import rms
 from ..problem.observations import Observations
 from ..problem.problem import Problem
 from .fit import Fit
-from .linear import Linear
+from .linear import LinearisedModel
 
 
 def folds(observations: Observations, stretches: int, count: int) -> list[np.ndarray]:
@@ -23,11 +23,11 @@ def folds(observations: Observations, stretches: int, count: int) -> list[np.nda
     Each run is cut into so many stretches of time, which are dealt out to `count` folds, runs shifted to each other.
     Readings that stand alone, such as moments, are dealt out run by run.
     """
-    long = max(float(observations.time.max()), 1e-12) / stretches * (1.0 + 1e-12)
+    length = max(float(observations.time.max()), 1e-12) / stretches * (1.0 + 1e-12)
     alone = np.zeros(len(observations), bool)
     for b in observations.blocks:
         alone[b.place] = len(b.t) == 1
-    place = np.where(alone, 0, (observations.time / long).astype(int)) + np.where(alone, 1, 7) * observations.run
+    place = np.where(alone, 0, (observations.time / length).astype(int)) + np.where(alone, 1, 7) * observations.run
     return [mask for k in range(count) if (mask := place % count == k).any()]
 
 
@@ -45,28 +45,28 @@ def left_out_residual(problem: Problem, fit: Fit, nuisance_jacobian: np.ndarray)
     open of the parameters. With long records of several channels it is the noise alone; of a few single moments, or of
     the one run that shows a parameter, each matters to the fit and is not well predicted by the others.
     """
-    line = Linear.around(problem, fit.normalised, fit.model, fit.jacobian, nuisance_jacobian)
+    linearised = LinearisedModel.around(problem, fit.normalised, fit.model, fit.jacobian, nuisance_jacobian)
     residual, spread = np.empty(len(problem.observations)), np.empty(len(problem.observations))
     settings = problem.settings.validation
     radius = np.full(len(fit.normalised), settings.linear_within)
     for mask in folds(problem.observations, settings.folds, settings.folds):
-        rest, part = line.leave_out(mask), line.A[mask]
-        step = rest.step(fit.parameters, fit.dispersion, radius)
-        residual[mask] = line.predicted_residual(step)[mask]
-        covariance = np.linalg.inv(rest.curvature(fit.parameters, 1.0))
+        reduced, part = linearised.leave_out(mask), linearised.A[mask]
+        step = reduced.step(fit.parameters, fit.dispersion, radius)
+        residual[mask] = linearised.predicted_residual(step)[mask]
+        covariance = np.linalg.inv(reduced.curvature(fit.parameters, 1.0))
         spread[mask] = np.sqrt(1.0 + np.einsum("ij,jk,ik->i", part, covariance, part))
     return LeftOut(residual, spread)
 
 
 def predict_each_run(problem: Problem, fit: Fit, nuisance_jacobian: np.ndarray) -> list[float]:
     """Normalised RMS of each run as the fit of all others foretells it; linear around the fit."""
-    line = Linear.around(problem, fit.normalised, fit.model, fit.jacobian, nuisance_jacobian)
-    radius, made = np.full(len(fit.normalised), problem.settings.validation.linear_within), []
+    linearised = LinearisedModel.around(problem, fit.normalised, fit.model, fit.jacobian, nuisance_jacobian)
+    radius, predicted_rms = np.full(len(fit.normalised), problem.settings.validation.linear_within), []
     for r in range(len(problem.runs)):
         mask = problem.observations.run == r
-        step = line.leave_out(mask).step(fit.parameters, fit.dispersion, radius)
-        made.append(rms(line.predicted_residual(step)[mask]))
-    return made
+        step = linearised.leave_out(mask).step(fit.parameters, fit.dispersion, radius)
+        predicted_rms.append(rms(linearised.predicted_residual(step)[mask]))
+    return predicted_rms
 
 
 class HeldOut(NamedTuple):

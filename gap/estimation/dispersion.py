@@ -50,11 +50,11 @@ def robust_weights(problem: Problem, residual: np.ndarray) -> np.ndarray:
             ones = np.ones(m)
             power = np.convolve(residual[b.place] ** 2, ones, "same") / np.convolve(np.ones(len(b.t)), ones, "same")
             local[b.place] = np.sqrt(power)
-    made = np.ones(len(residual))
+    weights = np.ones(len(residual))
     for k in range(len(observations.span)):
-        mine = observations.channel == k
-        if not mine.any():
+        in_channel = observations.channel == k
+        if not in_channel.any():
             continue
-        usual = settings.outlier_from * max(1.0, float(np.median(local[mine])))
-        made[mine] = np.minimum(1.0, usual / np.maximum(local[mine], usual))
-    return made
+        usual = settings.outlier_from * max(1.0, float(np.median(local[in_channel])))
+        weights[in_channel] = np.minimum(1.0, usual / np.maximum(local[in_channel], usual))
+    return weights

@@ -30,7 +30,7 @@ class Fit:
     dispersion: float
     """What a squared residual counts for less because neighbours share it; at least 1."""
     converged: bool = False
-    foretold: bool = False
+    reuses_jacobian: bool = False
     """The derivatives have foretold the last step and serve for the next."""
     unweighted: bool = False
     """All readings count in full from here on."""

@@ -29,10 +29,10 @@ from ..problem.noise import rms
 from ..problem.parameters import EstimatedParameter, Point, point_of
 from ..problem.problem import Problem
 from ..problem.stop import StopRequested
-from .differences import Differences
+from .differences import FiniteDifferences
 from .dispersion import estimate_dispersion, robust_weights
 from .fit import Fit, FitFailed, FitTask, SimulationAnswer, SimulationRequest
-from .linear import Linear, LinearStep, profile_nuisances
+from .linear import LinearisedModel, LinearStep, profile_nuisances
 
 Steps = Generator[SimulationRequest, SimulationAnswer, None]
 
@@ -51,20 +51,20 @@ class _Descent:
 
     def __init__(
         self, problem: Problem, parameters: tuple[EstimatedParameter, ...], u: np.ndarray,
-        nuisance_jacobian: np.ndarray, like: Fit | None, at: Fit | None,
+        nuisance_jacobian: np.ndarray, nearby: Fit | None, resumed: Fit | None,
     ):  # fmt: skip
         self.problem, self.parameters, self.nuisance_jacobian = problem, parameters, nuisance_jacobian
         self.settings = problem.settings.fit
         self.u = u.astype(float).copy()
-        self.like, self.at = like, at
+        self.nearby, self.resumed = nearby, resumed
         self.sd = np.array([x.sd for x in parameters])
-        self.borrowed = 0 if like is None else len(like.parameters)
-        self.foretold = at is not None and at.foretold
-        self.corrected = like is not None or self.foretold
-        self.unweighted = at is not None and at.unweighted
-        self.fine = self.arrived = self.better = self.unfinished = False
-        self.real_gain = 0.0
-        self.coarse = self.model = self.correction = self.residual = np.zeros(0)
+        self.borrowed = 0 if nearby is None else len(nearby.parameters)
+        self.reuses_jacobian = resumed is not None and resumed.reuses_jacobian
+        self.corrected = nearby is not None or self.reuses_jacobian
+        self.unweighted = resumed is not None and resumed.unweighted
+        self.finest = self.no_gain_left = self.improved = self.unfinished = False
+        self.actual_gain = 0.0
+        self.coarse_model = self.model = self.correction = self.residual = np.zeros(0)
         self.q = np.zeros(0)
         self.jacobian = np.zeros((0, 0))
         self.radius = np.zeros(0)
@@ -78,35 +78,37 @@ class _Descent:
                 if i and self.problem.stop_requested:
                     raise StopRequested
                 yield from self._correct()
-                share = np.ones(len(self.residual)) if self.unweighted else robust_weights(self.problem, self.residual)
-                dispersion = estimate_dispersion(self.problem, share * self.residual)
-                yield from self._differentiate(self._difference_step(share * self.residual))
-                if (yield from self._step(share, dispersion)):
+                weights = (
+                    np.ones(len(self.residual)) if self.unweighted else robust_weights(self.problem, self.residual)
+                )
+                dispersion = estimate_dispersion(self.problem, weights * self.residual)
+                yield from self._differentiate(self._difference_step(weights * self.residual))
+                if (yield from self._step(weights, dispersion)):
                     break
         except StopRequested:
             self.unfinished = True
 
     def _start(self) -> Steps:
         """The model where the fit begins; half way to what is delivered where that does not run."""
-        if self.at is not None:
-            self.coarse, self.correction = self.at.model - self.at.correction, self.at.correction
+        if self.resumed is not None:
+            self.coarse_model, self.correction = self.resumed.model - self.resumed.correction, self.resumed.correction
         else:
             for _ in range(self.settings.trials):
-                found = (yield SimulationRequest([point_of(self.parameters, self.u)], [])).coarse[0]
-                if found is not None:
-                    self.coarse = found
+                coarse = (yield SimulationRequest([point_of(self.parameters, self.u)], [])).coarse[0]
+                if coarse is not None:
+                    self.coarse_model = coarse
                     break
                 self.u *= 0.5
             else:
                 raise FitFailed
-            self.correction = np.zeros(len(self.coarse)) if self.like is None else self.like.correction
-        self.model = self.coarse + self.correction
+            self.correction = np.zeros(len(self.coarse_model)) if self.nearby is None else self.nearby.correction
+        self.model = self.coarse_model + self.correction
         self.q, self.residual = profile_nuisances(self.problem, self.model, self.nuisance_jacobian, 1.0)
         self.jacobian = np.zeros((len(self.model), len(self.u)))
-        if self.like is not None:
-            self.jacobian[:, : self.borrowed] = self.like.jacobian
-        if self.foretold and self.at is not None:
-            self.jacobian[:] = self.at.jacobian
+        if self.nearby is not None:
+            self.jacobian[:, : self.borrowed] = self.nearby.jacobian
+        if self.reuses_jacobian and self.resumed is not None:
+            self.jacobian[:] = self.resumed.jacobian
         self.best = _Best(rms(self.residual), self.u, self.model, self.correction)
         at_start = zip(self.parameters, self.u, strict=True)
         base = self.settings.base_radius
@@ -120,96 +122,104 @@ class _Descent:
         if model is None:
             raise FitFailed
         self.model = model
-        self.correction, self.corrected = model - self.coarse, True
+        self.correction, self.corrected = model - self.coarse_model, True
         self.q, self.residual = profile_nuisances(self.problem, model, self.nuisance_jacobian, 1.0)
 
     def _difference_step(self, weighted: np.ndarray) -> float:
         """Far away the way is seen better by larger differences."""
         h = least = self.problem.discretisation.difference_step
-        if not self.fine:
+        if not self.finest:
             h = float(np.clip(self.settings.slack * (rms(weighted) - 1.0), least, self.settings.wide_step))
-            self.fine = h == least
+            self.finest = h == least
         return h
 
     def _differentiate(self, h: float) -> Steps:
-        if not self.foretold:
+        if not self.reuses_jacobian:
             which = range(self.borrowed, len(self.u))
-            differences = Differences(self.problem, self.parameters, self.u, which, self.coarse)
-            self.jacobian[:, self.borrowed :] = yield from differences.find(h)
+            differences = FiniteDifferences(self.problem, self.parameters, self.u, which, self.coarse_model)
+            self.jacobian[:, self.borrowed :] = yield from differences.compute(h)
 
     def _cost(self, residual: np.ndarray, u: np.ndarray, q: np.ndarray, dispersion: float) -> float:
         return float(residual @ residual / dispersion + np.sum((u / self.sd) ** 2) + q @ q)
 
-    def _step(self, share: np.ndarray, dispersion: float) -> Generator[SimulationRequest, SimulationAnswer, bool]:
+    def _step(self, weights: np.ndarray, dispersion: float) -> Generator[SimulationRequest, SimulationAnswer, bool]:
         """The first of some trial steps that lowers the cost; returns whether the fit has ended."""
-        profiled = profile_nuisances(self.problem, self.model, self.nuisance_jacobian, dispersion, share)
+        profiled = profile_nuisances(self.problem, self.model, self.nuisance_jacobian, dispersion, weights)
         self.q, weighted = profiled
-        line = Linear.around(
-            self.problem, self.u, self.model, self.jacobian, self.nuisance_jacobian, share=share
+        linearised = LinearisedModel.around(
+            self.problem, self.u, self.model, self.jacobian, self.nuisance_jacobian, weights=weights
         )  # fmt: skip
-        now, gain = self._cost(weighted, self.u, self.q, dispersion), 0.0
-        self.arrived = self.better = False
-        for _ in range(1 if self.foretold else self.settings.trials):
-            step = line.step(self.parameters, dispersion, self.radius)
-            gain = now - self._cost(line.predicted_residual(step), self.u + step.d, step.q, dispersion)
-            self.arrived = gain < self.settings.least_gain
-            if self.arrived:
+        current_cost, predicted_gain = self._cost(weighted, self.u, self.q, dispersion), 0.0
+        self.no_gain_left = self.improved = False
+        for _ in range(1 if self.reuses_jacobian else self.settings.trials):
+            step = linearised.step(self.parameters, dispersion, self.radius)
+            predicted_gain = current_cost - self._cost(
+                linearised.predicted_residual(step), self.u + step.d, step.q, dispersion
+            )
+            self.no_gain_left = predicted_gain < self.settings.least_gain
+            if self.no_gain_left:
                 break
-            tried = yield from self._try(step, share, dispersion, now, gain)
-            if tried is not None:
-                weighted = tried
+            accepted_residual = yield from self._try_step(step, weights, dispersion, current_cost, predicted_gain)
+            if accepted_residual is not None:
+                weighted = accepted_residual
                 break
-        self.residual = weighted / share
-        return self._ended(now, gain)
+        self.residual = weighted / weights
+        return self._has_ended(current_cost, predicted_gain)
 
-    def _try(
-        self, step: LinearStep, share: np.ndarray, dispersion: float, now: float, gain: float
+    def _try_step(
+        self, step: LinearStep, weights: np.ndarray, dispersion: float, current_cost: float, predicted_gain: float
     ) -> Generator[SimulationRequest, SimulationAnswer, np.ndarray | None]:
         """Run the model a step away; the weighted residual there if it is better, else a smaller radius."""
-        exactly = self.corrected and self.like is None
-        wanted: list[Point] = [point_of(self.parameters, self.u + step.d)]
-        answer = yield SimulationRequest(wanted, wanted if exactly else [])
-        there, exact = answer.coarse[0], answer.exact[0] if exactly else None
-        if there is None or (exactly and exact is None):
+        exactly = self.corrected and self.nearby is None
+        points: list[Point] = [point_of(self.parameters, self.u + step.d)]
+        answer = yield SimulationRequest(points, points if exactly else [])
+        trial_coarse, exact = answer.coarse[0], answer.exact[0] if exactly else None
+        if trial_coarse is None or (exactly and exact is None):
             self.radius = 0.3 * np.minimum(self.radius, np.maximum(np.abs(step.d), 1e-3))
             return None
-        trial = exact if exact is not None else there + self.correction
-        q, residual = profile_nuisances(self.problem, trial, self.nuisance_jacobian, dispersion, share)
-        self.real_gain = now - self._cost(residual, self.u + step.d, q, dispersion)
-        self.better = self.real_gain > 0.0
-        if self.better:
-            self.u, self.q, self.coarse, self.model = self.u + step.d, q, there, trial
-            self.correction = self.model - self.coarse
-            if self.real_gain > 0.5 * gain:
+        trial = exact if exact is not None else trial_coarse + self.correction
+        q, residual = profile_nuisances(self.problem, trial, self.nuisance_jacobian, dispersion, weights)
+        self.actual_gain = current_cost - self._cost(residual, self.u + step.d, q, dispersion)
+        self.improved = self.actual_gain > 0.0
+        if self.improved:
+            self.u, self.q, self.coarse_model, self.model = self.u + step.d, q, trial_coarse, trial
+            self.correction = self.model - self.coarse_model
+            if self.actual_gain > 0.5 * predicted_gain:
                 self.radius = np.maximum(self.radius, 2.0 * np.abs(step.d))
             return residual
-        if not self.foretold:
+        if not self.reuses_jacobian:
             self.radius = 0.3 * np.maximum(np.abs(step.d), 1e-3)
         return None
 
-    def _ended(self, now: float, gain: float) -> bool:
+    def _has_ended(self, current_cost: float, predicted_gain: float) -> bool:
         """Whether no further step is worth its runs."""
-        settings, left = self.settings, rms(self.residual)
-        if left < self.best.rms:
-            self.best = _Best(left, self.u, self.model, self.correction)
-        enough = max(settings.small_gain, settings.slow_share * now * (not self.fine))
+        settings, residual_rms = self.settings, rms(self.residual)
+        if residual_rms < self.best.rms:
+            self.best = _Best(residual_rms, self.u, self.model, self.correction)
+        enough = max(settings.small_gain, settings.slow_share * current_cost * (not self.finest))
         slow = (
-            self.arrived or not (self.better or self.foretold) or (self.better and 0.5 * gain < self.real_gain < enough)
+            self.no_gain_left
+            or not (self.improved or self.reuses_jacobian)
+            or (self.improved and 0.5 * predicted_gain < self.actual_gain < enough)
         )
-        if slow and self.fine:
+        if slow and self.finest:
             return True
-        self.fine = self.fine or slow
-        self.foretold = self.better and not slow and abs(self.real_gain / gain - 1.0) < settings.foretold_within
+        self.finest = self.finest or slow
+        self.reuses_jacobian = (
+            self.improved and not slow and abs(self.actual_gain / predicted_gain - 1.0) < settings.foretold_within
+        )
         return False
 
     def result(self) -> Fit:
         """The fit where it stands."""
-        converged = self.fine and (self.arrived or (self.better and self.real_gain < self.settings.small_gain))
+        converged = self.finest and (
+            self.no_gain_left or (self.improved and self.actual_gain < self.settings.small_gain)
+        )
         dispersion = estimate_dispersion(self.problem, self.residual)
         channels = len(self.problem.observations.span)
         return Fit(
             self.parameters, self.u, self.model, self.jacobian, self.q, channels, self.residual, self.correction,
-            dispersion, converged, self.foretold, self.unweighted, self.unfinished,
+            dispersion, converged, self.reuses_jacobian, self.unweighted, self.unfinished,
         )  # fmt: skip
 
 
@@ -219,44 +229,45 @@ def fit(
     u: np.ndarray,
     nuisance_jacobian: np.ndarray,
     iterations: int,
-    like: Fit | None = None,
-    at: Fit | None = None,
+    nearby: Fit | None = None,
+    resumed: Fit | None = None,
 ) -> FitTask:
     """Lower the cost from u (k,), in at most that many iterations without outlying stretches and as many with them.
 
-    like: a fit of the first of the parameters nearby; its derivatives and its correction are kept, and only the other
-    parameters' are found. That is cheap, and enough to see whether an effect is worth more.
-    at: a fit at u that is to go on.
+    nearby: a fit near u of the first of the parameters; its derivatives and its correction are kept, and only the
+    other parameters' are found. That is cheap, and enough to see whether an effect is worth more.
+    resumed: a fit at u that is to go on.
     """
-    if at is None or not at.unweighted:
-        descent = _Descent(problem, parameters, u, nuisance_jacobian, like, at)
+    if resumed is None or not resumed.unweighted:
+        descent = _Descent(problem, parameters, u, nuisance_jacobian, nearby, resumed)
         yield from descent.run(iterations)
-        led = descent.result()
-        if like is not None or not led.converged or np.all(robust_weights(problem, led.residual) == 1.0):
-            return led
+        robust = descent.result()
+        if nearby is not None or not robust.converged or np.all(robust_weights(problem, robust.residual) == 1.0):
+            return robust
         best = descent.best
         u = best.u
-        at = replace(
-            led, normalised=u, model=best.model, correction=best.correction, foretold=False, unweighted=True
+        resumed = replace(
+            robust, normalised=u, model=best.model, correction=best.correction, reuses_jacobian=False, unweighted=True
         )  # fmt: skip
-    last = _Descent(problem, parameters, u, nuisance_jacobian, None, at)
-    yield from last.run(iterations)
-    return last.result()
+    full_descent = _Descent(problem, parameters, u, nuisance_jacobian, None, resumed)
+    yield from full_descent.run(iterations)
+    return full_descent.result()
 
 
-def with_wide_differences(problem: Problem, at: Fit, nuisance_jacobian: np.ndarray) -> FitTask:
+def with_wide_differences(problem: Problem, fitted: Fit, nuisance_jacobian: np.ndarray) -> FitTask:
     """The fit where it stands, run exactly, with derivatives that serve for larger moves."""
-    coarse = at.model - at.correction
-    every = range(len(at.normalised))
-    differences = Differences(problem, at.parameters, at.normalised, every, coarse)
+    coarse = fitted.model - fitted.correction
+    all_columns = range(len(fitted.normalised))
+    differences = FiniteDifferences(problem, fitted.parameters, fitted.normalised, all_columns, coarse)
     try:
-        jacobian = yield from differences.find(problem.settings.fit.wide_step)
-        model = (yield SimulationRequest([], [at.point])).exact[0]
+        jacobian = yield from differences.compute(problem.settings.fit.wide_step)
+        model = (yield SimulationRequest([], [fitted.point])).exact[0]
     except StopRequested:
-        return replace(at, unfinished=True)
+        return replace(fitted, unfinished=True)
     if model is None:
         raise FitFailed
-    q, residual = profile_nuisances(problem, model, nuisance_jacobian, at.dispersion)
+    q, residual = profile_nuisances(problem, model, nuisance_jacobian, fitted.dispersion)
     return replace(
-        at, jacobian=jacobian, model=model, correction=model - coarse, nuisances=q, residual=residual, foretold=False
+        fitted, jacobian=jacobian, model=model, correction=model - coarse, nuisances=q, residual=residual,
+        reuses_jacobian=False,
     )  # fmt: skip

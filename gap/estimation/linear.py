@@ -19,7 +19,7 @@ class LinearStep(NamedTuple):
     q: np.ndarray
 
 
-class Linear:
+class LinearisedModel:
     """Whitened columns of parameters and nuisances around a point, and the residual without them.
 
     A (n, k + m), r (n,), u (k,); gram = A^T A, moment = A^T r.
@@ -31,29 +31,29 @@ class Linear:
     @classmethod
     def around(
         cls, problem: Problem, u: np.ndarray, model: np.ndarray, jacobian: np.ndarray, nuisance_jacobian: np.ndarray,
-        rows: slice | np.ndarray = slice(None), share: np.ndarray | float = 1.0,
-    ) -> Linear:  # fmt: skip
+        rows: slice | np.ndarray = slice(None), weights: np.ndarray | float = 1.0,
+    ) -> LinearisedModel:  # fmt: skip
         """At normalised parameters u (k,) with the model's long vector (n,) and its derivative (n, k).
 
-        rows: the readings that count; share: by how much each of them counts.
+        rows: the readings that count; weights: by how much each of them counts.
         """
         noise = problem.observations.noise_std
-        w = np.broadcast_to(share / noise, noise.shape)[rows]
+        w = np.broadcast_to(weights / noise, noise.shape)[rows]
         columns = np.concatenate([jacobian[rows], nuisance_jacobian[rows]], axis=1) * w[:, None]
         residual = (problem.observations.y - model)[rows] * w
         return cls(columns, residual, u, columns.T @ columns, columns.T @ residual)
 
-    def leave_out(self, mask: np.ndarray) -> Linear:
+    def leave_out(self, mask: np.ndarray) -> LinearisedModel:
         """The same without the entries of the mask (n,), for `step` only."""
         part, r = self.A[mask], self.r[mask]
-        return Linear(self.A, self.r, self.u, self.gram - part.T @ part, self.moment - part.T @ r)
+        return LinearisedModel(self.A, self.r, self.u, self.gram - part.T @ part, self.moment - part.T @ r)
 
     def curvature(self, parameters: Sequence[EstimatedParameter], dispersion: float) -> np.ndarray:
         """Half the second derivative of the cost by parameters and nuisances (k + m, k + m), their priors included."""
         nuisances = self.A.shape[1] - len(parameters)
         prior = np.diag([*(1.0 / x.sd**2 for x in parameters), *[1.0] * nuisances])
-        made: np.ndarray = self.gram / dispersion + prior
-        return made
+        curvature: np.ndarray = self.gram / dispersion + prior
+        return curvature
 
     def step(self, parameters: Sequence[EstimatedParameter], dispersion: float, radius: np.ndarray) -> LinearStep:
         """The step within bounds and radius (k,) that lowers the cost most."""
@@ -78,8 +78,8 @@ class Linear:
 
     def predicted_residual(self, step: LinearStep) -> np.ndarray:
         """Whitened residual (n,) after a step."""
-        made: np.ndarray = self.r - self.A @ np.concatenate(step)
-        return made
+        residual: np.ndarray = self.r - self.A @ np.concatenate(step)
+        return residual
 
 
 class ProfiledPoint(NamedTuple):
@@ -91,10 +91,10 @@ class ProfiledPoint(NamedTuple):
 
 def profile_nuisances(
     problem: Problem, model: np.ndarray, nuisance_jacobian: np.ndarray, dispersion: float,
-    share: np.ndarray | float = 1.0,
+    weights: np.ndarray | float = 1.0,
 ) -> ProfiledPoint:  # fmt: skip
-    """Nuisances and residual of the model's long vector (n,), of which each reading counts with its share."""
-    none = np.zeros((len(model), 0))
-    line = Linear.around(problem, np.zeros(0), model, none, nuisance_jacobian, share=share)
-    q = line.step((), dispersion, np.zeros(0)).q
-    return ProfiledPoint(q, line.r - line.A @ q)
+    """Nuisances and residual of the model's long vector (n,), of which each reading counts with its weight."""
+    no_columns = np.zeros((len(model), 0))
+    linearised = LinearisedModel.around(problem, np.zeros(0), model, no_columns, nuisance_jacobian, weights=weights)
+    q = linearised.step((), dispersion, np.zeros(0)).q
+    return ProfiledPoint(q, linearised.r - linearised.A @ q)

@@ -16,7 +16,7 @@ def run_fits(problem: Problem, fits: Sequence[FitTask]) -> list[Fit | None]:
     results: list[Fit | None] = [None] * len(fits)
     waiting: dict[int, SimulationRequest] = {}
 
-    def forward(i: int, answer: SimulationAnswer | None) -> None:
+    def advance(i: int, answer: SimulationAnswer | None) -> None:
         try:
             waiting[i] = next(fits[i]) if answer is None else fits[i].send(answer)
         except StopIteration as done:
@@ -25,7 +25,7 @@ def run_fits(problem: Problem, fits: Sequence[FitTask]) -> list[Fit | None]:
         except FitFailed:
             waiting.pop(i, None)
 
-    def give_up(i: int) -> None:
+    def interrupt(i: int) -> None:
         """The fit where it stands, if it has begun."""
         with suppress(FitFailed, StopRequested):
             try:
@@ -34,30 +34,30 @@ def run_fits(problem: Problem, fits: Sequence[FitTask]) -> list[Fit | None]:
                 results[i] = done.value
 
     for i in range(len(fits)):
-        forward(i, None)
+        advance(i, None)
     while waiting:
-        asked = dict(waiting)
+        requests = dict(waiting)
         try:
             coarse, exact = problem.evaluate_both(
-                [p for w in asked.values() for p in w.coarse], [p for w in asked.values() for p in w.exact]
+                [p for r in requests.values() for p in r.coarse], [p for r in requests.values() for p in r.exact]
             )
         except StopRequested:
             for i in waiting:
-                give_up(i)
+                interrupt(i)
             break
-        for i, w in asked.items():
-            answer = SimulationAnswer(coarse[: len(w.coarse)], exact[: len(w.exact)])
-            coarse, exact = coarse[len(w.coarse) :], exact[len(w.exact) :]
-            forward(i, answer)
+        for i, r in requests.items():
+            answer = SimulationAnswer(coarse[: len(r.coarse)], exact[: len(r.exact)])
+            coarse, exact = coarse[len(r.coarse) :], exact[len(r.exact) :]
+            advance(i, answer)
     return results
 
 
 def run_fit(problem: Problem, task: FitTask) -> Fit:
     """The outcome of one fit; raises `SimulationError` where no point near its start can be simulated."""
-    found = run_fits(problem, [task])[0]
-    if found is None and problem.stop_requested:
+    outcome = run_fits(problem, [task])[0]
+    if outcome is None and problem.stop_requested:
         raise StopRequested
-    if found is None:
+    if outcome is None:
         failure = problem.simulator.failure
         raise SimulationError(f"{problem.campaign.system.name}: a refit cannot be simulated: {failure}")
-    return found
+    return outcome

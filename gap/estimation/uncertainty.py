@@ -7,7 +7,7 @@ import numpy as np
 from ..problem.problem import Problem
 from ..settings import BootstrapSettings
 from .fit import Fit
-from .linear import Linear
+from .linear import LinearisedModel
 
 
 def data_std(problem: Problem, fit: Fit, nuisance_jacobian: np.ndarray, energy: float = 0.0) -> np.ndarray:
@@ -21,8 +21,8 @@ def data_std(problem: Problem, fit: Fit, nuisance_jacobian: np.ndarray, energy: 
 
 def data_covariance(problem: Problem, fit: Fit, nuisance_jacobian: np.ndarray, energy: float) -> np.ndarray:
     """Covariance (k, k) of the u; energy: as of `data_std`."""
-    line = Linear.around(problem, fit.normalised, fit.model, fit.jacobian, nuisance_jacobian)
-    H = line.curvature(fit.parameters, fit.dispersion + energy * len(problem.observations))
+    linearised = LinearisedModel.around(problem, fit.normalised, fit.model, fit.jacobian, nuisance_jacobian)
+    H = linearised.curvature(fit.parameters, fit.dispersion + energy * len(problem.observations))
     k = len(fit.normalised)
     return np.asarray(np.linalg.inv(H)[:k, :k])
 
@@ -34,8 +34,8 @@ def parameter_std(problem: Problem, fit: Fit, nuisance_jacobian: np.ndarray) -> 
     std = data_std(problem, fit, nuisance_jacobian, settings.form_energy)
     base = np.array([x.kind == "base" for x in fit.parameters], dtype=bool)
     wider = np.hypot(std, np.where(base, settings.form_of_base, settings.form_of_effect * np.abs(fit.normalised)))
-    known: np.ndarray = np.where(base, np.minimum(wider, [x.sd for x in fit.parameters]), wider)
-    return known
+    limited: np.ndarray = np.where(base, np.minimum(wider, [x.sd for x in fit.parameters]), wider)
+    return limited
 
 
 def block_length(energy: np.ndarray, kind: str, settings: BootstrapSettings) -> float | None:

@@ -13,7 +13,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from ..estimation.linear import Linear, profile_nuisances
+from ..estimation.linear import LinearisedModel, profile_nuisances
 from ..problem.curves import CurveForm
 from ..problem.noise import rms
 from ..problem.parameters import EffectCandidate, EffectForm, EstimatedParameter, Point, penalty
@@ -146,14 +146,14 @@ def _foretold(
     parameters = (*fit.parameters, *(t.parameter for t in tried))
     u = np.concatenate([fit.normalised, np.zeros(len(tried))])
     jacobian = np.column_stack([fit.jacobian, *(t.change / t.value for t in tried)])
-    line = Linear.around(problem, u, fit.model, jacobian, nuisance_jacobian)
+    linearised = LinearisedModel.around(problem, u, fit.model, jacobian, nuisance_jacobian)
     reach = [np.inf if x.kind == "base" else settings.radius * max(settings.least_reach, abs(v))
              for x, v in zip(fit.parameters, fit.normalised, strict=True)]  # fmt: skip
     reach += [settings.form_beyond * abs(t.value) for t in tried]
-    step = line.step(parameters, fit.dispersion, np.array(reach))
+    step = linearised.step(parameters, fit.dispersion, np.array(reach))
     moved = u + step.d
     channels = len(problem.observations.span)
     expected = penalised_deviance(
-        rms(line.predicted_residual(step)), penalty(parameters, moved, step.q[:channels])
+        rms(linearised.predicted_residual(step)), penalty(parameters, moved, step.q[:channels])
     )  # fmt: skip
     return _Option(h, plain, form, {x.name: float(v) for x, v in zip(parameters, moved, strict=True)}, expected)

@@ -10,7 +10,7 @@ import numpy as np
 
 from ..estimation.cross_validation import held_out
 from ..estimation.gauss_newton import with_wide_differences
-from ..estimation.linear import Linear
+from ..estimation.linear import LinearisedModel
 from ..estimation.scheduler import run_fits
 from ..problem.noise import rms
 from ..problem.parameters import EffectCandidate, Point, point_of
@@ -102,9 +102,9 @@ def refit_past_wall(problem: Problem, baseline: Hypothesis, nuisance_jacobian: n
     wrong effect in a wrong form took up the rest. From there on runs take a step at which they resemble the exact ones.
     """
     fit, settings = baseline.fit, problem.settings
-    line = Linear.around(problem, fit.normalised, fit.model, fit.jacobian, nuisance_jacobian)
-    step = line.step(fit.parameters, fit.dispersion, np.full(len(fit.normalised), np.inf))
-    u, left = fit.normalised + step.d, line.predicted_residual(step)
+    linearised = LinearisedModel.around(problem, fit.normalised, fit.model, fit.jacobian, nuisance_jacobian)
+    step = linearised.step(fit.parameters, fit.dispersion, np.full(len(fit.normalised), np.inf))
+    u, left = fit.normalised + step.d, linearised.predicted_residual(step)
     expected = replace(fit, normalised=u, nuisances=step.q, residual=left)
     much = baseline.penalised_deviance - settings.search.much
     if replace(baseline, fit=expected).penalised_deviance > much or is_adequate(problem, fit) or problem.stop_requested:

@@ -15,7 +15,7 @@ import numpy as np
 
 from ..estimation.dispersion import estimate_dispersion
 from ..estimation.fit import Fit
-from ..estimation.linear import Linear, profile_nuisances
+from ..estimation.linear import LinearisedModel, profile_nuisances
 from ..problem.noise import rms
 from ..problem.parameters import EffectCandidate, EstimatedParameter, Point, penalty, point_of
 from ..problem.problem import Problem
@@ -265,11 +265,11 @@ def _cost(
 def _aim(problem: Problem, rows: slice, w: _Walk, nuisance_jacobian: np.ndarray) -> None:
     """The next step; none where little is to be gained."""
     dispersion = estimate_dispersion(problem, w.residual)
-    line = Linear.around(problem, w.u, w.model, w.jacobian, nuisance_jacobian, rows)
+    linearised = LinearisedModel.around(problem, w.u, w.model, w.jacobian, nuisance_jacobian, rows)
     reach = w.radius * np.maximum(problem.settings.search.least_reach, np.abs(w.u))
-    weight = dispersion * line.r.size / len(problem.observations)
-    step = line.step(w.parameters, weight, reach)
-    expected = _cost(problem, w.parameters, w.u + step.d, step.q, line.predicted_residual(step))
+    weight = dispersion * linearised.r.size / len(problem.observations)
+    step = linearised.step(w.parameters, weight, reach)
+    expected = _cost(problem, w.parameters, w.u + step.d, step.q, linearised.predicted_residual(step))
     w.step = step.d
     w.settled = w.cost - expected < problem.settings.search.least_gain
 

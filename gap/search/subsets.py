@@ -9,7 +9,7 @@ from itertools import combinations
 import numpy as np
 
 from ..estimation.fit import Fit
-from ..estimation.linear import Linear
+from ..estimation.linear import LinearisedModel
 from ..problem.problem import Problem
 from ..selection.evidence import RankedHypothesis, rank_hypotheses
 from ..selection.hypothesis import Hypothesis
@@ -64,9 +64,9 @@ def _foretold_without(problem: Problem, fit: Fit, gone: Sequence[object], nuisan
     model = fit.model - fit.jacobian[:, ~kept] @ fit.normalised[~kept]
     parameters = tuple(x for x, keep in zip(fit.parameters, kept, strict=True) if keep)
     u, jacobian = fit.normalised[kept], fit.jacobian[:, kept]
-    line = Linear.around(problem, u, model, jacobian, nuisance_jacobian)
-    step = line.step(parameters, fit.dispersion, np.full(len(u), np.inf))
+    linearised = LinearisedModel.around(problem, u, model, jacobian, nuisance_jacobian)
+    step = linearised.step(parameters, fit.dispersion, np.full(len(u), np.inf))
     return replace(
         fit, parameters=parameters, normalised=u + step.d, model=model + jacobian @ step.d, jacobian=jacobian,
-        nuisances=step.q, residual=line.predicted_residual(step), unfinished=True,
+        nuisances=step.q, residual=linearised.predicted_residual(step), unfinished=True,
     )  # fmt: skip

@@ -21,7 +21,7 @@ import numpy as np
 
 from ..estimation.cross_validation import HeldOut, held_out
 from ..estimation.fit import Fit
-from ..estimation.linear import Linear
+from ..estimation.linear import LinearisedModel
 from ..problem.noise import rms
 from ..problem.problem import Problem
 from .calibration import Calibration, Curvature
@@ -51,8 +51,8 @@ def curvature(problem: Problem, fit: Fit, nuisance_jacobian: np.ndarray) -> Curv
     """How a fit's cost changes around it; nuisances count as parameters whose prior has a standard deviation of 1."""
     nuisances = nuisance_jacobian.shape[1]
     sd = np.array([*(x.sd for x in fit.parameters), *[1.0] * nuisances])
-    line = Linear.around(problem, fit.normalised, fit.model, fit.jacobian, nuisance_jacobian)
-    gram = line.gram * np.outer(sd, sd) / len(problem.observations)
+    linearised = LinearisedModel.around(problem, fit.normalised, fit.model, fit.jacobian, nuisance_jacobian)
+    gram = linearised.gram * np.outer(sd, sd) / len(problem.observations)
     biases = np.where(np.arange(nuisances) < fit.channels, fit.nuisances, 0.0)  # clocks may differ as they like
     energy, directions = np.linalg.eigh(gram)
     place = directions.T @ np.concatenate([fit.normalised / sd[: len(fit.parameters)], biases])

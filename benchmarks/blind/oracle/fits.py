@@ -109,7 +109,7 @@ def _best_fit(state: State, starts: Sequence[Start]) -> Hypothesis:
     if not made:
         raise RuntimeError(f"no start can be simulated: {problem.simulator.failure}")
     best = min(made, key=lambda h: h.penalised_deviance)
-    last = run_fits(problem, [fit(problem, best.fit.parameters, best.fit.normalised, N, MOST, at=best.fit)])[0]
+    last = run_fits(problem, [fit(problem, best.fit.parameters, best.fit.normalised, N, MOST, resumed=best.fit)])[0]
     ended = [best] if last is None else [best, Hypothesis(best.candidates, last)]
     return min(ended, key=lambda h: h.penalised_deviance)
 

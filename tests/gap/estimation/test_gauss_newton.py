@@ -148,7 +148,7 @@ def test_a_first_look_keeps_the_derivatives_of_another_fit():
     p = replace(problem(wave, {"a": 0.3, "b": 0.2, "c": 0.5}), model=at_any_step(absent))
     start, nuisance_jacobian = solve(p, X[:2])
     p.asked.clear()
-    found = run_fit(p, fit(p, X, np.array([*start.normalised, 0.1]), nuisance_jacobian, 5, like=start))
+    found = run_fit(p, fit(p, X, np.array([*start.normalised, 0.1]), nuisance_jacobian, 5, nearby=start))
     asked = [(len(coarse), len(exact)) for coarse, exact in p.asked]
     assert set(asked) == {(1, 0), (3, 0)}
     assert asked.count((3, 0)) == 1  # whether runs are smooth in c is asked once
