@@ -71,8 +71,8 @@ def _check_readings(problem: Problem, c: Channel, parts: list[Block], nominal: n
     for b in parts:
         far = (b.y < low - reach) | (b.y > high + reach)
         if far.any():
-            k, own = int(np.argmax(far)), problem.units[c.connector]
-            bad, least, most = (float(convert(np.array([v]), own, c.unit)[0]) for v in (b.y[k], low, high))
+            k, fmu_unit = int(np.argmax(far)), problem.units[c.connector]
+            bad, least, most = (float(convert(np.array([v]), fmu_unit, c.unit)[0]) for v in (b.y[k], low, high))
             where = f"run '{problem.runs[b.run].name}', channel '{c.column}'"
             raise _impossible(where, c.unit, b.t[k], bad, least, most)
 
@@ -89,13 +89,14 @@ def _check_swapped(problem: Problem, nominal: np.ndarray) -> None:
         straight: tuple[list[np.ndarray], list[np.ndarray]] = ([], [])
         crossed: tuple[list[np.ndarray], list[np.ndarray]] = ([], [])
         for x, y in pairs:
-            for k, (mine, other) in enumerate(((x, y), (y, x))):
-                read = convert(other.y, *(units if other is x else units[::-1]))
-                straight[k].append((mine.y - nominal[mine.place]) / mine.noise_std)
-                crossed[k].append((read - nominal[mine.place]) / mine.noise_std)
-        own, other_way = ([rms(np.concatenate(parts)) for parts in both] for both in (straight, crossed))
-        each_better = all(after < before for before, after in zip(own, other_way, strict=True))  # or it is a wrong unit
-        if each_better and rms(np.array(other_way)) < problem.settings.sanity.swapped * rms(np.array(own)) - 1.0:
+            for k, (block, partner) in enumerate(((x, y), (y, x))):
+                read = convert(partner.y, *(units if partner is x else units[::-1]))
+                straight[k].append((block.y - nominal[block.place]) / block.noise_std)
+                crossed[k].append((read - nominal[block.place]) / block.noise_std)
+        direct, swapped = ([rms(np.concatenate(parts)) for parts in pair] for pair in (straight, crossed))
+        # a wrong unit makes one of both better only
+        each_better = all(after < before for before, after in zip(direct, swapped, strict=True))
+        if each_better and rms(np.array(swapped)) < problem.settings.sanity.swapped * rms(np.array(direct)) - 1.0:
             names = f"'{a.column}' and '{b.column}'"
             raise CampaignError(f"the columns {names} seem to be swapped: each fits the other's connector better")
 
@@ -120,13 +121,13 @@ def _check_inputs(problem: Problem) -> list[str]:
             continue
         stop = problem.grid(r, step)[-1]
         changes = problem.changes(r, {})
-        still = {c: {**info.inputs, c: (info.inputs[c][0][:1], info.inputs[c][1][:1])} for c in moving}
+        held = {c: {**info.inputs, c: (info.inputs[c][0][:1], info.inputs[c][1][:1])} for c in moving}
         jobs = [
-            Job(record, stop, step, changes, given, method=problem.discretisation.method) for given in still.values()
+            Job(record, stop, step, changes, inputs, method=problem.discretisation.method) for inputs in held.values()
         ]
-        found = problem.simulator.simulate(jobs)
+        outcomes = problem.simulator.simulate(jobs)
         idle = [
-            c for c, rows in zip(moving, found, strict=True)
+            c for c, rows in zip(moving, outcomes, strict=True)
             if not isinstance(rows, Failure) and np.array_equal(rows, nominal[r])
         ]  # fmt: skip
         if idle == moving:
@@ -137,5 +138,5 @@ def _check_inputs(problem: Problem) -> list[str]:
         for c in idle:
             unused.setdefault(c, []).append(info.name)
     # an effect may need it, as a friction that grows with pressure does
-    told = ((c, "" if len(runs) == len(problem.runs) else f" in {', '.join(runs)}") for c, runs in unused.items())
-    return [f"the input '{c}' changes nothing in the model as delivered{where}" for c, where in told]
+    remarks = ((c, "" if len(runs) == len(problem.runs) else f" in {', '.join(runs)}") for c, runs in unused.items())
+    return [f"the input '{c}' changes nothing in the model as delivered{in_runs}" for c, in_runs in remarks]

@@ -18,10 +18,10 @@ from ..problem.signals import rate_pairs, smooth
 
 def check_sensors(problem: Problem, nominal: np.ndarray) -> list[str]:
     """Warnings about sensors that contradict each other; nominal: the model as delivered (n,)."""
-    return [*_rates(problem), *_sums(problem, nominal)]
+    return [*_check_rates(problem), *_check_sums(problem, nominal)]
 
 
-def _rates(problem: Problem) -> list[str]:
+def _check_rates(problem: Problem) -> list[str]:
     rows = problem.rows([{}], problem.fit_step)[0]
     if rows is None:
         return []
@@ -46,11 +46,11 @@ def _rate_scale(problem: Problem, rate_block: Block, block: Block) -> float | No
     read = smooth(rate_block.t, rate_block.y, t, kernel).value
     rate = smooth(block.t, block.y, t, kernel).slope
     scale = float(rate @ read / max(rate @ rate, 1e-300))
-    left = rms(read - scale * rate) / max(float(np.std(read)), 1e-300)
-    return scale if abs(scale - 1.0) > settings.rate_scale and left < settings.rate_left else None
+    unexplained = rms(read - scale * rate) / max(float(np.std(read)), 1e-300)
+    return scale if abs(scale - 1.0) > settings.rate_scale and unexplained < settings.rate_left else None
 
 
-def _sums(problem: Problem, nominal: np.ndarray) -> list[str]:
+def _check_sums(problem: Problem, nominal: np.ndarray) -> list[str]:
     for r in range(len(problem.runs)):
         blocks = problem.samples.of_run(r)
         warnings = [_contradiction(problem, nominal, r, target, blocks) for target in blocks]
@@ -65,25 +65,25 @@ def _contradiction(
     """What is wrong where a signal is a sum of others of its component in the model and not in the readings."""
     settings, block = problem.settings.sanity, blocks[target]
     component = target.split(".", 1)[0]
-    others = [c for c in blocks if c != target and c.split(".", 1)[0] == component and len(blocks[c].t) == len(block.t)]
-    if len(others) < 2:
+    terms = [c for c in blocks if c != target and c.split(".", 1)[0] == component and len(blocks[c].t) == len(block.t)]
+    if len(terms) < 2:
         return None
-    model = np.stack([nominal[blocks[c].place] for c in others] + [np.ones(len(block.t))], axis=1)
+    model = np.stack([nominal[blocks[c].place] for c in terms] + [np.ones(len(block.t))], axis=1)
     y = nominal[block.place]
     scale = np.maximum(np.abs(model).max(0), 1e-300)
     coefficients = np.linalg.lstsq(model / scale, y, rcond=None)[0] / scale
     if np.std(y - model @ coefficients) > settings.identity * np.std(y) or np.std(y) == 0.0:
         return None
-    measured = np.stack([blocks[c].y for c in others] + [np.ones(len(block.t))], axis=1)
+    measured = np.stack([blocks[c].y for c in terms] + [np.ones(len(block.t))], axis=1)
     gap = block.y - measured @ coefficients
-    parts = list(zip(others, coefficients, strict=False))
+    parts = list(zip(terms, coefficients, strict=False))
     noise = np.sqrt(block.noise_std**2 + sum((k * blocks[c].noise_std) ** 2 for c, k in parts))
     used = [c for c, k in parts if abs(k) * np.ptp(nominal[blocks[c].place]) > settings.least_part * np.ptp(y)]
-    off = rms(gap) / noise
-    if off <= settings.contradiction or not used:
+    contradiction = rms(gap) / noise
+    if contradiction <= settings.contradiction or not used:
         return None
     unit = problem.units.get(target, "")
     return (
-        f"{problem.runs[run].name}: {target} and {', '.join(used)} contradict each other by {off:.1f} noise "
+        f"{problem.runs[run].name}: {target} and {', '.join(used)} contradict each other by {contradiction:.1f} noise "
         f"floors (mean {np.mean(gap):.4g} {unit})"
     )

@@ -26,7 +26,7 @@ class _Suspect:
     """A channel that another unit would bring nearer, and how it moves."""
 
     channel: Channel
-    better: str
+    better_unit: str
     text: str
     sure: bool = True
     """No machine differs from its model by so much; else it is only remarked on."""
@@ -40,36 +40,38 @@ def check_units(problem: Problem, nominal: np.ndarray) -> list[str]:
     settings = problem.settings.sanity
     suspects = [x for k in range(len(problem.campaign.outputs)) if (x := _suspect(problem, k, nominal)) is not None]
     suspect = next((x for x in suspects if x.sure), None)
-    warnings = [f"{x.text}; is it in {x.better}? {_remedy([''])}" for x in suspects if not x.sure]
+    warnings = [f"{x.text}; is it in {x.better_unit}? {_remedy([''])}" for x in suspects if not x.sure]
     models = {b.place.start: nominal[b.place] for b in problem.observations.series}
-    straight = _missed(problem, models)
-    if suspect is None and max(straight, default=0.0) <= settings.movement_lost:
+    stated_shares = _missed_shares(problem, models)
+    if suspect is None and max(stated_shares, default=0.0) <= settings.movement_lost:
         return warnings
-    stories = [(_sum(shares), text, shares) for shares, text in _stories(problem)]
+    explanations = [(_log_sum(shares), text, shares) for shares, text in _explanations(problem)]
     if suspect is None:
-        left, text, shares = min(stories, default=(np.inf, "", []))
-        found = any(
+        loss, text, shares = min(explanations, default=(np.inf, "", []))
+        recovered = any(
             before > settings.movement_lost and after < settings.movement_found
-            for before, after in zip(straight, shares, strict=False)
+            for before, after in zip(stated_shares, shares, strict=False)
         )
-        if found and left < _sum(straight) - settings.as_good:
+        if recovered and loss < _log_sum(stated_shares) - settings.as_good:
             raise CampaignError(
                 f"{problem.campaign.file}: the model misses the channels' movement; {text}? {_remedy([text])}"
             )
         return warnings
-    own = _missed(problem, models, suspect)
-    stories = [(_sum(own), f"is it in {suspect.better}", own), *sorted(stories)]
-    least = min(stories)[0]
-    told = [text for left, text, _ in stories if left <= least + settings.as_good][:3]
-    raise CampaignError(f"{problem.campaign.file}: {suspect.text}; {', or '.join(told)}? {_remedy(told)}")
+    suspect_shares = _missed_shares(problem, models, suspect)
+    explanations = [
+        (_log_sum(suspect_shares), f"is it in {suspect.better_unit}", suspect_shares), *sorted(explanations)
+    ]  # fmt: skip
+    least = min(explanations)[0]
+    texts = [text for loss, text, _ in explanations if loss <= least + settings.as_good][:3]
+    raise CampaignError(f"{problem.campaign.file}: {suspect.text}; {', or '.join(texts)}? {_remedy(texts)}")
 
 
-def _remedy(told: list[str]) -> str:
-    keys = {"'time_unit'" if text.startswith("is time") else "the channel's 'unit'" for text in told}
+def _remedy(texts: list[str]) -> str:
+    keys = {"'time_unit'" if text.startswith("is time") else "the channel's 'unit'" for text in texts}
     return f"Then {' or '.join(sorted(keys, reverse=True))} has to say so"
 
 
-def _sum(shares: list[float]) -> float:
+def _log_sum(shares: list[float]) -> float:
     return float(np.log(shares).sum())
 
 
@@ -96,91 +98,93 @@ def _of_another_size(problem: Problem, c: Channel, parts: list[Block], nominal: 
         modelled = max(np.abs(np.median(nominal[b.place])) for b in parts)
     if max(modelled, measured) <= settings.quiet * noise or min(modelled, measured) <= 0.0:
         return None
-    ratio, own = measured / modelled, problem.units[c.connector]
-    size, better = abs(float(np.log(ratio))), None
+    ratio, fmu_unit = measured / modelled, problem.units[c.connector]
+    size, better_unit = abs(float(np.log(ratio))), None
     doubtful = size > np.log(settings.doubtful_ratio)
     if size > np.log(settings.wrong_ratio):
-        better = _likelier(c.unit, ratio, 2.0 * settings.better_share)
-        if better and _left(parts, nominal, own, c.unit, better) > _left(parts, nominal, own):
-            better = None  # it moves where the model rests, as far from its level in any unit
+        better_unit = _likelier_unit(c.unit, ratio, 2.0 * settings.better_share)
+        if better_unit and _misfit(parts, nominal, fmu_unit, c.unit, better_unit) > _misfit(parts, nominal, fmu_unit):
+            better_unit = None  # it moves where the model rests, as far from its level in any unit
     elif size > np.log(settings.possible_ratio):
-        better = _likelier(c.unit, ratio, settings.ratio_fits)
+        better_unit = _likelier_unit(c.unit, ratio, settings.ratio_fits)
         share = settings.better_share if doubtful else settings.much_better_share
-        if better and not _explains(problem, c, parts, nominal, better, share, word == "moves by"):
-            better = None
-    if better is None:
+        if better_unit and not _explains(problem, c, parts, nominal, better_unit, share, word == "moves by"):
+            better_unit = None
+    if better_unit is None:
         return None
-    shown = [f"{convert(float(x), own, c.unit):.4g} {c.unit}" for x in (measured, modelled)]
+    shown = [f"{convert(float(x), fmu_unit, c.unit):.4g} {c.unit}" for x in (measured, modelled)]
     text = f"channel '{c.column}': it {word} {shown[0]} where the model {word} {shown[1]}"
-    return _Suspect(c, better, text, doubtful)
+    return _Suspect(c, better_unit, text, doubtful)
 
 
 def _explains(
-    problem: Problem, c: Channel, parts: list[Block], nominal: np.ndarray, better: str, share: float, moves: bool
+    problem: Problem, c: Channel, parts: list[Block], nominal: np.ndarray, better_unit: str, share: float, moves: bool
 ) -> bool:
     """Whether the model misses far less of the readings in the better unit, and little of them themselves.
 
     Large readings that have nothing of the model become smaller in a larger unit, too.
     """
-    own = problem.units[c.connector]
-    after = _left(parts, nominal, own, c.unit, better)
-    if after > share * _left(parts, nominal, own):
+    fmu_unit = problem.units[c.connector]
+    after = _misfit(parts, nominal, fmu_unit, c.unit, better_unit)
+    if after > share * _misfit(parts, nominal, fmu_unit):
         return False
-    read = [_meant(b.y, own, c.unit, better) for b in parts]
+    read = [_reinterpret(b.y, fmu_unit, c.unit, better_unit) for b in parts]
     whole = rms(np.concatenate([y - y.mean() if moves else y for y in read]))
     return after <= problem.settings.sanity.shape_missed * whole
 
 
 def _of_another_zero(problem: Problem, c: Channel, parts: list[Block], nominal: np.ndarray) -> _Suspect | None:
     """Where the readings stand off the model by what is between the zeros of two units, as of K and degC."""
-    settings, own = problem.settings.sanity, problem.units[c.connector]
-    given = _left(parts, nominal, own)
-    others = [u for u in _others(c.unit) if u.offset != unit(c.unit).offset]
-    if not others or given <= settings.quiet * max(b.noise_std for b in parts):
+    settings, fmu_unit = problem.settings.sanity, problem.units[c.connector]
+    stated_misfit = _misfit(parts, nominal, fmu_unit)
+    candidates = [u for u in _other_units(c.unit) if u.offset != unit(c.unit).offset]
+    if not candidates or stated_misfit <= settings.quiet * max(b.noise_std for b in parts):
         return None
     readings = np.concatenate([b.y for b in parts])
     model = np.concatenate([nominal[b.place] for b in parts])
     moves = max(float(np.ptp(readings)), float(np.ptp(model)))
-    left = {u.name: _left(parts, nominal, own, c.unit, u.name) for u in others}
-    better = min(left, key=left.__getitem__)
-    shift = float(np.median(np.abs(_meant(readings, own, c.unit, better) - readings)))
+    misfits = {u.name: _misfit(parts, nominal, fmu_unit, c.unit, u.name) for u in candidates}
+    better_unit = min(misfits, key=misfits.__getitem__)
+    shift = float(np.median(np.abs(_reinterpret(readings, fmu_unit, c.unit, better_unit) - readings)))
     share = settings.better_share if shift > settings.zero_beyond * moves else settings.much_better_share
-    if left[better] > share * given:
+    if misfits[better_unit] > share * stated_misfit:
         return None
-    shown = [f"{convert(float(np.median(x)), own, c.unit):.4g} {c.unit}" for x in (readings, model)]
-    absolute = (unit(c.unit).offset == 0.0) != (unit(better).offset == 0.0)  # 255 K apart, degC and degF about 40
-    return _Suspect(c, better, f"channel '{c.column}': it is at {shown[0]} where the model is at {shown[1]}", absolute)
+    shown = [f"{convert(float(np.median(x)), fmu_unit, c.unit):.4g} {c.unit}" for x in (readings, model)]
+    absolute = (unit(c.unit).offset == 0.0) != (unit(better_unit).offset == 0.0)  # 255 K apart, degC and degF about 40
+    return _Suspect(
+        c, better_unit, f"channel '{c.column}': it is at {shown[0]} where the model is at {shown[1]}", absolute
+    )  # fmt: skip
 
 
-def _left(parts: list[Block], nominal: np.ndarray, own: str, given: str = "", better: str = "") -> float:
-    """RMS of the readings less the model, in the connector's unit; of readings in another unit than the given one."""
-    read = [_meant(b.y, own, given, better) if better else b.y for b in parts]
+def _misfit(parts: list[Block], nominal: np.ndarray, fmu_unit: str, stated: str = "", better_unit: str = "") -> float:
+    """RMS of the readings less the model, in the connector's unit; of readings in another unit than the stated one."""
+    read = [_reinterpret(b.y, fmu_unit, stated, better_unit) if better_unit else b.y for b in parts]
     return rms(np.concatenate([y - nominal[b.place] for y, b in zip(read, parts, strict=True)]))
 
 
-def _meant(values: np.ndarray, own: str, given: str, better: str) -> np.ndarray:
-    """Values in their own unit, had they been in a better one than the given."""
-    return convert(convert(values, own, given), better, own)
+def _reinterpret(values: np.ndarray, fmu_unit: str, stated: str, better_unit: str) -> np.ndarray:
+    """Values in the FMU's unit, had they been read in a better one than the stated."""
+    return convert(convert(values, fmu_unit, stated), better_unit, fmu_unit)
 
 
-def _others(given: str) -> Iterator[Unit]:
+def _other_units(stated: str) -> Iterator[Unit]:
     """The other units of the same quantity, one of each size; those that are angles too, of an angle, come first."""
-    here = unit(given)
-    seen = {(here.factor, here.offset)}
-    for u in sorted(UNITS.values(), key=lambda u: u.exponents != here.exponents):
-        if u.same_dimension(here) and (u.factor, u.offset) not in seen:
-            seen.add((u.factor, u.offset))
+    same = unit(stated)
+    sizes = {(same.factor, same.offset)}
+    for u in sorted(UNITS.values(), key=lambda u: u.exponents != same.exponents):
+        if u.same_dimension(same) and (u.factor, u.offset) not in sizes:
+            sizes.add((u.factor, u.offset))
             yield u
 
 
-def _likelier(given: str, ratio: float, within: float) -> str | None:
-    """The unit of the same quantity whose readings, taken for the given one, would differ by the ratio."""
-    fitting = [(abs(np.log(ratio * u.factor / unit(given).factor)), u.name) for u in _others(given)]
+def _likelier_unit(stated: str, ratio: float, within: float) -> str | None:
+    """The unit of the same quantity whose readings, taken for the stated one, would differ by the ratio."""
+    fitting = [(abs(np.log(ratio * u.factor / unit(stated).factor)), u.name) for u in _other_units(stated)]
     best = min(fitting, default=(9.0, ""))
     return best[1] if best[0] < within else None
 
 
-def _missed(problem: Problem, models: Mapping[int, np.ndarray], suspect: _Suspect | None = None) -> list[float]:
+def _missed_shares(problem: Problem, models: Mapping[int, np.ndarray], suspect: _Suspect | None = None) -> list[float]:
     """Share of each channel's movement that the models (by the start of a block's place) miss, whatever the bias."""
     settings = problem.settings.sanity
     shares = []
@@ -190,39 +194,39 @@ def _missed(problem: Problem, models: Mapping[int, np.ndarray], suspect: _Suspec
             continue
         read, model = [b.y for b in parts], [models[b.place.start] for b in parts]
         if suspect is not None and suspect.channel == c:
-            read = [_meant(y, problem.units[c.connector], c.unit, suspect.better) for y in read]
+            read = [_reinterpret(y, problem.units[c.connector], c.unit, suspect.better_unit) for y in read]
         shares.append(missed_share(read, model, max(b.noise_std for b in parts), settings))
     return shares
 
 
-def missed_share(read: list[np.ndarray], model: list[np.ndarray], noise: float, settings: SanitySettings) -> float:
+def missed_share(readings: list[np.ndarray], model: list[np.ndarray], noise: float, settings: SanitySettings) -> float:
     """Share of the movement of a channel's readings, block by block, that a model misses, whatever the bias."""
-    moved = rms(np.concatenate([y - y.mean() for y in read]))
-    left = rms(np.concatenate([y - x - (y - x).mean() for y, x in zip(read, model, strict=True)]))
-    return float(np.clip(left / max(moved, noise), settings.least_movement, settings.most_movement))
+    movement = rms(np.concatenate([y - y.mean() for y in readings]))
+    missed = rms(np.concatenate([y - x - (y - x).mean() for y, x in zip(readings, model, strict=True)]))
+    return float(np.clip(missed / max(movement, noise), settings.least_movement, settings.most_movement))
 
 
-def _stories(problem: Problem) -> Iterator[tuple[list[float], str]]:
+def _explanations(problem: Problem) -> Iterator[tuple[list[float], str]]:
     """What the models miss with each input in each other unit, and with the time of driven runs in another one."""
     for c in problem.campaign.inputs:
-        own = problem.units[c.connector]
-        for other in _others(c.unit):
+        fmu_unit = problem.units[c.connector]
+        for other_unit in _other_units(c.unit):
             inputs = []
             for info in problem.runs:
-                mine = dict(info.inputs)
-                if c.connector in mine:
-                    t, x = mine[c.connector]
-                    mine[c.connector] = t, _meant(x, own, c.unit, other.name)
-                inputs.append(mine)
+                run_inputs = dict(info.inputs)
+                if c.connector in run_inputs:
+                    t, x = run_inputs[c.connector]
+                    run_inputs[c.connector] = t, _reinterpret(x, fmu_unit, c.unit, other_unit.name)
+                inputs.append(run_inputs)
             if (models := _models(problem, inputs)) is not None:
-                yield _missed(problem, models), f"is the input '{c.column}' in {other.name}"
+                yield _missed_shares(problem, models), f"is the input '{c.column}' in {other_unit.name}"
     if problem.scenario_stop is None:
         return
     for name, f in TIME_UNITS.items():
         if all(info.inputs and 0.5 < info.stop / (f * problem.scenario_stop) < 1.5 for info in problem.runs):
             inputs = [{c: (t / f, x) for c, (t, x) in info.inputs.items()} for info in problem.runs]
             if (models := _models(problem, inputs, f)) is not None:
-                yield _missed(problem, models), f"is time in {name}"
+                yield _missed_shares(problem, models), f"is time in {name}"
 
 
 def _models(
@@ -232,16 +236,19 @@ def _models(
     step = problem.fit_step
     stops = [float(np.ceil(info.stop / f / step) * step) for info in problem.runs]
     jobs = [
-        Job(tuple(problem.connectors), stop, step, problem.changes(r, {}), given, method=problem.discretisation.method)
-        for r, (stop, given) in enumerate(zip(stops, inputs, strict=True))
+        Job(
+            tuple(problem.connectors), stop, step, problem.changes(r, {}), run_inputs,
+            method=problem.discretisation.method,
+        )
+        for r, (stop, run_inputs) in enumerate(zip(stops, inputs, strict=True))
     ]
     rows = problem.simulator.simulate(jobs)
     if any(isinstance(x, Failure) for x in rows):
         return None
-    made = {}
+    models = {}
     for b in problem.observations.series:
         run = rows[b.run]
         assert not isinstance(run, Failure)  # or this would have returned above
         signal = run[:, problem.connectors.index(b.connector)]
-        made[b.place.start] = np.interp(b.t / f, np.arange(len(signal)) * step, signal)
-    return made
+        models[b.place.start] = np.interp(b.t / f, np.arange(len(signal)) * step, signal)
+    return models
