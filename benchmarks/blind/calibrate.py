@@ -24,7 +24,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 from deepsea_cosim.gap.selection.calibration import Calibration, Curvature
-from deepsea_cosim.gap.selection.posterior import Evidence, inclusion, inclusion_features, weigh
+from deepsea_cosim.gap.selection.posterior import Evidence, inclusion, inclusion_features, posterior_of
 from deepsea_cosim.gap.settings import PosteriorSettings
 
 from .records import Record, load
@@ -105,7 +105,7 @@ def observe(cases: Sequence[Case], calibration: Calibration) -> Observations:
     """All effects that were looked at."""
     features, true, place, missed = [], [], [], 0
     for k, case in enumerate(cases):
-        posterior = weigh(case.evidence, calibration, case.readings)
+        posterior = posterior_of(case.evidence, calibration, case.readings)
         looked_at = sorted({id for e in case.evidence for id in e.ids})
         for id in looked_at:
             if id in case.uncounted:
@@ -222,7 +222,7 @@ def recalibrated(record: Record) -> Record:
     if record.diagnosis is None or not judged_alike(record.diagnosis):
         return record
     calibration, case = Calibration.load(), case_of(record.answer, record.diagnosis)
-    posterior = weigh(case.evidence, calibration, case.readings)
+    posterior = posterior_of(case.evidence, calibration, case.readings)
     ids = sorted({id for e in case.evidence for id in e.ids})
     told = {id: inclusion(posterior, frozenset([id]), calibration) for id in ids}
     own = record.diagnosis["effects"]

@@ -13,7 +13,7 @@ from ..problem.stop import StopRequested
 from ..search.subsets import complete_subsets
 from ..selection.calibration import Calibration
 from ..selection.evidence import RankedHypothesis
-from ..selection.posterior import Evidence, inclusions, temper, weigh
+from ..selection.posterior import Evidence, apply_doubts, inclusions, posterior_of
 from .state import Inclusion, State
 
 
@@ -21,7 +21,7 @@ def weigh_hypotheses(state: State) -> State:
     """Probabilities of all hypotheses that were looked at, and of every effect and group."""
     problem, calibration = state.problem, Calibration.load()
     evidence = [_evidence(r) for r in state.ranked]
-    posterior = weigh(evidence, calibration, len(problem.observations))
+    posterior = posterior_of(evidence, calibration, len(problem.observations))
     groups = {c.id: c.group for c in problem.candidates}
     effects, of_groups = inclusions(posterior, groups, calibration)
     order = np.argsort(-posterior.probability, kind="stable")
@@ -29,12 +29,13 @@ def weigh_hypotheses(state: State) -> State:
         state, ranked=tuple(state.ranked[k] for k in order),
         probabilities=tuple(float(posterior.probability[k]) for k in order),
     )  # fmt: skip
-    made = {id: temper(p, _doubts(state, frozenset([id]))) for id, p in effects.items()}
-    members = {g: frozenset(id for id, own in groups.items() if own == g) for g in of_groups}
-    told = {
-        g: max([temper(p, _doubts(state, members[g])), *(made[id] for id in members[g])]) for g, p in of_groups.items()
+    tempered = {id: apply_doubts(p, _doubts(state, frozenset([id]))) for id, p in effects.items()}
+    members = {g: frozenset(id for id, group in groups.items() if group == g) for g in of_groups}
+    of_each_group = {
+        g: max([apply_doubts(p, _doubts(state, members[g])), *(tempered[id] for id in members[g])])
+        for g, p in of_groups.items()
     }
-    return replace(state, inclusion=Inclusion(made, told, groups))
+    return replace(state, inclusion=Inclusion(tempered, of_each_group, groups))
 
 
 def _evidence(r: RankedHypothesis) -> Evidence:

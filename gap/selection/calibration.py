@@ -32,7 +32,7 @@ class Curvature(NamedTuple):
     """Energies of the directions of base parameters and nuisances alone, which every hypothesis has."""
 
 
-class Judged(NamedTuple):
+class EvidenceTerms(NamedTuple):
     """-2 log posterior of a hypothesis but for its prior: what is left, what the parameters' values cost, and what they
     cost for the volume of their prior that the data rule out."""
 
@@ -58,23 +58,23 @@ class Calibration:
     inclusion: tuple[float, ...]
     """Weights of the features of an effect's inclusion (`posterior.inclusion_features`), the constant first."""
 
-    def judge(self, energy: float, around: Curvature, scatter: float, readings: int) -> Judged:
+    def evidence_terms(self, energy: float, curvature: Curvature, scatter: float, readings: int) -> EvidenceTerms:
         """What a fit counts for as evidence, the less the better; energy: the structured one that it leaves.
 
         What right models miss, what chance shares of so many readings, and the scatter of the model's form are added to
         it, so that less is no evidence. The parameters count where that evidence and their priors together are best,
         which is nearer to what is stated than the fit, for there every reading counts.
         """
-        pieces, floor = min(self.independent, readings), self.discrepancy + chance(readings) + scatter
-        rise, place = np.array(around.energy), np.array(around.place)
-        moved = 0.0
+        pieces, added_energy = min(self.independent, readings), self.discrepancy + chance(readings) + scatter
+        rise, place = np.array(curvature.energy), np.array(curvature.place)
+        moved_energy = 0.0
         for _ in range(EvidenceSettings.judging_rounds):
-            stays = 1.0 / (1.0 + pieces / (energy + moved + floor) * rise)
-            moved = float(rise @ (place * stays) ** 2)
-        weight = pieces / (energy + moved + floor)
-        ruled_out = np.log1p(weight * rise).sum() - np.log1p(weight * np.array(around.shared)).sum()
-        penalty = float(((place * (1.0 - stays)) ** 2).sum())
-        return Judged(pieces * float(np.log(energy + moved + floor)), penalty, float(ruled_out))
+            shrinkage = 1.0 / (1.0 + pieces / (energy + moved_energy + added_energy) * rise)
+            moved_energy = float(rise @ (place * shrinkage) ** 2)
+        weight = pieces / (energy + moved_energy + added_energy)
+        ruled_out = np.log1p(weight * rise).sum() - np.log1p(weight * np.array(curvature.shared)).sum()
+        penalty = float(((place * (1.0 - shrinkage)) ** 2).sum())
+        return EvidenceTerms(pieces * float(np.log(energy + moved_energy + added_energy)), penalty, float(ruled_out))
 
     def beyond_chance(self, energy: float, readings: int) -> float:
         """What a residual shares beyond chance, with what right models miss added."""

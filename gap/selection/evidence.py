@@ -8,7 +8,7 @@ approximation; noise has no part in E, see `Observations.structured_energy`):
 n is the number of independent pieces that a wrong model's residual counts for, e the energy in which two models differ
 that are both right for what they are about (`calibration`); N readings share 1 / sqrt(N) by chance. All three terms are
 those of this one likelihood: the parameters stand where S_h is least, which is not where the fit does, for a fit counts
-every reading (`Calibration.judge`).
+every reading (`Calibration.evidence_terms`).
 """
 
 from __future__ import annotations
@@ -68,8 +68,8 @@ def prior(problem: Problem, h: Hypothesis) -> float:
     if not h.candidates:
         return settings.prior_none
     weight = float(np.prod([c.weight * (1.0 if c.form is None else settings.prior_of_form) for c in h.candidates]))
-    size, known = len(h.candidates), settings.prior_of_size
-    return known[min(size, len(known)) - 1] * weight / max(1, comb(ids, size))
+    size, size_priors = len(h.candidates), settings.prior_of_size
+    return size_priors[min(size, len(size_priors)) - 1] * weight / max(1, comb(ids, size))
 
 
 def rank_hypotheses(
@@ -80,20 +80,20 @@ def rank_hypotheses(
 
     before: what has been ranked; a fit found there is not asked about left-out data again.
     """
-    calibration, made = Calibration.load(), []
+    calibration, ranked = Calibration.load(), []
     for h in hypotheses:
         residual, energy = _held_out(problem, h, nuisance_jacobian, before)
-        around = curvature(problem, h.fit, nuisance_jacobian)
-        judged = calibration.judge(energy, around, 0.0, len(problem.observations))
-        terms = {**judged._asdict(), "prior": -2.0 * float(np.log(prior(problem, h)))}
-        made.append(RankedHypothesis(h, residual, energy, around, sum(terms.values()), terms))
-    return sorted(made, key=lambda r: r.neg2_log_posterior)
+        fit_curvature = curvature(problem, h.fit, nuisance_jacobian)
+        evidence_terms = calibration.evidence_terms(energy, fit_curvature, 0.0, len(problem.observations))
+        terms = {**evidence_terms._asdict(), "prior": -2.0 * float(np.log(prior(problem, h)))}
+        ranked.append(RankedHypothesis(h, residual, energy, fit_curvature, sum(terms.values()), terms))
+    return sorted(ranked, key=lambda r: r.neg2_log_posterior)
 
 
 def _held_out(
     problem: Problem, h: Hypothesis, nuisance_jacobian: np.ndarray, before: Sequence[RankedHypothesis]
 ) -> HeldOut:
-    known = next((r for r in before if r.hypothesis.fit is h.fit), None)
-    if known is not None:
-        return HeldOut(known.held_out, known.structured_energy)
+    earlier = next((r for r in before if r.hypothesis.fit is h.fit), None)
+    if earlier is not None:
+        return HeldOut(earlier.held_out, earlier.structured_energy)
     return held_out(problem, h.fit, nuisance_jacobian)

@@ -13,12 +13,12 @@ from ..settings import EvidenceSettings
 from .calibration import chance
 
 
-def penalised_deviance(left: float, penalty: float) -> float:
+def penalised_deviance(rms_left: float, penalty: float) -> float:
     """What fits are ranked by until they are judged, the less the better.
 
-    left: the normalised RMS that is left; penalty: what the parameters cost.
+    rms_left: the normalised RMS that is left; penalty: what the parameters cost.
     """
-    return EvidenceSettings.deviance_readings * 2.0 * float(np.log(max(left, 1e-9))) + penalty
+    return EvidenceSettings.deviance_readings * 2.0 * float(np.log(max(rms_left, 1e-9))) + penalty
 
 
 @dataclass(frozen=True, eq=False)

@@ -42,12 +42,14 @@ class Posterior(NamedTuple):
     readings: int
 
 
-def weigh(evidence: Sequence[Evidence], calibration: Calibration, readings: int) -> Posterior:
+def posterior_of(evidence: Sequence[Evidence], calibration: Calibration, readings: int) -> Posterior:
     """Probabilities of all hypotheses; they add up to 1. One of them has no effects."""
     energies = np.array([e.energy for e in evidence])
     least = calibration.beyond_chance(float(energies.min()), readings) - calibration.discrepancy
     scatter = calibration.scatter * least
-    neg2 = np.array([e.prior + sum(calibration.judge(e.energy, e.curvature, scatter, readings)) for e in evidence])
+    neg2 = np.array(
+        [e.prior + sum(calibration.evidence_terms(e.energy, e.curvature, scatter, readings)) for e in evidence]
+    )
     weight = np.exp(-0.5 * (neg2 - neg2.min()) / calibration.temperature)
     best = evidence[int(np.argmin(neg2))].energy
     left = calibration.beyond_chance(best, readings)
@@ -59,9 +61,9 @@ def expected_reduction(posterior: Posterior, members: frozenset[str], calibratio
     less it leaves than the best one of its other effects, times its probability."""
     expected = 0.0
     for probability, e in zip(posterior.probability, posterior.evidence, strict=True):
-        others = set(e.ids) - members
-        if len(others) < len(e.ids):
-            without = min(x.energy for x in posterior.evidence if others.issuperset(x.ids))
+        other_effects = set(e.ids) - members
+        if len(other_effects) < len(e.ids):
+            without = min(x.energy for x in posterior.evidence if other_effects.issuperset(x.ids))
             before, after = (calibration.beyond_chance(x, posterior.readings) for x in (without, e.energy))
             expected += float(probability) * max(0.0, 1.0 - after / before)
     return min(expected, 1.0)
@@ -87,7 +89,7 @@ def inclusion(posterior: Posterior, members: frozenset[str], calibration: Calibr
     return float(min(1.0 / (1.0 + np.exp(-np.clip(odds, -30.0, 30.0))), PosteriorSettings.surest))
 
 
-def temper(probability: float, doubts: Sequence[float]) -> float:
+def apply_doubts(probability: float, doubts: Sequence[float]) -> float:
     """A probability whose odds are multiplied by each doubt (below 1)."""
     odds = probability / max(1.0 - probability, PosteriorSettings.least) * float(np.prod(doubts))
     return odds / (1.0 + odds)

@@ -5,12 +5,12 @@ import pytest
 from deepsea_cosim.gap.selection.calibration import Calibration, Curvature, chance
 from deepsea_cosim.gap.selection.posterior import (
     Evidence,
+    apply_doubts,
     expected_reduction,
     inclusion,
     inclusion_features,
     inclusions,
-    temper,
-    weigh,
+    posterior_of,
 )
 from deepsea_cosim.gap.settings import PosteriorSettings
 from scipy.optimize import minimize
@@ -24,7 +24,7 @@ SHIPPED = Calibration.load()
 def weighed(energies, calibration=PLAIN, price=0.0):
     """The posterior of hypotheses with these energies; those with effects cost `price` more."""
     evidence = [Evidence(ids, energy, price if ids else 0.0) for ids, energy in energies.items()]
-    return weigh(evidence, calibration, READINGS)
+    return posterior_of(evidence, calibration, READINGS)
 
 
 def probability(posterior, ids):
@@ -46,7 +46,9 @@ def test_probabilities_add_up_and_follow_the_energies(calibration):
 def test_odds_are_those_of_the_closed_form():
     """Energies of which nothing is chance or discrepancy: (E_b / E_a)^(n / 2), and exp(-price / 2)."""
     bare = Calibration(20.0, 0.0, 0.0, 1.0, PLAIN.inclusion)
-    found = weigh([Evidence((), 100.0, 0.0), Evidence(("a",), 1e3, 0.0), Evidence(("b",), 1e3, 3.0)], bare, 10**12)
+    found = posterior_of(
+        [Evidence((), 100.0, 0.0), Evidence(("a",), 1e3, 0.0), Evidence(("b",), 1e3, 3.0)], bare, 10**12
+    )
     assert found.probability[0] / found.probability[1] == pytest.approx(10.0**10)
     assert found.probability[1] / found.probability[2] == pytest.approx(np.exp(1.5))
 
@@ -98,7 +100,7 @@ def test_what_an_effect_is_expected_to_take_is_the_mean_over_all_hypotheses():
 
 def test_a_sensors_effect_in_two_channels_is_one_effect():
     evidence = [Evidence(("s",), 1.0, 0.0), Evidence(("s",), 1.0, 0.0), Evidence((), 3.0, 0.0)]
-    twice, once = weigh(evidence, PLAIN, READINGS), weigh(evidence[1:], PLAIN, READINGS)
+    twice, once = posterior_of(evidence, PLAIN, READINGS), posterior_of(evidence[1:], PLAIN, READINGS)
     took = [expected_reduction(w, frozenset("s"), PLAIN) / (1.0 - w.probability[-1]) for w in (twice, once)]
     assert took[0] == pytest.approx(took[1])
 
@@ -116,7 +118,7 @@ def test_a_right_effect_that_two_others_imitate_together_is_as_sure_as_it_is_pro
     energies, costs = {(): 10.0, ("a",): 0.0, ("b",): 7.0, ("b", "c"): 0.0}, 6.0
     sure = []
     for known in (list(energies)[:3], list(energies)):
-        found = weigh([Evidence(ids, energies[ids], costs * len(ids)) for ids in known], SHIPPED, READINGS)
+        found = posterior_of([Evidence(ids, energies[ids], costs * len(ids)) for ids in known], SHIPPED, READINGS)
         sure.append(inclusion(found, frozenset("a"), SHIPPED))
     alone, imitated = sure
     assert 0.5 < imitated < alone
@@ -151,12 +153,12 @@ def test_the_features_of_a_baseline_as_good_as_all_are_finite():
 
 
 def test_doubts_multiply_the_odds():
-    assert temper(0.8, []) == pytest.approx(0.8)
-    assert temper(0.8, [0.5]) == pytest.approx(2.0 / 3.0)
-    assert temper(0.8, [0.5, 0.5]) == pytest.approx(0.5)
-    assert temper(0.0, [0.5]) == 0.0
-    assert 0.0 < temper(1.0, [0.5]) <= 1.0
-    tempered = [temper(p, [0.2]) for p in (0.1, 0.5, 0.9, 0.99)]
+    assert apply_doubts(0.8, []) == pytest.approx(0.8)
+    assert apply_doubts(0.8, [0.5]) == pytest.approx(2.0 / 3.0)
+    assert apply_doubts(0.8, [0.5, 0.5]) == pytest.approx(0.5)
+    assert apply_doubts(0.0, [0.5]) == 0.0
+    assert 0.0 < apply_doubts(1.0, [0.5]) <= 1.0
+    tempered = [apply_doubts(p, [0.2]) for p in (0.1, 0.5, 0.9, 0.99)]
     assert tempered == sorted(tempered)
 
 
@@ -172,7 +174,7 @@ def test_a_fit_is_judged_where_evidence_and_priors_together_are_best():
 
     best = minimize(cost, np.zeros(3), tol=1e-12).x
     weight = 15.0 / (2.0 + floor + rise @ best**2)
-    judged = bare.judge(2.0, around, 0.0, READINGS)
+    judged = bare.evidence_terms(2.0, around, 0.0, READINGS)
     assert judged.fit + judged.penalty == pytest.approx(cost(best), abs=1e-6)
     assert judged.penalty == pytest.approx(((place + best) ** 2).sum(), abs=1e-5)
     assert judged.occam == pytest.approx(np.log1p(weight * rise).sum() - np.log1p(weight * 0.2), abs=1e-6)
@@ -180,11 +182,11 @@ def test_a_fit_is_judged_where_evidence_and_priors_together_are_best():
 
 def test_parameters_that_the_data_say_nothing_of_cost_nothing():
     nothing = Curvature((0.0, 0.0), (5.0, -2.0), ())
-    assert PLAIN.judge(1.0, nothing, 0.0, READINGS)[1:] == (0.0, 0.0)
+    assert PLAIN.evidence_terms(1.0, nothing, 0.0, READINGS)[1:] == (0.0, 0.0)
 
 
 def test_the_more_the_data_say_the_more_a_value_far_from_the_prior_costs():
-    found = [PLAIN.judge(1.0, Curvature((r,), (3.0,), ()), 0.0, READINGS) for r in (0.01, 0.1, 1.0, 100.0)]
+    found = [PLAIN.evidence_terms(1.0, Curvature((r,), (3.0,), ()), 0.0, READINGS) for r in (0.01, 0.1, 1.0, 100.0)]
     for one in ("penalty", "occam", "fit"):
         costs = [getattr(j, one) for j in found]
         assert costs == sorted(costs) or one == "fit"
