@@ -17,7 +17,7 @@ from .pipeline.pipeline import PIPELINE
 from .pipeline.stage import run_pipeline
 from .pipeline.state import begin
 from .problem.stop import StopToken
-from .search.earlier import Earlier
+from .search.earlier import EarlierDiagnosis
 from .settings import DEFAULT, Settings
 
 NEEDED_LATE = ("arch.bootstrap", "ruptures", "sklearn.ensemble", "threadpoolctl")
@@ -46,7 +46,7 @@ def diagnose(
     stop: StopToken | None = None,
     settings: Settings = DEFAULT,
     tell: Callable[[str], None] = lambda text: None,
-    earlier: Earlier | None = None,
+    earlier: EarlierDiagnosis | None = None,
 ) -> Diagnosis:
     """The diagnosis of a campaign.
 

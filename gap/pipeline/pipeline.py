@@ -14,7 +14,7 @@ PIPELINE = (
     Stage("refitting the base parameters", search.fit_baseline),
     Stage("what an earlier diagnosis has found", search.take_up, when=lambda s: s.earlier is not None),
     Stage("comparing sets of effects", search.look_at_sets, when=lambda s: s.earlier is None),
-    Stage("fitting the best of them", search.fit_best_sets, when=lambda s: s.looked is not None),
+    Stage("fitting the best of them", search.fit_best_sets, when=lambda s: s.quick_round is not None),
     Stage("what acts alike, in its place", search.swap_relatives, when=search.has_relatives),
     Stage("other forms of what is in", search.try_forms, when=search.has_forms),
     Stage("comparing sets around the best", search.compare_sets, when=search.goes_on),

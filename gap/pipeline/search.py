@@ -7,9 +7,9 @@ from dataclasses import replace
 
 from ...core.errors import SimulationError
 from ..estimation.nuisances import nuisance_columns
-from ..search.baseline import deliver, explains_much, is_strained, refit_again, refit_base, unfitted_base
-from ..search.earlier import baseline_point, fit_again
-from ..search.forms import have_forms, in_forms_of
+from ..search.baseline import explains_much, is_strained, refit_again, refit_base, simulate_nominal, unfitted_baseline
+from ..search.earlier import baseline_point, refit_sets
+from ..search.forms import adopt_forms, any_forms_left
 from ..search.forms import try_forms as tried
 from ..search.leaders import refine_fit_step, refine_macro_step, refit_past_wall, widen_derivatives
 from ..search.relatives import fit_relatives_at_best
@@ -17,16 +17,16 @@ from ..search.relatives import swap_relatives as swapped
 from ..search.rounds import (
     Round,
     best_of_each_set,
-    drop_each,
-    first_look,
+    drop_each_effect,
+    drop_needless_sets,
     fit_leaders,
-    fit_to_the_end,
     next_start,
-    score,
+    polish_round,
+    run_quick_round,
+    search_cost,
     search_round,
-    without_needless,
 )
-from ..search.spoiled import look_at_spoiled
+from ..search.spoiled import search_with_shorter_step
 from ..selection.evidence import rank_hypotheses
 from ..selection.hypothesis import Hypothesis, is_adequate
 from .state import State
@@ -36,7 +36,7 @@ def fit_baseline(state: State) -> State:
     """The refit of the base parameters, and where the first bank is made: there, or at the model as delivered where the
     refit explains little or strains many of them, for base parameters bent to what they cannot explain lead away from
     what can. The other one is for later. Where the refit needs runs of shorter steps, so does the search."""
-    delivered = deliver(state.problem, state.nuisance_jacobian)
+    delivered = simulate_nominal(state.problem, state.nuisance_jacobian)
     baseline = None
     if state.earlier is not None and state.problem.base:
         point = baseline_point(state.problem, state.earlier.sets)
@@ -44,7 +44,7 @@ def fit_baseline(state: State) -> State:
     baseline = baseline or refit_base(state.problem, state.nuisance_jacobian, delivered)
     problem, (baseline,) = refit_past_wall(state.problem, baseline, state.nuisance_jacobian)
     if problem is not state.problem:
-        state, delivered = replace(state, problem=problem), deliver(problem, state.nuisance_jacobian)
+        state, delivered = replace(state, problem=problem), simulate_nominal(problem, state.nuisance_jacobian)
     start, other = delivered, baseline
     adequate = is_adequate(state.problem, baseline.fit)
     if explains_much(state.problem, baseline, delivered) and (adequate or not is_strained(state.problem, baseline)):
@@ -60,7 +60,7 @@ def take_up(state: State) -> State:
     once if it had come to its end before."""
     if state.earlier is None:
         raise ValueError("there is no earlier diagnosis")
-    found = fit_again(state.problem, state.earlier.sets, state.refit, state.nuisance_jacobian)
+    found = refit_sets(state.problem, state.earlier.sets, state.refit, state.nuisance_jacobian)
     hypotheses = best_of_each_set([*state.hypotheses, *found])
     return replace(
         state, found=tuple(h for h in hypotheses if h.candidates), start=hypotheses[0],
@@ -70,16 +70,16 @@ def take_up(state: State) -> State:
 
 def look_at_sets(state: State) -> State:
     """Quick fits of sets of effects, from a bank where the search begins: the first that can be said."""
-    looked = first_look(state.problem, state.nuisance_jacobian, state.beginning)
-    hypotheses = best_of_each_set([*state.hypotheses, *looked.hypotheses])
+    first = run_quick_round(state.problem, state.nuisance_jacobian, state.beginning)
+    hypotheses = best_of_each_set([*state.hypotheses, *first.hypotheses])
     found = tuple(h for h in hypotheses if h.candidates)
-    return replace(state, looked=looked, found=found, gains=looked.gains, so_far=so_far(state, hypotheses))
+    return replace(state, quick_round=first, found=found, gains=first.gains, so_far=so_far(state, hypotheses))
 
 
 def fit_best_sets(state: State) -> State:
     """The best of these to the end."""
-    found = fit_to_the_end(state.problem, state.nuisance_jacobian, state.first_round)
-    return _having(replace(state, found=(), looked=None), found)
+    found = polish_round(state.problem, state.nuisance_jacobian, state.first_round)
+    return _having(replace(state, found=(), quick_round=None), found)
 
 
 def compare_sets(state: State) -> State:
@@ -94,8 +94,8 @@ def _having(state: State, found: Round) -> State:
     baseline = next(h for h in hypotheses if not h.candidates)
     banked = (*state.banked, at.parts)
     elsewhere = None if at is state.elsewhere else state.elsewhere
-    before = score(best_of_each_set(state.hypotheses)[0])
-    better = score(hypotheses[0]) < before - state.problem.settings.search.better
+    before = search_cost(best_of_each_set(state.hypotheses)[0])
+    better = search_cost(hypotheses[0]) < before - state.problem.settings.search.better
     return replace(
         state, baseline=baseline, found=tuple(h for h in hypotheses if h.candidates), banked=banked,
         elsewhere=elsewhere, start=next_start(hypotheses, banked, better, elsewhere),
@@ -140,7 +140,7 @@ def has_long_steps(state: State) -> bool:
 
 def look_at_shorter_steps(state: State) -> State:
     """Effects whose runs the long step spoils; where one of them is better, a round goes on from there."""
-    found = look_at_spoiled(state.problem, best_of_each_set(state.hypotheses), state.nuisance_jacobian)
+    found = search_with_shorter_step(state.problem, best_of_each_set(state.hypotheses), state.nuisance_jacobian)
     if found.problem is state.problem:
         return _among(state, found.hypotheses)
     state = _among(replace(state, problem=found.problem), found.hypotheses)
@@ -154,7 +154,7 @@ def fit_the_best(state: State) -> State:
     problem, found = refine_macro_step(problem, found, N)
     problem, found = refine_fit_step(problem, found, N)
     found = fit_relatives_at_best(problem, found, N)
-    found = drop_each(problem, found, N)
+    found = drop_each_effect(problem, found, N)
     baseline = next(h for h in found if not h.candidates)
     return replace(state, problem=problem, baseline=baseline, found=tuple(h for h in found if h.candidates))
 
@@ -169,7 +169,7 @@ def try_forms(state: State) -> State:
     """Effects that are in, in other forms than the plain one; the best set's forms are those of its effects from then
     on."""
     found = tried(state.problem, best_of_each_set(state.hypotheses), state.nuisance_jacobian)
-    problem = in_forms_of(state.problem, found[0])
+    problem = adopt_forms(state.problem, found[0])
     return replace(_among(state, found), problem=problem)
 
 
@@ -181,20 +181,20 @@ def try_curves(state: State) -> State:
 def has_curves(state: State) -> bool:
     """Whether something is left, and an effect that is in could be a free curve."""
     found = best_of_each_set(state.hypotheses)
-    wanted = have_forms(found, curves=True) and not is_adequate(state.problem, found[0].fit)
+    wanted = any_forms_left(found, curves=True) and not is_adequate(state.problem, found[0].fit)
     return wanted and _leaves_more_than(state, state.problem.settings.search.curve_trifle)
 
 
 def has_forms(state: State) -> bool:
     """Whether something is left, and an effect that is in could be in another form."""
     found = best_of_each_set(state.hypotheses)
-    return have_forms(found) and not is_adequate(state.problem, found[0].fit)
+    return any_forms_left(found) and not is_adequate(state.problem, found[0].fit)
 
 
 def _among(state: State, found: Sequence[Hypothesis]) -> State:
     """The state with fits that came between two rounds; where they are better, the next one begins there."""
     baseline = next(h for h in found if not h.candidates)
-    better = score(found[0]) < score(best_of_each_set(state.hypotheses)[0])
+    better = search_cost(found[0]) < search_cost(best_of_each_set(state.hypotheses)[0])
     start = next_start(found, state.banked, True, state.elsewhere) if better else state.start
     return replace(
         state, baseline=baseline, found=tuple(h for h in found if h.candidates), start=start,
@@ -218,7 +218,7 @@ def judge(state: State) -> State:
         package = f"the package's is {1e3 * state.package_step:g} ms"
         warnings.append(f"{told} {1e3 * problem.macro_step:g} ms, {package}")
     holdout = state.holdout.like(problem) if state.holdout else None
-    needed = without_needless(problem, best_of_each_set(state.hypotheses))
+    needed = drop_needless_sets(problem, best_of_each_set(state.hypotheses))
     found = widen_derivatives(problem, needed, state.nuisance_jacobian)
     ranked = rank_hypotheses(problem, found, state.nuisance_jacobian)
     return replace(state, ranked=tuple(ranked), holdout=holdout, warnings=tuple(warnings))
@@ -230,7 +230,7 @@ def rank_what_is_there(state: State) -> State:
         system = state.problem.campaign.system.name
         raise SimulationError(f"{system}: stopped before the model as delivered had run once; nothing can be said")
     N = state.nuisance_jacobian if len(state.nuisance_jacobian) else nuisance_columns(state.problem, state.nominal)
-    baseline = state.baseline or unfitted_base(state.problem, state.nominal, N)
+    baseline = state.baseline or unfitted_baseline(state.problem, state.nominal, N)
     told = [f"Stopped before all runs were looked at: what is said here was found{state.confinement}"]
     warnings = (*state.warnings, *(told if state.all_runs else []))
     state = replace(state, nuisance_jacobian=N, baseline=baseline, holdout=None, warnings=warnings)

@@ -18,9 +18,9 @@ from ..estimation.linear import profile_nuisances
 from ..estimation.nuisances import nuisance_columns
 from ..problem.noise import rms_of_runs
 from ..problem.problem import Problem
-from ..search.baseline import deliver, refit_again, refit_base
-from ..search.refinement import stand_exactly
-from ..search.rounds import best_of_each_set, polish_near, score
+from ..search.baseline import refit_again, refit_base, simulate_nominal
+from ..search.refinement import exact_hypotheses_at
+from ..search.rounds import best_of_each_set, polish_near, search_cost
 from ..selection.hypothesis import Hypothesis, is_adequate
 from .search import so_far
 from .state import AllRuns, State
@@ -49,12 +49,12 @@ def fit_to_all(state: State) -> State:
     part, best = state.problem, best_of_each_set(state.hypotheses)
     problem = replace(whole.problem, candidates=part.candidates, discretisation=part.discretisation)
     N = nuisance_columns(problem, whole.nominal)
-    delivered = deliver(problem, N)
+    delivered = simulate_nominal(problem, N)
     again = refit_again(problem, N, delivered, state.refit.fit.point) if problem.base else None
     baseline = again or refit_base(problem, N, delivered)
     wanted = [(h.candidates, h.fit.point) for h in best if h.candidates][: problem.settings.search.fitted_to_all]
-    begun = stand_exactly(problem, wanted, N)
-    least = min((score(h) for h in begun), default=0.0)
+    begun = exact_hypotheses_at(problem, wanted, N)
+    least = min((search_cost(h) for h in begun), default=0.0)
     found = best_of_each_set([baseline, *polish_near(problem, begun, least, N)])
     return replace(
         state, problem=problem, nominal=whole.nominal, step_change=whole.step_change, nuisance_jacobian=N,

@@ -48,6 +48,6 @@ def run_pipeline(
         state = replace(state, seconds={**state.seconds, stage.name: time.perf_counter() - begin})
         if state.so_far != known:
             tell(state.so_far)
-            if not state.first_answer and (state.found or state.looked):
+            if not state.first_answer and (state.found or state.quick_round):
                 state = replace(state, first_answer=sum(state.seconds.values()))
     return state

@@ -22,7 +22,7 @@ from ..problem.build import build_problem
 from ..problem.parameters import EffectCandidate
 from ..problem.problem import Problem
 from ..problem.stop import StopToken
-from ..search.earlier import Earlier, known_to
+from ..search.earlier import EarlierDiagnosis, transferable_sets
 from ..search.rounds import Round
 from ..selection.evidence import RankedHypothesis
 from ..selection.hypothesis import Hypothesis, is_adequate
@@ -88,7 +88,7 @@ class State:
     holdout: HoldoutRuns | None = None
     nuisance_jacobian: np.ndarray = field(default_factory=_not_yet)
     """(n, m)."""
-    earlier: Earlier | None = None
+    earlier: EarlierDiagnosis | None = None
     """What an earlier diagnosis had fitted, to go on from; only sets that the problem can have."""
     baseline: Hypothesis | None = None
     """The refit of the base parameters."""
@@ -98,7 +98,7 @@ class State:
     """The model as delivered, or its refit: the one of the two at which there has been no bank."""
     banked: tuple[frozenset[str], ...] = ()
     """Sets at which there has been one, by their effects' labels."""
-    looked: Round | None = None
+    quick_round: Round | None = None
     """What the first look at sets of effects has found, until the best of it is fitted to the end."""
     found: tuple[Hypothesis, ...] = ()
     """Fits of sets of effects, of each set the best."""
@@ -177,9 +177,9 @@ class State:
     @property
     def first_round(self) -> Round:
         """The first look; a stage that comes before it has no use of it."""
-        if self.looked is None:
+        if self.quick_round is None:
             raise ValueError("no sets have been looked at yet")
-        return self.looked
+        return self.quick_round
 
     @property
     def hypotheses(self) -> list[Hypothesis]:
@@ -241,7 +241,7 @@ class State:
 
 def begin(
     campaign: Campaign, catalogue: Catalogue, pool: Pool, stop: StopToken, settings: Settings = DEFAULT,
-    earlier: Earlier | None = None,
+    earlier: EarlierDiagnosis | None = None,
 ) -> State:  # fmt: skip
     """The state in which a diagnosis begins: the campaign posed for its package."""
     if all(r.use == "holdout" for r in campaign.runs):
@@ -249,5 +249,5 @@ def begin(
         raise CampaignError(f"{campaign.file}: every run has use = 'holdout', {remedy}")
     learn, *held = split_runs(campaign)
     problem = build_problem(learn, catalogue, pool, stop, settings)
-    known = earlier and replace(earlier, sets=tuple(known_to(problem, earlier)))
+    known = earlier and replace(earlier, sets=tuple(transferable_sets(problem, earlier)))
     return State(problem, held[0] if held else None, problem.macro_step, warnings=problem.warnings, earlier=known)

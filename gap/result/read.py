@@ -7,7 +7,7 @@ from pathlib import Path
 from typing import Any
 
 from ...core.errors import CosimError
-from ..search.earlier import Earlier, EarlierSet
+from ..search.earlier import EarlierDiagnosis, EarlierSet
 from .document import SCHEMA
 
 
@@ -36,10 +36,10 @@ def load(path: Path) -> dict[str, Any]:
     )
 
 
-def load_earlier(path: Path) -> Earlier:
+def load_earlier(path: Path) -> EarlierDiagnosis:
     """The sets that the diagnosis in a folder had fitted; raises `DiagnosisError` where it does not tell them."""
     found = load(path).get("search")
     if not found:
         file = path / "diagnosis.json" if path.is_dir() else path
         raise DiagnosisError(f"{file}: tells no sets to go on from; diagnose without --resume once")
-    return Earlier(tuple(EarlierSet(s["effects"], s["point"]) for s in found["sets"]), found["finished"])
+    return EarlierDiagnosis(tuple(EarlierSet(s["effects"], s["point"]) for s in found["sets"]), found["finished"])

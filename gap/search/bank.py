@@ -65,12 +65,12 @@ class Bank:
     responses: tuple[Response, ...]
 
 
-def rows_of(problem: Problem) -> slice:
+def response_rows(problem: Problem) -> slice:
     """Every few readings, so that a bank keeps so many at most."""
     return slice(None, None, -(-len(problem.observations) // problem.settings.search.rows))
 
 
-def in_batches(problem: Problem, points: Sequence[Point]) -> Iterable[np.ndarray | None]:
+def evaluate_in_batches(problem: Problem, points: Sequence[Point]) -> Iterable[np.ndarray | None]:
     """The models at the points, some of them simulated at a time: a bank of many runs would not fit into memory."""
     step = max(1, problem.settings.search.batch // len(problem.runs))
     for k in range(0, len(points), step):
@@ -86,43 +86,45 @@ def build_bank(
     coarse: the long vector there (n,) at the long step; correction: exact runs less that.
     """
     bank = without_responses(problem, point, coarse, correction, candidates)
-    wanted: list[Variant] = [(c, {}) for c in candidates]
-    have = {c.label for c in candidates}
+    variants_to_run: list[Variant] = [(c, {}) for c in candidates]
+    labels = {c.label for c in candidates}
     settings = problem.settings.search
     for c in problem.candidates:
-        if c.label not in have:
+        if c.label not in labels:
             sizes = (grid if c.main.kind == "sensor" else first_sizes)(c.main, settings)
-            wanted += [(c, values) for values in variants(c, sizes, settings)]
-    bank = extend(problem, bank, wanted)
-    return extend(problem, bank, _unseen(problem, bank, wanted))
+            variants_to_run += [(c, values) for values in variants(c, sizes, settings)]
+    bank = add_responses(problem, bank, variants_to_run)
+    return add_responses(problem, bank, _further_variants(problem, bank, variants_to_run))
 
 
 def families(responses: Sequence[Response]) -> list[list[int]]:
     """Places of the responses of each effect with the same shape to the same side, small sizes first."""
-    made: dict[tuple[object, ...], list[int]] = {}
+    by_family: dict[tuple[object, ...], list[int]] = {}
     for k, x in enumerate(responses):
         if not x.removes:
-            made.setdefault((x.candidate.label, x.shape, x.size > 0.0), []).append(k)
-    return [sorted(places, key=lambda k: abs(responses[k].size)) for places in made.values()]
+            by_family.setdefault((x.candidate.label, x.shape, x.size > 0.0), []).append(k)
+    return [sorted(places, key=lambda k: abs(responses[k].size)) for places in by_family.values()]
 
 
-def _unseen(problem: Problem, bank: Bank, run: Sequence[Variant]) -> list[Variant]:
+def _further_variants(problem: Problem, bank: Bank, run_variants: Sequence[Variant]) -> list[Variant]:
     """The other sizes of effects that have shown next to nothing at those that were run, or the same at each: what
     makes a machine swing does so from a threshold on, a valve that holds a load is only there until it does, and no set
     would ask for it."""
     settings = problem.settings.search
     seen = {c.label for c in bank.candidates}
     for places in families(bank.responses):
-        own = [bank.responses[k] for k in places]
-        seen |= {own[0].candidate.label} if _acts(own, settings) else set()
-    made: list[Variant] = []
-    for c in dict.fromkeys(c for c, values in run if c.label not in seen):
-        tried = {values[c.main.name] for other, values in run if other is c and values}
-        made += [(c, values) for values in variants(c, [s for s in grid(c.main, settings) if s not in tried], settings)]
-    return made
+        family = [bank.responses[k] for k in places]
+        seen |= {family[0].candidate.label} if _shows(family, settings) else set()
+    further: list[Variant] = []
+    for c in dict.fromkeys(c for c, values in run_variants if c.label not in seen):
+        tried = {values[c.main.name] for other, values in run_variants if other is c and values}
+        further += [
+            (c, values) for values in variants(c, [s for s in grid(c.main, settings) if s not in tried], settings)
+        ]
+    return further
 
 
-def _acts(responses: Sequence[Response], settings: SearchSettings) -> bool:
+def _shows(responses: Sequence[Response], settings: SearchSettings) -> bool:
     """Whether an effect changes something at these sizes, the small ones first, and more or less of it from one to the
     next."""
     least, most = responses[0], responses[-1]
@@ -138,33 +140,33 @@ def without_responses(
     parameters = (*problem.base, *(x for c in candidates for x in c.parameters))
     share = problem.settings.search.derivative_step
     steps = [wide_step(x, point.get(x.name, 0.0), share) for x in parameters]
-    moved = zip(parameters, steps, strict=True)
-    points = [{**point, x.name: point.get(x.name, 0.0) + h} for x, h in moved]
+    shifted = zip(parameters, steps, strict=True)
+    points = [{**point, x.name: point.get(x.name, 0.0) + h} for x, h in shifted]
     jacobian = np.zeros((len(coarse), len(parameters)))
-    for k, found in enumerate(in_batches(problem, points)):
-        if found is not None:
-            jacobian[:, k] = (found - coarse) / steps[k]
-    model, rows = coarse + correction, rows_of(problem)
+    for k, model_there in enumerate(evaluate_in_batches(problem, points)):
+        if model_there is not None:
+            jacobian[:, k] = (model_there - coarse) / steps[k]
+    model, rows = coarse + correction, response_rows(problem)
     return Bank(dict(point), model, correction, tuple(candidates), parameters, jacobian, rows, ())
 
 
-def extend(problem: Problem, bank: Bank, wanted: Sequence[Variant]) -> Bank:
+def add_responses(problem: Problem, bank: Bank, variants_to_run: Sequence[Variant]) -> Bank:
     """The bank with further responses; one that does not run, or changes nothing, is left out."""
     coarse, noise = bank.model - bank.correction, problem.observations.noise_std
-    points = [with_effect(bank.point, c, values) for c, values in wanted]
-    made = []
-    for (c, values), found in zip(wanted, in_batches(problem, points), strict=True):
-        if found is not None:
-            change = ((found - coarse) / noise)[bank.rows]
+    points = [with_effect(bank.point, c, values) for c, values in variants_to_run]
+    responses = []
+    for (c, values), model in zip(variants_to_run, evaluate_in_batches(problem, points), strict=True):
+        if model is not None:
+            change = ((model - coarse) / noise)[bank.rows]
             if np.any(change):
-                made.append(Response(c, values, change))
-    return replace(bank, responses=(*bank.responses, *made))
+                responses.append(Response(c, values, change))
+    return replace(bank, responses=(*bank.responses, *responses))
 
 
 def with_effect(point: Point, candidate: EffectCandidate, values: Mapping[str, float]) -> dict[str, float]:
     """The point with an effect as its values say, or without it."""
-    gone = {x.name for x in candidate.parameters}
-    return {**{name: u for name, u in point.items() if name not in gone}, **values}
+    names = {x.name for x in candidate.parameters}
+    return {**{name: u for name, u in point.items() if name not in names}, **values}
 
 
 def wide_step(x: EstimatedParameter, u: float, share: float) -> float:

@@ -14,12 +14,12 @@ from ..problem.parameters import Point
 from ..problem.problem import Problem
 from ..selection.hypothesis import Hypothesis, is_adequate
 from .bank import without_responses
-from .refinement import Place, polish, refine, stand_at
+from .refinement import FitStart, fit_proposals, hypotheses_at, polish
 from .sets import Proposal
 from .sizes import grid, variants
 
 
-def as_delivered(
+def nominal_hypothesis(
     problem: Problem, nominal: np.ndarray, coarse: np.ndarray, nuisance_jacobian: np.ndarray
 ) -> Hypothesis:
     """The model as delivered, without derivatives: its long vector from exact runs and from those at the fit's step."""
@@ -32,33 +32,33 @@ def as_delivered(
     return Hypothesis((), fit)
 
 
-def unfitted_base(problem: Problem, nominal: np.ndarray, nuisance_jacobian: np.ndarray) -> Hypothesis:
+def unfitted_baseline(problem: Problem, nominal: np.ndarray, nuisance_jacobian: np.ndarray) -> Hypothesis:
     """The model as delivered (n,) in place of a refit for which there was no time."""
-    h = as_delivered(problem, nominal, nominal, nuisance_jacobian)
+    h = nominal_hypothesis(problem, nominal, nominal, nuisance_jacobian)
     return replace(h, fit=replace(h.fit, unfinished=True))
 
 
-def deliver(problem: Problem, nuisance_jacobian: np.ndarray) -> Hypothesis:
+def simulate_nominal(problem: Problem, nuisance_jacobian: np.ndarray) -> Hypothesis:
     """The model as delivered, simulated."""
     (coarse,), (exact,) = problem.evaluate_both([{}], [{}])
     if coarse is None or exact is None:
         failure = problem.simulator.failure
         raise SimulationError(f"{problem.campaign.system.name}: the model as delivered does not run: {failure}")
-    return as_delivered(problem, exact, coarse, nuisance_jacobian)
+    return nominal_hypothesis(problem, exact, coarse, nuisance_jacobian)
 
 
 def refit_again(
-    problem: Problem, nuisance_jacobian: np.ndarray, delivered: Hypothesis, point: Point
+    problem: Problem, nuisance_jacobian: np.ndarray, nominal: Hypothesis, point: Point
 ) -> Hypothesis | None:
     """The base parameters alone, from where an earlier refit stood; None where the model does not run there."""
-    (start,) = stand_at(problem, [Place((), point, delivered.fit.correction)], nuisance_jacobian)
+    (start,) = hypotheses_at(problem, [FitStart((), point, nominal.fit.correction)], nuisance_jacobian)
     if start is None:
         return None
-    at = _walked(problem, nuisance_jacobian, start)
-    return polish(problem, [at], nuisance_jacobian, problem.settings.search.polish_looks)[0]
+    walked = _improve(problem, nuisance_jacobian, start)
+    return polish(problem, [walked], nuisance_jacobian, problem.settings.search.polish_looks)[0]
 
 
-def refit_base(problem: Problem, nuisance_jacobian: np.ndarray, delivered: Hypothesis) -> Hypothesis:
+def refit_base(problem: Problem, nuisance_jacobian: np.ndarray, nominal: Hypothesis) -> Hypothesis:
     """The base parameters alone, from the model as delivered.
 
     Where that stops far from the data, each parameter alone is tried over its range, and fits start at what is nearer:
@@ -66,25 +66,25 @@ def refit_base(problem: Problem, nuisance_jacobian: np.ndarray, delivered: Hypot
     """
     settings = problem.settings.search
     if not problem.base:
-        return replace(delivered, fit=replace(delivered.fit, converged=True))
+        return replace(nominal, fit=replace(nominal.fit, converged=True))
     looks = settings.polish_looks
-    start = _with_accepted(problem, nuisance_jacobian, delivered)
-    baseline = polish(problem, [_walked(problem, nuisance_jacobian, start)], nuisance_jacobian, looks)[0]
-    if explains_much(problem, baseline, delivered):
+    start = _with_accepted(problem, nuisance_jacobian, nominal)
+    baseline = polish(problem, [_improve(problem, nuisance_jacobian, start)], nuisance_jacobian, looks)[0]
+    if explains_much(problem, baseline, nominal):
         return baseline
     starts = _nearer_points(problem, nuisance_jacobian, baseline, start)
-    others = [_walked(problem, nuisance_jacobian, h) for h in starts if not problem.stop_requested]
-    if others:
-        best = min(others, key=lambda h: h.fit.rms)
+    refits = [_improve(problem, nuisance_jacobian, h) for h in starts if not problem.stop_requested]
+    if refits:
+        best = min(refits, key=lambda h: h.fit.rms)
         best = polish(problem, [best], nuisance_jacobian, looks)[0]
         if best.fit.rms < baseline.fit.rms and best.penalised_deviance < baseline.penalised_deviance:
             return best
     return baseline
 
 
-def explains_much(problem: Problem, baseline: Hypothesis, delivered: Hypothesis) -> bool:
+def explains_much(problem: Problem, baseline: Hypothesis, nominal: Hypothesis) -> bool:
     """Whether a refit of the base parameters leaves little of the delivered gap, or nothing to explain."""
-    near = problem.settings.search.near * delivered.fit.rms
+    near = problem.settings.search.near * nominal.fit.rms
     return baseline.fit.rms < near or is_adequate(problem, baseline.fit)
 
 
@@ -94,45 +94,47 @@ def is_strained(problem: Problem, baseline: Hypothesis) -> bool:
     return sum(baseline.fit.at_bound) > problem.settings.search.strained * len(problem.base)
 
 
-def _with_accepted(problem: Problem, nuisance_jacobian: np.ndarray, delivered: Hypothesis) -> Hypothesis:
+def _with_accepted(problem: Problem, nuisance_jacobian: np.ndarray, nominal: Hypothesis) -> Hypothesis:
     """The model as delivered with each accepted effect in turn at the size of the grid that serves best: at none, what
     begins to act at a threshold has no derivative."""
-    settings, best = problem.settings.search, delivered
+    settings, best = problem.settings.search, nominal
     for c in problem.accepted:
         points = [{**best.fit.point, **values} for values in variants(c, grid(c.main, settings), settings)]
-        tried = stand_at(problem, [Place((), p, delivered.fit.correction) for p in points], nuisance_jacobian)
-        best = min([best, *(h for h in tried if h is not None)], key=lambda h: h.fit.rms)
+        hypotheses = hypotheses_at(
+            problem, [FitStart((), p, nominal.fit.correction) for p in points], nuisance_jacobian
+        )
+        best = min([best, *(h for h in hypotheses if h is not None)], key=lambda h: h.fit.rms)
     return best
 
 
-def _walked(problem: Problem, nuisance_jacobian: np.ndarray, at: Hypothesis) -> Hypothesis:
+def _improve(problem: Problem, nuisance_jacobian: np.ndarray, incumbent: Hypothesis) -> Hypothesis:
     """A quick fit from a hypothesis without effects, with derivatives anew where it has gone far."""
     settings = problem.settings.search
     for _ in range(settings.base_looks):
-        fit = at.fit
+        fit = incumbent.fit
         bank = without_responses(problem, fit.point, fit.model - fit.correction, fit.correction)
-        found = refine(problem, bank, [Proposal((), fit.point, 0.0)], nuisance_jacobian, settings.steps)
-        if not found or found[0].penalised_deviance > at.penalised_deviance - settings.better:
+        refined = fit_proposals(problem, bank, [Proposal((), fit.point, 0.0)], nuisance_jacobian, settings.steps)
+        if not refined or refined[0].penalised_deviance > incumbent.penalised_deviance - settings.better:
             break
-        at = found[0]
-    return at
+        incumbent = refined[0]
+    return incumbent
 
 
 def _nearer_points(
-    problem: Problem, nuisance_jacobian: np.ndarray, baseline: Hypothesis, delivered: Hypothesis
+    problem: Problem, nuisance_jacobian: np.ndarray, baseline: Hypothesis, nominal: Hypothesis
 ) -> list[Hypothesis]:
     """Points that differ from what is stated in one parameter only and are nearer to the data than a fit, the best of
     each parameter, the best first."""
-    known = delivered.fit.point
-    tried = [
-        (x.name, {**known, x.name: u})
+    nominal_point = nominal.fit.point
+    points = [
+        (x.name, {**nominal_point, x.name: u})
         for x in problem.base
         for share in problem.settings.search.base_alone
         if (u := share * (x.high if share > 0.0 else -x.low))
     ]
-    places = [Place((), point, delivered.fit.correction) for _, point in tried]
+    starts = [FitStart((), point, nominal.fit.correction) for _, point in points]
     best: dict[str, Hypothesis] = {}
-    for (name, _), h in zip(tried, stand_at(problem, places, nuisance_jacobian), strict=True):
+    for (name, _), h in zip(points, hypotheses_at(problem, starts, nuisance_jacobian), strict=True):
         if h is not None and h.fit.rms < best.get(name, baseline).fit.rms:  # not what merely strains the biases less
             best[name] = h
     return sorted(best.values(), key=lambda h: h.fit.rms)[: problem.settings.search.base_starts]

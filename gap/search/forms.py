@@ -19,9 +19,9 @@ from ..problem.noise import rms
 from ..problem.parameters import EffectCandidate, EffectForm, EstimatedParameter, Point, penalty
 from ..problem.problem import Problem
 from ..selection.hypothesis import Hypothesis, penalised_deviance
-from .bank import in_batches
-from .refinement import Place, polish, stand_at
-from .rounds import best_of_each_set, polish_near, score
+from .bank import evaluate_in_batches
+from .refinement import FitStart, hypotheses_at, polish
+from .rounds import best_of_each_set, polish_near, search_cost
 
 
 class _Option(NamedTuple):
@@ -46,7 +46,7 @@ class _Option(NamedTuple):
         return tuple(c.in_form(self.form) if c is self.plain else c for c in self.base.candidates)
 
 
-class _Tried(NamedTuple):
+class _ParameterResponse(NamedTuple):
     """A parameter of a form, and what it does to the model at the start that serves best: a value, and the change."""
 
     parameter: EstimatedParameter
@@ -55,49 +55,49 @@ class _Tried(NamedTuple):
 
 
 def try_forms(
-    problem: Problem, found: Sequence[Hypothesis], nuisance_jacobian: np.ndarray, curves: bool = False
+    problem: Problem, hypotheses: Sequence[Hypothesis], nuisance_jacobian: np.ndarray, curves: bool = False
 ) -> list[Hypothesis]:
     """With effects of the best sets in other forms, those that come near fitted to the end; curves: as free curves, not
     in forms that have a formula."""
     settings = problem.settings.search
-    known = {h.parts for h in found}
-    leaders = _leaders([h for h in found if _wanted(h, curves)], settings.form_leaders)
-    best = min(found, key=score)
+    known_parts = {h.parts for h in hypotheses}
+    leaders = _leaders([h for h in hypotheses if _forms_to_try(h, curves)], settings.form_leaders)
+    best = min(hypotheses, key=search_cost)
     if best.fit.rms < settings.little_left:
         leaders = [h for h in leaders if h.fit.rms < settings.far * best.fit.rms]
     options = [o for h in leaders for o in _options(problem, h, curves, nuisance_jacobian)]
-    options = [o for o in options if _parts(o) not in known]
+    options = [o for o in options if _parts(o) not in known_parts]
     if problem.stop_requested:
-        return list(found)
+        return list(hypotheses)
     chosen = sorted(options, key=lambda o: o.expected)[: settings.forms_fitted]
-    places = [Place(o.candidates, p, o.base.fit.correction, o.base.fit) for o in chosen for p in o.starts]
-    begun = [h for h in stand_at(problem, places, nuisance_jacobian) if h is not None]
-    done = polish(problem, begun, nuisance_jacobian, settings.form_looks, derivatives_known=not curves)
-    fitted = best_of_each_set(done)
-    least = min((score(h) for h in (*found, *fitted)), default=0.0)
-    return best_of_each_set([*found, *polish_near(problem, fitted, least, nuisance_jacobian)])
+    starts = [FitStart(o.candidates, p, o.base.fit.correction, o.base.fit) for o in chosen for p in o.starts]
+    started = [h for h in hypotheses_at(problem, starts, nuisance_jacobian) if h is not None]
+    polished = polish(problem, started, nuisance_jacobian, settings.form_looks, derivatives_known=not curves)
+    fitted = best_of_each_set(polished)
+    least = min((search_cost(h) for h in (*hypotheses, *fitted)), default=0.0)
+    return best_of_each_set([*hypotheses, *polish_near(problem, fitted, least, nuisance_jacobian)])
 
 
-def in_forms_of(problem: Problem, best: Hypothesis) -> Problem:
+def adopt_forms(problem: Problem, best: Hypothesis) -> Problem:
     """The problem in which every effect of a hypothesis has the form that it has there, wherever it is tried from now
     on."""
-    formed = {c.label: c for c in best.candidates if c.form is not None}
-    if not formed:
+    with_form = {c.label: c for c in best.candidates if c.form is not None}
+    if not with_form:
         return problem
-    return replace(problem, candidates=tuple(formed.get(c.label, c) for c in problem.candidates))
+    return replace(problem, candidates=tuple(with_form.get(c.label, c) for c in problem.candidates))
 
 
-def have_forms(found: Sequence[Hypothesis], curves: bool = False) -> bool:
+def any_forms_left(hypotheses: Sequence[Hypothesis], curves: bool = False) -> bool:
     """Whether an effect of any of these could be in another form; curves: as a free curve."""
-    return any(_wanted(h, curves) for h in found)
+    return any(_forms_to_try(h, curves) for h in hypotheses)
 
 
-def _wanted(h: Hypothesis, curves: bool) -> list[tuple[EffectCandidate, EffectForm]]:
+def _forms_to_try(h: Hypothesis, curves: bool) -> list[tuple[EffectCandidate, EffectForm]]:
     """The effects in the plain form with those that are to be tried; a curve's values are there once."""
-    used = {c.form.id for c in h.candidates if isinstance(c.form, CurveForm)}
+    used_curves = {c.form.id for c in h.candidates if isinstance(c.form, CurveForm)}
     return [
         (c, f) for c in h.candidates if c.form is None for f in c.forms
-        if isinstance(f, CurveForm) is curves and f.id not in used
+        if isinstance(f, CurveForm) is curves and f.id not in used_curves
     ]  # fmt: skip
 
 
@@ -105,55 +105,59 @@ def _parts(o: _Option) -> frozenset[str]:
     return frozenset(x for c in o.candidates for x in c.parts)
 
 
-def _leaders(found: Sequence[Hypothesis], most: int) -> list[Hypothesis]:
+def _leaders(hypotheses: Sequence[Hypothesis], most: int) -> list[Hypothesis]:
     """The best, and the best of each size: beside a wrong form, others would come first among all."""
-    ordered = sorted((h for h in found if h.candidates), key=score)
-    made = ordered[:most]
+    ordered = sorted((h for h in hypotheses if h.candidates), key=search_cost)
+    leaders = ordered[:most]
     for size in sorted({len(h.candidates) for h in ordered}):
         best = next(h for h in ordered if len(h.candidates) == size)
-        made += [best] if best not in made else []
-    return made
+        leaders += [best] if best not in leaders else []
+    return leaders
 
 
 def _options(problem: Problem, h: Hypothesis, curves: bool, nuisance_jacobian: np.ndarray) -> list[_Option]:
     """Every form of every effect that is in its plain one, foretold."""
-    pairs = _wanted(h, curves)
-    wanted = [(c, f, x, v) for c, f in pairs for x in f.parameters for v in x.starts]
-    points = [{**h.fit.point, x.name: v} for _, _, x, v in wanted]
+    pairs = _forms_to_try(h, curves)
+    trials = [(c, f, x, v) for c, f in pairs for x in f.parameters for v in x.starts]
+    points = [{**h.fit.point, x.name: v} for _, _, x, v in trials]
     coarse = h.fit.model - h.fit.correction
-    tried: dict[tuple[str, str], dict[str, list[_Tried]]] = {}
-    for (c, f, x, v), model in zip(wanted, in_batches(problem, points), strict=True):
+    responses: dict[tuple[str, str], dict[str, list[_ParameterResponse]]] = {}
+    for (c, f, x, v), model in zip(trials, evaluate_in_batches(problem, points), strict=True):
         if model is not None and np.any(model != coarse):
-            tried.setdefault((c.label, f.id), {}).setdefault(x.name, []).append(_Tried(x, v, model - coarse))
-    made = []
+            responses.setdefault((c.label, f.id), {}).setdefault(x.name, []).append(
+                _ParameterResponse(x, v, model - coarse)
+            )
+    options = []
     for c, f in pairs:
-        if (own := tried.get((c.label, f.id))) is not None:
-            best = [min(xs, key=lambda x: _left(problem, h, x.change, nuisance_jacobian)) for xs in own.values()]
-            made.append(_foretold(problem, h, c, f, best, nuisance_jacobian))
-    return made
+        if (of_form := responses.get((c.label, f.id))) is not None:
+            best = [
+                min(xs, key=lambda x: _rms_left(problem, h, x.change, nuisance_jacobian)) for xs in of_form.values()
+            ]
+            options.append(_predict(problem, h, c, f, best, nuisance_jacobian))
+    return options
 
 
-def _left(problem: Problem, h: Hypothesis, change: np.ndarray, nuisance_jacobian: np.ndarray) -> float:
+def _rms_left(problem: Problem, h: Hypothesis, change: np.ndarray, nuisance_jacobian: np.ndarray) -> float:
     return rms(profile_nuisances(problem, h.fit.model + change, nuisance_jacobian, 1.0).residual)
 
 
-def _foretold(
-    problem: Problem, h: Hypothesis, plain: EffectCandidate, form: EffectForm, tried: Sequence[_Tried],
+def _predict(
+    problem: Problem, h: Hypothesis, plain: EffectCandidate, form: EffectForm, responses: Sequence[_ParameterResponse],
     nuisance_jacobian: np.ndarray,
 ) -> _Option:  # fmt: skip
     """Where a form is expected to fit best: linear in what was tried of its parameters, the others moving with them."""
     fit, settings = h.fit, problem.settings.search
-    parameters = (*fit.parameters, *(t.parameter for t in tried))
-    u = np.concatenate([fit.normalised, np.zeros(len(tried))])
-    jacobian = np.column_stack([fit.jacobian, *(t.change / t.value for t in tried)])
+    parameters = (*fit.parameters, *(t.parameter for t in responses))
+    u = np.concatenate([fit.normalised, np.zeros(len(responses))])
+    jacobian = np.column_stack([fit.jacobian, *(t.change / t.value for t in responses)])
     linearised = LinearisedModel.around(problem, u, fit.model, jacobian, nuisance_jacobian)
     reach = [np.inf if x.kind == "base" else settings.radius * max(settings.least_reach, abs(v))
              for x, v in zip(fit.parameters, fit.normalised, strict=True)]  # fmt: skip
-    reach += [settings.form_beyond * abs(t.value) for t in tried]
+    reach += [settings.form_beyond * abs(t.value) for t in responses]
     step = linearised.step(parameters, fit.dispersion, np.array(reach))
-    moved = u + step.d
+    u_expected = u + step.d
     channels = len(problem.observations.span)
     expected = penalised_deviance(
-        rms(linearised.predicted_residual(step)), penalty(parameters, moved, step.q[:channels])
+        rms(linearised.predicted_residual(step)), penalty(parameters, u_expected, step.q[:channels])
     )  # fmt: skip
-    return _Option(h, plain, form, {x.name: float(v) for x, v in zip(parameters, moved, strict=True)}, expected)
+    return _Option(h, plain, form, {x.name: float(v) for x, v in zip(parameters, u_expected, strict=True)}, expected)

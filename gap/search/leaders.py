@@ -16,85 +16,89 @@ from ..problem.noise import rms
 from ..problem.parameters import EffectCandidate, Point, point_of
 from ..problem.problem import Problem
 from ..selection.hypothesis import Hypothesis, is_adequate
-from .refinement import polish, stand_exactly
-from .rounds import best_of_each_set, score
+from .refinement import exact_hypotheses_at, polish
+from .rounds import best_of_each_set, search_cost
 
 
-def widen_derivatives(problem: Problem, found: Sequence[Hypothesis], nuisance_jacobian: np.ndarray) -> list[Hypothesis]:
+def widen_derivatives(
+    problem: Problem, hypotheses: Sequence[Hypothesis], nuisance_jacobian: np.ndarray
+) -> list[Hypothesis]:
     """The best few, and the baseline, with derivatives that serve for refits without a part of the data.
 
     Those over wide steps serve, unless the fit's own foretell better what is left out: where a machine sticks and
     slips, larger moves are another motion.
     """
-    made, settings = list(found), problem.settings.search
-    near = score(made[0]) + settings.near_leader if made else 0.0
-    chosen = [k for k, h in enumerate(made) if not h.candidates or (k < settings.wide_leaders and score(h) < near)]
-    tasks = [with_wide_differences(problem, made[k].fit, nuisance_jacobian) for k in chosen]
+    widened, settings = list(hypotheses), problem.settings.search
+    near = search_cost(widened[0]) + settings.near_leader if widened else 0.0
+    chosen = [
+        k for k, h in enumerate(widened) if not h.candidates or (k < settings.wide_leaders and search_cost(h) < near)
+    ]
+    tasks = [with_wide_differences(problem, widened[k].fit, nuisance_jacobian) for k in chosen]
     for k, wide in zip(chosen, run_fits(problem, tasks), strict=True):
         if wide is not None:
-            own = replace(wide, jacobian=made[k].fit.jacobian)
-            best = min(wide, own, key=lambda f: held_out(problem, f, nuisance_jacobian).structured_energy)
-            made[k] = replace(made[k], fit=best)
-    return made
+            with_own_jacobian = replace(wide, jacobian=widened[k].fit.jacobian)
+            best = min(wide, with_own_jacobian, key=lambda f: held_out(problem, f, nuisance_jacobian).structured_energy)
+            widened[k] = replace(widened[k], fit=best)
+    return widened
 
 
-class Refined(NamedTuple):
+class Refinement(NamedTuple):
     """The problem with a macro step short enough for its best fit, and the hypotheses, the best first."""
 
     problem: Problem
     hypotheses: list[Hypothesis]
 
 
-def refine_fit_step(problem: Problem, found: Sequence[Hypothesis], nuisance_jacobian: np.ndarray) -> Refined:
+def refine_fit_step(problem: Problem, hypotheses: Sequence[Hypothesis], nuisance_jacobian: np.ndarray) -> Refinement:
     """Halve the step of a fit's runs while they are far from the exact ones at the best fit, and fit the best anew.
 
     It was chosen at the model as delivered; a machine that hunts about a dead zone does so from step to step of a long
     one, and derivatives from such runs lead nowhere (four lands with a late sensor: 13.6 noises apart at 8 ms, and fits
     that stand still; 1.7 at 4 ms, and 1.34 times the noise become 1.02).
     """
-    made, count = list(found), problem.settings.numerics.refitted
+    refitted, count = list(hypotheses), problem.settings.numerics.refitted
     while not problem.stop_requested:
-        there = _stand(problem, made[0].candidates, made[0].fit.point, nuisance_jacobian)
-        if there is None:
+        at_best = _exact_hypothesis(problem, refitted[0].candidates, refitted[0].fit.point, nuisance_jacobian)
+        if at_best is None:
             break
-        shorter, there = _at_step_that_resembles(problem, there, nuisance_jacobian)
+        shorter, at_best = _with_resolving_step(problem, at_best, nuisance_jacobian)
         if shorter is problem:
             break
         problem = shorter
-        others = [(h.candidates, h.fit.point) for h in made[1:count]]
-        here = [there, *stand_exactly(problem, others, nuisance_jacobian)]
-        done = polish(problem, here, nuisance_jacobian, problem.settings.search.polish_looks)
-        made = best_of_each_set([*done, *made])
-    return Refined(problem, made)
+        next_best = [(h.candidates, h.fit.point) for h in refitted[1:count]]
+        started = [at_best, *exact_hypotheses_at(problem, next_best, nuisance_jacobian)]
+        polished = polish(problem, started, nuisance_jacobian, problem.settings.search.polish_looks)
+        refitted = best_of_each_set([*polished, *refitted])
+    return Refinement(problem, refitted)
 
 
-class _Standing(NamedTuple):
+class _AtStep(NamedTuple):
     """A problem, and a set of effects as it stands at a point with its own exact run."""
 
     problem: Problem
     there: Hypothesis
 
 
-def _at_step_that_resembles(problem: Problem, there: Hypothesis, nuisance_jacobian: np.ndarray) -> _Standing:
+def _with_resolving_step(problem: Problem, hypothesis: Hypothesis, nuisance_jacobian: np.ndarray) -> _AtStep:
     """The problem with the step of a fit's runs halved until they are near the exact one where a set stands, as far as
     runs of the halved step are to be had there."""
     settings, noise = problem.settings.numerics, problem.observations.noise_std
-    while problem.discretisation.coarsening > 1 and rms(there.fit.correction / noise) > settings.coarse_error:
+    while problem.discretisation.coarsening > 1 and rms(hypothesis.fit.correction / noise) > settings.coarse_error:
         shorter = problem.with_discretisation(coarsening=problem.discretisation.coarsening // 2)
-        again = _stand(shorter, there.candidates, there.fit.point, nuisance_jacobian)
-        if again is None:
+        at_shorter = _exact_hypothesis(shorter, hypothesis.candidates, hypothesis.fit.point, nuisance_jacobian)
+        if at_shorter is None:
             break
-        problem, there = shorter, again
-    return _Standing(problem, there)
+        problem, hypothesis = shorter, at_shorter
+    return _AtStep(problem, hypothesis)
 
 
-def _stand(
+def _exact_hypothesis(
     problem: Problem, candidates: tuple[EffectCandidate, ...], point: Point, nuisance_jacobian: np.ndarray
 ) -> Hypothesis | None:
-    return next(iter(stand_exactly(problem, [(candidates, point)], nuisance_jacobian)), None)
+    return next(iter(exact_hypotheses_at(problem, [(candidates, point)], nuisance_jacobian)), None)
 
 
-def refit_past_wall(problem: Problem, baseline: Hypothesis, nuisance_jacobian: np.ndarray) -> Refined:
+def refit_past_wall(problem: Problem, baseline: Hypothesis, nuisance_jacobian: np.ndarray) -> Refinement:
     """The refit gone on with where its derivatives foretell much that its runs do not bear out, but exact ones do.
 
     Runs of a long step may swing where the machine does not, close beside the way to the data: a machine with nothing
@@ -104,35 +108,37 @@ def refit_past_wall(problem: Problem, baseline: Hypothesis, nuisance_jacobian: n
     fit, settings = baseline.fit, problem.settings
     linearised = LinearisedModel.around(problem, fit.normalised, fit.model, fit.jacobian, nuisance_jacobian)
     step = linearised.step(fit.parameters, fit.dispersion, np.full(len(fit.normalised), np.inf))
-    u, left = fit.normalised + step.d, linearised.predicted_residual(step)
-    expected = replace(fit, normalised=u, nuisances=step.q, residual=left)
+    u, residual = fit.normalised + step.d, linearised.predicted_residual(step)
+    expected = replace(fit, normalised=u, nuisances=step.q, residual=residual)
     much = baseline.penalised_deviance - settings.search.much
     if replace(baseline, fit=expected).penalised_deviance > much or is_adequate(problem, fit) or problem.stop_requested:
-        return Refined(problem, [baseline])
-    there = _stand(problem, (), point_of(fit.parameters, u), nuisance_jacobian)
-    if there is None or there.penalised_deviance > much:
-        return Refined(problem, [baseline])
-    problem, there = _at_step_that_resembles(problem, there, nuisance_jacobian)
-    return Refined(problem, polish(problem, [there], nuisance_jacobian, settings.search.polish_looks))
+        return Refinement(problem, [baseline])
+    hypothesis = _exact_hypothesis(problem, (), point_of(fit.parameters, u), nuisance_jacobian)
+    if hypothesis is None or hypothesis.penalised_deviance > much:
+        return Refinement(problem, [baseline])
+    problem, hypothesis = _with_resolving_step(problem, hypothesis, nuisance_jacobian)
+    return Refinement(problem, polish(problem, [hypothesis], nuisance_jacobian, settings.search.polish_looks))
 
 
-def refine_macro_step(problem: Problem, found: Sequence[Hypothesis], nuisance_jacobian: np.ndarray) -> Refined:
+def refine_macro_step(problem: Problem, hypotheses: Sequence[Hypothesis], nuisance_jacobian: np.ndarray) -> Refinement:
     """Halve all macro steps while the best fit's extrapolated run depends on them, and fit the best anew."""
-    made, settings = list(found), problem.settings.numerics
+    refitted, settings = list(hypotheses), problem.settings.numerics
     for _ in range(settings.max_halvings):
         if problem.stop_requested:
             break
-        best = made[0]
+        best = refitted[0]
         halved = problem.with_discretisation(macro_step=problem.macro_step / 2.0)
         before, after = problem.exact([best.fit.point])[0], halved.exact([best.fit.point])[0]
         change = 0.0 if before is None or after is None else rms((after - before) / problem.observations.noise_std)
         if change < max(settings.unresolved, settings.unresolved_share * best.fit.rms):
             break
         d = halved.discretisation
-        own_order = 2 if d.method == settings.second_order_method else 1
+        method_order = 2 if d.method == settings.second_order_method else 1
         problem = halved.with_discretisation(
-            richardson_order=d.richardson_order or own_order, coarsening=2 * d.coarsening
+            richardson_order=d.richardson_order or method_order, coarsening=2 * d.coarsening
         )  # fmt: skip
         count, looks = settings.refitted, problem.settings.search.polish_looks
-        made = sorted([*polish(problem, made[:count], nuisance_jacobian, looks), *made[count:]], key=score)
-    return Refined(problem, made)
+        refitted = sorted(
+            [*polish(problem, refitted[:count], nuisance_jacobian, looks), *refitted[count:]], key=search_cost
+        )
+    return Refinement(problem, refitted)

@@ -12,8 +12,8 @@ from ..problem.problem import Problem
 from ..selection.hypothesis import Hypothesis, is_adequate
 from ..settings import SearchSettings
 from .bank import build_bank
-from .refinement import polish, refine, without
-from .sets import Proposal, gains, propose
+from .refinement import drop_effects, fit_proposals, polish
+from .sets import Proposal, gains, propose_sets
 
 
 @dataclass(frozen=True, eq=False)
@@ -25,36 +25,40 @@ class Round:
     """By label."""
 
 
-def search_round(problem: Problem, nuisance_jacobian: np.ndarray, at: Hypothesis) -> Round:
+def search_round(problem: Problem, nuisance_jacobian: np.ndarray, incumbent: Hypothesis) -> Round:
     """A bank at a hypothesis, and fits of the sets that it proposes, the best of them fitted to the end."""
-    return fit_to_the_end(problem, nuisance_jacobian, first_look(problem, nuisance_jacobian, at))
+    return polish_round(problem, nuisance_jacobian, run_quick_round(problem, nuisance_jacobian, incumbent))
 
 
-def first_look(problem: Problem, nuisance_jacobian: np.ndarray, at: Hypothesis) -> Round:
+def run_quick_round(problem: Problem, nuisance_jacobian: np.ndarray, incumbent: Hypothesis) -> Round:
     """A bank at a hypothesis, and quick fits of the sets that it proposes, the best first."""
-    settings, fit = problem.settings.search, at.fit
-    bank = build_bank(problem, fit.point, fit.model - fit.correction, fit.correction, at.candidates)
-    bank, proposals = propose(problem, bank, nuisance_jacobian)
-    chosen = choose(proposals, at, settings.fitted)
-    found = refine(problem, bank, chosen, nuisance_jacobian, settings.steps)
-    found = sorted((h for h in found if not idle_effects(h, settings.negligible)), key=score)
-    return Round(tuple(found), gains(problem, bank, nuisance_jacobian))
+    settings, fit = problem.settings.search, incumbent.fit
+    bank = build_bank(problem, fit.point, fit.model - fit.correction, fit.correction, incumbent.candidates)
+    bank, proposals = propose_sets(problem, bank, nuisance_jacobian)
+    chosen = choose_proposals(proposals, incumbent, settings.fitted)
+    hypotheses = fit_proposals(problem, bank, chosen, nuisance_jacobian, settings.steps)
+    hypotheses = sorted((h for h in hypotheses if not idle_effects(h, settings.negligible)), key=search_cost)
+    return Round(tuple(hypotheses), gains(problem, bank, nuisance_jacobian))
 
 
-def fit_to_the_end(problem: Problem, nuisance_jacobian: np.ndarray, looked: Round) -> Round:
+def polish_round(problem: Problem, nuisance_jacobian: np.ndarray, first: Round) -> Round:
     """The same with the best of its fits gone on with."""
-    leaders = _polish_leaders(problem, looked.hypotheses, nuisance_jacobian)
-    done = {h.parts for h in leaders}
-    rest = [h for h in looked.hypotheses if h.parts not in done]
-    return Round((*leaders, *rest), looked.gains)
+    leaders = _polish_leaders(problem, first.hypotheses, nuisance_jacobian)
+    polished_parts = {h.parts for h in leaders}
+    rest = [h for h in first.hypotheses if h.parts not in polished_parts]
+    return Round((*leaders, *rest), first.gains)
 
 
 def _polish_leaders(
-    problem: Problem, found: Sequence[Hypothesis], nuisance_jacobian: np.ndarray
+    problem: Problem, hypotheses: Sequence[Hypothesis], nuisance_jacobian: np.ndarray
 ) -> list[Hypothesis]:
     """The best fitted to the end, and those that may still reach it if they gain as much by that as it has."""
     settings = problem.settings.search
-    leaders = [h for h in found[: settings.corrected] if score(h) < score(found[0]) + settings.near_leader]
+    leaders = [
+        h
+        for h in hypotheses[: settings.corrected]
+        if search_cost(h) < search_cost(hypotheses[0]) + settings.near_leader
+    ]
     return polish(problem, leaders, nuisance_jacobian, settings.polish_looks)
 
 
@@ -62,34 +66,34 @@ def polish_near(
     problem: Problem, fitted: Sequence[Hypothesis], least: float, nuisance_jacobian: np.ndarray
 ) -> list[Hypothesis]:
     """Fits of which those near the least score, at most `most_leaders`, are gone on with to the end."""
-    settings, ordered = problem.settings.search, sorted(fitted, key=score)
-    near = [h for h in ordered if score(h) < least + settings.near_leader][: settings.most_leaders]
-    done = polish(problem, near, nuisance_jacobian, settings.polish_looks)
-    return [*done, *(h for h in ordered if h not in near)]
+    settings, ordered = problem.settings.search, sorted(fitted, key=search_cost)
+    near = [h for h in ordered if search_cost(h) < least + settings.near_leader][: settings.most_leaders]
+    polished = polish(problem, near, nuisance_jacobian, settings.polish_looks)
+    return [*polished, *(h for h in ordered if h not in near)]
 
 
-def choose(proposals: Sequence[Proposal], at: Hypothesis, most: int) -> list[Proposal]:
+def choose_proposals(proposals: Sequence[Proposal], incumbent: Hypothesis, most: int) -> list[Proposal]:
     """The sets to be fitted, `most` or a few more.
 
     The cheapest of each size; those with one effect more than the hypothesis has, for it may lack just that; those with
     a near relative of one of its effects in its place, for what acts alike is told apart by a fit only; then the
     cheapest of all.
     """
-    kept: dict[Proposal, None] = {}
+    chosen: dict[Proposal, None] = {}
     for size in sorted({len(p.candidates) for p in proposals}):
-        own = [p for p in proposals if len(p.candidates) == size]
-        kept |= dict.fromkeys(own[: most // 4 if size else 1])
-    more = [p for p in proposals if p.labels > at.labels and len(p.labels) == len(at.labels) + 1]
-    relatives = [p for p in proposals if _swaps_relative(p, at)]
-    kept |= dict.fromkeys([*more[: most // 2], *relatives[: most // 4]])
-    rest = [p for p in proposals if p not in kept]
-    return [*kept, *rest[: max(0, most - len(kept))]]
+        of_size = [p for p in proposals if len(p.candidates) == size]
+        chosen |= dict.fromkeys(of_size[: most // 4 if size else 1])
+    extended = [p for p in proposals if p.labels > incumbent.labels and len(p.labels) == len(incumbent.labels) + 1]
+    relatives = [p for p in proposals if _swaps_relative(p, incumbent)]
+    chosen |= dict.fromkeys([*extended[: most // 2], *relatives[: most // 4]])
+    rest = [p for p in proposals if p not in chosen]
+    return [*chosen, *rest[: max(0, most - len(chosen))]]
 
 
-def _swaps_relative(p: Proposal, at: Hypothesis) -> bool:
-    gone = [c for c in at.candidates if c not in p.candidates]
-    new = [c for c in p.candidates if c not in at.candidates]
-    return len(gone) == len(new) == 1 and gone[0].group == new[0].group
+def _swaps_relative(p: Proposal, incumbent: Hypothesis) -> bool:
+    removed = [c for c in incumbent.candidates if c not in p.candidates]
+    added = [c for c in p.candidates if c not in incumbent.candidates]
+    return len(removed) == len(added) == 1 and removed[0].group == added[0].group
 
 
 def idle_effects(h: Hypothesis, negligible: float) -> list[EffectCandidate]:
@@ -98,7 +102,7 @@ def idle_effects(h: Hypothesis, negligible: float) -> list[EffectCandidate]:
     return [c for c in h.candidates if any(abs(point[x.name]) < negligible for x in c.parameters if not x.shape)]
 
 
-def score(h: Hypothesis) -> float:
+def search_cost(h: Hypothesis) -> float:
     """What hypotheses are compared by until they are judged: the fit, its parameters, a price for every effect and for
     every form that is not the plain one."""
     forms = sum(c.form is not None for c in h.candidates)
@@ -111,11 +115,11 @@ def best_of_each_set(hypotheses: Iterable[Hypothesis]) -> list[Hypothesis]:
     best: dict[frozenset[str], Hypothesis] = {}
     for h in sorted(hypotheses, key=lambda h: (h.quick, h.penalised_deviance)):
         best.setdefault(h.parts, h)
-    return sorted(best.values(), key=score)
+    return sorted(best.values(), key=search_cost)
 
 
 def next_start(
-    found: Sequence[Hypothesis], banked: Sequence[frozenset[str]], better: bool, elsewhere: Hypothesis | None
+    hypotheses: Sequence[Hypothesis], banked: Sequence[frozenset[str]], better: bool, elsewhere: Hypothesis | None
 ) -> Hypothesis | None:
     """Where the next bank is made: once at the best set if that is better than what was known before, then elsewhere,
     then at the best set or part of it at which there has been none.
@@ -123,51 +127,56 @@ def next_start(
     Base parameters that were fitted without the right effects are bent, and around them these may not show; around the
     model as delivered they do. Nor may the right effect beside a wrong one: at the set without that, it does.
     """
-    best = found[0]
+    best = hypotheses[0]
     new = best.parts not in banked
     if elsewhere is not None and not (new and better and len(banked) < 2):
         return elsewhere
     if new:
         return best
-    parts = (h for h in found if h.candidates and h.parts < best.parts and h.parts not in banked)
+    parts = (h for h in hypotheses if h.candidates and h.parts < best.parts and h.parts not in banked)
     return next(parts, None)
 
 
-def without_needless(problem: Problem, found: Sequence[Hypothesis]) -> list[Hypothesis]:
+def drop_needless_sets(problem: Problem, hypotheses: Sequence[Hypothesis]) -> list[Hypothesis]:
     """Without sets to which a part of them leaves nothing to add; single effects stay beside a baseline that leaves
     nothing, to show that none does better."""
-    enough = [h for h in found if is_adequate(problem, h.fit)]
+    adequate = [h for h in hypotheses if is_adequate(problem, h.fit)]
     return [
-        h for h in found if not any(g.parts < h.parts and (g.candidates or len(h.candidates) > 1) for g in enough)
+        h for h in hypotheses
+        if not any(g.parts < h.parts and (g.candidates or len(h.candidates) > 1) for g in adequate)
     ]  # fmt: skip
 
 
-def fit_leaders(problem: Problem, found: Sequence[Hypothesis], nuisance_jacobian: np.ndarray) -> list[Hypothesis]:
+def fit_leaders(problem: Problem, hypotheses: Sequence[Hypothesis], nuisance_jacobian: np.ndarray) -> list[Hypothesis]:
     """With those near the best fitted to the end, too, and those to which others have nothing to add: these are judged
     in the others' place, however much the others score within the noise."""
     settings = problem.settings.search
-    near = [h for h in found if score(h) < score(found[0]) + settings.near_leader][: settings.most_leaders]
-    enough = [h for h in without_needless(problem, found) if h.candidates and is_adequate(problem, h.fit)]
-    wanted = {h.parts: h for h in (*near, *enough[: settings.most_leaders])}
-    quick = [h for h in wanted.values() if h.quick]
-    return best_of_each_set([*found, *polish(problem, quick, nuisance_jacobian, settings.polish_looks)])
+    near = [
+        h for h in hypotheses if search_cost(h) < search_cost(hypotheses[0]) + settings.near_leader
+    ][: settings.most_leaders]  # fmt: skip
+    adequate = [h for h in drop_needless_sets(problem, hypotheses) if h.candidates and is_adequate(problem, h.fit)]
+    leaders = {h.parts: h for h in (*near, *adequate[: settings.most_leaders])}
+    quick = [h for h in leaders.values() if h.quick]
+    return best_of_each_set([*hypotheses, *polish(problem, quick, nuisance_jacobian, settings.polish_looks)])
 
 
-def drop_each(problem: Problem, found: Sequence[Hypothesis], nuisance_jacobian: np.ndarray) -> list[Hypothesis]:
+def drop_each_effect(
+    problem: Problem, hypotheses: Sequence[Hypothesis], nuisance_jacobian: np.ndarray
+) -> list[Hypothesis]:
     """With the best one fitted without each of its effects, from where it stands.
 
     An effect must not win because the fit without it has stopped on its way. A set may so give way to a smaller one,
     and that to another.
     """
-    made, tried = list(found), set()
+    kept, tried_parts = list(hypotheses), set()
     for _ in range(problem.settings.search.most_effects):
-        best = made[0]
-        wanted = [c for c in best.candidates if best.parts - c.parts not in tried]
+        best = kept[0]
+        to_drop = [c for c in best.candidates if best.parts - c.parts not in tried_parts]
         if problem.stop_requested:
             break
-        tried |= {best.parts - c.parts for c in wanted}
-        made += [h for h in without(problem, [(best, c) for c in wanted], nuisance_jacobian) if h is not None]
-        made = best_of_each_set(made)
-        if made[0] is best:
+        tried_parts |= {best.parts - c.parts for c in to_drop}
+        kept += [h for h in drop_effects(problem, [(best, c) for c in to_drop], nuisance_jacobian) if h is not None]
+        kept = best_of_each_set(kept)
+        if kept[0] is best:
             break
-    return made
+    return kept

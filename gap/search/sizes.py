@@ -15,16 +15,16 @@ def grid(x: EstimatedParameter, settings: SearchSettings) -> list[float]:
 
     A factor of about three lies between them; the end of a range is one, too.
     """
-    made: list[float] = []
+    sizes: list[float] = []
     for sign, reach in ((1.0, x.high), (-1.0, -x.low)):
         if reach <= 0.0:
             continue
-        own = [s for s in settings.sizes if s < 0.999 * reach]
-        if own and reach > settings.ratio * settings.sizes[-1]:
-            parts = math.ceil(math.log(reach / own[-1]) / math.log(settings.ratio))
-            own += [own[-1] * (reach / own[-1]) ** (k / parts) for k in range(1, parts)]
-        made += [sign * s for s in (*own, reach)]
-    return made
+        one_side = [s for s in settings.sizes if s < 0.999 * reach]
+        if one_side and reach > settings.ratio * settings.sizes[-1]:
+            parts = math.ceil(math.log(reach / one_side[-1]) / math.log(settings.ratio))
+            one_side += [one_side[-1] * (reach / one_side[-1]) ** (k / parts) for k in range(1, parts)]
+        sizes += [sign * s for s in (*one_side, reach)]
+    return sizes
 
 
 def first_sizes(x: EstimatedParameter, settings: SearchSettings) -> list[float]:
@@ -32,8 +32,8 @@ def first_sizes(x: EstimatedParameter, settings: SearchSettings) -> list[float]:
     sizes = grid(x, settings)
     chosen: set[float] = set()
     for sign in (1.0, -1.0):
-        own = [s for s in sizes if s * sign > 0.0]
-        chosen |= {min(own, key=lambda s: abs(abs(s) - wanted)) for wanted in settings.first if own}
+        one_side = [s for s in sizes if s * sign > 0.0]
+        chosen |= {min(one_side, key=lambda s: abs(abs(s) - size)) for size in settings.first if one_side}
     return [s for s in sizes if s in chosen]
 
 
@@ -42,9 +42,9 @@ def variants(candidate: EffectCandidate, sizes: Sequence[float], settings: Searc
     main = [x for x in candidate.parameters if not x.shape]
     shapes = [x for x in candidate.parameters if x.shape]
     starts = [(x.starts or (0.0,))[: settings.shapes] for x in shapes]
-    made = []
+    points = []
     for size in sizes:
         for values in product(*starts):
             amount = {x.name: min(max(size, x.low), x.high) for x in main}
-            made.append({**amount, **{x.name: v for x, v in zip(shapes, values, strict=True)}})
-    return made
+            points.append({**amount, **{x.name: v for x, v in zip(shapes, values, strict=True)}})
+    return points

@@ -15,50 +15,52 @@ from ..problem.noise import rms, rms_of_runs
 from ..problem.parameters import EffectCandidate, Point
 from ..problem.problem import Problem
 from ..selection.hypothesis import Hypothesis
-from .bank import in_batches
-from .leaders import Refined
-from .refinement import Place, stand_at, stand_exactly
-from .rounds import best_of_each_set, polish_near, score
+from .bank import evaluate_in_batches
+from .leaders import Refinement
+from .refinement import FitStart, exact_hypotheses_at, hypotheses_at
+from .rounds import best_of_each_set, polish_near, search_cost
 from .sizes import first_sizes, grid, variants
 
 
-def look_at_spoiled(problem: Problem, found: Sequence[Hypothesis], nuisance_jacobian: np.ndarray) -> Refined:
+def search_with_shorter_step(
+    problem: Problem, hypotheses: Sequence[Hypothesis], nuisance_jacobian: np.ndarray
+) -> Refinement:
     """The hypotheses, the best first, with those effects beside the best and alone that runs of the long step spoil;
     the problem has half of that step if one of them is in the best then."""
-    best, refit = found[0], next(h for h in found if not h.candidates)
+    best, refit = hypotheses[0], next(h for h in hypotheses if not h.candidates)
     shorter = problem.with_discretisation(coarsening=problem.discretisation.coarsening // 2)
-    left = rms_of_runs(best.fit.residual, problem.observations.run, len(problem.runs))
-    run = [int(np.argmax(left))]  # what a step spoils in one run of a machine it does in others
-    effects = spoiled(problem.of_runs(run), shorter.of_runs(run), best)
+    rms_left = rms_of_runs(best.fit.residual, problem.observations.run, len(problem.runs))
+    run = [int(np.argmax(rms_left))]  # what a step spoils in one run of a machine it does in others
+    effects = spoiled_effects(problem.of_runs(run), shorter.of_runs(run), best)
     if not effects or problem.stop_requested:
-        return Refined(problem, list(found))
-    beside = {h.labels: (h.candidates, h.fit.point) for h in (best, refit)}
-    made = []
-    for at in stand_exactly(shorter, list(beside.values()), nuisance_jacobian):
-        made += _best_sizes(shorter, at, effects, nuisance_jacobian)
-    after = best_of_each_set([*found, *polish_near(shorter, made, score(best), nuisance_jacobian)])
-    better = score(after[0]) < score(best) - problem.settings.search.better
-    return Refined(shorter if better else problem, after)
+        return Refinement(problem, list(hypotheses))
+    sets = {h.labels: (h.candidates, h.fit.point) for h in (best, refit)}
+    fitted = []
+    for incumbent in exact_hypotheses_at(shorter, list(sets.values()), nuisance_jacobian):
+        fitted += _best_sizes(shorter, incumbent, effects, nuisance_jacobian)
+    after = best_of_each_set([*hypotheses, *polish_near(shorter, fitted, search_cost(best), nuisance_jacobian)])
+    better = search_cost(after[0]) < search_cost(best) - problem.settings.search.better
+    return Refinement(shorter if better else problem, after)
 
 
-def spoiled(problem: Problem, shorter: Problem, best: Hypothesis) -> list[EffectCandidate]:
+def spoiled_effects(problem: Problem, shorter: Problem, best: Hypothesis) -> list[EffectCandidate]:
     """The effects that, at a usual size beside the best set, do by runs of the long step what they do not by shorter
     ones."""
     settings, noise = problem.settings, problem.observations.noise_std
-    others = [c for c in problem.candidates if c.label not in best.labels and c.main.kind != "sensor"]
-    points = [best.fit.point, *(_at_usual_size(problem, best.fit.point, c) for c in others)]
-    long, short = (list(in_batches(p, points)) for p in (problem, shorter))
+    candidates = [c for c in problem.candidates if c.label not in best.labels and c.main.kind != "sensor"]
+    points = [best.fit.point, *(_at_usual_size(problem, best.fit.point, c) for c in candidates)]
+    long, short = (list(evaluate_in_batches(p, points)) for p in (problem, shorter))
     if long[0] is None or short[0] is None:
         return []
-    made = []
-    for c, a, b in zip(others, long[1:], short[1:], strict=True):
+    effects = []
+    for c, a, b in zip(candidates, long[1:], short[1:], strict=True):
         if b is None:
             continue
-        does = (b - short[0]) / noise
-        wrong = np.inf if a is None else rms((a - long[0]) / noise - does)
-        if wrong > max(settings.numerics.coarse_error, settings.search.spoiled * rms(does)):
-            made.append(c)
-    return made
+        response = (b - short[0]) / noise
+        wrong = np.inf if a is None else rms((a - long[0]) / noise - response)
+        if wrong > max(settings.numerics.coarse_error, settings.search.spoiled * rms(response)):
+            effects.append(c)
+    return effects
 
 
 def _at_usual_size(problem: Problem, point: Point, c: EffectCandidate) -> Point:
@@ -68,13 +70,16 @@ def _at_usual_size(problem: Problem, point: Point, c: EffectCandidate) -> Point:
 
 
 def _best_sizes(
-    problem: Problem, at: Hypothesis, effects: Sequence[EffectCandidate], nuisance_jacobian: np.ndarray
+    problem: Problem, beside: Hypothesis, effects: Sequence[EffectCandidate], nuisance_jacobian: np.ndarray
 ) -> list[Hypothesis]:
     """Each effect beside a set, at the size of its grid that leaves least."""
     settings, best = problem.settings.search, dict[str, Hypothesis]()
-    wanted = [(c, values) for c in effects for values in variants(c, grid(c.main, settings), settings)]
-    places = [Place((*at.candidates, c), {**at.fit.point, **v}, at.fit.correction, at.fit) for c, v in wanted]
-    for (c, _), h in zip(wanted, stand_at(problem, places, nuisance_jacobian), strict=True):
-        if h is not None and (c.label not in best or score(h) < score(best[c.label])):
+    trials = [(c, values) for c in effects for values in variants(c, grid(c.main, settings), settings)]
+    starts = [
+        FitStart((*beside.candidates, c), {**beside.fit.point, **v}, beside.fit.correction, beside.fit)
+        for c, v in trials
+    ]
+    for (c, _), h in zip(trials, hypotheses_at(problem, starts, nuisance_jacobian), strict=True):
+        if h is not None and (c.label not in best or search_cost(h) < search_cost(best[c.label])):
             best[c.label] = h
     return list(best.values())

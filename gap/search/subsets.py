@@ -13,7 +13,7 @@ from ..estimation.linear import LinearisedModel
 from ..problem.problem import Problem
 from ..selection.evidence import RankedHypothesis, rank_hypotheses
 from ..selection.hypothesis import Hypothesis
-from .refinement import without
+from .refinement import drop_effects
 
 Labels = frozenset[str]
 
@@ -26,44 +26,48 @@ def complete_subsets(
     Those that were not fitted are now, from where a larger set stands; where there is no time for that, the fit without
     an effect is foretold by the derivatives.
     """
-    found: dict[Labels, RankedHypothesis] = {}
+    best_fits: dict[Labels, RankedHypothesis] = {}
     forms = {c.label: c.form for c in best.hypothesis.candidates}
     for r in sorted(ranked, key=lambda r: r.neg2_log_posterior):
         if all(c.form == forms.get(c.label, c.form) for c in r.hypothesis.candidates):
-            found.setdefault(r.hypothesis.labels, r)
+            best_fits.setdefault(r.hypothesis.labels, r)
     whole = best.hypothesis.labels
-    made = {whole: best, frozenset(): found[frozenset()]}
+    completed = {whole: best, frozenset(): best_fits[frozenset()]}
     for size in range(len(whole) - 1, 0, -1):
         subsets = [frozenset(names) for names in combinations(sorted(whole), size)]
-        above = {s: next(r for t, r in made.items() if len(t) == size + 1 and s < t) for s in subsets if s not in found}
-        made |= {s: found[s] for s in subsets if s in found}
-        made |= _without(problem, above, nuisance_jacobian)
-    return made
+        above = {
+            s: next(r for t, r in completed.items() if len(t) == size + 1 and s < t)
+            for s in subsets
+            if s not in best_fits
+        }
+        completed |= {s: best_fits[s] for s in subsets if s in best_fits}
+        completed |= _fit_subsets(problem, above, nuisance_jacobian)
+    return completed
 
 
-def _without(
+def _fit_subsets(
     problem: Problem, above: Mapping[Labels, RankedHypothesis], nuisance_jacobian: np.ndarray
 ) -> dict[Labels, RankedHypothesis]:
     """Fits of subsets, each from where a set with one effect more stands."""
     pairs = [(r.hypothesis, next(c for c in r.hypothesis.candidates if c.label not in s)) for s, r in above.items()]
-    left: list[Hypothesis | None] = [None] * len(pairs)
+    fits: list[Hypothesis | None] = [None] * len(pairs)
     if not problem.stop_requested:
-        left = without(problem, pairs, nuisance_jacobian)
-    made = {}
-    for subset, (h, gone), fitted in zip(above, pairs, left, strict=True):
+        fits = drop_effects(problem, pairs, nuisance_jacobian)
+    completed = {}
+    for subset, (h, dropped), fitted in zip(above, pairs, fits, strict=True):
         if fitted is None:
-            kept = tuple(c for c in h.candidates if c is not gone)
-            fitted = Hypothesis(kept, _foretold_without(problem, h.fit, gone.parameters, nuisance_jacobian))
-        made[subset] = rank_hypotheses(problem, [fitted], nuisance_jacobian)[0]
-    return made
+            kept = tuple(c for c in h.candidates if c is not dropped)
+            fitted = Hypothesis(kept, _predict_without(problem, h.fit, dropped.parameters, nuisance_jacobian))
+        completed[subset] = rank_hypotheses(problem, [fitted], nuisance_jacobian)[0]
+    return completed
 
 
-def _foretold_without(problem: Problem, fit: Fit, gone: Sequence[object], nuisance_jacobian: np.ndarray) -> Fit:
+def _predict_without(problem: Problem, fit: Fit, dropped: Sequence[object], nuisance_jacobian: np.ndarray) -> Fit:
     """The fit without some parameters as the derivatives foretell it: these go back to nothing, the others follow."""
-    kept = np.array([x not in gone for x in fit.parameters])
-    model = fit.model - fit.jacobian[:, ~kept] @ fit.normalised[~kept]
-    parameters = tuple(x for x, keep in zip(fit.parameters, kept, strict=True) if keep)
-    u, jacobian = fit.normalised[kept], fit.jacobian[:, kept]
+    is_kept = np.array([x not in dropped for x in fit.parameters])
+    model = fit.model - fit.jacobian[:, ~is_kept] @ fit.normalised[~is_kept]
+    parameters = tuple(x for x, keep in zip(fit.parameters, is_kept, strict=True) if keep)
+    u, jacobian = fit.normalised[is_kept], fit.jacobian[:, is_kept]
     linearised = LinearisedModel.around(problem, u, model, jacobian, nuisance_jacobian)
     step = linearised.step(parameters, fit.dispersion, np.full(len(u), np.inf))
     return replace(

@@ -17,7 +17,7 @@ from deepsea_cosim.gap.problem.observations import RawBlock, gather
 from deepsea_cosim.gap.problem.parameters import EstimatedParameter
 from deepsea_cosim.gap.problem.step_size import assess_step_error
 from deepsea_cosim.gap.result.parameters import moved_base
-from deepsea_cosim.gap.search.baseline import deliver, refit_base
+from deepsea_cosim.gap.search.baseline import refit_base, simulate_nominal
 from deepsea_cosim.master.parallel.pool import Pool
 
 from tests.gap.oscillator import campaign, measure
@@ -63,7 +63,7 @@ def test_a_stiffness_known_to_a_factor_is_found(toys, tmp_path, true_stiffness) 
         assessed = assess_step_error(build_problem(stated, catalogue, pool))
         problem = assessed.problem
         jacobian = nuisance_columns(problem, assessed.nominal)
-        fit = refit_base(problem, jacobian, deliver(problem, jacobian)).fit
+        fit = refit_base(problem, jacobian, simulate_nominal(problem, jacobian)).fit
         moved = moved_base(problem, fit, jacobian)
     delivered = problem.runs[0].values["o.k"]
     assert fit.rms < 1.1

@@ -9,7 +9,7 @@ import numpy as np
 from deepsea_cosim.gap.estimation.linear import profile_nuisances
 from deepsea_cosim.gap.estimation.nuisances import nuisance_columns
 from deepsea_cosim.gap.problem.parameters import EffectCandidate, EstimatedParameter, Point
-from deepsea_cosim.gap.search.baseline import deliver
+from deepsea_cosim.gap.search.baseline import simulate_nominal
 from deepsea_cosim.gap.search.rounds import Round, search_round
 from deepsea_cosim.gap.selection.hypothesis import Hypothesis
 
@@ -56,7 +56,7 @@ def posed(
 
 def first_round(p: FormulaProblem, nuisance_jacobian: np.ndarray) -> Round:
     """A round from the model as delivered."""
-    return search_round(p, nuisance_jacobian, deliver(p, nuisance_jacobian))
+    return search_round(p, nuisance_jacobian, simulate_nominal(p, nuisance_jacobian))
 
 
 def start(p: FormulaProblem, nuisance_jacobian: np.ndarray, candidates: Sequence[EffectCandidate], point: Point
@@ -67,7 +67,7 @@ def start(p: FormulaProblem, nuisance_jacobian: np.ndarray, candidates: Sequence
     (coarse,), (exact,) = p.evaluate_both([point], [point])
     q, residual = profile_nuisances(p, exact, nuisance_jacobian, 1.0)
     fit = replace(
-        deliver(p, nuisance_jacobian).fit, parameters=parameters, normalised=u, model=exact, residual=residual,
+        simulate_nominal(p, nuisance_jacobian).fit, parameters=parameters, normalised=u, model=exact, residual=residual,
         nuisances=q, correction=exact - coarse, jacobian=np.zeros((len(exact), len(u))),
     )  # fmt: skip
     return Hypothesis(tuple(candidates), fit)

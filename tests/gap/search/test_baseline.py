@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from deepsea_cosim.gap.estimation.nuisances import nuisance_columns
 from deepsea_cosim.gap.problem.parameters import EffectCandidate, EstimatedParameter
-from deepsea_cosim.gap.search.baseline import deliver, is_strained, refit_again, refit_base
+from deepsea_cosim.gap.search.baseline import is_strained, refit_again, refit_base, simulate_nominal
 
 from tests.gap.formula import FormulaProblem, at_any_step, measured
 
@@ -21,7 +21,7 @@ def posed(machine, truth, base=BASE):
 
 def refit(machine, truth):
     p, nuisance_jacobian = posed(machine, truth)
-    return refit_base(p, nuisance_jacobian, deliver(p, nuisance_jacobian)).fit
+    return refit_base(p, nuisance_jacobian, simulate_nominal(p, nuisance_jacobian)).fit
 
 
 def straight(p):
@@ -51,7 +51,7 @@ def test_parameters_stay_within_their_tolerances():
 
 def test_a_straight_way_is_gone_with_few_runs():
     p, nuisance_jacobian = posed(straight, {"a": 0.7, "b": -0.5})
-    found = refit_base(p, nuisance_jacobian, deliver(p, nuisance_jacobian)).fit
+    found = refit_base(p, nuisance_jacobian, simulate_nominal(p, nuisance_jacobian)).fit
     assert found.point == pytest.approx({"a": 0.7, "b": -0.5}, abs=0.06)
     assert found.status == "converged"
     assert sum(len(coarse) + len(exact) for coarse, exact in p.asked) < 25
@@ -59,7 +59,7 @@ def test_a_straight_way_is_gone_with_few_runs():
 
 def test_without_base_parameters_the_baseline_is_the_model_as_delivered():
     p, nuisance_jacobian = posed(straight, {"a": 0.7}, ())
-    delivered = deliver(p, nuisance_jacobian)
+    delivered = simulate_nominal(p, nuisance_jacobian)
     found = refit_base(p, nuisance_jacobian, delivered).fit
     assert found.converged
     assert (found.model == straight({})).all()
@@ -73,7 +73,7 @@ def test_the_refit_leaves_no_more_than_the_model_as_delivered():
         return 0.1 * np.sin(T) + 0.3 * p.get("late", 0.0) + 0.25 * abs(p.get("a", 0.0)) * np.sign(np.sin(3.0 * T))
 
     p, nuisance_jacobian = posed(machine, {"late": 1.0})
-    delivered = deliver(p, nuisance_jacobian)
+    delivered = simulate_nominal(p, nuisance_jacobian)
     assert refit_base(p, nuisance_jacobian, delivered).fit.rms <= delivered.fit.rms * 1.01
 
 
@@ -85,7 +85,7 @@ def rubbing(p):
 def test_an_accepted_effect_is_refitted_from_the_size_that_serves_best():
     f = EffectCandidate("f", "rubs", "f", (EstimatedParameter("f", "effect", 0.0, 1.0, 0.0, 5.0, 3.0),)).as_accepted()
     p, nuisance_jacobian = posed(rubbing, {"a": 0.4, "b": -0.3, "f": 2.0}, (*BASE, *f.parameters))
-    delivered = deliver(p, nuisance_jacobian)
+    delivered = simulate_nominal(p, nuisance_jacobian)
     found = refit_base(replace(p, accepted=(f,)), nuisance_jacobian, delivered).fit
     assert found.rms < 1.1
     assert found.point["f"] == pytest.approx(2.0, abs=0.05)
@@ -93,7 +93,7 @@ def test_an_accepted_effect_is_refitted_from_the_size_that_serves_best():
 
 def test_a_refit_is_taken_up_where_it_stood():
     p, nuisance_jacobian = posed(straight, {"a": 0.4, "b": -0.3})
-    delivered = deliver(p, nuisance_jacobian)
+    delivered = simulate_nominal(p, nuisance_jacobian)
     before = refit_base(p, nuisance_jacobian, delivered)
     p.asked.clear()
     again = refit_again(p, nuisance_jacobian, delivered, before.fit.point)
@@ -105,6 +105,6 @@ def test_a_refit_is_taken_up_where_it_stood():
 
 def test_base_parameters_at_the_ends_of_their_tolerances_are_strained():
     p, nuisance_jacobian = posed(straight, {"a": 5.0, "b": -5.0})
-    delivered = deliver(p, nuisance_jacobian)
+    delivered = simulate_nominal(p, nuisance_jacobian)
     assert is_strained(p, refit_base(p, nuisance_jacobian, delivered))
     assert not is_strained(p, delivered)

@@ -5,8 +5,8 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from deepsea_cosim.gap.problem.parameters import EffectForm, EstimatedParameter
-from deepsea_cosim.gap.search.forms import have_forms, in_forms_of, try_forms
-from deepsea_cosim.gap.search.refinement import Place, polish, stand_at
+from deepsea_cosim.gap.search.forms import adopt_forms, any_forms_left, try_forms
+from deepsea_cosim.gap.search.refinement import FitStart, hypotheses_at, polish
 from deepsea_cosim.gap.search.rounds import best_of_each_set
 
 from .made import T, effect, posed, start
@@ -40,21 +40,21 @@ def test_the_form_that_the_machine_has_comes_first():
     assert found[0].fit.rms < 1.1
     assert found[0].fit.point["lean"] == pytest.approx(0.4, abs=0.02)
     assert {h.label for h in found} == {"p", "p [uneven]", "p [bent]"}
-    (c,) = in_forms_of(p, found[0]).candidates
+    (c,) = adopt_forms(p, found[0]).candidates
     assert c.form is UNEVEN
 
 
 def test_the_plain_form_stays_first_where_it_is_right():
     p, _, found = fitted({"a": 0.3, "p": 0.9})
     assert found[0].label == "p"
-    assert in_forms_of(p, found[0]) is p
+    assert adopt_forms(p, found[0]) is p
 
 
 def test_what_has_no_forms_is_left_alone():
     q = effect("q")
     p, nuisance_jacobian = posed(machine, {}, [q])
     plain = [start(p, nuisance_jacobian, [q], {})]
-    assert not have_forms(plain)
+    assert not any_forms_left(plain)
     assert try_forms(p, plain, nuisance_jacobian) == plain
 
 
@@ -62,8 +62,8 @@ def test_hypotheses_stand_where_they_are_put():
     p, nuisance_jacobian = posed(machine, {"p": 0.9}, [P])
     near = start(p, nuisance_jacobian, [P], {"p": 0.8}).fit
     p.asked.clear()
-    there, astray = (Place((P,), point, near.correction) for point in ({"p": 0.5, "a": 0.1}, {"p": 0.7}))
-    found = stand_at(p, [there, astray], nuisance_jacobian)
+    there, astray = (FitStart((P,), point, near.correction) for point in ({"p": 0.5, "a": 0.1}, {"p": 0.7}))
+    found = hypotheses_at(p, [there, astray], nuisance_jacobian)
     assert [h.fit.point["p"] for h in found] == [0.5, 0.7]
     assert found[0].fit.model == pytest.approx(machine({"p": 0.5, "a": 0.1}))
     assert sum(len(coarse) + len(exact) for coarse, exact in p.asked) == 2

@@ -8,9 +8,9 @@ import numpy as np
 import pytest
 from deepsea_cosim.gap.estimation.nuisances import nuisance_columns
 from deepsea_cosim.gap.problem.parameters import EffectCandidate, EstimatedParameter
-from deepsea_cosim.gap.search.baseline import deliver, refit_base
+from deepsea_cosim.gap.search.baseline import refit_base, simulate_nominal
 from deepsea_cosim.gap.search.leaders import refine_fit_step, refine_macro_step, refit_past_wall, widen_derivatives
-from deepsea_cosim.gap.search.refinement import polish, stand_exactly
+from deepsea_cosim.gap.search.refinement import exact_hypotheses_at, polish
 from deepsea_cosim.gap.selection.hypothesis import Hypothesis
 
 from tests.gap.formula import FormulaProblem, measured
@@ -38,7 +38,7 @@ def fitted(p, nuisance_jacobian):
     """The baseline, and the delay."""
     swinging = start(p, nuisance_jacobian, [DELAY], {"m.e": 4.0})
     delay = polish(p, [swinging], nuisance_jacobian, p.settings.search.polish_looks)[0]
-    return refit_base(p, nuisance_jacobian, deliver(p, nuisance_jacobian)), delay
+    return refit_base(p, nuisance_jacobian, simulate_nominal(p, nuisance_jacobian)), delay
 
 
 def test_steps_are_halved_while_the_best_fit_depends_on_them():
@@ -70,7 +70,7 @@ def walled(steps_that_swing):
 
     p = FormulaProblem(swings, measured(machine, {"a": 0.8}, T, 0.002), (GAIN,)).with_discretisation(coarsening=4)
     nuisance_jacobian = nuisance_columns(p, machine({}))
-    return p, refit_base(p, nuisance_jacobian, deliver(p, nuisance_jacobian)), nuisance_jacobian
+    return p, refit_base(p, nuisance_jacobian, simulate_nominal(p, nuisance_jacobian)), nuisance_jacobian
 
 
 def test_a_refit_gets_past_a_wall_that_only_long_steps_have():
@@ -105,8 +105,8 @@ def test_steps_of_a_fits_runs_are_halved_while_they_are_far_from_exact_ones_at_t
         measured(lambda _: truth, {}, T), (GAIN,),
     ).with_discretisation(coarsening=4)  # fmt: skip
     nuisance_jacobian = nuisance_columns(hunting, machine({}))
-    baseline = refit_base(hunting, nuisance_jacobian, deliver(hunting, nuisance_jacobian))
-    (there,) = stand_exactly(hunting, [((DELAY,), {"m.e": 4.4})], nuisance_jacobian)
+    baseline = refit_base(hunting, nuisance_jacobian, simulate_nominal(hunting, nuisance_jacobian))
+    (there,) = exact_hypotheses_at(hunting, [((DELAY,), {"m.e": 4.4})], nuisance_jacobian)
     refined, (best, *_, last) = refine_fit_step(hunting, [there, baseline], nuisance_jacobian)
     assert refined.discretisation.coarsening == 1
     assert best.fit.point["m.e"] == pytest.approx(4.6, abs=0.02)

@@ -8,8 +8,8 @@ import numpy as np
 import pytest
 from deepsea_cosim.gap.problem.parameters import EstimatedParameter
 from deepsea_cosim.gap.search.bank import build_bank
-from deepsea_cosim.gap.search.baseline import deliver
-from deepsea_cosim.gap.search.refinement import Place, polish, refine, stand_at, without
+from deepsea_cosim.gap.search.baseline import simulate_nominal
+from deepsea_cosim.gap.search.refinement import FitStart, drop_effects, fit_proposals, hypotheses_at, polish
 from deepsea_cosim.gap.search.sets import Proposal
 from deepsea_cosim.gap.selection.hypothesis import Hypothesis, penalised_deviance
 from scipy.optimize import lsq_linear, minimize
@@ -73,14 +73,14 @@ def test_a_fit_does_not_leave_the_range():
 def test_proposals_are_fitted_side_by_side_and_those_that_do_not_run_are_left_out():
     truth = {"a": 0.4, "p": 0.8, "q": -0.6}
     p, nuisance_jacobian = posed(moving(LINEAR), truth, [P, Q])
-    fit = deliver(p, nuisance_jacobian).fit
+    fit = simulate_nominal(p, nuisance_jacobian).fit
     bank = build_bank(p, fit.point, fit.model - fit.correction, fit.correction)
     stops = replace(p, model=at_any_step(lambda x: None if x.get("p", 0.0) > 2.0 else moving(LINEAR)(x)), asked=[])
     proposals = [
         Proposal((P, Q), {"a": 0.0, "p": 1.0, "q": -0.3}, 0.0), Proposal((P,), {"a": 0.0, "p": 3.0}, 0.0),
         Proposal((Q,), {"a": 0.0, "q": -1.0}, 0.0),
     ]  # fmt: skip
-    both, single = refine(stops, bank, proposals, nuisance_jacobian, 6)
+    both, single = fit_proposals(stops, bank, proposals, nuisance_jacobian, 6)
     assert (both.ids, single.ids) == (("p", "q"), ("q",))
     assert both.fit.point == pytest.approx(truth, abs=0.06)
     assert both.quick
@@ -130,8 +130,8 @@ def test_derivatives_are_taken_anew_after_a_look_that_gained_much_only():
 def test_derivatives_that_are_known_are_not_taken_in_the_first_look():
     p, columns = posed(moving(LINEAR), {"a": 0.3, "p": 0.7, "q": 0.5}, [P, Q])
     (near,) = polish(p, [start(p, columns, [P], {"p": 0.6})], columns, 4)
-    place = Place((P, Q), {**near.fit.point, "q": 0.2}, near.fit.correction, near.fit)
-    (begun,) = stand_at(p, [place], columns)
+    place = FitStart((P, Q), {**near.fit.point, "q": 0.2}, near.fit.correction, near.fit)
+    (begun,) = hypotheses_at(p, [place], columns)
     p.asked.clear()
     (found,) = polish(p, [begun], columns, 1, derivatives_known=True)
     assert [len(coarse) for coarse, _ in p.asked][:2] == [0, 1], "of q alone"
@@ -145,7 +145,7 @@ def test_without_an_effect_that_explains_nearly_all_nothing_is_fitted_to_the_end
     p, columns = posed(moving(LINEAR), {"a": 0.3, "p": size, "q": 0.5}, [P, Q])
     (both,) = polish(p, [start(p, columns, [P, Q], {"p": size, "q": 0.5})], columns, 4)
     p.asked.clear()
-    (left,) = without(p, [(both, P)], columns)
+    (left,) = drop_effects(p, [(both, P)], columns)
     assert left.fit.status == "converged"
     assert moved(p, [len(coarse) for coarse, _ in p.asked]) == [2] * (1 + looks)
     assert sum(len(exact) for _, exact in p.asked) >= 1
@@ -178,7 +178,7 @@ def test_an_effect_that_is_hardly_there_gives_way_to_a_base_parameter_that_does_
     (winner,) = polish(p, [start(p, nuisance_jacobian, [leak], {"leak": 0.018})], nuisance_jacobian, 3)
     assert winner.fit.rms < 1.1
     assert winner.fit.point["leak"] < 0.05
-    (left,) = without(p, [(winner, leak)], nuisance_jacobian)
+    (left,) = drop_effects(p, [(winner, leak)], nuisance_jacobian)
     assert left.candidates == ()
     assert left.fit.rms < 1.1
     assert left.fit.point["a"] == pytest.approx(0.3, abs=0.03)
@@ -187,7 +187,7 @@ def test_an_effect_that_is_hardly_there_gives_way_to_a_base_parameter_that_does_
 def test_without_a_large_effect_the_others_take_over_what_they_can():
     p, nuisance_jacobian = posed(moving(LINEAR), {"a": 0.4, "p": 0.8, "q": -0.6}, [P, Q])
     (both,) = polish(p, [start(p, nuisance_jacobian, [P, Q], {"p": 0.5, "q": -0.5})], nuisance_jacobian, 3)
-    (left,) = without(p, [(both, P)], nuisance_jacobian)
+    (left,) = drop_effects(p, [(both, P)], nuisance_jacobian)
     assert left.ids == ("q",)
     assert [x.name for x in left.fit.parameters] == ["a", "q"]
     assert left.fit.point["q"] == pytest.approx(-0.6, abs=0.06)
@@ -199,7 +199,7 @@ def test_where_the_model_does_not_run_without_an_effect_there_is_no_fit():
     p, nuisance_jacobian = posed(moving(LINEAR), {"p": 0.7}, [P])
     h = start(p, nuisance_jacobian, [P], {"p": 0.7})
     still = replace(p, model=at_any_step(lambda x: moving(LINEAR)(x) if x.get("p", 0.0) > 0.1 else None))
-    assert without(still, [(h, P)], nuisance_jacobian) == [None]
+    assert drop_effects(still, [(h, P)], nuisance_jacobian) == [None]
 
 
 def test_shapes_are_fitted_with_their_effect():
@@ -212,10 +212,10 @@ def test_shapes_are_fitted_with_their_effect():
         return np.sin(T) + 0.1 * p.get("d", 0.0) * np.tanh(T - 5.0 + 2.0 * p.get("d.v", 0.0))
 
     p, nuisance_jacobian = posed(machine, {"d": 0.8, "d.v": 0.9}, [droop], ())
-    fit = deliver(p, nuisance_jacobian).fit
+    fit = simulate_nominal(p, nuisance_jacobian).fit
     bank = build_bank(p, fit.point, fit.model - fit.correction, fit.correction)
     assert {x.shape for x in bank.responses} == {(-0.5,), (0.5,)}
-    (found,) = refine(p, bank, [Proposal((droop,), {"d": 0.9, "d.v": 0.5}, 0.0)], nuisance_jacobian, 8)
+    (found,) = fit_proposals(p, bank, [Proposal((droop,), {"d": 0.9, "d.v": 0.5}, 0.0)], nuisance_jacobian, 8)
     (found,) = polish(p, [found], nuisance_jacobian, 3)
     assert found.fit.point == pytest.approx({"d": 0.8, "d.v": 0.9}, abs=0.03)
     assert isinstance(found, Hypothesis)

@@ -7,15 +7,15 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from deepsea_cosim.gap.problem.parameters import EstimatedParameter
-from deepsea_cosim.gap.search.baseline import deliver
+from deepsea_cosim.gap.search.baseline import simulate_nominal
 from deepsea_cosim.gap.search.rounds import (
     best_of_each_set,
-    choose,
-    drop_each,
+    choose_proposals,
+    drop_each_effect,
     fit_leaders,
     idle_effects,
     next_start,
-    score,
+    search_cost,
     search_round,
 )
 from deepsea_cosim.gap.search.sets import Proposal
@@ -40,7 +40,7 @@ def best(found):
 def finds(machine, truth, candidates, tolerance=0.03, rounds=1):
     """The best hypothesis of some rounds, which has to be the truth."""
     p, nuisance_jacobian = posed(machine, truth, candidates)
-    at, found = deliver(p, nuisance_jacobian), []
+    at, found = simulate_nominal(p, nuisance_jacobian), []
     for _ in range(rounds):
         found = best_of_each_set([*found, *search_round(p, nuisance_jacobian, at).hypotheses])
         at = found[0]
@@ -165,7 +165,7 @@ def test_idle_effects_are_dropped():
     busy = start(p, nuisance_jacobian, EFFECTS[:2], {"p": 0.7, "q": -2.0 * negligible})
     assert idle_effects(idle, negligible)
     assert not idle_effects(busy, negligible)
-    assert not idle_effects(deliver(p, nuisance_jacobian), negligible)
+    assert not idle_effects(simulate_nominal(p, nuisance_jacobian), negligible)
     found = first_round(p, nuisance_jacobian).hypotheses
     quick = [h for h in found if h.quick]
     assert not any(idle_effects(h, negligible) for h in quick)
@@ -197,7 +197,7 @@ def test_of_every_size_of_set_some_are_fitted_and_relatives_of_what_is_in():
     pairs = [proposal("pq", 4.0, by_name), proposal("qr", 5.0, by_name)]
     singles = [proposal(n, 6.0 + k, by_name) for k, n in enumerate("pqrsvw")]
     proposals = [*triples, *pairs, *singles, proposal("", 20.0, by_name)]
-    chosen = choose(proposals, at, 8)
+    chosen = choose_proposals(proposals, at, 8)
     assert [len(x.candidates) for x in chosen].count(0) == 1
     assert {"p", "q"} <= {x.candidates[0].id for x in chosen if len(x.candidates) == 1}
     assert any(x.labels == {"w"} for x in chosen), "a relative of p, in its place"
@@ -210,7 +210,7 @@ def test_an_effect_that_does_not_pay_is_dropped_from_the_best():
     p, nuisance_jacobian = posed(moving(LINEAR), {"a": 0.5, "p": 0.7}, EFFECTS)
     both = start(p, nuisance_jacobian, EFFECTS[:2], {"a": 0.5, "p": 0.7, "q": 0.02})
     lost = start(p, nuisance_jacobian, EFFECTS[:1], {"a": -0.9, "p": 0.1})
-    kept = drop_each(p, best_of_each_set([both, lost]), nuisance_jacobian)
+    kept = drop_each_effect(p, best_of_each_set([both, lost]), nuisance_jacobian)
     assert kept[0].ids == ("p",)
     assert kept[0].fit.point == pytest.approx({"a": 0.5, "p": 0.7}, abs=0.06)
     assert {h.ids for h in kept} >= {("p", "q"), ("q",), ("p",), ()}
@@ -222,7 +222,7 @@ def test_the_next_bank_is_made_at_the_best_set_else_at_its_best_part_where_there
     part = start(p, nuisance_jacobian, EFFECTS[:1], {"p": 0.7})
     worse = start(p, nuisance_jacobian, EFFECTS[1:2], {"q": -0.3})
     other = start(p, nuisance_jacobian, EFFECTS[2:3], {})
-    found = best_of_each_set([other, worse, part, both, deliver(p, nuisance_jacobian)])
+    found = best_of_each_set([other, worse, part, both, simulate_nominal(p, nuisance_jacobian)])
     assert found[0] is both
     assert next_start(found, [frozenset()], True, None) is both
     assert next_start(found, [both.labels], False, None) is part
@@ -241,7 +241,7 @@ def test_of_each_set_the_best_fit_counts_and_an_effect_has_its_price():
     bad = start(p, nuisance_jacobian, EFFECTS[:1], {"p": 0.2})
     both = start(p, nuisance_jacobian, EFFECTS[:2], {"p": 0.7})
     assert best_of_each_set([bad, both, good]) == [good, both]
-    assert score(both) - score(good) == pytest.approx(p.settings.search.price)
+    assert search_cost(both) - search_cost(good) == pytest.approx(p.settings.search.price)
 
 
 def test_what_is_enough_alone_is_fitted_to_the_end_though_others_are_far_better_within_the_noise():
@@ -250,7 +250,7 @@ def test_what_is_enough_alone_is_fitted_to_the_end_though_others_are_far_better_
     p = replace(p, observations=replace(p.observations, noise_std=np.full(len(p.observations), 0.01)))
     alone = replace(start(p, N, EFFECTS[:1], {"a": 0.5, "p": 0.66}), quick=True)
     both = start(p, N, EFFECTS[:2], {"a": 0.5, "p": 0.7, "q": 0.05})
-    assert score(alone) - score(both) > p.settings.search.near_leader
+    assert search_cost(alone) - search_cost(both) > p.settings.search.near_leader
     found = fit_leaders(p, best_of_each_set([alone, both]), N)
     (fitted,) = [h for h in found if h.ids == ("p",)]
     assert not fitted.quick

@@ -9,8 +9,8 @@ import numpy as np
 import pytest
 from deepsea_cosim.gap.problem.parameters import EstimatedParameter
 from deepsea_cosim.gap.search.bank import Bank, Response, build_bank
-from deepsea_cosim.gap.search.baseline import deliver
-from deepsea_cosim.gap.search.sets import Projected, gains, propose
+from deepsea_cosim.gap.search.baseline import simulate_nominal
+from deepsea_cosim.gap.search.sets import ProjectedBank, gains, propose_sets
 from scipy.optimize import lsq_linear
 
 from tests.gap.formula import FormulaProblem, at_any_step, one_channel
@@ -56,7 +56,7 @@ def least_squares(problem, bank, nuisance_jacobian, chosen, low, high):
 @pytest.mark.parametrize("alike", [0.0, 0.9, 0.99])
 def test_sizes_and_costs_are_those_of_bounded_least_squares(size, alike):
     problem, bank, nuisance_jacobian = random_bank(size, alike)
-    projected = Projected(problem, bank, nuisance_jacobian, DISPERSION)
+    projected = ProjectedBank(problem, bank, nuisance_jacobian, DISPERSION)
     sets = np.array(list(combinations(range(8), size)))
     t, cost = projected.solve(sets)
     price = problem.settings.search.price * size
@@ -77,7 +77,7 @@ def test_an_effect_that_is_taken_away_earns_its_price():
     problem, bank, nuisance_jacobian = random_bank(0, 0.0)
     gone = replace(bank.responses[0], values={})
     with_it = replace(bank, candidates=(gone.candidate,), responses=(gone, *bank.responses[1:]))
-    projected = Projected(problem, with_it, nuisance_jacobian, DISPERSION)
+    projected = ProjectedBank(problem, with_it, nuisance_jacobian, DISPERSION)
     t, cost = projected.solve(np.array([[0]]))
     assert t.tolist() == [[1.0]]
     _, wanted = least_squares(problem, with_it, nuisance_jacobian, [0], np.array([1.0 - 1e-12]), np.array([1.0]))
@@ -87,7 +87,7 @@ def test_an_effect_that_is_taken_away_earns_its_price():
 
 def bank_of(machine, truth, candidates):
     p, nuisance_jacobian = posed(machine, truth, candidates)
-    fit = deliver(p, nuisance_jacobian).fit
+    fit = simulate_nominal(p, nuisance_jacobian).fit
     return p, nuisance_jacobian, build_bank(p, fit.point, fit.model - fit.correction, fit.correction)
 
 
@@ -137,13 +137,13 @@ def test_gains_are_the_shares_of_the_residual_that_each_effect_can_explain():
 def test_without_effects_there_is_nothing_to_gain():
     p, nuisance_jacobian, bank = bank_of(moving({}), {"a": 0.5}, [])
     assert gains(p, bank, nuisance_jacobian) == {}
-    assert [x.candidates for x in propose(p, bank, nuisance_jacobian)[1]] == [()]
+    assert [x.candidates for x in propose_sets(p, bank, nuisance_jacobian)[1]] == [()]
 
 
 def test_the_cheapest_set_is_the_true_one_at_its_sizes():
     truth = {"a": 0.6, "p": 0.7, "q": -2.2, "s": 5.0}
     p, nuisance_jacobian, bank = bank_of(moving(LINEAR), truth, [effect(x) for x in LINEAR])
-    grown, proposals = propose(p, bank, nuisance_jacobian)
+    grown, proposals = propose_sets(p, bank, nuisance_jacobian)
     assert proposals[0].labels == {"p", "q", "s"}
     assert {k: proposals[0].point[k] for k in truth} == pytest.approx(truth, abs=0.1)
     assert len(grown.responses) > len(bank.responses), "sizes that the best sets asked for"

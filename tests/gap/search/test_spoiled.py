@@ -3,8 +3,8 @@
 import numpy as np
 import pytest
 from deepsea_cosim.gap.estimation.nuisances import nuisance_columns
-from deepsea_cosim.gap.search.baseline import deliver, refit_base
-from deepsea_cosim.gap.search.spoiled import look_at_spoiled, spoiled
+from deepsea_cosim.gap.search.baseline import refit_base, simulate_nominal
+from deepsea_cosim.gap.search.spoiled import search_with_shorter_step, spoiled_effects
 
 from tests.gap.formula import FormulaProblem, measured
 
@@ -24,12 +24,16 @@ def knocking(truth, spoils):
     problem = FormulaProblem(model, measured(machine, truth, T, 0.01), BASE, (KNOCK, SLIDE))
     problem = problem.with_discretisation(coarsening=4)
     nuisance_jacobian = nuisance_columns(problem, machine({}))
-    return problem, [refit_base(problem, nuisance_jacobian, deliver(problem, nuisance_jacobian))], nuisance_jacobian
+    return (
+        problem,
+        [refit_base(problem, nuisance_jacobian, simulate_nominal(problem, nuisance_jacobian))],
+        nuisance_jacobian,
+    )
 
 
 def test_what_the_long_step_spoils_is_found_at_half_of_it():
     problem, found, nuisance_jacobian = knocking({"knock": 4.0}, lambda step: step > 2.5)
-    refined, (best, *others) = look_at_spoiled(problem, found, nuisance_jacobian)
+    refined, (best, *others) = search_with_shorter_step(problem, found, nuisance_jacobian)
     assert best.candidates == (KNOCK,)
     assert best.fit.point["knock"] == pytest.approx(4.0, abs=0.2)
     assert best.fit.rms == pytest.approx(1.0, abs=0.1)
@@ -39,7 +43,7 @@ def test_what_the_long_step_spoils_is_found_at_half_of_it():
 
 def test_where_it_is_not_what_is_missing_the_step_stays():
     problem, found, nuisance_jacobian = knocking({"slide": 4.0}, lambda step: step > 2.5)
-    refined, (best, *_) = look_at_spoiled(problem, found, nuisance_jacobian)
+    refined, (best, *_) = search_with_shorter_step(problem, found, nuisance_jacobian)
     assert refined is problem
     assert best is found[0]
 
@@ -47,6 +51,6 @@ def test_where_it_is_not_what_is_missing_the_step_stays():
 def test_what_is_the_same_at_both_steps_costs_no_fit():
     problem, found, nuisance_jacobian = knocking({"slide": 4.0}, lambda step: False)
     shorter = problem.with_discretisation(coarsening=2)
-    assert spoiled(problem, shorter, found[0]) == []
-    refined, same = look_at_spoiled(problem, found, nuisance_jacobian)
+    assert spoiled_effects(problem, shorter, found[0]) == []
+    refined, same = search_with_shorter_step(problem, found, nuisance_jacobian)
     assert (refined, same) == (problem, found)

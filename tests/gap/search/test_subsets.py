@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import replace
 
 import pytest
-from deepsea_cosim.gap.search.baseline import deliver, refit_base
+from deepsea_cosim.gap.search.baseline import refit_base, simulate_nominal
 from deepsea_cosim.gap.search.refinement import polish
 from deepsea_cosim.gap.search.subsets import complete_subsets
 from deepsea_cosim.gap.selection.evidence import rank_hypotheses
@@ -21,7 +21,7 @@ def test_every_subset_has_a_fit_of_its_own(in_time):
     """Without time it is foretold by the derivatives, which on a linear formula is the same."""
     effects = [effect(name) for name in LINEAR]
     p, nuisance_jacobian = posed(moving(LINEAR), TRUTH, effects)
-    baseline = refit_base(p, nuisance_jacobian, deliver(p, nuisance_jacobian))
+    baseline = refit_base(p, nuisance_jacobian, simulate_nominal(p, nuisance_jacobian))
     (whole,) = polish(p, [start(p, nuisance_jacobian, effects, {"p": 0.7, "q": -0.5, "r": 0.3})], nuisance_jacobian, 3)
     ranked = rank_hypotheses(p, [whole, baseline], nuisance_jacobian)
     p = p if in_time else replace(p, stop_requested=True, asked=[])
@@ -40,7 +40,7 @@ def test_every_subset_has_a_fit_of_its_own(in_time):
 def test_what_another_alternative_has_fitted_is_not_fitted_again():
     effects = [effect(name) for name in LINEAR]
     p, nuisance_jacobian = posed(moving(LINEAR), TRUTH, effects)
-    baseline = refit_base(p, nuisance_jacobian, deliver(p, nuisance_jacobian))
+    baseline = refit_base(p, nuisance_jacobian, simulate_nominal(p, nuisance_jacobian))
     (whole,) = polish(p, [start(p, nuisance_jacobian, effects, {"p": 0.7, "q": -0.5, "r": 0.3})], nuisance_jacobian, 3)
     ranked = rank_hypotheses(p, [whole, baseline], nuisance_jacobian)
     made = complete_subsets(p, ranked, ranked[0], nuisance_jacobian)
