@@ -31,8 +31,8 @@ def among_all_samples(problem: Problem, residual: np.ndarray) -> np.ndarray:
     if problem.recorded is None:
         return residual
     whole = {(b.run, b.channel): b for b in problem.recorded.series}
-    made = np.full(len(problem.recorded), np.nan)
+    spread = np.full(len(problem.recorded), np.nan)
     for b in problem.observations.series:
         source = whole[b.run, b.channel]
-        made[source.place][np.isin(source.t, b.t)] = residual[b.place]
-    return made
+        spread[source.place][np.isin(source.t, b.t)] = residual[b.place]
+    return spread

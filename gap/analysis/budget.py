@@ -98,19 +98,19 @@ class Split(NamedTuple):
 def split(alternatives: Sequence[Alternative], mask: np.ndarray | slice = slice(None)) -> Split:
     """The gap in the readings of a mask (n,), shared out and averaged over the alternatives."""
     effects: dict[str, float] = {}
-    left = nothing = 0.0
+    excess_left = unexplained = 0.0
     gap = 0.0
     for a in alternatives:
         energies = {s: np.array([float(r[mask] @ r[mask])]) for s, r in a.residuals.items()}
         count = np.array([float(len(a.residuals[frozenset()][mask]))])
         game = _game(a, energies, count)
-        own, rest = _shares(game)
+        shares, unexplained_share = _shares(game)
         gap = float(game.gap[0])
-        nothing += a.probability * float(rest[0])
-        left += a.probability * (gap - float(game.worth[a.labels][0]))
-        for label, share in own.items():
+        unexplained += a.probability * float(unexplained_share[0])
+        excess_left += a.probability * (gap - float(game.worth[a.labels][0]))
+        for label, share in shares.items():
             effects[label] = effects.get(label, 0.0) + a.probability * float(share[0])
-    return Split(float(np.sqrt(1.0 + gap)), float(np.sqrt(1.0 + left)), effects, nothing)
+    return Split(float(np.sqrt(1.0 + gap)), float(np.sqrt(1.0 + excess_left)), effects, unexplained)
 
 
 def budget(
@@ -127,12 +127,12 @@ def budget(
     for group in dict.fromkeys(groups[label] for label in whole.effects):
         members = {label for label in whole.effects if groups[label] == group}
         share = sum(whole.effects[label] for label in members)
-        having = np.array([bool(members & a.labels) for a in alternatives])
+        has_group = np.array([bool(members & a.labels) for a in alternatives])
         samples = np.stack([sum((d.effects[x] for x in members & a.labels), np.zeros(len(draws)))
                             for d, a in zip(drawn, alternatives, strict=True)])  # fmt: skip
-        parts[group] = Part(share, _interval(_mixed(samples, probability * having, rng), share))
-    left = np.stack([d.unexplained for d in drawn])
-    unexplained = Part(whole.unexplained, _interval(_mixed(left, probability, rng), whole.unexplained))
+        parts[group] = Part(share, _interval(_mixed(samples, probability * has_group, rng), share))
+    unexplained_draws = np.stack([d.unexplained for d in drawn])
+    unexplained = Part(whole.unexplained, _interval(_mixed(unexplained_draws, probability, rng), whole.unexplained))
     return Budget(whole.calibrated, whole.explained, whole.effects, parts, unexplained)
 
 

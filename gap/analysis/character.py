@@ -8,7 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from ..problem.problem import Problem
-from .localisation import Place
+from .localisation import GapLocation
 from .residual_structure import Structure
 
 
@@ -40,19 +40,19 @@ class Character:
 
 
 def describe_rest(
-    problem: Problem, residual: np.ndarray, places: Sequence[Place], structure: Structure | None
+    problem: Problem, residual: np.ndarray, places: Sequence[GapLocation], structure: Structure | None
 ) -> Character:
     """The character of a normalised residual (n,); places: its own, the largest share first."""
     settings = problem.settings.analysis
     if not places or float(np.mean(residual**2)) <= 1.0 + problem.settings.budget.adequate_excess:
         return Character("", 0.0, "", "", None)
     top = places[0]
-    follows = ""
+    varies_with = ""
     if structure is not None and structure.channels.get(top.channel, 0.0) > settings.structure_told:
-        follows = structure.varies_with.get(top.channel, "")
-    label = problem.labels.index(top.channel)
-    frequency = _main_frequencies(problem, residual, label, settings.frequency_share)
-    return Character(top.channel, top.share, top.region, follows, frequency)
+        varies_with = structure.varies_with.get(top.channel, "")
+    channel = problem.labels.index(top.channel)
+    frequency = _main_frequencies(problem, residual, channel, settings.frequency_share)
+    return Character(top.channel, top.share, top.region, varies_with, frequency)
 
 
 def _main_frequencies(problem: Problem, residual: np.ndarray, channel: int, share: float) -> tuple[float, float] | None:
@@ -68,8 +68,8 @@ def _main_frequencies(problem: Problem, residual: np.ndarray, channel: int, shar
     f, energy = np.concatenate(frequencies), np.concatenate(energies)
     order = np.argsort(f)
     f, total = f[order], np.concatenate([[0.0], np.cumsum(energy[order])])
-    wanted = share * total[-1]
-    ends = np.searchsorted(total, total[:-1] + wanted)
+    target = share * total[-1]
+    ends = np.searchsorted(total, total[:-1] + target)
     possible = np.flatnonzero(ends < len(total))
     if not len(possible):
         return None
@@ -91,5 +91,5 @@ def _hertz(low: float, high: float) -> str:
 
 def nearest_effects(gains: Mapping[str, float], named: Sequence[str], count: int) -> tuple[str, ...]:
     """Effects that come nearest to what is left: those that gain most beside the best, but for what is named."""
-    others = [(gain, id) for id, gain in gains.items() if id not in named and gain > 0.0]
-    return tuple(id for _, id in sorted(others, key=lambda entry: -entry[0])[:count])
+    unnamed = [(gain, id) for id, gain in gains.items() if id not in named and gain > 0.0]
+    return tuple(id for _, id in sorted(unnamed, key=lambda entry: -entry[0])[:count])

@@ -65,15 +65,15 @@ def replay_components(problem: Problem, point: Point) -> list[Replay]:
         return []
     whole = _Whole(point, sources, rows, dict(rate_pairs(sources, rows[0], problem.fit_step)))
     measured = {b.connector for b in problem.samples.series}
-    made = []
+    replays = []
     for name in names:
-        into = [(start, end) for start, end in links if end.startswith(f"{name}.")]
-        component = _Component(name, into, tuple(c for c in problem.connectors if c.startswith(f"{name}.")))
-        varying = [s for s, _ in into if any(np.ptp(w[:, sources.index(s)]) > 0 for w in rows)]
+        connections = [(start, end) for start, end in links if end.startswith(f"{name}.")]
+        component = _Component(name, connections, tuple(c for c in problem.connectors if c.startswith(f"{name}.")))
+        varying = [s for s, _ in connections if any(np.ptp(w[:, sources.index(s)]) > 0 for w in rows)]
         driven = [s for s in varying if s in measured or whole.rates.get(s) in measured]
         if varying and component.outputs and len(driven) == len(varying):
-            made.append(_replay(problem, component, whole))
-    return [replay for replay in made if replay is not None]
+            replays.append(_replay(problem, component, whole))
+    return [replay for replay in replays if replay is not None]
 
 
 def _replay(problem: Problem, component: _Component, whole: _Whole) -> Replay | None:
@@ -92,7 +92,7 @@ def _replay(problem: Problem, component: _Component, whole: _Whole) -> Replay | 
         blocks = [b for b in problem.samples.series if b.connector == connector]
         if blocks:
             signals = [[x[:, k] for x in rows[b.run * copies : (b.run + 1) * copies]] for b in blocks]
-            missed[connector], amplification[connector] = _missed(problem, blocks, signals)
+            missed[connector], amplification[connector] = _residual_and_amplification(problem, blocks, signals)
     if not missed:
         return None
     driven = tuple(s for s, _ in component.connections if s not in assumed)
@@ -115,14 +115,14 @@ def _job(
     inputs = {k: v for k, v in info.inputs.items() if k.startswith(f"{component.name}.")}
     cache: dict[str, Smoothed] = {}
     for start, end in component.connections:
-        known = start if start in blocks else whole.rates.get(start)
-        if known is not None and known in blocks:
-            if known not in cache:
-                b = blocks[known]
+        measured = start if start in blocks else whole.rates.get(start)
+        if measured is not None and measured in blocks:
+            if measured not in cache:
+                b = blocks[measured]
                 y = b.y + (rng.normal(0.0, b.noise_std, len(b.y)) if rng is not None else 0.0)
                 inside = np.clip(grid, b.t[0], b.t[-1])
-                cache[known] = smooth(b.t, y, inside, problem.settings.analysis.replay_kernel)
-            inputs[end] = (grid, cache[known].value if known == start else cache[known].slope)
+                cache[measured] = smooth(b.t, y, inside, problem.settings.analysis.replay_kernel)
+            inputs[end] = (grid, cache[measured].value if measured == start else cache[measured].slope)
         else:
             assumed.add(start)
             inputs[end] = (grid, whole.rows[r][:, whole.sources.index(start)])
@@ -130,7 +130,9 @@ def _job(
     return Job(component.outputs, problem.grid(r, step)[-1], step, changes, inputs, (component.name,))
 
 
-def _missed(problem: Problem, blocks: Sequence[Block], signals: Sequence[Sequence[np.ndarray]]) -> tuple[float, float]:
+def _residual_and_amplification(
+    problem: Problem, blocks: Sequence[Block], signals: Sequence[Sequence[np.ndarray]]
+) -> tuple[float, float]:
     """Normalised RMS residual of a channel's blocks, and the passed noise over their own.
 
     signals: of each block the component's output, first undisturbed, then of each disturbed copy.
@@ -139,10 +141,10 @@ def _missed(problem: Problem, blocks: Sequence[Block], signals: Sequence[Sequenc
     for b, rows in zip(blocks, signals, strict=True):
         grid = problem.grid(b.run, _step(problem))
         copies = [b.read(grid, x) for x in rows]
-        passed = np.mean([(c - copies[0]) ** 2 for c in copies[1:]], axis=0)
-        passed = np.full(len(b.t), passed.mean())
-        own = problem.samples.noise_std[b.place]
-        e = (b.y - copies[0]) / np.sqrt(own**2 + passed)
+        passed_variance = np.mean([(c - copies[0]) ** 2 for c in copies[1:]], axis=0)
+        passed_variance = np.full(len(b.t), passed_variance.mean())
+        noise_std = problem.samples.noise_std[b.place]
+        e = (b.y - copies[0]) / np.sqrt(noise_std**2 + passed_variance)
         energy, count = energy + float(e @ e), count + len(e)
-        spread, noise = spread + float(passed.sum()), noise + float(np.sum(own**2))
+        spread, noise = spread + float(passed_variance.sum()), noise + float(np.sum(noise_std**2))
     return float(np.sqrt(energy / count)), float(np.sqrt(spread / noise))

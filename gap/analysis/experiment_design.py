@@ -29,7 +29,7 @@ from ..search.bank import wide_step
 from ..selection.calibration import Calibration, chance
 from ..selection.evidence import RankedHypothesis
 
-_Two = tuple[RankedHypothesis, RankedHypothesis]
+_Pair = tuple[RankedHypothesis, RankedHypothesis]
 
 
 @dataclass(frozen=True)
@@ -59,43 +59,45 @@ def rival(ranked: Sequence[RankedHypothesis], probabilities: Sequence[float], pr
     groups = {c.id: c.group for c in problem.candidates}
     kinds = [frozenset(groups.get(id, id) for id in r.hypothesis.ids) for r in ranked]
     least = problem.settings.analysis.question * probabilities[0]
-    others = [k for k, p in enumerate(probabilities) if kinds[k] != kinds[0] and p >= least]
-    others += [k for k, r in enumerate(ranked) if r.hypothesis.ids != ranked[0].hypothesis.ids]
-    return next(iter(others), None)
+    rivals = [k for k, p in enumerate(probabilities) if kinds[k] != kinds[0] and p >= least]
+    rivals += [k for k, r in enumerate(ranked) if r.hypothesis.ids != ranked[0].hypothesis.ids]
+    return next(iter(rivals), None)
 
 
 def rank_measurements(
-    problem: Problem, two: _Two, odds: float, nuisance_jacobian: np.ndarray
+    problem: Problem, pair: _Pair, odds: float, nuisance_jacobian: np.ndarray
 ) -> list[NextMeasurement]:
     """Changes of conditions and further channels, those under which the two differ most first.
 
     odds: of the first against the second, as the data so far leave them.
     """
-    usual = {m.connector: m.noise_std for m in problem.catalogue.measurables}
+    usual_noise = {m.connector: m.noise_std for m in problem.catalogue.measurables}
     noise_std = problem.samples.noise_std
-    own = {b.connector: float(np.median(noise_std[b.place])) for b in problem.samples.series}
-    own.update({c: usual[c] for c in problem.connectors if c not in own and c in usual})
-    extra = {c: noise for c, noise in usual.items() if c not in problem.connectors}
-    noise = {**{c: own[c] for c in problem.connectors if c in own}, **extra}
+    channel_noise = {b.connector: float(np.median(noise_std[b.place])) for b in problem.samples.series}
+    channel_noise.update({c: usual_noise[c] for c in problem.connectors if c not in channel_noise and c in usual_noise})
+    extra = {c: noise for c, noise in usual_noise.items() if c not in problem.connectors}
+    noise = {**{c: channel_noise[c] for c in problem.connectors if c in channel_noise}, **extra}
     if not noise:
         return []
-    changes = _promising(problem, _changes(problem), two, own)
-    read = _simulated(problem, changes, two, tuple(noise))
-    separates = (two[0].hypothesis.ids, two[1].hypothesis.ids)
-    spread = [_spread(problem, r, nuisance_jacobian) for r in two]
-    found: list[NextMeasurement] = []
+    changes = _promising(problem, _changes(problem), pair, channel_noise)
+    read = _simulated(problem, changes, pair, tuple(noise))
+    separates = (pair[0].hypothesis.ids, pair[1].hypothesis.ids)
+    spread = [_spread(problem, r, nuisance_jacobian) for r in pair]
+    measurements: list[NextMeasurement] = []
     for change, signals in zip(changes, read, strict=True):
         if signals is None:
             continue
-        for channels in [own] if change else [{c: n} for c, n in extra.items()]:
+        for channels in [channel_noise] if change else [{c: n} for c, n in extra.items()]:
             if not channels:
                 continue
-            squared, count = _apart(problem, two, signals, spread, tuple(noise), channels, not change)
-            said = change or {"channel": next(iter(channels))}
-            share = 1.0 if change else 1.0 / (len(own) + 1)  # beside the channels that are there
+            squared, count = _separation(problem, pair, signals, spread, tuple(noise), channels, not change)
+            design = change or {"channel": next(iter(channels))}
+            share = 1.0 if change else 1.0 / (len(channel_noise) + 1)  # beside the channels that are there
             separation = float(np.sqrt(share * squared / count))
-            found.append(NextMeasurement(said, separates, separation, _expected(problem, two, odds, separation)))
-    return sorted(found, key=lambda n: -n.separation)
+            measurements.append(
+                NextMeasurement(design, separates, separation, _expected_probabilities(problem, pair, odds, separation))
+            )
+    return sorted(measurements, key=lambda n: -n.separation)
 
 
 def _spread(problem: Problem, ranked: RankedHypothesis, nuisance_jacobian: np.ndarray) -> np.ndarray:
@@ -105,8 +107,8 @@ def _spread(problem: Problem, ranked: RankedHypothesis, nuisance_jacobian: np.nd
     return np.asarray(directions * np.sqrt(np.maximum(values, 0.0)))
 
 
-def _apart(
-    problem: Problem, two: _Two, signals: _Signals, spread: Sequence[np.ndarray], record: tuple[str, ...],
+def _separation(
+    problem: Problem, pair: _Pair, signals: _Signals, spread: Sequence[np.ndarray], record: tuple[str, ...],
     channels: Mapping[str, float], added: bool,
 ) -> tuple[float, int]:  # fmt: skip
     """The square of what the readings of some channels differ by that nothing takes up, and how many they are."""
@@ -115,39 +117,42 @@ def _apart(
     def column(rows: np.ndarray) -> np.ndarray:
         return np.asarray((rows[:, chosen] / noise).ravel())
 
-    one = signals.both[0]
+    first = signals.both[0]
     if added:  # to a run that was measured: the clock is known as well as it is, the new sensor's bias is not
-        nuisance = problem.settings.noise.bias_of_span * np.ptp(one, axis=0) * np.ones_like(one)
+        nuisance = problem.settings.noise.bias_of_span * np.ptp(first, axis=0) * np.ones_like(first)
     else:
-        nuisance = usual_clock_error(problem, 0) * np.gradient(one, signals.interval, axis=0)
-    taken = [column(nuisance)[:, None]]
-    for k, ranked in enumerate(two):
+        nuisance = usual_clock_error(problem, 0) * np.gradient(first, signals.interval, axis=0)
+    nuisance_columns = [column(nuisance)[:, None]]
+    for k, ranked in enumerate(pair):
         names = [x.name for x in ranked.hypothesis.fit.parameters]
         slopes = [column(signals.slopes[(k, name) if (k, name) in signals.slopes else (0, name)]) for name in names]
         if slopes:
-            taken.append(np.stack(slopes, axis=1) @ spread[k])
-    columns, difference = np.concatenate(taken, axis=1), column(one - signals.both[1])
+            nuisance_columns.append(np.stack(slopes, axis=1) @ spread[k])
+    columns, difference = np.concatenate(nuisance_columns, axis=1), column(first - signals.both[1])
     moment = columns.T @ difference
     inner = np.linalg.solve(np.eye(len(moment)) + columns.T @ columns, moment)
     return max(0.0, float(difference @ difference - moment @ inner)), len(difference)
 
 
-def _expected(problem: Problem, two: _Two, odds: float, separation: float) -> tuple[float, float]:
+def _expected_probabilities(problem: Problem, pair: _Pair, odds: float, separation: float) -> tuple[float, float]:
     """The expected probability of the right one of the two, now and with one more run of that separation."""
     calibration, readings = Calibration.load(), len(problem.observations)
     share = 1.0 / (1.0 + len(problem.runs))
-    energy = np.array([r.structured_energy for r in two])
+    energy = np.array([r.structured_energy for r in pair])
     floor = calibration.scatter * (calibration.beyond_chance(float(energy.min()), readings) - calibration.discrepancy)
     floor += calibration.discrepancy + chance(readings)
-    now = np.log(odds) - 0.5 * calibration.independent * float(np.log((energy[1] + floor) / (energy[0] + floor)))
-    sure = []
+    log_odds = np.log(odds) - 0.5 * calibration.independent * float(np.log((energy[1] + floor) / (energy[0] + floor)))
+    p_right = []
     for right in (0, 1):
         missed = np.where(np.arange(2) == right, 0.0, separation**2)
-        then = energy + share * missed  # of another run each leaves what it leaves so far, and the wrong one misses it
-        gain = 0.5 * calibration.independent * float(np.log((then[1] + floor) / (then[0] + floor)))
-        sure.append(1.0 / (1.0 + np.exp(-(now + gain) * (1.0 if right == 0 else -1.0) / calibration.temperature)))
+        # of another run each leaves what it leaves so far, and the wrong one misses it
+        energies = energy + share * missed
+        gain = 0.5 * calibration.independent * float(np.log((energies[1] + floor) / (energies[0] + floor)))
+        p_right.append(
+            1.0 / (1.0 + np.exp(-(log_odds + gain) * (1.0 if right == 0 else -1.0) / calibration.temperature))
+        )
     p = odds / (1.0 + odds)
-    return p**2 + (1.0 - p) ** 2, float(p * sure[0] + (1.0 - p) * sure[1])
+    return p**2 + (1.0 - p) ** 2, float(p * p_right[0] + (1.0 - p) * p_right[1])
 
 
 def _changes(problem: Problem) -> list[dict[str, Any]]:
@@ -155,29 +160,29 @@ def _changes(problem: Problem) -> list[dict[str, Any]]:
     values = problem.runs[0].values
     changes: list[dict[str, Any]] = [{}]
     for e in problem.catalogue.experiments:
-        known = matching(e.parameter, values)
-        if not known:
+        addresses = matching(e.parameter, values)
+        if not addresses:
             continue
-        here = values[known[0]]
-        used = {r.changes.get(e.parameter, here) for r in problem.runs}
-        changes += [{e.parameter: v} for v in e.values if not any(_same(v, u) for u in used)]
+        current = values[addresses[0]]
+        used = {r.changes.get(e.parameter, current) for r in problem.runs}
+        changes += [{e.parameter: v} for v in e.values if not any(_is_same_value(v, u) for u in used)]
     return changes
 
 
 def _promising(
-    problem: Problem, changes: Sequence[dict[str, Any]], two: _Two, channels: Mapping[str, float]
+    problem: Problem, changes: Sequence[dict[str, Any]], pair: _Pair, channels: Mapping[str, float]
 ) -> list[dict[str, Any]]:
     """No change, and those under which the fits as they stand differ most in the channels that are there."""
     unchanged, changed = [c for c in changes if not c], [c for c in changes if c]
     if not channels:
         return unchanged
     record, noise = tuple(channels), np.array(list(channels.values()))
-    points = [r.hypothesis.fit.point for r in two]
-    made = []
+    points = [r.hypothesis.fit.point for r in pair]
+    by_distance = []
     for change, (a, b) in zip(changed, _runs(problem, changed, points, record), strict=True):
         if a is not None and b is not None:
-            made.append((float(np.mean(((a - b) / noise) ** 2)), change))
-    ordered = [change for _, change in sorted(made, key=lambda x: -x[0])]
+            by_distance.append((float(np.mean(((a - b) / noise) ** 2)), change))
+    ordered = [change for _, change in sorted(by_distance, key=lambda x: -x[0])]
     return [*unchanged, *ordered[: problem.settings.analysis.designs]]
 
 
@@ -192,34 +197,34 @@ def _runs(
         trial = replace(problem, runs=(_changed(problem, change),))
         values = [trial.changes(0, p) for p in points]
         jobs += [Job(record, grid[-1], step, v, inputs, method=method, parts=problem.parts(v, step)) for v in values]
-    found = problem.simulator.simulate(jobs)
-    read = [None if isinstance(x, Failure) else _read(problem, grid, x, record, p, _rows_apart(problem, grid))
-            for x, p in zip(found, [*points] * len(changes), strict=True)]  # fmt: skip
+    outcomes = problem.simulator.simulate(jobs)
+    read = [None if isinstance(x, Failure) else _read(problem, grid, x, record, p, _row_stride(problem, grid))
+            for x, p in zip(outcomes, [*points] * len(changes), strict=True)]  # fmt: skip
     return [read[k * len(points) : (k + 1) * len(points)] for k in range(len(changes))]
 
 
-def _rows_apart(problem: Problem, grid: np.ndarray) -> int:
+def _row_stride(problem: Problem, grid: np.ndarray) -> int:
     return -(-len(grid) // problem.settings.analysis.design_rows)
 
 
 def _simulated(
-    problem: Problem, changes: Sequence[dict[str, Any]], two: _Two, record: tuple[str, ...]
+    problem: Problem, changes: Sequence[dict[str, Any]], pair: _Pair, record: tuple[str, ...]
 ) -> list[_Signals | None]:
     """The first run under each change with both hypotheses and their derivatives; None where one of them fails."""
-    moves = _moves(problem, two)
-    points = [*(r.hypothesis.fit.point for r in two), *(m.point for m in moves)]
-    interval = _rows_apart(problem, problem.grid(0, problem.fit_step)) * problem.fit_step
-    made: list[_Signals | None] = []
+    moves = _moves(problem, pair)
+    points = [*(r.hypothesis.fit.point for r in pair), *(m.point for m in moves)]
+    interval = _row_stride(problem, problem.grid(0, problem.fit_step)) * problem.fit_step
+    signals: list[_Signals | None] = []
     for a, b, *moved in _runs(problem, changes, points, record):
         if a is None or b is None:
-            made.append(None)
+            signals.append(None)
             continue
         slopes = {
             (m.of, m.name): np.zeros_like(a) if x is None else (x - (a, b)[m.of]) / m.by
             for m, x in zip(moves, moved, strict=True)
         }
-        made.append(_Signals((a, b), slopes, interval))
-    return made
+        signals.append(_Signals((a, b), slopes, interval))
+    return signals
 
 
 class _Move(NamedTuple):
@@ -231,31 +236,31 @@ class _Move(NamedTuple):
     point: Point
 
 
-def _moves(problem: Problem, two: _Two) -> list[_Move]:
-    made: dict[tuple[int, str], _Move] = {}
-    for k, ranked in enumerate(two):
+def _moves(problem: Problem, pair: _Pair) -> list[_Move]:
+    moves: dict[tuple[int, str], _Move] = {}
+    for k, ranked in enumerate(pair):
         point = ranked.hypothesis.fit.point
         for x in ranked.hypothesis.fit.parameters:
-            if x.in_every_set and (0, x.name) in made:
+            if x.in_every_set and (0, x.name) in moves:
                 continue
             by = wide_step(x, point[x.name], problem.settings.search.derivative_step)
-            made[k, x.name] = _Move(k, x.name, by, {**point, x.name: point[x.name] + by})
-    return list(made.values())
+            moves[k, x.name] = _Move(k, x.name, by, {**point, x.name: point[x.name] + by})
+    return list(moves.values())
 
 
 def _read(
-    problem: Problem, grid: np.ndarray, rows: np.ndarray, record: tuple[str, ...], point: Point, apart: int
+    problem: Problem, grid: np.ndarray, rows: np.ndarray, record: tuple[str, ...], point: Point, stride: int
 ) -> np.ndarray:
     """What the channels read every so many rows, with the point's errors of their sensors."""
-    made = rows[::apart].copy()
+    readings = rows[::stride].copy()
     for connector, sensor in problem.sensors(point).items():
         if connector in record:
             k = record.index(connector)
-            made[:, k] = sensor.read(grid, rows[:, k], grid[::apart])
-    return made
+            readings[:, k] = sensor.read(grid, rows[:, k], grid[::stride])
+    return readings
 
 
-def _same(a: Any, b: Any) -> bool:
+def _is_same_value(a: Any, b: Any) -> bool:
     return isinstance(a, (int, float)) and isinstance(b, (int, float)) and abs(a - b) <= 1e-6 * max(abs(a), abs(b), 1.0)
 
 

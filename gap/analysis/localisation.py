@@ -18,7 +18,7 @@ from ..settings import AnalysisSettings
 
 
 @dataclass(frozen=True)
-class Place:
+class GapLocation:
     """A channel's part of the gap, and the region in which it is densest."""
 
     subsystem: str
@@ -40,7 +40,7 @@ def regions(
 ) -> dict[str, np.ndarray]:
     """Masks (n,) by name: the regions of the catalogue, and halves of run conditions that differ."""
     observations = problem.observations
-    made: dict[str, np.ndarray] = {}
+    masks: dict[str, np.ndarray] = {}
     columns = {name: k for k, name in enumerate(record)}
     for region in defined:
         if region.signal not in columns:
@@ -51,15 +51,15 @@ def regions(
             x = rows[b.run][:, columns[region.signal]]
             x = np.gradient(x, step) if region.rate else x
             mask[b.place] = region.holds(np.interp(b.t, grid, x))
-        made[region.text] = mask
-    made.update(_conditions(problem))
+        masks[region.text] = mask
+    masks.update(_conditions(problem))
     least = problem.settings.analysis.least_region
-    return {name: mask for name, mask in made.items() if least < mask.mean() < 1.0 - least}
+    return {name: mask for name, mask in masks.items() if least < mask.mean() < 1.0 - least}
 
 
 def _conditions(problem: Problem) -> dict[str, np.ndarray]:
     """Runs above and below the middle of each known condition that differs between them."""
-    made = {}
+    masks = {}
     runs = problem.runs
     names = dict.fromkeys(name for info in runs for name in info.changes)
     for name in names:
@@ -72,33 +72,33 @@ def _conditions(problem: Problem) -> dict[str, np.ndarray]:
             continue
         middle = 0.5 * (low + high)
         above = np.array([v > middle for v in values])
-        made[f"{name} > {middle:g}"] = above[problem.observations.run]
-        made[f"{name} < {middle:g}"] = ~above[problem.observations.run]
-    return made
+        masks[f"{name} > {middle:g}"] = above[problem.observations.run]
+        masks[f"{name} < {middle:g}"] = ~above[problem.observations.run]
+    return masks
 
 
 def describe(energy: np.ndarray, masks: Mapping[str, np.ndarray], settings: AnalysisSettings) -> str:
     """The regions, nested, in which energy (n,) is densest."""
     inside = np.ones(len(energy), bool)
     names: list[str] = []
-    left = dict(masks)
+    remaining = dict(masks)
     whole = max(float(energy.sum()), 0.0)
-    while left and len(names) < settings.nested_regions and whole > 0.0:
+    while remaining and len(names) < settings.nested_regions and whole > 0.0:
         scored = []
-        for name, mask in left.items():
-            both = inside & mask
-            if both.sum() < settings.least_nested * len(energy):
+        for name, mask in remaining.items():
+            nested = inside & mask
+            if nested.sum() < settings.least_nested * len(energy):
                 continue
-            share = float(energy[both].sum()) / whole
-            density = share / (both.sum() / inside.sum())
+            share = float(energy[nested].sum()) / whole
+            density = share / (nested.sum() / inside.sum())
             if share > settings.region_share and density > settings.region_density:
-                scored.append((density * share, name, both, share))
+                scored.append((density * share, name, nested, share))
         if not scored:
             break
         _, name, inside, _ = max(scored, key=lambda s: s[0])
         whole = float(energy[inside].sum())
         names.append(name)
-        left = {n: m for n, m in left.items() if n != name}
+        remaining = {n: m for n, m in remaining.items() if n != name}
     return ", ".join(names) or "everywhere"
 
 
@@ -132,35 +132,39 @@ def change_points(block: Block, residual: np.ndarray, settings: AnalysisSettings
     count = min(settings.change_point_bins, len(block.t) // 4)
     if count < settings.least_bins or np.sqrt(np.mean(e**2)) < settings.change_point_rms:
         return []
-    long = (block.t[-1] - block.t[0]) / count
-    place = np.minimum(((block.t - block.t[0]) / long).astype(int), count - 1)
+    length = (block.t[-1] - block.t[0]) / count
+    place = np.minimum(((block.t - block.t[0]) / length).astype(int), count - 1)
     filled = np.bincount(place, minlength=count)
     means = np.bincount(place, e, minlength=count) / np.maximum(filled, 1)
     scale = max(float(np.std(means)), 1e-12)
-    found = ruptures.Pelt(model="l2", min_size=5).fit(means / scale).predict(pen=2.0 * np.log(count))[:-1]
-    steps = [abs(means[max(0, k - 5) : k].mean() - means[k : k + 5].mean()) for k in found]
-    best = sorted(zip(steps, found, strict=True), reverse=True)[: settings.change_points]
-    return sorted(float(block.t[0] + k * long) for _, k in best)
+    breaks = ruptures.Pelt(model="l2", min_size=5).fit(means / scale).predict(pen=2.0 * np.log(count))[:-1]
+    steps = [abs(means[max(0, k - 5) : k].mean() - means[k : k + 5].mean()) for k in breaks]
+    best = sorted(zip(steps, breaks, strict=True), reverse=True)[: settings.change_points]
+    return sorted(float(block.t[0] + k * length) for _, k in best)
 
 
-def localise(problem: Problem, residual: np.ndarray, masks: Mapping[str, np.ndarray]) -> list[Place]:
+def localise(problem: Problem, residual: np.ndarray, masks: Mapping[str, np.ndarray]) -> list[GapLocation]:
     """The channels by their share of the energy beyond the noise; the shares add up to 1."""
     observations, settings = problem.observations, problem.settings.analysis
-    made, energies = [], []
+    measured, energies = [], []
     for k, label in enumerate(problem.labels):
-        mine = observations.channel == k
-        if mine.any():
-            energies.append(max(0.0, float(excess_energy(residual[mine]).sum())))
-            made.append((k, label))
+        in_channel = observations.channel == k
+        if in_channel.any():
+            energies.append(max(0.0, float(excess_energy(residual[in_channel]).sum())))
+            measured.append((k, label))
     total = sum(energies)
-    found = []
-    for (k, label), energy in zip(made, energies, strict=True):
-        mine = observations.channel == k
+    locations = []
+    for (k, label), energy in zip(measured, energies, strict=True):
+        in_channel = observations.channel == k
         blocks = [b for b in observations.blocks if b.channel == k]
-        share = energy / total if total > 0 else 1.0 / len(made)
-        inner = {name: mask[mine] for name, mask in masks.items()}
-        region = describe(np.maximum(excess_energy(residual[mine]), 0.0), inner, settings) if energy > 0 else "nowhere"
+        share = energy / total if total > 0 else 1.0 / len(measured)
+        inner = {name: mask[in_channel] for name, mask in masks.items()}
+        region = (
+            describe(np.maximum(excess_energy(residual[in_channel]), 0.0), inner, settings) if energy > 0 else "nowhere"
+        )
         changes = [(problem.runs[b.run].name, t) for b in blocks for t in change_points(b, residual, settings)]
         subsystem = label.split(".", 1)[0]
-        found.append(Place(subsystem, label, share, region, bands(blocks, residual, settings.bands), tuple(changes)))
-    return sorted(found, key=lambda p: -p.share)
+        locations.append(
+            GapLocation(subsystem, label, share, region, bands(blocks, residual, settings.bands), tuple(changes))
+        )
+    return sorted(locations, key=lambda p: -p.share)

@@ -27,14 +27,14 @@ class Structure:
 def _features(problem: Problem, rows: list[np.ndarray], step: float) -> tuple[list[str], np.ndarray]:
     """Names and values (n, features) at every entry of the long vector, from the rows of a simulation."""
     names = [*problem.connectors, *(f"rate of {c}" for c in problem.connectors)]
-    made = np.empty((len(problem.observations), len(names)))
+    values = np.empty((len(problem.observations), len(names)))
     for b in problem.observations.blocks:
         grid = problem.grid(b.run, step)
         for k in range(len(problem.connectors)):
             x = rows[b.run][:, k]
-            made[b.place, k] = np.interp(b.t, grid, x)
-            made[b.place, k + len(problem.connectors)] = np.interp(b.t, grid, np.gradient(x, step))
-    return names, made
+            values[b.place, k] = np.interp(b.t, grid, x)
+            values[b.place, k + len(problem.connectors)] = np.interp(b.t, grid, np.gradient(x, step))
+    return names, values
 
 
 def residual_structure(problem: Problem, residual: np.ndarray, rows: list[np.ndarray], step: float) -> Structure:
@@ -51,19 +51,19 @@ def _structure(problem: Problem, residual: np.ndarray, rows: list[np.ndarray], s
     names, X = _features(problem, rows, step)
     settings = problem.settings.analysis
     masks = folds(problem.observations, settings.structure_stretches, 5)
-    total = left = 0.0
+    total = unexplained = 0.0
     channels, varies = {}, {}
     for k, label in enumerate(problem.labels):
         if problem.stop_requested:
             raise StopRequested
-        mine = np.flatnonzero(problem.observations.channel == k)
-        if len(mine) < settings.structure_least:
+        entries = np.flatnonzero(problem.observations.channel == k)
+        if len(entries) < settings.structure_least:
             continue
-        mine = mine[:: max(1, len(mine) // settings.structure_samples)]
-        e, x = residual[mine], X[mine]
+        entries = entries[:: max(1, len(entries) // settings.structure_samples)]
+        e, x = residual[entries], X[entries]
         predicted = np.zeros(len(e))
         for mask in masks:
-            test = mask[mine]
+            test = mask[entries]
             if not test.any() or test.all():
                 continue
             tree = HistGradientBoostingRegressor(
@@ -74,10 +74,10 @@ def _structure(problem: Problem, residual: np.ndarray, rows: list[np.ndarray], s
             predicted[test] = tree.predict(x[test])
         energy = float(e @ e)
         rest = float((e - predicted) @ (e - predicted))
-        total, left = total + energy, left + min(rest, energy)
+        total, unexplained = total + energy, unexplained + min(rest, energy)
         channels[label] = max(0.0, 1.0 - rest / energy) if energy > 0 else 0.0
         varies[label] = _strongest(names, x, e, settings.structure_bins)
-    return Structure(0.0 if total == 0.0 else 1.0 - left / total, channels, varies)
+    return Structure(0.0 if total == 0.0 else 1.0 - unexplained / total, channels, varies)
 
 
 def _strongest(names: list[str], x: np.ndarray, e: np.ndarray, bins: int) -> str:

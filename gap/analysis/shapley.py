@@ -25,23 +25,23 @@ def subsets(players: frozenset[Player]) -> list[frozenset[Player]]:
 def monotone(game: Game[Player]) -> dict[frozenset[Player], np.ndarray]:
     """The game in which no set is worth less than nothing, nor more than one that contains it: all together are worth
     what they leave, and what one of them spoils in data that were not fitted is nobody's share."""
-    made: dict[frozenset[Player], np.ndarray] = {}
+    worth: dict[frozenset[Player], np.ndarray] = {}
     players = max(game, key=len)
     for s in sorted(game, key=len, reverse=True):
-        above = [made[s | {p}] for p in players - s if s | {p} in made]
-        made[s] = np.minimum.reduce([np.maximum(game[s], 0.0), *above])
-    return made
+        above = [worth[s | {p}] for p in players - s if s | {p} in worth]
+        worth[s] = np.minimum.reduce([np.maximum(game[s], 0.0), *above])
+    return worth
 
 
 def shapley(game: Game[Player]) -> dict[Player, np.ndarray]:
     """The share of every player; they add up to what all are worth together less what none is worth."""
     players = max(game, key=len)
     n = len(players)
-    made: dict[Player, np.ndarray] = {}
+    shares: dict[Player, np.ndarray] = {}
     for p in players:
         total = np.zeros_like(game[players])
         for s in subsets(players - {p}):
             weight = factorial(len(s)) * factorial(n - len(s) - 1) / factorial(n)
             total = total + weight * (game[s | {p}] - game[s])
-        made[p] = total
-    return made
+        shares[p] = total
+    return shares

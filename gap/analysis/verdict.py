@@ -25,6 +25,6 @@ def verdict(
     named = max([*inclusion.values(), *groups.values()], default=0.0) >= posterior.named
     allowed = settings.adequate_excess + stated_scatter
     if not named:
-        nothing = baseline_is_adequate or budget.calibrated**2 - 1.0 <= allowed
-        return NO_GAP if nothing else UNEXPLAINED
+        no_gap = baseline_is_adequate or budget.calibrated**2 - 1.0 <= allowed
+        return NO_GAP if no_gap else UNEXPLAINED
     return EXPLAINED if budget.explained**2 - 1.0 <= allowed else IN_PART

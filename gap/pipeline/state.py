@@ -13,7 +13,7 @@ from ..analysis.budget import Alternative, Budget
 from ..analysis.character import Character
 from ..analysis.component_replay import Replay
 from ..analysis.experiment_design import NextMeasurement
-from ..analysis.localisation import Place
+from ..analysis.localisation import GapLocation
 from ..analysis.residual_structure import Structure
 from ..analysis.verdict import verdict
 from ..campaign.campaign import Campaign, CampaignError
@@ -121,7 +121,7 @@ class State:
     """Effects in other forms than the plain one."""
     masks: Mapping[str, np.ndarray] = field(default_factory=dict)
     """Regions of the scoring data, by name."""
-    places: tuple[Place, ...] = ()
+    places: tuple[GapLocation, ...] = ()
     replays: tuple[Replay, ...] = ()
     reduction_ci: tuple[float, float] = (0.0, 0.0)
     all_samples: tuple[np.ndarray, ...] = ()

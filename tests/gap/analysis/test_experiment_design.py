@@ -29,7 +29,7 @@ def apart(difference, slopes, spread, added=False):
     two = (ranked("a", names=["p"]), ranked("b", names=["p"]))
     rest = 5.0 + 0.0 * SHAPE  # at rest: neither a clock nor a span
     signals = design._Signals((rest + difference, rest), {(0, "p"): slopes}, float(T[1]))
-    squared, count = design._apart(PROBLEM, two, signals, [spread, 0.0 * spread], ("m.x",), {"m.x": NOISE}, added)
+    squared, count = design._separation(PROBLEM, two, signals, [spread, 0.0 * spread], ("m.x",), {"m.x": NOISE}, added)
     return np.sqrt(squared / count)
 
 
@@ -51,13 +51,13 @@ def test_a_clock_that_is_off_is_no_difference():
     moving = SimpleNamespace(**{**vars(PROBLEM)})
     two = (ranked("a"), ranked("b"))
     late = design._Signals((SHAPE, np.sin(3.0 * (T - 2e-4))[:, None]), {}, float(T[1]))
-    squared, count = design._apart(moving, two, late, [], ("m.x",), {"m.x": 1e-5}, False)
+    squared, count = design._separation(moving, two, late, [], ("m.x",), {"m.x": 1e-5}, False)
     assert np.sqrt(squared / count) < 0.3 * np.sqrt(np.mean((late.both[0] - late.both[1]) ** 2)) / 1e-5
 
 
 def test_the_right_one_is_expected_to_become_surer_the_further_the_two_are_apart():
     two = (ranked("a", energy=0.1), ranked("b", energy=0.12))
-    said = [design._expected(PROBLEM, two, 1.5, s) for s in (0.0, 0.5, 2.0, 20.0)]
+    said = [design._expected_probabilities(PROBLEM, two, 1.5, s) for s in (0.0, 0.5, 2.0, 20.0)]
     assert [now for now, _ in said] == [pytest.approx(0.6**2 + 0.4**2)] * 4
     then = [p for _, p in said]
     assert then[0] == pytest.approx(said[0][0], abs=0.02)
