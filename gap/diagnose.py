@@ -15,7 +15,7 @@ from .campaign.campaign import Campaign
 from .pipeline.diagnosis import Diagnosis
 from .pipeline.pipeline import PIPELINE
 from .pipeline.stage import run_pipeline
-from .pipeline.state import begin
+from .pipeline.state import initial_state
 from .problem.stop import StopToken
 from .search.earlier import EarlierDiagnosis
 from .settings import DEFAULT, Settings
@@ -59,7 +59,7 @@ def diagnose(
     catalogue = catalogues.load(campaign.effects) if campaign.effects else catalogues.load_from_package(campaign.system)
     with Pool(campaign.system, executor, processes, progress) as pool:
         say("reading the model")
-        beginning = begin(campaign, catalogue, pool, stop, settings, earlier)
+        initial = initial_state(campaign, catalogue, pool, stop, settings, earlier)
         import_ahead(NEEDED_LATE)
-        state = run_pipeline(PIPELINE, beginning, say, tell)
+        state = run_pipeline(PIPELINE, initial, say, tell)
         return Diagnosis(state, pool.count, time.perf_counter() - started)

@@ -17,7 +17,7 @@ from .remarks import remarks
 from .state import State
 
 
-def look_at_rest(state: State) -> State:
+def assess_structure(state: State) -> State:
     """What of the most probable hypothesis' residual follows something."""
     problem, best = state.problem, state.chosen
     rows = problem.rows([best.hypothesis.fit.point], problem.fit_step)[0]
@@ -29,10 +29,10 @@ def look_at_rest(state: State) -> State:
 def locate(state: State) -> State:
     """Where the gap lies, which component has it, and the character of what is unexplained."""
     masks, scoring = _masks(state), state.scoring
-    left = state.after(state.chosen)
+    residual = state.after(state.chosen)
     places = localise(scoring, state.left_by_calibration, masks)
-    character = describe_rest(scoring, left, localise(scoring, left, masks), state.structure)
-    interval = reduction_interval(scoring, state.before, left)
+    character = describe_rest(scoring, residual, localise(scoring, residual, masks), state.structure)
+    interval = reduction_interval(scoring, state.before, residual)
     return replace(
         state, masks=masks, places=tuple(places), character=character, reduction_ci=interval,
         warnings=(*state.warnings, *remarks(state)),
@@ -47,20 +47,20 @@ def replay(state: State) -> State:
 
 def _masks(state: State) -> dict[str, np.ndarray]:
     scoring, step = state.scoring, state.problem.fit_step
-    wanted = state.problem.catalogue.regions
-    record = tuple(dict.fromkeys(r.signal for r in wanted if r.signal in scoring.signals))
+    catalogue_regions = state.problem.catalogue.regions
+    record = tuple(dict.fromkeys(r.signal for r in catalogue_regions if r.signal in scoring.signals))
     if not record or state.problem.stop_requested:
         return regions(scoring, (), (), [], scoring.fit_step)
     rows = scoring.rows([state.refit.fit.point], step, record, keep=False)[0]
-    return {} if rows is None else regions(scoring, wanted, record, rows, step)
+    return {} if rows is None else regions(scoring, catalogue_regions, record, rows, step)
 
 
 def draw_swings(state: State) -> State:
     """All samples of what swings, to be drawn."""
     fits = [state.ranked_baseline.hypothesis.fit, state.chosen.hypothesis.fit]
     problems = [state.problem, *([state.holdout.problem] if state.holdout else [])]
-    made = [residuals_of_all_samples(p, fits) if p.recorded is not None else () for p in problems]
-    return replace(state, all_samples=made[0], held_samples=made[1] if len(made) > 1 else ())
+    residuals = [residuals_of_all_samples(p, fits) if p.recorded is not None else () for p in problems]
+    return replace(state, all_samples=residuals[0], held_samples=residuals[1] if len(residuals) > 1 else ())
 
 
 def design_experiment(state: State) -> State:
@@ -69,5 +69,5 @@ def design_experiment(state: State) -> State:
     if k is None:
         return state
     odds = state.probabilities[0] / max(state.probabilities[k], state.problem.settings.posterior.least)
-    found = rank_measurements(state.problem, (state.ranked[0], state.ranked[k]), odds, state.nuisance_jacobian)
-    return replace(state, next_measurements=tuple(found))
+    measurements = rank_measurements(state.problem, (state.ranked[0], state.ranked[k]), odds, state.nuisance_jacobian)
+    return replace(state, next_measurements=tuple(measurements))

@@ -9,35 +9,35 @@ from ..problem.noise import rms
 from ..problem.parameters import EffectCandidate
 from ..problem.stop import StopRequested
 from ..selection.evidence import RankedHypothesis
-from .state import Formed, State
+from .state import EffectInForm, State
 
 
-def has_formed(state: State) -> bool:
+def has_other_forms(state: State) -> bool:
     """Whether any effect was fitted in another form than the plain one."""
     return any(c.form is not None for r in state.ranked for c in r.hypothesis.candidates)
 
 
-def weigh_forms(state: State) -> State:
+def assess_forms(state: State) -> State:
     """The form of every effect in the most probable hypothesis that has it, where that is not the plain one.
 
     On the scoring data, as the budget: the plain form is simulated there, so this comes before results are written.
     """
-    first: dict[str, RankedHypothesis] = {}
+    first_with: dict[str, RankedHypothesis] = {}
     for r in state.ranked:
         for c in r.hypothesis.candidates:
-            first.setdefault(c.label, r)
-    made = []
-    for label, r in first.items():
+            first_with.setdefault(c.label, r)
+    in_form = []
+    for label, r in first_with.items():
         c = next(c for c in r.hypothesis.candidates if c.label == label)
         if c.form is not None:
-            made.append(Formed(c, r, _probability(state, c), _share(state, r, c)))
-    return replace(state, formed=tuple(made))
+            in_form.append(EffectInForm(c, r, _probability(state, c), _share(state, r, c)))
+    return replace(state, effects_in_form=tuple(in_form))
 
 
 def _probability(s: State, c: EffectCandidate) -> float:
     """Of the form among the hypotheses that have the effect."""
-    having = [(r, p) for r, p in zip(s.ranked, s.probabilities, strict=True) if c.label in r.hypothesis.labels]
-    return sum(p for r, p in having if c.name in r.hypothesis.parts) / max(sum(p for _, p in having), 1e-300)
+    with_effect = [(r, p) for r, p in zip(s.ranked, s.probabilities, strict=True) if c.label in r.hypothesis.labels]
+    return sum(p for r, p in with_effect if c.name in r.hypothesis.parts) / max(sum(p for _, p in with_effect), 1e-300)
 
 
 def _share(s: State, best: RankedHypothesis, c: EffectCandidate) -> float:
@@ -45,11 +45,11 @@ def _share(s: State, best: RankedHypothesis, c: EffectCandidate) -> float:
     not fitted, or there is no time to simulate them."""
     parts = best.hypothesis.parts - {c.name} | {c.label}
     plain = next((r for r in s.ranked if r.hypothesis.parts == parts), None)
-    gap = s.shared_out.calibrated**2 - 1.0
+    gap = s.gap_budget.calibrated**2 - 1.0
     if plain is None or gap <= 0.0:
         return 0.0
     try:
-        plainly, so = (max(rms(s.after(r)) ** 2 - 1.0, 0.0) for r in (plain, best))
+        plain_excess, form_excess = (max(rms(s.after(r)) ** 2 - 1.0, 0.0) for r in (plain, best))
     except (SimulationError, StopRequested):
         return 0.0
-    return min(1.0, max(0.0, (plainly - so) / gap))
+    return min(1.0, max(0.0, (plain_excess - form_excess) / gap))

@@ -32,7 +32,7 @@ class HoldoutRuns:
         """Normalised residual of the model as delivered."""
         return self.problem.observations.whiten(self.nominal)
 
-    def after(self, fit: Fit, learned: Problem) -> np.ndarray:
+    def after(self, fit: Fit, training: Problem) -> np.ndarray:
         """Normalised residual (n,) at a fit's point, with its sensor biases and a clock of each run's own."""
         model = self.problem.exact([fit.point])[0]
         if model is None:
@@ -40,27 +40,27 @@ class HoldoutRuns:
             raise SimulationError(f"the held-out runs cannot be simulated at the point found: {failure}")
         channels = len(self.problem.observations.span)
         clocks = nuisance_columns(self.problem, model)[:, channels:]
-        told = zip(learned.labels, fit.nuisances, strict=False)
-        biases = {label: q * usual_bias(learned, j) for j, (label, q) in enumerate(told)}
+        labelled = zip(training.labels, fit.nuisances, strict=False)
+        biases = {label: q * usual_bias(training, j) for j, (label, q) in enumerate(labelled)}
         offsets = np.array([biases.get(label, 0.0) for label in self.problem.labels[:channels]])
         observations = self.problem.observations
         shifted = model + np.where(observations.takes_bias, offsets[observations.channel], 0.0)
         return profile_nuisances(self.problem, shifted, clocks, fit.dispersion).residual
 
-    def like(self, learned: Problem) -> HoldoutRuns:
+    def like(self, training: Problem) -> HoldoutRuns:
         """The same, simulated with the macro step that the fits rest on now."""
-        d = learned.discretisation
+        d = training.discretisation
         problem = self.problem.with_discretisation(macro_step=d.macro_step, richardson_order=d.richardson_order)
         return replace(self, problem=problem)
 
 
-def pose_holdout(learned: Problem, campaign: Campaign) -> HoldoutRuns:
+def build_holdout(training: Problem, campaign: Campaign) -> HoldoutRuns:
     """The held-out runs of a campaign, simulated as those that are learned from."""
-    pool, stop = learned.simulator.pool, learned.simulator.stop
-    problem = build_problem(campaign, learned.catalogue, pool, stop, learned.settings)
-    problem = replace(problem, base=learned.base, candidates=learned.candidates, accepted=learned.accepted)
+    pool, stop = training.simulator.pool, training.simulator.stop
+    problem = build_problem(campaign, training.catalogue, pool, stop, training.settings)
+    problem = replace(problem, base=training.base, candidates=training.candidates, accepted=training.accepted)
     check_time(problem)
-    assessed = simulate_as_chosen(problem, learned)
+    assessed = simulate_as_chosen(problem, training)
     check_campaign(assessed.problem, assessed.nominal)
     problem = compare_swings(assessed.problem, assessed.nominal)
     return HoldoutRuns(problem, as_compared(problem, assessed.nominal))
@@ -68,6 +68,6 @@ def pose_holdout(learned: Problem, campaign: Campaign) -> HoldoutRuns:
 
 def split_runs(campaign: Campaign) -> Sequence[Campaign]:
     """The campaign with the runs to learn from, and, if there are any, with those that are held out."""
-    kept = tuple(r for r in campaign.runs if r.use == "holdout")
-    learn = replace(campaign, runs=tuple(r for r in campaign.runs if r.use != "holdout"))
-    return [learn, replace(campaign, runs=kept, warnings=[])] if kept else [learn]
+    held_out = tuple(r for r in campaign.runs if r.use == "holdout")
+    training = replace(campaign, runs=tuple(r for r in campaign.runs if r.use != "holdout"))
+    return [training, replace(campaign, runs=held_out, warnings=[])] if held_out else [training]

@@ -10,15 +10,15 @@ from ..checks.time_unit import check_time
 from ..estimation.nuisances import nuisance_columns
 from ..problem.find_swings import as_compared, compare_swings
 from ..problem.step_size import assess_step_error, choose_difference_step, choose_fit_step
-from .holdout import pose_holdout
+from .holdout import build_holdout
 from .state import State
 
 
 def assess_steps(state: State) -> State:
     """Macro steps of exact runs and of fits, the noise with the step's error in it, and the campaign checked."""
-    early = check_time(state.problem)  # before runs a thousand times too long are simulated
+    time_warnings = check_time(state.problem)  # before runs a thousand times too long are simulated
     assessed = assess_step_error(state.problem)
-    warnings = [*early, *check_campaign(assessed.problem, assessed.nominal)]
+    warnings = [*time_warnings, *check_campaign(assessed.problem, assessed.nominal)]
     problem = choose_fit_step(assessed.problem, assessed.nominal, state.package_step)
     return replace(
         state, problem=problem, nominal=assessed.nominal, step_change=assessed.change, chosen_step=problem.macro_step,
@@ -38,10 +38,10 @@ def describe_swings(state: State) -> State:
     return replace(state, problem=problem, nominal=nominal, step_change=change, warnings=warnings)
 
 
-def pose_held_out_runs(state: State) -> State:
+def build_held_out_runs(state: State) -> State:
     """The held-out runs, simulated as the others."""
     assert state.holdout_campaign is not None
-    return replace(state, holdout=pose_holdout(state.problem, state.holdout_campaign))
+    return replace(state, holdout=build_holdout(state.problem, state.holdout_campaign))
 
 
 def prepare_fits(state: State) -> State:

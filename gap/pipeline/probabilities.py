@@ -45,18 +45,18 @@ def _evidence(r: RankedHypothesis) -> Evidence:
 def _doubts(state: State, members: frozenset[str]) -> list[float]:
     """What the odds of effects are multiplied by: their best fit stands at a bound, the search was cut off."""
     settings = state.problem.settings.posterior
-    made = [settings.unfinished] if state.unfinished else []
-    having = next((r for r in state.ranked if members & set(r.hypothesis.ids)), None)
-    if having is not None and at_bound(having, members):
-        made.append(settings.at_bound)
-    return made
+    factors = [settings.unfinished] if state.unfinished else []
+    best_with = next((r for r in state.ranked if members & set(r.hypothesis.ids)), None)
+    if best_with is not None and at_bound(best_with, members):
+        factors.append(settings.at_bound)
+    return factors
 
 
 def at_bound(r: RankedHypothesis, members: frozenset[str]) -> list[str]:
     """Parameters of some effects that stand at an end of their range in a hypothesis."""
     fit = r.hypothesis.fit
-    own = {x.name for c in r.hypothesis.candidates if c.id in members for x in c.parameters if not x.shape}
-    return [x.name for x, end in zip(fit.parameters, fit.at_bound, strict=True) if end and x.name in own]
+    names = {x.name for c in r.hypothesis.candidates if c.id in members for x in c.parameters if not x.shape}
+    return [x.name for x, end in zip(fit.parameters, fit.at_bound, strict=True) if end and x.name in names]
 
 
 def share_gap(state: State) -> State:
@@ -81,8 +81,8 @@ def share_gap(state: State) -> State:
     total = sum(a.probability for a in alternatives)
     alternatives = [replace(a, probability=a.probability / total) for a in alternatives]
     groups = {c.label: c.group for c in state.problem.candidates}
-    made = budget(state.scoring.observations, alternatives, groups, state.problem.settings.bootstrap)
-    return replace(state, alternatives=tuple(alternatives), budget=made, warnings=tuple(warnings))
+    gap_budget = budget(state.scoring.observations, alternatives, groups, state.problem.settings.bootstrap)
+    return replace(state, alternatives=tuple(alternatives), budget=gap_budget, warnings=tuple(warnings))
 
 
 def _residuals(
@@ -98,14 +98,14 @@ def _given_back(state: State, whole: RankedHypothesis, subset: RankedHypothesis)
     """What calibration's biases take over in a subset from a sensor's bias that the whole has as an effect: it is the
     effect's work, for usual biases do not reach that far. Normalised, on the scoring data (n,)."""
     observations = state.scoring.observations
-    made = np.zeros(len(observations))
+    taken_over = np.zeros(len(observations))
     for c in whole.hypothesis.candidates:
         for x in c.parameters:
             connector, _, quantity = x.name.removeprefix("sensor.").rpartition(".")
             if x.kind != "sensor" or quantity != "bias" or c.label in subset.hypothesis.labels:
                 continue
             k = state.problem.labels.index(connector)
-            more = subset.hypothesis.fit.nuisances[k] - whole.hypothesis.fit.nuisances[k]
-            mine = (observations.channel == k) & observations.takes_bias
-            made[mine] += more * usual_bias(state.problem, k) / observations.noise_std[mine]
-    return made
+            difference = subset.hypothesis.fit.nuisances[k] - whole.hypothesis.fit.nuisances[k]
+            in_channel = (observations.channel == k) & observations.takes_bias
+            taken_over[in_channel] += difference * usual_bias(state.problem, k) / observations.noise_std[in_channel]
+    return taken_over

@@ -29,19 +29,21 @@ def _base_at_tolerance(state: State) -> list[str]:
 
 def _sensors(state: State) -> list[str]:
     problem, fit, settings = state.problem, state.chosen.hypothesis.fit, state.problem.settings.noise
-    made = []
+    texts = []
     for k, (label, q) in enumerate(zip(problem.labels, fit.nuisances[: fit.channels], strict=False)):
         if abs(q) > settings.told_bias:
             value = f"{q * usual_bias(problem, k):.2g} {problem.units.get(label, '1')}"
-            made.append(f"{label}: its sensor seems to read {value} too much, more than sensors usually do")
+            texts.append(f"{label}: its sensor seems to read {value} too much, more than sensors usually do")
     for r, (info, q) in enumerate(zip(problem.runs, fit.nuisances[fit.channels :], strict=True)):
         if abs(q) > settings.told_clock:
             off = 1e3 * q * usual_clock_error(problem, r)
-            made.append(f"{info.name}: its clock seems to be off by {off:.2g} ms")
+            texts.append(f"{info.name}: its clock seems to be off by {off:.2g} ms")
     for name, values in problem.differing_values(fit.point).items():
         share = values[0] / problem.runs[0].values[name] - 1.0
-        made.append(f"{name} is {share:+.2%} off what each run states; calibrated.ssv, which is for all, leaves it out")
-    return made
+        texts.append(
+            f"{name} is {share:+.2%} off what each run states; calibrated.ssv, which is for all, leaves it out"
+        )
+    return texts
 
 
 def _experiments(state: State) -> list[str]:

@@ -7,13 +7,13 @@ from dataclasses import replace
 
 from ...core.errors import SimulationError
 from ..estimation.nuisances import nuisance_columns
-from ..search.baseline import explains_much, is_strained, refit_again, refit_base, simulate_nominal, unfitted_baseline
+from ..search.baseline import explains_much, is_strained, refit_base, resume_refit, simulate_nominal, unfitted_baseline
 from ..search.earlier import baseline_point, refit_sets
 from ..search.forms import adopt_forms, any_forms_left
-from ..search.forms import try_forms as tried
+from ..search.forms import try_forms as search_forms
 from ..search.leaders import refine_fit_step, refine_macro_step, refit_past_wall, widen_derivatives
 from ..search.relatives import fit_relatives_at_best
-from ..search.relatives import swap_relatives as swapped
+from ..search.relatives import swap_relatives as search_relatives
 from ..search.rounds import (
     Round,
     best_of_each_set,
@@ -36,169 +36,175 @@ def fit_baseline(state: State) -> State:
     """The refit of the base parameters, and where the first bank is made: there, or at the model as delivered where the
     refit explains little or strains many of them, for base parameters bent to what they cannot explain lead away from
     what can. The other one is for later. Where the refit needs runs of shorter steps, so does the search."""
-    delivered = simulate_nominal(state.problem, state.nuisance_jacobian)
+    nominal = simulate_nominal(state.problem, state.nuisance_jacobian)
     baseline = None
     if state.earlier is not None and state.problem.base:
         point = baseline_point(state.problem, state.earlier.sets)
-        baseline = refit_again(state.problem, state.nuisance_jacobian, delivered, point)
-    baseline = baseline or refit_base(state.problem, state.nuisance_jacobian, delivered)
+        baseline = resume_refit(state.problem, state.nuisance_jacobian, nominal, point)
+    baseline = baseline or refit_base(state.problem, state.nuisance_jacobian, nominal)
     problem, (baseline,) = refit_past_wall(state.problem, baseline, state.nuisance_jacobian)
     if problem is not state.problem:
-        state, delivered = replace(state, problem=problem), simulate_nominal(problem, state.nuisance_jacobian)
-    start, other = delivered, baseline
+        state, nominal = replace(state, problem=problem), simulate_nominal(problem, state.nuisance_jacobian)
+    start, later = nominal, baseline
     adequate = is_adequate(state.problem, baseline.fit)
-    if explains_much(state.problem, baseline, delivered) and (adequate or not is_strained(state.problem, baseline)):
-        start, other = other, start
-    told = f"from {delivered.fit.rms:.3g} to {baseline.fit.rms:.3g} times the noise{state.confinement}"
+    if explains_much(state.problem, baseline, nominal) and (adequate or not is_strained(state.problem, baseline)):
+        start, later = later, start
+    levels = f"from {nominal.fit.rms:.3g} to {baseline.fit.rms:.3g} times the noise{state.confinement}"
     return replace(
-        state, baseline=baseline, start=start, elsewhere=other, so_far=f"so far: calibration brings the gap {told}"
+        state, baseline=baseline, start=start, other_start=later,
+        progress=f"so far: calibration brings the gap {levels}",
     )  # fmt: skip
 
 
-def take_up(state: State) -> State:
+def resume_search(state: State) -> State:
     """The sets of an earlier diagnosis, fitted anew from where they stood; the search goes on from the best of them,
     once if it had come to its end before."""
     if state.earlier is None:
         raise ValueError("there is no earlier diagnosis")
-    found = refit_sets(state.problem, state.earlier.sets, state.refit, state.nuisance_jacobian)
-    hypotheses = best_of_each_set([*state.hypotheses, *found])
+    refits = refit_sets(state.problem, state.earlier.sets, state.refit, state.nuisance_jacobian)
+    hypotheses = best_of_each_set([*state.hypotheses, *refits])
     return replace(
-        state, found=tuple(h for h in hypotheses if h.candidates), start=hypotheses[0],
-        so_far=so_far(state, hypotheses), elsewhere=None if state.earlier.finished else state.elsewhere,
+        state, fitted_sets=tuple(h for h in hypotheses if h.candidates), start=hypotheses[0],
+        progress=describe_progress(state, hypotheses),
+        other_start=None if state.earlier.finished else state.other_start,
     )  # fmt: skip
 
 
-def look_at_sets(state: State) -> State:
+def compare_sets_quickly(state: State) -> State:
     """Quick fits of sets of effects, from a bank where the search begins: the first that can be said."""
-    first = run_quick_round(state.problem, state.nuisance_jacobian, state.beginning)
+    first = run_quick_round(state.problem, state.nuisance_jacobian, state.search_start)
     hypotheses = best_of_each_set([*state.hypotheses, *first.hypotheses])
-    found = tuple(h for h in hypotheses if h.candidates)
-    return replace(state, quick_round=first, found=found, gains=first.gains, so_far=so_far(state, hypotheses))
+    fitted = tuple(h for h in hypotheses if h.candidates)
+    return replace(
+        state, quick_round=first, fitted_sets=fitted, gains=first.gains, progress=describe_progress(state, hypotheses)
+    )
 
 
 def fit_best_sets(state: State) -> State:
     """The best of these to the end."""
-    found = polish_round(state.problem, state.nuisance_jacobian, state.first_round)
-    return _having(replace(state, found=(), quick_round=None), found)
+    polished = polish_round(state.problem, state.nuisance_jacobian, state.first_round)
+    return _after_round(replace(state, fitted_sets=(), quick_round=None), polished)
 
 
 def compare_sets(state: State) -> State:
     """Sets of effects from a bank where the search stands, the best of them fitted to the end."""
-    return _having(state, search_round(state.problem, state.nuisance_jacobian, state.beginning))
+    return _after_round(state, search_round(state.problem, state.nuisance_jacobian, state.search_start))
 
 
-def _having(state: State, found: Round) -> State:
+def _after_round(state: State, completed: Round) -> State:
     """The state with what a round has found, and where to look next."""
-    at = state.beginning
-    hypotheses = best_of_each_set([*state.hypotheses, *found.hypotheses])
+    incumbent = state.search_start
+    hypotheses = best_of_each_set([*state.hypotheses, *completed.hypotheses])
     baseline = next(h for h in hypotheses if not h.candidates)
-    banked = (*state.banked, at.parts)
-    elsewhere = None if at is state.elsewhere else state.elsewhere
+    bank_sets = (*state.bank_sets, incumbent.parts)
+    other_start = None if incumbent is state.other_start else state.other_start
     before = search_cost(best_of_each_set(state.hypotheses)[0])
     better = search_cost(hypotheses[0]) < before - state.problem.settings.search.better
     return replace(
-        state, baseline=baseline, found=tuple(h for h in hypotheses if h.candidates), banked=banked,
-        elsewhere=elsewhere, start=next_start(hypotheses, banked, better, elsewhere),
-        so_far=so_far(state, hypotheses),
+        state, baseline=baseline, fitted_sets=tuple(h for h in hypotheses if h.candidates), bank_sets=bank_sets,
+        other_start=other_start, start=next_start(hypotheses, bank_sets, better, other_start),
+        progress=describe_progress(state, hypotheses),
     )  # fmt: skip
 
 
-def so_far(state: State, found: Sequence[Hypothesis]) -> str:
+def describe_progress(state: State, hypotheses: Sequence[Hypothesis]) -> str:
     """What the best set leaves of what calibration leaves."""
-    best, left = found[0], next(h.fit.rms for h in found if not h.candidates)
+    best, before = hypotheses[0], next(h.fit.rms for h in hypotheses if not h.candidates)
     if not best.candidates:
-        return f"so far: no effect does better than calibration, which leaves {left:.3g} times the noise"
-    compared = f"{len(found) - 1} sets fitted{state.confinement}"
-    return f"so far: {best.label} leaves {best.fit.rms:.3g} of the {left:.3g} noises left by calibration; {compared}"
+        return f"so far: no effect does better than calibration, which leaves {before:.3g} times the noise"
+    compared = f"{len(hypotheses) - 1} sets fitted{state.confinement}"
+    return f"so far: {best.label} leaves {best.fit.rms:.3g} of the {before:.3g} noises left by calibration; {compared}"
 
 
-def goes_on(state: State) -> bool:
+def can_continue(state: State) -> bool:
     """Whether another round may find something: the best leaves something, and there is a set to go on from."""
     best = best_of_each_set(state.hypotheses)[0]
-    begun = bool(state.banked) or state.earlier is not None
+    begun = bool(state.bank_sets) or state.earlier is not None
     return state.start is not None and begun and not is_adequate(state.problem, best.fit)
 
 
 def _leaves_more_than(state: State, trifle: float) -> bool:
     """Whether what the best set leaves is more than that share of what calibration leaves, as energies."""
-    best, left = best_of_each_set(state.hypotheses)[0], state.refit.fit
-    energy, whole = (state.problem.observations.structured_energy(f.residual) for f in (best.fit, left))
+    best, refit = best_of_each_set(state.hypotheses)[0], state.refit.fit
+    energy, whole = (state.problem.observations.structured_energy(f.residual) for f in (best.fit, refit))
     return energy > trifle * whole
 
 
-def still_goes_on(state: State) -> bool:
+def is_worth_continuing(state: State) -> bool:
     """Whether another round may find something that is worth it."""
-    return goes_on(state) and _leaves_more_than(state, state.problem.settings.search.trifle)
+    return can_continue(state) and _leaves_more_than(state, state.problem.settings.search.trifle)
 
 
 def has_long_steps(state: State) -> bool:
     """Whether something is left that runs of shorter steps might show."""
     best, settings = best_of_each_set(state.hypotheses)[0], state.problem.settings.search
-    left = not is_adequate(state.problem, best.fit) and _leaves_more_than(state, settings.trifle)
-    return left and state.problem.discretisation.coarsening > 1
+    something_left = not is_adequate(state.problem, best.fit) and _leaves_more_than(state, settings.trifle)
+    return something_left and state.problem.discretisation.coarsening > 1
 
 
 def look_at_shorter_steps(state: State) -> State:
     """Effects whose runs the long step spoils; where one of them is better, a round goes on from there."""
-    found = search_with_shorter_step(state.problem, best_of_each_set(state.hypotheses), state.nuisance_jacobian)
-    if found.problem is state.problem:
-        return _among(state, found.hypotheses)
-    state = _among(replace(state, problem=found.problem), found.hypotheses)
-    return compare_sets(state) if goes_on(state) else state
+    refinement = search_with_shorter_step(state.problem, best_of_each_set(state.hypotheses), state.nuisance_jacobian)
+    if refinement.problem is state.problem:
+        return _with_fits(state, refinement.hypotheses)
+    state = _with_fits(replace(state, problem=refinement.problem), refinement.hypotheses)
+    return compare_sets(state) if can_continue(state) else state
 
 
 def fit_the_best(state: State) -> State:
     """Sets near the best to the end, the macro step that it needs, and it without each of its effects."""
     problem, N = state.problem, state.nuisance_jacobian
-    found = fit_leaders(problem, best_of_each_set(state.hypotheses), N)
-    problem, found = refine_macro_step(problem, found, N)
-    problem, found = refine_fit_step(problem, found, N)
-    found = fit_relatives_at_best(problem, found, N)
-    found = drop_each_effect(problem, found, N)
-    baseline = next(h for h in found if not h.candidates)
-    return replace(state, problem=problem, baseline=baseline, found=tuple(h for h in found if h.candidates))
+    hypotheses = fit_leaders(problem, best_of_each_set(state.hypotheses), N)
+    problem, hypotheses = refine_macro_step(problem, hypotheses, N)
+    problem, hypotheses = refine_fit_step(problem, hypotheses, N)
+    hypotheses = fit_relatives_at_best(problem, hypotheses, N)
+    hypotheses = drop_each_effect(problem, hypotheses, N)
+    baseline = next(h for h in hypotheses if not h.candidates)
+    return replace(state, problem=problem, baseline=baseline, fitted_sets=tuple(h for h in hypotheses if h.candidates))
 
 
 def swap_relatives(state: State) -> State:
     """Effects that act alike in each other's place."""
-    found = swapped(state.problem, best_of_each_set(state.hypotheses), state.nuisance_jacobian)
-    return _among(state, found)
+    hypotheses = search_relatives(state.problem, best_of_each_set(state.hypotheses), state.nuisance_jacobian)
+    return _with_fits(state, hypotheses)
 
 
 def try_forms(state: State) -> State:
     """Effects that are in, in other forms than the plain one; the best set's forms are those of its effects from then
     on."""
-    found = tried(state.problem, best_of_each_set(state.hypotheses), state.nuisance_jacobian)
-    problem = adopt_forms(state.problem, found[0])
-    return replace(_among(state, found), problem=problem)
+    hypotheses = search_forms(state.problem, best_of_each_set(state.hypotheses), state.nuisance_jacobian)
+    problem = adopt_forms(state.problem, hypotheses[0])
+    return replace(_with_fits(state, hypotheses), problem=problem)
 
 
 def try_curves(state: State) -> State:
     """Effects that are in, as free curves in the place of their formulas."""
-    return _among(state, tried(state.problem, best_of_each_set(state.hypotheses), state.nuisance_jacobian, curves=True))
+    return _with_fits(
+        state, search_forms(state.problem, best_of_each_set(state.hypotheses), state.nuisance_jacobian, curves=True)
+    )
 
 
 def has_curves(state: State) -> bool:
     """Whether something is left, and an effect that is in could be a free curve."""
-    found = best_of_each_set(state.hypotheses)
-    wanted = any_forms_left(found, curves=True) and not is_adequate(state.problem, found[0].fit)
-    return wanted and _leaves_more_than(state, state.problem.settings.search.curve_trifle)
+    hypotheses = best_of_each_set(state.hypotheses)
+    possible = any_forms_left(hypotheses, curves=True) and not is_adequate(state.problem, hypotheses[0].fit)
+    return possible and _leaves_more_than(state, state.problem.settings.search.curve_trifle)
 
 
 def has_forms(state: State) -> bool:
     """Whether something is left, and an effect that is in could be in another form."""
-    found = best_of_each_set(state.hypotheses)
-    return any_forms_left(found) and not is_adequate(state.problem, found[0].fit)
+    hypotheses = best_of_each_set(state.hypotheses)
+    return any_forms_left(hypotheses) and not is_adequate(state.problem, hypotheses[0].fit)
 
 
-def _among(state: State, found: Sequence[Hypothesis]) -> State:
+def _with_fits(state: State, hypotheses: Sequence[Hypothesis]) -> State:
     """The state with fits that came between two rounds; where they are better, the next one begins there."""
-    baseline = next(h for h in found if not h.candidates)
-    better = search_cost(found[0]) < search_cost(best_of_each_set(state.hypotheses)[0])
-    start = next_start(found, state.banked, True, state.elsewhere) if better else state.start
+    baseline = next(h for h in hypotheses if not h.candidates)
+    better = search_cost(hypotheses[0]) < search_cost(best_of_each_set(state.hypotheses)[0])
+    start = next_start(hypotheses, state.bank_sets, True, state.other_start) if better else state.start
     return replace(
-        state, baseline=baseline, found=tuple(h for h in found if h.candidates), start=start,
-        so_far=so_far(state, found),
+        state, baseline=baseline, fitted_sets=tuple(h for h in hypotheses if h.candidates), start=start,
+        progress=describe_progress(state, hypotheses),
     )  # fmt: skip
 
 
@@ -210,28 +216,28 @@ def has_relatives(state: State) -> bool:
     return any(groups.count(c.group) > 1 for c in best_of_each_set(state.hypotheses)[0].candidates)
 
 
-def judge(state: State) -> State:
+def rank_fitted(state: State) -> State:
     """All hypotheses ranked, with the derivatives that judging needs."""
     problem, warnings = state.problem, list(state.warnings)
     if problem.macro_step < state.chosen_step:
-        told = "the gap's model depends on its macro step more than the delivered one: fits rest on steps of"
+        reason = "the gap's model depends on its macro step more than the delivered one: fits rest on steps of"
         package = f"the package's is {1e3 * state.package_step:g} ms"
-        warnings.append(f"{told} {1e3 * problem.macro_step:g} ms, {package}")
+        warnings.append(f"{reason} {1e3 * problem.macro_step:g} ms, {package}")
     holdout = state.holdout.like(problem) if state.holdout else None
     needed = drop_needless_sets(problem, best_of_each_set(state.hypotheses))
-    found = widen_derivatives(problem, needed, state.nuisance_jacobian)
-    ranked = rank_hypotheses(problem, found, state.nuisance_jacobian)
+    widened = widen_derivatives(problem, needed, state.nuisance_jacobian)
+    ranked = rank_hypotheses(problem, widened, state.nuisance_jacobian)
     return replace(state, ranked=tuple(ranked), holdout=holdout, warnings=tuple(warnings))
 
 
-def rank_what_is_there(state: State) -> State:
+def rank_unfinished(state: State) -> State:
     """What was fitted before it was asked to stop, as it stands: no simulation is begun for it."""
     if not len(state.nominal):
         system = state.problem.campaign.system.name
         raise SimulationError(f"{system}: stopped before the model as delivered had run once; nothing can be said")
     N = state.nuisance_jacobian if len(state.nuisance_jacobian) else nuisance_columns(state.problem, state.nominal)
     baseline = state.baseline or unfitted_baseline(state.problem, state.nominal, N)
-    told = [f"Stopped before all runs were looked at: what is said here was found{state.confinement}"]
-    warnings = (*state.warnings, *(told if state.all_runs else []))
+    caution = [f"Stopped before all runs were looked at: what is said here was found{state.confinement}"]
+    warnings = (*state.warnings, *(caution if state.all_runs else []))
     state = replace(state, nuisance_jacobian=N, baseline=baseline, holdout=None, warnings=warnings)
     return replace(state, ranked=tuple(rank_hypotheses(state.problem, state.hypotheses, N)))

@@ -37,7 +37,7 @@ def run_pipeline(
     for stage in stages:
         if (stop.requested and not stage.always) or not stage.when(state):
             continue
-        begin, known = time.perf_counter(), state.so_far
+        begin, known = time.perf_counter(), state.progress
         say(stage.name)
         try:
             state = stage.run(state)
@@ -46,8 +46,8 @@ def run_pipeline(
         if stop.requested:
             state = replace(state, unfinished=state.unfinished or stage.name)
         state = replace(state, seconds={**state.seconds, stage.name: time.perf_counter() - begin})
-        if state.so_far != known:
-            tell(state.so_far)
-            if not state.first_answer and (state.found or state.quick_round):
+        if state.progress != known:
+            tell(state.progress)
+            if not state.first_answer and (state.fitted_sets or state.quick_round):
                 state = replace(state, first_answer=sum(state.seconds.values()))
     return state

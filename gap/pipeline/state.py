@@ -30,7 +30,7 @@ from ..settings import DEFAULT, Settings
 from .holdout import HoldoutRuns, split_runs
 
 
-def _not_yet() -> np.ndarray:
+def _empty() -> np.ndarray:
     return np.zeros(0)
 
 
@@ -44,7 +44,7 @@ class Inclusion:
 
 
 @dataclass(frozen=True, eq=False)
-class Formed:
+class EffectInForm:
     """An effect in another form than the plain one."""
 
     effect: EffectCandidate
@@ -75,9 +75,9 @@ class State:
     """The runs that are held out, before they are simulated."""
     package_step: float
     """Macro step that the package asks for [s]."""
-    nominal: np.ndarray = field(default_factory=_not_yet)
+    nominal: np.ndarray = field(default_factory=_empty)
     """The model as delivered (n,)."""
-    step_change: np.ndarray = field(default_factory=_not_yet)
+    step_change: np.ndarray = field(default_factory=_empty)
     """How far halving the package's step moves each entry (n,)."""
     chosen_step: float = 0.0
     """Macro step of exact runs that the delivered model needs [s]."""
@@ -86,7 +86,7 @@ class State:
     left_by_some: float = 0.0
     """Normalised RMS that the best set left of some runs when the search came back from them; 0 before."""
     holdout: HoldoutRuns | None = None
-    nuisance_jacobian: np.ndarray = field(default_factory=_not_yet)
+    nuisance_jacobian: np.ndarray = field(default_factory=_empty)
     """(n, m)."""
     earlier: EarlierDiagnosis | None = None
     """What an earlier diagnosis had fitted, to go on from; only sets that the problem can have."""
@@ -94,17 +94,17 @@ class State:
     """The refit of the base parameters."""
     start: Hypothesis | None = None
     """Where the next bank of responses is made; None once nothing is left to go on from."""
-    elsewhere: Hypothesis | None = None
+    other_start: Hypothesis | None = None
     """The model as delivered, or its refit: the one of the two at which there has been no bank."""
-    banked: tuple[frozenset[str], ...] = ()
+    bank_sets: tuple[frozenset[str], ...] = ()
     """Sets at which there has been one, by their effects' labels."""
     quick_round: Round | None = None
     """What the first look at sets of effects has found, until the best of it is fitted to the end."""
-    found: tuple[Hypothesis, ...] = ()
+    fitted_sets: tuple[Hypothesis, ...] = ()
     """Fits of sets of effects, of each set the best."""
     gains: Mapping[str, float] = field(default_factory=dict)
     """Share of the first bank's residual that each effect alone could explain, by its label."""
-    so_far: str = ""
+    progress: str = ""
     """What the search knows, for whoever waits."""
     first_answer: float = 0.0
     """Time until it first knew anything of effects [s]; 0 before."""
@@ -117,7 +117,7 @@ class State:
     alternatives: tuple[Alternative, ...] = ()
     """Plausible hypotheses with what every subset of their effects leaves on the scoring data."""
     budget: Budget | None = None
-    formed: tuple[Formed, ...] = ()
+    effects_in_form: tuple[EffectInForm, ...] = ()
     """Effects in other forms than the plain one."""
     masks: Mapping[str, np.ndarray] = field(default_factory=dict)
     """Regions of the scoring data, by name."""
@@ -170,7 +170,7 @@ class State:
         return self.baseline
 
     @property
-    def beginning(self) -> Hypothesis:
+    def search_start(self) -> Hypothesis:
         """Where the next bank is made; a stage that comes before the baseline has no use of it."""
         return self.start or self.refit
 
@@ -184,7 +184,7 @@ class State:
     @property
     def hypotheses(self) -> list[Hypothesis]:
         """All that were fitted by the search."""
-        return [self.refit, *self.found]
+        return [self.refit, *self.fitted_sets]
 
     @property
     def ranked_baseline(self) -> RankedHypothesis:
@@ -195,10 +195,10 @@ class State:
         """Whether an effect is probable enough to be named, itself or as a member of a group of which no other is."""
         least, inclusion = self.problem.settings.posterior.named, self.inclusion
         group = inclusion.group_of[id]
-        others = (inclusion.effects[x] for x, own in inclusion.group_of.items() if own == group and x != id)
+        other_members = (inclusion.effects[x] for x, g in inclusion.group_of.items() if g == group and x != id)
         if inclusion.effects[id] >= least:
             return True
-        return inclusion.groups[group] >= least and max(others, default=0.0) < least
+        return inclusion.groups[group] >= least and max(other_members, default=0.0) < least
 
     @property
     def chosen(self) -> RankedHypothesis:
@@ -213,11 +213,11 @@ class State:
         adequate = is_adequate(self.problem, self.ranked_baseline.hypothesis.fit)
         scatter = self.problem.stated_scatter
         return verdict(
-            self.shared_out, inclusion.effects, inclusion.groups, adequate, scatter, settings.posterior, settings.budget
+            self.gap_budget, inclusion.effects, inclusion.groups, adequate, scatter, settings.posterior, settings.budget
         )  # fmt: skip
 
     @property
-    def shared_out(self) -> Budget:
+    def gap_budget(self) -> Budget:
         """The budget; a stage that comes before it has no use of it."""
         if self.budget is None:
             raise ValueError("the gap has not been shared out yet")
@@ -239,7 +239,7 @@ class State:
         return replace(self, sections={**self.sections, key: value})
 
 
-def begin(
+def initial_state(
     campaign: Campaign, catalogue: Catalogue, pool: Pool, stop: StopToken, settings: Settings = DEFAULT,
     earlier: EarlierDiagnosis | None = None,
 ) -> State:  # fmt: skip
@@ -247,7 +247,7 @@ def begin(
     if all(r.use == "holdout" for r in campaign.runs):
         remedy = "so there is nothing to fit; take that out of one run at least"
         raise CampaignError(f"{campaign.file}: every run has use = 'holdout', {remedy}")
-    learn, *held = split_runs(campaign)
-    problem = build_problem(learn, catalogue, pool, stop, settings)
+    training, *held = split_runs(campaign)
+    problem = build_problem(training, catalogue, pool, stop, settings)
     known = earlier and replace(earlier, sets=tuple(transferable_sets(problem, earlier)))
     return State(problem, held[0] if held else None, problem.macro_step, warnings=problem.warnings, earlier=known)

@@ -70,7 +70,7 @@ def document(d: Diagnosis) -> dict[str, Any]:
 
 def budget(s: State) -> dict[str, Any]:
     """What calibration, each effect and nothing account for: in all, by channel, run and region."""
-    shared, scoring = s.shared_out, s.scoring
+    shared, scoring = s.gap_budget, s.scoring
     made: dict[str, Any] = {
         "metric": METRIC, "held_out": s.held_out_how, "noise": 1.0, "delivered": rms(s.before),
         "calibrated": shared.calibrated, "explained": shared.explained, "parts": parts(s),
@@ -86,7 +86,7 @@ def budget(s: State) -> dict[str, Any]:
 
 def parts(s: State) -> list[dict[str, Any]]:
     """The shares; they add up to 1."""
-    shared, minor = s.shared_out, s.problem.settings.budget.minor
+    shared, minor = s.gap_budget, s.problem.settings.budget.minor
     texts = {c.id: c.text for c in s.problem.candidates}
     made = []
     for group, part in sorted(shared.groups.items(), key=lambda item: -item[1].share):
@@ -210,7 +210,7 @@ def effects(s: State) -> dict[str, Any]:
     """Every effect of the catalogue that is not taken as known."""
     shares: dict[str, float] = {}
     ids = {c.label: c.id for c in s.problem.candidates}
-    for label, share in s.shared_out.effects.items():
+    for label, share in s.gap_budget.effects.items():
         shares[ids[label]] = shares.get(ids[label], 0.0) + share
     return {
         id: {"inclusion_probability": p, "share": shares.get(id, 0.0), "group": s.inclusion.group_of[id]}

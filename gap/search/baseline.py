@@ -47,7 +47,7 @@ def simulate_nominal(problem: Problem, nuisance_jacobian: np.ndarray) -> Hypothe
     return nominal_hypothesis(problem, exact, coarse, nuisance_jacobian)
 
 
-def refit_again(
+def resume_refit(
     problem: Problem, nuisance_jacobian: np.ndarray, nominal: Hypothesis, point: Point
 ) -> Hypothesis | None:
     """The base parameters alone, from where an earlier refit stood; None where the model does not run there."""

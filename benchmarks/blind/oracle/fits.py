@@ -14,7 +14,7 @@ from deepsea_cosim.gap.estimation.gauss_newton import fit
 from deepsea_cosim.gap.estimation.linear import profile_nuisances
 from deepsea_cosim.gap.estimation.scheduler import run_fits
 from deepsea_cosim.gap.pipeline.preparation import assess_steps, prepare_fits
-from deepsea_cosim.gap.pipeline.state import State, begin
+from deepsea_cosim.gap.pipeline.state import State, initial_state
 from deepsea_cosim.gap.problem.noise import rms
 from deepsea_cosim.gap.problem.stop import StopToken
 from deepsea_cosim.gap.selection.hypothesis import Hypothesis, penalised_deviance
@@ -44,7 +44,7 @@ def judge(case: Path, answer: Mapping[str, Any], diagnosis: Mapping[str, Any]) -
     campaign = read(case / "campaign.toml")
     catalogue = catalogues.load(campaign.effects) if campaign.effects else catalogues.load_from_package(campaign.system)
     with Pool(campaign.system, None, 1) as pool:
-        state = _prepared(begin(campaign, catalogue, pool, StopToken()), diagnosis.get("numerics", {}))
+        state = _prepared(initial_state(campaign, catalogue, pool, StopToken()), diagnosis.get("numerics", {}))
         names = tuple(e.name for e in truth.effects)
         best = best_hypothesis(told)
         true = _best_fit(state, true_starts(state, names, answer, best))

@@ -8,7 +8,7 @@ from deepsea_cosim.gap.campaign import read_catalogue
 from deepsea_cosim.gap.campaign.read import CampaignError, read
 from deepsea_cosim.gap.diagnose import diagnose
 from deepsea_cosim.gap.estimation.nuisances import usual_bias
-from deepsea_cosim.gap.pipeline.holdout import pose_holdout
+from deepsea_cosim.gap.pipeline.holdout import build_holdout
 from deepsea_cosim.gap.problem.build import build_problem
 from deepsea_cosim.gap.result.document import document
 from deepsea_cosim.master.parallel.pool import Pool
@@ -64,7 +64,7 @@ def test_the_parameter_of_a_held_out_run_may_be_what_a_base_parameter_scales(une
     c = read(uneven)
     with Pool(c.system, None, 1) as pool:
         learned = build_problem(replace(c, runs=c.runs[:1]), read_catalogue.load(c.effects), pool)
-        held = pose_holdout(learned, replace(c, runs=c.runs[1:]))
+        held = build_holdout(learned, replace(c, runs=c.runs[1:]))
         assert {x.name for x in held.problem.base} == {"o.m", "o.k", "o.d"}
         assert held.problem.exact([{"o.d": 0.5, "o.m": 0.1}])[0] is not None
     assert held.problem.runs[0].stop <= STOP

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from deepsea_cosim.gap.estimation.nuisances import nuisance_columns
 from deepsea_cosim.gap.problem.parameters import EffectCandidate, EstimatedParameter
-from deepsea_cosim.gap.search.baseline import is_strained, refit_again, refit_base, simulate_nominal
+from deepsea_cosim.gap.search.baseline import is_strained, refit_base, resume_refit, simulate_nominal
 
 from tests.gap.formula import FormulaProblem, at_any_step, measured
 
@@ -96,11 +96,11 @@ def test_a_refit_is_taken_up_where_it_stood():
     delivered = simulate_nominal(p, nuisance_jacobian)
     before = refit_base(p, nuisance_jacobian, delivered)
     p.asked.clear()
-    again = refit_again(p, nuisance_jacobian, delivered, before.fit.point)
+    again = resume_refit(p, nuisance_jacobian, delivered, before.fit.point)
     assert again is not None
     assert again.fit.rms == pytest.approx(before.fit.rms, abs=1e-3)
     nowhere, columns = posed(lambda q: None if "a" in q else straight(q), {})
-    assert refit_again(nowhere, columns, delivered, {"a": 0.3}) is None
+    assert resume_refit(nowhere, columns, delivered, {"a": 0.3}) is None
 
 
 def test_base_parameters_at_the_ends_of_their_tolerances_are_strained():
