@@ -8,7 +8,7 @@ the end afterwards.
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from typing import NamedTuple
 
 import numpy as np
@@ -102,13 +102,10 @@ def polish(
 def drop_effects(
     problem: Problem, pairs: Sequence[tuple[Hypothesis, EffectCandidate]], nuisance_jacobian: np.ndarray
 ) -> list[Hypothesis | None]:
-    """Hypotheses without one of their effects each, fitted side by side from where they stand, to the end where that
-    may come near them; None where the model does not run."""
-    settings, starts = problem.settings.search, []
-    for h, dropped in pairs:
-        candidates = tuple(c for c in h.candidates if c is not dropped)
-        starts.append(FitStart(candidates, with_effect(h.fit.point, dropped, {}), h.fit.correction, h.fit))
-    fitted = fit_from(problem, starts, nuisance_jacobian)
+    """Hypotheses without one of their effects each, fitted side by side, to the end where that may come near them; None
+    where the model does not run."""
+    settings = problem.settings.search
+    fitted = fit_from(problem, _starts_without(problem, pairs, nuisance_jacobian), nuisance_jacobian)
     for near, looks in ((True, settings.polish_looks), (False, 0)):
         chosen = [
             (k, h) for k, h in enumerate(fitted)
@@ -118,6 +115,40 @@ def drop_effects(
         for (k, _), h in zip(chosen, polished, strict=True):
             fitted[k] = h
     return fitted
+
+
+def _starts_without(
+    problem: Problem, pairs: Sequence[tuple[Hypothesis, EffectCandidate]], nuisance_jacobian: np.ndarray
+) -> list[FitStart]:
+    """Where hypotheses stand without an effect each: with all else as it is, or where the derivatives say that all else
+    goes, whichever leaves less.
+
+    A valve that gives 4 % less is as good as a flow rated 4 % less; without it and with all else as it is, the right
+    effect alone left 14 times the noise, from where no quick fit came back.
+    """
+    starts = []
+    for h, dropped in pairs:
+        candidates, point = tuple(c for c in h.candidates if c is not dropped), with_effect(h.fit.point, dropped, {})
+        predicted = predict_without(problem, h.fit, dropped.parameters, nuisance_jacobian)
+        moved = {**point, **point_of(predicted.parameters, predicted.normalised)}
+        starts += [FitStart(candidates, at, h.fit.correction, h.fit) for at in (point, moved)]
+    standing = hypotheses_at(problem, starts, nuisance_jacobian)
+    costs = np.array([np.inf if s is None else s.penalised_deviance for s in standing]).reshape(-1, 2)
+    return [starts[2 * k + int(best)] for k, best in enumerate(costs.argmin(axis=1))]
+
+
+def predict_without(problem: Problem, fit: Fit, dropped: Sequence[object], nuisance_jacobian: np.ndarray) -> Fit:
+    """The fit without some parameters as the derivatives foretell it: these go back to nothing, the others follow."""
+    is_kept = np.array([x not in dropped for x in fit.parameters])
+    model = fit.model - fit.jacobian[:, ~is_kept] @ fit.normalised[~is_kept]
+    parameters = tuple(x for x, keep in zip(fit.parameters, is_kept, strict=True) if keep)
+    u, jacobian = fit.normalised[is_kept], fit.jacobian[:, is_kept]
+    linearised = LinearisedModel.around(problem, u, model, jacobian, nuisance_jacobian)
+    step = linearised.step(parameters, fit.dispersion, np.full(len(u), np.inf))
+    return replace(
+        fit, parameters=parameters, normalised=u + step.d, model=model + jacobian @ step.d, jacobian=jacobian,
+        nuisances=step.q, residual=linearised.predicted_residual(step), unfinished=True,
+    )  # fmt: skip
 
 
 def fit_from(

@@ -3,17 +3,14 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import replace
 from itertools import combinations
 
 import numpy as np
 
-from ..estimation.fit import Fit
-from ..estimation.linear import LinearisedModel
 from ..problem.problem import Problem
 from ..selection.evidence import RankedHypothesis, rank_hypotheses
 from ..selection.hypothesis import Hypothesis
-from .refinement import drop_effects
+from .refinement import drop_effects, predict_without
 
 Labels = frozenset[str]
 
@@ -23,13 +20,14 @@ def complete_subsets(
 ) -> dict[Labels, RankedHypothesis]:
     """The best fit of every subset of a hypothesis' effects in their forms, itself among them.
 
-    Those that were not fitted are now, from where a larger set stands; where there is no time for that, the fit without
-    an effect is foretold by the derivatives.
+    Those that were not fitted, or only quickly, are now, from where a larger set stands; where there is no time for
+    that, the fit without an effect is foretold by the derivatives.
     """
     best_fits: dict[Labels, RankedHypothesis] = {}
     forms = {c.label: c.form for c in best.hypothesis.candidates}
     for r in sorted(ranked, key=lambda r: r.neg2_log_posterior):
-        if all(c.form == forms.get(c.label, c.form) for c in r.hypothesis.candidates):
+        is_part = all(c.form == forms.get(c.label, c.form) for c in r.hypothesis.candidates)
+        if is_part and not (r.hypothesis.quick and r.hypothesis.candidates):
             best_fits.setdefault(r.hypothesis.labels, r)
     whole = best.hypothesis.labels
     completed = {whole: best, frozenset(): best_fits[frozenset()]}
@@ -57,20 +55,6 @@ def _fit_subsets(
     for subset, (h, dropped), fitted in zip(above, pairs, fits, strict=True):
         if fitted is None:
             kept = tuple(c for c in h.candidates if c is not dropped)
-            fitted = Hypothesis(kept, _predict_without(problem, h.fit, dropped.parameters, nuisance_jacobian))
+            fitted = Hypothesis(kept, predict_without(problem, h.fit, dropped.parameters, nuisance_jacobian))
         completed[subset] = rank_hypotheses(problem, [fitted], nuisance_jacobian)[0]
     return completed
-
-
-def _predict_without(problem: Problem, fit: Fit, dropped: Sequence[object], nuisance_jacobian: np.ndarray) -> Fit:
-    """The fit without some parameters as the derivatives foretell it: these go back to nothing, the others follow."""
-    is_kept = np.array([x not in dropped for x in fit.parameters])
-    model = fit.model - fit.jacobian[:, ~is_kept] @ fit.normalised[~is_kept]
-    parameters = tuple(x for x, keep in zip(fit.parameters, is_kept, strict=True) if keep)
-    u, jacobian = fit.normalised[is_kept], fit.jacobian[:, is_kept]
-    linearised = LinearisedModel.around(problem, u, model, jacobian, nuisance_jacobian)
-    step = linearised.step(parameters, fit.dispersion, np.full(len(u), np.inf))
-    return replace(
-        fit, parameters=parameters, normalised=u + step.d, model=model + jacobian @ step.d, jacobian=jacobian,
-        nuisances=step.q, residual=linearised.predicted_residual(step), unfinished=True,
-    )  # fmt: skip
