@@ -1,13 +1,13 @@
 """Fits the calibration of the inclusion probabilities on cases whose truth is known, and writes it as JSON.
 
     python -m benchmarks.blind.calibrate DIR|RECORDS... [--out gap/selection/calibration.json] [--folds 10]
-                                         [--independent 45 --scatter 0.3 --temperature 1]
+                                         [--independent 30 --form-error 0.04 --scatter 0.3 --temperature 1]
 
 Every effect that a case's diagnosis looked at is one observation: whether it was in the machine, and the features that
-`gap/selection/posterior.py` judges it by. The weights are those of a logistic regression; independent pieces, scatter
-and temperature are those with the least cross-validated log loss, unless they are given: where the data do not tell
-settings apart, which the standard error of the difference by case says, milder ones than the least are the wiser
-choice. With --folds the calibration error, the Brier score
+`gap/selection/posterior.py` judges it by. The weights are those of a logistic regression; independent pieces, form
+error, scatter and temperature are those with the least cross-validated log loss, unless they are given: where the data
+do not tell settings apart, which the standard error of the difference by case says, milder ones than the least are the
+wiser choice. With --folds the calibration error, the Brier score
 and precision and recall on the cases that a fit has not seen are printed. A score that is reported is never one of a
 calibration that has seen its cases.
 """
@@ -34,6 +34,7 @@ from .scoring.true import LEAST_GAP, Truth
 INDEPENDENT = (10.0, 15.0, 20.0, 30.0, 45.0, 70.0, 100.0, 150.0)
 SCATTER = (0.0, 0.1, 0.3)  # with more, the log loss is the same to 0.003 and a form loses that leaves a fifth
 TEMPERATURE = (1.0, 1.5, 2.0, 3.0)
+FORM_ERROR = (0.0, 0.02, 0.04, 0.07)
 """What is tried."""
 
 RIDGE = 1e-4
@@ -110,7 +111,7 @@ def observe(cases: Sequence[Case], calibration: Calibration) -> Observations:
         for id in looked_at:
             if id in case.uncounted:
                 continue
-            features.append(inclusion_features(posterior, frozenset([id]), calibration))
+            features.append(inclusion_features(posterior, frozenset([id])))
             true.append(id in case.true)
             place.append(k)
         missed += len(case.true - set(looked_at))
@@ -232,7 +233,7 @@ def recalibrated(record: Record) -> Record:
 
 def settings(c: Calibration) -> str:
     """What is tried of a calibration, in words."""
-    return f"{c.independent:g} pieces, scatter {c.scatter:g}, T {c.temperature:g}"
+    return f"{c.independent:g} pieces, form error {c.form_error:g}, scatter {c.scatter:g}, T {c.temperature:g}"
 
 
 def main() -> None:
@@ -242,14 +243,16 @@ def main() -> None:
     p.add_argument("--out", type=Path, help="the calibration as JSON")
     p.add_argument("--folds", type=int, default=10, metavar="N", help="parts that are left out in turn (default: 10)")
     p.add_argument("--independent", type=float, help="independent pieces (default: those with the least loss)")
+    p.add_argument("--form-error", type=float, help="what right effects of another form miss (the same)")
     p.add_argument("--scatter", type=float, help="scatter of the model's form (the same)")
     p.add_argument("--temperature", type=float, help="temperature (the same)")
     options = p.parse_args()
     cases = cases_of(options.places)
-    grid = [tried(cases, replace(Calibration.load(), independent=n, scatter=s, temperature=t), options.folds)
-            for n, s, t in product(INDEPENDENT, SCATTER, TEMPERATURE)]  # fmt: skip
+    names = ("independent", "form_error", "scatter", "temperature")
+    grid = [tried(cases, replace(Calibration.load(), **dict(zip(names, values, strict=True))), options.folds)
+            for values in product(INDEPENDENT, FORM_ERROR, SCATTER, TEMPERATURE)]  # fmt: skip
     least = min(grid, key=lambda x: float(x.loss.sum()))
-    asked = {k: v for k in ("independent", "scatter", "temperature") if (v := getattr(options, k)) is not None}
+    asked = {k: v for k in names if (v := getattr(options, k)) is not None}
     taken = tried(cases, replace(least.calibration, **asked), options.folds) if asked else least
     made, worse = taken.calibration, taken.loss - least.loss
     print(f"log loss {taken.loss.sum() / len(taken.told):.4f} with {settings(made)}")

@@ -50,6 +50,8 @@ class Calibration:
     discrepancy: float
     """Energy in which models differ that are both right for what they are about: no amount of data makes such a
     difference a cause."""
+    form_error: float
+    """Share of what it does (rms) that a right effect misses because the machine has it in another form."""
     scatter: float
     """Times the energy that the best model leaves which counts as scatter of the model's form: near equals share the
     probability instead of one taking all."""

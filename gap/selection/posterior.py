@@ -8,6 +8,7 @@ comes nearest, where the real cause is in no catalogue, does not look sure.
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
+from dataclasses import replace
 from typing import NamedTuple
 
 import numpy as np
@@ -35,28 +36,45 @@ class Posterior(NamedTuple):
     """Probabilities of hypotheses in the order of their evidence, and what inclusion is calibrated from."""
 
     evidence: tuple[Evidence, ...]
-    neg2_log: np.ndarray
     probability: np.ndarray
     left: float
-    """Energy beyond chance that the best hypothesis leaves."""
+    """Energy beyond chance that the most probable hypothesis leaves."""
     readings: int
+    calibration: Calibration
+    """With the discrepancy that a gap of this size brings."""
+
+    def beyond_chance(self, energy: float) -> float:
+        """What a residual shares beyond chance, with what right effects of another form miss added."""
+        return self.calibration.beyond_chance(energy, self.readings)
 
 
 def posterior_of(evidence: Sequence[Evidence], calibration: Calibration, readings: int) -> Posterior:
-    """Probabilities of all hypotheses; they add up to 1. One of them has no effects."""
-    energies = np.array([e.energy for e in evidence])
-    least = calibration.beyond_chance(float(energies.min()), readings) - calibration.discrepancy
-    scatter = calibration.scatter * least
-    neg2 = np.array(
-        [e.prior + sum(calibration.evidence_terms(e.energy, e.curvature, scatter, readings)) for e in evidence]
-    )
-    weight = np.exp(-0.5 * (neg2 - neg2.min()) / calibration.temperature)
-    best = evidence[int(np.argmin(neg2))].energy
-    left = calibration.beyond_chance(best, readings)
-    return Posterior(tuple(evidence), neg2, weight / weight.sum(), left, readings)
+    """Probabilities of all hypotheses; they add up to 1. One of them has no effects.
+
+    Sets of effects are compared by what is more than a right effect of another form may miss; forms of one set by all
+    that they leave.
+    """
+    baseline = next(e.energy for e in evidence if not e.ids)
+    of_gap = replace(calibration, discrepancy=calibration.discrepancy + calibration.form_error**2 * baseline)
+    least = min(e.energy for e in evidence)
+    scatter = calibration.scatter * (calibration.beyond_chance(least, readings) - calibration.discrepancy)
+
+    def neg2_log(c: Calibration) -> np.ndarray:
+        terms = [c.evidence_terms(e.energy, e.curvature, scatter, readings) for e in evidence]
+        return np.array([e.prior + sum(t) for e, t in zip(evidence, terms, strict=True)]) / c.temperature
+
+    between, within = neg2_log(of_gap), neg2_log(calibration)
+    weight = np.zeros(len(evidence))
+    for ids in {e.ids for e in evidence}:
+        same = np.array([e.ids == ids for e in evidence])
+        among = np.exp(-0.5 * (within[same] - within[same].min()))
+        weight[same] = np.exp(-0.5 * (between[same].min() - between.min())) * among / among.sum()
+    probability = weight / weight.sum()
+    left = of_gap.beyond_chance(evidence[int(np.argmax(probability))].energy, readings)
+    return Posterior(tuple(evidence), probability, left, readings, of_gap)
 
 
-def expected_reduction(posterior: Posterior, members: frozenset[str], calibration: Calibration) -> float:
+def expected_reduction(posterior: Posterior, members: frozenset[str]) -> float:
     """Share that any of some effects is expected to take of what is left without them: of every hypothesis, by how much
     less it leaves than the best one of its other effects, times its probability."""
     expected = 0.0
@@ -64,19 +82,19 @@ def expected_reduction(posterior: Posterior, members: frozenset[str], calibratio
         other_effects = set(e.ids) - members
         if len(other_effects) < len(e.ids):
             without = min(x.energy for x in posterior.evidence if other_effects.issuperset(x.ids))
-            before, after = (calibration.beyond_chance(x, posterior.readings) for x in (without, e.energy))
-            expected += float(probability) * max(0.0, 1.0 - after / before)
+            share = 1.0 - posterior.beyond_chance(e.energy) / posterior.beyond_chance(without)
+            expected += float(probability) * max(0.0, share)
     return min(expected, 1.0)
 
 
-def inclusion_features(posterior: Posterior, members: frozenset[str], calibration: Calibration) -> np.ndarray:
+def inclusion_features(posterior: Posterior, members: frozenset[str]) -> np.ndarray:
     """What the inclusion of any of some effects is judged by.
 
     A constant; the logarithm of the energy that the best hypothesis leaves; and the log odds of the share that the
     effects are expected to take of what is left without them. (Until November 2026 the last one was their share of the
     whole gap, by which a smaller effect beside a larger one looked unsure however plainly the data showed it.)
     """
-    reduction, trace = expected_reduction(posterior, members, calibration), PosteriorSettings.trace
+    reduction, trace = expected_reduction(posterior, members), PosteriorSettings.trace
     odds = np.log((reduction + trace) / (1.0 - reduction + trace))
     return np.array([1.0, np.log(posterior.left), odds])
 
@@ -85,7 +103,7 @@ def inclusion(posterior: Posterior, members: frozenset[str], calibration: Calibr
     """Calibrated probability that any of some effects is in the machine; 0 where none of them was looked at."""
     if not any(members & set(e.ids) for e in posterior.evidence):
         return 0.0
-    odds = inclusion_features(posterior, members, calibration) @ np.array(calibration.inclusion)
+    odds = inclusion_features(posterior, members) @ np.array(calibration.inclusion)
     return float(min(1.0 / (1.0 + np.exp(-np.clip(odds, -30.0, 30.0))), PosteriorSettings.surest))
 
 
