@@ -65,11 +65,11 @@ def rival(ranked: Sequence[RankedHypothesis], probabilities: Sequence[float], pr
 
 
 def rank_measurements(
-    problem: Problem, pair: _Pair, odds: float, nuisance_jacobian: np.ndarray
+    problem: Problem, pair: _Pair, odds: float, baseline: float, nuisance_jacobian: np.ndarray
 ) -> list[NextMeasurement]:
     """Changes of conditions and further channels, those under which the two differ most first.
 
-    odds: of the first against the second, as the data so far leave them.
+    odds: of the first against the second, as the data so far leave them; baseline: energy that calibration leaves.
     """
     usual_noise = {m.connector: m.noise_std for m in problem.catalogue.measurables}
     noise_std = problem.samples.noise_std
@@ -94,9 +94,8 @@ def rank_measurements(
             design = change or {"channel": next(iter(channels))}
             share = 1.0 if change else 1.0 / (len(channel_noise) + 1)  # beside the channels that are there
             separation = float(np.sqrt(share * squared / count))
-            measurements.append(
-                NextMeasurement(design, separates, separation, _expected_probabilities(problem, pair, odds, separation))
-            )
+            expected = _expected_probabilities(problem, pair, odds, baseline, separation)
+            measurements.append(NextMeasurement(design, separates, separation, expected))
     return sorted(measurements, key=lambda n: -n.separation)
 
 
@@ -134,9 +133,11 @@ def _separation(
     return max(0.0, float(difference @ difference - moment @ inner)), len(difference)
 
 
-def _expected_probabilities(problem: Problem, pair: _Pair, odds: float, separation: float) -> tuple[float, float]:
+def _expected_probabilities(
+    problem: Problem, pair: _Pair, odds: float, baseline: float, separation: float
+) -> tuple[float, float]:
     """The expected probability of the right one of the two, now and with one more run of that separation."""
-    calibration, readings = Calibration.load(), len(problem.observations)
+    calibration, readings = Calibration.load().of_gap(baseline), len(problem.observations)
     share = 1.0 / (1.0 + len(problem.runs))
     energy = np.array([r.structured_energy for r in pair])
     floor = calibration.scatter * (calibration.beyond_chance(float(energy.min()), readings) - calibration.discrepancy)

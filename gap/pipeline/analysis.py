@@ -69,5 +69,6 @@ def design_experiment(state: State) -> State:
     if k is None:
         return state
     odds = state.probabilities[0] / max(state.probabilities[k], state.problem.settings.posterior.least)
-    measurements = rank_measurements(state.problem, (state.ranked[0], state.ranked[k]), odds, state.nuisance_jacobian)
+    pair, baseline = (state.ranked[0], state.ranked[k]), state.ranked_baseline.structured_energy
+    measurements = rank_measurements(state.problem, pair, odds, baseline, state.nuisance_jacobian)
     return replace(state, next_measurements=tuple(measurements))

@@ -6,7 +6,7 @@
 from __future__ import annotations
 
 import json
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cache
 from importlib.resources import files
 from typing import NamedTuple
@@ -77,6 +77,11 @@ class Calibration:
         ruled_out = np.log1p(weight * rise).sum() - np.log1p(weight * np.array(curvature.shared)).sum()
         penalty = float(((place * (1.0 - shrinkage)) ** 2).sum())
         return EvidenceTerms(pieces * float(np.log(energy + moved_energy + added_energy)), penalty, float(ruled_out))
+
+    def of_gap(self, baseline: float) -> Calibration:
+        """The same where calibration leaves so much energy: what right effects of another form miss of it has no
+        cause, either."""
+        return replace(self, discrepancy=self.discrepancy + self.form_error**2 * baseline)
 
     def beyond_chance(self, energy: float, readings: int) -> float:
         """What a residual shares beyond chance, with what right models miss added."""

@@ -8,7 +8,6 @@ comes nearest, where the real cause is in no catalogue, does not look sure.
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import replace
 from typing import NamedTuple
 
 import numpy as np
@@ -54,8 +53,7 @@ def posterior_of(evidence: Sequence[Evidence], calibration: Calibration, reading
     Sets of effects are compared by what is more than a right effect of another form may miss; forms of one set by all
     that they leave.
     """
-    baseline = next(e.energy for e in evidence if not e.ids)
-    of_gap = replace(calibration, discrepancy=calibration.discrepancy + calibration.form_error**2 * baseline)
+    of_gap = calibration.of_gap(next(e.energy for e in evidence if not e.ids))
     least = min(e.energy for e in evidence)
     scatter = calibration.scatter * (calibration.beyond_chance(least, readings) - calibration.discrepancy)
 

@@ -57,7 +57,7 @@ def test_a_clock_that_is_off_is_no_difference():
 
 def test_the_right_one_is_expected_to_become_surer_the_further_the_two_are_apart():
     two = (ranked("a", energy=0.1), ranked("b", energy=0.12))
-    said = [design._expected_probabilities(PROBLEM, two, 1.5, s) for s in (0.0, 0.5, 2.0, 20.0)]
+    said = [design._expected_probabilities(PROBLEM, two, 1.5, 0.0, s) for s in (0.0, 0.5, 2.0, 20.0)]
     assert [now for now, _ in said] == [pytest.approx(0.6**2 + 0.4**2)] * 4
     then = [p for _, p in said]
     assert then[0] == pytest.approx(said[0][0], abs=0.02)
