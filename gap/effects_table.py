@@ -57,13 +57,13 @@ def _units(package: Path) -> Callable[[str], str]:
     from ..master.system.findings import Findings
 
     with ExitStack() as stack:
-        made = assemble(package, Options(), stack, Findings())
-        assert made is not None  # what is wrong with it has been raised
-        instances = made.instances
+        system = assemble(package, Options(), stack, Findings())
+        assert system is not None  # what is wrong with it has been raised
+        instances = system.instances
 
     def unit(address: str) -> str:
         component, name = split(address, instances)
-        known = component in instances and name in instances[component].variables
-        return (instances[component].unit_name(name) or "") if known else ""
+        is_known = component in instances and name in instances[component].variables
+        return (instances[component].unit_name(name) or "") if is_known else ""
 
     return unit

@@ -75,8 +75,8 @@ def lines(data: Data, signals: Signals | None = None, encoding: str | None = "ut
     budget = len(_budget(data, marks))
     moments = _moments(data)[: max(0, room - len(head))]
     channels = _channels(data, signals, room - len(head) - len(moments))
-    made = [*head, *fixed[:budget], *channels, *moments, *fixed[budget:]]
-    return [_cut(_encodable(line, encoding)) for line in made]
+    all_lines = [*head, *fixed[:budget], *channels, *moments, *fixed[budget:]]
+    return [_cut(_encodable(line, encoding)) for line in all_lines]
 
 
 def _has(text: str, encoding: str | None) -> bool:
@@ -92,8 +92,8 @@ def _encodable(text: str, encoding: str | None) -> str:
     text = text.replace(NBSP, " ")
     if _has(text, encoding):
         return text
-    known = encoding if _has("", encoding) else "ascii"
-    return text.translate(_ASCII).encode(known or "ascii", "replace").decode(known or "ascii")
+    codec = encoding if _has("", encoding) else "ascii"
+    return text.translate(_ASCII).encode(codec or "ascii", "replace").decode(codec or "ascii")
 
 
 def _cut(text: str) -> str:
@@ -106,10 +106,10 @@ def _wrapped(text: str, most: int, indent: str = "") -> list[str]:
 
 def _mark_of(parts: Sequence[Piece], marks: Marks) -> dict[str, str]:
     """Mark of every piece by its key."""
-    made = {"calibration": marks.calibration, "unexplained": marks.unexplained, "noise": marks.noise}
+    mark = {"calibration": marks.calibration, "unexplained": marks.unexplained, "noise": marks.noise}
     effects = [p.key for p in parts if p.kind == "effect"]
-    made |= {key: marks.effects[k % len(marks.effects)] for k, key in enumerate(effects)}
-    return made | {f"{key}:form": made[key] for key in effects}
+    mark |= {key: marks.effects[k % len(marks.effects)] for k, key in enumerate(effects)}
+    return mark | {f"{key}:form": mark[key] for key in effects}
 
 
 def bar(parts: Sequence[Piece], mark: Mapping[str, str], width: int) -> str:
@@ -128,29 +128,29 @@ def _budget(data: Data, marks: Marks) -> list[str]:
     mark = _mark_of(whole, marks)
     total = sum(p.energy for p in whole) or 1.0
     levels = " → ".join(multiple(budget[k]) for k in ("delivered", "calibrated", "explained"))
-    made = ["", f"{bar(whole, mark, LAYOUT.bar)} {levels} times the noise"]
+    rows = ["", f"{bar(whole, mark, LAYOUT.bar)} {levels} times the noise"]
     of_all = percent(whole[0].energy / total)
-    made.append(f"{marks.calibration} calibration: {of_all} of the squared deviation as delivered; of what it leaves:")
+    rows.append(f"{marks.calibration} calibration: {of_all} of the squared deviation as delivered; of what it leaves:")
     effects = [p for p in budget["parts"] if p["kind"] == "effect"]
     shown = [p for p in effects if not p["minor"] or p["inclusion_probability"] >= LAYOUT.probable][: LAYOUT.parts]
     for p in shown:
-        made += _wrapped(f"{mark[part_key(p)]} {_part(p)}", 2, "    ")
+        rows += _wrapped(f"{mark[part_key(p)]} {_part(p)}", 2, "    ")
     if len(effects) > len(shown):
         rest = [p["share"] for p in effects if not any(p is q for q in shown)]
-        made.append(f"  {len(rest)} minor {'effect' if len(rest) == 1 else 'effects'}: {percent(max(0.0, sum(rest)))}")
+        rows.append(f"  {len(rest)} minor {'effect' if len(rest) == 1 else 'effects'}: {percent(max(0.0, sum(rest)))}")
     for p in (p for p in budget["parts"] if p["kind"] == "unexplained"):
-        left = f"{percent(p['share'])} ({percents(p['ci95'])}) in no effect of the catalogue: {p['character']}"
-        made += _wrapped(f"{marks.unexplained} {left}", 2, "    ")
-    return made
+        text = f"{percent(p['share'])} ({percents(p['ci95'])}) in no effect of the catalogue: {p['character']}"
+        rows += _wrapped(f"{marks.unexplained} {text}", 2, "    ")
+    return rows
 
 
 def _part(p: Data) -> str:
     """A part with its effects, share, probability and parameters."""
     names = listed(list(p["effects"]), 2, "or")
     name = names if len(p["effects"]) == 1 else f"{part_name(p)} ({names})"
-    said = f"{name} {percent(p['share'])} ({percents(p['ci95'])}), probability {percent(p['inclusion_probability'])}"
+    text = f"{name} {percent(p['share'])} ({percents(p['ci95'])}), probability {percent(p['inclusion_probability'])}"
     values = [_value(n, v) for n, v in p["parameters"].items()]
-    return "; ".join([said, *values]) if p["inclusion_probability"] >= LAYOUT.probable else said
+    return "; ".join([text, *values]) if p["inclusion_probability"] >= LAYOUT.probable else text
 
 
 def _value(name: str, p: Data) -> str:
@@ -162,32 +162,32 @@ def _value(name: str, p: Data) -> str:
 
 def _channels(data: Data, signals: Signals, room: int) -> list[str]:
     """The channels that are furthest off, RMS in the unit in which they were measured."""
-    known = data["budget"]["per_channel"]
-    found = sorted(known, key=lambda c: -known[c]["delivered"] / (known[c]["noise"] or 1e-300))
-    shown = found[: min(LAYOUT.channels, room - 1)] if room > 1 else []
-    made = []
+    per_channel = data["budget"]["per_channel"]
+    ordered = sorted(per_channel, key=lambda c: -per_channel[c]["delivered"] / (per_channel[c]["noise"] or 1e-300))
+    shown = ordered[: min(LAYOUT.channels, room - 1)] if room > 1 else []
+    rows = []
     for label in shown:
-        c, x = signals.channel(label, known[label]["unit"]), known[label]
+        c, x = signals.channel(label, per_channel[label]["unit"]), per_channel[label]
         off = [quantity(x[k] * c.factor, c.unit) for k in ("delivered", "calibrated", "explained", "noise")]
-        made.append(f"  {c.column[:26]:<26} {' → '.join(off[:3])}; noise {off[3]}")
-    return ["RMS as delivered → calibrated → with the effects:", *made] if made else []
+        rows.append(f"  {c.column[:26]:<26} {' → '.join(off[:3])}; noise {off[3]}")
+    return ["RMS as delivered → calibrated → with the effects:", *rows] if rows else []
 
 
 def _moments(data: Data) -> list[str]:
-    found = sorted(data.get("events") or [], key=lambda e: -abs(e["measured"] - e["delivered"]) / (e["std"] or 1e-300))
-    made = []
-    for e in found[: LAYOUT.moments]:
+    events = sorted(data.get("events") or [], key=lambda e: -abs(e["measured"] - e["delivered"]) / (e["std"] or 1e-300))
+    rows = []
+    for e in events[: LAYOUT.moments]:
         models = " → ".join(f"{e[k]:.3f}" for k in ("delivered", "calibrated", "explained"))
         measured = " ".join(x for x in (e["limit"], f"{e['measured']:.3f} s") if x)
-        made.append(f"  {e['run']}, {e['event']}: measured {measured}; {models} s")
-    return made
+        rows.append(f"  {e['run']}, {e['event']}: measured {measured}; {models} s")
+    return rows
 
 
 def _where(data: Data, signals: Signals) -> list[str]:
     if data["verdict"] == "no_significant_gap" or not data["where"]:
         return []
-    told = [f"{signals.channel(w['channel']).column} {percent(w['share'])} ({w['region']})" for w in data["where"][:2]]
-    return _wrapped(f"Where calibration leaves it: {'; '.join(told)}", 1)
+    texts = [f"{signals.channel(w['channel']).column} {percent(w['share'])} ({w['region']})" for w in data["where"][:2]]
+    return _wrapped(f"Where calibration leaves it: {'; '.join(texts)}", 1)
 
 
 def _next(data: Data, signals: Signals) -> list[str]:
@@ -195,9 +195,9 @@ def _next(data: Data, signals: Signals) -> list[str]:
     if not step:
         return []
     sets = " from ".join(" + ".join(e) or "no effect" for e in step["separates"])
-    apart, sure = multiple(step["expected_separation"]), step["expected_probability"]
-    told = f"{apart} times the noise apart; {percent(sure['then'])} sure then, {percent(sure['now'])} now"
-    return _wrapped(f"Measure next: {action(step, signals)}; tells {sets} ({told})", 2, "    ")
+    separation, sure = multiple(step["expected_separation"]), step["expected_probability"]
+    hint = f"{separation} times the noise apart; {percent(sure['then'])} sure then, {percent(sure['now'])} now"
+    return _wrapped(f"Measure next: {action(step, signals)}; tells {sets} ({hint})", 2, "    ")
 
 
 def _end(data: Data) -> list[str]:

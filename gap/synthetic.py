@@ -36,12 +36,12 @@ SETTINGS = SyntheticSettings()
 
 def _sensors(truth: dict[str, Any], channels: tuple[Channel, ...], where: str) -> dict[str, Sensor]:
     """Sensors by connector, from the truth's sensor entries."""
-    known = {c.connector for c in channels}
+    connectors = {c.connector for c in channels}
     quantities: dict[str, dict[str, float]] = {}
     for address in truth:
         if address.startswith("sensor."):
             connector, _, quantity = address.removeprefix("sensor.").rpartition(".")
-            if connector not in known or quantity not in (*QUANTITIES, *SHAPES):
+            if connector not in connectors or quantity not in (*QUANTITIES, *SHAPES):
                 raise CampaignError(f"{where}: truth: '{address}' names no channel or none of {', '.join(QUANTITIES)}")
             quantities.setdefault(connector, {})[quantity] = take.number(truth, f"{where}: truth", address)
     return {connector: Sensor(**values) for connector, values in quantities.items()}
@@ -83,17 +83,17 @@ def _check_files(template: Path, runs: list[dict[str, Any]]) -> None:
 def _check_folder(template: Path, folder: Path, files: list[str]) -> None:
     """What is there is replaced only where an earlier call has made it, which leaves an answer.toml."""
     for name in ("campaign.toml", "answer.toml", *files):
-        there = folder / name
-        if there.exists() and (there.samefile(template) or not (folder / "answer.toml").is_file()):
-            raise CampaignError(f"{there}: is there already and would be replaced; choose another folder with --out")
+        target = folder / name
+        if target.exists() and (target.samefile(template) or not (folder / "answer.toml").is_file()):
+            raise CampaignError(f"{target}: is there already and would be replaced; choose another folder with --out")
 
 
 @dataclass(frozen=True)
-class _Planned:
+class _PlannedRun:
     """A run of the template."""
 
     file: str
-    known: dict[str, Any]
+    parameters: dict[str, Any]
     use: str | None
     stop: float
     rate: float
@@ -104,7 +104,7 @@ class _Planned:
         return np.arange(round(self.stop * self.rate) + 1) / self.rate
 
 
-def _planned(run: dict[str, Any], where: str, ends: float | None) -> _Planned:
+def _plan_run(run: dict[str, Any], where: str, ends: float | None) -> _PlannedRun:
     take.no_strangers(run, ("file", "parameters", "use", "stop_time", "rate"), where)
     stop = take.number(run, where, "stop_time", ends or 1.0)
     rate = take.number(run, where, "rate", SETTINGS.rate)
@@ -114,8 +114,8 @@ def _planned(run: dict[str, Any], where: str, ends: float | None) -> _Planned:
         raise CampaignError(f"{where}: {stop * rate:.1e} samples are more than {SETTINGS.max_samples:.0e}")
     if stop * rate < READING.min_samples - 1:
         raise CampaignError(f"{where}: {stop * rate:.3g} samples; a diagnosis needs {READING.min_samples}")
-    known = take.get(run, where, "parameters", dict, {})
-    return _Planned(take.get(run, where, "file", str), known, use_of(run, where), stop, rate)
+    parameters = take.get(run, where, "parameters", dict, {})
+    return _PlannedRun(take.get(run, where, "file", str), parameters, use_of(run, where), stop, rate)
 
 
 def make(template: Path, folder: Path, say: Callable[[str], None] = lambda text: None) -> Path:
@@ -151,16 +151,16 @@ def make(template: Path, folder: Path, say: Callable[[str], None] = lambda text:
         names = session.system.units()
         for c in channels:
             names |= unit_in_fmu(c, names, f"{template}: channel '{c.column}'")
-        runs = [_planned(t, f"{template}: run {i}", session.structure.stop_time) for i, t in enumerate(tables, 1)]
+        runs = [_plan_run(t, f"{template}: run {i}", session.structure.stop_time) for i, t in enumerate(tables, 1)]
         for run in runs:
-            session.values({**run.known, **hidden})
+            session.values({**run.parameters, **hidden})
         make_folder(folder)
         with writing(folder):
             answer = "[truth]\n" + "".join(f'"{k}" = {_toml(v)}\n' for k, v in truth.items())
             (folder / "answer.toml").write_text(answer, encoding="utf-8")
         rng = np.random.default_rng(seed)
         for run in runs:
-            t, rows = _converged(session, [c.connector for c in channels], run.stop, {**run.known, **hidden})
+            t, rows = _converged(session, [c.connector for c in channels], run.stop, {**run.parameters, **hidden})
             columns = [run.times]
             for k, c in enumerate(channels):
                 signal = convert(rows[:, k], names[c.connector], si(c.unit))
@@ -196,13 +196,13 @@ def _head(data: dict[str, Any], template: Path, package: Path, channels: tuple[C
     return lines
 
 
-def _tail(data: dict[str, Any], runs: list[_Planned]) -> list[str]:
+def _tail(data: dict[str, Any], runs: list[_PlannedRun]) -> list[str]:
     """Lines of the campaign's runs and base parameters."""
     lines = []
     for run in runs:
         lines += ["", "[[run]]", f"file = {_toml(run.file)}"]
-        if run.known:
-            lines.append(f"parameters = {_table(run.known)}")
+        if run.parameters:
+            lines.append(f"parameters = {_table(run.parameters)}")
         if run.use is not None:
             lines.append(f"use = {_toml(run.use)}")
     for base in data.get("base", []):

@@ -24,12 +24,12 @@ def diagnose_command(options: argparse.Namespace) -> int:
     from .summary import lines
 
     campaign = read(options.campaign)
-    before = options.out if options.resume is True else options.resume
-    earlier = None if before is None else load_earlier(before)
+    earlier_folder = options.out if options.resume is True else options.resume
+    earlier = None if earlier_folder is None else load_earlier(earlier_folder)
     make_folder(options.out)
     show = _Progress(options.quiet)
-    with _Patience(options.time_limit) as patience, cluster(options.dask) as executor:
-        d = diagnose(campaign, executor, show.stage, show.run, options.processes, StopToken(patience.ended),
+    with _StopCondition(options.time_limit) as stop_condition, cluster(options.dask) as executor:
+        d = diagnose(campaign, executor, show.stage, show.run, options.processes, StopToken(stop_condition.ended),
                      tell=show.known, earlier=earlier)  # fmt: skip
     show.clear()
     data = write(d, options.out)
@@ -41,10 +41,10 @@ def diagnose_command(options: argparse.Namespace) -> int:
     if not options.quiet:
         names = ["diagnosis.json", "calibrated.ssv"] + ([] if options.no_report else ["report.html"])
         print("\n".join(lines(data, signals, sys.stdout.encoding, f"{options.out}: {', '.join(names)}")))
-    return 130 if patience.interrupted else 0
+    return 130 if stop_condition.interrupted else 0
 
 
-class _Patience:
+class _StopCondition:
     """How long to look for causes: until a time limit [s] or the first Ctrl-C; the second one ends everything."""
 
     def __init__(self, limit: float | None):
@@ -55,7 +55,7 @@ class _Patience:
         """Whether what has been found is to be judged now."""
         return self.interrupted or time.monotonic() > self.until
 
-    def __enter__(self) -> _Patience:
+    def __enter__(self) -> _StopCondition:
         self._before = signal.signal(signal.SIGINT, self._first)
         return self
 

@@ -102,38 +102,38 @@ class Strip:
 
 def colours(parts: Sequence[Piece]) -> dict[str, str]:
     """Colour of every piece by its key: that of an effect is its own in all bars of a report."""
-    made = {"calibration": CALIBRATION, "unexplained": UNEXPLAINED, "noise": NOISE}
+    by_key = {"calibration": CALIBRATION, "unexplained": UNEXPLAINED, "noise": NOISE}
     for piece in parts:
-        if piece.kind == "effect" and piece.key not in made:
-            made[piece.key] = EFFECTS[(len(made) - 3) % len(EFFECTS)]
-            made[f"{piece.key}:form"] = made[piece.key]
-    return made
+        if piece.kind == "effect" and piece.key not in by_key:
+            by_key[piece.key] = EFFECTS[(len(by_key) - 3) % len(EFFECTS)]
+            by_key[f"{piece.key}:form"] = by_key[piece.key]
+    return by_key
 
 
-def spread(wanted: Sequence[tuple[str, float]], width: float = SIZE.width) -> tuple[Label, ...]:
+def spread(texts: Sequence[tuple[str, float]], width: float = SIZE.width) -> tuple[Label, ...]:
     """Labels at their anchors: no two texts touch, no line crosses a text where that can be avoided, none is beyond
     the ends."""
     ending: list[Label] = []
-    for text, anchor in sorted(wanted, key=lambda w: -w[1]):
+    for text, anchor in sorted(texts, key=lambda w: -w[1]):
         size = min(width - SIZE.mark, SIZE.character * len(text))
         crowded = any(label.x <= anchor for label in ending)
         if anchor + SIZE.mark + size > width or (crowded and anchor > SIZE.mark + size):
             x = max(0.0, min(anchor, width) - SIZE.mark - size)
             ending.append(Label(text, x, 0, anchor, size, ends=True))
-    beginning = [w for w in sorted(wanted, key=lambda w: -w[1]) if w not in [(e.text, e.anchor) for e in ending]]
-    made: list[Label] = []
+    beginning = [w for w in sorted(texts, key=lambda w: -w[1]) if w not in [(e.text, e.anchor) for e in ending]]
+    labels: list[Label] = []
     for label in reversed(ending):
-        made.append(_in_free_row(label, made))
+        labels.append(_in_free_row(label, labels))
     for text, anchor in beginning:
         label = Label(text, anchor + SIZE.mark, 0, anchor, min(width - SIZE.mark, SIZE.character * len(text)))
-        made.append(_in_free_row(label, made))
-    return tuple(made)
+        labels.append(_in_free_row(label, labels))
+    return tuple(labels)
 
 
-def _in_free_row(label: Label, others: Sequence[Label]) -> Label:
+def _in_free_row(label: Label, placed: Sequence[Label]) -> Label:
     """The label in the first row in which it collides with no other; a new one if there is none."""
-    rows = [replace(label, row=r) for r in range(2 + max((o.row for o in others), default=-1))]
-    return next((x for x in rows if not any(x.collides(o) for o in others)), rows[-1])
+    rows = [replace(label, row=r) for r in range(2 + max((o.row for o in placed), default=-1))]
+    return next((x for x in rows if not any(x.collides(o) for o in placed)), rows[-1])
 
 
 def boxes(parts: Sequence[Piece], colour: Mapping[str, str], width: float = SIZE.width) -> tuple[Box, ...]:
@@ -171,15 +171,15 @@ def budget_strips(levels: Data, parts: Sequence[Piece], texts: Mapping[str, str]
     colour = colours(parts)
     whole = sum(p.energy for p in parts) or 1.0
     rest = [p for p in parts if p.kind != "calibration"]
-    left = sum(p.energy for p in rest)
+    remaining = sum(p.energy for p in rest)
     start = (f"{multiple(levels['delivered'])} as delivered", levels["delivered"])
     middle = (f"{multiple(levels['calibrated'])} calibrated", levels["calibrated"])
     ends = [(f"{multiple(levels['noise'])} noise", levels["noise"])]
     effects = sum(p.energy for p in parts if p.kind in ("effect", "form"))
     if effects and any(p.kind == "unexplained" and p.energy for p in parts):
-        ends.insert(0, (f"{multiple(levels['explained'])} with the effects", sqrt(left - effects)))
+        ends.insert(0, (f"{multiple(levels['explained'])} with the effects", sqrt(remaining - effects)))
     shown = {p.key: texts.get(p.key, "") for p in parts if p.energy > 0.0 and not p.minor}
-    if left / whole > SIZE.zoom or len(rest) < 3:
+    if remaining / whole > SIZE.zoom or len(rest) < 3:
         return (strip(parts, colour, shown, [start, middle, *ends]),)
     first = {k: v for k, v in shown.items() if k == "calibration"}
     return strip(parts, colour, first, [start, middle]), strip(rest, colour, shown, [middle, *ends])

@@ -43,12 +43,12 @@ def sentence(data: Data, signals: Signals) -> str:
         return ""
     levels = budget["per_channel"][label]
     c = signals.channel(label, levels["unit"])
-    off, fitted, left, noise = (in_unit(c, levels[k]) for k in ("delivered", "calibrated", "explained", "noise"))
+    off, fitted, remaining, noise = (in_unit(c, levels[k]) for k in ("delivered", "calibrated", "explained", "noise"))
     sure = [p for p in budget["parts"] if p.get("inclusion_probability", 0.0) >= SHOWN.probable]
     names = [part_name(p) for p in sure if not p.get("minor", False)]
-    made = f"In {c.column} the model as delivered is {off} off; calibration within the tolerances leaves {fitted}"
-    made += f", and with {listed(names)} in the model {left} are left" if names else ""
-    return f"{made}. The noise of this channel is {noise} (all RMS, on data that were not fitted)."
+    text = f"In {c.column} the model as delivered is {off} off; calibration within the tolerances leaves {fitted}"
+    text += f", and with {listed(names)} in the model {remaining} are left" if names else ""
+    return f"{text}. The noise of this channel is {noise} (all RMS, on data that were not fitted)."
 
 
 def in_unit(c: Channel, x: float) -> str:
@@ -60,15 +60,15 @@ def _on_bar(piece: Piece, budget: Data, total: float) -> str:
     """What is written on a piece: of calibration its share of the whole, of a part that of what calibration leaves."""
     if piece.kind == "noise":
         return ""
-    left = budget["calibrated"] ** 2 - budget["noise"] ** 2
-    of = total if piece.kind == "calibration" else left
+    above_noise = budget["calibrated"] ** 2 - budget["noise"] ** 2
+    of = total if piece.kind == "calibration" else above_noise
     return f"{piece.name} {percent(piece.energy / of)}" if of > 0.0 else piece.name
 
 
 def _part(part: Data, budget: Data, colour: dict[str, str], main: str, signals: Signals) -> Context:
     key, levels = part_key(part), budget["per_channel"].get(main)
-    own = {part_key(p): p["share"] for p in levels["parts"]} if levels else {}
-    alone = in_unit(signals.channel(main, levels["unit"]), amplitude(own[key], levels)) if key in own else "–"
+    shares = {part_key(p): p["share"] for p in levels["parts"]} if levels else {}
+    alone = in_unit(signals.channel(main, levels["unit"]), amplitude(shares[key], levels)) if key in shares else "–"
     inclusion, within = part.get("inclusion_probability"), part.get("within_group") or {}
     texts = part.get("text") or {}
     members = [
@@ -102,11 +102,11 @@ def parameter(name: str, p: Data, signals: Signals) -> dict[str, Any]:
 
 def _channel(label: str, levels: Data, colour: dict[str, str], signals: Signals) -> Context:
     c = signals.channel(label, levels["unit"])
-    made: Context = {k: in_unit(c, levels[k]) for k in ("delivered", "calibrated", "explained", "noise")}
+    entry: Context = {k: in_unit(c, levels[k]) for k in ("delivered", "calibrated", "explained", "noise")}
     noise = levels["noise"] or 1e-300
-    made["multiples"] = [multiple(levels[k] / noise) for k in ("delivered", "calibrated", "explained")]
-    made |= {"column": c.column, "label": label if label != c.column else ""}
-    return made | {"boxes": boxes(pieces(levels, levels.get("parts", ())), colour, 100.0)}
+    entry["multiples"] = [multiple(levels[k] / noise) for k in ("delivered", "calibrated", "explained")]
+    entry |= {"column": c.column, "label": label if label != c.column else ""}
+    return entry | {"boxes": boxes(pieces(levels, levels.get("parts", ())), colour, 100.0)}
 
 
 SECTION = Section("budget", "Budget of the gap", context)

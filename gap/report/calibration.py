@@ -14,10 +14,12 @@ def context(data: Data, signals: Signals) -> Context | None:
     moved, accepted = data["calibration"]["moved"], data["calibration"].get("accepted", {})
     if not moved and not accepted:
         return None
-    known = [{"effect": id, "text": e["text"],
-              "parameters": [parameter(n, p, signals) for n, p in e["parameters"].items()]}
-             for id, e in accepted.items()]  # fmt: skip
-    return {"known": known, **(_strips(moved) if moved else {"rows": []})}
+    accepted_effects = [
+        {"effect": id, "text": e["text"],
+         "parameters": [parameter(n, p, signals) for n, p in e["parameters"].items()]}
+        for id, e in accepted.items()
+    ]  # fmt: skip
+    return {"known": accepted_effects, **(_strips(moved) if moved else {"rows": []})}
 
 
 def _strips(moved: Data) -> Context:

@@ -110,14 +110,14 @@ def _trace(trace: Trace, signals: Signals, most: int, changes: list[float]) -> d
     breaks = holes(trace.t)
     at = np.searchsorted(trace.t[keep], breaks)
     middle = float(np.median(trace.measured)) if len(trace.measured) else 0.0
-    made: dict[str, Any] = {
+    entry: dict[str, Any] = {
         "name": c.column, "connector": c.label, "unit": pretty(c.unit), "changes": changes,
         "off": [multiple(deviation(trace, k)) for k in lines if k != "measured"], "middle": middle,
         "t": encoded(np.insert(trace.t[keep], at, breaks), "<f8"),
         "noise": encoded(np.insert(trace.noise[keep], at, np.nan), "<f4"),
     }  # fmt: skip
     # less the middle: the seven digits of four bytes are few for a small swing about a large pressure
-    return made | {k: encoded(np.insert(y[keep] - middle, at, np.nan), "<f4") for k, y in lines.items()}
+    return entry | {k: encoded(np.insert(y[keep] - middle, at, np.nan), "<f4") for k, y in lines.items()}
 
 
 def _input(i: InputTrace, most: int) -> dict[str, Any]:

@@ -42,7 +42,7 @@ def collect(state: State) -> Signals:
     )  # fmt: skip
 
 
-def _own(problem: Problem, c: Measured) -> str:
+def _fmu_unit(problem: Problem, c: Measured) -> str:
     """Unit of a channel's connector in its FMU."""
     return problem.units.get(c.connector) or si(c.unit)
 
@@ -53,41 +53,41 @@ def _channel(problem: Problem, c: Measured) -> Channel:
 
 def _factor(problem: Problem, c: Measured) -> float:
     """A difference in the unit in which a channel was measured for one in that of its FMU."""
-    return unit(_own(problem, c)).factor / unit(c.unit).factor
+    return unit(_fmu_unit(problem, c)).factor / unit(c.unit).factor
 
 
 def _shown(problem: Problem, c: Measured, values: Array) -> Array:
     """Values in the FMU's unit as they were measured."""
-    return np.asarray(convert(values, _own(problem, c), c.unit))
+    return np.asarray(convert(values, _fmu_unit(problem, c), c.unit))
 
 
 def _residuals(state: State) -> tuple[Array, Array, Array | None]:
     """As delivered, calibrated and with the effects, of all samples of the runs that were learned from."""
     baseline, chosen = state.ranked_baseline.hypothesis.fit, state.chosen.hypothesis
-    left = (state.problem.observations.whiten(state.nominal), baseline.residual, chosen.fit.residual)
-    return _drawn(state.problem, state.all_samples, left, bool(chosen.candidates))
+    residuals = (state.problem.observations.whiten(state.nominal), baseline.residual, chosen.fit.residual)
+    return _drawn(state.problem, state.all_samples, residuals, bool(chosen.candidates))
 
 
-def _held_out_residuals(state: State, held: HoldoutRuns) -> tuple[Array, Array, Array | None]:
+def _held_out_residuals(state: State, holdout: HoldoutRuns) -> tuple[Array, Array, Array | None]:
     """The same of the held-out runs."""
-    left = (held.before, state.after(state.ranked_baseline), state.after(state.chosen))
-    return _drawn(held.problem, state.held_samples, left, bool(state.chosen.hypothesis.candidates))
+    residuals = (holdout.before, state.after(state.ranked_baseline), state.after(state.chosen))
+    return _drawn(holdout.problem, state.held_samples, residuals, bool(state.chosen.hypothesis.candidates))
 
 
 def _drawn(
-    problem: Problem, simulated: tuple[Array, ...], left: tuple[Array, ...], effects: bool
+    problem: Problem, simulated: tuple[Array, ...], residuals: tuple[Array, ...], effects: bool
 ) -> tuple[Array, Array, Array | None]:
     """What was simulated anew where something swings, else, where there was no time for it, the rest of the samples;
     effects: whether the last has any."""
-    before, calibrated, last = simulated or tuple(among_all_samples(problem, x) for x in left)
-    return before, calibrated, last if effects else None
+    before, calibrated, with_effects = simulated or tuple(among_all_samples(problem, x) for x in residuals)
+    return before, calibrated, with_effects if effects else None
 
 
 def _runs(
     problem: Problem, before: Array, calibrated: Array, explained: Array | None, held_out: bool
 ) -> list[RunSignals]:
     """Runs of a problem with what its models leave: normalised residuals of all samples (n,)."""
-    observations, outputs, made = problem.samples, problem.campaign.outputs, []
+    observations, outputs, run_signals = problem.samples, problem.campaign.outputs, []
     for r, info in enumerate(problem.runs):
         traces = []
         for b in sorted((b for b in observations.series if b.run == r), key=lambda b: b.channel):
@@ -107,8 +107,8 @@ def _runs(
         ]  # fmt: skip
         stated, units = problem.campaign.runs[r].parameters, problem.parameter_units
         conditions = tuple(Condition(name, value, unit_of_parameter(units, name)) for name, value in stated.items())
-        made.append(RunSignals(info.name, held_out, info.stop, conditions, tuple(traces), tuple(inputs)))
-    return made
+        run_signals.append(RunSignals(info.name, held_out, info.stop, conditions, tuple(traces), tuple(inputs)))
+    return run_signals
 
 
 def _dependences(state: State) -> list[Dependence]:
@@ -117,15 +117,15 @@ def _dependences(state: State) -> list[Dependence]:
     if structure is None or character is None or not character.channel or state.verdict == NO_GAP:
         return []
     name = structure.varies_with.get(character.channel, "")
-    made = _dependence(state, character.channel, name, structure.channels.get(character.channel, 0.0))
-    return [] if made is None else [made]
+    dependence = _dependence(state, character.channel, name, structure.channels.get(character.channel, 0.0))
+    return [] if dependence is None else [dependence]
 
 
 def _dependence(state: State, label: str, name: str, share: float) -> Dependence | None:
     problem = state.problem
     rate, source = name.startswith("rate of "), name.removeprefix("rate of ")
-    known = {c.connector: c for c in problem.campaign.channels}
-    if source not in known or label not in known:
+    channels = {c.connector: c for c in problem.campaign.channels}
+    if source not in channels or label not in channels:
         return None
     observations, model = problem.observations, state.chosen.hypothesis.fit.model
     signals = {b.run: (b.t, model[b.place]) for b in observations.series if b.connector == source}
@@ -137,7 +137,7 @@ def _dependence(state: State, label: str, name: str, share: float) -> Dependence
             places.append(np.arange(b.place.start, b.place.stop))
     if not x:
         return None
-    c, s, at = known[label], known[source], np.concatenate(places)
+    c, s, at = channels[label], channels[source], np.concatenate(places)
     factor = _factor(problem, c)
     xs = np.concatenate(x) * _factor(problem, s) if rate else _shown(problem, s, np.concatenate(x))
     residual = state.chosen.held_out[at] * observations.noise_std[at] * factor

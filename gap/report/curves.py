@@ -11,10 +11,10 @@ from .svg import curve
 
 def context(data: Data, signals: Signals) -> Context | None:
     """A drawing for each curve; None where there is none."""
-    found = [c for c in data["curves"] if c["points"]]
-    if not found:
+    drawable = [c for c in data["curves"] if c["points"]]
+    if not drawable:
         return None
-    return {"figures": [_figure(c) for c in found]}
+    return {"figures": [_figure(c) for c in drawable]}
 
 
 def _figure(c: Data) -> Context:

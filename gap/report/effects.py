@@ -19,28 +19,28 @@ STATUS = {
 
 def effects(data: Data, signals: Signals) -> Context | None:
     """Inclusion probability and share of every effect; those with no more than a trace are counted."""
-    known = data["effects"]
-    if not known:
+    entries = data["effects"]
+    if not entries:
         return None
     texts = {e: t for p in data["budget"]["parts"] for e, t in (p.get("text") or {}).items()}
-    shown = [e for e in known if max(known[e]["inclusion_probability"], known[e]["share"]) > SHOWN.trace]
-    shown.sort(key=lambda e: (-known[e]["inclusion_probability"], -known[e]["share"], e))
+    shown = [e for e in entries if max(entries[e]["inclusion_probability"], entries[e]["share"]) > SHOWN.trace]
+    shown.sort(key=lambda e: (-entries[e]["inclusion_probability"], -entries[e]["share"], e))
     rows = [
         {
-            "id": e, "text": texts.get(e, ""), "group": str(known[e]["group"]).replace("_", " "),
-            "inclusion": percent(known[e]["inclusion_probability"]), "share": percent(max(0.0, known[e]["share"])),
-            "width": 100.0 * min(1.0, known[e]["inclusion_probability"]),
-            "share_width": 100.0 * min(1.0, max(0.0, known[e]["share"])),
+            "id": e, "text": texts.get(e, ""), "group": str(entries[e]["group"]).replace("_", " "),
+            "inclusion": percent(entries[e]["inclusion_probability"]), "share": percent(max(0.0, entries[e]["share"])),
+            "width": 100.0 * min(1.0, entries[e]["inclusion_probability"]),
+            "share_width": 100.0 * min(1.0, max(0.0, entries[e]["share"])),
         }
         for e in shown
     ]  # fmt: skip
-    return {"rows": rows, "rest": len(known) - len(shown), "trace": percent(SHOWN.trace), "count": len(known)}
+    return {"rows": rows, "rest": len(entries) - len(shown), "trace": percent(SHOWN.trace), "count": len(entries)}
 
 
 def hypotheses(data: Data, signals: Signals) -> Context | None:
     """The most probable sets of effects; the rest are counted."""
-    known = data["hypotheses"]
-    if not known:
+    entries = data["hypotheses"]
+    if not entries:
         return None
     rows = [
         {
@@ -50,9 +50,9 @@ def hypotheses(data: Data, signals: Signals) -> Context | None:
             "status": STATUS.get(h["status"], h["status"]),
             "parameters": [parameter(n, p, signals) for n, p in (h.get("parameters") or {}).items()],
         }
-        for h in known[: SHOWN.hypotheses]
+        for h in entries[: SHOWN.hypotheses]
     ]  # fmt: skip
-    rest = known[SHOWN.hypotheses :]
+    rest = entries[SHOWN.hypotheses :]
     return {"rows": rows, "rest": len(rest), "rest_probability": percent(sum(h["probability"] for h in rest))}
 
 

@@ -17,8 +17,8 @@ VERDICTS = {
 
 def context(data: Data, signals: Signals) -> Context:
     """Badge, headline, cautions."""
-    said = data.get("cautions", [])
-    first, rest = split_sentence(data["headline"].removesuffix(" ".join(said)).rstrip())
+    cautions = data.get("cautions", [])
+    first, rest = split_sentence(data["headline"].removesuffix(" ".join(cautions)).rstrip())
     return {
         "verdict": data["verdict"],
         "badge": VERDICTS.get(data["verdict"], data["verdict"]),
@@ -26,7 +26,7 @@ def context(data: Data, signals: Signals) -> Context:
         "system": signals.system,
         "first": first,
         "rest": rest,
-        "cautions": [*said, *more_cautions(data)],
+        "cautions": [*cautions, *more_cautions(data)],
         "notes": len(dict.fromkeys(data["warnings"])),
     }
 
@@ -39,13 +39,13 @@ def split_sentence(text: str) -> tuple[str, str]:
 
 def more_cautions(data: Data) -> list[str]:
     """What lowers the trust in the headline and does not end it, a sentence each."""
-    made = []
+    sentences = []
     if data["hypotheses"] and data["hypotheses"][0]["status"] == "stalled":
-        made.append("The fit of the best hypothesis did not come to its end.")
+        sentences.append("The fit of the best hypothesis did not come to its end.")
     if data["verdict"] == "explained" and data["hypotheses"] and data["hypotheses"][0]["probability"] < 0.5:
         best = percent(data["hypotheses"][0]["probability"])
-        made.append(f"The best set of effects has a probability of {best} only.")
-    return made
+        sentences.append(f"The best set of effects has a probability of {best} only.")
+    return sentences
 
 
 SECTION = Section("headline", "", context)

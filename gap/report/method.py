@@ -27,8 +27,8 @@ def method(data: Data, signals: Signals) -> Context:
 
 def notes(data: Data, signals: Signals) -> Context | None:
     """Warnings, each once."""
-    found = list(dict.fromkeys(data["warnings"]))
-    return {"notes": found} if found else None
+    warnings = list(dict.fromkeys(data["warnings"]))
+    return {"notes": warnings} if warnings else None
 
 
 def _milliseconds(seconds: float) -> str:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import Any
 
-from ..result.numbers import given, listed, multiple, percent, pretty
+from ..result.numbers import listed, multiple, percent, pretty, stated_value
 from .parts import Data
 from .section import SHOWN, Context, Section
 from .signals import Signals
@@ -23,11 +23,13 @@ def action(step: Data, signals: Signals) -> str:
     """What to do, with units."""
     changes: dict[str, Any] = dict(step["change"])
     channel = changes.pop("channel", None)
-    made = [f"measure {channel} as well"] if channel else []
+    actions = [f"measure {channel} as well"] if channel else []
     if changes:
-        values = [" ".join(x for x in (k, "=", given(v), pretty(signals.unit_of(k))) if x) for k, v in changes.items()]
-        made.append(f"one more run with {listed(values)}")
-    return " and ".join(made)
+        values = [
+            " ".join(x for x in (k, "=", stated_value(v), pretty(signals.unit_of(k))) if x) for k, v in changes.items()
+        ]
+        actions.append(f"one more run with {listed(values)}")
+    return " and ".join(actions)
 
 
 def separation(step: Data) -> str:
@@ -36,13 +38,15 @@ def separation(step: Data) -> str:
     how = "clearly apart" if size > SHOWN.apart else "apart" if size > 1.0 else "hardly apart"
     sets = listed([" + ".join(e) or "no effect" for e in step["separates"]])
     sure = step["expected_probability"]
-    told = f"the right one of the two would be {percent(sure['then'])} sure, now it is {percent(sure['now'])}"
-    return f"{sets} would then differ by {multiple(size)} times the noise (RMS) that no refit closes: {how}; {told}"
+    sure_text = f"the right one of the two would be {percent(sure['then'])} sure, now it is {percent(sure['now'])}"
+    return (
+        f"{sets} would then differ by {multiple(size)} times the noise (RMS) that no refit closes: {how}; {sure_text}"
+    )
 
 
 def _step(step: Data, signals: Signals) -> Context:
-    said = action(step, signals)
-    return {"action": said[:1].upper() + said[1:], "separation": separation(step)}
+    text = action(step, signals)
+    return {"action": text[:1].upper() + text[1:], "separation": separation(step)}
 
 
 SECTION = Section("next", "What to measure next", context)

@@ -49,8 +49,8 @@ def render(data: Mapping[str, Any], signals: Signals | None = None) -> str:
         autoescape=True, undefined=StrictUndefined, trim_blocks=True, lstrip_blocks=True, loader=FunctionLoader(_read)
     )
     environment.globals.update(term=term, asset=lambda name: Markup(_text(name)))
-    found = [(s, s.context(data, signals)) for s in SECTIONS]
-    parts = [(s, environment.get_template(s.id).render(c)) for s, c in found if c is not None]
+    contexts = [(s, s.context(data, signals)) for s in SECTIONS]
+    parts = [(s, environment.get_template(s.id).render(c)) for s, c in contexts if c is not None]
     shown = [{"id": s.id, "title": s.title, "html": Markup(html)} for s, html in parts]
     page = {"campaign": data["campaign"], "verdict": data["verdict"], "sections": shown}
     page |= {"charts": any(s.id == charts.SECTION.id for s, _ in parts)}

@@ -47,16 +47,16 @@ def _effects(part: Data) -> str:
 def pieces(levels: Data, parts: Sequence[Data]) -> list[Piece]:
     """The pieces between `delivered` and nothing; levels: noise, delivered and calibrated, RMS in one unit."""
     noise, delivered, calibrated = (float(levels[k]) ** 2 for k in ("noise", "delivered", "calibrated"))
-    left = max(0.0, calibrated - noise)
-    made = [Piece("calibration", "calibration", "calibration", max(0.0, delivered - max(calibrated, noise)))]
+    above_noise = max(0.0, calibrated - noise)
+    bar = [Piece("calibration", "calibration", "calibration", max(0.0, delivered - max(calibrated, noise)))]
     for p in sorted(parts, key=lambda p: p["kind"] == "unexplained"):
         key, name, share = part_key(p), part_name(p), max(0.0, float(p["share"]))
         minor, form = bool(p.get("minor", False)), p.get("form")
         of_form = min(share, max(0.0, float(form["share"]))) if form else 0.0
-        made.append(Piece(str(p["kind"]), key, name, (share - of_form) * left, minor))
+        bar.append(Piece(str(p["kind"]), key, name, (share - of_form) * above_noise, minor))
         if form and of_form:
-            made.append(Piece("form", f"{key}:form", f"form of {name}", of_form * left, minor))
-    return [*made, Piece("noise", "noise", "noise", noise)]
+            bar.append(Piece("form", f"{key}:form", f"form of {name}", of_form * above_noise, minor))
+    return [*bar, Piece("noise", "noise", "noise", noise)]
 
 
 def amplitude(share: float, levels: Data) -> float:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from ..result.numbers import given, multiple, pretty, short
+from ..result.numbers import multiple, pretty, short, stated_value
 from .bar import boxes, colours
 from .parts import Data, pieces
 from .section import Context, Section
@@ -13,18 +13,18 @@ MODELS = ("delivered", "calibrated", "explained")
 
 def runs(data: Data, signals: Signals) -> Context | None:
     """Deviations of each run as multiples of the noise, with the conditions of the run."""
-    known = data["budget"]["per_run"]
+    per_run = data["budget"]["per_run"]
     conditions = {r.name: r for r in signals.runs}
-    names = [*(r.name for r in signals.runs), *(n for n in known if n not in conditions)]
+    names = [*(r.name for r in signals.runs), *(n for n in per_run if n not in conditions)]
     if not names:
         return None
     colour = colours(pieces(data["budget"], data["budget"]["parts"]))
     rows = []
     for name in names:
-        run, levels = conditions.get(name), known.get(name)
+        run, levels = conditions.get(name), per_run.get(name)
         stated = run.conditions if run else ()
-        said = [" ".join(x for x in (c.name, given(c.value), pretty(c.unit)) if x) for c in stated]
-        row: Context = {"name": name, "held_out": run.held_out if run else False, "conditions": said, "boxes": ()}
+        texts = [" ".join(x for x in (c.name, stated_value(c.value), pretty(c.unit)) if x) for c in stated]
+        row: Context = {"name": name, "held_out": run.held_out if run else False, "conditions": texts, "boxes": ()}
         row["stop"] = f"{short(run.stop)} s" if run else "–"
         row["cells"] = [multiple(levels[k]) if levels else "–" for k in MODELS]
         foretold = levels.get("foretold_by_others") if levels else None
@@ -37,11 +37,11 @@ def runs(data: Data, signals: Signals) -> Context | None:
 
 def events(data: Data, signals: Signals) -> Context | None:
     """Measured moments beside those of the models, and differences between runs; None without such."""
-    found = data.get("events") or []
-    if not found:
+    moments = data.get("events") or []
+    if not moments:
         return None
     return {
-        "rows": [{"run": e["run"], "event": e["event"], **_times(e)} for e in found],
+        "rows": [{"run": e["run"], "event": e["event"], **_times(e)} for e in moments],
         "contrasts": [
             {"runs": list(c["runs"]), "event": c["event"], "changed": c["changed"], **_times(c)}
             for c in data.get("contrasts") or []

@@ -127,8 +127,8 @@ class Signals:
 
     def channel(self, label: str, unit: str = "1") -> Channel:
         """The channel of that label; one that is not known is shown in the unit of diagnosis.json."""
-        found = (c for c in self.channels if c.label == label)
-        return next(found, Channel(label, label, unit))
+        matches = (c for c in self.channels if c.label == label)
+        return next(matches, Channel(label, label, unit))
 
     def unit_of(self, name: str) -> str:
         """Unit of a parameter, whose name may lack its component."""
@@ -139,11 +139,11 @@ def unit_of_parameter(units: Mapping[str, str], name: str) -> str:
     """Unit of a parameter, whose name may lack its component; units: by address."""
     if name in units:
         return units[name]
-    found = (u for address, u in units.items() if address.partition(".")[2] == name)
-    return next(found, "1")
+    matches = (u for address, u in units.items() if address.partition(".")[2] == name)
+    return next(matches, "1")
 
 
 def without_signals(data: Mapping[str, Any]) -> Signals:
     """What can be told of the signals from diagnosis.json alone: names and units of the channels, no series."""
-    known = data["budget"]["per_channel"]
-    return Signals(channels=tuple(Channel(label, label, c["unit"]) for label, c in known.items()))
+    channels = data["budget"]["per_channel"]
+    return Signals(channels=tuple(Channel(label, label, c["unit"]) for label, c in channels.items()))

@@ -79,48 +79,50 @@ def dots(x: Array, y: Array) -> str:
     return "".join(f"M{a:.1f} {b:.1f}h0" for a, b in zip(x, y, strict=True))
 
 
-def frame(axes: Axes, x_label: str, y_label: str, inner: Sequence[str], said: str) -> Markup:
+def frame(axes: Axes, x_label: str, y_label: str, inner: Sequence[str], alt: str) -> Markup:
     """The drawing with its axes; inner: SVG elements made here; labels and what is said are escaped."""
     from markupsafe import Markup, escape  # comes with jinja2, which only a report needs
 
-    made = []
+    elements = []
     for t in ticks(*axes.x):
         x, _ = axes.at(np.array([t]), np.array([axes.y[0]]))
-        made.append(
+        elements.append(
             f'<line class="grid" x1="{x[0]:.1f}" x2="{x[0]:.1f}" y1="{SIZE.top}" y2="{SIZE.height - SIZE.bottom}"/>'
         )
-        made.append(f'<text x="{x[0]:.1f}" y="{SIZE.height - SIZE.bottom + 15}" text-anchor="middle">{short(t)}</text>')
+        elements.append(
+            f'<text x="{x[0]:.1f}" y="{SIZE.height - SIZE.bottom + 15}" text-anchor="middle">{short(t)}</text>'
+        )
     for t in ticks(*axes.y, most=5):
         _, y = axes.at(np.array([axes.x[0]]), np.array([t]))
-        made.append(
+        elements.append(
             f'<line class="grid" x1="{SIZE.left}" x2="{SIZE.width - SIZE.right}" y1="{y[0]:.1f}" y2="{y[0]:.1f}"/>'
         )
-        made.append(f'<text x="{SIZE.left - 6}" y="{y[0] + 4:.1f}" text-anchor="end">{short(t)}</text>')
+        elements.append(f'<text x="{SIZE.left - 6}" y="{y[0] + 4:.1f}" text-anchor="end">{short(t)}</text>')
     middle = 0.5 * (SIZE.left + SIZE.width - SIZE.right)
-    made.append(f'<text x="{middle}" y="{SIZE.height - 6}" text-anchor="middle">{escape(x_label)}</text>')
+    elements.append(f'<text x="{middle}" y="{SIZE.height - 6}" text-anchor="middle">{escape(x_label)}</text>')
     turned = f"translate(12 {0.5 * (SIZE.top + SIZE.height - SIZE.bottom)}) rotate(-90)"
-    made.append(
+    elements.append(
         f'<text transform="{turned}" text-anchor="middle">'
         f"{escape(y_label)}</text>"
     )
-    body = "".join([*made, *inner])
-    head = f'<svg class="plot" viewBox="0 0 {SIZE.width:.0f} {SIZE.height:.0f}" role="img" aria-label="{escape(said)}">'
+    body = "".join([*elements, *inner])
+    head = f'<svg class="plot" viewBox="0 0 {SIZE.width:.0f} {SIZE.height:.0f}" role="img" aria-label="{escape(alt)}">'
     return Markup(f"{head}{body}</svg>")
 
 
 def scatter(d: Dependence, x_label: str, y_label: str) -> Markup:
     """A residual against a signal: readings, their means, and the band of twice the noise."""
-    some = np.random.default_rng(0).permutation(len(d.x))[: SHOWN.scatter_points]
+    drawn = np.random.default_rng(0).permutation(len(d.x))[: SHOWN.scatter_points]
     reach = float(np.quantile(np.abs(d.residual), 0.995)) if len(d.residual) else 0.0
     axes = Axes(limits(d.x), limits(np.array([-reach, reach]), 2.2 * d.noise))
     _, band = axes.at(np.zeros(2), np.array([2.0 * d.noise, -2.0 * d.noise]))
     height = band[1] - band[0]
     box = f'x="{SIZE.left}" width="{SIZE.width - SIZE.left - SIZE.right}" y="{band[0]:.1f}" height="{height:.1f}"'
-    inner = [f'<rect class="band" {box}/>', f'<path class="dots" d="{dots(*axes.at(d.x[some], d.residual[some]))}"/>']
+    inner = [f'<rect class="band" {box}/>', f'<path class="dots" d="{dots(*axes.at(d.x[drawn], d.residual[drawn]))}"/>']
     for m, ink in zip(d.means, INK, strict=False):
         if len(m.x):
-            apart = np.flatnonzero(np.diff(m.x) > SIZE.apart * (axes.x[1] - axes.x[0])) + 1
-            lines = zip(np.split(m.x, apart), np.split(m.y, apart), strict=True)
+            breaks = np.flatnonzero(np.diff(m.x) > SIZE.apart * (axes.x[1] - axes.x[0])) + 1
+            lines = zip(np.split(m.x, breaks), np.split(m.y, breaks), strict=True)
             inner.append(f'<path class="mean" stroke="{ink}" d="{"".join(path(*axes.at(*xy)) for xy in lines)}"/>')
     return frame(axes, x_label, y_label, inner, f"{y_label} against {x_label}")
 
@@ -131,13 +133,13 @@ def curve(
 ) -> Markup:  # fmt: skip
     """A curve through points (x, y), with a band (low, high) at the same x, and another one, dashed, beside it."""
     p = np.asarray(points, float)
-    b, other = np.asarray(band, float).reshape(-1, 2), np.asarray(plain, float).reshape(-1, 2)
-    axes = Axes(limits(p[:, 0]), limits(np.concatenate([p[:, 1], other[:, 1], b.ravel()])))
+    b, dashed = np.asarray(band, float).reshape(-1, 2), np.asarray(plain, float).reshape(-1, 2)
+    axes = Axes(limits(p[:, 0]), limits(np.concatenate([p[:, 1], dashed[:, 1], b.ravel()])))
     inner = []
     if len(b) == len(p):
         edge = np.concatenate([p[:, 0], p[::-1, 0]]), np.concatenate([b[:, 0], b[::-1, 1]])
         inner.append(f'<path class="band" d="{path(*axes.at(*edge))}Z"/>')
-    if len(other):
-        inner.append(f'<path class="plain" stroke="{INK[1]}" d="{path(*axes.at(other[:, 0], other[:, 1]))}"/>')
+    if len(dashed):
+        inner.append(f'<path class="plain" stroke="{INK[1]}" d="{path(*axes.at(dashed[:, 0], dashed[:, 1]))}"/>')
     inner.append(f'<path class="mean" stroke="{INK[0]}" d="{path(*axes.at(p[:, 0], p[:, 1]))}"/>')
     return frame(axes, x_label, y_label, inner, f"{y_label} over {x_label}")

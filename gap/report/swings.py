@@ -10,12 +10,12 @@ from .signals import Signals
 
 def context(data: Data, signals: Signals) -> Context | None:
     """A row for every swing, those first that leave most; None where nothing swings."""
-    found = swings(data)
-    if not found:
+    observed = swings(data)
+    if not observed:
         return None
-    explained = any("explained" in o["swing"] for o in found)
+    explained = any("explained" in o["swing"] for o in observed)
     rows = []
-    for o in found[: SHOWN.swings]:
+    for o in observed[: SHOWN.swings]:
         c, x = signals.channel(o["channel"]), o["swing"]
         models = [x.get(k) for k in ("model", "explained")][: 1 + explained]
         rows.append({
@@ -23,8 +23,8 @@ def context(data: Data, signals: Signals) -> Context | None:
             "measured": described(x, c.factor, c.unit),
             "models": ["–" if m is None else described(m, c.factor, c.unit) for m in models],
         })  # fmt: skip
-    share = percent(sum(o["share"] for o in found))
-    return {"rows": rows, "explained": explained, "more": max(0, len(found) - SHOWN.swings), "share": share}
+    share = percent(sum(o["share"] for o in observed))
+    return {"rows": rows, "explained": explained, "more": max(0, len(observed) - SHOWN.swings), "share": share}
 
 
 def swings(data: Data) -> list[Data]:
@@ -42,16 +42,16 @@ def described(x: Data, factor: float, unit: str) -> str:
 
 def sentence(data: Data, signals: Signals) -> str:
     """The swing that leaves most, in one sentence; empty where nothing swings."""
-    found = swings(data)
-    if not found:
+    observed = swings(data)
+    if not observed:
         return ""
-    o = found[0]
+    o = observed[0]
     c, x = signals.channel(o["channel"]), o["swing"]
-    said = [f"{c.column} swings {described(x, c.factor, c.unit)} in {o['run']}"]
+    clauses = [f"{c.column} swings {described(x, c.factor, c.unit)} in {o['run']}"]
     for key, name in (("model", "calibrated model"), ("explained", "with the effects")):
         if key in x:
-            said.append(f"{name} {described(x[key], c.factor, c.unit)}")
-    return "; ".join(said)
+            clauses.append(f"{name} {described(x[key], c.factor, c.unit)}")
+    return "; ".join(clauses)
 
 
 SECTION = Section("swings", "What swings by itself", context)

@@ -18,13 +18,13 @@ from ..selection.evidence import RankedHypothesis
 def curves(s: State) -> list[dict[str, Any]]:
     """Each curve once, of the most probable hypothesis that has it, where that effect is named and the curve not
     improbable."""
-    found: dict[str, tuple[RankedHypothesis, EffectCandidate, CurveForm]] = {}
+    first_with: dict[str, tuple[RankedHypothesis, EffectCandidate, CurveForm]] = {}
     least = s.problem.settings.curves.told
     for r in s.ranked:
         for c in r.hypothesis.candidates:
             if isinstance(c.form, CurveForm) and s.is_named(c.id):
-                found.setdefault(c.form.id, (r, c, c.form))
-    return [_curve(s, r, c, form) for r, c, form in found.values() if _probability(s, c) >= least]
+                first_with.setdefault(c.form.id, (r, c, c.form))
+    return [_curve(s, r, c, form) for r, c, form in first_with.values() if _probability(s, c) >= least]
 
 
 def _curve(s: State, r: RankedHypothesis, c: EffectCandidate, form: CurveForm) -> dict[str, Any]:
@@ -36,16 +36,16 @@ def _curve(s: State, r: RankedHypothesis, c: EffectCandidate, form: CurveForm) -
     x = _drawn_at(knots, problem.settings.curves.drawn)
 
     def whole(point: Point) -> np.ndarray:
-        made = formula_over(form.curve, _values(s, point), x) + np.interp(x, knots, form.values(point))
-        return np.asarray(made, float)
+        values = formula_over(form.curve, _values(s, point), x) + np.interp(x, knots, form.values(point))
+        return np.asarray(values, float)
 
     total, step = whole(fit.point), problem.settings.curves.step
     effects = {x.name for c in r.hypothesis.candidates for x in c.parameters}
-    own = [k for k, p in enumerate(fit.parameters) if p.name in effects]
-    moved = [{**fit.point, fit.parameters[k].name: float(fit.normalised[k]) + step} for k in own]
-    J = np.stack([(whole(point) - total) / step for point in moved], axis=1)
+    effect_columns = [k for k, p in enumerate(fit.parameters) if p.name in effects]
+    points = [{**fit.point, fit.parameters[k].name: float(fit.normalised[k]) + step} for k in effect_columns]
+    J = np.stack([(whole(point) - total) / step for point in points], axis=1)
     settings = problem.settings.uncertainty
-    C = data_covariance(problem, fit, s.nuisance_jacobian, settings.form_energy)[np.ix_(own, own)]
+    C = data_covariance(problem, fit, s.nuisance_jacobian, settings.form_energy)[np.ix_(effect_columns, effect_columns)]
     reach = settings.width * np.sqrt(np.einsum("ij,jk,ik->i", J, C, J))
     reach = np.hypot(reach, np.interp(x, knots, smoothed_away(knots, form.values(fit.point))))
     plain = _plain(s, r, c)

@@ -36,7 +36,7 @@ def document(d: Diagnosis) -> dict[str, Any]:
     moments = events(s) if has_moments(s) else []
     divided = budget(s)
     chosen, after = s.chosen.hypothesis.fit, s.after(s.chosen)
-    made: dict[str, Any] = {
+    data: dict[str, Any] = {
         "schema": SCHEMA, "campaign": s.problem.campaign.name, "verdict": s.verdict,
         "headline": headline(s, divided, moments, after), "cautions": cautions(s),
         "finished": not s.unfinished, "unfinished_stage": s.unfinished,
@@ -60,62 +60,62 @@ def document(d: Diagnosis) -> dict[str, Any]:
         **s.sections,
     }  # fmt: skip
     if moments:
-        made |= {"events": moments, "contrasts": contrasts(s.problem, moments)}
+        data |= {"events": moments, "contrasts": contrasts(s.problem, moments)}
     if s.next_measurements:
-        made["next_experiment"] = _measurement(s.next_measurements[0])
+        data["next_experiment"] = _measurement(s.next_measurements[0])
         channel = next((n for n in s.next_measurements if "channel" in n.change), None)
-        made["next_channel"] = None if channel is None else _measurement(channel)
-    return made
+        data["next_channel"] = None if channel is None else _measurement(channel)
+    return data
 
 
 def budget(s: State) -> dict[str, Any]:
     """What calibration, each effect and nothing account for: in all, by channel, run and region."""
-    shared, scoring = s.gap_budget, s.scoring
-    made: dict[str, Any] = {
+    gap_budget, scoring = s.gap_budget, s.scoring
+    data: dict[str, Any] = {
         "metric": METRIC, "held_out": s.held_out_how, "noise": 1.0, "delivered": rms(s.before),
-        "calibrated": shared.calibrated, "explained": shared.explained, "parts": parts(s),
+        "calibrated": gap_budget.calibrated, "explained": gap_budget.explained, "parts": parts(s),
     }  # fmt: skip
-    made["per_channel"] = {
+    data["per_channel"] = {
         label: _channel(s, k, label) for k, label in enumerate(scoring.labels)
         if (scoring.observations.channel == k).any()
     }  # fmt: skip
-    made["per_run"] = _runs(s)
-    made["per_region"] = {name: _steps(s, mask) for name, mask in s.masks.items()}
-    return made
+    data["per_run"] = _runs(s)
+    data["per_region"] = {name: _steps(s, mask) for name, mask in s.masks.items()}
+    return data
 
 
 def parts(s: State) -> list[dict[str, Any]]:
     """The shares; they add up to 1."""
-    shared, minor = s.gap_budget, s.problem.settings.budget.minor
+    gap_budget, minor = s.gap_budget, s.problem.settings.budget.minor
     texts = {c.id: c.text for c in s.problem.candidates}
-    made = []
-    for group, part in sorted(shared.groups.items(), key=lambda item: -item[1].share):
-        own = members(s, group)
-        made.append(
-            {"kind": "effect", "group": group, "effects": own, "text": {e: texts[e] for e in own},
+    entries = []
+    for group, part in sorted(gap_budget.groups.items(), key=lambda item: -item[1].share):
+        ids = members(s, group)
+        entries.append(
+            {"kind": "effect", "group": group, "effects": ids, "text": {e: texts[e] for e in ids},
              "share": part.share, "ci95": list(part.ci95), "inclusion_probability": s.inclusion.groups[group],
-             "minor": part.share < minor, "within_group": _within(s, group), "form": form(s, own),
-             "parameters": _part_parameters(s, own)}
+             "minor": part.share < minor, "within_group": _within(s, group), "form": form(s, ids),
+             "parameters": _part_parameters(s, ids)}
         )  # fmt: skip
-    rest = shared.unexplained
+    rest = gap_budget.unexplained
     named = [id for id in s.inclusion.effects if s.is_named(id)]
     gains = _gains(s)
     character = s.character.text if s.character is not None and s.verdict != NO_GAP else "within the noise"
     something = s.character is not None and bool(s.character.channel)
     count = s.problem.settings.analysis.nearest if something else 0
-    made.append(
-        {"kind": "unexplained", "share": rest.share, "ci95": list(rest.ci95), "rms": shared.explained,
+    entries.append(
+        {"kind": "unexplained", "share": rest.share, "ci95": list(rest.ci95), "rms": gap_budget.explained,
          "character": character, "nearest": list(nearest_effects(gains, named, count))}
     )  # fmt: skip
-    return made
+    return entries
 
 
 def _gains(s: State) -> dict[str, float]:
     """Share that each effect alone could explain, of any of its channels."""
-    made: dict[str, float] = {}
+    gains: dict[str, float] = {}
     for c in s.problem.candidates:
-        made[c.id] = max(made.get(c.id, 0.0), s.gains.get(c.label, 0.0))
-    return {id: gain for id, gain in sorted(made.items(), key=lambda item: -item[1]) if gain > 0.0}
+        gains[c.id] = max(gains.get(c.id, 0.0), s.gains.get(c.label, 0.0))
+    return {id: gain for id, gain in sorted(gains.items(), key=lambda item: -item[1]) if gain > 0.0}
 
 
 def _within(s: State, group: str) -> dict[str, float]:
@@ -137,9 +137,9 @@ def _part_parameters(s: State, ids: Sequence[str]) -> dict[str, Any]:
     if best is None:
         return {}
     fit = best.hypothesis.fit
-    own = {x.name for c in best.hypothesis.candidates if c.id in ids for x in c.parameters}
-    found = parameters(s.problem, fit, s.nuisance_jacobian, ("effect", "sensor"))
-    return {name: value for name, value in found.items() if name in own}
+    names = {x.name for c in best.hypothesis.candidates if c.id in ids for x in c.parameters}
+    values = parameters(s.problem, fit, s.nuisance_jacobian, ("effect", "sensor"))
+    return {name: value for name, value in values.items() if name in names}
 
 
 def _steps(s: State, mask: np.ndarray) -> dict[str, float]:
@@ -147,63 +147,63 @@ def _steps(s: State, mask: np.ndarray) -> dict[str, float]:
     calibrated = s.alternatives[0].residuals[frozenset()]
     return {
         "noise": 1.0, "delivered": rms(s.before[mask]), "calibrated": rms(calibrated[mask]),
-        "explained": _left(s.alternatives, mask),
+        "explained": _rms_left(s.alternatives, mask),
     }  # fmt: skip
 
 
-def _left(alternatives: Sequence[Alternative], mask: np.ndarray, scale: np.ndarray | float = 1.0) -> float:
+def _rms_left(alternatives: Sequence[Alternative], mask: np.ndarray, scale: np.ndarray | float = 1.0) -> float:
     """RMS of what the alternatives leave of the readings of a mask (n,), averaged with their probabilities."""
     squares = [a.probability * rms((a.residuals[a.labels] * scale)[mask]) ** 2 for a in alternatives]
     return float(np.sqrt(sum(squares)))
 
 
 def _masked_parts(s: State, mask: np.ndarray) -> list[dict[str, Any]]:
-    found = split(s.alternatives, mask)
+    divided = split(s.alternatives, mask)
     groups: dict[str, float] = {}
-    own = {c.label: c.group for c in s.problem.candidates}
-    for label, share in found.effects.items():
-        groups[own[label]] = groups.get(own[label], 0.0) + share
-    told = [{"kind": "effect", "group": g, "share": x} for g, x in sorted(groups.items(), key=lambda i: -i[1])]
-    return [*told, {"kind": "unexplained", "share": found.unexplained}]
+    group_of = {c.label: c.group for c in s.problem.candidates}
+    for label, share in divided.effects.items():
+        groups[group_of[label]] = groups.get(group_of[label], 0.0) + share
+    entries = [{"kind": "effect", "group": g, "share": x} for g, x in sorted(groups.items(), key=lambda i: -i[1])]
+    return [*entries, {"kind": "unexplained", "share": divided.unexplained}]
 
 
 def _channel(s: State, k: int, label: str) -> dict[str, Any]:
     """RMS of a channel in the unit of its FMU, and its parts."""
     compared, noise = s.scoring.observations, s.scoring.observations.noise_std
-    own = compared.channel == k
-    mask = own & compared.takes_bias
+    in_channel = compared.channel == k
+    mask = in_channel & compared.takes_bias
     calibrated = s.alternatives[0].residuals[frozenset()]
     series = k < len(s.problem.campaign.outputs)
     return {
         "unit": s.problem.units.get(label, "1") if series else "s", "noise": rms(noise[mask]),
         "delivered": rms((s.before * noise)[mask]), "calibrated": rms((calibrated * noise)[mask]),
-        "explained": _left(s.alternatives, mask, noise), "parts": _masked_parts(s, own),
+        "explained": _rms_left(s.alternatives, mask, noise), "parts": _masked_parts(s, in_channel),
     }  # fmt: skip
 
 
 def _runs(s: State) -> dict[str, Any]:
     """Normalised RMS of each run and its parts; of several runs of which none is held out, also as the others alone
     foretell it."""
-    others: list[float] = []
+    predicted: list[float] = []
     if s.holdout is None and len(s.problem.runs) > 1:
-        others = predict_each_run(s.problem, s.chosen.hypothesis.fit, s.nuisance_jacobian)
-    made = {}
+        predicted = predict_each_run(s.problem, s.chosen.hypothesis.fit, s.nuisance_jacobian)
+    entries = {}
     for r, info in enumerate(s.scoring.runs):
         mask = s.scoring.observations.run == r
-        made[info.name] = {**_steps(s, mask), "parts": _masked_parts(s, mask)}
-        if others:
-            made[info.name]["foretold_by_others"] = others[r]
-    return made
+        entries[info.name] = {**_steps(s, mask), "parts": _masked_parts(s, mask)}
+        if predicted:
+            entries[info.name]["foretold_by_others"] = predicted[r]
+    return entries
 
 
 def accepted(s: State) -> dict[str, Any]:
     """The effects that are known to be there, with their parameters in the most probable hypothesis."""
-    found = parameters(s.problem, s.chosen.hypothesis.fit, s.nuisance_jacobian, ("effect", "sensor"))
-    made: dict[str, Any] = {}
+    values = parameters(s.problem, s.chosen.hypothesis.fit, s.nuisance_jacobian, ("effect", "sensor"))
+    entries: dict[str, Any] = {}
     for c in s.problem.accepted:
-        own = made.setdefault(c.id, {"text": c.text, "parameters": {}})
-        own["parameters"] |= {x.name: found[x.name] for x in c.parameters}
-    return made
+        entry = entries.setdefault(c.id, {"text": c.text, "parameters": {}})
+        entry["parameters"] |= {x.name: values[x.name] for x in c.parameters}
+    return entries
 
 
 def effects(s: State) -> dict[str, Any]:
@@ -221,20 +221,20 @@ def effects(s: State) -> dict[str, Any]:
 def hypotheses(s: State) -> list[dict[str, Any]]:
     """The most probable ones; of the first their parameters, too."""
     settings = s.problem.settings.analysis
-    made = []
+    entries = []
     for k, (r, p) in enumerate(zip(s.ranked, s.probabilities, strict=True)):
         if k == settings.hypotheses_told:
             break
         fit = r.hypothesis.fit
-        told: dict[str, Any] = {}
+        values: dict[str, Any] = {}
         if k < settings.parameters_told:
-            told = parameters(s.problem, fit, s.nuisance_jacobian, ("effect", "sensor"))
-        made.append(
+            values = parameters(s.problem, fit, s.nuisance_jacobian, ("effect", "sensor"))
+        entries.append(
             {"effects": list(r.hypothesis.ids), "label": r.hypothesis.label, "probability": p, "left": r.gap,
              "status": fit.status, "forms": {c.id: c.form.id for c in r.hypothesis.candidates if c.form is not None},
-             "parameters": told}
+             "parameters": values}
         )  # fmt: skip
-    return made
+    return entries
 
 
 def reduction(s: State, after: np.ndarray) -> dict[str, Any]:
@@ -266,21 +266,21 @@ def replay(s: State) -> list[dict[str, Any]]:
 def numerics(s: State) -> dict[str, Any]:
     """Method and macro steps [s]; step_error: normalised RMS change under halving of the package's step."""
     d = s.problem.discretisation
-    known = len(s.step_change) > 0
-    error = rms(s.step_change / s.problem.observations.noise_std) if known else None
+    is_known = len(s.step_change) > 0
+    error = rms(s.step_change / s.problem.observations.noise_std) if is_known else None
     return {"method": d.method, "step": d.macro_step, "fit_step": d.fit_step, "step_error": error,
             "package_step": s.package_step, "richardson_order": d.richardson_order}  # fmt: skip
 
 
 def search(s: State) -> dict[str, Any]:
     """Where the search stood: the best sets of effects with their forms and normalised parameters, to go on from."""
-    told = s.problem.settings.search.remembered
+    count = s.problem.settings.search.remembered
     return {
         "finished": not s.unfinished,
         "sets": [
             {"effects": {c.label: c.form and c.form.id for c in r.hypothesis.candidates},
              "point": {name: u for name, u in r.hypothesis.fit.point.items() if u != 0.0}}
-            for r in [*s.ranked[:told], s.ranked_baseline]
+            for r in [*s.ranked[:count], s.ranked_baseline]
         ],
     }  # fmt: skip
 

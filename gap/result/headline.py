@@ -29,53 +29,55 @@ def _physical(state: State, budget: dict[str, Any], events: list[dict[str, Any]]
     timed = [e for e in events if not e["limit"] and abs(e["measured"] - e["delivered"]) > 2.0 * e["std"]]
     if timed:
         e = max(timed, key=lambda e: abs(e["measured"] - e["delivered"]) / e["std"])
-        off, word = e["measured"] - e["delivered"], "longer" if e["measured"] > e["delivered"] else "shorter"
-        made = (e["explained"] - e["calibrated"]) * (1.0 if off > 0 else -1.0)
-        calibration = (e["calibrated"] - e["delivered"]) * (1.0 if off > 0 else -1.0)
-        told = f"In {e['run']}, '{e['event']}' takes {quantity(abs(off), 's')} {word} than the model says"
+        difference, word = e["measured"] - e["delivered"], "longer" if e["measured"] > e["delivered"] else "shorter"
+        by_effects = (e["explained"] - e["calibrated"]) * (1.0 if difference > 0 else -1.0)
+        calibration = (e["calibrated"] - e["delivered"]) * (1.0 if difference > 0 else -1.0)
+        moment = f"In {e['run']}, '{e['event']}' takes {quantity(abs(difference), 's')} {word} than the model says"
         parts = f"calibration within the tolerances makes {quantity(calibration, 's')} of that"
         if state.chosen.hypothesis.candidates:
-            parts += f", {listed([plain(id) for id in state.chosen.hypothesis.ids])} {quantity(made, 's')}"
-        return f"{told}; {parts}."
+            parts += f", {listed([plain(id) for id in state.chosen.hypothesis.ids])} {quantity(by_effects, 's')}"
+        return f"{moment}; {parts}."
     label = leading_channel(budget)
     c = budget["per_channel"][label]
     factor, unit = shown_factor(state, label)
     delivered, calibrated = (quantity(c[key] * factor, unit) for key in ("delivered", "calibrated"))
-    what = f"{label} misses the measurement by {delivered} (rms) as delivered, by {calibrated} once calibrated"
+    deviation = f"{label} misses the measurement by {delivered} (rms) as delivered, by {calibrated} once calibrated"
     if state.chosen.hypothesis.candidates:
         effects = listed([plain(id) for id in state.chosen.hypothesis.ids])
-        left = quantity(_left_in(state, label, after) * factor, unit)
-        return f"{what} and by {left} with {effects} in the model."
-    return f"{what}; its noise is {quantity(c['noise'] * factor, unit)}."
+        remaining = quantity(_rms_left_in(state, label, after) * factor, unit)
+        return f"{deviation} and by {remaining} with {effects} in the model."
+    return f"{deviation}; its noise is {quantity(c['noise'] * factor, unit)}."
 
 
-def _left_in(state: State, label: str, after: np.ndarray) -> float:
+def _rms_left_in(state: State, label: str, after: np.ndarray) -> float:
     """RMS of what the chosen set leaves of a channel, in the unit of its FMU: the budget's own is an average over all
     plausible sets, with effects in some that are not sure enough to be named."""
     scoring = state.scoring.observations
-    own = (scoring.channel == state.scoring.labels.index(label)) & scoring.takes_bias
-    return rms((after * scoring.noise_std)[own])
+    in_channel = (scoring.channel == state.scoring.labels.index(label)) & scoring.takes_bias
+    return rms((after * scoring.noise_std)[in_channel])
 
 
 def _divided(state: State, budget: dict[str, Any]) -> str:
     before, after = multiple(budget["delivered"]), multiple(budget["calibrated"])
-    known = list(dict.fromkeys(plain(c.id) for c in state.problem.accepted))
-    taken = f", with {listed(known)} taken as known," if known else ""
-    calibration = f"Calibration within the tolerances{taken} brings the gap from {before} to {after} times the noise"
+    accepted = list(dict.fromkeys(plain(c.id) for c in state.problem.accepted))
+    accepted_text = f", with {listed(accepted)} taken as known," if accepted else ""
+    calibration = (
+        f"Calibration within the tolerances{accepted_text} brings the gap from {before} to {after} times the noise"
+    )
     if state.verdict == NO_GAP:
         return f"No effect is missing: {calibration[0].lower()}{calibration[1:]}."
     rest = next(p for p in budget["parts"] if p["kind"] == "unexplained")
-    left = f"{percent(rest['share'])} is in no effect of the catalogue"
+    unexplained = f"{percent(rest['share'])} is in no effect of the catalogue"
     if state.verdict == UNEXPLAINED:
         nearest = f" (nearest: {listed([plain(e) for e in rest['nearest']], word='or')})" if rest["nearest"] else ""
         return f"{calibration}; what is left is in no effect of the catalogue{nearest}: {rest['character']}."
     effects = [p for p in budget["parts"] if p["kind"] == "effect" and not p["minor"]]
-    told = [_part(state, p) for p in effects if _is_sure_enough(state, p)]
-    if not told:
+    texts = [_part(state, p) for p in effects if _is_sure_enough(state, p)]
+    if not texts:
         return f"{calibration}."
-    told += [_unsure_part(state, p) for p in effects if not _is_sure_enough(state, p)]
-    ending = "" if state.verdict == EXPLAINED else f", {left}: {rest['character']}"
-    return f"{calibration}; of what is left then, {', '.join(told)}{ending}."
+    texts += [_unsure_part(state, p) for p in effects if not _is_sure_enough(state, p)]
+    ending = "" if state.verdict == EXPLAINED else f", {unexplained}: {rest['character']}"
+    return f"{calibration}; of what is left then, {', '.join(texts)}{ending}."
 
 
 def _is_sure_enough(state: State, part: dict[str, Any]) -> bool:
@@ -96,21 +98,21 @@ def _part(state: State, part: dict[str, Any]) -> str:
 
 def cautions(state: State) -> list[str]:
     """What contradicts the rest and has to be known with it, a sentence each: they end the headline."""
-    made = []
+    sentences = []
     if state.unfinished:
         stopped = f"stopped before everything was tried, while {state.unfinished}"
-        made.append(f"Not finished: {stopped}; the probabilities allow for that.")
+        sentences.append(f"Not finished: {stopped}; the probabilities allow for that.")
     ends = at_bound(state.chosen, frozenset(state.chosen.hypothesis.ids))
     if ends:
         hint = "the effect may be another one, or larger than allowed"
-        made.append(f"{listed(ends)} {_stand(ends)} at the end of the allowed range: {hint}.")
+        sentences.append(f"{listed(ends)} {_stand(ends)} at the end of the allowed range: {hint}.")
     base = base_at_tolerance(state)
     if base:
         hint = "something that is not calibrated may hide there"
-        made.append(f"{listed(base, 2)} {_stand(base)} at the end of the tolerance: {hint}.")
+        sentences.append(f"{listed(base, 2)} {_stand(base)} at the end of the tolerance: {hint}.")
     if state.noise_widened:
-        made.append(state.noise_widened)
-    return [text.replace(NBSP, " ") for text in made]
+        sentences.append(state.noise_widened)
+    return [text.replace(NBSP, " ") for text in sentences]
 
 
 def _stand(names: list[str]) -> str:

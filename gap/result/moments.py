@@ -19,35 +19,35 @@ def events(state: State) -> list[dict[str, Any]]:
     """Measured moments beside those of the model as delivered, calibrated, and with the effects [s]."""
     problem = state.problem
     fits = {"calibrated": state.ranked_baseline.hypothesis.fit, "explained": state.chosen.hypothesis.fit}
-    made = []
+    entries = []
     for b in problem.observations.blocks:
         if b.event is None:
             continue
         limit = "at most" if np.isfinite(b.event.low) else "at least" if np.isfinite(b.event.high) else ""
-        made.append(
+        entries.append(
             {"run": problem.runs[b.run].name, "event": problem.labels[b.channel], "limit": limit,
              "measured": float(b.y[0]), "std": b.noise_std, "delivered": float(state.nominal[b.place][0]),
              **{name: float(fit.model[b.place][0]) for name, fit in fits.items()}}
         )  # fmt: skip
-    return made
+    return entries
 
 
-def contrasts(problem: Problem, found: list[dict[str, Any]]) -> list[dict[str, Any]]:
+def contrasts(problem: Problem, moments: list[dict[str, Any]]) -> list[dict[str, Any]]:
     """How much longer an event took in one run than in another that differs in one stated condition only [s].
 
     What such runs share, errors of the base parameters above all, cancels in the difference.
     """
     stated = {run.name: run.parameters for run in problem.campaign.runs}
     keys = ("measured", "delivered", "calibrated", "explained")
-    made = []
-    for i, a in enumerate(found):
-        for b in found[i + 1 :]:
+    entries = []
+    for i, a in enumerate(moments):
+        for b in moments[i + 1 :]:
             ours, theirs = stated[a["run"]], stated[b["run"]]
             changed = [k for k in {**ours, **theirs} if ours.get(k) != theirs.get(k)]
             if a["event"] == b["event"] and len(changed) == 1 and not (a["limit"] or b["limit"]):
-                apart = {k: a[k] - b[k] for k in keys}
+                levels = {k: a[k] - b[k] for k in keys}
                 std = float(np.hypot(a["std"], b["std"]))
-                made.append(
-                    {"runs": [a["run"], b["run"]], "event": a["event"], "changed": changed[0], **apart, "std": std}
+                entries.append(
+                    {"runs": [a["run"], b["run"]], "event": a["event"], "changed": changed[0], **levels, "std": std}
                 )
-    return made
+    return entries

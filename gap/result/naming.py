@@ -17,11 +17,11 @@ def plain(id: str) -> str:
 def members(state: State, group: str) -> list[str]:
     """Ids of a group that a share is told of: those that are probable in themselves, else all that may be it."""
     inclusion = state.inclusion
-    own = [id for id, g in inclusion.group_of.items() if g == group]
-    own.sort(key=lambda id: -inclusion.effects[id])
-    sure = [id for id in own if inclusion.effects[id] >= state.problem.settings.posterior.named]
+    ids = [id for id, g in inclusion.group_of.items() if g == group]
+    ids.sort(key=lambda id: -inclusion.effects[id])
+    sure = [id for id in ids if inclusion.effects[id] >= state.problem.settings.posterior.named]
     looked_at = {id for r in state.ranked for id in r.hypothesis.ids}
-    return sure or [id for id in own if id in looked_at]
+    return sure or [id for id in ids if id in looked_at]
 
 
 def part_name(state: State, group: str, effects: Sequence[str]) -> str:
@@ -38,5 +38,5 @@ def shown_factor(state: State, label: str) -> tuple[float, str]:
     channel = next((c for c in state.problem.campaign.outputs if c.connector == label), None)
     if channel is None:
         return 1.0, "s"
-    own = state.problem.units.get(label, channel.unit)
-    return unit(own).factor / unit(channel.unit).factor, channel.unit
+    fmu_unit = state.problem.units.get(label, channel.unit)
+    return unit(fmu_unit).factor / unit(channel.unit).factor, channel.unit

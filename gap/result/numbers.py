@@ -26,7 +26,7 @@ def short(x: float, digits: int = 3) -> str:
     return _minus(f"{x / 10.0**size:.{digits - 1}f}") + f" × 10{str(size).translate(_SUPERSCRIPT)}"
 
 
-def given(x: object) -> str:
+def stated_value(x: object) -> str:
     """A value as somebody stated it, without digits that nobody wrote."""
     if isinstance(x, bool) or not isinstance(x, (int, float)):
         return str(x).lower() if isinstance(x, bool) else str(x)

@@ -20,10 +20,10 @@ def observations(s: State) -> list[dict[str, Any]]:
     models = {"model": calibrated.fit.model}
     if chosen.candidates:
         models["explained"] = chosen.fit.model
-    made = list(_of(s.problem, models, calibrated.fit.residual))
+    entries = list(_of(s.problem, models, calibrated.fit.residual))
     if s.holdout is not None:
-        made += _of(s.holdout.problem, {}, s.after(s.ranked_baseline))
-    return made
+        entries += _of(s.holdout.problem, {}, s.after(s.ranked_baseline))
+    return entries
 
 
 def _of(problem: Problem, models: dict[str, np.ndarray], residual: np.ndarray) -> Iterator[dict[str, Any]]:
@@ -49,20 +49,20 @@ def _swing(blocks: Sequence[Block], models: dict[str, np.ndarray]) -> dict[str, 
     feature = blocks[0].feature
     assert feature is not None
     at = feature.swing.at
-    made = {"from": float(at[0]), "to": float(at[-1]), **_described(blocks, None)}
-    return made | {name: _described(blocks, model) for name, model in models.items()}
+    entry = {"from": float(at[0]), "to": float(at[-1]), **_described(blocks, None)}
+    return entry | {name: _described(blocks, model) for name, model in models.items()}
 
 
 def _described(blocks: Sequence[Block], model: np.ndarray | None) -> dict[str, Any]:
     """Frequency, and the amplitude's middle without the noise's part; model: a long vector (n,), None for readings."""
-    made: dict[str, Any] = {"swings": False, "frequency": None, "amplitude": 0.0}
+    description: dict[str, Any] = {"swings": False, "frequency": None, "amplitude": 0.0}
     for b in blocks:
         assert b.feature is not None
         read = b.y if model is None else model[b.place]
         if b.feature.quantity == AMPLITUDE:
             squared = np.exp(2.0 * read) - b.feature.swing.noise_energy
-            made["amplitude"] = float(np.sqrt(max(float(np.median(squared)), 0.0)))
-            made["swings"] = bool(np.median(squared) > b.feature.swing.least_energy)
-        elif b.feature.quantity == FREQUENCY and made["swings"]:
-            made["frequency"] = float(np.exp(read[0]))
-    return made
+            description["amplitude"] = float(np.sqrt(max(float(np.median(squared)), 0.0)))
+            description["swings"] = bool(np.median(squared) > b.feature.swing.least_energy)
+        elif b.feature.quantity == FREQUENCY and description["swings"]:
+            description["frequency"] = float(np.exp(read[0]))
+    return description

@@ -12,11 +12,11 @@ def parameter_set(d: Diagnosis) -> str:
     """The parameters of the chosen hypothesis as an SSV file; conditions that the runs state are not in it."""
     problem = d.state.problem
     point = d.state.chosen.hypothesis.fit.point
-    found, varied = problem.model_values(0, point), problem.differing_values(point)
+    calibrated, varied = problem.model_values(0, point), problem.differing_values(point)
     values = problem.runs[0].values
     lines = []
-    wanted = {t: value for name, value in found.items() if name not in varied for t in matching(name, values)}
-    for target, value in sorted(wanted.items()):
+    targets = {t: value for name, value in calibrated.items() if name not in varied for t in matching(name, values)}
+    for target, value in sorted(targets.items()):
         if isinstance(value, bool) or isinstance(values[target], bool):
             body = f"<ssv:Boolean value={quoteattr(str(bool(value)).lower())}/>"
         elif isinstance(values[target], int):

@@ -15,15 +15,15 @@ from ..problem.problem import Problem
 def parameters(problem: Problem, fit: Fit, nuisance_jacobian: np.ndarray, kinds: tuple[str, ...]) -> dict[str, Any]:
     """Value, 95 % interval, unit and whether it is at a bound, of a fit's parameters of these kinds, by name."""
     std, width = parameter_std(problem, fit, nuisance_jacobian), problem.settings.uncertainty.width
-    made = {}
+    by_name = {}
     for x, u, s, end in zip(fit.parameters, fit.normalised, std, fit.at_bound, strict=True):
         if x.kind not in kinds or x.weights:  # a curve's are told as the curve
             continue
         low, high = max(x.low, u - width * s), min(x.high, u + width * s)
         factor, unit = shown_scale(problem, x)
         ends = sorted((x.value(low) * factor, x.value(high) * factor))
-        made[x.name] = {"value": x.value(u) * factor, "ci95": ends, "unit": unit, "at_bound": end}
-    return made
+        by_name[x.name] = {"value": x.value(u) * factor, "ci95": ends, "unit": unit, "at_bound": end}
+    return by_name
 
 
 def moved_base(problem: Problem, fit: Fit, nuisance_jacobian: np.ndarray) -> dict[str, Any]:
@@ -31,15 +31,15 @@ def moved_base(problem: Problem, fit: Fit, nuisance_jacobian: np.ndarray) -> dic
 
     A tolerance that is a factor is told as the largest change that it allows, and as the factor beside it.
     """
-    made = parameters(problem, fit, nuisance_jacobian, ("base",))
+    by_name = parameters(problem, fit, nuisance_jacobian, ("base",))
     for x, u in zip(fit.parameters, fit.normalised, strict=True):
         if x.kind == "base":
             tolerance = x.scale if x.factor is None else x.factor - 1.0
-            told = {"change": x.value(u) - 1.0, "tolerance": tolerance, "at_tolerance": made[x.name].pop("at_bound")}
-            made[x.name] |= told
+            move = {"change": x.value(u) - 1.0, "tolerance": tolerance, "at_tolerance": by_name[x.name].pop("at_bound")}
+            by_name[x.name] |= move
             if x.factor is not None:
-                made[x.name]["tolerance_factor"] = x.factor
-    return made
+                by_name[x.name]["tolerance_factor"] = x.factor
+    return by_name
 
 
 class Scale(NamedTuple):

@@ -38,8 +38,8 @@ def load(path: Path) -> dict[str, Any]:
 
 def load_earlier(path: Path) -> EarlierDiagnosis:
     """The sets that the diagnosis in a folder had fitted; raises `DiagnosisError` where it does not tell them."""
-    found = load(path).get("search")
-    if not found:
+    search = load(path).get("search")
+    if not search:
         file = path / "diagnosis.json" if path.is_dir() else path
         raise DiagnosisError(f"{file}: tells no sets to go on from; diagnose without --resume once")
-    return EarlierDiagnosis(tuple(EarlierSet(s["effects"], s["point"]) for s in found["sets"]), found["finished"])
+    return EarlierDiagnosis(tuple(EarlierSet(s["effects"], s["point"]) for s in search["sets"]), search["finished"])

@@ -14,7 +14,7 @@ from deepsea_cosim.gap.diagnose import diagnose, import_ahead
 from deepsea_cosim.gap.problem.stop import StopToken
 from deepsea_cosim.gap.result.document import document
 from deepsea_cosim.gap.result.parameter_set import parameter_set
-from deepsea_cosim.gap.terminal import _Patience
+from deepsea_cosim.gap.terminal import _StopCondition
 from deepsea_cosim.master.simulation.session import Session
 
 from .. import packages
@@ -226,15 +226,15 @@ def test_a_dask_cluster_finds_the_same(toys, tmp_path):
 
 
 def test_the_first_interrupt_asks_for_a_result_and_the_second_ends(capsys):
-    with _Patience(None) as patience:
-        assert not patience.ended()
+    with _StopCondition(None) as stop_condition:
+        assert not stop_condition.ended()
         signal.raise_signal(signal.SIGINT)
-        assert patience.ended()
+        assert stop_condition.ended()
         assert "judging what has been found" in capsys.readouterr().err
         with pytest.raises(KeyboardInterrupt):
             signal.raise_signal(signal.SIGINT)
-    with _Patience(1e-9) as patience:
-        assert patience.ended()
+    with _StopCondition(1e-9) as stop_condition:
+        assert stop_condition.ended()
 
 
 def test_held_out_runs_are_not_fitted(toys, tmp_path):

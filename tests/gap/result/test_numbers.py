@@ -4,13 +4,13 @@ import pytest
 from deepsea_cosim.gap.result.numbers import (
     change,
     cleaned,
-    given,
     listed,
     percent,
     pretty,
     printable,
     quantity,
     short,
+    stated_value,
     with_interval,
 )
 
@@ -24,9 +24,9 @@ from deepsea_cosim.gap.result.numbers import (
         (short(8.2e-5, 2), "8.2 × 10⁻⁵"),
         (short(999.96), "1000"),
         (short(float("nan")), "–"),
-        (given(1400000000.0), "1.4 × 10⁹"),
-        (given(True), "true"),
-        (given(3000.0), "3000"),
+        (stated_value(1400000000.0), "1.4 × 10⁹"),
+        (stated_value(True), "true"),
+        (stated_value(3000.0), "3000"),
         (percent(0.003), "<1\u00a0%"),
         (percent(0.9999), ">99\u00a0%"),
         (percent(1.0), "100\u00a0%"),
