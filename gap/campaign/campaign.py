@@ -118,8 +118,8 @@ class Campaign:
 
 def si(name: str) -> str:
     """The SI unit of the same quantity in the project's table."""
-    given = unit(name)
-    si_names = (u.name for u in UNITS.values() if u.same_dimension(given) and u.factor == 1.0 and u.offset == 0.0)
+    stated = unit(name)
+    si_names = (u.name for u in UNITS.values() if u.same_dimension(stated) and u.factor == 1.0 and u.offset == 0.0)
     si_name = next(si_names, None)
     if si_name is None:
         raise CampaignError(f"unit '{name}': the SI unit of that quantity is not known here")

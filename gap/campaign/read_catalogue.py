@@ -114,8 +114,8 @@ class _Reader(Tables):
         return Form(id, text, parameters)
 
     def curve(self, table: dict[str, Any], entry: str) -> Curve:
-        known = ("id", "text", "effects", "x", "y", "knots", "knots_of", "parameters", "prior", "formula", "names")
-        self.no_strangers(table, known, entry)
+        keys = ("id", "text", "effects", "x", "y", "knots", "knots_of", "parameters", "prior", "formula", "names")
+        self.no_strangers(table, keys, entry)
         id, text, x, y = (self.get(table, entry, key, str) for key in ("id", "text", "x", "y"))
         knots, parameters = tuple(self.numbers(table, entry, "knots")), self.strings(table, entry, "parameters")
         if len(knots) < 3 or any(b <= a for a, b in pairwise(knots)):
@@ -133,8 +133,8 @@ class _Reader(Tables):
         return Curve(id, text, effects, x, y, knots, parameters, prior, knots_of, formula, names)
 
     def sensor(self, table: dict[str, Any], entry: str) -> Sensor:
-        known = ("id", "text", "group", "quantity", "neutral", "bounds", "prior", "form", *NOTES)
-        self.no_strangers(table, known, entry)
+        keys = ("id", "text", "group", "quantity", "neutral", "bounds", "prior", "form", *NOTES)
+        self.no_strangers(table, keys, entry)
         self.notes(table, entry)
         id, text, group, quantity = (self.get(table, entry, key, str) for key in ("id", "text", "group", "quantity"))
         if quantity not in QUANTITIES:

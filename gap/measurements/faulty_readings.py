@@ -34,9 +34,9 @@ class FaultyReadings:
         """Those of any kind (n,)."""
         return np.asarray(self.glitches | self.dropouts | self.stuck)
 
-    def without(self, kept: Mask) -> FaultyReadings:
-        """The same where `kept` (n,) is not true."""
-        return FaultyReadings(self.glitches & ~kept, self.dropouts & ~kept, self.stuck & ~kept)
+    def without(self, keep: Mask) -> FaultyReadings:
+        """The same where `keep` (n,) is not true."""
+        return FaultyReadings(self.glitches & ~keep, self.dropouts & ~keep, self.stuck & ~keep)
 
     def counts(self) -> dict[str, int]:
         """Number of readings by kind, of kinds that there are."""

@@ -51,9 +51,9 @@ def read_table(path: Path, form: TextFormat = TextFormat()) -> MeasurementTable:
             start = file.read(64)
     except OSError as error:
         raise MeasurementError(f"{path}: cannot be read ({error.strerror})") from None
-    for known in FORMATS:
-        if start.startswith(known.begins) or path.suffix.lower() in known.suffixes:
-            return known.read(path)
+    for file_format in FORMATS:
+        if start.startswith(file_format.begins) or path.suffix.lower() in file_format.suffixes:
+            return file_format.read(path)
     for begin, remedy in REMEDIES.items():
         if start.startswith(begin):
             raise MeasurementError(f"{path}: {remedy}")

@@ -37,7 +37,7 @@ def run_pipeline(
     for stage in stages:
         if (stop.requested and not stage.always) or not stage.when(state):
             continue
-        begin, known = time.perf_counter(), state.progress
+        begin, last_progress = time.perf_counter(), state.progress
         say(stage.name)
         try:
             state = stage.run(state)
@@ -46,7 +46,7 @@ def run_pipeline(
         if stop.requested:
             state = replace(state, unfinished=state.unfinished or stage.name)
         state = replace(state, seconds={**state.seconds, stage.name: time.perf_counter() - begin})
-        if state.progress != known:
+        if state.progress != last_progress:
             tell(state.progress)
             if not state.first_answer and (state.fitted_sets or state.quick_round):
                 state = replace(state, first_answer=sum(state.seconds.values()))

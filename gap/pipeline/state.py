@@ -249,5 +249,7 @@ def initial_state(
         raise CampaignError(f"{campaign.file}: every run has use = 'holdout', {remedy}")
     training, *held = split_runs(campaign)
     problem = build_problem(training, catalogue, pool, stop, settings)
-    known = earlier and replace(earlier, sets=tuple(transferable_sets(problem, earlier)))
-    return State(problem, held[0] if held else None, problem.macro_step, warnings=problem.warnings, earlier=known)
+    transferable = earlier and replace(earlier, sets=tuple(transferable_sets(problem, earlier)))
+    return State(
+        problem, held[0] if held else None, problem.macro_step, warnings=problem.warnings, earlier=transferable
+    )

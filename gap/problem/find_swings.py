@@ -172,10 +172,10 @@ def _with_swings(observations: Observations, swings_of_blocks: Sequence[Sequence
     blocks: list[Block] = []
     readings, noises, place = [], [], 0
 
-    def add(block: Block, y: np.ndarray, t: np.ndarray, noise_std: np.ndarray, kept: np.ndarray) -> None:
+    def add(block: Block, y: np.ndarray, t: np.ndarray, noise_std: np.ndarray, mask: np.ndarray) -> None:
         nonlocal place
         at = slice(place, place + len(y))
-        members = None if block.members is None else block.members[kept]
+        members = None if block.members is None else block.members[mask]
         blocks.append(replace(block, t=t, y=y, place=at, members=members))
         readings.append(y)
         noises.append(noise_std)

@@ -111,12 +111,12 @@ def _further_variants(problem: Problem, bank: Bank, run_variants: Sequence[Varia
     makes a machine swing does so from a threshold on, a valve that holds a load is only there until it does, and no set
     would ask for it."""
     settings = problem.settings.search
-    seen = {c.label for c in bank.candidates}
+    responding = {c.label for c in bank.candidates}
     for places in families(bank.responses):
         family = [bank.responses[k] for k in places]
-        seen |= {family[0].candidate.label} if _shows(family, settings) else set()
+        responding |= {family[0].candidate.label} if _shows(family, settings) else set()
     further: list[Variant] = []
-    for c in dict.fromkeys(c for c, values in run_variants if c.label not in seen):
+    for c in dict.fromkeys(c for c, values in run_variants if c.label not in responding):
         tried = {values[c.main.name] for other, values in run_variants if other is c and values}
         further += [
             (c, values) for values in variants(c, [s for s in grid(c.main, settings) if s not in tried], settings)

@@ -76,7 +76,7 @@ class _AtStep(NamedTuple):
     """A problem, and a set of effects as it stands at a point with its own exact run."""
 
     problem: Problem
-    there: Hypothesis
+    hypothesis: Hypothesis
 
 
 def _with_resolving_step(problem: Problem, hypothesis: Hypothesis, nuisance_jacobian: np.ndarray) -> _AtStep:

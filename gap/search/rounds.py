@@ -168,15 +168,15 @@ def drop_each_effect(
     An effect must not win because the fit without it has stopped on its way. A set may so give way to a smaller one,
     and that to another.
     """
-    kept, tried_parts = list(hypotheses), set()
+    current, tried_parts = list(hypotheses), set()
     for _ in range(problem.settings.search.most_effects):
-        best = kept[0]
+        best = current[0]
         to_drop = [c for c in best.candidates if best.parts - c.parts not in tried_parts]
         if problem.stop_requested:
             break
         tried_parts |= {best.parts - c.parts for c in to_drop}
-        kept += [h for h in drop_effects(problem, [(best, c) for c in to_drop], nuisance_jacobian) if h is not None]
-        kept = best_of_each_set(kept)
-        if kept[0] is best:
+        current += [h for h in drop_effects(problem, [(best, c) for c in to_drop], nuisance_jacobian) if h is not None]
+        current = best_of_each_set(current)
+        if current[0] is best:
             break
-    return kept
+    return current

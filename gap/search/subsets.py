@@ -54,7 +54,7 @@ def _fit_subsets(
     completed = {}
     for subset, (h, dropped), fitted in zip(above, pairs, fits, strict=True):
         if fitted is None:
-            kept = tuple(c for c in h.candidates if c is not dropped)
-            fitted = Hypothesis(kept, predict_without(problem, h.fit, dropped.parameters, nuisance_jacobian))
+            remaining = tuple(c for c in h.candidates if c is not dropped)
+            fitted = Hypothesis(remaining, predict_without(problem, h.fit, dropped.parameters, nuisance_jacobian))
         completed[subset] = rank_hypotheses(problem, [fitted], nuisance_jacobian)[0]
     return completed
