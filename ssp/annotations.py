@@ -39,7 +39,7 @@ def step_hint(document: Document, component: etree._Element) -> float | None:
 
 
 def _inside(owner: etree._Element) -> Iterator[etree._Element]:
-    return (e for found in owner.findall(f"{SSD}Annotations") for e in found.iter())
+    return (e for sections in owner.findall(f"{SSD}Annotations") for e in sections.iter())
 
 
 @dataclass
@@ -51,15 +51,15 @@ class Unused:
     def add(self, document: Document, root: etree._Element) -> None:
         """Look through a file's elements."""
         for annotation in root.iter(f"{SSC}Annotation"):
-            left = [local(e) for e in annotation if not any(_used(part) for part in e.iter())]
-            if annotation.get("type") != STEP_ANNOTATION and (left or not len(annotation)):
-                names = f" ({', '.join(dict.fromkeys(left))})" if left else ""
+            unread = [local(e) for e in annotation if not any(_used(part) for part in e.iter())]
+            if annotation.get("type") != STEP_ANNOTATION and (unread or not len(annotation)):
+                names = f" ({', '.join(dict.fromkeys(unread))})" if unread else ""
                 self.places.setdefault(f"{annotation.get('type', '')}{names}", {})[document.where(annotation)] = None
 
     def lines(self) -> tuple[str, ...]:
         """A line for each kind, with the first place."""
-        more = {kind: f" and {len(found) - 1} more" if len(found) > 1 else "" for kind, found in self.places.items()}
-        return tuple(f"{kind}: {next(iter(found))}{more[kind]}" for kind, found in self.places.items())
+        more = {kind: f" and {len(places) - 1} more" if len(places) > 1 else "" for kind, places in self.places.items()}
+        return tuple(f"{kind}: {next(iter(places))}{more[kind]}" for kind, places in self.places.items())
 
 
 def _used(element: etree._Element) -> bool:

@@ -53,17 +53,17 @@ class Budget:
 
     def take(self, archive: Path, entries: list[zipfile.ZipInfo]) -> None:
         """Count an archive, or refuse it."""
-        left = MAX_SIZE if self.size is None else self.size
+        remaining = MAX_SIZE if self.size is None else self.size
         size = sum(entry.file_size for entry in entries)
-        if size > left:
-            raise PackageError(f"{archive}: would unpack to {size / 1e9:.1f} GB, more than {left / 1e9:.1f} GB")
+        if size > remaining:
+            raise PackageError(f"{archive}: would unpack to {size / 1e9:.1f} GB, more than {remaining / 1e9:.1f} GB")
         if len(entries) > self.entries:
             raise PackageError(f"{archive}: holds {len(entries)} entries, more than {self.entries}; refused")
         for entry in entries:
             growth = entry.file_size / max(1, entry.compress_size)
             if entry.file_size > LARGE and growth > MAX_RATIO:
                 raise PackageError(f"{archive}: entry '{entry.filename}' would grow {growth:.0f} times; refused")
-        self.size, self.entries = left - size, self.entries - len(entries)
+        self.size, self.entries = remaining - size, self.entries - len(entries)
 
 
 def extract(archive: Path, folder: Path, budget: Budget | None = None) -> Path:

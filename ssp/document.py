@@ -112,13 +112,13 @@ class Document:
             raise self.error(element, f'{name}="{text}" is neither true nor false')
         return value
 
-    def children(self, element: etree._Element, known: Collection[str]) -> Iterator[etree._Element]:
+    def children(self, element: etree._Element, tags: Collection[str]) -> Iterator[etree._Element]:
         """The children with one of the known tags. One of no known meaning is refused by name, never skipped."""
         for child in element:
-            if child.tag in known:
+            if child.tag in tags:
                 yield child
             elif child.tag not in HARMLESS:
-                names = {local_of(tag): tag for tag in known}
+                names = {local_of(tag): tag for tag in tags}
                 meant = names.get(local(child))
                 if meant is not None:
                     hint = f"; it belongs to the namespace {meant[1:].partition('}')[0]}"
@@ -128,10 +128,10 @@ class Document:
 
     def child(self, element: etree._Element, tag: str) -> etree._Element | None:
         """The only child with a tag, or None."""
-        found = element.findall(tag)
-        if len(found) > 1:
-            raise self.error(found[1], f"<{local(found[1])}> stands twice in <{local(element)}>")
-        return found[0] if found else None
+        children = element.findall(tag)
+        if len(children) > 1:
+            raise self.error(children[1], f"<{local(children[1])}> stands twice in <{local(element)}>")
+        return children[0] if children else None
 
 
 def local_of(tag: str) -> str:
@@ -147,9 +147,9 @@ def truth(text: str) -> bool | None:
 def version(document: Document, root: etree._Element) -> str:
     """The version of a root element: 1.0 or 2.0; drafts of a version count as that version, none as the first."""
     text = root.get("version", VERSIONS[0])
-    for known in VERSIONS:
-        if text == known or text.startswith((f"{known}-", f"{known}.")) or text == known[:1]:
-            return known
+    for supported in VERSIONS:
+        if text == supported or text.startswith((f"{supported}-", f"{supported}.")) or text == supported[:1]:
+            return supported
     if text.startswith(("Draft", "1.0")):
         return "1.0"
     raise document.error(root, f"version {text} of <{local(root)}> is not supported; known: {', '.join(VERSIONS)}")
@@ -165,14 +165,14 @@ def _schema(tag: str, of: str) -> etree.XMLSchema:
 def violations(document: Document, root: etree._Element, of: str) -> list[str]:
     """What a root element (of a file, or inline) has that the standard's schema does not allow, with its place."""
     schema = _schema(root.tag, of)
-    found = []
+    lines = []
     if document.encoding and root.getparent() is None:
-        found.append(f"{document.shown}, line 1: is not in the encoding that it declares; read as {document.encoding}")
+        lines.append(f"{document.shown}, line 1: is not in the encoding that it declares; read as {document.encoding}")
     if schema.validate(root if root.getparent() is None else deepcopy(root)):  # the schema knows it as a root only
-        return found
+        return lines
     for entry in schema.error_log:
         text = entry.message
         for tag, short in SHORT.items():
             text = text.replace(tag, short)
-        found.append(f"{document.shown}, line {entry.line}: {text}")
-    return found
+        lines.append(f"{document.shown}, line {entry.line}: {text}")
+    return lines

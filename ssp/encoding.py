@@ -38,8 +38,8 @@ def as_utf8(data: bytes) -> tuple[bytes, str]:
         if data.startswith(mark):
             text = _decoded(data, name)
             return (data if text is None else text.encode()), ""
-    found = DECLARED.match(data)
-    declared = found[1].decode() if found else "utf-8"
+    declaration = DECLARED.match(data)
+    declared = declaration[1].decode() if declaration else "utf-8"
     narrow = data.isascii() and not WIDE.match(declared)
     for name in (*([declared] if narrow else []), "utf-8", declared, *UNTOLD):
         if (text := _decoded(data, name)) is not None:

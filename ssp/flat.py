@@ -124,7 +124,7 @@ class Network:
     def connects(self, end: End) -> bool:
         """Whether a connection brings something to a variable of a component, or takes something from it."""
         flat_connections = (*self.flat_connections, *self.early, *self.outputs)
-        ways = (way for found in self.connectors.values() for way in found)
+        ways = (way for targets in self.connectors.values() for way in targets)
         return any(end in (w.start, w.end) for w in flat_connections) or any(end == way[:2] for way in ways)
 
     def without(self, ends: Collection[End]) -> Network:
@@ -142,11 +142,11 @@ class Network:
     @cached_property
     def leads(self) -> dict[str, list[FlatConnection]]:
         """The flat connections that begin at each of the top-level system's inputs."""
-        found: dict[str, list[FlatConnection]] = {}
+        by_input: dict[str, list[FlatConnection]] = {}
         for flat in self.flat_connections:
             if not flat.start[0]:
-                found.setdefault(flat.start[1], []).append(flat)
-        return found
+                by_input.setdefault(flat.start[1], []).append(flat)
+        return by_input
 
     def only(self, paths: list[str]) -> Network:
         """The network with some of its components only."""

@@ -108,18 +108,18 @@ class _Flattener:
         flat_connections: list[FlatConnection] = []
         early: list[FlatConnection] = []
         takes = ("input", "inout", "unspecified")
-        taken = {c.name: c for c in root.connectors if c.kind in takes and not _is_clock(c)}
+        candidates = {c.name: c for c in root.connectors if c.kind in takes and not _is_clock(c)}
         for node in list(self.drivers):
             if node[0] == "component":
                 for flat in self.trace(node):
-                    if flat.start[0] or flat.start[1] in taken:
+                    if flat.start[0] or flat.start[1] in candidates:
                         (early if self.kinds.get(node) in EARLY else flat_connections).append(flat)
         outputs: list[FlatConnection] = []
         for connector in root.connectors:
             node = ("system", "", connector.name)
             if connector.kind in (*GIVES, "inout", "unspecified") and node in self.drivers:
                 for flat in self.trace(node):
-                    if flat.start[0] or flat.start[1] in taken:
+                    if flat.start[0] or flat.start[1] in candidates:
                         outputs.append(flat)
                         continue
                     self.refused(PackageError(
@@ -127,7 +127,7 @@ class _Flattener:
                         "system; that is not supported"
                     ))  # fmt: skip
         driving = {w.start[1] for w in flat_connections if not w.start[0]}
-        inputs = {name: c for name, c in taken.items() if c.kind == "input" or name in driving}
+        inputs = {name: c for name, c in candidates.items() if c.kind == "input" or name in driving}
         self.calculated(early, settings)
         return Network(
             self.structure, self.parts, tuple(flat_connections), tuple(early), tuple(outputs), inputs, tuple(settings),
@@ -177,10 +177,10 @@ class _Flattener:
                 except PackageError as error:
                     self.refused(error)
                     lost.add(element.name)
-        known = {element.name for element in system.elements}
+        names = {element.name for element in system.elements}
         for connection in system.connections:
             ends = {connection.start[0], connection.end[0]} - {None}
-            if ends & lost or ("" in lost and ends - known):
+            if ends & lost or ("" in lost and ends - names):
                 continue  # what follows from an error is not told, nor what may mean an element without a name
             try:
                 self.connect(system, path, used, connection)
@@ -188,12 +188,12 @@ class _Flattener:
                 self.refused(error)
 
     def dictionary(
-        self, element: SignalDictionaryReference, known: dict[str, tuple[str, dict[str, Type]]]
+        self, element: SignalDictionaryReference, dictionaries: dict[str, tuple[str, dict[str, Type]]]
     ) -> tuple[str, dict[str, Type]]:
-        if element.dictionary not in known:
-            hint = did_you_mean(element.dictionary, list(known))
+        if element.dictionary not in dictionaries:
+            hint = did_you_mean(element.dictionary, list(dictionaries))
             raise PackageError(f"{element.where}: there is no signal dictionary '{element.dictionary}'{hint}")
-        name, entries = known[element.dictionary]
+        name, entries = dictionaries[element.dictionary]
         for connector in element.connectors:
             if connector.name not in entries:
                 hint = did_you_mean(connector.name, list(entries))
@@ -230,11 +230,11 @@ class _Flattener:
             return
         self.kinds[node], self.types[node] = connector.kind, connector.type
 
-    def named(self, things: Sequence[Any], name: str) -> Any:
+    def named(self, items: Sequence[Any], name: str) -> Any:
         """The first of the connectors or elements with that name; None if there is none."""
-        if id(things) not in self._named:
-            self._named[id(things)] = things, {thing.name: thing for thing in reversed(things)}
-        return self._named[id(things)][1].get(name)
+        if id(items) not in self._named:
+            self._named[id(items)] = items, {item.name: item for item in reversed(items)}
+        return self._named[id(items)][1].get(name)
 
     def end(
         self, system: System, path: str, used: dict[str, tuple[str, dict[str, Type]]], connection: Connection, side: str
@@ -244,9 +244,9 @@ class _Flattener:
         if element is None:
             connector = self.named(system.connectors, name)
             if connector is None:
-                known = [c.name for c in system.connectors]
+                names = [c.name for c in system.connectors]
                 raise PackageError(
-                    f"{connection.where}: the system has no connector '{name}'{did_you_mean(name, known)}"
+                    f"{connection.where}: the system has no connector '{name}'{did_you_mean(name, names)}"
                 )
             node = ("system", path, name)
             return node, "gives" if connector.kind in TAKES else "takes" if connector.kind in GIVES else "either"
@@ -269,17 +269,17 @@ class _Flattener:
         else:
             target = self.named(system.elements, element)
             if target is None:
-                known = [e.name for e in system.elements]
+                names = [e.name for e in system.elements]
                 raise PackageError(
-                    f"{connection.where}: there is no component '{element}'{did_you_mean(element, known)}"
+                    f"{connection.where}: there is no component '{element}'{did_you_mean(element, names)}"
                 )
             if isinstance(target, System):
                 node = ("border", f"{inner}.", name)
                 node = node if node in self.kinds else ("system", f"{inner}.", name)
                 if node not in self.kinds and node not in self.clocked:
-                    known = [c.name for c in target.connectors]
+                    names = [c.name for c in target.connectors]
                     raise PackageError(
-                        f"{connection.where}: system '{element}' has no connector '{name}'{did_you_mean(name, known)}"
+                        f"{connection.where}: system '{element}' has no connector '{name}'{did_you_mean(name, names)}"
                     )
             else:
                 node = ("component", inner, name)
@@ -297,13 +297,13 @@ class _Flattener:
         where = connection.where
         names = f"'{_shown(connection.start)}' and '{_shown(connection.end)}'"
         if start in self.clocked or end in self.clocked:
-            told = "is a clock or belongs to one; connected clocks are not supported"
-            raise PackageError(f"{where}: one of {names} {told}")
+            reason = "is a clock or belongs to one; connected clocks are not supported"
+            raise PackageError(f"{where}: one of {names} {reason}")
         if start == end:
             raise PackageError(f"{where}: {names} are the same")
         if a == b and a != "either":
-            what = "give a value" if a == "gives" else "take one"
-            raise PackageError(f"{where}: {names} both {what}; a connection needs one that gives and one that takes")
+            both = "give a value" if a == "gives" else "take one"
+            raise PackageError(f"{where}: {names} both {both}; a connection needs one that gives and one that takes")
         parted = connection.start_indices or connection.end_indices
         if parted and any(self.kinds.get(node) in EARLY for node in (start, end)):
             raise PackageError(f"{where}: connections of single elements of parameters are not supported")
@@ -325,14 +325,14 @@ class _Flattener:
             return node[0] != "component" and self.entries.get(node, node) in self.drivers
 
         def asked(node: Node) -> bool:
-            wanted = node in self.drives or self.entries.get(node) in self.drives
-            return node[0] != "component" and wanted and not driven(node)
+            drives = node in self.drives or self.entries.get(node) in self.drives
+            return node[0] != "component" and drives and not driven(node)
 
         while self.undecided:
-            known = next((c for c in self.undecided if driven(c[0]) or driven(c[1])), None)
-            start, end, connection = known or self.undecided[0]
+            decidable = next((c for c in self.undecided if driven(c[0]) or driven(c[1])), None)
+            start, end, connection = decidable or self.undecided[0]
             self.undecided.remove((start, end, connection))
-            back = driven(end) and not driven(start) if known else asked(start) and not asked(end)
+            back = driven(end) and not driven(start) if decidable else asked(start) and not asked(end)
             try:
                 self.lead(*((end, start) if back else (start, end)), connection, back)
             except PackageError as error:
@@ -367,8 +367,8 @@ class _Flattener:
             self.drives[entry] = [d for d in self.drives[entry] if d[0] != sink]
             del self.drivers[sink]
         for node in filter(None, (sink, entry)):
-            there = self.drivers.get(node, {})
-            other = there.get(sink_at) or there.get(()) or (next(iter(there.values()), None) if not sink_at else None)
+            edges = self.drivers.get(node, {})
+            other = edges.get(sink_at) or edges.get(()) or (next(iter(edges.values()), None) if not sink_at else None)
             if other is not None:
                 raise PackageError(
                     f"{where}: {_what(node, sink_at)} is already driven by the connection in "
@@ -388,52 +388,52 @@ class _Flattener:
             _what(node) if node[0] != "component" else "",
         )  # fmt: skip
 
-    def ways(self, node: Node, at: At, seen: tuple[tuple[Node, At], ...] = ()) -> Iterator[_Way]:
+    def ways(self, node: Node, at: At, passed: tuple[tuple[Node, At], ...] = ()) -> Iterator[_Way]:
         """How values come to a node or one element of it: one way, or one for each element that has a driver."""
-        there = self.drivers.get(node, {})
-        if not there or (at and at not in there and () not in there):
+        edges = self.drivers.get(node, {})
+        if not edges or (at and at not in edges and () not in edges):
             yield _Way(node, at)
             return
-        for own, edge in there.items():
-            if at and own and own != at:
+        for element, edge in edges.items():
+            if at and element and element != at:
                 continue
-            if len(seen) > MOST_CONNECTORS:
+            if len(passed) > MOST_CONNECTORS:
                 raise PackageError(f"{edge.connection.where}: more than {MOST_CONNECTORS} connectors in a row; refused")
-            if (node, own) in seen:
+            if (node, element) in passed:
                 raise PackageError(f"{edge.connection.where}: the connections lead back to {_what(node)}")
-            if at and not own and edge.at:
+            if at and not element and edge.at:
                 raise PackageError(f"{edge.connection.where}: one element drives all of {_what(node)}")
-            for way in self.ways(edge.source, edge.at or (() if own else at), (*seen, (node, own))):
-                if own and way.end_at:
-                    raise PackageError(f"{edge.connection.where}: an array drives one element, {_what(node, own)}")
-                reached = at or own or way.end_at
+            for way in self.ways(edge.source, edge.at or (() if element else at), (*passed, (node, element))):
+                if element and way.end_at:
+                    raise PackageError(f"{edge.connection.where}: an array drives one element, {_what(node, element)}")
+                reached = at or element or way.end_at
                 hop = self.hop(node, edge.connection, reached)
                 yield _Way(way.start, way.start_at, () if at else reached, (*way.hops, hop))
 
     def trace(self, sink: Node) -> list[FlatConnection]:
         """The flat connections that end at a node; none from what nothing gives a value."""
-        made: list[FlatConnection] = []
+        flat_connections: list[FlatConnection] = []
         end = (sink[1] if sink[0] == "component" else "", sink[2])
         try:
             ways = list(self.ways(sink, ()))
         except PackageError as error:
             self.refused(error)
-            return made
+            return flat_connections
         for way in ways:
             node = way.start
             if node == sink:
                 continue
             if node[0] in ("dictionary", "border") or (node[0] == "system" and node[1] != ""):
-                told = f"{_what(node, way.start_at)} leads to {_what(sink, way.end_at)}, but nothing gives it a value"
-                self.idle[end] = f"{way.hops[0].where}: {told}"
+                text = f"{_what(node, way.start_at)} leads to {_what(sink, way.end_at)}, but nothing gives it a value"
+                self.idle[end] = f"{way.hops[0].where}: {text}"
                 continue
             type = self.types.get(node)
             start = (node[1] if node[0] == "component" else "", node[2])
-            made.append(FlatConnection(
+            flat_connections.append(FlatConnection(
                 start, end, way.hops, type.unit if type else None, type.enumeration if type else None, way.start_at,
                 way.end_at,
             ))  # fmt: skip
-        return made
+        return flat_connections
 
     # parameters
 
@@ -455,9 +455,9 @@ class _Flattener:
                 if not targets and not any(setting.variable.startswith(f"{name}.") for name in system.broken):
                     self.remarks.append(f"{setting.where}: {self.unbound(system, path, setting.variable)}")
                 for component, variable, hops in targets:
-                    made = replace(setting, component=component, variable=variable, hops=hops)
+                    target_setting = replace(setting, component=component, variable=variable, hops=hops)
                     chosen = connected if hops[len(setting.hops) :] else direct
-                    (chosen if component else given).append(made)
+                    (chosen if component else given).append(target_setting)
         self.prefer(connected, direct)
         settings += [*direct, *connected]
 
@@ -478,10 +478,10 @@ class _Flattener:
             hint = did_you_mean(name, [c.name for c in system.connectors])
             hint = hint or did_you_mean(name.partition(".")[0], [e.name for e in system.elements])
             return f"nothing is called '{path}{name}'; the value is ignored{hint}"
-        what = "is an output" if kind in GIVES else "leads nowhere"
+        reason = "is an output" if kind in GIVES else "leads nowhere"
         if any(c.start_indices or c.end_indices for _, c in self.drives.get(("system", path, name), ())):
-            what = "leads to single elements of arrays"
-        return f"the system's connector '{path}{name}' {what}; the value is ignored"
+            reason = "leads to single elements of arrays"
+        return f"the system's connector '{path}{name}' {reason}; the value is ignored"
 
     def values(self, binding: Binding) -> Iterator[Setting]:
         """The values of a binding under the names it gives them in its element; with a mapping, of what it maps."""
@@ -498,14 +498,14 @@ class _Flattener:
                 continue
             entries.setdefault(entry.source, []).append(entry)
             if (other := targets.setdefault(entry.target, entry.source)) != entry.source:
-                told = f"'{other}' and '{entry.source}' are both mapped to '{entry.target}'; the later parameter counts"
-                self.remarks.append(f"{entry.where}: {told}")
+                text = f"'{other}' and '{entry.source}' are both mapped to '{entry.target}'; the later parameter counts"
+                self.remarks.append(f"{entry.where}: {text}")
         for name, p in parameters.items():
             for entry in entries.get(name, ()):
                 hop = Hop(entry.transformation, entry.suppress_unit_conversion, None, entry.where)
                 yield Setting("", entry.target, p.value, p.type, (hop,), p.where, entry.target, entry.where)
-        if left := [name for name in parameters if name not in entries]:
-            shown = ", ".join(left[:5]) + (f" and {len(left) - 5} more" if len(left) > 5 else "")
+        if unmapped := [name for name in parameters if name not in entries]:
+            shown = ", ".join(unmapped[:5]) + (f" and {len(unmapped) - 5} more" if len(unmapped) > 5 else "")
             self.remarks.append(f"{binding.where}: not applied, for the mapping does not name them: {shown}")
 
     def targets(self, system: System, path: str, name: str, hops: tuple[Hop, ...]) -> Iterator[Target]:

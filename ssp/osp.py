@@ -129,12 +129,14 @@ class _Reader:
 
     def _step(self, base: float) -> float:
         """The macro step [s]: the shortest that a simulator takes, which is a multiple of the base step."""
-        taken = {name: base * max(1, int(self.steps.get(name, base) / base + 1e-9)) for name in self._simulators()}
-        shortest = min(taken.values(), default=base)
-        for name, own in taken.items():
-            if own > shortest * (1 + 1e-9):
-                told = f"simulator '{name}' would take steps of {own:g} s; it takes those of the others, {shortest:g} s"
-                self.notes.append(f"{self.parts[name].where}: {told}")
+        steps = {name: base * max(1, int(self.steps.get(name, base) / base + 1e-9)) for name in self._simulators()}
+        shortest = min(steps.values(), default=base)
+        for name, step in steps.items():
+            if step > shortest * (1 + 1e-9):
+                text = (
+                    f"simulator '{name}' would take steps of {step:g} s; it takes those of the others, {shortest:g} s"
+                )
+                self.notes.append(f"{self.parts[name].where}: {text}")
         return shortest
 
     def _simulators(self) -> list[str]:
@@ -149,7 +151,7 @@ class _Reader:
 
     def _simulator(self, element: etree._Element) -> None:
         document = self.document
-        self._known(element, "Simulator")
+        self._check_name(element, "Simulator")
         name, source = document.name(element), self._source(element)
         values = []
         for section in document.children(element, [self.space + "InitialValues"]):
@@ -161,10 +163,10 @@ class _Reader:
         if step is not None:
             self.steps[name] = step
 
-    def _known(self, element: etree._Element, *names: str) -> None:
+    def _check_name(self, element: etree._Element, *names: str) -> None:
         if local(element) not in names:
-            known = did_you_mean(local(element), names)
-            raise self.document.error(element, f"<{local(element)}> is not supported; known: {', '.join(names)}{known}")
+            hint = did_you_mean(local(element), names)
+            raise self.document.error(element, f"<{local(element)}> is not supported; known: {', '.join(names)}{hint}")
 
     def _source(self, element: etree._Element) -> Path:
         """The FMU's file: a path from the folder of the structure, or that of a proxyfmu URI of this machine."""
@@ -182,14 +184,14 @@ class _Reader:
             )
         elif parts.scheme not in ("", "file") or (parts.netloc and host != "localhost"):
             raise self.document.error(element, f"source '{source}' is not supported; only files of this machine are")
-        found = self.path.parent / path
+        file = self.path.parent / path
         try:
-            is_file = found.is_file()
+            is_file = file.is_file()
         except (OSError, ValueError):
             is_file = False
         if not is_file:
             raise self.document.error(element, f"simulator '{element.get('name')}' needs '{path}', which is missing")
-        return found
+        return file
 
     def _value(self, element: etree._Element) -> Parameter:
         name = self.document.name(element, "variable")
@@ -208,22 +210,22 @@ class _Reader:
         return Parameter(name, Type(kind), value, self.document.where(typed[0]))
 
     def _function(self, element: etree._Element) -> None:
-        self._known(element, "LinearTransformation", "Sum", "VectorSum")
+        self._check_name(element, "LinearTransformation", "Sum", "VectorSum")
         document, name, kind = self.document, self.document.name(element), local(element)
         if kind == "LinearTransformation":
             factor, offset = document.number(element, "factor", 1.0), document.number(element, "offset", 0.0)
-            made = LinearFunction({"out": (("in", factor or 0.0),)}, offset or 0.0)
+            function = LinearFunction({"out": (("in", factor or 0.0),)}, offset or 0.0)
         else:
             count = self._count(element, "inputCount")
             tails = [f"[{k}]" for k in range(self._count(element, "dimension"))] if kind == "VectorSum" else [""]
             if count * len(tails) > MOST_SIGNALS:
                 raise document.error(element, f"'{name}' has {count * len(tails)} inputs; most are {MOST_SIGNALS}")
-            made = LinearFunction({f"out{t}": tuple((f"in[{k}]{t}", 1.0) for k in range(count)) for t in tails})
+            function = LinearFunction({f"out{t}": tuple((f"in[{k}]{t}", 1.0) for k in range(count)) for t in tails})
             self.groups[name] = {
                 group: Group(group, "", tuple((f"{group}{t}") for t in tails))
                 for group in ("out", *(f"in[{k}]" for k in range(count)))
             }
-        self._add(element, Component(name, self.path, where=document.where(element), function=made))
+        self._add(element, Component(name, self.path, where=document.where(element), function=function))
 
     def _count(self, element: etree._Element, name: str) -> int:
         text = self.document.attribute(element, name)
@@ -234,19 +236,19 @@ class _Reader:
     # connections
 
     def _connection(self, element: etree._Element) -> list[Connection]:
-        self._known(element, *ENDS)
+        self._check_name(element, *ENDS)
         kinds, document = ENDS[local(element)], self.document
-        found = list(document.children(element, [self.space + kind for kind in set(kinds)]))
-        if sorted(map(local, found)) != sorted(kinds):
+        ends = list(document.children(element, [self.space + kind for kind in set(kinds)]))
+        if sorted(map(local, ends)) != sorted(kinds):
             raise document.error(element, f"<{local(element)}> needs one <{kinds[0]}> and one <{kinds[1]}>")
-        if any(e.get("simulator", e.get("function")) in self.broken for e in found):
+        if any(e.get("simulator", e.get("function")) in self.broken for e in ends):
             return []
-        one, other = (self._end(e) for e in found)
+        start, end = (self._end(e) for e in ends)
         where = document.where(element)
-        pairs = [(one, other)]
+        pairs = [(start, end)]
         if kinds[0] == "VariableGroup":
-            groups = self._group(found[0], one), self._group(found[1], other)
-            pairs = [((one[0], a), (other[0], b)) for a, b in paired(*groups, where, self.notes)]
+            groups = self._group(ends[0], start), self._group(ends[1], end)
+            pairs = [((start[0], a), (end[0], b)) for a, b in paired(*groups, where, self.notes)]
         for pair in pairs:
             self._look(pair, element.get("powerBond"), where)
         return [Connection(a, b, suppress_unit_conversion=True, where=where) for a, b in pairs]
@@ -254,9 +256,9 @@ class _Reader:
     def _end(self, element: etree._Element) -> End:
         of = "function" if local(element).startswith("Signal") else "simulator"
         name = self.document.name(element, of)
-        known = [n for n, part in self.parts.items() if (part.function is None) == (of == "simulator")]
-        if name not in known:
-            raise self.document.error(element, f"there is no {of} '{name}'{did_you_mean(name, known)}")
+        names = [n for n, part in self.parts.items() if (part.function is None) == (of == "simulator")]
+        if name not in names:
+            raise self.document.error(element, f"there is no {of} '{name}'{did_you_mean(name, names)}")
         return name, self.document.name(element)
 
     def _group(self, element: etree._Element, end: End) -> Group:
@@ -266,23 +268,25 @@ class _Reader:
             source = self.parts[name].source
             model = self.fmus.model_name(source)
             self.groups[name] = groups_of(source, self.path.parent, model, element, self.document)
-        known = self.groups[name]
-        if group not in known:
-            raise self.document.error(element, f"'{name}' has no group '{group}'{did_you_mean(group, list(known))}")
-        return known[group]
+        groups = self.groups[name]
+        if group not in groups:
+            raise self.document.error(element, f"'{name}' has no group '{group}'{did_you_mean(group, list(groups))}")
+        return groups[group]
 
     def _look(self, pair: tuple[End, End], bond: str | None, where: str) -> None:
         """Note units that differ, for no value is converted, and outputs that belong to a power bond."""
-        known = [
+        variables = [
             None if (part := self.parts[name]).function is not None else self.fmus.variable(part.source, variable)
             for name, variable in pair
         ]
-        (a, b), shown = known, [f"{name}.{variable}" for name, variable in pair]
+        (a, b), shown = variables, [f"{name}.{variable}" for name, variable in pair]
         if a and b and a[1] and b[1] and a[1].name != b[1].name and not alike(a[1], b[1]):
-            told = f"'{shown[0]}' is in {a[1].name}, '{shown[1]}' in {b[1].name}"
-            self.notes.append(f"{where}: {told}; the value is passed on as it is, as OSP does")
+            text = f"'{shown[0]}' is in {a[1].name}, '{shown[1]}' in {b[1].name}"
+            self.notes.append(f"{where}: {text}; the value is passed on as it is, as OSP does")
         if bond:
-            gives = [s for s, v in zip(shown, known, strict=True) if v and v[0] in ("output", "calculatedParameter")]
+            gives = [
+                s for s, v in zip(shown, variables, strict=True) if v and v[0] in ("output", "calculatedParameter")
+            ]
             self.bonded.append(_Bonded(bond, gives[0] if len(gives) == 1 else None))
 
     def _bonds(self) -> tuple[tuple[str, str], ...]:

@@ -45,9 +45,9 @@ def groups_of(
     if local(document.root) != "OspModelDescription":
         raise document.error(document.root, f"<{local(document.root)}> is no OspModelDescription")
     sections = [e for e in document.root if local(e) == "VariableGroups"]
-    found = [_group(document, e) for section in sections for e in section]
-    outer = {g.name: g for g in found}
-    return {g.name: g for top in found for g in top.all()} | outer
+    top_level = [_group(document, e) for section in sections for e in section]
+    outer = {g.name: g for g in top_level}
+    return {g.name: g for top in top_level for g in top.all()} | outer
 
 
 def _group(document: Document, element: etree._Element) -> Group:
@@ -60,14 +60,14 @@ def _group(document: Document, element: etree._Element) -> Group:
     return Group(document.name(element), local(element), tuple(variables), tuple(inner))
 
 
-def paired(one: Group, other: Group, where: str, notes: list[str]) -> list[tuple[str, str]]:
+def paired(first: Group, second: Group, where: str, notes: list[str]) -> list[tuple[str, str]]:
     """The variables of two groups that belong together: by their order, those of groups inside likewise."""
-    if len(one.variables) != len(other.variables) or len(one.inner) != len(other.inner):
-        sizes = [f"'{g.name}' has {len(g.variables)} variables and {len(g.inner)} groups" for g in (one, other)]
+    if len(first.variables) != len(second.variables) or len(first.inner) != len(second.inner):
+        sizes = [f"'{g.name}' has {len(g.variables)} variables and {len(g.inner)} groups" for g in (first, second)]
         raise PackageError(f"{where}: the groups do not fit: {', '.join(sizes)}")
-    if one.kind and other.kind and one.kind != other.kind:
-        notes.append(f"{where}: '{one.name}' is a {one.kind}, '{other.name}' a {other.kind}")
-    made = list(zip(one.variables, other.variables, strict=True))
-    for a, b in zip(one.inner, other.inner, strict=True):
-        made += paired(a, b, where, notes)
-    return made
+    if first.kind and second.kind and first.kind != second.kind:
+        notes.append(f"{where}: '{first.name}' is a {first.kind}, '{second.name}' a {second.kind}")
+    pairs = list(zip(first.variables, second.variables, strict=True))
+    for a, b in zip(first.inner, second.inner, strict=True):
+        pairs += paired(a, b, where, notes)
+    return pairs

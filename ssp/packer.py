@@ -43,11 +43,11 @@ def _add_connectors(component: etree._Element, description: etree._Element) -> N
 
 def _add_units(root: etree._Element, descriptions: list[etree._Element]) -> None:
     units = etree.Element(f"{SSD}Units")
-    known = set()
+    names = set()
     for description in descriptions:
         for unit in description.iterfind("UnitDefinitions/Unit"):
-            if unit.get("name") not in known:
-                known.add(unit.get("name"))
+            if unit.get("name") not in names:
+                names.add(unit.get("name"))
                 element = etree.SubElement(units, f"{SSC}Unit", name=unit.get("name"))
                 base = unit.find("BaseUnit")
                 etree.SubElement(element, f"{SSC}BaseUnit", dict(base.attrib) if base is not None else {})

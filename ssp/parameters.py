@@ -54,11 +54,11 @@ def inside(document: Document, element: etree._Element, source: str, base: Path,
 
 def nearest(source: str, folder: Path) -> str:
     """A hint which file of the folder may be meant by a source that is missing."""
-    known = [p.relative_to(folder).as_posix() for p in sorted(folder.rglob("*")) if p.is_file()]
-    for name in known:
+    files = [p.relative_to(folder).as_posix() for p in sorted(folder.rglob("*")) if p.is_file()]
+    for name in files:
         if (encoding := encoding_of(name, normalize("NFC", unquote(source)))) is not None:
             return f": the archive has that name in {encoding}; pack it anew with a tool that writes UTF-8"
-    return did_you_mean(source.replace("\\", "/"), known)
+    return did_you_mean(source.replace("\\", "/"), files)
 
 
 def opened_at(document: Document, element: etree._Element, path: Path, shown: str) -> Document:
@@ -84,23 +84,25 @@ class Bindings:
         """What names of files begin with in messages: the package that this one lies in."""
 
     def read(
-        self, document: Document, owner: etree._Element, known: Definitions, source: Path | None = None
+        self, document: Document, owner: etree._Element, definitions: Definitions, source: Path | None = None
     ) -> tuple[Binding, ...]:
         """The bindings of an element; `source` is the component's own file."""
         section = document.child(owner, f"{SSD}ParameterBindings")
         if section is None:
             return ()
-        made = []
+        bindings = []
         for element in document.children(section, (f"{SSD}ParameterBinding",)):
             try:
-                made.append(self._binding(document, element, known, source))
+                bindings.append(self._binding(document, element, definitions, source))
             except PackageError as error:
                 if self.wrong is None:
                     raise
                 self.wrong.append(str(error))
-        return tuple(made)
+        return tuple(bindings)
 
-    def _binding(self, document: Document, element: etree._Element, known: Definitions, of: Path | None) -> Binding:
+    def _binding(
+        self, document: Document, element: etree._Element, definitions: Definitions, of: Path | None
+    ) -> Binding:
         kind = element.get("type", SSV_TYPE)
         if kind != SSV_TYPE:
             raise document.error(element, f"parameter bindings of type '{kind}' are not supported; known: {SSV_TYPE}")
@@ -116,7 +118,7 @@ class Bindings:
             inline = values.find(f"{SSV}ParameterSet") if values is not None else None
             if inline is None:
                 raise document.error(element, "a parameter binding needs a source or ParameterValues")
-            parameters = self._set(document, inline, known)
+            parameters = self._set(document, inline, definitions)
         entries = None
         if mapping is not None:
             kind = mapping.get("type", SSM_TYPE)
@@ -152,8 +154,8 @@ class Bindings:
         if of is None:
             raise document.error(element, "sourceBase 'component' on a system, which has no source")
         is_archive = of.suffix.lower() != ".ssd"
-        if is_archive and (found := _in_archive(of, source)) is not None:
-            return found
+        if is_archive and (document_inside := _in_archive(of, source)) is not None:
+            return document_inside
         path, _ = inside(document, element, source, of.parent, self.root)
         if not path.is_file():
             where = f"neither in {of.name} nor beside it" if is_archive else f"not beside {of.name}"
@@ -170,7 +172,7 @@ class Bindings:
 
     def _set(self, document: Document, root: etree._Element, outer: Definitions | None) -> tuple[Parameter, ...]:
         self._check(document, root, f"{SSV}ParameterSet")
-        known = Definitions(document, root, SSV, outer)
+        definitions = Definitions(document, root, SSV, outer)
         sections = list(document.children(root, (f"{SSV}Parameters", f"{SSV}Units", f"{SSV}Enumerations")))
         parameters: dict[str, Parameter] = {}
         for section in sections:
@@ -187,11 +189,11 @@ class Bindings:
                     raise document.error(element, f"parameter '{name}' has no value")
                 if len(typed) > 1:
                     raise document.error(typed[1], f"parameter '{name}' has more than one value")
-                type = typed_as(document, element, typed[0], known)
+                type = typed_as(document, element, typed[0], definitions)
                 value = value_of(document, typed[0], type)
                 if isinstance(value, tuple) and len(value) > 1 and not type.dimensions:
-                    told = f"parameter '{name}' has {len(value)} values and no <ssc:Dimension>; taken for an array"
-                    self.remark(f"{document.where(element)}: {told}")
+                    text = f"parameter '{name}' has {len(value)} values and no <ssc:Dimension>; taken for an array"
+                    self.remark(f"{document.where(element)}: {text}")
                 parameters[name] = Parameter(name, type, value, document.where(element))
         return tuple(parameters.values())
 

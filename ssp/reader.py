@@ -125,8 +125,8 @@ class _Reader:
 
     def variants(self) -> list[str]:
         """File names of the package's descriptions, the default first."""
-        found = sorted(p.name for p in self.folder.glob("*.ssd") if p.is_file())
-        return sorted(found, key=lambda name: name != DEFAULT)
+        names = sorted(p.name for p in self.folder.glob("*.ssd") if p.is_file())
+        return sorted(names, key=lambda name: name != DEFAULT)
 
     def read(self, variant: str | None = None, shown: str = "") -> SystemStructure:
         names = self.variants()
@@ -141,18 +141,18 @@ class _Reader:
             titled = [n for n in names if self._title(n) == variant]
             if len(titled) != 1:
                 hint = did_you_mean(variant, names)
-                there = ", ".join(names) or "none"
+                available = ", ".join(names) or "none"
                 if titled:
                     raise PackageError(f"{shown}{', '.join(titled)} are all named '{variant}': give the file's name")
-                raise PackageError(f"{shown}the package has no variant '{variant}'; it has {there}{hint}")
+                raise PackageError(f"{shown}the package has no variant '{variant}'; it has {available}{hint}")
             variant = titled[0]
         return self._whole(variant, names)
 
     def _whole(self, name: str, variants: list[str]) -> SystemStructure:
         """The description with what belongs to the package as a whole."""
         structure = self.description(name)
-        told = () if self.depth else records(self.folder, self.dictionaries_read, self.documents[name])
-        return replace(structure, variants=tuple(variants), records=told)
+        package_records = () if self.depth else records(self.folder, self.dictionaries_read, self.documents[name])
+        return replace(structure, variants=tuple(variants), records=package_records)
 
     def _title(self, name: str) -> str | None:
         with suppress(PackageError):  # one that is damaged has none; it need not be the one that is meant
@@ -176,12 +176,12 @@ class _Reader:
         self.unused.add(document, root)
         sections = [f"{SSD}{s}" for s in ("System", "Enumerations", "Units", "DefaultExperiment")]
         list(document.children(root, sections))
-        known = Definitions(document, root, SSD)
+        definitions = Definitions(document, root, SSD)
         element = document.child(root, f"{SSD}System")
         if element is None:
             raise document.error(root, "no <System>")
         with self._opened(shown):
-            system = self.system(document, element, known)
+            system = self.system(document, element, definitions)
         experiment = document.child(root, f"{SSD}DefaultExperiment")
         start = stop = step = method = None
         bonds: list[tuple[str, str]] = []
@@ -202,7 +202,7 @@ class _Reader:
             method, self.unused.lines(),
         )
 
-    def system(self, document: Document, element: etree._Element, known: Definitions, level: int = 0) -> System:
+    def system(self, document: Document, element: etree._Element, definitions: Definitions, level: int = 0) -> System:
         if level > MOST_LEVELS:
             raise document.error(element, f"systems are nested more than {MOST_LEVELS} levels deep; refused")
         name = element.get("name", "") if level == 0 else document.name(element)
@@ -217,57 +217,57 @@ class _Reader:
                 self.budget.element(document.where(child))
                 try:
                     if child.tag == f"{SSD}System":
-                        elements.append(self.system(document, child, known, level + 1))
+                        elements.append(self.system(document, child, definitions, level + 1))
                     elif child.tag == f"{SSD}Component":
-                        elements.append(self.component(document, child, known))
+                        elements.append(self.component(document, child, definitions))
                     else:
-                        elements.append(self.reference(document, child, known))
+                        elements.append(self.reference(document, child, definitions))
                 except PackageError as error:
                     self._refuse(error)
                     broken.add(child.get("name", ""))
-        seen: dict[str, str] = {}
+        places: dict[str, str] = {}
         for e in list(elements):
-            if e.name in seen:
-                told = f"two components are called '{e.name}', the other one in {seen[e.name]}"
-                self._refuse(PackageError(f"{e.where}: {told}"))
+            if e.name in places:
+                text = f"two components are called '{e.name}', the other one in {places[e.name]}"
+                self._refuse(PackageError(f"{e.where}: {text}"))
                 elements.remove(e)
-            seen.setdefault(e.name, e.where)
+            places.setdefault(e.name, e.where)
         return System(
             name,
-            self.connectors(document, element, known),
+            self.connectors(document, element, definitions),
             tuple(elements),
             self.connections(document, element),
-            self.bindings.read(document, element, known),
-            self.dictionaries(document, element, known),
+            self.bindings.read(document, element, definitions),
+            self.dictionaries(document, element, definitions),
             document.where(element),
             broken=frozenset(broken),
         )
 
-    def connectors(self, document: Document, owner: etree._Element, known: Definitions) -> tuple[Connector, ...]:
+    def connectors(self, document: Document, owner: etree._Element, definitions: Definitions) -> tuple[Connector, ...]:
         section = document.child(owner, f"{SSD}Connectors")
         if section is None:
             return ()
-        made: dict[str, Connector] = {}
+        connectors: dict[str, Connector] = {}
         for element in document.children(section, (f"{SSD}Connector",)):
             name, kind = document.name(element), document.attribute(element, "kind")
             if kind not in CONNECTOR_KINDS:
                 raise document.error(
                     element, f"connector '{name}': kind '{kind}' is not supported{did_you_mean(kind, CONNECTOR_KINDS)}"
                 )
-            if name in made:
+            if name in connectors:
                 raise document.error(element, f"two connectors are called '{name}'")
             list(document.children(element, (*TYPES, f"{SSC}Dimension", f"{SSD}Clock")))
-            type = None if _of_modelica(element) else type_of(document, element, known, clocks=True)
+            type = None if _of_modelica(element) else type_of(document, element, definitions, clocks=True)
             clocked = element.find(f"{SSD}Clock") is not None or (type is not None and type.kind == "Clock")
-            made[name] = Connector(name, kind, type, document.where(element), clocked)
-        for connector in made.values():
+            connectors[name] = Connector(name, kind, type, document.where(element), clocked)
+        for connector in connectors.values():
             for size in connector.type.dimensions if connector.type is not None else ():
-                if isinstance(size, str) and size not in made:
-                    hint = did_you_mean(size, list(made))
+                if isinstance(size, str) and size not in connectors:
+                    hint = did_you_mean(size, list(connectors))
                     raise PackageError(f"{connector.where}: sizeConnector '{size}' is not a connector{hint}")
-        return tuple(made.values())
+        return tuple(connectors.values())
 
-    def component(self, document: Document, element: etree._Element, known: Definitions) -> Component | System:
+    def component(self, document: Document, element: etree._Element, definitions: Definitions) -> Component | System:
         name, kind = document.name(element), element.get("type", FMU)
         list(document.children(element, (f"{SSD}Connectors", f"{SSD}ParameterBindings")))
         if kind not in (FMU, DEFINITION, PACKAGE):
@@ -284,7 +284,7 @@ class _Reader:
             raise document.error(element, f"component '{name}' has no source: nothing to simulate")
         source = element.get("source", "")
         if source.startswith("#"):
-            return self._embedded(document, element, known, name, source[1:])
+            return self._embedded(document, element, definitions, name, source[1:])
         path, fragment = inside(document, element, source, self.folder, self.root)
         if path.is_dir():
             raise document.error(element, f"component '{name}': '{source}' is a folder; an FMU is a zip archive")
@@ -295,12 +295,12 @@ class _Reader:
             kind = USUAL.get(path.suffix.lower(), FMU)
         if kind == DEFINITION and path.suffix.lower() in (".fmu", ".ssp"):
             raise document.error(element, f"component '{name}': '{source}' is no .ssd, as its type '{DEFINITION}' says")
-        connectors = self.connectors(document, element, known)
+        connectors = self.connectors(document, element, definitions)
         if fragment and kind != PACKAGE:
             raise document.error(element, f"component '{name}': '#{fragment}' of another file is not supported")
         if kind == FMU:
             self.budget.look_into(path)
-            bindings = self.bindings.read(document, element, known, path)
+            bindings = self.bindings.read(document, element, definitions, path)
             return Component(
                 name, path, implementation, connectors, bindings, document.where(element),
                 step_hint=step_hint(document, element),
@@ -309,7 +309,7 @@ class _Reader:
             inner = self._beside(path.resolve())
         else:
             inner = self._package(document, element, name, path, fragment)
-        return self._as_element(document, element, known, name, inner, path)
+        return self._as_element(document, element, definitions, name, inner, path)
 
     def _beside(self, path: Path) -> System:
         """A description in this or another folder of the package."""
@@ -338,15 +338,17 @@ class _Reader:
             )
             return inner.read(fragment or None).system
         except PackageError as error:
-            told = str(error)
-            if told.startswith(inner.prefix):
+            message = str(error)
+            if message.startswith(inner.prefix):
                 raise
-            raise document.error(element, f"{path.name}: {told}") from None
+            raise document.error(element, f"{path.name}: {message}") from None
 
-    def _embedded(self, document: Document, element: etree._Element, known: Definitions, name: str, id: str) -> System:
+    def _embedded(
+        self, document: Document, element: etree._Element, definitions: Definitions, name: str, id: str
+    ) -> System:
         """A system of the same file, used once more."""
-        found = [e for e in document.root.iter(f"{SSD}System") if e.get("id") == id]
-        if len(found) != 1:
+        systems = [e for e in document.root.iter(f"{SSD}System") if e.get("id") == id]
+        if len(systems) != 1:
             raise document.error(element, f"component '{name}': there is no <System> with the id '{id}'")
         key = f"{document.shown}#{id}"
         if key in self.open:
@@ -354,54 +356,58 @@ class _Reader:
         if len(self.open) + self.depth > MOST_LEVELS:
             raise document.error(element, f"nested more than {MOST_LEVELS} levels deep; refused")
         with self._opened(key):
-            inner = self.system(document, found[0], known)
-        return self._as_element(document, element, known, name, inner, None)
+            inner = self.system(document, systems[0], definitions)
+        return self._as_element(document, element, definitions, name, inner, None)
 
     def _as_element(
         self,
         document: Document,
         element: etree._Element,
-        known: Definitions,
+        definitions: Definitions,
         name: str,
         inner: System,
         path: Path | None,
     ) -> System:
         """A system in place of the component that refers to it; the component's bindings come after its own."""
-        bindings = self.bindings.read(document, element, known, path)
-        there = {c.name: c for c in inner.connectors}
+        bindings = self.bindings.read(document, element, definitions, path)
+        connectors = {c.name: c for c in inner.connectors}
         outer = dict(inner.outer)
-        for connector in self.connectors(document, element, known):
-            if connector.name not in there:
-                hint = did_you_mean(connector.name, sorted(there))
+        for connector in self.connectors(document, element, definitions):
+            if connector.name not in connectors:
+                hint = did_you_mean(connector.name, sorted(connectors))
                 raise PackageError(
                     f"{connector.where}: component '{name}' has a connector '{connector.name}' that its system does "
                     f"not have{hint}"
                 )
-            there[connector.name] = _joined(connector, there[connector.name], name)
+            connectors[connector.name] = _joined(connector, connectors[connector.name], name)
             if connector.type is not None and connector.type.unit is not None:
                 outer[connector.name] = connector.type
         return replace(
-            inner, name=name, connectors=tuple(there.values()), bindings=(*inner.bindings, *bindings), outer=outer,
+            inner, name=name, connectors=tuple(connectors.values()), bindings=(*inner.bindings, *bindings), outer=outer,
             where=document.where(element),
         )  # fmt: skip
 
-    def reference(self, document: Document, element: etree._Element, known: Definitions) -> SignalDictionaryReference:
+    def reference(
+        self, document: Document, element: etree._Element, definitions: Definitions
+    ) -> SignalDictionaryReference:
         list(document.children(element, (f"{SSD}Connectors", f"{SSD}ParameterBindings")))
         if element.find(f"{SSD}ParameterBindings") is not None:
             raise document.error(element, "parameter bindings of a signal dictionary reference are not supported")
         return SignalDictionaryReference(
-            document.name(element), document.name(element, "dictionary"), self.connectors(document, element, known),
-            document.where(element),
+            document.name(element), document.name(element, "dictionary"),
+            self.connectors(document, element, definitions), document.where(element),
         )  # fmt: skip
 
-    def dictionaries(self, document: Document, owner: etree._Element, known: Definitions) -> dict[str, dict[str, Type]]:
+    def dictionaries(
+        self, document: Document, owner: etree._Element, definitions: Definitions
+    ) -> dict[str, dict[str, Type]]:
         section = document.child(owner, f"{SSD}SignalDictionaries")
-        made: dict[str, dict[str, Type]] = {}
+        dictionaries: dict[str, dict[str, Type]] = {}
         if section is None:
-            return made
+            return dictionaries
         for element in document.children(section, (f"{SSD}SignalDictionary",)):
             name, kind = document.name(element), element.get("type", DICTIONARY)
-            if name in made:
+            if name in dictionaries:
                 raise document.error(element, f"two signal dictionaries are called '{name}'")
             if kind != DICTIONARY:
                 raise document.error(
@@ -418,16 +424,16 @@ class _Reader:
                     raise document.error(
                         element, f"signal dictionary '{name}' needs a source or a SignalDictionary inside"
                     )
-                file, root, outer = document, inline, known
-            made[name] = self._dictionary(file, root, outer)
-        return made
+                file, root, outer = document, inline, definitions
+            dictionaries[name] = self._dictionary(file, root, outer)
+        return dictionaries
 
     def _dictionary(self, document: Document, root: etree._Element, outer: Definitions | None) -> dict[str, Type]:
         if root.tag != f"{SSB}SignalDictionary":
             raise document.error(root, f"<{local(root)}> is not a SignalDictionary of SSP 1.0 or 2.0")
         self.remarks += violations(document, root, version(document, root))
         self.unused.add(document, root)
-        known = Definitions(document, root, SSB, outer)
+        definitions = Definitions(document, root, SSB, outer)
         entries: dict[str, Type] = {}
         for element in document.children(root, [f"{SSB}{s}" for s in ("DictionaryEntry", "Units", "Enumerations")]):
             if element.tag != f"{SSB}DictionaryEntry":
@@ -435,7 +441,7 @@ class _Reader:
             name = document.name(element)
             if name in entries:
                 raise document.error(element, f"the dictionary has two entries '{name}'")
-            type = type_of(document, element, known, required=True)
+            type = type_of(document, element, definitions, required=True)
             assert type is not None
             entries[name] = type
         return entries
@@ -444,13 +450,13 @@ class _Reader:
         section = document.child(owner, f"{SSD}Connections")
         if section is None:
             return ()
-        made = []
+        connections = []
         for element in document.children(section, (f"{SSD}Connection",)):
             try:
-                made.append(self._connection(document, element))
+                connections.append(self._connection(document, element))
             except PackageError as error:
                 self._refuse(error)
-        return tuple(made)
+        return tuple(connections)
 
     @staticmethod
     def _connection(document: Document, element: etree._Element) -> Connection:
@@ -470,10 +476,10 @@ class _Reader:
 def _joined(outer: Connector, inner: Connector, component: str) -> Connector:
     """A connector of a component that is a system: what its system says, and what only the component says."""
 
-    def refuse(what: str, said: object, there: object) -> PackageError:
+    def refuse(what: str, value: object, in_system: object) -> PackageError:
         return PackageError(
-            f"{outer.where}: connector '{outer.name}' of component '{component}' is {what} {said}, that of its system "
-            f"is {there} ({inner.where})"
+            f"{outer.where}: connector '{outer.name}' of component '{component}' is {what} {value}, that of its system "
+            f"is {in_system} ({inner.where})"
         )
 
     if outer.kind != inner.kind and "unspecified" not in (outer.kind, inner.kind):

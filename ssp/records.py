@@ -22,21 +22,21 @@ def records(folder: Path, named: Collection[Path], document: Document) -> tuple[
 
     A file that cannot be read is one of them, with the reason: nothing that is simulated depends on it.
     """
-    made = list(_meta_data(document, folder))
+    package_records = list(_meta_data(document, folder))
     for path in sorted(p for p in folder.rglob("*") if p.suffix.lower() in (*TRACEABILITY, ".ssb") and p.is_file()):
         if path.resolve() in named:
             continue
         shown = path.relative_to(folder).as_posix()
         kind = TRACEABILITY.get(path.suffix.lower(), "signal dictionary that nothing names")
         try:
-            found = Document(path, shown)
+            content = Document(path, shown)
         except PackageError as error:
-            made.append(Record(shown, kind, "", (str(error).removeprefix(f"{shown}: "),)))
+            package_records.append(Record(shown, kind, "", (str(error).removeprefix(f"{shown}: "),)))
             continue
         traced = path.suffix.lower() in TRACEABILITY
-        lines = [*_phases(found, folder), *_classified(found.root)] if traced else _entries(found)
-        made.append(Record(shown, kind, found.root.get("name", ""), tuple(lines)))
-    return tuple(made)
+        lines = [*_phases(content, folder), *_classified(content.root)] if traced else _entries(content)
+        package_records.append(Record(shown, kind, content.root.get("name", ""), tuple(lines)))
+    return tuple(package_records)
 
 
 def _meta_data(document: Document, folder: Path) -> Iterator[Record]:
@@ -45,9 +45,9 @@ def _meta_data(document: Document, folder: Path) -> Iterator[Record]:
         owner = element.getparent()
         source = element.get("source")
         of = f"of {local(owner)}" + (f" '{owner.get('name')}'" if owner.get("name") else "")
-        what = f"meta data ({element.get('kind', 'general')}) {of}"
+        title = f"meta data ({element.get('kind', 'general')}) {of}"
         shown = "inside" if source is None else _shown(source, Path(str(document.path)).parent, folder)
-        yield Record(document.where(element), what, "", (f"{element.get('type', '')} {shown}".strip(),))
+        yield Record(document.where(element), title, "", (f"{element.get('type', '')} {shown}".strip(),))
 
 
 def _phases(document: Document, folder: Path) -> Iterator[str]:
@@ -84,7 +84,7 @@ def _shown(source: str, base: Path, folder: Path) -> str:
         if parts.scheme or parts.netloc or not parts.path:
             return source
         path = base / unquote(parts.path)
-        there = path.resolve().is_relative_to(folder.resolve()) and path.exists()
+        exists = path.resolve().is_relative_to(folder.resolve()) and path.exists()
     except (OSError, ValueError):
-        there = False
-    return source if there else f"{source}, which is missing"
+        exists = False
+    return source if exists else f"{source}, which is missing"

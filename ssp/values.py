@@ -57,8 +57,8 @@ class Definitions:
         factor, offset = self.document.number(base, "factor", 1.0), self.document.number(base, "offset", 0.0)
         if not factor:
             raise self.document.error(base, f"unit '{name}' has the factor 0")
-        made = Unit(name, exponents, factor, offset or 0.0)
-        if self.units.setdefault(name, made) != made:
+        unit = Unit(name, exponents, factor, offset or 0.0)
+        if self.units.setdefault(name, unit) != unit:
             raise self.document.error(element, f"unit '{name}' is defined in two ways")
 
     def _enumeration(self, element: etree._Element) -> None:
@@ -92,7 +92,7 @@ class Definitions:
 
 
 def type_of(
-    document: Document, owner: etree._Element, known: Definitions, required: bool = False, clocks: bool = False
+    document: Document, owner: etree._Element, definitions: Definitions, required: bool = False, clocks: bool = False
 ) -> Type | None:
     """The type that stands in a connector, parameter or dictionary entry; None if none does.
 
@@ -109,11 +109,11 @@ def type_of(
         return None
     if len(typed) > 1:
         raise document.error(typed[1], f"<{local(owner)}> has more than one type")
-    return typed_as(document, owner, typed[0], known, clocks)
+    return typed_as(document, owner, typed[0], definitions, clocks)
 
 
 def typed_as(
-    document: Document, owner: etree._Element, element: etree._Element, known: Definitions, clocks: bool = False
+    document: Document, owner: etree._Element, element: etree._Element, definitions: Definitions, clocks: bool = False
 ) -> Type:  # fmt: skip
     """The type that an element such as <Real unit="m"/> states, with the dimensions of its owner."""
     kind = local(element)
@@ -129,8 +129,8 @@ def typed_as(
             sizes.append(_integer(document, dimension, dimension.get("size"), "UInt64"))
         else:
             sizes.append(dimension.get("sizeConnector"))
-    items = known.enumeration(element.get("name")) if kind == "Enumeration" else None
-    return Type(kind, known.unit(element.get("unit")), items, tuple(sizes))
+    items = definitions.enumeration(element.get("name")) if kind == "Enumeration" else None
+    return Type(kind, definitions.unit(element.get("unit")), items, tuple(sizes))
 
 
 def _integer(document: Document, element: etree._Element, text: str | None, kind: str) -> int:
@@ -177,9 +177,9 @@ def _scalar(document: Document, element: etree._Element, kind: str, text: str) -
 def value_of(document: Document, element: etree._Element, type: Type) -> Value:
     """The value of a parameter's typed element; a tuple for an array."""
     value = _value_of(document, element, type)
-    given = len(value) if isinstance(value, tuple) else 1
-    if type.count not in (None, given):
-        raise document.error(element, f"{given} values do not fill the dimensions of {type.shape}")
+    count = len(value) if isinstance(value, tuple) else 1
+    if type.count not in (None, count):
+        raise document.error(element, f"{count} values do not fill the dimensions of {type.shape}")
     return value
 
 
@@ -201,12 +201,12 @@ def _value_of(document: Document, element: etree._Element, type: Type) -> Value:
 
 def transformation_of(document: Document, owner: etree._Element) -> Transformation | None:
     """The transformation of a connection or mapping entry."""
-    found = [e for e in owner if e.tag in TRANSFORMATIONS]
-    if not found:
+    elements = [e for e in owner if e.tag in TRANSFORMATIONS]
+    if not elements:
         return None
-    if len(found) > 1:
-        raise document.error(found[1], f"<{local(owner)}> has more than one transformation")
-    element = found[0]
+    if len(elements) > 1:
+        raise document.error(elements[1], f"<{local(owner)}> has more than one transformation")
+    element = elements[0]
     if local(element) == "LinearTransformation":
         factor, offset = document.number(element, "factor", 1.0), document.number(element, "offset", 0.0)
         return Linear(1.0 if factor is None else factor, offset or 0.0)
