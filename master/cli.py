@@ -162,16 +162,16 @@ def _table(summary: dict[str, Any], result: Any) -> str:
     if "step_check" in summary:
         from .accuracy.step_error import worst
 
-        found = worst(summary["step_check"]["errors"])
-        if found is not None:
+        top = worst(summary["step_check"]["errors"])
+        if top is not None:
             coupling.append(
-                f"  half the step: greatest estimated error {found[1]['relative']:.1e} of its range, {found[0]} "
-                f"({found[1]['error']:.2g} {result.units.get(found[0], '')})".rstrip()
+                f"  half the step: greatest estimated error {top[1]['relative']:.1e} of its range, {top[0]} "
+                f"({top[1]['error']:.2g} {result.units.get(top[0], '')})".rstrip()
             )
-        if (told := summary["step_check"].get("advice")) is not None:
+        if (hint := summary["step_check"].get("advice")) is not None:
             coupling.append(
-                f"  it comes in at {told['input']}, held up to {told['off']:.1e} of its range off {told['source']}; "
-                f"--method {told['method']} --step {told['step']:.3g} would halve it, in {told['cost']:.2g} x the steps"
+                f"  it comes in at {hint['input']}, held up to {hint['off']:.1e} of its range off {hint['source']}; "
+                f"--method {hint['method']} --step {hint['step']:.3g} would halve it, in {hint['cost']:.2g} x the steps"
             )
     if not coupling and result.connected:
         coupling.append("  no power bond found: nothing says how much error the coupling makes, but --check-step does")
@@ -186,8 +186,8 @@ def _table(summary: dict[str, Any], result: Any) -> str:
     ]
     places = {name: i for i, name in enumerate(result.names)}
     shown = dict.fromkeys((*result.connected, *result.own_outputs))
-    others = [name for name in result.outputs if name not in shown and "[" not in name]
-    numbers = [name for name in (*shown, *others) if not isnan(result.extremes[0][places[name]])]
+    other_outputs = [name for name in result.outputs if name not in shown and "[" not in name]
+    numbers = [name for name in (*shown, *other_outputs) if not isnan(result.extremes[0][places[name]])]
     count = min(SHOWN, max(FILLED, len(shown)))
     for name in numbers[:count]:
         values = "".join(f"{row[places[name]]:>13.6g}" for row in result.extremes)
@@ -209,24 +209,24 @@ def _look(options: argparse.Namespace, settings: Options) -> int:
     from .system.parameters import parameter_table, parameters_in_force
     from .system.tree import tree
 
-    found = check(options.package, settings)
-    if options.info and found.network is not None:
-        print(tree(found.network, found.system))
-        if None in options.parameters and found.system is not None:
-            print(f"\nparameters\n{parameter_table(found.system, parameters_in_force(found.system, found.values))}")
-    lacking = found.network is None or found.incomplete
+    report = check(options.package, settings)
+    if options.info and report.network is not None:
+        print(tree(report.network, report.system))
+        if None in options.parameters and report.system is not None:
+            print(f"\nparameters\n{parameter_table(report.system, parameters_in_force(report.system, report.values))}")
+    lacking = report.network is None or report.incomplete
     if options.check or lacking:
-        for line in found.lines():
+        for line in report.lines():
             if options.quiet and not line.startswith("error"):
                 continue
             print(line, file=sys.stderr if line.startswith("error") else sys.stdout)
         if not options.quiet and options.check:
             counts = ", ".join(
-                f"{len(these)} {what}{'s' * (len(these) != 1)}"
-                for these, what in ((found.errors, "error"), (found.warnings, "warning"))
+                f"{len(texts)} {kind}{'s' * (len(texts) != 1)}"
+                for texts, kind in ((report.errors, "error"), (report.warnings, "warning"))
             )
-            print(f"{options.package}: {counts if found.errors or found.warnings else 'nothing wrong'}")
-    return 2 if found.errors and (options.check or lacking) else 0
+            print(f"{options.package}: {counts if report.errors or report.warnings else 'nothing wrong'}")
+    return 2 if report.errors and (options.check or lacking) else 0
 
 
 def _run(options: argparse.Namespace) -> int:
@@ -235,10 +235,10 @@ def _run(options: argparse.Namespace) -> int:
     from ..core.errors import PackageError, UsageError
 
     try:
-        there = options.package.exists()
+        exists = options.package.exists()
     except OSError as error:
         raise PackageError(f"{options.package}: {error.strerror}") from None
-    if not there:
+    if not exists:
         raise PackageError(f"{options.package}: no such file")
     from .options import Options, parse_change
     from .simulation.run import run
@@ -307,10 +307,10 @@ def _on_hang(error: CosimError) -> NoReturn:
     from ..core.errors import Interrupted
     from .slaves.fmu import forget_unpacked
 
-    asked = isinstance(error, Interrupted)
-    print(f"cosim-master: {'interrupted: ' if asked else ''}{error}", file=sys.stderr, flush=True)
+    by_user = isinstance(error, Interrupted)
+    print(f"cosim-master: {'interrupted: ' if by_user else ''}{error}", file=sys.stderr, flush=True)
     forget_unpacked()
-    os._exit(130 if asked else 1)
+    os._exit(130 if by_user else 1)
 
 
 def forget_unpacked() -> None:

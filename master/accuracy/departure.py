@@ -70,18 +70,18 @@ def departures(time: np.ndarray, table: np.ndarray) -> list[Departure]:
         change = np.maximum(np.abs(np.diff(table, axis=0)), floor) / span
         change /= np.diff(time[: count * width + 1])[:, None]
         rates = change.reshape(count, width, -1).max(axis=1)
-    starts, made = time[: count * width + 1 : width], []
+    starts, leaving = time[: count * width + 1 : width], []
     for j, column in enumerate(np.flatnonzero(moves)):
         growth = _greatest(rates[:, j])
         if growth is None:
             continue
-        first, last, gone = growth
+        first, last, arrived = growth
         begin, end = float(starts[first]), float(starts[last + 1])
         at_first = table[first * width : (first + last + 1) // 2 * width + 1]
         if (np.ptp(at_first, axis=0) / span).max() <= AT_REST:
-            way = np.ptp(table[first * width : (gone + 1) * width + 1, j]) / span[j]
-            made.append(Departure(int(column), begin, end, float(rates[last, j] / rates[first, j]), float(way)))
-    return made
+            way = np.ptp(table[first * width : (arrived + 1) * width + 1, j]) / span[j]
+            leaving.append(Departure(int(column), begin, end, float(rates[last, j] / rates[first, j]), float(way)))
+    return leaving
 
 
 def _greatest(rates: np.ndarray) -> tuple[int, int, int] | None:
@@ -97,23 +97,23 @@ def _greatest(rates: np.ndarray) -> tuple[int, int, int] | None:
                 most = values[best[1]] / values[best[0]]
     if best is None:
         return None
-    first, last, gone = best
-    highest = values[gone]
-    while gone + 1 < len(values) and ENDED * highest < values[gone + 1] <= JUMP * values[gone]:
-        gone += 1
-    return first, last, gone
+    first, last, arrived = best
+    highest = values[arrived]
+    while arrived + 1 < len(values) and ENDED * highest < values[arrived + 1] <= JUMP * values[arrived]:
+        arrived += 1
+    return first, last, arrived
 
 
 def _rises(values: list[float]) -> list[tuple[int, int]]:
     """Lowest and highest window of each rise of rates without a jump."""
-    made, low, top = [], 0, 0
+    rises, low, top = [], 0, 0
     for k in range(1, len(values)):
         if not values[k] <= JUMP * values[k - 1] or values[k] < OVER * values[top] or values[k] < values[low]:
-            made.append((low, top))
+            rises.append((low, top))
             low = top = k
         elif values[k] > values[top]:
             top = k
-    return [*made, (low, top)]
+    return [*rises, (low, top)]
 
 
 def _by_itself(rates: np.ndarray) -> tuple[int, int] | None:

@@ -29,29 +29,29 @@ def doubt(
     the signal, from when to when it leaves [s], the factor by which differences grow, the input that was furthest off
     and by which share of its range, and the share of its range by which the signal may be off.
     """
-    told: dict[str, Any] | None = None
+    most_doubtful: dict[str, Any] | None = None
     for component, outputs in columns.items():
         worst = held.worst(component)
         if worst is None:
             continue
-        for found in departures(sample[:, 0], sample[:, [j for j, _ in outputs]]):
-            off = found.change * min(1.0, worst[1] * found.factor)
-            if told is None or off > told["signal_off"]:
-                told = {
-                    "signal": outputs[found.column][1], "from_s": found.begin, "to_s": found.end,
-                    "growth": found.factor, "input": worst[0], "input_off": worst[1], "signal_off": off,
+        for departure in departures(sample[:, 0], sample[:, [j for j, _ in outputs]]):
+            off = departure.change * min(1.0, worst[1] * departure.factor)
+            if most_doubtful is None or off > most_doubtful["signal_off"]:
+                most_doubtful = {
+                    "signal": outputs[departure.column][1], "from_s": departure.begin, "to_s": departure.end,
+                    "growth": departure.factor, "input": worst[0], "input_off": worst[1], "signal_off": off,
                 }  # fmt: skip
-    return told
+    return most_doubtful
 
 
-def warning(told: dict[str, Any] | None, order: int, step: float) -> list[str]:
+def warning(most: dict[str, Any] | None, order: int, step: float) -> list[str]:
     """The line that a run ends with, if there is reason for one; order: of the method; step in s."""
-    if told is None or told["signal_off"] <= IN_DOUBT:
+    if most is None or most["signal_off"] <= IN_DOUBT:
         return []
     other = "--method nepce or " if order == 1 else ""
     return [
-        f"{told['signal']} may be off by {told['signal_off']:.0%} of its range: from t = {told['from_s']:.4g} s on it "
-        f"leaves a rest by itself, differences grow {told['growth']:.2g}-fold by {told['to_s']:.4g} s, and "
-        f"{told['input']} was held up to {told['input_off']:.2g} of its range off; take {other}--step {step / 2:g}, "
+        f"{most['signal']} may be off by {most['signal_off']:.0%} of its range: from t = {most['from_s']:.4g} s on it "
+        f"leaves a rest by itself, differences grow {most['growth']:.2g}-fold by {most['to_s']:.4g} s, and "
+        f"{most['input']} was held up to {most['input_off']:.2g} of its range off; take {other}--step {step / 2:g}, "
         "and --check-step to see what that changes"
     ]

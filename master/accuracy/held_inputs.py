@@ -81,18 +81,18 @@ class HeldInputs:
                 self._add(rows)
 
     def _add(self, rows: np.ndarray) -> None:
-        given = rows[:, self._sources] * self._factors + self._offsets  # in the units of the inputs
-        self._low = np.minimum(self._low, given.min(axis=0))
-        self._high = np.maximum(self._high, given.max(axis=0))
-        y, u = self._rows = np.concatenate([self._rows, np.stack([given, rows[:, self._targets]])], axis=1)
+        sources = rows[:, self._sources] * self._factors + self._offsets  # in the units of the inputs
+        self._low = np.minimum(self._low, sources.min(axis=0))
+        self._high = np.maximum(self._high, sources.max(axis=0))
+        y, u = self._rows = np.concatenate([self._rows, np.stack([sources, rows[:, self._targets]])], axis=1)
         self._rows = self._rows[:, -3:].copy()
         if len(y) < 4:
             return
         bend = (y[3:] - y[2:-1] - y[1:-2] + y[:-3]) / 24.0
         mean = 0.5 * (y[1:-2] + y[2:-1]) - bend
         held = u[1:-2] + np.where(self._sloped, 0.5 * (u[1:-2] - u[:-3]), 0.0)
-        now = np.stack([held - mean, bend], axis=1) if len(self._most) > 1 else (held - mean)[:, None]
-        off = np.concatenate([self._off, np.abs(now)])
+        errors = np.stack([held - mean, bend], axis=1) if len(self._most) > 1 else (held - mean)[:, None]
+        off = np.concatenate([self._off, np.abs(errors)])
         self._off = off[len(off) - min(len(off), IN_A_ROW - 1) :].copy()
         if len(off) >= IN_A_ROW:
             count = len(off) - IN_A_ROW + 1
@@ -104,12 +104,12 @@ class HeldInputs:
 
         None where no input of it was off, or numbers have grown beyond bounds.
         """
-        mine = np.array(self._of.get(component, ()), np.int64)
-        if not len(mine):
+        inputs = np.array(self._of.get(component, ()), np.int64)
+        if not len(inputs):
             return None
-        share = self._shares()[0, mine]
+        share = self._shares()[0, inputs]
         worst = int(np.argmax(share))
-        return (self.names[mine[worst]], float(share[worst])) if 0.0 < share[worst] < np.inf else None
+        return (self.names[inputs[worst]], float(share[worst])) if 0.0 < share[worst] < np.inf else None
 
     def furthest_off(self) -> HeldInput | None:
         """The input of the whole system that was furthest off; None where none was, or numbers grew beyond bounds."""

@@ -23,26 +23,26 @@ def estimate(
     scale = max(1e-300, float(np.abs(coarse[:, 0]).max()))
     at = np.searchsorted(fine[:, 0], coarse[:, 0] - 1e-9 * scale)
     at = np.clip(at, 0, len(fine) - 1)
-    both = np.abs(fine[at, 0] - coarse[:, 0]) < 1e-6 * scale
-    made: dict[str, dict[str, float | None]] = {}
+    in_both = np.abs(fine[at, 0] - coarse[:, 0]) < 1e-6 * scale
+    errors: dict[str, dict[str, float | None]] = {}
     for j, name in enumerate(names):
         if j == 0:
             continue
-        a, b = coarse[both, j], fine[at[both], j]
+        a, b = coarse[in_both, j], fine[at[in_both], j]
         if not np.isfinite(a).all() or not np.isfinite(b).all():
             continue
         error = float(np.abs(a - b).max(initial=0.0) / (1.0 - 0.5**order))
         span = float(np.ptp(b)) if len(b) else 0.0
         if span <= STILL * np.abs(b).max(initial=0.0):  # at rest but for rounding
             span = 0.0
-        made[name] = {"error": error, "relative": error / span if span > 0.0 else None}
-    return made
+        errors[name] = {"error": error, "relative": error / span if span > 0.0 else None}
+    return errors
 
 
-def worst(found: dict[str, dict[str, Any]]) -> tuple[str, dict[str, Any]] | None:
+def worst(errors: dict[str, dict[str, Any]]) -> tuple[str, dict[str, Any]] | None:
     """The signal with the greatest relative error."""
-    known = {name: e for name, e in found.items() if e["relative"] is not None}
-    if not known:
+    with_range = {name: e for name, e in errors.items() if e["relative"] is not None}
+    if not with_range:
         return None
-    name = max(known, key=lambda n: known[n]["relative"])
-    return name, known[name]
+    name = max(with_range, key=lambda n: with_range[n]["relative"])
+    return name, with_range[name]

@@ -33,16 +33,16 @@ def method_named(name: str) -> Method:
     """The method of that name."""
     if name not in NAMES:
         raise UsageError(f"unknown method '{name}'; known: {', '.join(NAMES)}{did_you_mean(name, NAMES)}")
-    found: Method = import_module(f".{name.replace('-', '_')}", __package__).METHOD
-    return found
+    method: Method = import_module(f".{name.replace('-', '_')}", __package__).METHOD
+    return method
 
 
-def chosen(asked: str | None, suggested: str | None) -> str:
+def chosen(requested: str | None, suggested: str | None) -> str:
     """The method that is asked for, or what the package suggests, or the default. Raises `UsageError` for one that is
     not known."""
-    name = asked or suggested or DEFAULT
+    name = requested or suggested or DEFAULT
     if name not in NAMES:
-        whose = "" if asked else " that the package suggests"
+        whose = "" if requested else " that the package suggests"
         raise UsageError(f"unknown method '{name}'{whose}; known: {', '.join(NAMES)}{did_you_mean(name, NAMES)}")
     return name
 

@@ -55,9 +55,9 @@ class Coupling:
 
     def pass_others(self, program: Program) -> None:
         """Write the exchange of all other links."""
-        mine = set(map(id, self.links))
+        coupled = set(map(id, self.links))
         for link in self.system.links:
-            if id(link) not in mine and self.system.values.speaks(link):
+            if id(link) not in coupled and self.system.values.speaks(link):
                 self.system.steps.pass_on(program, link)
 
 

@@ -38,11 +38,11 @@ def write(system: System, program: Program) -> None:
     coupling = Coupling(system)
     steppers = [Stepper(system, system.instances[name]) for name in takes_back(system)]
     driven = at_end(system, program, stale(system)[0])
-    again = system.steps.program()
-    refresh(system, again, driven)
-    for function in again.fresh:
+    refresh_program = system.steps.program()
+    refresh(system, refresh_program, driven)
+    for function in refresh_program.fresh:
         program.at_start(function)
-    agree = Runner(again) if len(again) else None
+    agree = Runner(refresh_program) if len(refresh_program) else None
     size = last = np.zeros(0)
 
     def begin() -> None:
@@ -75,24 +75,24 @@ def write(system: System, program: Program) -> None:
                 s.step(t, h)
             if agree is not None:
                 agree.once()
-            left = coupling.given(0.5 * (y + coupling.outputs)) - u
-            np.maximum(size, np.maximum(np.abs(u), np.abs(left)), out=size)
-            if np.all(np.abs(left) <= TOLERANCE * size):
+            residual = coupling.given(0.5 * (y + coupling.outputs)) - u
+            np.maximum(size, np.maximum(np.abs(u), np.abs(residual)), out=size)
+            if np.all(np.abs(residual) <= TOLERANCE * size):
                 last = u
                 return 0
             if before is not None:
-                change = (left - before) / size
+                change = (residual - before) / size
                 square = float(change @ change)
                 if square > 0.0:
                     relaxation *= -float((before / size) @ change) / square
                     relaxation = float(np.clip(relaxation, -2.0, 2.0)) or 1.0
-            before = left
-            u = u + relaxation * left
-        worst = int(np.argmax(np.abs(left) / size))
+            before = residual
+            u = u + relaxation * residual
+        worst = int(np.argmax(np.abs(residual) / size))
         names = {s.place + i: s.address for s in system.inputs.values() if s.family == REAL for i in range(s.size)}
         raise SimulationError(
             f"the fixed-point iteration does not settle in {MOST} repetitions at t = {t:g} s; "
-            f"'{names[int(coupling.targets[worst])]}' still changes by {left[worst]:g}", t
+            f"'{names[int(coupling.targets[worst])]}' still changes by {residual[worst]:g}", t
         )  # fmt: skip
 
     program.at_start(begin)

@@ -109,8 +109,8 @@ class _Jacobian:
 
     def own(self) -> np.ndarray:
         """What earlier changes of inputs do to a step's change of the outputs, less what they did in the last one."""
-        own: np.ndarray = self._through @ ((self._lasting - 1.0) * self._known).sum(axis=1)
-        return own
+        change: np.ndarray = self._through @ ((self._lasting - 1.0) * self._known).sum(axis=1)
+        return change
 
     def measure(self, t: float, h: float) -> None:
         """Measure all that over steps from t with the inputs that are in the buffer."""
@@ -125,30 +125,30 @@ class _Jacobian:
             try:
                 base, _ = self._steps(stepper, t, h, steps, outputs)
                 for j in inputs if name in self.at_once else ():
-                    told = self._told(stepper.instance, outputs, j)
-                    if told is None:
+                    slopes = self._told(stepper.instance, outputs, j)
+                    if slopes is None:
                         if stepper.instance.has_failed:
                             stepper.restore(state)
                             self._steps(stepper, t, h, steps, outputs)
                         with perturbed(c.system, c.ends[j][1], int(c.targets[j]), PERTURBATION) as perturbation:
                             stepper.answer()
-                        told = (c.outputs[outputs] - base[-1]) / (perturbation or np.inf)
-                    T[outputs, j] = told
+                        slopes = (c.outputs[outputs] - base[-1]) / (perturbation or np.inf)
+                    T[outputs, j] = slopes
                 for j in inputs:
                     stepper.restore(state)
-                    made, perturbation = self._steps(stepper, t, h, steps, outputs, j)
-                    answers = (np.array(made) - base) / (perturbation or np.inf)
+                    perturbed_steps, perturbation = self._steps(stepper, t, h, steps, outputs, j)
+                    answers = (np.array(perturbed_steps) - base) / (perturbation or np.inf)
                     S[outputs, j] = answers[0]
                     if steps == 2:
                         E[outputs, j] = _lasting(*answers)
                 stepper.restore(state)
             finally:
                 stepper.instance.drop(state)
-        one = np.eye(len(c))
+        identity = np.eye(len(c))
         try:
-            self._through = np.linalg.inv(one - T * c.factors)
+            self._through = np.linalg.inv(identity - T * c.factors)
             self._half = 0.5 * c.factors[:, None] * (self._through @ S)
-            self._inverse = np.linalg.inv(one - self._half)
+            self._inverse = np.linalg.inv(identity - self._half)
         except np.linalg.LinAlgError:
             raise SimulationError(
                 f"--method interface-jacobian: inputs and outputs cannot be made to agree at t = {t:g} s; choose "
@@ -161,7 +161,7 @@ class _Jacobian:
     ) -> tuple[list[np.ndarray], float]:
         """What the outputs are after each of the steps, with input j perturbed in them; the perturbation."""
         c = self.coupling
-        made, perturbation = [], 0.0
+        outputs_after, perturbation = [], 0.0
         for k in range(steps):
             if j is None:
                 stepper.step(t + k * h, h)
@@ -170,8 +170,8 @@ class _Jacobian:
                     stepper.step(t + k * h, h)
                 if stepper.instance.name in self.at_once:
                     stepper.answer()
-            made.append(c.outputs[outputs])
-        return made, perturbation
+            outputs_after.append(c.outputs[outputs])
+        return outputs_after, perturbation
 
     def _told(self, instance: FmuInstance, outputs: Sequence[int], j: int) -> list[float] | None:
         """What an FMU says that its scalar outputs answer at once to an input."""
@@ -180,9 +180,9 @@ class _Jacobian:
             return None
         return instance.derivatives([s.reference for s in signals], self.coupling.ends[j][1].reference)
 
-    def solve(self, now: np.ndarray, held: np.ndarray) -> np.ndarray:
+    def solve(self, given: np.ndarray, held: np.ndarray) -> np.ndarray:
         """The inputs that agree with the outputs they will cause."""
-        u: np.ndarray = self._inverse @ (now - self._half @ held)
+        u: np.ndarray = self._inverse @ (given - self._half @ held)
         return u
 
 

@@ -21,8 +21,8 @@ from .method import Method
 def write(system: System, program: Program) -> None:
     """Write the macro step."""
     order = {name: i for i, name in enumerate(system.order)}
-    late = stale(system)[0]
-    driven = at_end(system, program, late)
+    stale_components = stale(system)[0]
+    driven = at_end(system, program, stale_components)
     start: dict[int, int] = {}  # slots of outputs as they are at the step's start
     middle: dict[int, int] = {}  # and as they are foretold for its middle and its end
     final: dict[int, int] = {}
@@ -59,9 +59,9 @@ def write(system: System, program: Program) -> None:
         for name in names:
             at_its_end[name] = hand_over(name)
         program.advance([system.instances[name] for name in names])
-        for name in (n for n in names if n in late):
-            now = [k for k in system.steps.links_to(name) if k in lines[name] or k.source.place in driven]
-            renew(system, program, [name], now, at_its_end[name])
+        for name in (n for n in names if n in stale_components):
+            links = [k for k in system.steps.links_to(name) if k in lines[name] or k.source.place in driven]
+            renew(system, program, [name], links, at_its_end[name])
     refresh(system, program, driven)
 
 

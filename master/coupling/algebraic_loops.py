@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Collection, Mapping
 from types import MappingProxyType
 
-from ..system.strongly_connected import together
+from ..system.strongly_connected import strongly_connected_components
 from ..system.system import System
 
 Node = tuple[str, str]
@@ -19,18 +19,18 @@ def graph(system: System, doubtful: bool) -> dict[Node, set[Node]]:
 
     doubtful: outputs of which an FMU does not say what they depend on count as depending on all its inputs.
     """
-    made: dict[Node, set[Node]] = {}
+    edges: dict[Node, set[Node]] = {}
     for link in system.links:
-        made.setdefault(link.end, set()).add(link.start)
+        edges.setdefault(link.end, set()).add(link.start)
     for component, output in system.outputs:
         instance = system.instances[component]
-        known = instance.feed_through(output)
-        if known is None:
-            known = [ANY] if doubtful else []
-        made.setdefault((component, output), set()).update((component, name) for name in known)
+        inputs = instance.feed_through(output)
+        if inputs is None:
+            inputs = [ANY] if doubtful else []
+        edges.setdefault((component, output), set()).update((component, name) for name in inputs)
     if doubtful:
-        made |= {(name, ANY): {(name, s.name) for s in instance.inputs} for name, instance in system.instances.items()}
-    return made
+        edges |= {(name, ANY): {(name, s.name) for s in instance.inputs} for name, instance in system.instances.items()}
+    return edges
 
 
 def loops(
@@ -41,25 +41,25 @@ def loops(
     more: what signals depend on besides.
     """
     edges = graph(system, doubtful)
-    for node, others in more.items():
-        edges.setdefault(node, set()).update(others)
-    found = []
-    for members in together(edges):
+    for node, sources in more.items():
+        edges.setdefault(node, set()).update(sources)
+    found_loops = []
+    for members in strongly_connected_components(edges):
         begin = min(node for node in members if node[1] != ANY)
-        found.append([".".join(node) for node in _way_back(edges, begin, members) if node[1] != ANY])
-    return found
+        found_loops.append([".".join(node) for node in _way_back(edges, begin, members) if node[1] != ANY])
+    return found_loops
 
 
 def _way_back(edges: dict[Node, set[Node]], begin: Node, members: set[Node]) -> list[Node]:
     """The shortest way from a node back to itself, in the direction of the data."""
     ways = [[begin]]
-    seen = set()
+    visited = set()
     while ways:
         way = ways.pop(0)
         for child in sorted(edges.get(way[-1], ())):
             if child == begin:
                 return [begin, *reversed(way)]
-            if child in members and child not in seen:
-                seen.add(child)
+            if child in members and child not in visited:
+                visited.add(child)
                 ways.append([*way, child])
     return [begin]

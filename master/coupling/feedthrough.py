@@ -15,7 +15,7 @@ from ..slaves.base import FmuInstance
 from ..slaves.variables import ALWAYS
 from ..system.connections import SignalConnection
 from ..system.execution_order import component_order
-from ..system.strongly_connected import together
+from ..system.strongly_connected import strongly_connected_components
 from ..system.system import System
 from .algebraic_loops import Node, graph, loops
 from .loop_solver import drives_itself, handles
@@ -40,7 +40,11 @@ def detect_feedthrough(system: System, loops_only: bool) -> list[str]:
         instance.answers = {}
     suspects = set(system.instances)
     if loops_only:
-        suspects = {component for members in together(graph(system, doubtful=True)) for component, _ in members}
+        suspects = {
+            component
+            for members in strongly_connected_components(graph(system, doubtful=True))
+            for component, _ in members
+        }
     driving: dict[str, set[str]] = {name: set() for name in ("", *system.instances)}
     for k in system.links:
         if k.source.component != k.target.component:
@@ -66,12 +70,12 @@ def detect_feedthrough(system: System, loops_only: bool) -> list[str]:
             if not instance.is_lost:
                 instance.drop(state)
     system.order = component_order(system.instances, system.links)
-    left = [name for name in unsure if not any(system.instances[name].answers.values())]
+    silent_components = [name for name in unsure if not any(system.instances[name].answers.values())]
     if loops_only:  # what others give is there in time
-        left = [name for name in left if drives_itself(system, name)]
-    if not left:
+        silent_components = [name for name in silent_components if drives_itself(system, name)]
+    if not silent_components:
         return []
-    names = f"component{'s' if len(left) > 1 else ''} {', '.join(map(repr, left))}"
+    names = f"component{'s' if len(silent_components) > 1 else ''} {', '.join(map(repr, silent_components))}"
     return [
         f"{names}: what the outputs depend on is not said, and none was found to answer to an input at once; where one "
         "does, it is a step late"
@@ -88,8 +92,8 @@ def loops_that_came_up(system: System) -> list[str]:
     edges: dict[str, set[str]] = {name: set() for name in ("", *system.instances)}
     for link in system.links:
         edges[link.source.component].add(link.target.component)
-    found: dict[Node, set[Node]] = {}
-    for component in sorted(name for members in together(edges) for name in members):
+    answers: dict[Node, set[Node]] = {}
+    for component in sorted(name for members in strongly_connected_components(edges) for name in members):
         instance = system.instances[component]
         outputs = [s for s in instance.outputs if s.family != TEXT]
         inputs = dict.fromkeys(k.target for k in system.steps.links_to(component) if k.target.family != TEXT)
@@ -100,13 +104,13 @@ def loops_that_came_up(system: System) -> list[str]:
             for step in way:
                 step.once()
             for output, names in _answers(system, instance, None, outputs, list(inputs), way).items():
-                found[component, output] = {(component, name) for name in names}
-    known = {frozenset(members) for members in loops(system)}
+                answers[component, output] = {(component, name) for name in names}
+    known_loops = {frozenset(members) for members in loops(system)}
     return [
         f"{' -> '.join(members)}: an algebraic loop that the FMUs do not tell of, and that was none at the start or "
         "could not be seen there: values on it are a step late and may be far off, or swing up; its FMUs have to say "
         "what their outputs depend on, for it to be solved"
-        for members in loops(system, more=found) if frozenset(members) not in known
+        for members in loops(system, more=answers) if frozenset(members) not in known_loops
     ]  # fmt: skip
 
 
@@ -131,10 +135,10 @@ def _answers(
     reals, bits, texts = system.buffer.reals, system.buffer.integers, system.buffer.texts
     owners = {place: s.name for s in outputs for place in range(s.place, s.place + s.size)}
     signals = [*instance.inputs, *instance.outputs]
-    own = np.array([s.place + k for s in signals if s.family != TEXT for k in range(s.size)], np.int64)
-    before = bits[own]
+    slots = np.array([s.place + k for s in signals if s.family != TEXT for k in range(s.size)], np.int64)
+    before = bits[slots]
     spoken = {s.place + k: texts[s.place + k] for s in signals if s.family == TEXT for k in range(s.size)}
-    found: dict[str, dict[str, None]] = {s.name: {} for s in outputs}
+    answers: dict[str, dict[str, None]] = {s.name: {} for s in outputs}
     for target in inputs:
         for place in range(target.place, target.place + target.size):
             if target.family == REAL and not np.isfinite(reals[place]):
@@ -144,9 +148,9 @@ def _answers(
                     try:
                         for step in way:
                             step.once()
-                        for changed in own[bits[own] != before].tolist():
+                        for changed in slots[bits[slots] != before].tolist():
                             if changed in owners:
-                                found[owners[changed]][target.name] = None
+                                answers[owners[changed]][target.name] = None
                     except Interrupted:
                         raise
                     except SimulationError:
@@ -161,10 +165,10 @@ def _answers(
                     way[0].once()
                 else:
                     instance.restore(state)
-                bits[own] = before
+                bits[slots] = before
                 for place, text in spoken.items():
                     texts[place] = text
-    return {output: list(names) for output, names in found.items()}
+    return {output: list(names) for output, names in answers.items()}
 
 
 def at_once(system: System, bond: Bond) -> tuple[float, float]:
@@ -173,14 +177,14 @@ def at_once(system: System, bond: Bond) -> tuple[float, float]:
 
     0 where the FMU declares no such dependence. What is perturbed is put back.
     """
-    made = []
+    slopes_of_sides = []
     for gives, takes, si in ((bond.forth, bond.back, bond.forth_si), (bond.back, bond.forth, bond.back_si)):
         beside = singles(system.connections.into(takes.target.component))
         inputs = [link for link in beside if _integral(system, link, takes)]
         declared = system.instances[gives.source.component].feed_through(gives.source.name) or []
         slopes = [_slope(system, gives, link) * si[0] for link in inputs if link.target.name in declared]
-        made.append(sum(map(abs, slopes)))
-    return made[0], made[1]
+        slopes_of_sides.append(sum(map(abs, slopes)))
+    return slopes_of_sides[0], slopes_of_sides[1]
 
 
 def _integral(system: System, link: SignalConnection, flow: SignalConnection) -> bool:
@@ -190,11 +194,11 @@ def _integral(system: System, link: SignalConnection, flow: SignalConnection) ->
     if link.target.element not in (None, flow.target.element):
         return False
     units = [system.instances[k.target.component].unit(k.target.name) for k in (link, flow)]
-    known = [u.exponents for u in units if u is not None and u.exponents is not None]
-    if len(known) < len(units):
+    of_units = [u.exponents for u in units if u is not None and u.exponents is not None]
+    if len(of_units) < len(units):
         return False
-    own, rate = ({k: p for k, p in exponents.items() if k != "rad"} for exponents in known)
-    return {**own, "s": own.get("s", 0) - 1} == {"s": 0, **rate}
+    level, rate = ({k: p for k, p in exponents.items() if k != "rad"} for exponents in of_units)
+    return {**level, "s": level.get("s", 0) - 1} == {"s": 0, **rate}
 
 
 def _slope(system: System, output: SignalConnection, link: SignalConnection) -> float:

@@ -146,9 +146,9 @@ class Initialiser:
         source, target = self.system.instances[flat.start[0]], self.system.instances[flat.end[0]]
         if source.version == "1.0" and source._state == "initialising":  # which calculates in fmiInitializeSlave
             source.exit_initialisation()
-        given = self.system.quantities.quantity(flat.start, flat.unit, flat.enumeration)
-        taken = self.system.quantities.quantity(flat.end)
-        value = converted(source.get(flat.start[1]), given, flat.hops, taken, flat.where)
+        source_quantity = self.system.quantities.quantity(flat.start, flat.unit, flat.enumeration)
+        target_quantity = self.system.quantities.quantity(flat.end)
+        value = converted(source.get(flat.start[1]), source_quantity, flat.hops, target_quantity, flat.where)
         self.brought[flat.end] = checked = target.checked(flat.end[1], value, flat.where)
         target.set_start(flat.end[1], checked)
 
@@ -158,8 +158,8 @@ class Initialiser:
         """Read what lets itself be read only before its inputs are set; what does not even that keeps what its FMU
         declares as its start."""
         for name, instance in self.system.instances.items():
-            now = (BEFORE_INPUTS, INITIALISED) if initialised else (BEFORE_INPUTS,)
-            if instance.readable in now and instance.version != "1.0":
+            readable_now = (BEFORE_INPUTS, INITIALISED) if initialised else (BEFORE_INPUTS,)
+            if instance.readable in readable_now and instance.version != "1.0":
                 self._read(instance, reader(self.system, name))
             elif instance.readable == AFTER_STEPS:
                 for signal in instance.outputs:
@@ -217,8 +217,8 @@ class Initialiser:
                 declared[component] = {}
                 for unknown in instance.description.initialUnknowns:
                     if unknown.variable is not None and unknown.dependencies is not None:
-                        known = {(component, v.name) for v in unknown.dependencies} & connected
-                        declared[component].setdefault(unknown.variable.name, known)
+                        dependencies = {(component, v.name) for v in unknown.dependencies} & connected
+                        declared[component].setdefault(unknown.variable.name, dependencies)
                 graph[component, ANY] = connected
             graph.setdefault(link.start, set()).update(declared[component].get(output, {(component, ANY)}))
         try:

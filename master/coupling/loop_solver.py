@@ -84,13 +84,13 @@ class AlgebraicLoop:
         self._signals = [s for s in everything if s.family == REAL]
         self._reals = _slots(self._signals)
         self._whole = _slots([s for s in everything if s.family not in (REAL, TEXT)])
-        every = [found for mine, _, _ in self.visits.values() for found in mine]
+        every = [visit for links_into, _, _ in self.visits.values() for visit in links_into]
         self._round = [(link, carry) for link, carry in every if self._solvable(link)]
         self._given = [(link, carry) for link, carry in every if not link.source.component]
         self._targets = _slots(link.target for link, _ in self._round)
         ends = [link for link, _ in self._round for _ in range(link.target.size)]
         self._single = SingleChanges(
-            self._came, [k.source.component for k in ends], [k.target.component for k in ends]
+            self._round_trip, [k.source.component for k in ends], [k.target.component for k in ends]
         )
         all_reals = len(self._round) + len(self._given) == len(every)
         self._learns = all_reals and 0 < len(self._targets) <= MOST_LEARNED
@@ -114,8 +114,8 @@ class AlgebraicLoop:
 
     def inputs(self) -> np.ndarray:
         """The real inputs that go round, as they are."""
-        found: np.ndarray = self.system.buffer.reals[self._targets].copy()
-        return found
+        inputs: np.ndarray = self.system.buffer.reals[self._targets].copy()
+        return inputs
 
     def solve(self, when: str = "", near: np.ndarray | None = None) -> str | None:
         """Sweep until nothing changes; a loop that does not settle so is solved, or the error says which it is.
@@ -125,7 +125,7 @@ class AlgebraicLoop:
 
         Reals count relative to the largest value that a slot has had; whole numbers and texts have to be the same.
         """
-        if self._quickly():
+        if self._solve_quickly():
             return None
         buffer = self.system.buffer
         begin, first = (self.inputs() if near is None else near), np.zeros(0)
@@ -134,10 +134,10 @@ class AlgebraicLoop:
             reals, whole = buffer.reals[self._reals].copy(), buffer.integers[self._whole].copy()
             texts = list(buffer.texts)
             self.sweep()
-            now = buffer.reals[self._reals]
+            reals_now = buffer.reals[self._reals]
             with np.errstate(invalid="ignore", over="ignore"):
-                change = np.where(now == reals, 0.0, np.abs(now - reals))
-                scale = np.fmax(scale, np.abs(now))
+                change = np.where(reals_now == reals, 0.0, np.abs(reals_now - reals))
+                scale = np.fmax(scale, np.abs(reals_now))
             first = scale if k == 0 else first
             same = np.array_equal(whole, buffer.integers[self._whole]) and texts == buffer.texts
             if same and np.all(change <= SETTLED * scale):
@@ -173,23 +173,23 @@ class AlgebraicLoop:
         size = np.maximum(size, max(1e-9 * size.max(initial=0.0), 1e-300))
         if not len(settled) or np.all(np.abs(settled - near) <= 1e-6 * size):
             return None
-        kept = self.system.buffer.reals.copy()
+        before = self.system.buffer.reals.copy()
         if not any(self._goes_round(x, 1e-6 * size) for x in (settled, near)):
-            self._left(settled)
-            self.system.buffer.reals[:] = kept
+            self._residual(settled)
+            self.system.buffer.reals[:] = before
             return None
         self.system.buffer.reals[self._targets] = near
         try:
             self.newton(np.zeros(len(self._reals)), scale, when)
         except SimulationError:
-            found = settled
+            solved = settled
         else:
-            found = self.inputs()
-        if np.all(np.abs(found - settled) <= 1e-6 * size) or np.linalg.norm((found - near) / size) >= np.linalg.norm(
+            solved = self.inputs()
+        if np.all(np.abs(solved - settled) <= 1e-6 * size) or np.linalg.norm((solved - near) / size) >= np.linalg.norm(
             (settled - near) / size
         ):
-            self._left(settled)
-            self.system.buffer.reals[:] = kept
+            self._residual(settled)
+            self.system.buffer.reals[:] = before
             return None
         through = ", ".join(dict.fromkeys(self.names))
         return (
@@ -209,12 +209,12 @@ class AlgebraicLoop:
     def _solvable(link: SignalConnection) -> bool:
         return link.target.family == REAL and not link.conversion.from_integer and bool(link.source.component)
 
-    def _left(self, x: np.ndarray) -> np.ndarray:
+    def _residual(self, x: np.ndarray) -> np.ndarray:
         """What comes round for inputs x, less these."""
-        left: np.ndarray = self._came(x) - x
-        return left
+        residual: np.ndarray = self._round_trip(x) - x
+        return residual
 
-    def _came(self, x: np.ndarray) -> np.ndarray:
+    def _round_trip(self, x: np.ndarray) -> np.ndarray:
         """What comes round for inputs x."""
         reals = self.system.buffer.reals
         reals[self._targets] = x
@@ -223,10 +223,10 @@ class AlgebraicLoop:
             outputs.once()
         for _, carry in self._round:
             carry.once()
-        came: np.ndarray = reals[self._targets]
-        return came
+        returned: np.ndarray = reals[self._targets]
+        return returned
 
-    def _quickly(self) -> bool:
+    def _solve_quickly(self) -> bool:
         """Whether a few steps with the slopes of an earlier point in time settle the loop."""
         if self._inverse is None:
             return False
@@ -238,11 +238,11 @@ class AlgebraicLoop:
         x = reals[self._targets].copy()
         for _ in range(FEW_SWEEPS):
             with np.errstate(invalid="ignore", over="ignore"):
-                left = self._left(x)
-                if np.all(np.abs(left) <= SETTLED * np.abs(x)):
+                residual = self._residual(x)
+                if np.all(np.abs(residual) <= SETTLED * np.abs(x)):
                     self._tries = 0
                     return True
-                x = x - self._inverse @ left
+                x = x - self._inverse @ residual
             if not np.isfinite(x).all():
                 break
         reals[:] = before
@@ -255,11 +255,11 @@ class AlgebraicLoop:
             return
         self._largest[self._reals] = np.fmax(self._largest[self._reals], np.where(scale < 1e12, scale, 0.0))
         x, largest = self.system.buffer.reals[self._targets].copy(), self._largest[self._targets]
-        came = self._came(x)
-        there = x + 1e-6 * np.where(largest > 0.0, largest, largest.max() or 1.0)
-        changed = self._single.left(x, came, there, lambda left, _: left) - (came - x)[:, None]
-        slopes = changed / np.where(there != x, there - x, np.inf)
-        self._left(x)
+        returned = self._round_trip(x)
+        shifted = x + 1e-6 * np.where(largest > 0.0, largest, largest.max() or 1.0)
+        changed = self._single.residuals(x, returned, shifted, lambda left, _: left) - (returned - x)[:, None]
+        slopes = changed / np.where(shifted != x, shifted - x, np.inf)
+        self._residual(x)
         self._tries, self._inverse = 1, None
         if np.isfinite(slopes).all():
             with suppress(np.linalg.LinAlgError):
@@ -277,7 +277,7 @@ class AlgebraicLoop:
             return made
 
         def left(x: np.ndarray) -> np.ndarray:
-            return finite(self._left(x))
+            return finite(self._residual(x))
 
         start = np.nan_to_num(reals[targets], nan=0.0, posinf=0.0, neginf=0.0)
         start[np.abs(start) > 1e12] = 0.0
@@ -289,18 +289,20 @@ class AlgebraicLoop:
         size = np.where(size <= ROUNDING * size.max(), size.max() or 1.0, size)
 
         def slopes(x: np.ndarray) -> np.ndarray:
-            there, came = x + SMALL * np.maximum(np.abs(x), 1.0), self._came(x * size)
-            here = finite(came - x * size) / size
-            made = self._single.left(x * size, came, there * size, lambda left, rows: finite(left) / size[rows])
-            slopes: np.ndarray = (made - here[:, None]) / (there - x)
+            shifted, returned = x + SMALL * np.maximum(np.abs(x), 1.0), self._round_trip(x * size)
+            residual_here = finite(returned - x * size) / size
+            made = self._single.residuals(
+                x * size, returned, shifted * size, lambda left, rows: finite(left) / size[rows]
+            )
+            slopes: np.ndarray = (made - residual_here[:, None]) / (shifted - x)
             return slopes
 
-        found = root(lambda x: left(x * size) / size, start / size, jac=slopes, tol=1e-13)
-        rest, solved = np.abs(left(found.x * size)) / size, np.abs(found.x)
+        solution = root(lambda x: left(x * size) / size, start / size, jac=slopes, tol=1e-13)
+        rest, solved = np.abs(left(solution.x * size)) / size, np.abs(solution.x)
         allowed = 1e-8 * np.maximum(solved, 1e-3)
         if not np.all(rest <= allowed):  # what is the small difference of large values is no more certain than these
-            allowed = np.maximum(allowed, 1e3 * ROUNDING * np.abs(slopes(found.x)) @ solved)
-            rest = np.abs(left(found.x * size)) / size
+            allowed = np.maximum(allowed, 1e3 * ROUNDING * np.abs(slopes(solution.x)) @ solved)
+            rest = np.abs(left(solution.x * size)) / size
         if not np.all(rest <= allowed):
             names = np.array([s.address for s in self._signals for _ in range(s.size)])
             worst = int(np.argmax(np.nan_to_num(change, nan=np.inf)))
@@ -317,7 +319,7 @@ def _slots(signals: Iterable[Signal]) -> np.ndarray:
 def stale(system: System) -> tuple[list[str], bool]:
     """(components in the order in which to bring them up to date, whether some depend on each other in a loop)."""
     driven = {link.end for link in system.links if system.values.speaks(link)}
-    late = {
+    stale_outputs = {
         end for end in system.outputs
         if system.steps.is_read(end)
         and any((end[0], name) in driven for name in system.instances[end[0]].feed_through(end[1]) or ())
@@ -325,9 +327,9 @@ def stale(system: System) -> tuple[list[str], bool]:
     try:
         order = in_order(graph(system, doubtful=False))
     except CycleError:
-        members = {component for component, _ in late}
+        members = {component for component, _ in stale_outputs}
         return [name for name in system.order if name in members], True
-    return in_turn(node for node in order if node in late), False
+    return in_turn(node for node in order if node in stale_outputs), False
 
 
 def drives_itself(system: System, name: str) -> bool:
@@ -339,13 +341,13 @@ def at_end(system: System, program: Program, names: Iterable[str]) -> dict[int, 
     """Write: what stimuli drive these components with at the end of the step, in slots of its own; slot: that slot."""
     signals = [s for name in names for s in system.instances[name].inputs]
     signals += [k.source for name in names for k in system.steps.links_to(name)]
-    seen = set(_slots(s for s in signals if s.family != TEXT).tolist())
-    made = {}
+    used = set(_slots(s for s in signals if s.family != TEXT).tolist())
+    slots = {}
     for slot, column, family in sorted(program.drives):  # an array's values side by side, in whatever order they come
-        if slot in seen:
-            made[slot] = system.layout.scratch()
-            program.drive_at_end(made[slot], column, family)
-    return made
+        if slot in used:
+            slots[slot] = system.layout.scratch()
+            program.drive_at_end(slots[slot], column, family)
+    return slots
 
 
 def refresh(system: System, program: Program, driven: dict[int, int] | None = None, loops_only: bool = False) -> None:
@@ -384,7 +386,7 @@ def renew(
 ) -> None:
     """Write: in this order, the components get what these links carry now, and are read again; then all inputs are as
     they were in the buffer. `instead` gives the slots that stand for some sources, or for inputs of the components."""
-    own = {
+    slots_of = {
         name: [p for p in _slots(s for s in system.instances[name].inputs if s.family != TEXT).tolist() if p in instead]
         for name in dict.fromkeys(names)
     }
@@ -392,9 +394,9 @@ def renew(
     into: dict[str, list[SignalConnection]] = {}
     for k in links:
         into.setdefault(k.target.component, []).append(k)
-    with _kept(system, program, [*places, *((slot, 1) for slots in own.values() for slot in slots)]):
+    with _kept(system, program, [*places, *((slot, 1) for slots in slots_of.values() for slot in slots)]):
         for name in names:
-            for slot in own[name]:
+            for slot in slots_of[name]:
                 program.convert(slot, instead[slot], 1, SlotConversion())
             for link in into.get(name, ()):
                 system.steps.pass_on(program, link, instead)

@@ -29,8 +29,8 @@ def perturbed(system: System, signal: Signal, place: int, size: float) -> Iterat
         buffer, change = system.buffer.integers, 1
         low, high = (0, 1) if signal.type == "Boolean" else (low, high)
     u = buffer[place]
-    others = (u + change, u - change) if items is None else sorted({*items.values()} - {u}, key=lambda v: abs(v - u))
-    buffer[place] = next((v for v in others if low <= v <= high), u)
+    nearest = (u + change, u - change) if items is None else sorted({*items.values()} - {u}, key=lambda v: abs(v - u))
+    buffer[place] = next((v for v in nearest if low <= v <= high), u)
     try:
         yield float(buffer[place] - u)
     finally:

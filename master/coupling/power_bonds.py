@@ -85,8 +85,8 @@ def find_bonds(system: System) -> list[Bond]:
         end = known((hops[-1].unit if hops else None) or (instance.unit(link.end[1]) if instance is not None else None))
         return abs(link.conversion.factor) * end.factor / start.factor if start and end else None
 
-    def known(found: Unit | None) -> Unit | None:
-        return found if found is not None and found.exponents is not None else None
+    def known(unit_found: Unit | None) -> Unit | None:
+        return unit_found if unit_found is not None and unit_found.exponents is not None else None
 
     declared = {_names(*pair) for pair in system.network.structure.bonds}
     links = list(singles(system.links, {address for pair in declared for address in pair}))
@@ -101,8 +101,8 @@ def find_bonds(system: System) -> list[Bond]:
         gear = forth if forth and back and isclose(forth, back, rel_tol=1e-9) else 1.0
         whole = _names(".".join(a.start), ".".join(b.start))
         if not declared.isdisjoint((_names(a.source.label, b.source.label), whole)):
-            both = ua is not None and ub is not None
-            forth_si, back_si = ((u.factor, u.offset) if both and u else (1.0, 0.0) for u in (ua, ub))
+            both_known = ua is not None and ub is not None
+            forth_si, back_si = ((u.factor, u.offset) if both_known and u else (1.0, 0.0) for u in (ua, ub))
             bonds.append(Bond(a, b, forth_si, back_si, gear))
             continue
         if ua is None or ub is None or ua.offset or ub.offset:
@@ -144,8 +144,8 @@ def _pairs(possible: list[Bond], certain: list[Bond]) -> list[Bond]:
 
     Each link has one partner; where they are more in one direction than in the other, some of these have several.
     """
-    taken = {id(link) for bond in certain for link in (bond.forth, bond.back)}
-    free = [bond for bond in possible if id(bond.forth) not in taken and id(bond.back) not in taken]
+    paired = {id(link) for bond in certain for link in (bond.forth, bond.back)}
+    free = [bond for bond in possible if id(bond.forth) not in paired and id(bond.back) not in paired]
     ways: dict[tuple[str, str], dict[int, SignalConnection]] = {}  # the links from one component to another
     for bond in free:
         for link in (bond.forth, bond.back):
@@ -165,9 +165,9 @@ def _pairs(possible: list[Bond], certain: list[Bond]) -> list[Bond]:
     chosen = []
     for lonely in (2, 1):  # first links that both have no partner yet, then those that have found none
         for bond in best:
-            if sum(id(link) not in taken for link in (bond.forth, bond.back)) == lonely:
+            if sum(id(link) not in paired for link in (bond.forth, bond.back)) == lonely:
                 chosen.append(bond)
-                taken |= {id(bond.forth), id(bond.back)}
+                paired |= {id(bond.forth), id(bond.back)}
     return chosen
 
 

@@ -109,38 +109,38 @@ class CouplingOscillation:
         energy_ratio: the swing's energy in the run's last quarter over that in its first; by_coupling: what that ratio
         would be by the numerical damping alone.
         """
-        told: dict[str, float | None] = dict.fromkeys(
+        summary: dict[str, float | None] = dict.fromkeys(
             ("omega_h", "numerical_damping", "energy_ratio", "energy_ratio_by_coupling"))  # fmt: skip
         pieces = np.reshape(self.pieces, (-1, 9))
         if not np.abs([*self.sums.ravel(), *pieces.sum(axis=0)]).max() < BEYOND:
-            return told
+            return summary
         a, b = self.answer(0), self.answer(1)
         seconds, count = pieces[:, 7:].sum(axis=0)
         if a is None or b is None or count < 10:
-            return told
+            return summary
         loop = a * b
         if loop >= 0.0:
-            return told
+            return summary
         omega_h = float(np.sqrt(-loop))
         h = float(seconds / count)
         weights = 0.5 * h * self.gear / np.abs([a, b])
 
-        def energy_of(these: np.ndarray) -> float:
+        def energy_of(part: np.ndarray) -> float:
             """Mean energy of the swing around the mean in these pieces."""
-            squares, means = these[:, :2].sum(axis=0), these[:, 2:4].sum(axis=0)
-            n = these[:, 8].sum()
-            left = squares - means**2 / n
-            return float(np.where(left > STILL * squares, left, 0.0) @ weights / n)
+            squares, means = part[:, :2].sum(axis=0), part[:, 2:4].sum(axis=0)
+            n = part[:, 8].sum()
+            around_mean = squares - means**2 / n
+            return float(np.where(around_mean > STILL * squares, around_mean, 0.0) @ weights / n)
 
         energy = energy_of(pieces)
-        told["omega_h"] = omega_h
+        summary["omega_h"] = omega_h
         jumps = max(self.at_once[0] / abs(a), self.at_once[1] / abs(b)) * h
         if energy > 0.0 and seconds > 0.0 and jumps <= AT_ONCE:
             # what a takes up is sign(D_a) y_a u_a: its energy h y^2 / |2 D| grows with that
             mean_a, mean_b = pieces[:, 2:4].sum(axis=0) / count
             lost = pieces[:, 4:7].sum(axis=0) @ [1.0, -mean_b, -mean_a]  # of the swing around the mean
             rate = float(np.sign(a) * lost / (energy * seconds))
-            told["numerical_damping"] = -rate / (2.0 * omega_h / h)
+            summary["numerical_damping"] = -rate / (2.0 * omega_h / h)
             length = pieces[:, 7]
             middle = np.cumsum(length) - 0.5 * length
             first, last = middle < 0.25 * seconds, middle > 0.75 * seconds
@@ -148,9 +148,11 @@ class CouplingOscillation:
                 before, after = energy_of(pieces[first]), energy_of(pieces[last])
                 far = np.average(middle[last], weights=length[last]) - np.average(middle[first], weights=length[first])
                 if before > 0.0 and after > 0.0:
-                    told["energy_ratio"] = after / before
-                    told["energy_ratio_by_coupling"] = float(np.exp(np.clip(rate * far, -MOST_EXPONENT, MOST_EXPONENT)))
-        return told
+                    summary["energy_ratio"] = after / before
+                    summary["energy_ratio_by_coupling"] = float(
+                        np.exp(np.clip(rate * far, -MOST_EXPONENT, MOST_EXPONENT))
+                    )
+        return summary
 
 
 def _held(u: np.ndarray, sloped: bool) -> np.ndarray:
@@ -188,7 +190,7 @@ class ResidualEnergy:
         self.exchanged = np.zeros(len(bonds))
         self._low, self._high = np.full((len(bonds), 2), np.inf), np.full((len(bonds), 2), -np.inf)
         self._last: list[tuple[float, np.ndarray]] = []
-        self.swings = [CouplingOscillation(b.gear, found) for b, found in zip(bonds, at_once, strict=True)]
+        self.swings = [CouplingOscillation(b.gear, slopes) for b, slopes in zip(bonds, at_once, strict=True)]
 
     def add(self, time: np.ndarray, rows: np.ndarray) -> None:
         """Take in rows (n, outputs + inputs): outputs at times (n,) and inputs held from then on."""
@@ -197,19 +199,19 @@ class ResidualEnergy:
                 self._add(time, rows)
 
     def _add(self, time: np.ndarray, rows: np.ndarray) -> None:
-        known = len(self._last)
-        if known:
+        carried_over = len(self._last)
+        if carried_over:
             time = np.concatenate([[t for t, _ in self._last], time])
             rows = np.concatenate([[row for _, row in self._last], rows])
         self._last = [(float(t), row.copy()) for t, row in zip(time[-2:], rows[-2:], strict=True)]
         h = np.diff(time)
-        fresh = slice(max(0, known - 1), None)  # steps that have not been counted yet
+        fresh = slice(max(0, carried_over - 1), None)  # steps that have not been counted yet
         for i, bond in enumerate(self.bonds):
             factors, offsets = self._si[i]
             y_a, u_a, u_b, y_b = (rows[:, self._columns[i]] * factors + offsets).T
-            both = np.stack([y_a, y_b])
-            self._low[i] = np.minimum(self._low[i], both.min(axis=1))
-            self._high[i] = np.maximum(self._high[i], both.max(axis=1))
+            outputs = np.stack([y_a, y_b])
+            self._low[i] = np.minimum(self._low[i], outputs.min(axis=1))
+            self._high[i] = np.maximum(self._high[i], outputs.max(axis=1))
             held = [_held(u, sloped) for u, sloped in zip((u_a, u_b), self._sloped[i], strict=True)]
             mean = [0.5 * (y[1:] + y[:-1]) for y in (y_a, y_b)]
             left = (bond.gear * mean[0] * held[0] * h)[fresh]
@@ -231,7 +233,7 @@ class ResidualEnergy:
 
         Where one side rests there is nothing to follow: no share of energy and no swing are told.
         """
-        told = []
+        entries = []
         for i, bond in enumerate(self.bonds):
             moves = self.moves(i)
             swing = self.swings[i].summary()
@@ -240,7 +242,7 @@ class ResidualEnergy:
                 share = float("inf")
             elif moves and self.exchanged[i] > 0.0:
                 share = float(self.absolute[i] / self.exchanged[i])
-            told.append({
+            entries.append({
                 "bond": bond.name,
                 "residual_energy_J": float(self.absolute[i]),
                 "net_residual_energy_J": float(self.net[i]),
@@ -248,37 +250,37 @@ class ResidualEnergy:
                 "relative": share,
                 **(swing if moves else dict.fromkeys(swing)),
             })  # fmt: skip
-        return told
+        return entries
 
     def warnings(self) -> list[str]:
         """Bonds over which the coupling is not to be trusted."""
-        told = []
+        lines = []
         for bond in self.summary():
             if bond["relative"] == float("inf"):
-                told.append(
+                lines.append(
                     f"the energy exchanged over {bond['bond']} grew beyond all numbers: the coupling is unstable; "
                     "take a shorter step or another method"
                 )
             elif bond["relative"] > TRUSTED:
-                told.append(
+                lines.append(
                     f"the coupling created or destroyed {bond['relative']:.0%} of the energy exchanged over "
                     f"{bond['bond']}: do not trust this run; take a shorter step"
                 )
             if bond["energy_ratio"] is not None:
-                change, own = (float(np.log(bond[key])) for key in ("energy_ratio", "energy_ratio_by_coupling"))
-                if abs(change) > np.log(1.0 + CHANGED) and own / change > 0.5:
+                change, by_coupling = (float(np.log(bond[key])) for key in ("energy_ratio", "energy_ratio_by_coupling"))
+                if abs(change) > np.log(1.0 + CHANGED) and by_coupling / change > 0.5:
                     does, by = ("grows", "makes") if change > 0.0 else ("shrinks", "takes")
-                    told.append(
+                    lines.append(
                         f"the swing over {bond['bond']} {does} {np.exp(0.5 * abs(change)):.2g}-fold from the run's "
                         f"first quarter to its last, and the coupling {by} as much energy: it may be of its making; "
                         "see what a shorter step or another method gives"
                     )
             if bond["omega_h"] is not None and bond["omega_h"] > NYQUIST:
-                told.append(
+                lines.append(
                     f"the coupling over {bond['bond']} swings with omega h = {bond['omega_h']:.2g}: the step is too "
                     "long to follow it"
                 )
-        return told
+        return lines
 
 
 def said(instances: Iterable[FmuInstance]) -> list[str]:

@@ -10,21 +10,21 @@ from collections.abc import Callable, Iterator, Sequence
 
 import numpy as np
 
-from ..system.strongly_connected import together
+from ..system.strongly_connected import strongly_connected_components
 
 
 class SingleChanges:
     """Of inputs x (n,), for which `came(x)` (n,) comes round."""
 
-    def __init__(self, came: Callable[[np.ndarray], np.ndarray], givers: Sequence[str], takers: Sequence[str]):
+    def __init__(self, round_trip: Callable[[np.ndarray], np.ndarray], givers: Sequence[str], takers: Sequence[str]):
         """givers, takers: the components at the ends of the connection that each input hangs on."""
-        self._came = came
+        self._round_trip = round_trip
         driven: dict[str, list[int]] = {}
         for i, name in enumerate(givers):
             driven.setdefault(name, []).append(i)
         nothing = np.zeros(0, np.int64)
-        given = {name: np.array(found, np.int64) for name, found in driven.items()}
-        self._answering = [given.get(name, nothing) for name in takers]
+        inputs_of = {name: np.array(places, np.int64) for name, places in driven.items()}
+        self._answering = [inputs_of.get(name, nothing) for name in takers]
         count: dict[str, int] = {}
         groups: list[list[int]] = []
         for i, name in enumerate(takers):
@@ -37,28 +37,28 @@ class SingleChanges:
     def each(self, x: np.ndarray, changed: np.ndarray) -> Iterator[tuple[int, np.ndarray, np.ndarray]]:
         """(j, rows, what comes round there) with the value `changed[j]` for x[j]; elsewhere it is as for x."""
         for group in self._groups:
-            there = x.copy()
-            there[group] = changed[group]
-            came = self._came(there)
+            trial = x.copy()
+            trial[group] = changed[group]
+            returned = self._round_trip(trial)
             for j in group.tolist():
-                yield j, self._answering[j], came[self._answering[j]]
+                yield j, self._answering[j], returned[self._answering[j]]
 
-    def left(
-        self, x: np.ndarray, came: np.ndarray, changed: np.ndarray,
+    def residuals(
+        self, x: np.ndarray, returned: np.ndarray, changed: np.ndarray,
         value: Callable[[np.ndarray, np.ndarray], np.ndarray],
     ) -> np.ndarray:  # fmt: skip
-        """value(what comes round - the inputs, rows) in column j (n, n) with `changed[j]` for x[j]; `came` of x."""
-        here = value(came - x, np.arange(len(x)))
-        made = np.repeat(here[:, None], len(x), axis=1)
-        for j, rows, found in self.each(x, changed):
-            made[rows, j] = value(found - x[rows], rows)
-            own = found[rows == j] if len(rows) else found
-            own = own if len(own) else came[[j]]
-            made[[j], j] = value(own - changed[[j]], np.array([j]))
-        return made
+        """value(what comes round - the inputs, rows) in column j (n, n) with `changed[j]` for x[j]; `returned` of x."""
+        base = value(returned - x, np.arange(len(x)))
+        columns = np.repeat(base[:, None], len(x), axis=1)
+        for j, rows, changed_rows in self.each(x, changed):
+            columns[rows, j] = value(changed_rows - x[rows], rows)
+            itself = changed_rows[rows == j] if len(rows) else changed_rows
+            itself = itself if len(itself) else returned[[j]]
+            columns[[j], j] = value(itself - changed[[j]], np.array([j]))
+        return columns
 
     def go_round(self, x: np.ndarray, changed: np.ndarray) -> bool:
         """Whether a change of an input, from x to `changed`, comes back to it by way of others."""
-        came = self._came(x)
-        follows = {j: rows[~(found == came[rows])].tolist() for j, rows, found in self.each(x, changed)}
-        return bool(together(follows))
+        returned = self._round_trip(x)
+        follows = {j: rows[~(values == returned[rows])].tolist() for j, rows, values in self.each(x, changed)}
+        return bool(strongly_connected_components(follows))

@@ -7,7 +7,7 @@ from graphlib import CycleError, TopologicalSorter
 from heapq import heapify, heappop, heappush
 from typing import TYPE_CHECKING
 
-from .strongly_connected import together
+from .strongly_connected import strongly_connected_components
 
 if TYPE_CHECKING:
     from ..slaves.base import FmuInstance
@@ -28,7 +28,7 @@ def component_order(instances: Mapping[str, FmuInstance], links: Iterable[Signal
         if k.source.component != k.target.component:
             drives[k.source.component].add(k.target.component)
     group = {name: {name} for name in place}
-    circles = together(drives)
+    circles = strongly_connected_components(drives)
     for members in circles:
         for name in members:
             group[name] = members

@@ -87,7 +87,7 @@ class SignalLayout:
             size = sizes[0] if sizes else 1
         return Signal("", name, quantity.type, quantity.family, 0, self.place(quantity.family, size), size, parted)
 
-    def make_board(self, ends: Iterable[Signal], others: Iterable[Signal]) -> None:
+    def make_buffer(self, ends: Iterable[Signal], others: Iterable[Signal]) -> None:
         """The buffer, with free slots for what algorithms remember of ends of connections and of other inputs."""
         spare = 8 * sum(s.size for s in ends) + 4 * sum(s.size for s in others if s.family != TEXT) + 64
         self._free = self._own_slots = self._count["slots"]

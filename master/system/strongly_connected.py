@@ -12,7 +12,7 @@ if TYPE_CHECKING:
 Node = TypeVar("Node", bound="SupportsRichComparison")
 
 
-def together(edges: Mapping[Node, Iterable[Node]]) -> list[set[Node]]:
+def strongly_connected_components(edges: Mapping[Node, Iterable[Node]]) -> list[set[Node]]:
     """Sets of nodes that all depend on each other (Tarjan), of two or more."""
     index: dict[Node, int] = {}
     low: dict[Node, int] = {}

@@ -49,7 +49,7 @@ class System:
         self.own_outputs, self.links = self.connections.own_outputs, self.connections.links
         self._hand_over_texts()
         ends = [link.target for link in (*self.links, *self.connections.shown)]
-        self.layout.make_board(ends, (*self.inputs.values(), *self.own_inputs.values()))
+        self.layout.make_buffer(ends, (*self.inputs.values(), *self.own_inputs.values()))
         self.buffer = self.layout.buffer
         self.stop = float("inf")
         """The end of the run that the FMUs have been told [s]."""

@@ -34,7 +34,7 @@ def test_inputs_changed_in_groups_are_inputs_changed_one_by_one():
     single = SingleChanges(lambda x: calls.append(x) or came(x), givers, takers)
     x = np.linspace(-1.0, 1.0, 7)
     changed = x + 1e-3 * np.arange(1, 8)
-    made = single.left(x, came(x), changed, lambda left, _: left)
+    made = single.residuals(x, came(x), changed, lambda left, _: left)
     for j in range(7):
         there = x.copy()
         there[j] = changed[j]
