@@ -238,13 +238,13 @@ class _Move(NamedTuple):
 
 
 def _moves(problem: Problem, pair: _Pair) -> list[_Move]:
-    moves: dict[tuple[int, str], _Move] = {}
+    settings, moves = problem.settings.search, dict[tuple[int, str], _Move]()
     for k, ranked in enumerate(pair):
         point = ranked.hypothesis.fit.point
         for x in ranked.hypothesis.fit.parameters:
             if x.in_every_set and (0, x.name) in moves:
                 continue
-            by = wide_step(x, point[x.name], problem.settings.search.derivative_step)
+            by = wide_step(x, point[x.name], settings.derivative_step, settings.small_turn)
             moves[k, x.name] = _Move(k, x.name, by, {**point, x.name: point[x.name] + by})
     return list(moves.values())
 

@@ -2,7 +2,7 @@
 
     [[effect]]                      [[effect.parameter]]                [[base]]
     id, text, group                 address, neutral, bounds, prior     parameter, tolerance
-                                    also, shape, starts
+                                    also, shape, starts, period
 
     [[effect.form]]                 [[effect.form.parameter]]
     id, text                        address, neutral, bounds, prior, also, starts
@@ -52,6 +52,9 @@ class Parameter:
     shape: bool = False
     starts: tuple[float, ...] = ()
     """Of a shape: values from which a fit starts; empty: the neutral one."""
+    period: bool = False
+    """Whether it is a time after which something comes again [s], so that a small change of it shifts what is late in a
+    run by a whole turn."""
 
     def values(self, value: float) -> dict[str, float]:
         """`value` at every address."""

@@ -68,7 +68,7 @@ class _Reader(Tables):
         return neutral, bounds[0], bounds[1], self.above_zero(table, entry, "prior")
 
     def parameter(self, table: dict[str, Any], entry: str) -> Parameter:
-        self.no_strangers(table, ("address", "neutral", "bounds", "prior", "also", "shape", "starts"), entry)
+        self.no_strangers(table, ("address", "neutral", "bounds", "prior", "also", "shape", "starts", "period"), entry)
         address = self.get(table, entry, "address", str)
         entry = f"{entry}, {address}"
         neutral, low, high, prior = self.range(table, entry)
@@ -76,7 +76,8 @@ class _Reader(Tables):
         if not all(low <= v <= high for v in starts):
             raise self.error(f"{entry}: 'starts' = {list(starts)} has to be numbers within the bounds")
         also, shape = self.strings(table, entry, "also"), self.get(table, entry, "shape", bool, False)
-        return Parameter(address, neutral, low, high, prior, also, shape, starts)
+        period = self.get(table, entry, "period", bool, False)
+        return Parameter(address, neutral, low, high, prior, also, shape, starts, period)
 
     def effect(self, table: dict[str, Any], entry: str) -> Effect:
         self.no_strangers(table, ("id", "text", "group", "parameter", "form", "longest_step", *NOTES), entry)

@@ -16,8 +16,8 @@ class FiniteDifferences:
     """Derivatives (n, len(which)) by some parameters at u (k,), from runs at the fit's step; base_model (n,): at u.
 
     A run that fails gives way to one on the other side; a derivative that cannot be found, or that is nothing even for
-    a wide step, is zero. A controller's sampling time moves every one of its instants: of such an effect, in which the
-    runs are not smooth, only wide steps tell the way.
+    a wide step, is zero. Of an effect in which the runs are not smooth only wide steps tell the way; of a period,
+    which moves every one of its instants, only small ones.
     """
 
     def __init__(
@@ -33,7 +33,7 @@ class FiniteDifferences:
         return self.parameters[self.which[c]]
 
     def _is_smooth(self, c: int) -> bool:
-        return self.smooth.get(self._parameter(c).name, True)
+        return bool(self._parameter(c).repeats_for) or self.smooth.get(self._parameter(c).name, True)
 
     def _shifted_point(self, c: int, step: float) -> Point:
         v = self.u.copy()
@@ -65,7 +65,7 @@ class FiniteDifferences:
         """A step that stays within the bounds; to the other side on the second attempt."""
         x, u = self._parameter(c), self.u[self.which[c]]
         low, high = x.low - u, x.high - u
-        size = min(size, 0.5 * (high - low))
+        size = min(size, 0.5 * (high - low), x.longest_difference(float(u), self.problem.settings.search.small_turn))
         forward = size <= high and (attempt != 1 or -size < low)
         return size if forward else -size
 

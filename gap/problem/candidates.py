@@ -128,6 +128,7 @@ def _effect_parameter(
     return EstimatedParameter(
         p.address, "effect", start, p.prior, min(low, 0.0), max(high, 0.0), settings.effect_std,
         (p.address, *p.also), p.shape, tuple((v - start) / p.prior for v in p.starts),
+        repeats_for=max(info.stop for info in runs) if p.period else 0.0,
     )  # fmt: skip
 
 

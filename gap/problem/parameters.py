@@ -36,6 +36,8 @@ class EstimatedParameter:
     """Of a shape of a curve: what is added to each of the addresses for a value of 1."""
     accepted: bool = False
     """Of an effect that is known to be there: refitted together with the base parameters."""
+    repeats_for: float = 0.0
+    """Of a period: how long it goes on, as long as the longest run [s]; 0: it is none."""
 
     @property
     def in_every_set(self) -> bool:
@@ -46,6 +48,16 @@ class EstimatedParameter:
     def tolerance_text(self) -> str:
         """The tolerance of a base parameter, for people."""
         return f"{100 * self.scale:.3g}%" if self.factor is None else f"a factor of {self.factor:g}"
+
+    def shift(self, u: float, until: float, turns: float) -> float:
+        """Of a period at u: the change of u that shifts what comes at a time [s] by so many of its turns."""
+        return turns * self.value(u) ** 2 / (until * abs(self.scale))
+
+    def longest_difference(self, u: float, turns: float) -> float:
+        """The longest step of a difference at u: of a period, what shifts the end of a run by so many turns."""
+        if not self.repeats_for or not self.value(u):
+            return float("inf")
+        return self.shift(u, self.repeats_for, turns)
 
     def value(self, u: float) -> float:
         """The value of the quantity, without the last digits: what is a range's end but for rounding is that end."""

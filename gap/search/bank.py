@@ -139,7 +139,8 @@ def without_responses(
     """Only the derivatives by base parameters and the point's own effects."""
     parameters = (*problem.base, *(x for c in candidates for x in c.parameters))
     share = problem.settings.search.derivative_step
-    steps = [wide_step(x, point.get(x.name, 0.0), share) for x in parameters]
+    turn = problem.settings.search.small_turn
+    steps = [wide_step(x, point.get(x.name, 0.0), share, turn) for x in parameters]
     shifted = zip(parameters, steps, strict=True)
     points = [{**point, x.name: point.get(x.name, 0.0) + h} for x, h in shifted]
     jacobian = np.zeros((len(coarse), len(parameters)))
@@ -169,8 +170,9 @@ def with_effect(point: Point, candidate: EffectCandidate, values: Mapping[str, f
     return {**{name: u for name, u in point.items() if name not in names}, **values}
 
 
-def wide_step(x: EstimatedParameter, u: float, share: float) -> float:
-    """A step for a derivative at u that stays in the range: a share of a base parameter's scale or an effect's size."""
-    h = share * (1.0 if x.kind == "base" else max(abs(u), 1.0 if x.shape else 0.1))
+def wide_step(x: EstimatedParameter, u: float, share: float, turn: float) -> float:
+    """A step for a derivative at u that stays in the range: a share of a base parameter's scale or an effect's size; of
+    a period, what shifts a run's end by that part of a turn."""
+    h = min(share * (1.0 if x.kind == "base" else max(abs(u), 1.0 if x.shape else 0.1)), x.longest_difference(u, turn))
     return h if u + h <= x.high else -h
 

@@ -236,7 +236,8 @@ def _differentiate(
         for k, x in enumerate(f.parameters):
             if missing_only and np.any(f.jacobian[:, k]):
                 continue
-            step = h if f.u[k] + h <= x.high else -h
+            size = min(h, x.longest_difference(float(f.u[k]), problem.settings.search.small_turn))
+            step = size if f.u[k] + size <= x.high else -size
             shifted = f.u.copy()
             shifted[k] += step
             points.append(point_of(f.parameters, shifted))
@@ -280,7 +281,7 @@ def _start_proposals(
                 quick_fit.jacobian[:, k] = bank.jacobian[:, bank_columns[x.name]]
                 if x.in_every_set:
                     continue
-            h = wide_step(x, float(quick_fit.u[k]), settings.derivative_step)
+            h = wide_step(x, float(quick_fit.u[k]), settings.derivative_step, settings.small_turn)
             points.append({**p.point, x.name: float(quick_fit.u[k] + h)})
             owners.append((len(quick_fits), k, h))
         quick_fits.append(quick_fit)

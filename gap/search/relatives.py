@@ -16,8 +16,9 @@ from ..estimation.linear import profile_nuisances
 from ..problem.noise import rms
 from ..problem.parameters import EffectCandidate, Point
 from ..problem.problem import Problem
-from ..selection.hypothesis import Hypothesis
+from ..selection.hypothesis import Hypothesis, is_adequate
 from .bank import evaluate_in_batches
+from .periods import find_period
 from .refinement import FitStart, exact_hypotheses_at, fit_from, polish
 from .rounds import best_of_each_set, idle_effects, polish_near, search_cost
 from .sizes import grid, variants
@@ -107,7 +108,26 @@ def _swaps(
             if size not in of_relative or swap.rms_left < of_relative[size].rms_left:
                 of_relative[size] = swap
         trials = [entry for of_relative in swaps.values() if of_relative for entry in _between(of_relative)]
-    return [min(of_relative.values(), key=lambda s: s.rms_left) for of_relative in swaps.values() if of_relative]
+    nearest = [min(of_relative.values(), key=lambda s: s.rms_left) for of_relative in swaps.values() if of_relative]
+    if is_adequate(problem, best.fit):
+        return nearest
+    return [_in_period(problem, s, best.fit.correction, nuisance_jacobian) for s in nearest]
+
+
+def _in_period(
+    problem: Problem, swap: _Swap, correction: np.ndarray, nuisance_jacobian: np.ndarray
+) -> _Swap:
+    """A swap at the period that serves best, where the effect's size is one."""
+    x = swap.relative.main
+    if not x.repeats_for or problem.stop_requested:
+        return swap
+    u = find_period(problem, x, swap.point, correction, nuisance_jacobian)
+    point = {**swap.point, x.name: u}
+    (model,) = problem.evaluate([point])
+    if model is None:
+        return swap
+    left = rms(profile_nuisances(problem, model + correction, nuisance_jacobian, 1.0).residual)
+    return swap._replace(point=point, rms_left=left) if left < swap.rms_left else swap
 
 
 def _between(by_size: Mapping[float, _Swap]) -> list[tuple[EffectCandidate, dict[str, float]]]:

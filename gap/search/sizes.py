@@ -38,13 +38,17 @@ def first_sizes(x: EstimatedParameter, settings: SearchSettings) -> list[float]:
 
 
 def variants(candidate: EffectCandidate, sizes: Sequence[float], settings: SearchSettings) -> list[dict[str, float]]:
-    """Points at which an effect is run: every size with every start of its shapes; parameters by name."""
+    """Points at which an effect is run: every size with every start of its shapes, or the usual size alone where these
+    are many, such as frequencies and phases; parameters by name."""
     main = [x for x in candidate.parameters if not x.shape]
     shapes = [x for x in candidate.parameters if x.shape]
-    starts = [(x.starts or (0.0,))[: settings.shapes] for x in shapes]
+    starts = list(product(*(x.starts or (0.0,) for x in shapes)))
+    if len(starts) > settings.shapes:
+        sides = ([s for s in sizes if s * sign > 0.0] for sign in (1.0, -1.0))
+        sizes = [min(side, key=lambda s: abs(abs(s) - 1.0)) for side in sides if side]
     points = []
     for size in sizes:
-        for values in product(*starts):
+        for values in starts:
             amount = {x.name: min(max(size, x.low), x.high) for x in main}
             points.append({**amount, **{x.name: v for x, v in zip(shapes, values, strict=True)}})
     return points

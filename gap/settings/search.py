@@ -59,8 +59,8 @@ class SearchSettings:
     """Sets that do."""
     ratio: float = 3.5
     """Times the largest of these from which the end of a range is so far that sizes between are run, too."""
-    shapes: int = 2
-    """Starts of a shape that are run."""
+    shapes: int = 4
+    """Starts of an effect's shapes up to which each is run at every size."""
     derivative_step: float = 0.15
     """Step of a derivative, in normalised parameters, or as a share of an effect's size."""
     beyond: float = 3.0
@@ -141,6 +141,19 @@ class SearchSettings:
     late sensor)."""
     size_looks: int = 2
     """How often the sizes between those of the grid are halved for that."""
+    period_range: float = 0.3
+    """How far beside the size that serves best on the average a period is looked for, as a share of it."""
+    periods_averaged: float = 4.0
+    """Longest periods over which that average is taken."""
+    period_window: float = 1.5
+    """Stretch of a run, from where it begins to move, over which that is begun [s]; doubled until it ends."""
+    turn: float = 0.25
+    small_turn: float = 0.05
+    """Parts of a period's turn at the end of a stretch: between neighbours that are tried, and of a difference."""
+    moved: float = 5.0
+    """Times the noise by which a reading leaves where it began when a run begins to move."""
+    periods_kept: int = 3
+    """Periods that are gone on with over the next stretch."""
     negligible: float = 0.01
     """Normalised size of an effect that is as good as absent."""
     wide_leaders: int = 3

@@ -79,6 +79,15 @@ def test_every_size_is_run_with_the_starts_of_the_shapes():
     shape = parameter(-1.0, 1.0, "v", True, (-0.5, 0.5, 0.9))
     candidate = EffectCandidate("x", "x", "x", (parameter(0.0, 8.0), shape))
     points = variants(candidate, [0.1, 1.0], SETTINGS)
-    assert points == [{"x": s, "v": v} for s in (0.1, 1.0) for v in (-0.5, 0.5)]
+    assert points == [{"x": s, "v": v} for s in (0.1, 1.0) for v in (-0.5, 0.5, 0.9)]
+
+
+def test_many_shapes_are_run_at_the_usual_size_alone_but_all_of_them():
+    """Frequencies: a force that comes again shows at its own only."""
+    rates, phases = (0.1, 0.2, 0.3, 0.4, 0.5), (0.0, 1.5)
+    shapes = (parameter(-1.0, 1.0, "f", True, rates), parameter(-2.0, 2.0, "phi", True, phases))
+    candidate = EffectCandidate("x", "x", "x", (parameter(-8.0, 8.0), *shapes))
+    points = variants(candidate, [0.1, -0.1, 0.9, -0.9, 8.0], SETTINGS)
+    assert points == [{"x": s, "f": f, "phi": v} for s in (0.9, -0.9) for f in rates for v in phases]
     plain = EffectCandidate("x", "x", "x", (parameter(0.0, 8.0), parameter(-1.0, 1.0, "v", True)))
     assert variants(plain, [1.0], SETTINGS) == [{"x": 1.0, "v": 0.0}]

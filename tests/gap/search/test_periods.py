@@ -1,0 +1,78 @@
+"""Periods, found over growing stretches of a run: what is late in it is a turn off where they are a trifle wrong."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from deepsea_cosim.gap.problem.parameters import EffectCandidate, EstimatedParameter
+from deepsea_cosim.gap.search.periods import find_period
+from deepsea_cosim.gap.search.refinement import polish
+from deepsea_cosim.gap.search.relatives import swap_relatives
+
+from .made import T, posed, start
+
+END = float(T[-1])
+TRUE = 0.0813
+
+
+def period(name="held", low=0.0, high=0.3):
+    """Of a controller that acts at intervals, in hundredths of a second."""
+    return EstimatedParameter(name, "effect", 0.0, 0.01, low / 0.01, high / 0.01, 3.0, repeats_for=END)
+
+
+HELD = EffectCandidate("held", "held", "timing", (period(),))
+LATE = EffectCandidate(
+    "late", "late", "timing", (EstimatedParameter("late", "effect", 0.0, 0.01, 0.0, 20.0, 3.0),)
+)  # fmt: skip
+
+
+def machine(p):
+    """A motion that is followed late, or by steps."""
+    held, late = 0.01 * p.get("held", 0.0), 0.01 * p.get("late", 0.0)
+    t = np.floor(T / held) * held if held > 0.0 else T - late
+    moving = np.clip(t - 1.0, 0.0, None)
+    return (1.0 + 0.05 * p.get("a", 0.0)) * np.sin(1.3 * moving)
+
+
+@pytest.mark.parametrize("beside", [-0.2, -0.04, 0.0, 0.11, 0.25])
+def test_a_period_is_found_from_beside_it(beside):
+    p, columns = posed(machine, {"held": 100.0 * TRUE, "a": 0.2}, [HELD], noise=0.005)
+    p = replace(p, candidates=(HELD,))
+    point = {"a": 0.0, "held": 100.0 * TRUE * (1.0 + beside)}
+    u = find_period(p, HELD.main, point, np.zeros(len(T)), columns)
+    assert abs(0.01 * u - TRUE) < TRUE**2 / END / 16.0, "a sixteenth of a turn at the end of the run"
+
+
+def test_a_fit_does_not_find_it_from_there():
+    """Why it is looked for: pits lie 0.8 % apart."""
+    p, columns = posed(machine, {"held": 100.0 * TRUE}, [HELD], noise=0.005)
+    (found,) = polish(p, [start(p, columns, [HELD], {"held": 95.0 * TRUE})], columns, 5)
+    assert abs(0.01 * found.fit.point["held"] - TRUE) > TRUE**2 / END
+
+
+def test_a_delay_gives_way_to_the_sampling_that_it_resembles():
+    """From the size of the grid that serves best, a usual one of 0.09 s."""
+    usual = EstimatedParameter("held", "effect", 0.0, 0.09, 0.0, 4.0, 3.0, repeats_for=END)
+    sampled = EffectCandidate("held", "held", "timing", (usual,))
+
+    def by_steps(p):
+        return machine({**p, "held": 9.0 * p.get("held", 0.0)})
+
+    p, columns = posed(by_steps, {"held": TRUE / 0.09, "a": 0.2}, [sampled, LATE], noise=0.005)
+    (late,) = polish(p, [start(p, columns, [LATE], {"late": 50.0 * TRUE})], columns, 4)
+    found = swap_relatives(p, [late], columns)
+    assert late.fit.rms > 4.0
+    assert found[0].ids == ("held",)
+    assert found[0].fit.rms < 1.2, "1.0 but for the sixteenth of a turn"
+    assert 0.09 * found[0].fit.point["held"] == pytest.approx(TRUE, abs=TRUE**2 / END / 16.0)
+
+
+def test_a_difference_by_a_period_shifts_the_end_by_a_part_of_a_turn_only():
+    x = period()
+    h = x.longest_difference(8.0, 0.1)
+    turns = END / x.value(8.0) - END / x.value(8.0 + h)
+    assert turns == pytest.approx(0.1, rel=0.01)
+    assert x.longest_difference(0.0, 0.1) == np.inf, "nothing comes again"
+    assert replace(x, repeats_for=0.0).longest_difference(8.0, 0.1) == np.inf
