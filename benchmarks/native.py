@@ -23,6 +23,9 @@ from deepsea_cosim.core.unit_names import named
 HERE = Path(__file__).parent
 N = 6
 
+BINARIES = {1: "binaries/linux64", 2: "binaries/linux64", 3: "binaries/x86_64-linux"}
+"""Where a library lies in an FMU, by version."""
+
 compiler = shutil.which("cc") or shutil.which("gcc") or shutil.which("clang")
 
 
@@ -204,7 +207,7 @@ def linear(folder: Path, version: int = 2, name: str = "Linear", **options: obje
 
 def packed(target: Path, version: int, built: Path, beside: Path | None = None, **options: object) -> Path:
     """The FMU of a version around a compiled library, with another library beside that."""
-    folder = {1: "binaries/linux64", 2: "binaries/linux64", 3: "binaries/x86_64-linux"}[version]
+    folder = BINARIES[version]
     assert sys.platform.startswith("linux")
     with zipfile.ZipFile(target, "w", zipfile.ZIP_DEFLATED) as archive:
         archive.writestr("modelDescription.xml", description(version, **options))  # type: ignore[arg-type]

@@ -48,7 +48,7 @@ def exercise(fmu: str | Path, steps: int = 3) -> None:
 
     description = read_model_description(str(fmu), validate=False)
     if description.coSimulation is None:
-        raise PackageError(f"{fmu}: no FMU for co-simulation")
+        raise PackageError("no FMU for co-simulation")
     told = description.defaultExperiment
     start, end, step = (float(getattr(told, name, None) or 0) for name in ("startTime", "stopTime", "stepSize"))
     step, stop = step or STEP, end if end > start else None

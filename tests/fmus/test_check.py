@@ -46,3 +46,10 @@ def test_the_suggested_step_is_taken(tmp_path, suggested):
         told = '<DefaultExperiment stepSize="0.25"/><ModelVariables>'
         fmu = redescribed(fmu, tmp_path / "s.fmu", ("<ModelVariables>", told))
     assert (faults(fmu) == []) == suggested
+
+
+def test_an_fmu_that_does_no_co_simulation_is_told_in_these_words(tmp_path):
+    """As Clocks of the Reference FMUs, which can be scheduled only."""
+    clocks = '<CoSimulation modelIdentifier="Linear"', '<ScheduledExecution modelIdentifier="Linear"'
+    fmu = native.linear(tmp_path, 3)
+    assert faults(redescribed(fmu, tmp_path / "s.fmu", clocks)) == ["no FMU for co-simulation"]
