@@ -7,7 +7,7 @@ from contextlib import contextmanager
 
 import numpy as np
 
-from ..engine.values import REAL, Signal
+from ..engine.values import REAL, Signal, in_slot, of_slot
 from ..system.system import System
 
 
@@ -22,16 +22,20 @@ def perturbed(system: System, signal: Signal, place: int, size: float) -> Iterat
     low, high = instance.bounds(signal.name)
     items = instance.items(signal.name)
     buffer: np.ndarray
+    u: float  # Python's own numbers, which know no end: an integer may be the last of its type
     change: float
     if signal.family == REAL:
-        buffer, change = system.buffer.reals, size * (1.0 + abs(float(system.buffer.reals[place])))
+        buffer, u = system.buffer.reals, float(system.buffer.reals[place])
+        change = size * (1.0 + abs(u))
     else:
-        buffer, change = system.buffer.integers, 1
+        buffer, u = system.buffer.integers, of_slot(int(system.buffer.integers[place]), signal.type)
+        change = 1
         low, high = (0, 1) if signal.type == "Boolean" else (low, high)
-    u = buffer[place]
     nearest = (u + change, u - change) if items is None else sorted({*items.values()} - {u}, key=lambda v: abs(v - u))
-    buffer[place] = next((v for v in nearest if low <= v <= high), u)
+    other = next((v for v in nearest if low <= v <= high), u)
+    kept = buffer[place]
+    buffer[place] = other if signal.family == REAL else in_slot(int(other))
     try:
-        yield float(buffer[place] - u)
+        yield float(other - u)
     finally:
-        buffer[place] = u
+        buffer[place] = kept

@@ -84,16 +84,17 @@ def run(
 ) -> None:  # fmt: skip
     """Take the steps first, ..., first + count - 1 of h [s] from `start`; step total - 1 takes `last` [s].
 
-    program (operations, OPERANDS); driven (count + 1, columns); rows (count, outputs + inputs) gets the slots `outputs`
-    at the start of each step and `inputs` as they are at its end; `finite` are the slots that have to be; seconds
-    (instances,) adds up time in doStep; clock is the address of clock_gettime or 0. Comes back early when more than
-    `budget` seconds have passed, or after a step in which `ended` got the number + 1 of an instance, and its instance,
-    which is given nothing any more. report: why it came back, steps done, operation, status, and number + 1 and step of
-    the first operation that ended with a warning, or 0; while it runs, steps done and operation are already there.
-    crew, spans: see `THREADS` and `_gains`.
+    program (operations, OPERANDS); driven (count + 1, columns) has reals, and whole numbers as their 64 bits; rows
+    (count, outputs + inputs) gets the slots `outputs` at the start of each step and `inputs` as they are at its end;
+    `finite` are the slots that have to be; seconds (instances,) adds up time in doStep; clock is the address of
+    clock_gettime or 0. Comes back early when more than `budget` seconds have passed, or after a step in which `ended`
+    got the number + 1 of an instance, and its instance, which is given nothing any more. report: why it came back,
+    steps done, operation, status, and number + 1 and step of the first operation that ended with a warning, or 0; while
+    it runs, steps done and operation are already there. crew, spans: see `THREADS` and `_gains`.
     """
     spec = np.zeros(2, np.int64)
     where, told = spec.ctypes.data, u8.ctypes.data
+    whole = driven.view(np.int64)
     begin = _now(clock, where, spec)
     for k in range(count):
         t = start + (first + k) * h
@@ -145,7 +146,7 @@ def run(
             elif code == DRIVE:
                 reals[o[1]] = driven[k + o[3], o[2]]
             elif code == DRIVE_INTEGER:
-                integers[o[1]] = int(driven[k + o[3], o[2]])
+                integers[o[1]] = whole[k + o[3], o[2]]
             elif code == DERIVATIVES:
                 if o[2] == ended[1]:
                     continue

@@ -17,6 +17,17 @@ LIMITS = {
     **{f"UInt{n}": (0, 2**n - 1) for n in (8, 16, 32, 64)},
 }  # fmt: skip
 
+
+def in_slot(number: int) -> int:
+    """A whole number as it lies in the 64 bits of a slot: those beyond Int64 are negative there."""
+    return number if number <= LIMITS["Int64"][1] else number - 2**64
+
+
+def of_slot(number: int, kind: str) -> int:
+    """The whole number of a type that lies in a slot."""
+    return number + 2**64 if number < 0 and kind == "UInt64" else number
+
+
 MOST_VALUES = 10_000_000
 """Most values of an array."""
 

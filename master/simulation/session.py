@@ -27,7 +27,7 @@ from ..system.assemble import assemble
 from ..system.findings import Findings
 from ..system.instances import load_instances
 from ..system.start_values import resolve
-from .stimuli import Drive, check_series, means
+from .stimuli import Drive, check_series, driven_column, means
 from .time_grid import times_of
 
 MOST_VALUES = 3e8
@@ -163,7 +163,8 @@ class Session:
                 raise UsageError(f"'{address}' cannot be driven: it is {'an output' if is_output else 'connected'}")
             if signal.family == TEXT or signal.size > 1:
                 raise UsageError(f"'{address}' is not a single number and cannot be driven here")
-            driven.append((signal, np.interp(times, t, y)))
+            series = np.interp(times, t, y)
+            driven.append((signal, series if signal.family == REAL else series.astype(np.int64)))
             if holds_mean:
                 averages.append(np.append(means(t, y, times), 0.0))
         for d in drives:
@@ -194,16 +195,17 @@ class Session:
         runner, order = self._runner(method, tuple(wanted), tuple(signal for signal, _ in driven))
         runner.program.begin()
         rows = np.empty((n + 1, len(record)))
-        matrix = np.stack([*(series for _, series in driven), *averages], axis=1) if driven else None
+        columns = [driven_column(series) for _, series in driven]
+        matrix = np.stack([*columns, *averages], axis=1) if driven else None
         raw = np.empty((n, len(record)))
         taken_steps = runner.run(raw, start, step, 0, n, n, stop, matrix)
         if taken_steps < n and runner.ended is not None:
             end = start + taken_steps * step
             raise SimulationError(f"component '{runner.ended.name}' asks to end the simulation at t = {end:g} s", end)
         rows[:n, order] = raw
-        if matrix is not None:
-            for k, (signal, _) in enumerate(driven):
-                system.values.put(signal, matrix[n, k])
+        if driven:
+            for signal, series in driven:
+                system.values.put(signal, series[n])
             self._initialise.show()
         reals, integers = system.buffer.reals, system.buffer.integers
         for j, (_, signal) in enumerate(wanted):

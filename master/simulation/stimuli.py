@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import csv
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -11,16 +11,18 @@ from typing import Any
 import numpy as np
 
 from ...core.errors import UsageError, did_you_mean
-from ..engine.values import INTEGER, LIMITS, REAL, TEXT, Signal
+from ..engine.values import REAL, TEXT, Signal
 from ..results.columns import elements
 from ..system.system import System
+from .stimuli_column import Column
 
 
 @dataclass(frozen=True)
 class Drive:
     """An input and its series: times [s] (n,), values (n,), joined by straight lines or held.
 
-    element: which value of an array it is; texts: what the values stand for where the input takes strings.
+    element: which value of an array it is; texts: what the values stand for where the input takes strings. Whole
+    numbers, and those of texts, are int64, as they lie in a slot (`in_slot`).
     """
 
     signal: Signal
@@ -35,9 +37,9 @@ class Drive:
         """Slot of the input."""
         return self.signal.place + self.element
 
-    def value(self, t: float) -> float | str:
+    def value(self, t: float) -> float | int | str:
         """What the input has at a time."""
-        value = float(self.at(np.array([t]))[0])
+        value: float | int = self.at(np.array([t]))[0].item()
         return self.texts[int(value)] if self.texts else value
 
     def at(self, t: np.ndarray) -> np.ndarray:
@@ -88,12 +90,18 @@ def check_series(address: str, series: Any) -> tuple[np.ndarray, np.ndarray]:
     return times, values
 
 
+def driven_column(values: np.ndarray) -> np.ndarray:
+    """Values (m,) as a program is driven with them: whole numbers as their 64 bits among the reals."""
+    bits: np.ndarray = values.view(np.float64)
+    return bits
+
+
 def driven_rows(drives: Sequence[Drive], t: np.ndarray, averaged: bool) -> np.ndarray:
     """What a program is driven with in the steps between the times t (m,): a column for each drive, its values there.
 
     averaged: then as many columns with the means over the steps; the last row of these is not used.
     """
-    columns = [d.at(t) for d in drives]
+    columns = [driven_column(d.at(t)) for d in drives]
     if averaged:
         columns += [np.append(d.mean(t), 0.0) for d in drives]
     return np.stack(columns, axis=1)
@@ -120,21 +128,25 @@ def read(path: Path, system: System) -> list[Drive]:
         hint = f"; columns are separated by commas, not by {'tabs' if apart == chr(9) else apart}" if apart else ""
         raise UsageError(f"{path}: the first column has to be 'time', not '{names[0]}'{hint}")
     targets = [_target(path, name, system) for name in names[1:]]
-    items = [{}, *(_items(signal, system) for signal, _ in targets)]
-    for i, (signal, _) in enumerate(targets, start=1):
-        if signal.family == TEXT:
-            items[i] = {cell: k for k, cell in enumerate(dict.fromkeys(row[i] for row in rows[1:] if i < len(row)))}
-    table = _numbers(path, names, rows[1:], lines[1:], items)
-    times = table[:, 0]
+    for row, line in zip(rows[1:], lines[1:], strict=True):
+        if len(row) != len(names):
+            raise UsageError(f"{path}, line {line}: {len(row)} values for {len(names)} columns")
+    columns = [Column(path, name, cells, lines[1:]) for name, *cells in zip(names, *rows[1:], strict=True)]
+    times = columns[0].reals()
     if np.any(np.diff(times) < 0.0):
         line = lines[int(np.argmax(np.diff(times) < 0.0)) + 2]
         raise UsageError(f"{path}, line {line}: time goes back")
     made = []
-    for i, (name, (signal, element)) in enumerate(zip(names[1:], targets, strict=True), start=1):
-        if signal.family == INTEGER:
-            _check_whole(path, name, signal, table[:, i], lines[1:], items[i])
-        texts = tuple(items[i]) if signal.family == TEXT else ()
-        made.append(Drive(signal, element, times, table[:, i], _straight(signal, system), texts))
+    for column, (signal, element) in zip(columns[1:], targets, strict=True):
+        texts: dict[str, int] = {}
+        if signal.family == REAL:
+            values = column.reals()
+        elif signal.family == TEXT:
+            texts = {cell: k for k, cell in enumerate(dict.fromkeys(column.cells))}
+            values = np.array([texts[cell] for cell in column.cells], np.int64)
+        else:
+            values = column.whole_numbers(signal, _items(signal, system))
+        made.append(Drive(signal, element, times, values, _straight(signal, system), tuple(texts)))
     for k, name in enumerate(names):
         if name in names[:k]:
             raise UsageError(f"{path}: column '{name}' stands twice")
@@ -176,55 +188,6 @@ def _items(signal: Signal, system: System) -> dict[str, int]:
     end = signal.component, signal.name
     known = system.quantities
     return (known.quantity(end) if signal.component else known.input_quantity(signal.name)).items or {}
-
-
-def _check_whole(
-    path: Path, name: str, signal: Signal, values: np.ndarray, lines: Sequence[int], items: Mapping[str, int]
-) -> None:
-    """A column for an integer or boolean holds whole numbers in range, which a double holds exactly, or items."""
-    low, high = (0, 1) if signal.type == "Boolean" else LIMITS.get(signal.type, (-(2**63), 2**63 - 1))
-    beyond = (np.abs(values) > 2.0**53) & (values >= low) & (values <= high)
-    if beyond.any():
-        k = int(np.argmax(beyond))
-        raise UsageError(
-            f"{path}, line {lines[k]}, column '{name}': {values[k]:.17g} is beyond 2^53, up to which a table gives "
-            "whole numbers exactly; --set and parameter bindings take all"
-        )
-    wrong = (values != np.round(values)) | (values < low) | (values > high)
-    if items and signal.type != "Boolean":
-        wrong |= ~np.isin(values, list(items.values()))
-    if wrong.any():
-        k = int(np.argmax(wrong))
-        known = f"; known: {', '.join(items)}" if items else ""
-        raise UsageError(
-            f"{path}, line {lines[k]}, column '{name}': {values[k]:.15g} is not a value of type {signal.type} that a "
-            f"table can give{known}"
-        )
-
-
-def _numbers(
-    path: Path, names: Sequence[str], rows: Sequence[Sequence[str]], lines: Sequence[int],
-    items: Sequence[Mapping[str, int]],
-) -> np.ndarray:  # fmt: skip
-    """The cells as numbers, names of items as their values and texts as what `items` counts them."""
-    table = np.empty((len(rows), len(names)))
-    for k, row in enumerate(rows):
-        if len(row) != len(names):
-            raise UsageError(f"{path}, line {lines[k]}: {len(row)} values for {len(names)} columns")
-        for i, cell in enumerate(row):
-            text = cell if cell in items[i] else cell.strip()
-            try:
-                if "_" in text and text not in items[i]:
-                    raise ValueError
-                table[k, i] = items[i][text] if text in items[i] else float(text)
-            except ValueError:
-                known = f"; known: {', '.join(items[i])}" if items[i] else ""
-                told = f"{path}, line {lines[k]}, column '{names[i]}': '{cell}' is not a number{known}"
-                raise UsageError(told) from None
-    if not np.isfinite(table).all():
-        k, i = np.argwhere(~np.isfinite(table))[0]
-        raise UsageError(f"{path}, line {lines[k]}, column '{names[i]}': not finite")
-    return table
 
 
 def _target(path: Path, name: str, system: System) -> tuple[Signal, int]:

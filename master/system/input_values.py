@@ -6,7 +6,7 @@ from collections.abc import Mapping
 
 from ...core.errors import ParameterError
 from ..engine.program import ValueBuffer
-from ..engine.values import REAL, TEXT, Signal
+from ..engine.values import REAL, TEXT, Signal, in_slot
 from ..slaves.base import FmuInstance
 from .connections import Connections, SignalConnection
 from .quantities import Quantities
@@ -57,8 +57,7 @@ class InputValues:
             elif signal.family == REAL:
                 self.buffer.reals[place] = float(v)
             else:
-                number = int(v)
-                self.buffer.integers[place] = number if number < 2**63 else number - 2**64
+                self.buffer.integers[place] = in_slot(int(v))
 
     def mute(self, given: set[str]) -> None:
         """Only these of the system's own inputs have a value."""

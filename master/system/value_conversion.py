@@ -16,7 +16,7 @@ from ...core.units import Unit, alike, conversion
 from ...ssp.flat import Hop
 from ...ssp.model import FLOATS, Linear, Scalar, Table, Value
 from ..engine.program import Mapped, SlotConversion, Within
-from ..engine.values import INTEGER, LIMITS, REAL, TEXT
+from ..engine.values import INTEGER, LIMITS, REAL, TEXT, in_slot
 from .sizes import Extent, check_sizes
 
 T = TypeVar("T")
@@ -70,7 +70,7 @@ class ValueConversion:
         for stage in (*self.stages, Stage(reached=target)):
             for step in stage.steps:
                 if isinstance(step, dict):
-                    whole.append(Mapped(tuple((_slot(k), _slot(v)) for k, v in step.items())))
+                    whole.append(Mapped(tuple((in_slot(k), in_slot(v)) for k, v in step.items())))
                     have = _mapped(have, step)
                 else:
                     factor, offset = step[0] * factor, step[0] * offset + step[1]
@@ -94,11 +94,6 @@ class ValueConversion:
             if stage.reached is not None:
                 check(value, stage.reached)
         return value
-
-
-def _slot(value: int) -> int:
-    """A whole number as it lies in a slot: those beyond Int64 are negative there."""
-    return value if value <= LIMITS["Int64"][1] else value - 2**64
 
 
 def values_of(quantity: Quantity) -> range | frozenset[int]:

@@ -242,6 +242,23 @@ def test_nothing_else_allowed_is_no_answer(made, tmp_path):
         assert np.isfinite(system_.buffer.reals).all()
 
 
+@pytest.mark.parametrize(("name", "value", "expected"), [
+    ("wide_in", 2**63 - 1, -1), ("wide_in", -(2**63), 1), ("huge_in", 2**64 - 1, -1), ("huge_in", 0, 1),
+    ("huge_in", 2**63, 1),
+])  # fmt: skip
+def test_an_integer_at_the_end_of_its_type_is_perturbed_inwards(made, tmp_path, name, value, expected):
+    from deepsea_cosim.master.coupling.perturbation import perturbed
+
+    with Session(packed(tmp_path, made("plain", 3), component("a", "resources/L.fmu"))) as session:
+        session.run(["a.y1"], 0.1, 0.1, {f"a.{name}": value})
+        signal = session.system.inputs["a", name]
+        before = session.system.buffer.integers[signal.place]
+        with perturbed(session.system, signal, signal.place, 1e-6) as change:
+            assert change == expected
+            assert session.system.buffer.integers[signal.place] == (value + expected + 2**63) % 2**64 - 2**63
+        assert session.system.buffer.integers[signal.place] == before
+
+
 @pytest.mark.parametrize("isolate", [False, True])
 @pytest.mark.parametrize("where", ["binaries/linux64", "resources/lib"])
 @pytest.mark.parametrize("named", [True, False])

@@ -145,6 +145,20 @@ def test_driven_inputs_are_those_of_fmpy(built, tmp_path, version):
     assert mine == [[float(row[f"{n}_output"]) for n in names] for row in other]
 
 
+def test_whole_numbers_pass_to_the_ends_of_their_types(built, tmp_path):
+    """As in the checkout's Feedthrough_in.csv."""
+    sizes = (8, 16, 32, 64)
+    ends = {f"Int{n}": (-(2 ** (n - 1)), 2 ** (n - 1) - 1) for n in sizes} | {f"UInt{n}": (0, 2**n - 1) for n in sizes}
+    stimuli = tmp_path / "stimuli.csv"
+    rows = [("time", *(f"{kind}_input" for kind in ends)), (0, *(a for a, _ in ends.values())),
+            (1, *(b for _, b in ends.values()))]  # fmt: skip
+    stimuli.write_text("\n".join(",".join(map(str, row)) for row in rows))
+    first, _, last = ran(tmp_path, built("Feedthrough", 3), "--step", "1", "--stimuli", str(stimuli))
+    for kind, (least, greatest) in ends.items():
+        assert first[f"Feedthrough.{kind}_output"] == str(least)
+        assert last[f"Feedthrough.{kind}_output"] == str(greatest)
+
+
 @pytest.mark.parametrize(("model", "step"), [("BouncingBall", 0.01), ("Stair", 0.2)])
 def test_event_mode_elsewhere_adds_rows_and_changes_none(built, tmp_path, model, step):
     """FMPy with event mode and early return: rows at the events too; at ours it has what the run has."""

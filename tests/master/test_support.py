@@ -83,6 +83,37 @@ def test_discrete_stimuli_are_held(fmus, tmp_path):
     assert frame["a.integer_out"].tolist()[6:] == [7] * 5
 
 
+@pytest.mark.parametrize("options", [{}, {"isolate": True}, {"method": "nepce"}, {"method": "fixed-point"}])
+@pytest.mark.parametrize("column", ["n", "a.{}_in"])
+@pytest.mark.parametrize(("variable", "kind", "ends"), [
+    ("wide", "Int64", (-(2**63), 2**53 + 1, 2**63 - 1)), ("huge", "UInt64", (0, 2**63 + 1, 2**64 - 1)),
+])  # fmt: skip
+def test_whole_numbers_of_stimuli_are_exact_to_the_ends_of_their_types(
+    fmus, tmp_path, variable, kind, ends, column, options
+):
+    whole = component("a", "resources/L.fmu", connector(f"{variable}_in", "input", kind))
+    made, links = (connector("n", "input", kind),), (link("n", f"a.{variable}_in"),)
+    root = system("root", whole, made=made, links=links) if column == "n" else system("root", whole)
+    path = package(tmp_path / "p.ssp", root, with_fmu(fmus, 3), version="2.0")
+    first, second, third = ends
+    name = column.format(variable)
+    (tmp_path / "s.csv").write_text(f"time,{name}\n0,{first}\n0.4, {second}\n0.8,{third}\n")
+    frame = run(path, tmp_path / "out", Options(stimuli=tmp_path / "s.csv", **options)).frame
+    assert frame[name].tolist() == [first] * 4 + [second] * 4 + [third] * 3
+    gives = frame[f"a.{variable}_out"].tolist()
+    assert gives[1:4] == [first] * 3
+    assert gives[5:8] == [second] * 3
+    assert gives[9:] == [third] * 2
+
+
+@pytest.mark.parametrize("cell", [str(2**63), "-9223372036854775809", "1e19", "0.5", "inf", "1_0"])
+def test_what_is_no_whole_number_of_the_type_is_refused_in_stimuli(fmus, tmp_path, cell):
+    path = package(tmp_path / "p.ssp", system("root", component("a", "resources/L.fmu")), with_fmu(fmus, 3))
+    (tmp_path / "s.csv").write_text(f"time,a.wide_in\n0,1\n0.5,{cell}\n")
+    with pytest.raises(CosimError, match=r"s\.csv, line 3, column 'a\.wide_in'"):
+        run(path, tmp_path / "out", Options(stimuli=tmp_path / "s.csv"))
+
+
 @pytest.mark.parametrize(
     ("version", "options"),
     [(1, {}), (2, {}), (3, {}), (2, {"isolate": True}), (2, {"method": "nepce"}), (3, {"record": ("a.string_out",)})],
