@@ -66,13 +66,13 @@ class Options:
                 object.__setattr__(self, f.name, convert[f.name](f.name, value))
 
 
-def options_of(given: Mapping[str, Any]) -> Options:
+def options_of(values: Mapping[str, Any]) -> Options:
     """Options by their names."""
-    known = [f.name for f in fields(Options)]
-    for name in given:
-        if name not in known:
-            raise UsageError(f"there is no option '{name}'{did_you_mean(name, known)}")
-    return Options(**given)
+    names = [f.name for f in fields(Options)]
+    for name in values:
+        if name not in names:
+            raise UsageError(f"there is no option '{name}'{did_you_mean(name, names)}")
+    return Options(**values)
 
 
 def parse_change(text: str) -> tuple[str, str]:
@@ -83,8 +83,8 @@ def parse_change(text: str) -> tuple[str, str]:
     return address.strip(), value.strip()
 
 
-def _wrong(name: str, value: object, wanted: str) -> NoReturn:
-    raise UsageError(f"{name}: {value!r} is no {wanted}") from None
+def _wrong(name: str, value: object, expected: str) -> NoReturn:
+    raise UsageError(f"{name}: {value!r} is no {expected}") from None
 
 
 def as_time(name: str, value: Any) -> float:
@@ -167,12 +167,12 @@ def _substeps(name: str, value: Any) -> tuple[tuple[str, int], ...]:
 
 
 def _changes(name: str, value: Any) -> tuple[tuple[str, str], ...]:
-    made = []
+    changes = []
     for item in _items(name, value):
         if isinstance(item, str):
-            made.append(parse_change(item))
+            changes.append(parse_change(item))
             continue
-        address, given = _pair(name, item, "{'arm.load_weight': 1000}")
-        many = isinstance(given, (list, tuple, np.ndarray))
-        made.append((address, " ".join(map(str, np.ravel(given).tolist() if many else [given]))))
-    return tuple(made)
+        address, content = _pair(name, item, "{'arm.load_weight': 1000}")
+        many = isinstance(content, (list, tuple, np.ndarray))
+        changes.append((address, " ".join(map(str, np.ravel(content).tolist() if many else [content]))))
+    return tuple(changes)

@@ -21,10 +21,10 @@ def _semaphores() -> tuple[int, ...] | None:
         return None
     library = ctypes.CDLL(None)
     try:
-        found = [getattr(library, f"sem_{name}") for name in ("init", "post", "wait", "trywait")]
+        functions = [getattr(library, f"sem_{name}") for name in ("init", "post", "wait", "trywait")]
     except AttributeError:
         return None
-    return tuple(int(ctypes.cast(function, ctypes.c_void_p).value or 0) for function in found)
+    return tuple(int(ctypes.cast(function, ctypes.c_void_p).value or 0) for function in functions)
 
 
 def able() -> bool:
@@ -50,19 +50,19 @@ class Crew:
 
     def begin(self, operations: np.ndarray, u8: np.ndarray, seconds: np.ndarray, clock: int) -> None:
         """Start the threads, if there are any and they do not run already; `clock`: address of clock_gettime or 0."""
-        found = _semaphores()
-        if self._begun or self._threads < 1 or found is None:
+        semaphores = _semaphores()
+        if self._begun or self._threads < 1 or semaphores is None:
             return
         self._begun = True
-        init, *others = found
+        init, *calls = semaphores
         room = np.zeros((2, 32), np.uint8)  # of sem_t, which has up to 32 bytes
         work, done = (int(row.ctypes.data) for row in room)
         make = ctypes.CFUNCTYPE(ctypes.c_int, ctypes.c_void_p, ctypes.c_int, ctypes.c_uint)(init)
         for place in (work, done):
             make(place, 0, 0)
-        self.control[[loop.POST, loop.WAIT, loop.TRY, loop.WORK, loop.WORKED]] = *others, work, done
-        given = operations, u8, seconds, self.control, self.spans, clock
-        threads = [Thread(target=_help, args=(room, *given), daemon=True) for _ in range(self._threads)]
+        self.control[[loop.POST, loop.WAIT, loop.TRY, loop.WORK, loop.WORKED]] = *calls, work, done
+        arguments = operations, u8, seconds, self.control, self.spans, clock
+        threads = [Thread(target=_help, args=(room, *arguments), daemon=True) for _ in range(self._threads)]
         for thread in threads:
             thread.start()
         self.control[loop.THREADS] = self._threads
@@ -73,9 +73,9 @@ NOBODY = Crew(np.zeros((0, loop.OPERANDS), np.int64), 0)
 """Of programs that have nothing to share."""
 
 
-def _help(_room: np.ndarray, *given: object) -> None:
+def _help(_room: np.ndarray, *arguments: object) -> None:
     """A thread; it keeps the semaphores' room."""
-    loop.help_out(*given)
+    loop.help_out(*arguments)
 
 
 def _end(control: np.ndarray, threads: list[Thread]) -> None:

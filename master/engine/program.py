@@ -240,9 +240,9 @@ class Program:
         self.constants += values
         return len(self.constants) - len(values)
 
-    def keep(self, thing: object) -> None:
+    def keep(self, referenced: object) -> None:
         """Let something live as long as the program."""
-        self._keep.append(thing)
+        self._keep.append(referenced)
 
     def number(self, instance: Steps) -> int:
         """Which of the instances it is."""

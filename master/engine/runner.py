@@ -88,16 +88,16 @@ class Runner:
             self._finite, self.seconds, start, h, first, count, total, last_step(start, h, total, stop),
             clock, budget, buffer.ended, self._report, self._crew.control, self._crew.spans,
         )  # fmt: skip
-        why, done, operation, status, warned, when = (int(x) for x in self._report)
+        reason, done, operation, status, warned, when = (int(x) for x in self._report)
         self.taken = done
         if warned:
             instance, doing = self.program.labels[warned - 1]
             if instance is not None:
                 instance.hear_warning(f"{doing} at t = {start + (first + when) * h:g} s" if h > 0.0 else doing)
-        if why in (loop.DONE, loop.TIME_IS_UP, loop.ENDED):
+        if reason in (loop.DONE, loop.TIME_IS_UP, loop.ENDED):
             return done
         t = start + (first + done) * h if first + done < total else stop
-        if why == loop.NOT_FINITE:
+        if reason == loop.NOT_FINITE:
             raise self.not_finite(t)
         instance, doing = self.program.labels[operation]
         if self.program.error is not None:

@@ -76,16 +76,16 @@ class Worker:
 
     def obey(self, message: tuple[Any, ...]) -> None:
         """One message. Steps and inputs are not answered: what goes wrong is told when the outputs are asked for."""
-        what = message[0]
-        if what == "set":
+        kind = message[0]
+        if kind == "set":
             for g, content in zip(self.instance.input_groups, message[1], strict=True):
                 _put(self.buffer, g, content)
             self.attempt(self.runners["set_inputs"].once)
-        elif what == "step":
+        elif kind == "step":
             t, h = message[1:]
             self.time = t
             self.attempt(lambda: self.runners["do_step"].run(self.rows, t, h, 0, 1, 2, t + h))
-        elif what == "get":
+        elif kind == "get":
             self.attempt(self.runners["get_outputs"].once)
             if self.fault is not None:
                 fault, self.fault = self.fault, None
@@ -142,8 +142,8 @@ def main() -> None:
     except (EOFError, OSError):
         os._exit(0)  # the master is gone
     except Exception as error:
-        told = str(error) if isinstance(error, CosimError) else f"{type(error).__name__}: {error}"
-        text = f"component '{order['name']}': {told}"
+        reason = str(error) if isinstance(error, CosimError) else f"{type(error).__name__}: {error}"
+        text = f"component '{order['name']}': {reason}"
         with suppress(OSError):
             pipe.send_bytes(pickle.dumps(("error", (type(error).__name__, text, True))))
         os._exit(1)

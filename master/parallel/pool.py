@@ -89,14 +89,14 @@ _sessions: dict[tuple[str, tuple[str, ...]], tuple[Session, int]] = {}
 def session(package: str, only: tuple[str, ...] = ()) -> Session:
     """The session of a package in this process, loaded when it is asked for first, and anew where an FMU was lost in it
     or the package is another one now, for the workers of a cluster outlive who asks them."""
-    key, now = (package, only), changed(Path(package))
+    key, current = (package, only), changed(Path(package))
     if key in _sessions:
-        known, when = _sessions[key]
-        if not known.is_lost and now in (when, 0):
-            return known
+        earlier, when = _sessions[key]
+        if not earlier.is_lost and current in (when, 0):
+            return earlier
         del _sessions[key]
-        known.close()
-    _sessions[key] = Session(Path(package), only=only), now
+        earlier.close()
+    _sessions[key] = Session(Path(package), only=only), current
     return _sessions[key][0]
 
 
@@ -151,10 +151,10 @@ def _settle_in(scratch: str) -> None:
     from ..slaves.library import mark_instances
 
     sys.path[:] = [os.path.abspath(place) for place in sys.path]
-    own = tempfile.mkdtemp(prefix="worker_", dir=scratch)
-    also_forget(Path(own))
-    os.chdir(own)
-    tempfile.tempdir = os.environ["TMPDIR"] = own
+    folder = tempfile.mkdtemp(prefix="worker_", dir=scratch)
+    also_forget(Path(folder))
+    os.chdir(folder)
+    tempfile.tempdir = os.environ["TMPDIR"] = folder
     mark_instances(f"_{os.getpid()}")
 
 
@@ -255,8 +255,8 @@ class Pool:
         self, jobs: Sequence[Job], stop: Callable[[], bool] | None = None
     ) -> list[np.ndarray | Failure]:
         """The results in the order of the jobs; raises `Abandoned` as soon as `stop` is true."""
-        made: dict[int, np.ndarray | Failure] = dict(self.each(simulate, jobs, stop))
-        return [made[k] for k in range(len(jobs))]
+        results: dict[int, np.ndarray | Failure] = dict(self.each(simulate, jobs, stop))
+        return [results[k] for k in range(len(jobs))]
 
     def each_surviving(self, function: Callable[[str, Any], Any], tasks: Sequence[Any]) -> Iterator[tuple[int, Any]]:
         """As `each`, with a `Failure` for a task that takes its process with it, or that the limit ends.
@@ -264,32 +264,32 @@ class Pool:
         Those that may have been at work when a process died are run again one by one, the others go on together. So are
         those that a cluster has given up: it blames all that its lost workers had been handed.
         """
-        left = dict(enumerate(tasks))
-        while left:
-            keys, suspects = list(left), []
+        remaining = dict(enumerate(tasks))
+        while remaining:
+            keys, suspects = list(remaining), []
             try:
-                for i, result in self.each(function, list(left.values())):
+                for i, result in self.each(function, list(remaining.values())):
                     if result == Failure(DIED):
                         suspects.append(keys[i])
                         continue
-                    del left[keys[i]]
+                    del remaining[keys[i]]
                     yield keys[i], result
                 for k in suspects:
                     self.count -= 1
-                    yield k, next(self.each(function, [left.pop(k)]))[1]
+                    yield k, next(self.each(function, [remaining.pop(k)]))[1]
             except WorkerDied:
                 if not self._own:
                     raise
                 self._executor.shutdown(wait=True, cancel_futures=True)
                 self._executor = self._started()
-                for k in list(left)[: 2 * (self._processes or os.cpu_count() or 1)]:
-                    yield k, self._alone(function, left.pop(k))
+                for k in list(remaining)[: 2 * (self._processes or os.cpu_count() or 1)]:
+                    yield k, self._alone(function, remaining.pop(k))
 
     def _alone(self, function: Callable[[str, Any], Any], task: Any) -> Any:
         """function(package, task) in a process that may die of it."""
         try:
-            with Pool(self.package, processes=1, limit=self.limit) as own:
-                return next(own.each(function, [task]))[1]
+            with Pool(self.package, processes=1, limit=self.limit) as pool:
+                return next(pool.each(function, [task]))[1]
         except WorkerDied as error:
             return Failure(f"it takes longer than {self.limit:g} s", self.limit) if error.late else Failure(DIED)
 
@@ -298,12 +298,12 @@ class Pool:
         if stop is None:
             yield from as_completed(futures)
             return
-        left = set(futures)
-        while left:
+        pending = set(futures)
+        while pending:
             if stop():
                 self._abandoned = True
                 raise Abandoned
-            done, left = wait(left, LOOKS, FIRST_COMPLETED)
+            done, pending = wait(pending, LOOKS, FIRST_COMPLETED)
             yield from done
 
     def each(
@@ -325,8 +325,8 @@ class Pool:
                 except Exception as error:
                     kind = type(error).__name__  # of distributed, which need not be installed
                     if not self._own and kind in ("CancelledError", "FutureCancelledError", "CommClosedError"):
-                        told = "the cluster is gone; what was done is kept"
-                        raise SimulationError(f"{self.package.name}: {told}") from None
+                        reason = "the cluster is gone; what was done is kept"
+                        raise SimulationError(f"{self.package.name}: {reason}") from None
                     if kind != "KilledWorker":
                         raise
                     result = Failure(DIED)

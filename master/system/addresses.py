@@ -12,7 +12,7 @@ from .system import System
 
 def split(address: str, instances: Mapping[str, Any]) -> tuple[str, str]:
     """(component, name) of an address; component names may hold dots, so the longest counts. ('', address) if none."""
-    return max(splits(address, instances), key=lambda found: len(found[0]), default=("", address))
+    return max(splits(address, instances), key=lambda ends: len(ends[0]), default=("", address))
 
 
 def splits(address: str, instances: Iterable[str]) -> list[tuple[str, str]]:

@@ -54,7 +54,7 @@ class Assembly:
 
 
 def assemble(
-    package: Path, options: Options, stack: ExitStack, found: Findings, only: Sequence[str] = (),
+    package: Path, options: Options, stack: ExitStack, findings: Findings, only: Sequence[str] = (),
     prepare: Prepare = lambda _network, instances: instances,
 ) -> Assembly | None:  # fmt: skip
     """Read the package, and put it together; what it was unpacked into goes with the stack.
@@ -62,102 +62,107 @@ def assemble(
     only: components to take, all where it is empty; prepare: called before the instances are connected. None where the
     package cannot be read and errors are kept; raises `CosimError` where they are not.
     """
-    known = len(found.errors)
-    network = found.attempt(read_package, package, stack, options.variant, found.kept)
+    errors_before = len(findings.errors)
+    network = findings.attempt(read_package, package, stack, options.variant, findings.kept)
     if network is None:
         return None
-    made = Assembly(network.only(list(only)) if only else network, {}, incomplete=len(found.errors) > known)
-    aside = found.unless(made.incomplete)
-    made.network = aside.attempt(with_parameters, made.network, options.parameters) or made.network
-    _tell_remarks(made.network, found)
-    made.network, made.instances = _described(made.network, found)
-    if not made.network.parts and not found.errors:
-        found.refuse("the system has no components")
-    if made.has_all and not options.isolate:
-        found.attempt(check_single, made.instances)
-    own = [c for c in options.changes if c[0] in made.network.inputs]
-    others = _expanded(made, [c for c in options.changes if c not in own], aside)
-    sizes_hold = _set_sizes(made, others, found, aside)
-    made.instances = prepare(made.network, made.instances)
-    if made.network.structure.step_size is None:
-        suggested = replace(made.network.structure, step_size=smallest_step(made.network, made.instances))
-        made.network = replace(made.network, structure=suggested)
-    if made.has_all and sizes_hold:
-        _connect(made, own, (*options.record, *options.plot), found, aside)
-    return made
+    assembly = Assembly(
+        network.only(list(only)) if only else network, {}, incomplete=len(findings.errors) > errors_before
+    )
+    aside = findings.unless(assembly.incomplete)
+    assembly.network = aside.attempt(with_parameters, assembly.network, options.parameters) or assembly.network
+    _tell_remarks(assembly.network, findings)
+    assembly.network, assembly.instances = _described(assembly.network, findings)
+    if not assembly.network.parts and not findings.errors:
+        findings.refuse("the system has no components")
+    if assembly.has_all and not options.isolate:
+        findings.attempt(check_single, assembly.instances)
+    input_changes = [c for c in options.changes if c[0] in assembly.network.inputs]
+    other_changes = _expanded(assembly, [c for c in options.changes if c not in input_changes], aside)
+    sizes_hold = _set_sizes(assembly, other_changes, findings, aside)
+    assembly.instances = prepare(assembly.network, assembly.instances)
+    if assembly.network.structure.step_size is None:
+        suggested = replace(assembly.network.structure, step_size=smallest_step(assembly.network, assembly.instances))
+        assembly.network = replace(assembly.network, structure=suggested)
+    if assembly.has_all and sizes_hold:
+        _connect(assembly, input_changes, (*options.record, *options.plot), findings, aside)
+    return assembly
 
 
-def _tell_remarks(network: Network, found: Findings) -> None:
+def _tell_remarks(network: Network, findings: Findings) -> None:
     """Where errors are kept, violations of the schema are some, unless they stand where one has been told."""
-    violations = set(network.structure.remarks) if found.keeps else set()
-    places = {error.partition(": ")[0] for error in found.errors}
-    found.errors += [r for r in network.structure.remarks if r in violations and r.partition(": ")[0] not in places]
-    found.warnings += [r for r in network.remarks if r not in violations]
+    violations = set(network.structure.remarks) if findings.keeps else set()
+    places = {error.partition(": ")[0] for error in findings.errors}
+    findings.errors += [r for r in network.structure.remarks if r in violations and r.partition(": ")[0] not in places]
+    findings.warnings += [r for r in network.remarks if r not in violations]
 
 
-def _described(network: Network, found: Findings) -> tuple[Network, dict[str, FmuInstance]]:
+def _described(network: Network, findings: Findings) -> tuple[Network, dict[str, FmuInstance]]:
     """Instances by component path, not loaded yet, from the package's FMUs; the network without what these refute."""
     instances: dict[str, FmuInstance] = {}
     lacking: set[End] = set()
     for path, part in network.parts.items():
-        instance = found.attempt(of_component, path, part.component)
+        instance = findings.attempt(of_component, path, part.component)
         if instance is None:
             instance = read_alone(path, part.component)
         if instance is not None:
             instances[path] = instance
-            lacking |= _lacking(part.component, instance, network, found)
+            lacking |= _lacking(part.component, instance, network, findings)
     return network.without(lacking), instances
 
 
-def _lacking(component: Component, instance: FmuInstance, network: Network, found: Findings) -> set[End]:
+def _lacking(component: Component, instance: FmuInstance, network: Network, findings: Findings) -> set[End]:
     """Ends that the FMU lacks, which are refused; those of parameters do no harm where nothing is connected to them."""
     refused: set[End] = set()
     for connector, fault in foreign_connectors(component, instance):
         end = (instance.name, connector.name)
         if connector.kind in EARLY and not network.connects(end):
-            found.warnings.append(f"{fault}; nothing is connected to it, so it is ignored")
+            findings.warnings.append(f"{fault}; nothing is connected to it, so it is ignored")
         else:
-            found.refuse(fault)
+            findings.refuse(fault)
             refused.add(end)
     return refused
 
 
-def _expanded(made: Assembly, changes: Sequence[tuple[str, str]], found: Findings) -> list[tuple[str, str]]:
+def _expanded(assembly: Assembly, changes: Sequence[tuple[str, str]], findings: Findings) -> list[tuple[str, str]]:
     """Changes with those of connectors of systems replaced by what these lead to."""
-    if not made.has_all:
+    if not assembly.has_all:
         return []
     reached: list[tuple[str, str]] = []
     for change in changes:
-        reached += found.attempt(lambda *one: list(expanded(one, made.network, made.instances)), change) or []
+        reached += (
+            findings.attempt(lambda *pair: list(expanded(pair, assembly.network, assembly.instances)), change) or []
+        )
     return reached
 
 
-def _set_sizes(made: Assembly, changes: list[tuple[str, str]], found: Findings, aside: Findings) -> bool:
+def _set_sizes(assembly: Assembly, changes: list[tuple[str, str]], findings: Findings, aside: Findings) -> bool:
     """Structural parameters first, then the values that the package binds and that the user changes.
 
     Returns whether the sizes of arrays are as they are meant; where not, no connection can be judged.
     """
-    network, instances = made.network, made.instances
-    configured = found.attempt(configure, network, instances, changes)
-    made.network, changes, made.sizes = configured or (network, changes, [])
-    made.values = bound_values(made.network, instances, found)
+    network, instances = assembly.network, assembly.instances
+    configured = findings.attempt(configure, network, instances, changes)
+    assembly.network, changes, assembly.sizes = configured or (network, changes, [])
+    assembly.values = bound_values(assembly.network, instances, findings)
     for change in changes:
         names = (*network.inputs, *network.connectors)
-        made.values += aside.attempt(resolve, [change], instances, connectors=names) or []
+        assembly.values += aside.attempt(resolve, [change], instances, connectors=names) or []
     sized = any(v.causality == "structuralParameter" for i in instances.values() for v in i.variables.values())
-    return configured is not None and not (made.incomplete and sized)
+    return configured is not None and not (assembly.incomplete and sized)
 
 
 def _connect(
-    made: Assembly, own: Sequence[tuple[str, str]], patterns: Sequence[str], found: Findings, aside: Findings
-) -> None:
+    assembly: Assembly, input_changes: Sequence[tuple[str, str]], patterns: Sequence[str], findings: Findings,
+    aside: Findings,
+) -> None:  # fmt: skip
     """The system with all that is to be recorded of it, and the values of its own inputs."""
-    recorded = internals(made.network, made.instances, patterns)
-    system = made.built = found.attempt(System, made.network, made.instances, found, recorded)
+    recorded = internals(assembly.network, assembly.instances, patterns)
+    system = assembly.built = findings.attempt(System, assembly.network, assembly.instances, findings, recorded)
     if system is None:
         return
-    found.warnings += system.remarks
-    given = found.attempt(given_values, made.network, system, found.warnings.append) or []
-    made.values = [*given, *made.values]
-    for change in own:
-        made.values += aside.attempt(resolve, [change], made.instances, system=system) or []
+    findings.warnings += system.remarks
+    values = findings.attempt(given_values, assembly.network, system, findings.warnings.append) or []
+    assembly.values = [*values, *assembly.values]
+    for change in input_changes:
+        assembly.values += aside.attempt(resolve, [change], assembly.instances, system=system) or []

@@ -55,11 +55,11 @@ class Connections:
         self.own_inputs = own_inputs
         self.own_outputs: dict[str, Signal] = {}
         """The outputs of the whole system."""
-        late: list[FlatConnection] = []
+        signal_connections: list[FlatConnection] = []
         early: list[FlatConnection] = []
         for flat in network.flat_connections:
-            (early if self._is_parameter(flat.end) else late).append(flat)
-        self.links = self._apart(self._made(self._link, late))
+            (early if self._is_parameter(flat.end) else signal_connections).append(flat)
+        self.links = self._apart(self._made(self._link, signal_connections))
         self._into: dict[str, list[SignalConnection]] = {name: [] for name in instances}
         for link in self.links:
             self._into[link.target.component].append(link)
@@ -96,15 +96,19 @@ class Connections:
     def _made(
         self, make: Callable[[FlatConnection], SignalConnection], between: Iterable[FlatConnection]
     ) -> list[SignalConnection]:
-        made = (self._findings.attempt(make, flat) for flat in between)
-        return [link for link in made if link is not None]
+        links = (self._findings.attempt(make, flat) for flat in between)
+        return [link for link in links if link is not None]
 
     def _check_aliases(self) -> None:
         """No two connections lead to one input, by whatever name."""
         for link in self.links:
-            there, which = self._drivers.setdefault(link.target.home, {}), link.target.element
-            other = there.get(which) or there.get(None) or (next(iter(there.values()), None) if which is None else None)
-            there.setdefault(which, link)
+            drivers, element = self._drivers.setdefault(link.target.home, {}), link.target.element
+            other = (
+                drivers.get(element)
+                or drivers.get(None)
+                or (next(iter(drivers.values()), None) if element is None else None)
+            )
+            drivers.setdefault(element, link)
             if other is not None:
                 self._findings.refuse(
                     f"{link.flat.where}: '{link.target.address}' is another name of '{other.target.address}', "
@@ -113,8 +117,8 @@ class Connections:
 
     def driver(self, end: End) -> SignalConnection | None:
         """The connection that drives an input or an element of it, by whatever name; None for what none drives."""
-        there = self._drivers.get(self.inputs[end].home, {}) if end in self.inputs else {}
-        return next(iter(there.values()), None)
+        drivers = self._drivers.get(self.inputs[end].home, {}) if end in self.inputs else {}
+        return next(iter(drivers.values()), None)
 
     def _check_dimensions(self, network: Network) -> set[End]:
         """Arrays are as large as their connectors say; those that are not, which no connection can be judged by."""
@@ -169,12 +173,12 @@ class Connections:
                 ends = [Extent(f"'{c}.{v}'", self.instances[c].size(v), self.instances[c].shape(v))
                         for c, v in (flat.start, flat.end)]  # fmt: skip
                 check_sizes(ends[0], flat.hops, ends[1], flat.where)
-                given = self._quantities.quantity(flat.start, flat.unit, flat.enumeration)
-                taken = self._quantities.quantity(flat.end)
-                self.remarks += value_conversion(given, flat.hops, taken, flat.where).remarks
+                gives = self._quantities.quantity(flat.start, flat.unit, flat.enumeration)
+                takes = self._quantities.quantity(flat.end)
+                self.remarks += value_conversion(gives, flat.hops, takes, flat.where).remarks
             except CosimError as error:
-                told = str(error) if str(error).startswith(flat.where) else f"{flat.where}: {error}"
-                self._findings.refuse(told)
+                text = str(error) if str(error).startswith(flat.where) else f"{flat.where}: {error}"
+                self._findings.refuse(text)
 
     def _variable(self, flat: FlatConnection, end: End, causality: str) -> Signal:
         where = flat.where
@@ -221,24 +225,24 @@ class Connections:
     def _apart(self, links: list[SignalConnection]) -> list[SignalConnection]:
         """Links of whole arrays in single values where others carry single values of the same source."""
         parted = {link.source.address for link in links if link.source.element is not None}
-        made = []
+        parts = []
         for link in links:
             if link.source.address not in parted or link.source.element is not None:
-                made.append(link)
+                parts.append(link)
                 continue
             for k in range(link.source.size):
-                made.append(replace(link, source=link.source.part(k), target=link.target.part(k)))
-        return made
+                parts.append(replace(link, source=link.source.part(k), target=link.target.part(k)))
+        return parts
 
     def _link(self, flat: FlatConnection) -> SignalConnection:
         target = self._part(self._variable(flat, flat.end, "input"), flat.end_at, flat.where)
-        source, given = self._source(flat)
+        source, gives = self._source(flat)
         source = self._part(source, flat.start_at, flat.where)
-        taken = self._quantities.quantity(flat.end)
-        way = value_conversion(given, flat.hops, taken, flat.where)
+        takes = self._quantities.quantity(flat.end)
+        way = value_conversion(gives, flat.hops, takes, flat.where)
         self.remarks += way.remarks
         check_sizes(self._extent(source), flat.hops, self._extent(target), flat.where)
-        conversion = SlotConversion() if target.family == TEXT else way.over_slots(given, taken, flat.where)
+        conversion = SlotConversion() if target.family == TEXT else way.over_slots(gives, takes, flat.where)
         return SignalConnection(source, target, conversion, flat)
 
     def _extent(self, signal: Signal) -> Extent:
@@ -251,21 +255,21 @@ class Connections:
 
     def _shown(self, flat: FlatConnection) -> SignalConnection:
         name = flat.end[1]
-        source, given = self._source(flat)
+        source, gives = self._source(flat)
         source = self._part(source, flat.start_at, flat.where)
         last = flat.hops[-1] if flat.hops else None
         type = self._quantities.connector(name).type
-        kind = type.kind if type is not None else given.type
-        taken = Quantity(kind, last.unit if last else None, last.enumeration if last else None, f"'{name}'")
-        way = value_conversion(given, flat.hops, taken, flat.where)
+        kind = type.kind if type is not None else gives.type
+        takes = Quantity(kind, last.unit if last else None, last.enumeration if last else None, f"'{name}'")
+        way = value_conversion(gives, flat.hops, takes, flat.where)
         self.remarks += way.remarks
         check_sizes(self._extent(source), flat.hops, None, flat.where)
-        conversion = SlotConversion() if taken.family == TEXT else way.over_slots(given, taken, flat.where)
+        conversion = SlotConversion() if takes.family == TEXT else way.over_slots(gives, takes, flat.where)
         target = self.own_outputs.get(name)
         if target is None:
             size = (type.count if type is not None else None) or 1 if flat.end_at else source.size
-            place = self._layout.place(taken.family, size)
-            target = Signal("", name, kind, taken.family, 0, place, size, bool(flat.end_at))
+            place = self._layout.place(takes.family, size)
+            target = Signal("", name, kind, takes.family, 0, place, size, bool(flat.end_at))
             self.own_outputs[name] = target
         return SignalConnection(source, self._part(target, flat.end_at, flat.where), conversion, flat)
 

@@ -32,21 +32,21 @@ def component_order(instances: Mapping[str, FmuInstance], links: Iterable[Signal
     for members in circles:
         for name in members:
             group[name] = members
-    known = _in_time(instances, links, circles)
-    place = {name: i for i, name in enumerate(known)}
+    in_time = _in_time(instances, links, circles)
+    place = {name: i for i, name in enumerate(in_time)}
     waits = {id(g): 0 for g in group.values()}
-    for name, others in drives.items():
-        for other in others:
+    for name, targets in drives.items():
+        for other in targets:
             waits[id(group[other])] += group[other] is not group[name]
-    left = {id(g): len(g) for g in group.values()}
+    remaining = {id(g): len(g) for g in group.values()}
     free = [place[name] for name in place if not waits[id(group[name])]]
     heapify(free)
     order = []
     while free:
-        name = known[heappop(free)]
+        name = in_time[heappop(free)]
         order.append(name)
-        left[id(group[name])] -= 1
-        if left[id(group[name])]:
+        remaining[id(group[name])] -= 1
+        if remaining[id(group[name])]:
             continue  # what comes after a loop comes after all of it
         for member in group[name]:
             for other in drives[member]:
@@ -70,13 +70,13 @@ def _in_time(instances: Mapping[str, FmuInstance], links: list[SignalConnection]
     for number, members in enumerate(circles):
         if len(members) < 3:
             continue
-        mine = within[number]
+        inner_links = within[number]
         places = sorted(at[name] for name in members)
-        given = [order[i] for i in places]
-        if _age(instances, mine, given) < 2:
+        current = [order[i] for i in places]
+        if _age(instances, inner_links, current) < 2:
             continue
-        better = _sources_first(instances, mine, given)
-        if _age(instances, mine, better) < _age(instances, mine, given):
+        better = _sources_first(instances, inner_links, current)
+        if _age(instances, inner_links, better) < _age(instances, inner_links, current):
             for i, name in zip(places, better, strict=True):
                 order[i] = name
     return order
@@ -87,12 +87,12 @@ def _answering(instances: Mapping[str, FmuInstance], links: list[SignalConnectio
     into: dict[tuple[str, str], list[int]] = {}
     for i, k in enumerate(links):
         into.setdefault(k.end, []).append(i)
-    made = []
+    pairs = []
     for i, k in enumerate(links):
         component, output = k.start
         for name in instances[component].feed_through(output) or ():
-            made += [(i, other) for other in into.get((component, name), ())]
-    return made
+            pairs += [(i, other) for other in into.get((component, name), ())]
+    return pairs
 
 
 def _age(instances: Mapping[str, FmuInstance], links: list[SignalConnection], order: list[str]) -> int:
@@ -104,8 +104,8 @@ def _age(instances: Mapping[str, FmuInstance], links: list[SignalConnection], or
     age: dict[int, int] = {}
     try:
         for i in TopologicalSorter(before).static_order():
-            late = at[links[i].source.component] >= at[links[i].target.component]
-            age[i] = late + max((age[other] for other in before[i]), default=0)
+            is_late = at[links[i].source.component] >= at[links[i].target.component]
+            age[i] = is_late + max((age[other] for other in before[i]), default=0)
     except CycleError:  # an algebraic loop, which is solved in every step
         return 0
     return max(age.values(), default=0)
@@ -118,13 +118,13 @@ def _sources_first(instances: Mapping[str, FmuInstance], links: list[SignalConne
     for _, other in _answering(instances, links):
         if links[other].source.component != links[other].target.component:
             after[links[other].target.component].add(links[other].source.component)
-    sorter, made = TopologicalSorter(after), list[str]()
+    sorter, result = TopologicalSorter(after), list[str]()
     try:
         sorter.prepare()
     except CycleError:
         return order
     while sorter.is_active():
         ready = sorted(sorter.get_ready(), key=at.__getitem__)
-        made += ready
+        result += ready
         sorter.done(*ready)
-    return made
+    return result

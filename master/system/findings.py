@@ -35,11 +35,11 @@ class Findings:
         """Where to put errors; None: raise them."""
         return self.errors if self.keeps else None
 
-    def refuse(self, told: str) -> None:
+    def refuse(self, text: str) -> None:
         """Something is wrong with the package."""
         if not self.keeps:
-            raise PackageError(told)
-        self.errors.append(told)
+            raise PackageError(text)
+        self.errors.append(text)
 
     def attempt(self, make: Callable[P, T], *arguments: P.args, **named: P.kwargs) -> T | None:
         """What `make` gives for these arguments; None where it raises a `CosimError` that is kept."""
@@ -64,20 +64,20 @@ class Findings:
             cause = WHOSE.sub("", text)
             first.setdefault(cause, error)
             places.setdefault(cause, {})[place] = None
-        self.errors[:] = [first[cause] + _also(list(found)) for cause, found in places.items()]
+        self.errors[:] = [first[cause] + _also(list(others)) for cause, others in places.items()]
 
     def lines(self) -> list[str]:
         """All of it, a finding a line, the errors first."""
-        made = []
+        lines = []
         for kind, texts in (("error", self.errors), ("warning", self.warnings), ("note", self.notes)):
-            made += [f"{kind}: {text}" for text in dict.fromkeys(texts)]
-        return made
+            lines += [f"{kind}: {text}" for text in dict.fromkeys(texts)]
+        return lines
 
 
 def _parted(error: str) -> tuple[str, str]:
     """(place, text) of an error; no place where it begins with none."""
-    found = PLACE.fullmatch(error)
-    return (found[1], found[2]) if found else ("", error)
+    match = PLACE.fullmatch(error)
+    return (match[1], match[2]) if match else ("", error)
 
 
 def _also(places: list[str]) -> str:

@@ -59,9 +59,9 @@ class InputValues:
             else:
                 self.buffer.integers[place] = in_slot(int(v))
 
-    def mute(self, given: set[str]) -> None:
+    def mute(self, with_values: set[str]) -> None:
         """Only these of the system's own inputs have a value."""
-        self.muted = set(self.own_inputs) - given
+        self.muted = set(self.own_inputs) - with_values
 
     def speaks(self, link: SignalConnection) -> bool:
         """Whether somebody gives the value that a link carries."""
@@ -73,14 +73,14 @@ class InputValues:
         for link in reversed(self._connections.links):
             if self.speaks(link):
                 continue
-            there, here = (slice(s.place, s.place + s.size) for s in (link.target, link.source))
+            target_slots, source_slots = (slice(s.place, s.place + s.size) for s in (link.target, link.source))
             if link.target.family == TEXT:
-                self.buffer.texts[here] = self.buffer.texts[there]
+                self.buffer.texts[source_slots] = self.buffer.texts[target_slots]
             elif link.conversion.plain:
-                integers[here] = integers[there]
+                integers[source_slots] = integers[target_slots]
             else:
-                seen = reals if link.target.family == REAL else integers
-                for i, value in enumerate(seen[there].tolist(), here.start):
+                values = reals if link.target.family == REAL else integers
+                for i, value in enumerate(values[target_slots].tolist(), source_slots.start):
                     if (start := link.conversion.back(value)) is not None:
                         (reals if link.source.family == REAL else integers)[i] = start
 
@@ -101,6 +101,6 @@ class InputValues:
         source = self.own_inputs[name]
         for link in self._connections.of_input(name) if source.family != TEXT else ():
             values = value if isinstance(value, tuple) else (value,)
-            for one in values if link.source.element is None else (values[link.source.element],):
-                reached = link.conversion.forth(one)
+            for element in values if link.source.element is None else (values[link.source.element],):
+                reached = link.conversion.forth(element)
                 self._instances[link.target.component]._scalar(link.target.name, reached, where)

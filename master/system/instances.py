@@ -53,12 +53,12 @@ def foreign_connectors(component: Component, instance: FmuInstance) -> Iterator[
 
 def smallest_step(network: Network, instances: Mapping[str, FmuInstance]) -> float | None:
     """The smallest macro step [s] that suits what the package hints for components, or else their FMUs suggest."""
-    made = []
+    steps = []
     for path, instance in instances.items():
         step = network.parts[path].component.step_hint or instance.suggested("stepSize") or 0.0
         if step > 0.0:
-            made.append(instance.ratio * step)
-    return min(made, default=None)
+            steps.append(instance.ratio * step)
+    return min(steps, default=None)
 
 
 def check_single(instances: Mapping[str, FmuInstance]) -> None:
@@ -81,9 +81,9 @@ def mixed_libraries(instances: Mapping[str, FmuInstance]) -> Iterator[str]:
     for path, instance in instances.items():
         folders.setdefault(instance.folder, path)
     for folder, path in folders.items():
-        own = instances[path].description.coSimulation.modelIdentifier
+        identifier = instances[path].description.coSimulation.modelIdentifier
         for file in sorted((folder / "binaries" / platform_folder(instances[path].version)).glob("*")):
-            if file.stem == own or not file.is_file() or not re.search(r"\.(so|dll|dylib)(\.|$)", file.name):
+            if file.stem == identifier or not file.is_file() or not re.search(r"\.(so|dll|dylib)(\.|$)", file.name):
                 continue
             other, twin = first.setdefault(file.name, (path, file))
             if not filecmp.cmp(file, twin, shallow=False):

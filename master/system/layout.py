@@ -30,12 +30,12 @@ class SignalLayout:
         self._count[key] += size
         return self._count[key] - size
 
-    def lay_out(self, instance: FmuInstance, wanted: Collection[str]) -> None:
-        """Give the inputs of an instance their places, and its outputs, with others that are `wanted`."""
+    def lay_out(self, instance: FmuInstance, recorded: Collection[str]) -> None:
+        """Give the inputs of an instance their places, and its outputs, with others that are `recorded`."""
         inputs = [v for v in instance.variables.values() if v.causality == "input" and v.type in instance.forms]
         outputs = [
             v for v in instance.variables.values()
-            if (v.causality == "output" or v.name in wanted) and v.type in instance.forms
+            if (v.causality == "output" or v.name in recorded) and v.type in instance.forms
         ]  # fmt: skip
         places: dict[tuple[str, int], int] = {}  # aliases are one input
         for chosen, signals, groups in (
@@ -87,9 +87,9 @@ class SignalLayout:
             size = sizes[0] if sizes else 1
         return Signal("", name, quantity.type, quantity.family, 0, self.place(quantity.family, size), size, parted)
 
-    def make_buffer(self, ends: Iterable[Signal], others: Iterable[Signal]) -> None:
+    def make_buffer(self, ends: Iterable[Signal], other_inputs: Iterable[Signal]) -> None:
         """The buffer, with free slots for what algorithms remember of ends of connections and of other inputs."""
-        spare = 8 * sum(s.size for s in ends) + 4 * sum(s.size for s in others if s.family != TEXT) + 64
+        spare = 8 * sum(s.size for s in ends) + 4 * sum(s.size for s in other_inputs if s.family != TEXT) + 64
         self._free = self._own_slots = self._count["slots"]
         self.buffer = ValueBuffer(self._count["slots"] + spare, self._count["texts"], self._staged)
 

@@ -67,10 +67,10 @@ def alone(fmu: Path) -> SystemStructure:
         raise PackageError(str(error).replace(fmu.name, str(fmu), 1)) from None
     inputs = [v.name for v in instance.variables.values() if v.causality == "input" and v.type in instance.forms]
     links = tuple(Connection((None, name), (fmu.stem, name), where=fmu.name) for name in inputs)
-    own = tuple(Connector(name, "input", None, where=fmu.name) for name in inputs)
-    component = Component(fmu.stem, fmu, connectors=own, where=fmu.name)
+    connectors = tuple(Connector(name, "input", None, where=fmu.name) for name in inputs)
+    component = Component(fmu.stem, fmu, connectors=connectors, where=fmu.name)
     start, stop = instance.suggested("startTime"), instance.suggested("stopTime")
-    system = System(fmu.stem, own, (component,), links, where=fmu.name)
+    system = System(fmu.stem, connectors, (component,), links, where=fmu.name)
     return SystemStructure(fmu.stem, "", fmu, system, start or 0.0, stop)
 
 
@@ -108,11 +108,11 @@ class _Fmus:
 
 def with_parameters(network: Network, files: Iterable[Path]) -> Network:
     """The network with parameter sets (.ssv) of the user's, named like --set, which win over the package's bindings."""
-    settings, given, remarks = list(network.settings), list(network.given), list(network.remarks)
+    settings, input_settings, remarks = list(network.settings), list(network.given), list(network.remarks)
     for file in files:
         for p in read_set(file, remarks.append):
             if p.name in network.inputs:
-                given.append(Setting("", p.name, p.value, p.type, (), p.where, by_user=True))
+                input_settings.append(Setting("", p.name, p.value, p.type, (), p.where, by_user=True))
                 continue
             if network.connectors.get(p.name):
                 reached = network.connectors[p.name]
@@ -123,4 +123,4 @@ def with_parameters(network: Network, files: Iterable[Path]) -> Network:
                 hint = did_you_mean(p.name.partition(".")[0], list(network.parts))
                 raise UnknownNameError(f"{p.where}: '{p.name}' names no component of the package{hint}")
             settings += [Setting(c, v, p.value, p.type, (), p.where, p.name, by_user=True) for c, v in meant]
-    return replace(network, settings=tuple(settings), given=tuple(given), remarks=tuple(remarks))
+    return replace(network, settings=tuple(settings), given=tuple(input_settings), remarks=tuple(remarks))

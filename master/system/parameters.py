@@ -54,11 +54,11 @@ def parameters_in_force(
     values: in the order in which they are set; brought: what connections have brought to parameters. An input that is
     connected has no value of its own.
     """
-    given = {(v.component, v.variable): v for v in values}
+    by_end = {(v.component, v.variable): v for v in values}
     links = {flat.end: flat.start for flat in system.connections.early}
-    made = [_given(system, v) for v in given.values() if not v.component]
+    parameters = [_given(system, v) for v in by_end.values() if not v.component]
     names: dict[str, set[str]] = {}
-    for component, name in given:
+    for component, name in by_end:
         names.setdefault(component, set()).add(name)
     for component, instance in system.instances.items():
         for name in _listed(instance, names.get(component, set())):
@@ -66,18 +66,18 @@ def parameters_in_force(
             if end in links:
                 source = ".".join(links[end])
                 value = (brought or {}).get(end)
-                made.append(ParameterInForce(*end, value, system.quantities.unit_name(*end), CONNECTION, source))
-            elif end in given and system.connections.driver(end) is None:
-                made.append(_given(system, given[end]))
-            elif end not in given:
-                made.append(ParameterInForce(*end, _start(instance, name), instance.unit_name(name), FMU, ""))
-    return made
+                parameters.append(ParameterInForce(*end, value, system.quantities.unit_name(*end), CONNECTION, source))
+            elif end in by_end and system.connections.driver(end) is None:
+                parameters.append(_given(system, by_end[end]))
+            elif end not in by_end:
+                parameters.append(ParameterInForce(*end, _start(instance, name), instance.unit_name(name), FMU, ""))
+    return parameters
 
 
-def _listed(instance: FmuInstance, given: set[str]) -> Iterator[str]:
+def _listed(instance: FmuInstance, with_values: set[str]) -> Iterator[str]:
     """Names of what is a parameter or has been given a value, in the order of the model description."""
     for name, v in instance.variables.items():
-        if name in given or (v.causality in KINDS and v.type in instance.forms):
+        if name in with_values or (v.causality in KINDS and v.type in instance.forms):
             yield name
 
 
@@ -85,8 +85,8 @@ def _given(system: System, v: Value) -> ParameterInForce:
     if v.component:
         unit = system.quantities.unit_name(v.component, v.variable)
     else:
-        known = system.quantities.input_quantity(v.variable).unit
-        unit = known.name if known is not None else None
+        stated_unit = system.quantities.input_quantity(v.variable).unit
+        unit = stated_unit.name if stated_unit is not None else None
     where = f"{v.where}; mapped in {v.mapped}" if v.mapped else v.where
     return ParameterInForce(v.component, v.variable, v.value, unit, v.by, where)
 

@@ -75,15 +75,15 @@ class Quantities:
 
     def _compare_units(self) -> None:
         """Remark outputs whose connector states another unit than the FMU; of inputs `value_conversion` does that."""
-        for (component, name), said in self._said.items():
+        for (component, name), stated in self._said.items():
             instance = self.instances[component]
             if name not in instance.variables or instance.variables[name].causality != "output":
                 continue
-            own = instance.unit(name)
-            if own is not None and own.name != said.name and not alike(instance.meant(said, name) or said, own):
+            fmu = instance.unit(name)
+            if fmu is not None and fmu.name != stated.name and not alike(instance.meant(stated, name) or stated, fmu):
                 self.remarks.append(
-                    f"the package says '{component}.{name}' is in {said.name}, its FMU says {own.name}; the package's "
-                    "word counts"
+                    f"the package says '{component}.{name}' is in {stated.name}, its FMU says {fmu.name}; the "
+                    "package's word counts"
                 )
 
     def connector(self, name: str) -> Connector:
@@ -92,8 +92,8 @@ class Quantities:
 
     def unit_name(self, component: str, name: str) -> str | None:
         """Name of the unit of a component's variable."""
-        said = self._said.get((component, name))
-        return said.name if said is not None else self.instances[component].unit_name(name)
+        package_unit = self._said.get((component, name))
+        return package_unit.name if package_unit is not None else self.instances[component].unit_name(name)
 
     def unit_of(self, signal: Signal) -> str | None:
         """Name of a signal's unit."""

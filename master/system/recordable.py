@@ -14,25 +14,25 @@ def internals(network: Network, instances: Mapping[str, FmuInstance], patterns: 
 
     Those are what connectors of kind output lead to, and what patterns mean that match no other column.
     """
-    made = dict.fromkeys(_connectors(network, instances))
+    ends = dict.fromkeys(_connectors(network, instances))
     if not (patterns := list(patterns)):
-        return list(made)
-    taken = {flat.start for flat in (*network.flat_connections, *network.outputs)}
+        return list(ends)
+    recorded = {flat.start for flat in (*network.flat_connections, *network.outputs)}
     usual = [*network.inputs, *(flat.end[1] for flat in network.outputs)]
-    others: dict[str, End] = {}
+    by_address: dict[str, End] = {}
     for component, instance in instances.items():
         for name, v in instance.variables.items():
             end = component, name
             if v.type not in instance.forms:
                 continue
-            if v.causality in ("input", "output") or end in made or end in taken:
+            if v.causality in ("input", "output") or end in ends or end in recorded:
                 usual.append(f"{component}.{name}")
             else:
-                others[f"{component}.{name}"] = end
+                by_address[f"{component}.{name}"] = end
     for pattern in patterns:
         if not any(_means(pattern, address) for address in usual):
-            made |= dict.fromkeys(end for address, end in others.items() if _means(pattern, address))
-    return list(made)
+            ends |= dict.fromkeys(end for address, end in by_address.items() if _means(pattern, address))
+    return list(ends)
 
 
 def _connectors(network: Network, instances: Mapping[str, FmuInstance]) -> Iterator[End]:

@@ -19,15 +19,15 @@ class Extent:
     shape: tuple[int, ...] | None = None
 
 
-def fault(one: Extent, other: Extent) -> str | None:
+def fault(source: Extent, target: Extent) -> str | None:
     """Why a value does not pass from one to the other; sizes of 1 do not make a shape."""
-    if one.count != other.count:
-        return f"{one.shown} has {one.count} values and {other.shown} {other.count}"
-    shapes = [None if x.shape is None else tuple(d for d in x.shape if d != 1) for x in (one, other)]
+    if source.count != target.count:
+        return f"{source.shown} has {source.count} values and {target.shown} {target.count}"
+    shapes = [None if x.shape is None else tuple(d for d in x.shape if d != 1) for x in (source, target)]
     if None in shapes or shapes[0] == shapes[1]:
         return None
-    first, second = (" x ".join(map(str, x.shape or ())) for x in (one, other))
-    return f"{one.shown} is {first} in shape and {other.shown} {second}"
+    first, second = (" x ".join(map(str, x.shape or ())) for x in (source, target))
+    return f"{source.shown} is {first} in shape and {target.shown} {second}"
 
 
 def stated(type: Type | None, shown: str) -> Extent | None:
@@ -46,5 +46,5 @@ def check_sizes(source: Extent, hops: Sequence[Hop], target: Extent | None, wher
         yield target, where
 
     for extent, place in passed():
-        if extent is not None and (told := fault(source, extent)):
-            raise PackageError(f"{place}: {told}")
+        if extent is not None and (mismatch := fault(source, extent)):
+            raise PackageError(f"{place}: {mismatch}")

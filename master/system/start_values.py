@@ -46,7 +46,7 @@ def resolve(
 
     With `system`, the name of one of its own inputs means that input; `connectors` are such names to hint at.
     """
-    made = []
+    values = []
     for address, value in changes if system is None else expanded(changes, system.network, instances, prefix):
         where = f"{prefix}{address}={value}"
         meant = targets(address, instances, system)
@@ -58,10 +58,10 @@ def resolve(
                 has = f"component '{component}' has no parameter '{name}'"
                 raise UnknownNameError(f"{where}: {has}{hint(name, instances, component)}")
             if component:
-                made.append(_checked(instances[component], name, value, where))
+                values.append(_checked(instances[component], name, value, where))
             elif system is not None:
-                made.append(_own(system, name, value, where))
-    return made
+                values.append(_own(system, name, value, where))
+    return values
 
 
 def hint(name: str, instances: Mapping[str, FmuInstance], component: str = "", connectors: Iterable[str] = ()) -> str:
@@ -70,23 +70,25 @@ def hint(name: str, instances: Mapping[str, FmuInstance], component: str = "", c
     connectors: names of the system's own, which may be meant where no component is named.
     """
     names = {c: [n for n in instance.variables if instance.settable(n)] for c, instance in instances.items()}
-    everywhere = list(dict.fromkeys(n for own in names.values() for n in own))
+    everywhere = list(dict.fromkeys(n for of_component in names.values() for n in of_component))
     if component and name not in everywhere and (near := _nearest(name, names[component])):
         return f"; did you mean '{near}'?"
-    addresses = [] if component else [*connectors, *(f"{c}.{n}" for c, own in names.items() for n in own)]
+    addresses = (
+        [] if component else [*connectors, *(f"{c}.{n}" for c, of_component in names.items() for n in of_component)]
+    )
     near = name if name in everywhere else _nearest(name, [*addresses, *everywhere])
-    owners = [c for c, own in names.items() if near in own]
+    owners = [c for c, of_component in names.items() if near in of_component]
     whose = f"{', '.join(map(repr, owners[:MOST_OWNERS]))}{' and others' if len(owners) > MOST_OWNERS else ''}"
     if near == name and owners:
         return f"; '{near}' is a parameter of {whose}"
     return f"; did you mean '{near}'{f' of {whose}' if owners else ''}?" if near else ""
 
 
-def _nearest(name: str, known: Sequence[str]) -> str:
+def _nearest(name: str, names: Sequence[str]) -> str:
     """The known name that is most like one, or that it has a unit behind: name_kg, name [kg]; '' if there is none."""
-    if close := get_close_matches(name, known, n=1, cutoff=0.6):
+    if close := get_close_matches(name, names, n=1, cutoff=0.6):
         return close[0]
-    begins = [n for n in known if name.startswith(n) and name[len(n) : len(n) + 1] in tuple(" _[(")]
+    begins = [n for n in names if name.startswith(n) and name[len(n) : len(n) + 1] in tuple(" _[(")]
     return max(begins, key=len, default="")
 
 
@@ -112,15 +114,15 @@ def expanded(
                     at = replace(at, unit=None, items=at.items or known_items)
                     parts = _parts(value, bool(instance.variables[name].dimensions) and at.family != TEXT)
                     values = [parsed(part, at, at.shown, where) for part in parts]
-                    given = tuple(values) if len(values) > 1 or instance.variables[name].dimensions else values[0]
+                    start = tuple(values) if len(values) > 1 or instance.variables[name].dimensions else values[0]
                 elif named is None:
-                    given = instance.checked(name, value, where, limited=False)
-                elif (given := _item(hops, value)) not in {*named, *(target.items or {})}:  # mapped by its name
-                    known = ", ".join(map(str, named))
-                    raise UsageError(f"{where}: '{address}' is mapped by the names of its items: {known}")
+                    start = instance.checked(name, value, where, limited=False)
+                elif (start := _item(hops, value)) not in {*named, *(target.items or {})}:  # mapped by its name
+                    item_names = ", ".join(map(str, named))
+                    raise UsageError(f"{where}: '{address}' is mapped by the names of its items: {item_names}")
                 kind = target.type if named is None else "Enumeration"
                 source = at if named is None and at is not None else Quantity(kind, None, known_items)
-                reached = converted(given, source, hops, target, where)
+                reached = converted(start, source, hops, target, where)
             yield f"{component}.{name}", reached
 
 
@@ -161,17 +163,17 @@ def bound_values(network: Network, instances: Mapping[str, FmuInstance], finding
 
     Those of components that are not among the instances are left out.
     """
-    made: list[Value] = []
+    bound: list[Value] = []
     hints = HINTS
     settings = [s for s in network.settings if s.component in instances]
-    found = {(s.where, s.name) for s in settings if s.variable in instances[s.component].variables}
+    existing = {(s.where, s.name) for s in settings if s.variable in instances[s.component].variables}
     wrong: set[tuple[str, str]] = set()
     for s in settings:
         instance = instances[s.component]
         if (s.where, s.name) in wrong:
             continue
         if s.variable not in instance.variables:
-            if s.name and (s.where, s.name) in found:
+            if s.name and (s.where, s.name) in existing:
                 continue  # the name means another variable
             meant = hint(s.variable, instances, s.component) if hints > 0 else ""
             hints -= 1
@@ -181,10 +183,10 @@ def bound_values(network: Network, instances: Mapping[str, FmuInstance], finding
             continue
         value = findings.attempt(_bound, network, instance, s, findings.warnings)
         if value is not None:
-            made.append(value)
+            bound.append(value)
         elif instance.settable(s.variable) or instance.variables[s.variable].type not in instance.forms:
             wrong.add((s.where, s.name))
-    return made
+    return bound
 
 
 def _bound(network: Network, instance: FmuInstance, s: Setting, remarks: list[str]) -> Value | None:
@@ -196,9 +198,9 @@ def _bound(network: Network, instance: FmuInstance, s: Setting, remarks: list[st
         remarks.append(f"{_not_settable(instance, s.variable, s.where)}; the value is ignored")
         return None
     target = _target(network, instance, s.variable)
-    given, size = stated(s.type, f"the value of '{s.name or s.variable}'"), instance.size(s.variable)
-    if given is not None and given.count == size:
-        check_sizes(given, s.hops, Extent(target.shown, size, instance.shape(s.variable)), s.where)
+    extent, size = stated(s.type, f"the value of '{s.name or s.variable}'"), instance.size(s.variable)
+    if extent is not None and extent.count == size:
+        check_sizes(extent, s.hops, Extent(target.shown, size, instance.shape(s.variable)), s.where)
     value = converted(s.value, _quantity(s), s.hops, target, s.where, remarks.append)
     return _from(s, _checked(instance, s.variable, value, s.where))
 
@@ -212,8 +214,8 @@ def _from(s: Setting, value: Value) -> Value:
 
 def idle(network: Network, values: Iterable[Value]) -> list[str]:
     """Remarks on inputs at the end of ways that nothing drives and that have not been given a value."""
-    given = {(v.component, v.variable) for v in values}
-    return [told for end, told in network.idle.items() if end not in given]
+    with_values = {(v.component, v.variable) for v in values}
+    return [text for end, text in network.idle.items() if end not in with_values]
 
 
 def _target(network: Network, instance: FmuInstance, name: str) -> Quantity:
@@ -233,11 +235,11 @@ def given_values(
     network: Network, system: System, remark: Callable[[str], None] = lambda _: None
 ) -> list[Value]:
     """Values that the package binds to inputs of the whole system."""
-    made = []
+    values = []
     for s in network.given:
         value = converted(s.value, _quantity(s), s.hops, system.quantities.input_quantity(s.variable), s.where, remark)
-        made.append(_from(s, _own(system, s.variable, value, s.where)))
-    return made
+        values.append(_from(s, _own(system, s.variable, value, s.where)))
+    return values
 
 
 def _own(system: System, name: str, value: Any, where: str) -> Value:

@@ -41,18 +41,18 @@ class StepProgram:
         earlier one takes from does not come before it, for that one takes what there was before the step.
         """
         level: dict[str, int] = {}
-        made: list[list[str]] = []
+        levels: list[list[str]] = []
         takes: dict[str, list[str]] = {}
         for name in order:
             givers = [k.source.component for k in self._connections.into(name)]
-            own = max((level[g] + 1 for g in givers if g in level), default=0)
-            own = max([own, *(level[other] for other in takes.get(name, ()))])
-            level[name] = own
+            lowest = max((level[g] + 1 for g in givers if g in level), default=0)
+            lowest = max([lowest, *(level[other] for other in takes.get(name, ()))])
+            level[name] = lowest
             for giver in givers:
                 takes.setdefault(giver, []).append(name)
-            made += [[] for _ in range(own + 1 - len(made))]
-            made[own].append(name)
-        return made
+            levels += [[] for _ in range(lowest + 1 - len(levels))]
+            levels[lowest].append(name)
+        return levels
 
     def is_continuous(self, link: SignalConnection) -> bool:
         """Whether a link carries a continuous real from an output, which may be carried on and averaged."""
@@ -71,9 +71,9 @@ class StepProgram:
         if not self.is_continuous(link) or not link.target.component:
             return False
         variables = self.instances[link.target.component].variables
-        own = variables[link.target.name]
+        variable = variables[link.target.name]
         return not any(
-            variables[k.target.name].derivative is own and self.is_continuous(k)
+            variables[k.target.name].derivative is variable and self.is_continuous(k)
             for k in self.links_to(link.target.component)
         )
 

@@ -18,7 +18,7 @@ def strongly_connected_components(edges: Mapping[Node, Iterable[Node]]) -> list[
     low: dict[Node, int] = {}
     stack: list[Node] = []
     on: set[Node] = set()
-    found: list[set[Node]] = []
+    components: list[set[Node]] = []
     for root in edges:
         if root in index:
             continue
@@ -42,7 +42,7 @@ def strongly_connected_components(edges: Mapping[Node, Iterable[Node]]) -> list[
                         if last == node:
                             break
                     if len(members) > 1 or node in edges.get(node, ()):
-                        found.append(members)
+                        components.append(members)
             elif child not in index:
                 index[child] = low[child] = len(index)
                 stack.append(child)
@@ -50,7 +50,7 @@ def strongly_connected_components(edges: Mapping[Node, Iterable[Node]]) -> list[
                 work.append((child, iter(sorted(edges.get(child, ())))))
             elif child in on:
                 low[node] = min(low[node], index[child])
-    return found
+    return components
 
 
 def in_order(edges: Mapping[Node, Iterable[Node]]) -> list[Node]:
@@ -58,4 +58,4 @@ def in_order(edges: Mapping[Node, Iterable[Node]]) -> list[Node]:
 
     Raises `graphlib.CycleError`.
     """
-    return list(TopologicalSorter({node: sorted(others) for node, others in edges.items()}).static_order())
+    return list(TopologicalSorter({node: sorted(sources) for node, sources in edges.items()}).static_order())

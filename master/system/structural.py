@@ -29,19 +29,21 @@ def configure(
 
     sizes = [s for s in network.settings if structural(s.component, s.variable)]
     values = bound_values(replace(network, settings=tuple(sizes)), instances, Findings())
-    left = []
+    changes_left = []
     for address, value in changes:
         component, name = split(address, instances)
         if any(structural(c, name) for c in ([component] if component else instances)):
-            found = resolve([(address, value)], instances)
-            values += [v for v in found if structural(v.component, v.variable)]
-            left += [(f"{v.component}.{v.variable}", value) for v in found if not structural(v.component, v.variable)]
+            found_values = resolve([(address, value)], instances)
+            values += [v for v in found_values if structural(v.component, v.variable)]
+            changes_left += [
+                (f"{v.component}.{v.variable}", value) for v in found_values if not structural(v.component, v.variable)
+            ]
         else:
-            left.append((address, value))
+            changes_left.append((address, value))
     for v in values:
         instances[v.component].configure(v.variable, v.value)
-    others = [s for s in network.settings if not structural(s.component, s.variable)]
-    return replace(network, settings=tuple(_in_force(others, instances, left))), left, values
+    settings = [s for s in network.settings if not structural(s.component, s.variable)]
+    return replace(network, settings=tuple(_in_force(settings, instances, changes_left))), changes_left, values
 
 
 def _in_force(

@@ -30,12 +30,12 @@ class System:
         self.network, self.instances = network, instances
         self.remarks: list[str] = []
         self.layout = SignalLayout()
-        wanted: dict[str, set[str]] = {name: set() for name in instances}
+        to_record: dict[str, set[str]] = {name: set() for name in instances}
         for component, name in (*(flat.start for flat in (*network.flat_connections, *network.outputs)), *recorded):
-            if component in wanted:
-                wanted[component].add(name)
+            if component in to_record:
+                to_record[component].add(name)
         for name, instance in instances.items():
-            self.layout.lay_out(instance, wanted[name])
+            self.layout.lay_out(instance, to_record[name])
         self.quantities = quantities = Quantities(network, instances, self.remarks)
         self.own_inputs = {
             name: self.layout.own_input(name, quantities.input_quantity(name), network, instances)

@@ -31,7 +31,7 @@ def tree(network: Network, system: System | None = None) -> str:
         lines.append(_flat(flat))
     lines += map(_flat, network.outputs)
     if structure.unused:
-        lines += ["", "annotations that are not used", *(f"  {told}" for told in structure.unused)]
+        lines += ["", "annotations that are not used", *(f"  {annotation}" for annotation in structure.unused)]
     if structure.records:
         lines += ["", "told beside it, and not carried out"]
     for record in structure.records:
@@ -50,11 +50,11 @@ def _flat(flat: FlatConnection) -> str:
 
 
 def _sets(bindings: Iterable[Binding], indent: str) -> list[str]:
-    made = []
+    lines = []
     for binding in bindings:
         names = [f"{binding.prefix}{p.name} = {_brief(p.value)}{_unit(p.type)}" for p in binding.parameters]
-        made.append(f"{indent}sets: {listed(names)}")
-    return made
+        lines.append(f"{indent}sets: {listed(names)}")
+    return lines
 
 
 def _unit(type: Type | None) -> str:
@@ -69,16 +69,16 @@ def _brief(value: object) -> str:
 
 
 def _on_the_way(flat: FlatConnection) -> str:
-    told = []
+    texts = []
     for hop in flat.hops:
         t = hop.transformation
         if isinstance(t, Linear):
-            told.append(f"{t.factor:g} x {'+' if t.offset >= 0 else '-'} {abs(t.offset):g}")
+            texts.append(f"{t.factor:g} x {'+' if t.offset >= 0 else '-'} {abs(t.offset):g}")
         elif t is not None:
-            told.append(f"{t.kind.lower()}s " + listed([f"{a!s} -> {b!s}" for a, b in t.entries.items()]))
+            texts.append(f"{t.kind.lower()}s " + listed([f"{a!s} -> {b!s}" for a, b in t.entries.items()]))
         if hop.between:
-            told.append(hop.between + _unit(hop.type))
-    return f"  ({'; '.join(told)})" if told else ""
+            texts.append(hop.between + _unit(hop.type))
+    return f"  ({'; '.join(texts)})" if texts else ""
 
 
 def _sum(terms: Iterable[tuple[str, float]], offset: float) -> str:
@@ -117,6 +117,6 @@ def _about(element: Component, path: str, system: System | None) -> str:
     counts: dict[str, int] = {}
     for v in instance.variables.values():
         counts[v.causality or "local"] = counts.get(v.causality or "local", 0) + 1
-    known = ("input", "output", "parameter", "calculatedParameter", "structuralParameter")
-    kinds = [f"{counts[k]} {k}{'s' if counts[k] > 1 else ''}" for k in known if k in counts]
+    causalities = ("input", "output", "parameter", "calculatedParameter", "structuralParameter")
+    kinds = [f"{counts[k]} {k}{'s' if counts[k] > 1 else ''}" for k in causalities if k in counts]
     return f"{element.source.name} (FMI {instance.version}; {', '.join(kinds)})"

@@ -66,7 +66,7 @@ class ValueConversion:
         """As one operation of the engine."""
         factor, offset = 1.0, 0.0
         whole: list[Within | Mapped] = []
-        here, have = source, values_of(source)
+        current, have = source, values_of(source)
         for stage in (*self.stages, Stage(reached=target)):
             for step in stage.steps:
                 if isinstance(step, dict):
@@ -75,12 +75,12 @@ class ValueConversion:
                 else:
                     factor, offset = step[0] * factor, step[0] * offset + step[1]
             at = stage.reached
-            if at is None or here.family != INTEGER:
+            if at is None or current.family != INTEGER:
                 continue
             if at.family == INTEGER and (factor, offset) != (1.0, 0.0):
                 raise PackageError(f"{where}: {source.shown} is {source.type}: it cannot be scaled")
-            whole += _guard(here, have, at, at is target)
-            here, have = at, values_of(at)
+            whole += _guard(current, have, at, at is target)
+            current, have = at, values_of(at)
         return SlotConversion(factor, offset, tuple(whole), source.family == INTEGER and target.family == REAL)
 
     def apply(self, value: Scalar, check: Callable[[Scalar, Quantity], None] = lambda _value, _at: None) -> Scalar:
@@ -110,17 +110,17 @@ def _mapped(have: range | frozenset[int], table: dict[int, int]) -> range | froz
     """What a table makes of values; of a range no less than the range."""
     if isinstance(have, frozenset):
         return frozenset(table.get(v, v) for v in have)
-    made = [int(v) for v in table.values()]
-    return range(min(have.start, *made), max(have.stop, *(v + 1 for v in made)))
+    targets = [int(v) for v in table.values()]
+    return range(min(have.start, *targets), max(have.stop, *(v + 1 for v in targets)))
 
 
-def _guard(here: Quantity, have: range | frozenset[int], at: Quantity, is_end: bool) -> Iterator[Within | Mapped]:
+def _guard(current: Quantity, have: range | frozenset[int], at: Quantity, is_end: bool) -> Iterator[Within | Mapped]:
     """What keeps values away that are none of what takes them; at the end the FMI call does so for narrow types.
 
     UInt64 lies in the same 64 bits as the others, which agree where the first of them is 0.
     """
     may = values_of(at) if at.family == INTEGER else LIMITS_OF_SLOTS
-    if (here.type == "UInt64") != (at.type == "UInt64"):
+    if (current.type == "UInt64") != (at.type == "UInt64"):
         may = may if isinstance(may, frozenset) else range(max(may.start, 0), min(may.stop, LIMITS_OF_SLOTS.stop))
         have = have if isinstance(have, frozenset) else LIMITS_OF_SLOTS
     elif is_end and isinstance(may, range) and at.type not in ("Int64", "UInt64"):
@@ -136,13 +136,13 @@ LIMITS_OF_SLOTS = range(LIMITS["Int64"][0], LIMITS["Int64"][1] + 1)
 """What the engine keeps of whole numbers."""
 
 
-def _ahead(hops: Sequence[Hop], told: Callable[[Hop], T | None], end: T | None) -> T | None:
+def _ahead(hops: Sequence[Hop], of_hop: Callable[[Hop], T | None], end: T | None) -> T | None:
     """What a connector that does not say it has from what it leads to, as long as the value passes on as it is."""
     for k, hop in enumerate(hops):
         if k > 0 and (hop.transformation is not None or hop.suppress_unit_conversion):
             return None
-        if found := told(hop):
-            return found
+        if stated := of_hop(hop):
+            return stated
     return end
 
 
@@ -152,7 +152,7 @@ def value_conversion(
     """The way of a value. Raises `PackageError` for units or, if strict, types that do not fit."""
     stages: list[Stage] = []
     remarks: list[str] = []
-    unit, here = source.unit, source
+    unit, current = source.unit, source
     for i, hop in enumerate(hops):
         last = i == len(hops) - 1
         looks = last or isinstance(hop.transformation, Linear)
@@ -161,11 +161,11 @@ def value_conversion(
             reached = next((u for u in (target.unit, source.unit) if u is not None and u.name == reached.name), reached)
         looks = last or hop.transformation is not None
         items = _ahead(hops[i:], lambda h: h.enumeration, target.items) if looks else hop.enumeration
-        said, own = hop.unit, target.unit
-        if last and said is not None and own is not None and said.name != own.name and not alike(said, own):
+        stated, fmu = hop.unit, target.unit
+        if last and stated is not None and fmu is not None and stated.name != fmu.name and not alike(stated, fmu):
             remarks.append(
-                f"{hop.where or where}: the package says {target.shown} is in {said.name}, its FMU says "
-                f"{own.name}; the package's word counts"
+                f"{hop.where or where}: the package says {target.shown} is in {stated.name}, its FMU says "
+                f"{fmu.name}; the package's word counts"
             )
         steps: list[Step] = []
         if _shifts_in_doubt(hop, unit, reached, target):
@@ -190,23 +190,23 @@ def value_conversion(
         if reached is not None or hop.suppress_unit_conversion:
             unit = reached
         at = between(hop)
-        takes = at or (target if last else replace(here, shown=target.shown))
-        steps += _transformation(hop, here, replace(takes, items=items), target, hop.where or where)
-        if isinstance(hop.transformation, Linear) and here.type != "Boolean":
-            here = replace(here, type="Real")
+        takes = at or (target if last else replace(current, shown=target.shown))
+        steps += _transformation(hop, current, replace(takes, items=items), target, hop.where or where)
+        if isinstance(hop.transformation, Linear) and current.type != "Boolean":
+            current = replace(current, type="Real")
         if isinstance(hop.transformation, Table):
-            here = replace(here, items=items or here.items)
+            current = replace(current, items=items or current.items)
         if strict and at is not None:
-            _check(here, at, hop.where or where, named=not isinstance(hop.transformation, Table))
+            _check(current, at, hop.where or where, named=not isinstance(hop.transformation, Table))
         if at is not None:
-            kept = here.items if at.type == "Enumeration" else None
-            at = here = replace(at, items=items or kept)
+            kept_items = current.items if at.type == "Enumeration" else None
+            at = current = replace(at, items=items or kept_items)
         elif not last:
-            here = replace(here, items=items or here.items)
+            current = replace(current, items=items or current.items)
         stages.append(Stage(tuple(steps), at))
     if strict:
         named = not hops or not isinstance(hops[-1].transformation, Table)
-        _check(here if here.family != TEXT or len(hops) > 1 else source, target, where, named)
+        _check(current if current.family != TEXT or len(hops) > 1 else source, target, where, named)
     return ValueConversion(tuple(stages), tuple(remarks))
 
 
@@ -247,30 +247,30 @@ def _transformation(hop: Hop, source: Quantity, takes: Quantity, target: Quantit
         raise PackageError(f"{where}: a boolean mapping needs a boolean; {source.shown} is {source.type}")
     if t.kind != "Enumeration":
         may, (low, high) = values_of(takes), LIMITS.get(source.type, LIMITS["Int64"])
-        made = {int(k): int(v) for k, v in t.entries.items() if low <= int(k) <= high}  # others are ignored (SSP)
-        if source.type != "UInt64" and (large := next((v for v in made.values() if v >= 2**63), None)):
+        table = {int(k): int(v) for k, v in t.entries.items() if low <= int(k) <= high}  # others are ignored (SSP)
+        if source.type != "UInt64" and (large := next((v for v in table.values() if v >= 2**63), None)):
             raise PackageError(f"{where}: {large} needs a UInt64, {source.shown} is {source.type}")
-        if (wrong := next((v for v in made.values() if v not in may), None)) is not None:
-            known = f"; it has {', '.join(f'{n} ({k})' for n, k in takes.items.items())}" if takes.items else ""
-            raise PackageError(f"{where}: {wrong} is not a value of {takes.shown}, which is {takes.type}{known}")
-        return [made] if made else []
-    made = {}
-    items, there = source.items, takes.items
+        if (wrong := next((v for v in table.values() if v not in may), None)) is not None:
+            items_text = f"; it has {', '.join(f'{n} ({k})' for n, k in takes.items.items())}" if takes.items else ""
+            raise PackageError(f"{where}: {wrong} is not a value of {takes.shown}, which is {takes.type}{items_text}")
+        return [table] if table else []
+    table = {}
+    items, target_items = source.items, takes.items
     for key, value in t.entries.items():
-        for name, known_items, which in ((key, items, source), (value, there, takes)):
+        for name, known_items, side in ((key, items, source), (value, target_items, takes)):
             if known_items is None:
-                raise PackageError(f"{where}: the items of {which.shown} are not known, so '{name!s}' cannot be mapped")
+                raise PackageError(f"{where}: the items of {side.shown} are not known, so '{name!s}' cannot be mapped")
             if name not in known_items:
-                raise PackageError(f"{where}: {which.shown} has no item '{name!s}'; it has {', '.join(known_items)}")
+                raise PackageError(f"{where}: {side.shown} has no item '{name!s}'; it has {', '.join(known_items)}")
         assert items is not None
-        assert there is not None
-        made[items[str(key)]] = there[str(value)]
+        assert target_items is not None
+        table[items[str(key)]] = target_items[str(value)]
     for name, number in (items or {}).items():  # what is not mapped keeps its name
         if name not in t.entries:
-            if there is None or name not in there:
+            if target_items is None or name not in target_items:
                 raise PackageError(f"{where}: {takes.shown} has no item '{name}', which {source.shown} has unmapped")
-            made[number] = there[name]
-    return [made]
+            table[number] = target_items[name]
+    return [table]
 
 
 def _check(source: Quantity, target: Quantity, where: str, named: bool = True) -> None:
@@ -294,12 +294,12 @@ def _check_types(source: Quantity, target: Quantity, where: str) -> None:
 def _check_items(source: Quantity, target: Quantity, where: str) -> None:
     if source.items is None or target.items is None or source.items == target.items:
         return
-    there = {v: k for k, v in target.items.items()}
+    names = {v: k for k, v in target.items.items()}
     for name, value in source.items.items():
-        if there.get(value) != name:
+        if names.get(value) != name:
             raise PackageError(
                 f"{where}: item '{name}' ({value}) of {source.shown} is "
-                f"{repr(there[value]) if value in there else 'missing'} in {target.shown}; give an "
+                f"{repr(names[value]) if value in names else 'missing'} in {target.shown}; give an "
                 "EnumerationMappingTransformation"
             )
 
@@ -364,15 +364,15 @@ def converted(
         if at.family == TEXT or (source.type == "Boolean") != (at.type == "Boolean"):
             raise ParameterError(f"{where}: the value is {source.type}, {at.shown} is {at.type}")
         if at.family == INTEGER and (int(v) != v or int(v) not in values_of(at)):
-            known = f"; it has {', '.join(at.items)}" if at.items else ""
-            raise ParameterError(f"{where}: {float(v):g} is not a value of {at.shown}, which is {at.type}{known}")
+            item_text = f"; it has {', '.join(at.items)}" if at.items else ""
+            raise ParameterError(f"{where}: {float(v):g} is not a value of {at.shown}, which is {at.type}{item_text}")
 
     values = value if isinstance(value, tuple) else (value,)
-    made = []
+    results = []
     for v in values:
         reached = way.apply(v, check)
-        made.append(bool(reached) if isinstance(v, bool) else reached)
-    return tuple(made) if isinstance(value, tuple) else made[0]
+        results.append(bool(reached) if isinstance(v, bool) else reached)
+    return tuple(results) if isinstance(value, tuple) else results[0]
 
 
 def _check_sizes(value: Value, hops: Sequence[Hop], where: str) -> None:
@@ -395,8 +395,8 @@ def _item(value: str, source: Quantity, hops: Sequence[Hop], target: Quantity, w
                 items = hop.enumeration
             continue
         if not isinstance(t, Table) or t.kind == "Boolean":
-            what = "scaled" if isinstance(t, Linear) else "mapped as a boolean"
-            raise ParameterError(f"{place}: the item '{value}' for {target.shown} cannot be {what}")
+            verb = "scaled" if isinstance(t, Linear) else "mapped as a boolean"
+            raise ParameterError(f"{place}: the item '{value}' for {target.shown} cannot be {verb}")
         if t.kind == "Enumeration":
             if number is not None:
                 value = next((name for name, k in (items or {}).items() if k == number), value)
@@ -404,8 +404,8 @@ def _item(value: str, source: Quantity, hops: Sequence[Hop], target: Quantity, w
         else:
             if number is None:
                 if items is None or value not in items:
-                    known = f"; known: {', '.join(items)}" if items else ""
-                    raise ParameterError(f"{place}: the number of the item '{value}' is not known{known}")
+                    item_text = f"; known: {', '.join(items)}" if items else ""
+                    raise ParameterError(f"{place}: the number of the item '{value}' is not known{item_text}")
                 number = items[value]
             number = int(t.entries.get(number, number))
         items = hop.enumeration
@@ -417,5 +417,5 @@ def _item(value: str, source: Quantity, hops: Sequence[Hop], target: Quantity, w
         return value
     if target.items is None and source.items and value in source.items:
         return source.items[value]
-    known = f"; it has {', '.join(target.items)}" if target.items else ""
-    raise ParameterError(f"{where}: {target.shown} has no item '{value}'{known}")
+    item_text = f"; it has {', '.join(target.items)}" if target.items else ""
+    raise ParameterError(f"{where}: {target.shown} has no item '{value}'{item_text}")
