@@ -104,7 +104,7 @@ class Network:
     parts: dict[str, Part]
     flat_connections: tuple[FlatConnection, ...]
     """To inputs, during a run; a start at path '' is an input of the whole system."""
-    early: tuple[FlatConnection, ...]
+    parameter_connections: tuple[FlatConnection, ...]
     """From calculated parameters to parameters, before it."""
     outputs: tuple[FlatConnection, ...]
     """What the top-level system's outputs show; the end is ('', connector)."""
@@ -112,18 +112,18 @@ class Network:
     """The top-level system's inputs."""
     settings: tuple[Setting, ...]
     """In the order in which they are made; later ones win."""
-    given: tuple[Setting, ...]
+    input_settings: tuple[Setting, ...]
     """The same for inputs of the top-level system: the component is ''."""
     connectors: dict[str, tuple[Target, ...]] = field(default_factory=dict)
     """What a value for a connector of a system sets, by its name with the path of its system; not for own inputs."""
     remarks: tuple[str, ...] = ()
     """What is harmless but hardly meant: bindings of names that nothing has, connectors that lead nowhere."""
-    idle: dict[End, str] = field(default_factory=dict)
+    undriven: dict[End, str] = field(default_factory=dict)
     """What to tell of the inputs at the end of ways that nothing drives, unless they are given a value."""
 
     def connects(self, end: End) -> bool:
         """Whether a connection brings something to a variable of a component, or takes something from it."""
-        flat_connections = (*self.flat_connections, *self.early, *self.outputs)
+        flat_connections = (*self.flat_connections, *self.parameter_connections, *self.outputs)
         ways = (way for targets in self.connectors.values() for way in targets)
         return any(end in (w.start, w.end) for w in flat_connections) or any(end == way[:2] for way in ways)
 
@@ -136,11 +136,11 @@ class Network:
         return replace(
             self,
             flat_connections=tuple(filter(kept, self.flat_connections)),
-            early=tuple(filter(kept, self.early)),
+            parameter_connections=tuple(filter(kept, self.parameter_connections)),
             outputs=tuple(filter(kept, self.outputs)),
         )
     @cached_property
-    def leads(self) -> dict[str, list[FlatConnection]]:
+    def from_inputs(self) -> dict[str, list[FlatConnection]]:
         """The flat connections that begin at each of the top-level system's inputs."""
         by_input: dict[str, list[FlatConnection]] = {}
         for flat in self.flat_connections:
@@ -161,7 +161,7 @@ class Network:
             self,
             parts={path: part for path, part in self.parts.items() if path in paths},
             flat_connections=tuple(filter(kept, self.flat_connections)),
-            early=tuple(filter(kept, self.early)),
+            parameter_connections=tuple(filter(kept, self.parameter_connections)),
             outputs=tuple(filter(kept, self.outputs)),
             settings=tuple(s for s in self.settings if s.component in paths),
         )

@@ -88,7 +88,7 @@ class _Flattener:
     undecided: list[tuple[Node, Node, Connection]] = field(default_factory=list)
     """Connections between ends that may both give or take."""
     remarks: list[str] = field(default_factory=list)
-    idle: dict[End, str] = field(default_factory=dict)
+    undriven: dict[End, str] = field(default_factory=dict)
     _named: dict[int, tuple[Sequence[Any], dict[str, Any]]] = field(default_factory=dict)
     """Connectors or elements, and each by its name."""
 
@@ -103,17 +103,17 @@ class _Flattener:
         self.walk(root, "", {})
         self.decide()
         settings: list[Setting] = []
-        given: list[Setting] = []
-        self.bind(root, "", settings, given)
+        input_settings: list[Setting] = []
+        self.bind(root, "", settings, input_settings)
         flat_connections: list[FlatConnection] = []
-        early: list[FlatConnection] = []
+        parameter_connections: list[FlatConnection] = []
         takes = ("input", "inout", "unspecified")
         candidates = {c.name: c for c in root.connectors if c.kind in takes and not _is_clock(c)}
         for node in list(self.drivers):
             if node[0] == "component":
                 for flat in self.trace(node):
                     if flat.start[0] or flat.start[1] in candidates:
-                        (early if self.kinds.get(node) in EARLY else flat_connections).append(flat)
+                        (parameter_connections if self.kinds.get(node) in EARLY else flat_connections).append(flat)
         outputs: list[FlatConnection] = []
         for connector in root.connectors:
             node = ("system", "", connector.name)
@@ -128,17 +128,17 @@ class _Flattener:
                     ))  # fmt: skip
         driving = {w.start[1] for w in flat_connections if not w.start[0]}
         inputs = {name: c for name, c in candidates.items() if c.kind == "input" or name in driving}
-        self.calculated(early, settings)
+        self.calculated(parameter_connections, settings)
         return Network(
-            self.structure, self.parts, tuple(flat_connections), tuple(early), tuple(outputs), inputs, tuple(settings),
-            tuple(given),
+            self.structure, self.parts, tuple(flat_connections), tuple(parameter_connections), tuple(outputs), inputs,
+            tuple(settings), tuple(input_settings),
             {name: tuple(self.behind(node, ())) for name, node in self.names().items() if name not in inputs},
-            (*self.structure.remarks, *self.structure.notes, *self.remarks), self.idle,
+            (*self.structure.remarks, *self.structure.notes, *self.remarks), self.undriven,
         )  # fmt: skip
 
-    def calculated(self, early: Sequence[FlatConnection], settings: Sequence[Setting]) -> None:
+    def calculated(self, parameter_connections: Sequence[FlatConnection], settings: Sequence[Setting]) -> None:
         """Remark values that are bound to parameters which other components calculate."""
-        by = {flat.end: flat for flat in early if flat.start[0]}
+        by = {flat.end: flat for flat in parameter_connections if flat.start[0]}
         for s in settings:
             if (flat := by.get((s.component, s.variable))) is not None:
                 self.remarks.append(
@@ -425,7 +425,7 @@ class _Flattener:
                 continue
             if node[0] in ("dictionary", "border") or (node[0] == "system" and node[1] != ""):
                 text = f"{_what(node, way.start_at)} leads to {_what(sink, way.end_at)}, but nothing gives it a value"
-                self.idle[end] = f"{way.hops[0].where}: {text}"
+                self.undriven[end] = f"{way.hops[0].where}: {text}"
                 continue
             type = self.types.get(node)
             start = (node[1] if node[0] == "component" else "", node[2])
@@ -437,7 +437,7 @@ class _Flattener:
 
     # parameters
 
-    def bind(self, system: System, path: str, settings: list[Setting], given: list[Setting]) -> None:
+    def bind(self, system: System, path: str, settings: list[Setting], input_settings: list[Setting]) -> None:
         """Settings of a system: those of its elements first, its own override them."""
         for element in system.elements:
             inner = f"{path}{element.name}"
@@ -446,7 +446,7 @@ class _Flattener:
                     for setting in self.values(binding):
                         settings.append(replace(setting, component=inner))
             elif isinstance(element, System):
-                self.bind(element, f"{inner}.", settings, given)
+                self.bind(element, f"{inner}.", settings, input_settings)
         direct: list[Setting] = []
         connected: list[Setting] = []
         for binding in system.bindings:
@@ -457,7 +457,7 @@ class _Flattener:
                 for component, variable, hops in targets:
                     target_setting = replace(setting, component=component, variable=variable, hops=hops)
                     chosen = connected if hops[len(setting.hops) :] else direct
-                    (chosen if component else given).append(target_setting)
+                    (chosen if component else input_settings).append(target_setting)
         self.prefer(connected, direct)
         settings += [*direct, *connected]
 

@@ -125,7 +125,7 @@ class _Jacobian:
             try:
                 base, _ = self._steps(stepper, t, h, steps, outputs)
                 for j in inputs if name in self.at_once else ():
-                    slopes = self._told(stepper.instance, outputs, j)
+                    slopes = self._declared_slopes(stepper.instance, outputs, j)
                     if slopes is None:
                         if stepper.instance.has_failed:
                             stepper.restore(state)
@@ -173,7 +173,7 @@ class _Jacobian:
             outputs_after.append(c.outputs[outputs])
         return outputs_after, perturbation
 
-    def _told(self, instance: FmuInstance, outputs: Sequence[int], j: int) -> list[float] | None:
+    def _declared_slopes(self, instance: FmuInstance, outputs: Sequence[int], j: int) -> list[float] | None:
         """What an FMU says that its scalar outputs answer at once to an input."""
         signals = [self.coupling.ends[i][0] for i in outputs]
         if any(s.size > 1 or s.element is not None for s in (*signals, self.coupling.ends[j][1])):

@@ -30,7 +30,7 @@ from .loop_solver import AlgebraicLoop, in_turn, reader
 def early_order(system: System) -> list[str]:
     """Components in an order in which each gets the parameters that others calculate; `PackageError` for a circle."""
     graph: dict[str, set[str]] = {name: set() for name in system.instances}
-    for flat in system.connections.early:
+    for flat in system.connections.parameter_connections:
         graph[flat.end[0]].add(flat.start[0])
     try:
         return in_order(graph)
@@ -55,7 +55,7 @@ class Initialiser:
         self._loop = AlgebraicLoop(system, self._order)
         self._early = early_order(system)
         self._computed: dict[str, list[FlatConnection]] = {name: [] for name in self._early}
-        for flat in system.connections.early:
+        for flat in system.connections.parameter_connections:
             self._computed[flat.end[0]].append(flat)
         self._visits = self._visit_order()
         self._seen: set[str] = set()
@@ -81,7 +81,9 @@ class Initialiser:
             except _Refusal as refused:
                 self._begin_anew(refused)
                 buffer.reals[:], buffer.texts[:], system.values.unstarted = reals, texts, dict(unstarted)
-        self.remarks += [_told(instance) for instance in system.instances.values() if instance.readable != ALWAYS]
+        self.remarks += [
+            _late_remark(instance) for instance in system.instances.values() if instance.readable != ALWAYS
+        ]
         system.values.reflect()
         self.show()
 
@@ -228,7 +230,7 @@ class Initialiser:
         return in_turn(node for node in order if node in system.outputs)
 
 
-def _told(instance: FmuInstance) -> str:
+def _late_remark(instance: FmuInstance) -> str:
     """What to say of an FMU that does not let itself be read whenever something is set."""
     starts = "from before its inputs were set"
     if instance.readable == AFTER_STEPS:

@@ -273,8 +273,8 @@ class AlgebraicLoop:
         reals, targets = self.system.buffer.reals, self._targets
 
         def finite(left: np.ndarray) -> np.ndarray:
-            made: np.ndarray = np.nan_to_num(left, nan=1e30, posinf=1e30, neginf=-1e30)
-            return made
+            replaced: np.ndarray = np.nan_to_num(left, nan=1e30, posinf=1e30, neginf=-1e30)
+            return replaced
 
         def left(x: np.ndarray) -> np.ndarray:
             return finite(self._residual(x))
@@ -291,10 +291,10 @@ class AlgebraicLoop:
         def slopes(x: np.ndarray) -> np.ndarray:
             shifted, returned = x + SMALL * np.maximum(np.abs(x), 1.0), self._round_trip(x * size)
             residual_here = finite(returned - x * size) / size
-            made = self._single.residuals(
+            shifted_residuals = self._single.residuals(
                 x * size, returned, shifted * size, lambda left, rows: finite(left) / size[rows]
             )
-            slopes: np.ndarray = (made - residual_here[:, None]) / (shifted - x)
+            slopes: np.ndarray = (shifted_residuals - residual_here[:, None]) / (shifted - x)
             return slopes
 
         solution = root(lambda x: left(x * size) / size, start / size, jac=slopes, tol=1e-13)

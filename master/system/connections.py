@@ -56,9 +56,9 @@ class Connections:
         self.own_outputs: dict[str, Signal] = {}
         """The outputs of the whole system."""
         signal_connections: list[FlatConnection] = []
-        early: list[FlatConnection] = []
+        to_parameters: list[FlatConnection] = []
         for flat in network.flat_connections:
-            (early if self._is_parameter(flat.end) else signal_connections).append(flat)
+            (to_parameters if self._is_parameter(flat.end) else signal_connections).append(flat)
         self.links = self._apart(self._made(self._link, signal_connections))
         self._into: dict[str, list[SignalConnection]] = {name: [] for name in instances}
         for link in self.links:
@@ -70,11 +70,11 @@ class Connections:
         self._drivers: dict[tuple[bool, int], dict[int | None, SignalConnection]] = {}
         """What drives an input, or single values of it, by where it lies."""
         self._check_aliases()
-        early = [*network.early, *early]
-        self.early = [flat for flat in early if flat.start[0]]
+        to_parameters = [*network.parameter_connections, *to_parameters]
+        self.parameter_connections = [flat for flat in to_parameters if flat.start[0]]
         """Wires to parameters, which carry what calculated parameters are before the run."""
         self._check_early()
-        for flat in early:
+        for flat in to_parameters:
             if not flat.start[0] and network.inputs[flat.start[1]].kind == "input":
                 end = ".".join(flat.end)
                 findings.refuse(f"{flat.where}: the input '{flat.start[1]}' cannot drive the parameter '{end}'")
@@ -147,7 +147,7 @@ class Connections:
 
     def _check_early(self) -> None:
         """What flat connections to parameters need: variables that exist, types and units that fit."""
-        for flat in self.early:
+        for flat in self.parameter_connections:
             try:
                 for end in (flat.start, flat.end):
                     if end[0] not in self.instances:

@@ -75,7 +75,7 @@ class SignalLayout:
     ) -> Signal:  # fmt: skip
         """An input of the whole system; the sizes of an array are the package's, else those of what it leads to."""
         type = network.inputs[name].type
-        leads = network.leads.get(name, [])
+        leads = network.from_inputs.get(name, [])
         parted = any(w.start_at for w in leads)
         size = type.count if type is not None else None
         if size is not None:

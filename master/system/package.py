@@ -108,7 +108,7 @@ class _Fmus:
 
 def with_parameters(network: Network, files: Iterable[Path]) -> Network:
     """The network with parameter sets (.ssv) of the user's, named like --set, which win over the package's bindings."""
-    settings, input_settings, remarks = list(network.settings), list(network.given), list(network.remarks)
+    settings, input_settings, remarks = list(network.settings), list(network.input_settings), list(network.remarks)
     for file in files:
         for p in read_set(file, remarks.append):
             if p.name in network.inputs:
@@ -123,4 +123,4 @@ def with_parameters(network: Network, files: Iterable[Path]) -> Network:
                 hint = did_you_mean(p.name.partition(".")[0], list(network.parts))
                 raise UnknownNameError(f"{p.where}: '{p.name}' names no component of the package{hint}")
             settings += [Setting(c, v, p.value, p.type, (), p.where, p.name, by_user=True) for c, v in meant]
-    return replace(network, settings=tuple(settings), given=tuple(input_settings), remarks=tuple(remarks))
+    return replace(network, settings=tuple(settings), input_settings=tuple(input_settings), remarks=tuple(remarks))

@@ -45,7 +45,7 @@ class Quantities:
         """What the package says of an input of the whole system; what it leaves out is that of what it leads to."""
         type, shown = self.network.inputs[name].type, f"'{name}'"
         leads = []
-        for flat in self.network.leads.get(name, ()):
+        for flat in self.network.from_inputs.get(name, ()):
             if flat.end[1] in getattr(self.instances.get(flat.end[0]), "variables", ()):
                 leads.append(self._reached(flat))
         if type is None:

@@ -215,7 +215,7 @@ def _from(s: Setting, value: Value) -> Value:
 def idle(network: Network, values: Iterable[Value]) -> list[str]:
     """Remarks on inputs at the end of ways that nothing drives and that have not been given a value."""
     with_values = {(v.component, v.variable) for v in values}
-    return [text for end, text in network.idle.items() if end not in with_values]
+    return [text for end, text in network.undriven.items() if end not in with_values]
 
 
 def _target(network: Network, instance: FmuInstance, name: str) -> Quantity:
@@ -236,7 +236,7 @@ def given_values(
 ) -> list[Value]:
     """Values that the package binds to inputs of the whole system."""
     values = []
-    for s in network.given:
+    for s in network.input_settings:
         value = converted(s.value, _quantity(s), s.hops, system.quantities.input_quantity(s.variable), s.where, remark)
         values.append(_from(s, _own(system, s.variable, value, s.where)))
     return values

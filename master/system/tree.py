@@ -27,7 +27,7 @@ def tree(network: Network, system: System | None = None) -> str:
             for component, variable, hops in ways:
                 way = _on_the_way(FlatConnection(('', name), ('', ''), hops[1:]))
                 lines.append(f"  {name} -> {component}.{variable}{way}")
-    for flat in (*network.early, *network.flat_connections):
+    for flat in (*network.parameter_connections, *network.flat_connections):
         lines.append(_flat(flat))
     lines += map(_flat, network.outputs)
     if structure.unused:

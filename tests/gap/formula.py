@@ -48,7 +48,7 @@ class FormulaProblem:
     stop_requested: bool = False
     recorded: Observations | None = None
     asked: list[tuple[list[Point], list[Point]]] = field(default_factory=list)
-    """Points of each call of `answer`: at the fit's step, and exact."""
+    """Points of each call of `evaluate_both`: at the fit's step, and exact."""
 
     @property
     def samples(self) -> Observations:
