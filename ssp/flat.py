@@ -130,14 +130,14 @@ class Network:
     def without(self, ends: Collection[End]) -> Network:
         """The network without the flat connections that begin or end at some variables of components."""
 
-        def kept(flat: FlatConnection) -> bool:
+        def remains(flat: FlatConnection) -> bool:
             return flat.start not in ends and flat.end not in ends
 
         return replace(
             self,
-            flat_connections=tuple(filter(kept, self.flat_connections)),
-            parameter_connections=tuple(filter(kept, self.parameter_connections)),
-            outputs=tuple(filter(kept, self.outputs)),
+            flat_connections=tuple(filter(remains, self.flat_connections)),
+            parameter_connections=tuple(filter(remains, self.parameter_connections)),
+            outputs=tuple(filter(remains, self.outputs)),
         )
     @cached_property
     def from_inputs(self) -> dict[str, list[FlatConnection]]:
@@ -154,14 +154,14 @@ class Network:
             if path not in self.parts:
                 raise UnknownNameError(f"no component '{path}'{did_you_mean(path, list(self.parts))}")
 
-        def kept(flat: FlatConnection) -> bool:
+        def is_inside(flat: FlatConnection) -> bool:
             return all(path == "" or path in paths for path in (flat.start[0], flat.end[0]))
 
         return replace(
             self,
             parts={path: part for path, part in self.parts.items() if path in paths},
-            flat_connections=tuple(filter(kept, self.flat_connections)),
-            parameter_connections=tuple(filter(kept, self.parameter_connections)),
-            outputs=tuple(filter(kept, self.outputs)),
+            flat_connections=tuple(filter(is_inside, self.flat_connections)),
+            parameter_connections=tuple(filter(is_inside, self.parameter_connections)),
+            outputs=tuple(filter(is_inside, self.outputs)),
             settings=tuple(s for s in self.settings if s.component in paths),
         )

@@ -48,7 +48,7 @@ class Coupling:
         spread = [(instances.get(k.target.component), k.target.name) for k in self.links for _ in range(k.source.size)]
         return np.array([1.0 if instance is None else instance.nominal(name) for instance, name in spread])
 
-    def given(self, y: np.ndarray) -> np.ndarray:
+    def inputs_from(self, y: np.ndarray) -> np.ndarray:
         """Inputs from outputs."""
         u: np.ndarray = self.factors * y + self.offsets
         return u

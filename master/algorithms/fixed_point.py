@@ -47,7 +47,7 @@ def write(system: System, program: Program) -> None:
 
     def begin() -> None:
         nonlocal size, last
-        last = coupling.given(coupling.outputs)
+        last = coupling.inputs_from(coupling.outputs)
         size = np.maximum(np.abs(last), SMALL * coupling.nominals())
 
     def settle(t: float, h: float) -> int:
@@ -75,7 +75,7 @@ def write(system: System, program: Program) -> None:
                 s.step(t, h)
             if agree is not None:
                 agree.once()
-            residual = coupling.given(0.5 * (y + coupling.outputs)) - u
+            residual = coupling.inputs_from(0.5 * (y + coupling.outputs)) - u
             np.maximum(size, np.maximum(np.abs(u), np.abs(residual)), out=size)
             if np.all(np.abs(residual) <= TOLERANCE * size):
                 last = u

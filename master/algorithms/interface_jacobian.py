@@ -58,7 +58,7 @@ def write(system: System, program: Program) -> None:
     def begin() -> None:
         nonlocal before, held, count, whole
         before = coupling.outputs
-        held = coupling.given(coupling.outputs)
+        held = coupling.inputs_from(coupling.outputs)
         jacobian.begin()
         count, whole = 0, 0.0
 
@@ -73,8 +73,8 @@ def write(system: System, program: Program) -> None:
             system.buffer.reals[coupling.sources] = y
         count += 1
         whole = max(whole, h)  # the last step may be shorter
-        middle = y + 0.5 * (h / whole) * (y - before + jacobian.own())
-        u = jacobian.solve(coupling.given(middle), held)
+        middle = y + 0.5 * (h / whole) * (y - before + jacobian.lasting_change())
+        u = jacobian.solve(coupling.inputs_from(middle), held)
         jacobian.remember(u - held)
         before, held = y, u
         system.buffer.reals[coupling.targets] = u
@@ -107,7 +107,7 @@ class _Jacobian:
         """The inputs have changed by that."""
         self._known = self._lasting * self._known + self._change * change
 
-    def own(self) -> np.ndarray:
+    def lasting_change(self) -> np.ndarray:
         """What earlier changes of inputs do to a step's change of the outputs, less what they did in the last one."""
         change: np.ndarray = self._through @ ((self._lasting - 1.0) * self._known).sum(axis=1)
         return change
@@ -180,9 +180,9 @@ class _Jacobian:
             return None
         return instance.derivatives([s.reference for s in signals], self.coupling.ends[j][1].reference)
 
-    def solve(self, given: np.ndarray, held: np.ndarray) -> np.ndarray:
+    def solve(self, u_now: np.ndarray, held: np.ndarray) -> np.ndarray:
         """The inputs that agree with the outputs they will cause."""
-        u: np.ndarray = self._inverse @ (given - self._half @ held)
+        u: np.ndarray = self._inverse @ (u_now - self._half @ held)
         return u
 
 

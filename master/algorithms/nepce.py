@@ -39,18 +39,18 @@ def write(system: System, program: Program) -> None:
 
     def hand_over(name: str) -> dict[int, int]:
         """Write what a component holds in the step; slots that stand for some of its sources at the step's end."""
-        held, known, foretold = {}, {}, dict(driven)
+        held, at_start, foretold = {}, {}, dict(driven)
         for source in dict.fromkeys(k.source for k in lines[name]):
             place = source.place
             if order[source.component] >= order[name]:
                 held[place], foretold[place] = middle[place], final[place]
                 continue
-            known[place] = start[place]
+            at_start[place] = start[place]
             held[place] = system.layout.scratch(source.size)
             for k in range(source.size):
                 program.mix(held[place] + k, [(0.5, place + k), (0.5, start[place] + k)])
         for link in system.steps.links_to(name):
-            instead = held if system.steps.is_averaged(link) else known
+            instead = held if system.steps.is_averaged(link) else at_start
             system.steps.pass_on(program, link, instead if link in lines[name] else None)
         return foretold
 

@@ -368,7 +368,9 @@ def refresh(system: System, program: Program, driven: dict[int, int] | None = No
     if not in_loop:
         renew(system, program, names, links, driven)
         return
-    with _kept(system, program, [*((slot, 1) for slot in driven), *((k.target.place, k.target.size) for k in links)]):
+    with _preserved(
+        system, program, [*((slot, 1) for slot in driven), *((k.target.place, k.target.size) for k in links)]
+    ):
         for slot, end in driven.items():
             program.convert(slot, end, 1, SlotConversion())
         loop = AlgebraicLoop(system, names)
@@ -394,7 +396,7 @@ def renew(
     into: dict[str, list[SignalConnection]] = {}
     for k in links:
         into.setdefault(k.target.component, []).append(k)
-    with _kept(system, program, [*places, *((slot, 1) for slots in slots_of.values() for slot in slots)]):
+    with _preserved(system, program, [*places, *((slot, 1) for slots in slots_of.values() for slot in slots)]):
         for name in names:
             for slot in slots_of[name]:
                 program.convert(slot, instead[slot], 1, SlotConversion())
@@ -405,7 +407,7 @@ def renew(
 
 
 @contextmanager
-def _kept(system: System, program: Program, places: Sequence[tuple[int, int]]) -> Iterator[None]:
+def _preserved(system: System, program: Program, places: Sequence[tuple[int, int]]) -> Iterator[None]:
     """What is written inside leaves these (slot, count) as they were."""
     copies = [(place, system.layout.scratch(size), size) for place, size in places]
     for place, copy, size in copies:

@@ -59,14 +59,14 @@ class Connections:
         to_parameters: list[FlatConnection] = []
         for flat in network.flat_connections:
             (to_parameters if self._is_parameter(flat.end) else signal_connections).append(flat)
-        self.links = self._apart(self._made(self._link, signal_connections))
+        self.links = self._apart(self._build(self._link, signal_connections))
         self._into: dict[str, list[SignalConnection]] = {name: [] for name in instances}
         for link in self.links:
             self._into[link.target.component].append(link)
-        self._own: dict[str, list[SignalConnection]] = {}
+        self._of_own_inputs: dict[str, list[SignalConnection]] = {}
         for link in self.links:
             if not link.source.component:
-                self._own.setdefault(link.source.name, []).append(link)
+                self._of_own_inputs.setdefault(link.source.name, []).append(link)
         self._drivers: dict[tuple[bool, int], dict[int | None, SignalConnection]] = {}
         """What drives an input, or single values of it, by where it lies."""
         self._check_aliases()
@@ -78,7 +78,7 @@ class Connections:
             if not flat.start[0] and network.inputs[flat.start[1]].kind == "input":
                 end = ".".join(flat.end)
                 findings.refuse(f"{flat.where}: the input '{flat.start[1]}' cannot drive the parameter '{end}'")
-        self.shown = self._made(self._shown, network.outputs)
+        self.shown = self._build(self._shown, network.outputs)
         self._passed_on: dict[str, set[int]] = {}
         for link in self.shown:
             if not link.source.component:
@@ -91,9 +91,9 @@ class Connections:
 
     def of_input(self, name: str) -> list[SignalConnection]:
         """The links from an input of the whole system."""
-        return self._own.get(name, [])
+        return self._of_own_inputs.get(name, [])
 
-    def _made(
+    def _build(
         self, make: Callable[[FlatConnection], SignalConnection], between: Iterable[FlatConnection]
     ) -> list[SignalConnection]:
         links = (self._findings.attempt(make, flat) for flat in between)

@@ -56,7 +56,7 @@ def parameters_in_force(
     """
     by_end = {(v.component, v.variable): v for v in values}
     links = {flat.end: flat.start for flat in system.connections.parameter_connections}
-    parameters = [_given(system, v) for v in by_end.values() if not v.component]
+    parameters = [_stated(system, v) for v in by_end.values() if not v.component]
     names: dict[str, set[str]] = {}
     for component, name in by_end:
         names.setdefault(component, set()).add(name)
@@ -68,7 +68,7 @@ def parameters_in_force(
                 value = (brought or {}).get(end)
                 parameters.append(ParameterInForce(*end, value, system.quantities.unit_name(*end), CONNECTION, source))
             elif end in by_end and system.connections.driver(end) is None:
-                parameters.append(_given(system, by_end[end]))
+                parameters.append(_stated(system, by_end[end]))
             elif end not in by_end:
                 parameters.append(ParameterInForce(*end, _start(instance, name), instance.unit_name(name), FMU, ""))
     return parameters
@@ -81,7 +81,7 @@ def _listed(instance: FmuInstance, with_values: set[str]) -> Iterator[str]:
             yield name
 
 
-def _given(system: System, v: Value) -> ParameterInForce:
+def _stated(system: System, v: Value) -> ParameterInForce:
     if v.component:
         unit = system.quantities.unit_name(v.component, v.variable)
     else:

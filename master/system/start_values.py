@@ -60,7 +60,7 @@ def resolve(
             if component:
                 values.append(_checked(instances[component], name, value, where))
             elif system is not None:
-                values.append(_own(system, name, value, where))
+                values.append(_input_value(system, name, value, where))
     return values
 
 
@@ -238,11 +238,11 @@ def given_values(
     values = []
     for s in network.input_settings:
         value = converted(s.value, _quantity(s), s.hops, system.quantities.input_quantity(s.variable), s.where, remark)
-        values.append(_from(s, _own(system, s.variable, value, s.where)))
+        values.append(_from(s, _input_value(system, s.variable, value, s.where)))
     return values
 
 
-def _own(system: System, name: str, value: Any, where: str) -> Value:
+def _input_value(system: System, name: str, value: Any, where: str) -> Value:
     """The checked value of an input of the whole system."""
     checked = system.values.checked_input(name, value, where)
     system.values.check_reached(name, checked, where)
