@@ -212,6 +212,22 @@ class Observations:
             time=self.time[at], run=np.array([number[r] for r in self.run[at]], dtype=int),
         )  # fmt: skip
 
+    def until(self, end: float) -> Observations:
+        """The samples of signals that were taken until then [s], without moments and swings."""
+        blocks, kept, count = [], [], 0
+        for b in self.series:
+            at = np.flatnonzero(b.t <= end)
+            if at.size:
+                place, count = slice(count, count + at.size), count + at.size
+                members = None if b.members is None else b.members[at]
+                blocks.append(replace(b, t=b.t[at], y=b.y[at], members=members, place=place))
+                kept.append(b.place.start + at)
+        entries = np.concatenate(kept) if kept else np.zeros(0, dtype=int)
+        return replace(
+            self, blocks=tuple(blocks), y=self.y[entries], noise_std=self.noise_std[entries], run=self.run[entries],
+            channel=self.channel[entries], time=self.time[entries],
+        )  # fmt: skip
+
     def stretches(self, width: float) -> np.ndarray:
         """The stretch of time of a run, `width` [s] long, in which each reading lies (n,): 0, 1, ... without gaps."""
         per_run = int(self.time.max() / width) + 1

@@ -123,6 +123,13 @@ class Problem:
             observations=self.observations.of_runs(runs),
         )  # fmt: skip
 
+    def until(self, end: float) -> Problem:
+        """The same problem of the samples until then [s], its runs as short as that."""
+        return replace(
+            self, runs=tuple(replace(r, stop=min(r.stop, end)) for r in self.runs), recorded=None,
+            observations=self.samples.until(end),
+        )  # fmt: skip
+
     def changes(self, run: int, point: Point) -> dict[str, Any]:
         """Parameters to set for the run at that point: its conditions, and what the point says of the model."""
         return {**self.runs[run].changes, **self.model_values(run, point)}

@@ -121,8 +121,7 @@ def _in_period(
     x = swap.relative.main
     if not x.repeats_for or problem.stop_requested:
         return swap
-    u = find_period(problem, x, swap.point, correction, nuisance_jacobian)
-    point = {**swap.point, x.name: u}
+    point = {**swap.point, x.name: find_period(problem, x, swap.point)}
     (model,) = problem.evaluate([point])
     if model is None:
         return swap

@@ -145,9 +145,9 @@ class SearchSettings:
     """How far beside the size that serves best on the average a period is looked for, as a share of it."""
     periods_averaged: float = 4.0
     """Longest periods over which that average is taken."""
-    period_window: float = 1.5
+    period_window: float = 0.5
     """Stretch of a run, from where it begins to move, over which that is begun [s]; doubled until it ends."""
-    turn: float = 0.25
+    turn: float = 0.1
     small_turn: float = 0.05
     """Parts of a period's turn at the end of a stretch: between neighbours that are tried, and of a difference."""
     moved: float = 5.0

@@ -74,6 +74,16 @@ class FormulaProblem:
         assert list(runs) == [0]
         return self
 
+    def until(self, end: float) -> FormulaProblem:
+        """The same of the samples until then [s]."""
+        inside, whole = self.observations.time <= end, self.model
+
+        def model(point: Point, step: float) -> np.ndarray | None:
+            y = whole(point, step)
+            return None if y is None else y[inside]
+
+        return replace(self, model=model, observations=self.observations.until(end))
+
     def evaluate_both(
         self, coarse: Sequence[Point], exact: Sequence[Point]
     ) -> tuple[list[np.ndarray | None], list[np.ndarray | None]]:

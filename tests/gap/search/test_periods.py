@@ -38,10 +38,9 @@ def machine(p):
 
 @pytest.mark.parametrize("beside", [-0.2, -0.04, 0.0, 0.11, 0.25])
 def test_a_period_is_found_from_beside_it(beside):
-    p, columns = posed(machine, {"held": 100.0 * TRUE, "a": 0.2}, [HELD], noise=0.005)
-    p = replace(p, candidates=(HELD,))
-    point = {"a": 0.0, "held": 100.0 * TRUE * (1.0 + beside)}
-    u = find_period(p, HELD.main, point, np.zeros(len(T)), columns)
+    p, _ = posed(machine, {"held": 100.0 * TRUE, "a": 0.2}, [HELD], noise=0.005)
+    point = {"a": 0.2, "held": 100.0 * TRUE * (1.0 + beside)}
+    u = find_period(p, HELD.main, point)
     assert abs(0.01 * u - TRUE) < TRUE**2 / END / 16.0, "a sixteenth of a turn at the end of the run"
 
 
