@@ -123,7 +123,7 @@ def description(
             '<?xml version="1.0" encoding="UTF-8"?><fmiModelDescription fmiVersion="3.0" modelName="Linear" '
             'instantiationToken="{linear}"><CoSimulation modelIdentifier="Linear" '
             "canHandleVariableCommunicationStepSize="
-            f'"true" canGetAndSetFMUState="true"{provides}s="{told}"/>'
+            f'"true" canGetAndSetFMUState="true" canSerializeFMUState="true"{provides}s="{told}"/>'
             + (f"<UnitDefinitions>{used}</UnitDefinitions>" if used else "")
             + f'<TypeDefinitions><EnumerationType name="Colour">{items}</EnumerationType></TypeDefinitions>'
             f"<ModelVariables>{''.join(rows)}</ModelVariables><ModelStructure>{structure}</ModelStructure>"

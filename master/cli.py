@@ -24,6 +24,8 @@ EXAMPLES = """examples:
   cosim-master deepsea_11km.ssp --set depth=6000 --stop-time 10 --step 0.002
   cosim-master deepsea_11km.ssp --method nepce --record 'arm.*' --record-every 10 --results arm.parquet
   cosim-master plant.ssp --variant Winter --stimuli commands.csv
+  cosim-master plant.ssp --stop-time 10 --out a --save-state
+  cosim-master plant.ssp --stop-time 20 --out b --resume a
   cosim-master plant.ssp --check
   cosim-master plant.ssp --info --parameters
   cosim-master pump.fmu --stop-time 10 --step 0.001 --stimuli commands.csv
@@ -95,6 +97,17 @@ def parser() -> argparse.ArgumentParser:
     run.add_argument(
         "--parallel", action="store_true",
         help="let FMUs that do not depend on each other within a step take it side by side; the results are the same",
+    )  # fmt: skip
+    run.add_argument(
+        "--save-state", action="store_true",
+        help="leave the state at the end, or where Ctrl-C came, in the result folder, for --resume",
+    )  # fmt: skip
+    run.add_argument(
+        "--save-state-every", metavar="S", type=seconds, help="and so whenever S seconds have been simulated"
+    )
+    run.add_argument(
+        "--resume", metavar="DIR", type=Path,
+        help="go on from the state in the result folder of another run of the same, up to --stop-time",
     )  # fmt: skip
     run.add_argument("--realtime", action="store_true", help="do not run faster than the clock")
     results = p.add_argument_group("results")
@@ -267,6 +280,9 @@ def _run(options: argparse.Namespace) -> int:
         parallel=options.parallel,
         step_timeout=options.step_timeout,
         check_step=options.check_step,
+        save_state=options.save_state,
+        save_state_every=options.save_state_every,
+        resume=options.resume,
     )
     if options.check or options.info:
         return _look(options, settings)
@@ -284,7 +300,8 @@ def _run(options: argparse.Namespace) -> int:
             show(done, total)
 
         result = run(options.package, folder, settings, progress=progress, on_hang=_on_hang)
-        files = [*filter(None, (options.results, options.log)), "summary.json", "manifest.json"]
+        states = [saved["file"]] if (saved := result.summary.get("saved_state")) else []
+        files = [*filter(None, (options.results, options.log)), "summary.json", "manifest.json", *states]
         if plotter:
             title = f"{options.package.stem} ({result.summary['method']}, step {result.summary['step_s']:g} s)"
             problem = plotter[0].draw(folder / "overview.png", title, result, options.plot)

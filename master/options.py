@@ -50,11 +50,23 @@ class Options:
     """Longest time that an isolated FMU may take for a step [s]."""
     check_step: bool = False
     """Run again with half the step and estimate the error of every signal."""
+    save_state: bool = False
+    """Leave the state at the end, or where the run was asked to end, in the result folder: a run may go on from it."""
+    save_state_every: float | None = None
+    """Save it also whenever so much time has been simulated [s]."""
+    resume: Path | None = None
+    """A saved state, or the result folder that holds one, to go on from."""
+
+    @property
+    def saves(self) -> bool:
+        """Whether the run may be gone on with."""
+        return self.save_state or self.save_state_every is not None
 
     def __post_init__(self) -> None:
         """Every option in its type, or a `UsageError` that names it."""
         convert: dict[str, Callable[[str, Any], Any]] = {
             "step": as_time, "stop_time": as_time, "step_timeout": _timeout, "method": as_text, "changes": _changes,
+            "save_state": _switch, "save_state_every": _timeout, "resume": as_path,
             "parameters": _paths, "variant": as_text, "stimuli": as_path, "record": as_texts, "plot": as_texts,
             "record_every": _count, "results": _file_name, "log": _file_name, "log_level": as_text,
             "log_categories": as_texts, "substeps": _substeps, "realtime": _switch,

@@ -20,12 +20,12 @@ def write(system: System, program: Program) -> None:
     instances = [system.instances[name] for name in system.order]
     carried = {s.name: [k for k in system.steps.links_to(s.name) if system.steps.is_averaged(k)] for s in instances}
     ahead = {k.source.place: k.source for s in instances if not s.takes_slopes for k in carried[s.name]}
-    instead = {place: carry_on(system, program, place, s.size, MIDDLE)[0] for place, s in ahead.items()}
+    instead = {place: carry_on(system, program, s, MIDDLE)[0] for place, s in ahead.items()}
     for s in instances:
         for link in system.steps.links_to(s.name):
             line = link in carried[s.name] and not s.takes_slopes
             system.steps.pass_on(program, link, instead if line else None)
-    changes = {s.name: _changes(system, program, carried[s.name]) for s in instances if s.takes_slopes}
+    changes = {s.name: _changes(system, program, s.name, carried[s.name]) for s in instances if s.takes_slopes}
     for s in instances:
         program.set_inputs(s)
         if (first := changes.get(s.name)) is not None:
@@ -34,18 +34,12 @@ def write(system: System, program: Program) -> None:
     refresh(system, program)
 
 
-def _changes(system: System, program: Program, links: list[SignalConnection]) -> int | None:
+def _changes(system: System, program: Program, name: str, links: list[SignalConnection]) -> int | None:
     """Write how much the inputs of an FMU (scalars) have changed since the step before; the first slot."""
     if not links:
         return None
     last, change = system.layout.scratch(len(links)), system.layout.scratch(len(links))
-    reals = system.buffer.reals
-    sources = [link.source.place for link in links]
-
-    def remember() -> None:
-        reals[last : last + len(links)] = reals[sources]
-
-    program.at_start(remember)
+    program.remember_slots(f"inputs of {name}", last, [link.source.place for link in links])
     for i, link in enumerate(links):
         source, factor = link.source.place, link.conversion.factor
         program.mix(change + i, [(factor, source), (-factor, last + i)])

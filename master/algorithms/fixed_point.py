@@ -6,6 +6,7 @@ repetition would not, for one dominant mode. A step that does not settle in `MOS
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from contextlib import suppress
 from typing import Any
 
@@ -13,7 +14,7 @@ import numpy as np
 
 from ...core.errors import CosimError, SimulationError
 from ..coupling.loop_solver import at_end, refresh, stale
-from ..engine.program import Program
+from ..engine.program import Memory, Program
 from ..engine.runner import Runner
 from ..engine.values import REAL
 from ..system.system import System
@@ -40,8 +41,8 @@ def write(system: System, program: Program) -> None:
     driven = at_end(system, program, stale(system)[0])
     refresh_program = system.steps.program()
     refresh(system, refresh_program, driven)
-    for function in refresh_program.fresh:
-        program.at_start(function)
+    for memory in refresh_program.memories:
+        program.remember(memory)
     agree = Runner(refresh_program) if len(refresh_program) else None
     size = last = np.zeros(0)
 
@@ -49,6 +50,10 @@ def write(system: System, program: Program) -> None:
         nonlocal size, last
         last = coupling.inputs_from(coupling.outputs)
         size = np.maximum(np.abs(last), SMALL * coupling.nominals())
+
+    def restore(kept: Mapping[str, np.ndarray]) -> None:
+        nonlocal size, last
+        size, last = kept["size"].copy(), kept["last"].copy()
 
     def settle(t: float, h: float) -> int:
         states = []
@@ -95,7 +100,7 @@ def write(system: System, program: Program) -> None:
             f"'{names[int(coupling.targets[worst])]}' still changes by {residual[worst]:g}", t
         )  # fmt: skip
 
-    program.at_start(begin)
+    program.remember(Memory("fixed point", begin, lambda: {"size": size, "last": last}, restore))
     coupling.pass_others(program)
     program.python(settle)
 

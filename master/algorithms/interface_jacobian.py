@@ -21,14 +21,14 @@ Sicklinger et al. 2014, who iterate). S and E are measured with steps that are t
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 
 import numpy as np
 
 from ...core.errors import SimulationError
 from ..coupling.loop_solver import refresh, stale
 from ..coupling.perturbation import perturbed
-from ..engine.program import Program
+from ..engine.program import Memory, Program
 from ..slaves.base import FmuInstance
 from ..system.system import System
 from ._coupled import Coupling, Stepper
@@ -39,6 +39,10 @@ EVERY = 500
 
 PERTURBATION = 1e-4
 """Change of an input to measure them, relative to 1 + its size."""
+
+
+MATRICES = ("change", "through", "inverse", "half", "lasting", "known")
+"""What `_Jacobian` has measured and goes on with."""
 
 
 def takes_back(system: System) -> list[str]:
@@ -62,7 +66,17 @@ def write(system: System, program: Program) -> None:
         jacobian.begin()
         count, whole = 0, 0.0
 
-    program.at_start(begin)
+    def read() -> dict[str, np.ndarray]:
+        own = {"before": before, "held": held, "count": np.array([count]), "whole": np.array([whole])}
+        return {**own, **jacobian.measured()}
+
+    def restore(kept: Mapping[str, np.ndarray]) -> None:
+        nonlocal before, held, count, whole
+        before, held = kept["before"].copy(), kept["held"].copy()
+        count, whole = int(kept["count"][0]), float(kept["whole"][0])
+        jacobian.recall(kept)
+
+    program.remember(Memory("interface Jacobian", begin, read, restore))
 
     def solve(t: float, h: float) -> int:
         nonlocal before, held, count, whole
@@ -102,6 +116,15 @@ class _Jacobian:
         """No input has changed yet, and of none it is known how long that lasts."""
         self._lasting = np.ones((len(self.coupling), len(self.coupling)))  # E
         self._known = np.zeros((len(self.coupling), len(self.coupling)))  # w
+
+    def measured(self) -> dict[str, np.ndarray]:
+        """All matrices, by name."""
+        return {name: getattr(self, f"_{name}") for name in MATRICES}
+
+    def recall(self, measured: Mapping[str, np.ndarray]) -> None:
+        """Go on with what `measured` gave."""
+        for name in MATRICES:
+            setattr(self, f"_{name}", measured[name].copy())
 
     def remember(self, change: np.ndarray) -> None:
         """The inputs have changed by that."""

@@ -32,7 +32,7 @@ def write(system: System, program: Program) -> None:
             place, size = source.place, source.size
             if order[source.component] >= order[name]:
                 if place not in middle:
-                    middle[place], final[place] = carry_on(system, program, place, size, MIDDLE, END)
+                    middle[place], final[place] = carry_on(system, program, source, MIDDLE, END)
             elif place not in start:
                 start[place] = system.layout.scratch(size)
                 program.convert(start[place], place, size, SlotConversion())

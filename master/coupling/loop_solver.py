@@ -7,7 +7,7 @@ depend on a connected input. Loops are swept until nothing changes, or solved by
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from contextlib import contextmanager, suppress
 from graphlib import CycleError
 
@@ -15,7 +15,7 @@ import numpy as np
 
 from ...core.errors import SimulationError
 from ...ssp.flat import End
-from ..engine.program import Program, SlotConversion
+from ..engine.program import Memory, Program, SlotConversion
 from ..engine.runner import Runner
 from ..engine.values import REAL, TEXT, Signal
 from ..slaves.variables import ALWAYS
@@ -101,6 +101,18 @@ class AlgebraicLoop:
         self._largest = np.zeros(len(self.system.buffer.reals))
         self._inverse: np.ndarray | None = None
         self._tries = 0
+
+    def learned(self) -> dict[str, np.ndarray]:
+        """All that was learned in the run."""
+        inverse = np.zeros((0, 0)) if self._inverse is None else self._inverse
+        return {"largest": self._largest[self._reals], "inverse": inverse, "tries": np.array([self._tries])}
+
+    def recall(self, learned: Mapping[str, np.ndarray]) -> None:
+        """Go on with what `learned` gave."""
+        self.forget()
+        self._largest[self._reals] = learned["largest"]
+        self._inverse = learned["inverse"].copy() if learned["inverse"].size else None
+        self._tries = int(learned["tries"][0])
 
     def sweep(self) -> None:
         """Visit all components in turn."""
@@ -374,7 +386,7 @@ def refresh(system: System, program: Program, driven: dict[int, int] | None = No
         for slot, end in driven.items():
             program.convert(slot, end, 1, SlotConversion())
         loop = AlgebraicLoop(system, names)
-        program.at_start(loop.forget)
+        program.remember(Memory("algebraic loop", loop.forget, loop.learned, loop.recall))
 
         def solve(_t: float, _h: float) -> int:
             loop.solve()

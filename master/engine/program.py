@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import ctypes
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Protocol
 
@@ -89,6 +89,19 @@ class SlotConversion:
         return value
 
 
+@dataclass(frozen=True)
+class Memory:
+    """Something that a program remembers from step to step, under a name of its own in the program."""
+
+    name: str
+    begin: Callable[[], None]
+    """Gives it its state for a new run."""
+    read: Callable[[], Mapping[str, np.ndarray]]
+    """All of it, as arrays by name, for a run that is to go on from there."""
+    restore: Callable[[Mapping[str, np.ndarray]], None]
+    """Takes what `read` gave."""
+
+
 def listed(names: Sequence[str]) -> str:
     """Names for a message: the first few."""
     return ", ".join(names[:4]) + (f" and {len(names) - 4} more" if len(names) > 4 else "")
@@ -133,8 +146,8 @@ class Program:
         self.constants: list[float] = []
         self.table: list[tuple[int, int]] = []
         self._keep: list[object] = []
-        self.fresh: list[Callable[[], None]] = []
-        """What gives the program's memory its state for a new run; called after every initialisation."""
+        self.memories: list[Memory] = []
+        """All that is remembered from one step to the next, besides the values of signals."""
         self.drives: list[tuple[int, int, str]] = []
         """(slot, column, family) of what is driven."""
         self.error: CosimError | None = None
@@ -186,15 +199,28 @@ class Program:
         """The real in slot target = the straight line through two values, so many steps ahead of the newest."""
         self.add(None, "", loop.LINE, target, newest, before, self.constant(ahead))
 
-    def at_start(self, function: Callable[[], None]) -> None:
-        """Have a function give memory its state, now and before every further run."""
-        self.fresh.append(function)
-        function()
+    def remember(self, memory: Memory) -> None:
+        """Have a memory begin anew, now and before every further run."""
+        self.memories.append(memory)
+        memory.begin()
+
+    def remember_slots(self, name: str, first: int, sources: Sequence[int]) -> None:
+        """Have the slots from `first` on remembered, where a step leaves what it found in other slots; as a run begins
+        that is what is there then."""
+        reals, held = self.buffer.reals, slice(first, first + len(sources))
+
+        def begin() -> None:
+            reals[held] = reals[sources]
+
+        def restore(kept: Mapping[str, np.ndarray]) -> None:
+            reals[held] = kept["last"]
+
+        self.remember(Memory(name, begin, lambda: {"last": reals[held].copy()}, restore))
 
     def begin(self) -> None:
         """A new run has been initialised."""
-        for function in self.fresh:
-            function()
+        for memory in self.memories:
+            memory.begin()
 
     def drive(self, target: int, column: int, family: str, mean: int | None = None) -> None:
         """The slot gets a column of the driven values at the step's start, or column `mean`, their means over steps."""

@@ -33,6 +33,10 @@ KEPT_PARTS = ("PYTHON", "NUMBA", "DEEPSEA", "LICENSE")
 START_UP = 120.0
 """Time that an FMU has to be loaded and initialised [s]."""
 
+LAST_CALL = 4.0
+"""Time that the call under way has once the run is asked to end, where its state is wanted [s]: a little less than the
+master waits for FMUs in its own process."""
+
 ENDING = 5.0
 """Time that it has to be terminated and freed [s]."""
 
@@ -40,7 +44,12 @@ ENDING = 5.0
 class IsolatedInstance(FmuInstance):
     """Stands for an instance that lives in another process."""
 
-    def __init__(self, real: FmuInstance, step_timeout: float | None = None, interrupt: list[int] | None = None):
+    def __init__(
+        self, real: FmuInstance, step_timeout: float | None = None, interrupt: list[int] | None = None,
+        saves: bool = False,
+    ):  # fmt: skip
+        """saves: the state is wanted where the run is asked to end (`interrupt`)."""
+        self._patience = LAST_CALL if saves else 0.0
         super().__init__(real.name, real.folder, real.description)
         self.forms, self.version, self.limits = real.forms, real.version, real.limits  # type: ignore[misc]
         self._structural = real._structural
@@ -116,6 +125,7 @@ class IsolatedInstance(FmuInstance):
     def _answer(self, timeout: float | None, heed: bool = True) -> Any:
         """The worker's next answer; its messages on the way go to the log. heed: an interrupt is not waited out."""
         end = None if timeout is None else monotonic() + timeout
+        asked = None
         while True:
             try:
                 while not self._pipe.poll(0.1):
@@ -123,7 +133,8 @@ class IsolatedInstance(FmuInstance):
                         self._kill()
                         doing = f"{self._doing} within {timeout:g} s{self._at()}"
                         raise SimulationError(f"component '{self.name}' did not come back from {doing}", self._when())
-                    if heed and self._interrupt:
+                    asked = monotonic() if self._interrupt and asked is None else asked
+                    if heed and asked is not None and monotonic() - asked >= self._patience:
                         self._kill()
                         raise Interrupted(f"interrupted while component '{self.name}' was in {self._doing}", self._time)
                 kind, content = pickle.loads(self._pipe.recv_bytes())
@@ -169,14 +180,14 @@ class IsolatedInstance(FmuInstance):
         except OSError:
             raise self._died() from None
 
-    def _ask(self, method: str, *arguments: Any) -> Any:
+    def _ask(self, method: str, *arguments: Any, heed: bool = True) -> Any:
         if self._asked:  # what a run that has failed did not read any more
             self._asked = False
             with contextlib.suppress(CosimError):
                 self._answer(START_UP)
         self._doing = method
         self._tell("call", method, arguments)
-        return self._answer(START_UP)
+        return self._answer(START_UP, heed)
 
     # what the engine does
 
@@ -263,14 +274,25 @@ class IsolatedInstance(FmuInstance):
     def can_restore(self) -> bool:
         return self._real.can_restore
 
+    @property
+    def lacks_serialising(self) -> str:
+        return self._real.lacks_serialising
+
     def save(self) -> Any:
-        return self._ask("save")  # its number: the state itself stays where it is
+        return self._ask("save", heed=False)  # its number: the state itself stays where it is
 
     def restore(self, state: Any) -> None:
         self._ask("restore", state)
 
     def drop(self, state: Any) -> None:
-        self._ask("drop", state)
+        self._ask("drop", state, heed=False)
+
+    def serialise(self, state: Any) -> bytes:
+        content: bytes = self._ask("serialise", state, heed=False)  # also of a run that was asked to end
+        return content
+
+    def deserialise(self, content: bytes) -> Any:
+        return self._ask("deserialise", content)
 
     def settable(self, name: str) -> bool:
         return self._real.settable(name)

@@ -94,13 +94,13 @@ class Worker:
             seconds, stepping.seconds[0] = float(stepping.seconds[0]), 0.0
             ended, self.buffer.ended[0] = bool(self.buffer.ended[0]), 0
             self.send("values", ([_take(self.buffer, g) for g in self.instance.output_groups], seconds, ended))
-        elif message[1] == "save":
+        elif message[1] in ("save", "deserialise"):
             number = max(self.states, default=-1) + 1
-            self.states[number] = self.instance.save()
+            self.states[number] = getattr(self.instance, message[1])(*message[2])
             self.send("done", number)
-        elif message[1] in ("restore", "drop"):
+        elif message[1] in ("restore", "drop", "serialise"):
             number = message[2][0]
-            state = self.states[number] if message[1] == "restore" else self.states.pop(number)
+            state = self.states.pop(number) if message[1] == "drop" else self.states[number]
             self.send("done", getattr(self.instance, message[1])(state))
         else:
             if message[1] == "enter_initialisation":

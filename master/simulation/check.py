@@ -21,7 +21,7 @@ from ..system.instances import mixed_libraries
 from ..system.start_values import Value, idle
 from ..system.system import System
 from . import stimuli
-from .plan import check_categories, check_coupling, check_options, set_substeps, step_remarks
+from .plan import check_categories, check_coupling, check_options, check_saving, set_substeps, step_remarks
 from .time_grid import Times, times_of
 
 
@@ -63,6 +63,7 @@ def check(package: Path, wanted: Options | None = None) -> Checked:
         if made.has_all:
             aside.attempt(set_substeps, wanted, made.instances)
             aside.attempt(check_categories, wanted, made.instances)
+            aside.attempt(check_saving, wanted, made.instances)
             if not wanted.isolate:
                 found.warnings += mixed_libraries(made.instances)
             if times is not None:

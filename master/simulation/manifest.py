@@ -13,6 +13,7 @@ from typing import TYPE_CHECKING, Any
 from ...core.files import writing
 from ...core.versions import versions
 from ...ssp.flat import Network
+from .saved_state import state_file
 
 if TYPE_CHECKING:
     from ..options import Options
@@ -37,6 +38,8 @@ def manifest(package: Path, network: Network, options: Options) -> dict[str, Any
     if options.stimuli is not None:
         inputs[str(options.stimuli)] = digest(options.stimuli)
     inputs |= {str(path): digest(path) for path in options.parameters}
+    if options.resume is not None:
+        inputs[str(state_file(options.resume))] = digest(state_file(options.resume))
     return {
         "sha256": inputs,
         "options": {k: _plain(v) for k, v in asdict(options).items()},
@@ -57,7 +60,8 @@ def _arguments(options: Options) -> list[str]:
     made: list[str] = []
     for name, value in (
         ("variant", options.variant), ("step", options.step), ("stop-time", options.stop_time),
-        ("stimuli", options.stimuli), ("step-timeout", options.step_timeout),
+        ("stimuli", options.stimuli), ("step-timeout", options.step_timeout), ("resume", options.resume),
+        ("save-state-every", options.save_state_every),
     ):  # fmt: skip
         if value is not None:
             made += [f"--{name}", str(value)]
@@ -80,7 +84,7 @@ def _arguments(options: Options) -> list[str]:
         made += ["--log-category", category]
     for pattern in options.plot:
         made += ["--plot", pattern]
-    for name in ("isolate", "parallel", "realtime", "check_step"):
+    for name in ("isolate", "parallel", "realtime", "check_step", "save_state"):
         made += [f"--{name.replace('_', '-')}"] if getattr(options, name) else []
     return made
 

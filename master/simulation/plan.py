@@ -29,6 +29,7 @@ from ..system.system import System
 from . import stimuli
 from .interrupts import Interrupts
 from .run_folder import LOG_SUFFIXES
+from .saved_state import SavedState, read_state
 from .time_grid import Times, times_of
 
 
@@ -55,12 +56,25 @@ class Plan:
     bonds: list[Bond]
     """Power bonds."""
     remarks: list[str]
+    resumed: SavedState | None = None
+    """What the run begins with, instead of the start."""
+
+    @property
+    def first(self) -> int:
+        """Macro steps that an earlier run has taken already."""
+        return self.resumed.done if self.resumed is not None else 0
+
+    @property
+    def begin(self) -> float:
+        """Time of the first communication point [s]."""
+        return self.resumed.time if self.resumed is not None else self.times[0]
 
 
 def plan(package: Path, options: Options, stack: ExitStack, interrupt: Interrupts) -> Plan:
     """Read the package; what it was unpacked into goes with the stack. Raises `CosimError` for all that is wrong."""
     check_options(options)
     found = Findings()
+    resumed = read_state(options.resume) if options.resume is not None else None
 
     def as_run(network: Network, instances: dict[str, FmuInstance]) -> dict[str, FmuInstance]:
         method = method_named(chosen(options.method, network.structure.method))
@@ -72,9 +86,15 @@ def plan(package: Path, options: Options, stack: ExitStack, interrupt: Interrupt
     assert made is not None
     network, instances, system, remarks = made.network, made.instances, made.system, found.warnings
     check_categories(options, instances)
+    check_saving(options, instances)
+    for instance in instances.values() if options.saves else ():  # whatever a run that goes on records
+        instance.texts.update(s.name for s in instance.outputs)
     name = chosen(options.method, network.structure.method)
     options, method = replace(options, method=name), method_named(name)
-    times = times_of(network.structure, options.stop_time, options.step)
+    step = options.step
+    if resumed is not None and step is None and network.structure.step_size is None:
+        step = resumed.step  # which would hang on the stop time
+    times = times_of(network.structure, options.stop_time, step)
     if not options.isolate:
         remarks += mixed_libraries(instances)
     elif method.carrying(instances.values()):
@@ -95,8 +115,8 @@ def plan(package: Path, options: Options, stack: ExitStack, interrupt: Interrupt
     bonds = check_coupling(system, name, options.isolate)
     return Plan(
         options, method, network, instances, system, made.values, made.sizes, drives, layout, which, times, bonds,
-        remarks,
-    )
+        remarks, resumed,
+    )  # fmt: skip
 
 
 def check_options(options: Options) -> None:
@@ -107,6 +127,8 @@ def check_options(options: Options) -> None:
     if options.results:
         check_writable(Path(options.results))
     check_log(options)
+    if options.resume is not None and options.check_step:
+        raise UsageError("--check-step runs the whole time again and cannot be had with --resume")
     if options.step_timeout is not None and not options.isolate:
         raise UsageError("--step-timeout needs --isolate: only a process of its own can be stopped")
 
@@ -136,6 +158,13 @@ def check_categories(options: Options, instances: Mapping[str, FmuInstance]) -> 
             raise UsageError(told)
 
 
+def check_saving(options: Options, instances: Mapping[str, FmuInstance]) -> None:
+    """Raise `UsageError` where the state is to be saved and an FMU cannot give its own."""
+    lacking = [f"component '{n}': {why}" for n, i in instances.items() if (why := i.lacks_serialising)]
+    if options.saves and lacking:
+        raise UsageError(f"--save-state: {'; '.join(lacking)}")
+
+
 def check_coupling(system: System, method: str, isolated: bool) -> list[Bond]:
     """The power bonds; raises `CosimError` for what the coupling needs and the FMUs do not have."""
     early_order(system)
@@ -152,7 +181,8 @@ def _isolated(
     def apart(instance: FmuInstance) -> bool:
         return instance.is_foreign and (options.isolate or (able and instance.runs_in_python))
 
-    return {n: IsolatedInstance(s, options.step_timeout, interrupt) if apart(s) else s for n, s in instances.items()}
+    told = options.step_timeout, interrupt, options.saves
+    return {n: IsolatedInstance(s, *told) if apart(s) else s for n, s in instances.items()}
 
 
 def set_substeps(options: Options, instances: dict[str, FmuInstance]) -> None:

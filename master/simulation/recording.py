@@ -38,12 +38,15 @@ class Recording:
 
     def __init__(
         self, system: System, layout: Layout, which: Sequence[int], file: Path | None, every: int,
-        energy: ResidualEnergy, held: HeldInputs, stride: int,
+        energy: ResidualEnergy, held: HeldInputs, stride: int, begin: int = 0,
     ):  # fmt: skip
+        """every: of the rows that are written, the first being number `begin` of the run that it goes on with."""
         self.system, self.layout, self.which, self.every, self.energy = system, layout, which, every, energy
         self.held = held
-        self.names = [layout.columns[i].name for i in which]
-        self._writer: Writer | None = open_writer(file, [layout.columns[i] for i in which]) if file else None
+        self._begin = begin
+        self.columns = [layout.columns[i] for i in which]
+        """Of the result file."""
+        self._writer: Writer | None = open_writer(file, self.columns) if file else None
         width = len(layout.outputs) + len(layout.inputs)
         self._block = min(BLOCK, max(1, BLOCK_BYTES // (8 * max(1, width))))
         self._rows = np.zeros((self._block + 1, width))
@@ -115,14 +118,20 @@ class Recording:
         first, self._flushed = self._flushed, self._flushed + n
         self._keep(first, times, rows)
         if self._writer is not None:
-            kept = slice(-first % self.every, None, self.every)
-            self._writer.write(self.layout.cut(self.which, times[kept], rows[kept], texts[kept]))
+            kept = slice(-(self._begin + first) % self.every, None, self.every)
+            self._writer.write(self._table(times[kept], rows[kept], texts[kept]))
             self.written_to = float(times[kept][-1]) if len(times[kept]) else self.written_to
             self._rest = None
-            if (self._flushed - 1) % self.every:
-                self._rest = self.layout.cut(self.which, times[-1:].copy(), rows[-1:].copy(), texts[-1:])
+            if (self._begin + self._flushed - 1) % self.every:
+                self._rest = self._table(times[-1:].copy(), rows[-1:].copy(), texts[-1:])
         self._written = perf_counter()
         self._taken = self._written - begin
+
+    def _table(
+        self, times: np.ndarray, rows: np.ndarray, texts: list[tuple[list[object], list[object]]]
+    ) -> list[np.ndarray | list[object]]:
+        """The columns of the file."""
+        return self.layout.cut(self.which, times, rows, texts)
 
     def _keep(self, first: int, times: np.ndarray, rows: np.ndarray) -> None:
         """The sample and the extremes of a block."""

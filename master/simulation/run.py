@@ -8,6 +8,8 @@ import tempfile
 from collections.abc import Callable, Sequence
 from contextlib import ExitStack, suppress
 from dataclasses import replace
+from functools import partial
+from math import inf
 from pathlib import Path
 from time import perf_counter
 from typing import Any
@@ -25,16 +27,19 @@ from ..coupling.residual_energy import ResidualEnergy, said
 from ..engine.program import Program
 from ..engine.runner import Runner
 from ..options import Options, as_path, options_of
-from ..results.columns import Column, elements
+from ..results.columns import elements
 from ..slaves.message_log import MessageLog
 from ..system.instances import load_instances
 from ..system.parameters import parameters_in_force
+from .identity import check_resumed, identity
 from .interrupts import Interrupts, interrupts
 from .manifest import manifest, write_manifest
 from .plan import Plan, plan
 from .recording import Recording, sample_stride
 from .result import Result
 from .run_folder import result_folder, write_summary
+from .saved_state import FILE as STATE
+from .state_saver import StateSaver, recall_answers, restore
 from .stepping import Loop
 
 OnHang = Callable[[CosimError], object]
@@ -66,10 +71,12 @@ def run(
         interrupt = stack.enter_context(interrupts(on_hang is not None))
         folder = stack.enter_context(returning()) / folder
         made = plan(package, options, stack, interrupt)
+        own = identity(made) if options.saves or made.resumed is not None else {}
+        made.remarks += check_resumed(made, own, folder)
         stack.enter_context(result_folder(folder, options.results, options.log))
         options = made.options
         write_manifest(folder, manifest(package, made.network, options))
-        this = _Run(package, folder, made, interrupt, on_hang, begin)
+        this = _Run(package, folder, made, interrupt, on_hang, begin, own)
         this.start(stack, log, stride)
         this.march(progress)
         this.look_back()
@@ -85,8 +92,9 @@ class _Run:
 
     def __init__(
         self, package: Path, folder: Path, plan: Plan, interrupt: Interrupts,
-        on_hang: OnHang | None, begin: float,
+        on_hang: OnHang | None, begin: float, own: dict[str, Any],
     ):  # fmt: skip
+        self._identity = own
         self.package, self.folder, self.options, self.plan = package, folder, plan.options, plan
         self.interrupt, self._on_hang, self._begin = interrupt, on_hang, begin
         self.method = plan.method
@@ -95,7 +103,7 @@ class _Run:
     def start(self, stack: ExitStack, log: Callable[[str, str, str], None], stride: int | None) -> None:
         """Load and initialise everything; what is loaded goes with the stack."""
         plan, options = self.plan, self.options
-        count = plan.times[3]
+        count = plan.times[3] - plan.first
         try:
             self._begin_log(stack)
             with self.interrupt.away(self._abandon_start):
@@ -114,14 +122,20 @@ class _Run:
                 self.stride = stride or sample_stride(count, len(layout.columns))
                 self.recording = Recording(
                     plan.system, layout, plan.which, self.file, options.record_every, self.energy, held,
-                    self.stride,
+                    self.stride, plan.first,
                 )  # fmt: skip
+                if plan.resumed is not None and options.resume is not None:
+                    restore(plan.resumed, options.resume, plan.system, program)
         except CosimError as error:
             self._unborn("interrupted" if isinstance(error, Interrupted) else "failed", error)
             raise
         stack.callback(self.recording.close)
         self._started = perf_counter()
-        self.loop = Loop(plan, program, self.recording, self.method.input_hold == MEAN, options.realtime)
+        self.saver = None
+        if options.saves:
+            guarded = partial(self.interrupt.away, self._abandon_saving)
+            self.saver = StateSaver(self.folder / STATE, plan, program, self._identity, guarded)
+        self.loop = Loop(plan, program, self.recording, self.method.input_hold == MEAN, options.realtime, self.saver)
         if self.message_log is not None:
             self.message_log.clock = self.loop.under_way
 
@@ -154,10 +168,12 @@ class _Run:
                 program.drive(drive.place, column, drive.signal.family, mean)
             system.values.begin_with(drive.signal, drive.value(start), drive.element)
         initialise = Initialiser(system)
-        initialise(values, start, stop)
+        initialise(values, start, inf if self.options.saves else stop)  # or an FMU might refuse to go on
         self.remarks += initialise.remarks
         self.parameters = parameters_in_force(system, [*self.plan.sizes, *values], initialise.brought)
         self.remarks += detect_feedthrough(system, loops_only=coupling.newest_values)
+        if self.plan.resumed is not None:
+            recall_answers(self.plan.resumed, system)
         coupling.write(system, program)
         system.steps.show(program)
         return program
@@ -168,6 +184,7 @@ class _Run:
         try:
             self.loop.run(*self.plan.times, progress, self.interrupt, self._abandon)
             self.remarks += self.loop.ending(self.plan.times[1])
+            self.remarks += self.saver.remarks() if self.saver is not None else []
             self.recording.flush()
             self.recording.finish()
         except OutputError as caught:  # nothing more can be written
@@ -223,19 +240,15 @@ class _Run:
             [name for s in (*system.outputs.values(), *system.own_outputs.values()) for name in elements(s)],
             [name for s in system.own_outputs.values() for name in elements(s)],
             self.file,
-            [c.name for c in self._recorded() if c.type == "text"],
-            [c.name for c in self._recorded() if c.type == "boolean"],
+            [c.name for c in self.recording.columns if c.type == "text"],
+            [c.name for c in self.recording.columns if c.type == "boolean"],
             self.stride,
             self.recording.held,
         )
 
-    def _recorded(self) -> list[Column]:
-        """The columns of the result file."""
-        return [self.plan.layout.columns[i] for i in self.plan.which]
-
     def _summary(self, status: str, error: object) -> dict[str, Any]:
         plan, loop = self.plan, self.loop
-        start, _, step, _ = plan.times
+        start, step = plan.begin, plan.times[2]
         wall = perf_counter() - self._started
         simulated = loop.time - start
         instances = plan.instances
@@ -256,7 +269,7 @@ class _Run:
             "start_time_s": start,
             "stop_time_s": loop.time,
             "step_s": step,
-            "steps": loop.done,
+            "steps": loop.done - loop.first,
             "setup_time_s": self._started - self._begin,
             "wall_time_s": wall,
             "real_time_factor": simulated / wall if wall > 0 else None,
@@ -268,10 +281,20 @@ class _Run:
             "warnings": list(dict.fromkeys(warnings)),
             "changes": dict(self.options.changes),
             "parameters": {p.address: p.summary() for p in self.parameters},
-            "columns": self.recording.names,
+            "columns": [c.name for c in self.recording.columns],
             "versions": versions(),
             "machine": {"system": platform.system(), "cpus": os.cpu_count()},
+            **self._states(),
         }
+
+    def _states(self) -> dict[str, Any]:
+        """What of the run's summary is about states, where it has to do with some."""
+        told: dict[str, Any] = {}
+        if (resumed := self.plan.resumed) is not None:
+            told["resumed"] = {"from": str(self.options.resume), "time_s": resumed.time, "steps": resumed.done}
+        if self.saver is not None and (saved := self.saver.saved) is not None:
+            told["saved_state"] = {"file": STATE, "time_s": saved.time, "steps": saved.done}
+        return told
 
     def _reals(self) -> Reals:
         """(column, its name, variable) of the outputs that FMUs give as reals, by component."""
@@ -317,7 +340,13 @@ class _Run:
     def _abandon(self, runner: Runner, lost: str) -> None:
         start, _, step, _ = self.plan.times
         why = self.loop.abandon(runner, start, step, lost)
-        error = SimulationError(why, self.loop.time) if lost else Interrupted(why, self.loop.time)
+        self._break_off(SimulationError(why, self.loop.time) if lost else Interrupted(why, self.loop.time), lost)
+
+    def _abandon_saving(self, lost: str) -> None:
+        self._break_off(self._gone("giving its state", lost), lost)
+
+    def _break_off(self, error: SimulationError, lost: str) -> None:
+        """Write what there is, and end the process."""
         try:
             self.recording.flush()
             self.recording.close()
@@ -353,7 +382,7 @@ def _check_step(
 
     step = 0.5 * result.summary["step_s"]
     quiet = replace(options, results="", log="", log_level=None, log_categories=())
-    half = replace(quiet, step=step, check_step=False, realtime=False)
+    half = replace(quiet, step=step, check_step=False, realtime=False, save_state=False, save_state_every=None)
     try:
         with tempfile.TemporaryDirectory(prefix="cosim_") as scratch:
             again = run(package, Path(scratch), half, log, progress, 2 * result.stride, on_hang)
@@ -369,8 +398,9 @@ def simulate(path: str | Path, out: str | Path | None = None, **options: Any) ->
 
     step, stop_time [s]; method; changes: parameters by address, what --set takes; parameters: .ssv files; variant;
     stimuli: a CSV file; record: patterns of columns; record_every; results: name of the file, "" for none; log: name of
-    a file for what FMUs say; log_level; log_categories; substeps: by component; check_step, realtime, isolate and
-    parallel: True or False; step_timeout [s].
+    a file for what FMUs say; log_level; log_categories; substeps: by component; check_step, realtime, isolate,
+    parallel and save_state: True or False; step_timeout, save_state_every [s]; resume: a saved state, or the folder
+    that has one.
 
     >>> result = simulate("deepsea_11km.ssp", changes={"arm.load_weight": 1000})   # doctest: +SKIP
     >>> result.frame["arm.x_h"].plot()                                              # doctest: +SKIP

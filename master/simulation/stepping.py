@@ -18,6 +18,7 @@ from . import stimuli
 from .interrupts import Interrupts
 from .plan import Plan
 from .recording import Recording
+from .state_saver import StateSaver
 
 SLICE = 0.05
 """Wall time after which the engine comes back to look for Ctrl-C and to write [s]."""
@@ -29,7 +30,11 @@ LISTEN = 0.1
 class Loop:
     """The macro steps, a slice of time at once."""
 
-    def __init__(self, plan: Plan, program: Program, recording: Recording, averaged: bool, realtime: bool):
+    def __init__(
+        self, plan: Plan, program: Program, recording: Recording, averaged: bool, realtime: bool,
+        saver: StateSaver | None = None,
+    ):  # fmt: skip
+        self._saver = saver
         self.system, self.layout, self.drives = plan.system, plan.layout, plan.drives
         self.recording, self.averaged, self.realtime = recording, averaged, realtime
         system, layout = self.system, self.layout
@@ -45,23 +50,28 @@ class Loop:
         self._finite = finite
         self.ended_by: FmuInstance | None = None
         """The FMU that has asked to end the run before its time."""
-        self.done = 0
-        self.time = plan.times[0]
+        self.first = plan.first
+        """Steps that an earlier run has taken."""
+        self.done = self.first
+        self.time = plan.begin
         self._h, self._stepping = plan.times[2], False
 
     def run(
         self, start: float, stop: float, h: float, n: int, progress: Callable[[int, int], None], interrupt: Interrupts,
         abandon: Callable[[Runner, str], None],
     ) -> None:  # fmt: skip
-        """Take n steps of h from start, the last one to stop; `abandon` is for an FMU that does not come back: see
-        `interrupts.Rescue`."""
+        """Take those left of n steps of h from start, the last one to stop; `abandon` is for an FMU that does not come
+        back: see `interrupts.Rescue`."""
         recording = self.recording
-        self.time, self._h = start, h
-        progress(0, n)
-        self._check_start(start)
-        begin = perf_counter()
+        self._h = h
+        progress(0, n - self.first)
+        self._check_start(self.time)
+        self._save(self._is_due())
+        begin = perf_counter() - self.first * h
         while self.done < n:
             count = min(recording.room(), n - self.done)
+            if self._saver is not None:
+                count = min(count, self._saver.until(self.done))
             if self.realtime:
                 self._wait(begin + self.done * h, interrupt)
                 count = max(1, min(count, int((perf_counter() - begin) / h) + 1 - self.done))
@@ -84,7 +94,8 @@ class Loop:
             self._reach(start, stop, h, n)
             if recording.due():
                 recording.flush()
-                progress(self.done, n)
+                progress(self.done - self.first, n - self.first)
+            self._save(self._is_due() and self.runner.ended is None)
             self._heed(interrupt)
             if self.runner.ended is not None and self.done < n:
                 self.ended_by = cast(FmuInstance, self.runner.ended)  # the system's programs are about its instances
@@ -96,7 +107,7 @@ class Loop:
         with interrupt.away(partial(abandon, self._exchange)):
             self._exchange.once()
         recording.last(self.time)
-        progress(n, n)
+        progress(n - self.first, n - self.first)
 
     @contextmanager
     def _in_steps(self) -> Iterator[None]:
@@ -131,6 +142,15 @@ class Loop:
         early = f", and came to t = {last:g} s in its last step" if inside else ""
         return [f"component '{instance.name}' ended the run at t = {self.time:g} s, before {stop:g} s{early}"]
 
+    def _is_due(self) -> bool:
+        return self._saver is not None and self._saver.is_due(self.done)
+
+    def _save(self, wanted: bool) -> None:
+        """Save the state, if that is wanted; the rows before it are on disk then."""
+        if self._saver is not None and wanted:
+            self.recording.flush()
+            self._saver.save(self.done)
+
     def _reach(self, start: float, stop: float, h: float, n: int) -> None:
         self.done += self.runner.taken
         self.time = start + self.done * h if self.done < n else stop
@@ -142,7 +162,10 @@ class Loop:
 
     def _heed(self, interrupt: Interrupts) -> None:
         if interrupt:
-            raise Interrupted(f"interrupted at t = {self.time:g} s", self.time)
+            self._save(self.runner.ended is None)
+            saver = self._saver
+            further = f"; --resume {saver.path.parent} goes on from there" if saver is not None and saver.saved else ""
+            raise Interrupted(f"interrupted at t = {self.time:g} s{further}", self.time)
 
     def _wait(self, until: float, interrupt: Interrupts) -> None:
         """Wait for a moment of the clock [s], and write meanwhile what there is."""

@@ -88,7 +88,8 @@ class FmuInstance(FmuVariables, ABC):
 
     @abstractmethod
     def enter_initialisation(self, start: float, stop: float) -> None:
-        """Start and stop time [s], and the initialisation mode where there is one."""
+        """Start and stop time [s], and the initialisation mode where there is one; of a stop time that is infinite the
+        FMU is told nothing."""
 
     @abstractmethod
     def exit_initialisation(self) -> None:
@@ -161,6 +162,23 @@ class FmuInstance(FmuVariables, ABC):
 
     def drop(self, state: Any) -> None:
         """A saved state is not needed any more."""
+
+    @property
+    def lacks_serialising(self) -> str:
+        """Why a state cannot be kept beyond the life of the instance; empty where it can."""
+        if self.version == "1.0":
+            return "FMI 1.0 has no states"
+        if self.can_restore and getattr(self.description.coSimulation, "canSerializeFMUstate", False):
+            return ""
+        return f"it cannot serialise its state (canSerializeFMU{'S' if self.version == '3.0' else 's'}tate)"
+
+    def serialise(self, state: Any) -> bytes:
+        """A saved state as bytes, which another instance of the FMU understands."""
+        raise SimulationError(f"component '{self.name}' cannot serialise its state")
+
+    def deserialise(self, content: bytes) -> Any:
+        """The state that has been serialised so, to be restored."""
+        raise SimulationError(f"component '{self.name}' cannot restore a serialised state")
 
     # errors
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from math import isfinite
 from typing import Any
 
 from ...core.errors import SimulationError
@@ -33,7 +34,8 @@ class Fmi2Instance(LibraryInstance):
         self._fmu.instantiate(callbacks=callbacks, loggingOn=True)
 
     def enter_initialisation(self, start: float, stop: float) -> None:
-        self.call(self._fmu.setupExperiment, doing="setupExperiment", startTime=start, stopTime=stop)
+        told = stop if isfinite(stop) else None
+        self.call(self._fmu.setupExperiment, doing="setupExperiment", startTime=start, stopTime=told)
         self.call(self._fmu.enterInitializationMode, doing="enterInitializationMode")
         self._state = "initialising"
 
@@ -67,3 +69,9 @@ class Fmi2Instance(LibraryInstance):
 
     def drop(self, state: Any) -> None:
         self.call(self._fmu.freeFMUstate, state, doing="freeFMUstate")
+
+    def serialise(self, state: Any) -> bytes:
+        return bytes(self.call(self._fmu.serializeFMUstate, state, doing="serializeFMUstate"))
+
+    def deserialise(self, content: bytes) -> Any:
+        return self.call(self._fmu.deSerializeFMUstate, content, doing="deSerializeFMUstate")

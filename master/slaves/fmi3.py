@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from math import isfinite
 from typing import Any, ClassVar
 
 import numpy as np
@@ -59,7 +60,8 @@ class Fmi3Instance(LibraryInstance):
         return tuple(values) if self.variables[name].dimensions else values[0]
 
     def enter_initialisation(self, start: float, stop: float) -> None:
-        self.call(self._fmu.enterInitializationMode, doing="enterInitializationMode", startTime=start, stopTime=stop)
+        told = stop if isfinite(stop) else None
+        self.call(self._fmu.enterInitializationMode, doing="enterInitializationMode", startTime=start, stopTime=told)
         self._state = "initialising"
 
     def reset(self) -> None:
@@ -103,3 +105,9 @@ class Fmi3Instance(LibraryInstance):
 
     def drop(self, state: Any) -> None:
         self.call(self._fmu.freeFMUState, state, doing="freeFMUState")
+
+    def serialise(self, state: Any) -> bytes:
+        return bytes(self.call(self._fmu.serializeFMUState, state, doing="serializeFMUState"))
+
+    def deserialise(self, content: bytes) -> Any:
+        return self.call(self._fmu.deserializeFMUState, content, doing="deserializeFMUState")

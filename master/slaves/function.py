@@ -69,6 +69,12 @@ class FunctionInstance(FmuInstance):
     def restore(self, state: Any) -> None:
         """There is no state."""
 
+    def serialise(self, state: Any) -> bytes:
+        return b""
+
+    def deserialise(self, content: bytes) -> Any:
+        return None
+
 
 def _description(function: LinearFunction) -> Any:
     """What a model description would say of it, as fmpy's record."""
@@ -84,7 +90,9 @@ def _description(function: LinearFunction) -> Any:
         for k, name in enumerate(function.outputs)
     ]
     depends = [Unknown(0, v, [inputs[name] for name, _ in function.outputs[v.name]]) for v in outputs]
-    able = CoSimulation("function", canGetAndSetFMUstate=True, canHandleVariableCommunicationStepSize=True)
+    able = CoSimulation(
+        "function", canGetAndSetFMUstate=True, canSerializeFMUstate=True, canHandleVariableCommunicationStepSize=True
+    )
     return ModelDescription(
         "2.0", "function", coSimulation=able, modelVariables=[*inputs.values(), *outputs], outputs=depends,
         initialUnknowns=depends,

@@ -93,6 +93,11 @@ class SignalLayout:
         self._free = self._own_slots = self._count["slots"]
         self.buffer = ValueBuffer(self._count["slots"] + spare, self._count["texts"], self._staged)
 
+    @property
+    def signal_slots(self) -> int:
+        """How many slots the signals have; free ones come after them."""
+        return self._own_slots
+
     def scratch(self, size: int = 1) -> int:
         """First of so many free slots, for what an algorithm has to remember."""
         if self._free + size > len(self.buffer.reals):
