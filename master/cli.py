@@ -120,6 +120,10 @@ def parser() -> argparse.ArgumentParser:
         "--record", metavar="PATTERN", action="append", default=[],
         help="keep only columns that match, e.g. --record 'arm.*'; may be repeated",
     )  # fmt: skip
+    results.add_argument(
+        "--record-parameters", metavar="PATTERN", action="append", default=[],
+        help="add columns with the parameters in force that match; may be repeated",
+    )  # fmt: skip
     results.add_argument("--record-every", metavar="N", type=positive, default=1, help="keep every N-th point only")
     results.add_argument(
         "--plot", metavar="PATTERN", action="append", default=[], help="what overview.png shows (default: a choice)"
@@ -283,6 +287,7 @@ def _run(options: argparse.Namespace) -> int:
         save_state=options.save_state,
         save_state_every=options.save_state_every,
         resume=options.resume,
+        record_parameters=tuple(options.record_parameters),
     )
     if options.check or options.info:
         return _look(options, settings)

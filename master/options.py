@@ -56,6 +56,8 @@ class Options:
     """Save it also whenever so much time has been simulated [s]."""
     resume: Path | None = None
     """A saved state, or the result folder that holds one, to go on from."""
+    record_parameters: tuple[str, ...] = ()
+    """Patterns of parameters that become columns of the results."""
 
     @property
     def saves(self) -> bool:
@@ -66,7 +68,7 @@ class Options:
         """Every option in its type, or a `UsageError` that names it."""
         convert: dict[str, Callable[[str, Any], Any]] = {
             "step": as_time, "stop_time": as_time, "step_timeout": _timeout, "method": as_text, "changes": _changes,
-            "save_state": _switch, "save_state_every": _timeout, "resume": as_path,
+            "save_state": _switch, "save_state_every": _timeout, "resume": as_path, "record_parameters": as_texts,
             "parameters": _paths, "variant": as_text, "stimuli": as_path, "record": as_texts, "plot": as_texts,
             "record_every": _count, "results": _file_name, "log": _file_name, "log_level": as_text,
             "log_categories": as_texts, "substeps": _substeps, "realtime": _switch,

@@ -34,13 +34,13 @@ def elements(signal: Signal) -> list[str]:
     return [f"{signal.address}[{k + 1}]" for k in range(signal.size)]
 
 
-def type_of(signal: Signal) -> str:
-    """A column's type."""
-    if signal.family == TEXT:
+def kind_of(type: str, family: str) -> str:
+    """The type of a column, of an FMI type and the family of its values."""
+    if family == TEXT:
         return "text"
-    if signal.family == REAL:
+    if family == REAL:
         return "float"
-    return {"Boolean": "boolean", "UInt64": "unsigned"}.get(signal.type, "integer")
+    return {"Boolean": "boolean", "UInt64": "unsigned"}.get(type, "integer")
 
 
 class Layout:
@@ -67,7 +67,7 @@ class Layout:
                     for k, name in enumerate(elements(s)):
                         given = are_outputs and k not in own.get(s, ())
                         where, places = ("output", self.outputs) if given else ("input", self.inputs)
-                        self.columns.append(Column(name, type_of(s), units.get(s.address)))
+                        self.columns.append(Column(name, kind_of(s.type, s.family), units.get(s.address)))
                         if s.family == TEXT:
                             self._cuts.append((f"{where} text", s.place + k))
                         else:

@@ -75,6 +75,8 @@ def _arguments(options: Options) -> list[str]:
         made += ["--substeps", f"{component}={ratio}"]
     for pattern in options.record:
         made += ["--record", pattern]
+    for pattern in options.record_parameters:
+        made += ["--record-parameters", pattern]
     if options.record_every != 1:
         made += ["--record-every", str(options.record_every)]
     made += ["--results", options.results] if options.results != "results.csv" else []

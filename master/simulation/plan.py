@@ -18,12 +18,14 @@ from ..isolation.isolated import IsolatedInstance
 from ..options import Options
 from ..results import check_writable
 from ..results.columns import Layout
+from ..results.constants import chosen_parameters
 from ..slaves.base import FmuInstance
 from ..slaves.message_log import LEVELS
 from ..system.addresses import targets
 from ..system.assemble import assemble
 from ..system.findings import Findings
 from ..system.instances import mixed_libraries, smallest_step
+from ..system.parameters import parameters_in_force
 from ..system.start_values import Value, idle
 from ..system.system import System
 from . import stimuli
@@ -105,6 +107,8 @@ def plan(package: Path, options: Options, stack: ExitStack, interrupt: Interrupt
     which = layout.chosen(options.record)
     layout.chosen(options.plot, "--plot")
     layout.keep_texts(which if options.results else ())
+    if options.record_parameters:
+        chosen_parameters(parameters_in_force(system, [*made.sizes, *made.values]), options.record_parameters)
     drives = stimuli.read(options.stimuli, system) if options.stimuli is not None else []
     if options.stimuli is not None:
         remarks += stimuli.remarks(options.stimuli, drives, system, times[0], times[1])

@@ -15,6 +15,7 @@ from ..accuracy.held_inputs import HeldInputs
 from ..coupling.residual_energy import ResidualEnergy
 from ..results import open_writer
 from ..results.columns import Layout
+from ..results.constants import Constant
 from ..results.format import Writer
 from ..system.system import System
 
@@ -38,13 +39,13 @@ class Recording:
 
     def __init__(
         self, system: System, layout: Layout, which: Sequence[int], file: Path | None, every: int,
-        energy: ResidualEnergy, held: HeldInputs, stride: int, begin: int = 0,
+        energy: ResidualEnergy, held: HeldInputs, stride: int, constants: Sequence[Constant] = (), begin: int = 0,
     ):  # fmt: skip
         """every: of the rows that are written, the first being number `begin` of the run that it goes on with."""
         self.system, self.layout, self.which, self.every, self.energy = system, layout, which, every, energy
         self.held = held
-        self._begin = begin
-        self.columns = [layout.columns[i] for i in which]
+        self._constants, self._begin = constants, begin
+        self.columns = [*(layout.columns[i] for i in which), *(c.column for c in constants)]
         """Of the result file."""
         self._writer: Writer | None = open_writer(file, self.columns) if file else None
         width = len(layout.outputs) + len(layout.inputs)
@@ -131,7 +132,7 @@ class Recording:
         self, times: np.ndarray, rows: np.ndarray, texts: list[tuple[list[object], list[object]]]
     ) -> list[np.ndarray | list[object]]:
         """The columns of the file."""
-        return self.layout.cut(self.which, times, rows, texts)
+        return [*self.layout.cut(self.which, times, rows, texts), *(c.rows(len(times)) for c in self._constants)]
 
     def _keep(self, first: int, times: np.ndarray, rows: np.ndarray) -> None:
         """The sample and the extremes of a block."""

@@ -28,6 +28,7 @@ from ..engine.program import Program
 from ..engine.runner import Runner
 from ..options import Options, as_path, options_of
 from ..results.columns import elements
+from ..results.constants import constants
 from ..slaves.message_log import MessageLog
 from ..system.instances import load_instances
 from ..system.parameters import parameters_in_force
@@ -120,9 +121,10 @@ class _Run:
                 held = HeldInputs(plan.system, layout.outputs, layout.inputs, carrying, options.check_step)
                 self.file = self.folder / options.results if options.results else None
                 self.stride = stride or sample_stride(count, len(layout.columns))
+                taken = [layout.columns[i] for i in plan.which]
                 self.recording = Recording(
                     plan.system, layout, plan.which, self.file, options.record_every, self.energy, held,
-                    self.stride, plan.first,
+                    self.stride, constants(plan.system, self.parameters, options.record_parameters, taken), plan.first,
                 )  # fmt: skip
                 if plan.resumed is not None and options.resume is not None:
                     restore(plan.resumed, options.resume, plan.system, program)
@@ -233,7 +235,7 @@ class _Run:
             self.folder,
             self.summary,
             [c.name for c in self.plan.layout.columns],
-            system.units(),
+            {**system.units(), **{c.name: c.unit for c in self.recording.columns if c.unit and c.name != "time"}},
             self.recording.sampled(),
             self.recording.extremes(),
             [name for link in system.links for name in elements(link.source)],
@@ -381,7 +383,7 @@ def _check_step(
     from .step_check import judge, unjudged
 
     step = 0.5 * result.summary["step_s"]
-    quiet = replace(options, results="", log="", log_level=None, log_categories=())
+    quiet = replace(options, results="", log="", log_level=None, log_categories=(), record_parameters=())
     half = replace(quiet, step=step, check_step=False, realtime=False, save_state=False, save_state_every=None)
     try:
         with tempfile.TemporaryDirectory(prefix="cosim_") as scratch:
@@ -400,7 +402,7 @@ def simulate(path: str | Path, out: str | Path | None = None, **options: Any) ->
     stimuli: a CSV file; record: patterns of columns; record_every; results: name of the file, "" for none; log: name of
     a file for what FMUs say; log_level; log_categories; substeps: by component; check_step, realtime, isolate,
     parallel and save_state: True or False; step_timeout, save_state_every [s]; resume: a saved state, or the folder
-    that has one.
+    that has one; record_parameters: patterns of parameters.
 
     >>> result = simulate("deepsea_11km.ssp", changes={"arm.load_weight": 1000})   # doctest: +SKIP
     >>> result.frame["arm.x_h"].plot()                                              # doctest: +SKIP
