@@ -180,14 +180,14 @@ class IsolatedInstance(FmuInstance):
         except OSError:
             raise self._died() from None
 
-    def _ask(self, method: str, *arguments: Any, heed: bool = True) -> Any:
+    def _ask(self, method: str, *arguments: Any) -> Any:
         if self._asked:  # what a run that has failed did not read any more
             self._asked = False
             with contextlib.suppress(CosimError):
                 self._answer(START_UP)
         self._doing = method
         self._tell("call", method, arguments)
-        return self._answer(START_UP, heed)
+        return self._answer(START_UP)
 
     # what the engine does
 
@@ -279,16 +279,16 @@ class IsolatedInstance(FmuInstance):
         return self._real.lacks_serialising
 
     def save(self) -> Any:
-        return self._ask("save", heed=False)  # its number: the state itself stays where it is
+        return self._ask("save")  # its number: the state itself stays where it is
 
     def restore(self, state: Any) -> None:
         self._ask("restore", state)
 
     def drop(self, state: Any) -> None:
-        self._ask("drop", state, heed=False)
+        self._ask("drop", state)
 
     def serialise(self, state: Any) -> bytes:
-        content: bytes = self._ask("serialise", state, heed=False)  # also of a run that was asked to end
+        content: bytes = self._ask("serialise", state)
         return content
 
     def deserialise(self, content: bytes) -> Any:

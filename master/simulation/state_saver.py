@@ -32,7 +32,7 @@ class StateSaver:
     ):  # fmt: skip
         """identity: see there; guarded: around what calls the FMUs."""
         self.path, self._system, self._program, self._identity = path, plan.system, program, identity
-        self._guarded = guarded
+        self._guarded, self._versions = guarded, versions()
         stimuli, every = plan.options.stimuli, plan.options.save_state_every
         self._stimuli = digest(stimuli) if stimuli is not None else None
         self._start, stop, self._step, n = plan.times
@@ -66,7 +66,7 @@ class StateSaver:
             fmus = {name: _serialised(instance) for name, instance in system.instances.items()}
         values = system.buffer.integers[: system.layout.signal_slots].copy()
         made = SavedState(
-            time, done, self._step, self._identity, self._stimuli, versions(), answers, values,
+            time, done, self._step, self._identity, self._stimuli, self._versions, answers, values,
             list(system.buffer.texts), memories, fmus,
         )  # fmt: skip
         write_state(self.path, made)

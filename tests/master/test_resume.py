@@ -168,6 +168,32 @@ def test_a_run_goes_on_again_and_again(fmus, tmp_path):
     assert joined(*(tmp_path / name for name in "012")) == lines(tmp_path / "whole")
 
 
+def test_the_clock_is_kept_from_there_on(fmus, tmp_path):
+    path = two(tmp_path / "p.ssp", fmus[2], step=0.05)
+    run(path, tmp_path / "whole")
+    run(path, tmp_path / "a", Options(stop_time=0.5, save_state=True))
+    summary = run(path, tmp_path / "b", Options(resume=tmp_path / "a", realtime=True)).summary
+    assert summary["wall_time_s"] >= 0.5
+    assert summary["real_time_factor"] <= 1.0
+    assert joined(tmp_path / "a", tmp_path / "b") == lines(tmp_path / "whole")
+
+
+def test_a_state_of_other_versions_goes_on_with_a_remark(fmus, tmp_path):
+    path = two(tmp_path / "p.ssp", fmus[2])
+    run(path, tmp_path / "a", Options(stop_time=0.5, save_state=True))
+
+    def aged(content):
+        state = json.loads(content)
+        state["versions"]["fmpy"] = "0.1"
+        return json.dumps(state).encode()
+
+    old = rewritten_state(tmp_path / "a" / "state.zip", tmp_path / "old.zip", "state.json", aged)
+    assert not run(path, tmp_path / "b", Options(resume=tmp_path / "a")).summary["warnings"]
+    told = run(path, tmp_path / "b", Options(resume=old)).summary["warnings"]
+    assert len(told) == 1
+    assert "fmpy: 0.1 when the state was saved" in told[0]
+
+
 def test_a_state_is_one_that_a_longer_run_has(fmus, tmp_path):
     """Not that behind a last step that is cut short."""
     path = two(tmp_path / "p.ssp", fmus[2])
