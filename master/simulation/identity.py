@@ -90,7 +90,7 @@ def _system(plan: Plan) -> Iterator[tuple[str, Any]]:
     for k in (*connections.links, *connections.shown):
         c = k.conversion
         yield f"connection {k.source.label} -> {k.target.label}", [c.factor, c.offset, c.from_integer, repr(c.whole)]
-    for flat in connections.early:
+    for flat in connections.parameter_connections:
         yield f"connection {'.'.join(flat.start)} -> {'.'.join(flat.end)}", "of a parameter"
     for s in plan.system.signals:
         yield f"variable '{s.address}' that is set or read (--record)", [s.type, s.size]
