@@ -18,7 +18,7 @@ from ..core.units import conversion, unit
 from ..core.variables import VariableTable
 from ..ssp.network import flatten
 from ..ssp.reader import read
-from ..ssp.wires import Network
+from ..ssp.flat import Network
 from .build import CONTAINER, MODELS, Model, Way, build_fmu, sources_of
 from .machine import CONNECTED, PARTS, DeepseaMachine
 
@@ -39,7 +39,7 @@ def starts_of(package: Path, table: VariableTable) -> dict[str, float]:
                     f"{package}: {model.name}.fmu has not the code that is installed here, which a container gets; "
                     "make the package anew with cosim-fmus build"
                 )
-    _check_wires(package, network)
+    _check_connections(package, network)
     known = {v.name: v for v in table}
     made = {}
     for s in network.settings:
@@ -68,18 +68,18 @@ def is_ours(fmu: Path, model: Model) -> bool:
         return False
 
 
-def _check_wires(package: Path, network: Network) -> None:
+def _check_connections(package: Path, network: Network) -> None:
     """The parts have to be connected as those in the container are, and nothing else."""
-    wanted = {(part, x): start for part, wires in CONNECTED.items() for x, start in wires.items()}
-    found = {wire.end: wire for wire in network.wires}
+    wanted = {(part, x): start for part, connected in CONNECTED.items() for x, start in connected.items()}
+    found = {flat.end: flat for flat in network.flat_connections}
     for end, start in wanted.items():
         if end not in found or found[end].start != start:
             raise PackageError(f"{package}: '{'.'.join(end)}' is not driven by '{'.'.join(start)}' as in a container")
-    for end, wire in found.items():
+    for end, flat in found.items():
         if end not in wanted:
-            raise PackageError(f"{wire.where}: '{'.'.join(end)}' is driven, which a container does not support")
-        if any(hop.transformation is not None or hop.suppress_unit_conversion for hop in wire.hops):
-            raise PackageError(f"{wire.where}: '{'.'.join(end)}' is transformed, which a container does not support")
+            raise PackageError(f"{flat.where}: '{'.'.join(end)}' is driven, which a container does not support")
+        if any(hop.transformation is not None or hop.suppress_unit_conversion for hop in flat.hops):
+            raise PackageError(f"{flat.where}: '{'.'.join(end)}' is transformed, which a container does not support")
 
 
 def container(
