@@ -16,9 +16,9 @@ from ..core.errors import PackageError
 from ..core.files import make_folder
 from ..core.units import conversion, unit
 from ..core.variables import VariableTable
+from ..ssp.flat import Network
 from ..ssp.network import flatten
 from ..ssp.reader import read
-from ..ssp.flat import Network
 from .build import CONTAINER, MODELS, Model, Way, build_fmu, sources_of
 from .machine import CONNECTED, PARTS, DeepseaMachine
 
