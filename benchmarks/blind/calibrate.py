@@ -225,7 +225,7 @@ def recalibrated(record: Record) -> Record:
     calibration, case = Calibration.load(), case_of(record.answer, record.diagnosis)
     posterior = posterior_of(case.evidence, calibration, case.readings)
     ids = sorted({id for e in case.evidence for id in e.ids})
-    told = {id: inclusion(posterior, frozenset([id]), calibration) for id in ids}
+    told = {id: inclusion(posterior, frozenset([id])) for id in ids}
     own = record.diagnosis["effects"]
     effects = {id: {**own.get(id, {}), "inclusion_probability": p} for id, p in told.items()}
     return record._replace(diagnosis={**record.diagnosis, "effects": effects})

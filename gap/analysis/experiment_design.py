@@ -140,8 +140,7 @@ def _expected_probabilities(
     calibration, readings = Calibration.load().of_gap(baseline), len(problem.observations)
     share = 1.0 / (1.0 + len(problem.runs))
     energy = np.array([r.structured_energy for r in pair])
-    floor = calibration.scatter * (calibration.beyond_chance(float(energy.min()), readings) - calibration.discrepancy)
-    floor += calibration.discrepancy + chance(readings)
+    floor = calibration.form_scatter(float(energy.min()), readings) + calibration.discrepancy + chance(readings)
     log_odds = np.log(odds) - 0.5 * calibration.independent * float(np.log((energy[1] + floor) / (energy[0] + floor)))
     p_right = []
     for right in (0, 1):

@@ -19,11 +19,11 @@ from .state import Inclusion, State
 
 def weigh_hypotheses(state: State) -> State:
     """Probabilities of all hypotheses that were looked at, and of every effect and group."""
-    problem, calibration = state.problem, Calibration.load()
+    problem = state.problem
     evidence = [_evidence(r) for r in state.ranked]
-    posterior = posterior_of(evidence, calibration, len(problem.observations))
+    posterior = posterior_of(evidence, Calibration.load(), len(problem.observations))
     groups = {c.id: c.group for c in problem.candidates}
-    effects, of_groups = inclusions(posterior, groups, calibration)
+    effects, of_groups = inclusions(posterior, groups)
     order = np.argsort(-posterior.probability, kind="stable")
     state = replace(
         state, ranked=tuple(state.ranked[k] for k in order),

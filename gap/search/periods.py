@@ -19,7 +19,7 @@ from ..estimation.nuisances import nuisance_columns
 from ..problem.noise import rms
 from ..problem.parameters import EstimatedParameter, Point
 from ..problem.problem import Problem
-from .sizes import grid
+from .sizes import between, grid
 
 
 def find_period(problem: Problem, x: EstimatedParameter, point: Point) -> float:
@@ -53,9 +53,7 @@ class _OneRun:
 
     def __init__(self, problem: Problem, x: EstimatedParameter, point: Point):
         self.x, self.point = x, point
-        (model,) = problem.evaluate([point])
-        left = problem.observations.y if model is None else problem.observations.whiten(model)
-        run = max(range(len(problem.runs)), key=lambda r: rms(left[problem.observations.run == r]))
+        run = _missed_most(problem, point)
         self.problem = problem.of_runs([run])
         samples = self.problem.samples
         self.end = float(samples.time.max())
@@ -76,9 +74,7 @@ class _OneRun:
                 left[v] = float(np.sum(_course(whole, at.residual, width) ** 2) + at.nuisances @ at.nuisances)
             if not left:
                 break
-            tried, nearest = sorted(left), min(left, key=lambda v: left[v])
-            k = tried.index(nearest)
-            sizes = [float(np.sqrt(nearest * v)) for v in (*tried[max(0, k - 1) : k], *tried[k + 1 : k + 2])]
+            sizes = between(left, min(left, key=lambda v: left[v]))
         return min(left, key=lambda v: left[v], default=self.point[self.x.name])
 
     def best(self, values: Sequence[float], until: float) -> list[float]:
@@ -96,6 +92,15 @@ class _OneRun:
                 if model is not None:
                     profiled[v] = profile_nuisances(problem, model, nuisance_columns(problem, model), 1.0)
         return profiled
+
+
+def _missed_most(problem: Problem, point: Point) -> int:
+    """The run of which most is left at a point; the first one where the model does not run there."""
+    (model,) = problem.evaluate([point])
+    if model is None:
+        return 0
+    left = problem.observations.whiten(model)
+    return max(range(len(problem.runs)), key=lambda r: rms(left[problem.observations.run == r]))
 
 
 def _course(problem: Problem, residual: np.ndarray, width: float) -> np.ndarray:

@@ -21,7 +21,10 @@ from .bank import evaluate_in_batches
 from .periods import find_period
 from .refinement import FitStart, exact_hypotheses_at, fit_from, polish
 from .rounds import best_of_each_set, idle_effects, polish_near, search_cost
-from .sizes import grid, variants
+from .sizes import between, grid, variants
+
+_Trial = tuple[EffectCandidate, Mapping[str, float]]
+"""A relative, and the values of its parameters."""
 
 
 class _Swap(NamedTuple):
@@ -100,50 +103,37 @@ def _swaps(
     settings = problem.settings.search
     relatives = [c for c in problem.candidates if c.group == replaced.group and c.label not in best.labels]
     swaps: dict[str, dict[float, _Swap]] = {c.label: {} for c in relatives}
-    trials = [(c, v) for c in relatives for v in variants(c, grid(c.main, settings), settings)]
+    nearest: dict[str, _Swap] = {}
+    trials: list[_Trial] = [(c, v) for c in relatives for v in variants(c, grid(c.main, settings), settings)]
     for _ in range(1 + settings.size_looks):
         for swap in _simulated(problem, best, replaced, trials, nuisance_jacobian):
             size = swap.point[swap.relative.main.name]
             of_relative = swaps[swap.relative.label]
             if size not in of_relative or swap.rms_left < of_relative[size].rms_left:
                 of_relative[size] = swap
-        trials = [entry for of_relative in swaps.values() if of_relative for entry in _between(of_relative)]
-    nearest = [min(of_relative.values(), key=lambda s: s.rms_left) for of_relative in swaps.values() if of_relative]
-    if is_adequate(problem, best.fit):
-        return nearest
-    return [_in_period(problem, s, best.fit.correction, nuisance_jacobian) for s in nearest]
+        nearest = {label: min(s.values(), key=lambda s: s.rms_left) for label, s in swaps.items() if s}
+        trials = [
+            _trial(s, size) for label, s in nearest.items()
+            for size in between(swaps[label], s.point[s.relative.main.name])
+        ]  # fmt: skip
+    if not is_adequate(problem, best.fit) and not problem.stop_requested:
+        periodic = [s for s in nearest.values() if s.relative.main.repeats_for]
+        trials = [_trial(s, find_period(problem, s.relative.main, s.point)) for s in periodic]
+        for swap in _simulated(problem, best, replaced, trials, nuisance_jacobian):
+            label = swap.relative.label
+            nearest[label] = min(nearest[label], swap, key=lambda s: s.rms_left)
+    return list(nearest.values())
 
 
-def _in_period(
-    problem: Problem, swap: _Swap, correction: np.ndarray, nuisance_jacobian: np.ndarray
-) -> _Swap:
-    """A swap at the period that serves best, where the effect's size is one."""
-    x = swap.relative.main
-    if not x.repeats_for or problem.stop_requested:
-        return swap
-    point = {**swap.point, x.name: find_period(problem, x, swap.point)}
-    (model,) = problem.evaluate([point])
-    if model is None:
-        return swap
-    left = rms(profile_nuisances(problem, model + correction, nuisance_jacobian, 1.0).residual)
-    return swap._replace(point=point, rms_left=left) if left < swap.rms_left else swap
-
-
-def _between(by_size: Mapping[float, _Swap]) -> list[tuple[EffectCandidate, dict[str, float]]]:
-    """Sizes half way, by their ratio, from the best to its neighbours."""
-    best = min(by_size.values(), key=lambda s: s.rms_left)
-    main = best.relative.main.name
-    size = best.point[main]
-    sizes = sorted(s for s in by_size if s * size > 0.0)
-    k = sizes.index(size)
-    values = {x.name: best.point[x.name] for x in best.relative.parameters}
-    return [(best.relative, {**values, main: float(np.sign(size) * np.sqrt(size * s))}) for s in
-            (*sizes[max(0, k - 1) : k], *sizes[k + 1 : k + 2])]  # fmt: skip
+def _trial(swap: _Swap, size: float) -> _Trial:
+    """The relative at another size, its shapes as they are."""
+    values = {x.name: swap.point[x.name] for x in swap.relative.parameters}
+    return swap.relative, {**values, swap.relative.main.name: size}
 
 
 def _simulated(
     problem: Problem, best: Hypothesis, replaced: EffectCandidate,
-    trials: Sequence[tuple[EffectCandidate, Mapping[str, float]]], nuisance_jacobian: np.ndarray,
+    trials: Sequence[_Trial], nuisance_jacobian: np.ndarray,
 ) -> list[_Swap]:  # fmt: skip
     """The best hypothesis with each of these in the place of an effect; those that run."""
     others = tuple(c for c in best.candidates if c is not replaced)

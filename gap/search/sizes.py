@@ -3,8 +3,10 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from itertools import product
+
+import numpy as np
 
 from ..problem.parameters import EffectCandidate, EstimatedParameter
 from ..settings import SearchSettings
@@ -35,6 +37,13 @@ def first_sizes(x: EstimatedParameter, settings: SearchSettings) -> list[float]:
         one_side = [s for s in sizes if s * sign > 0.0]
         chosen |= {min(one_side, key=lambda s: abs(abs(s) - size)) for size in settings.first if one_side}
     return [s for s in sizes if s in chosen]
+
+
+def between(tried: Iterable[float], nearest: float) -> list[float]:
+    """Sizes half way, by their ratio, from one of those that were tried to its neighbours on the same side."""
+    sizes = sorted(s for s in tried if s * nearest > 0.0)
+    k = sizes.index(nearest)
+    return [float(np.sign(nearest) * np.sqrt(nearest * s)) for s in (*sizes[max(0, k - 1) : k], *sizes[k + 1 : k + 2])]
 
 
 def variants(candidate: EffectCandidate, sizes: Sequence[float], settings: SearchSettings) -> list[dict[str, float]]:

@@ -87,6 +87,10 @@ class Calibration:
         """What a residual shares beyond chance, with what right models miss added."""
         return max(0.0, energy - chance(readings)) + self.discrepancy
 
+    def form_scatter(self, least: float, readings: int) -> float:
+        """What counts as scatter of the model's form where the best hypothesis leaves that energy."""
+        return self.scatter * (self.beyond_chance(least, readings) - self.discrepancy)
+
     @staticmethod
     def load() -> Calibration:
         """The calibration that is shipped."""

@@ -54,8 +54,7 @@ def posterior_of(evidence: Sequence[Evidence], calibration: Calibration, reading
     that they leave.
     """
     of_gap = calibration.of_gap(next(e.energy for e in evidence if not e.ids))
-    least = min(e.energy for e in evidence)
-    scatter = calibration.scatter * (calibration.beyond_chance(least, readings) - calibration.discrepancy)
+    scatter = calibration.form_scatter(min(e.energy for e in evidence), readings)
 
     def neg2_log(c: Calibration) -> np.ndarray:
         terms = [c.evidence_terms(e.energy, e.curvature, scatter, readings) for e in evidence]
@@ -97,11 +96,11 @@ def inclusion_features(posterior: Posterior, members: frozenset[str]) -> np.ndar
     return np.array([1.0, np.log(posterior.left), odds])
 
 
-def inclusion(posterior: Posterior, members: frozenset[str], calibration: Calibration) -> float:
+def inclusion(posterior: Posterior, members: frozenset[str]) -> float:
     """Calibrated probability that any of some effects is in the machine; 0 where none of them was looked at."""
     if not any(members & set(e.ids) for e in posterior.evidence):
         return 0.0
-    odds = inclusion_features(posterior, members) @ np.array(calibration.inclusion)
+    odds = inclusion_features(posterior, members) @ np.array(posterior.calibration.inclusion)
     return float(min(1.0 / (1.0 + np.exp(-np.clip(odds, -30.0, 30.0))), PosteriorSettings.surest))
 
 
@@ -111,16 +110,14 @@ def apply_doubts(probability: float, doubts: Sequence[float]) -> float:
     return odds / (1.0 + odds)
 
 
-def inclusions(
-    posterior: Posterior, groups: Mapping[str, str], calibration: Calibration
-) -> tuple[dict[str, float], dict[str, float]]:
+def inclusions(posterior: Posterior, groups: Mapping[str, str]) -> tuple[dict[str, float], dict[str, float]]:
     """Calibrated probability of every effect, and of every group; groups: of each effect by its id."""
-    effects = {id: inclusion(posterior, frozenset([id]), calibration) for id in groups}
+    effects = {id: inclusion(posterior, frozenset([id])) for id in groups}
     members: dict[str, set[str]] = {}
     for id, group in groups.items():
         members.setdefault(group, set()).add(id)
     of_groups = {
-        group: max(inclusion(posterior, frozenset(ids), calibration), *(effects[id] for id in ids))
+        group: max(inclusion(posterior, frozenset(ids)), *(effects[id] for id in ids))
         for group, ids in members.items()
     }
     return effects, of_groups

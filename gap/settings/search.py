@@ -142,7 +142,8 @@ class SearchSettings:
     size_looks: int = 2
     """How often the sizes between those of the grid are halved for that."""
     period_range: float = 0.3
-    """How far beside the size that serves best on the average a period is looked for, as a share of it."""
+    """How far beside the size that serves best on the average a period is looked for, as a share of it; this and the
+    next six on two cases (seed 20261202, case 42, and 20261128, case 14)."""
     periods_averaged: float = 4.0
     """Longest periods over which that average is taken."""
     period_window: float = 0.5

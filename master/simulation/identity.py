@@ -21,8 +21,8 @@ SHOWN = 60
 
 def identity(plan: Plan) -> dict[str, Any]:
     """Everything by what to call it, as JSON gives it back."""
-    found = dict([*_machine(plan), *_components(plan), *_values(plan), *_system(plan)])
-    plain: dict[str, Any] = json.loads(json.dumps(found, default=_plain))
+    entries = dict([*_machine(plan), *_components(plan), *_values(plan), *_system(plan)])
+    plain: dict[str, Any] = json.loads(json.dumps(entries, default=_plain))
     return plain
 
 
@@ -34,20 +34,20 @@ def check_resumed(plan: Plan, now: Mapping[str, Any], folder: Path) -> list[str]
     state, given = plan.resumed, plan.options.resume
     if state is None or given is None:
         return []
-    if (found := difference(state.identity, now)) is not None:
-        raise UsageError(f"--resume {given}: {found}")
+    if (mismatch := difference(state.identity, now)) is not None:
+        raise UsageError(f"--resume {given}: {mismatch}")
     stop, n = plan.times[1], plan.times[3]
     if n <= state.done:
         raise UsageError(f"--resume {given}: it is at t = {state.time:g} s; the stop time, {stop:g} s, is not later")
     if state_file(given).resolve().parent == folder.resolve():
         raise UsageError(f"--resume {given}: the results there would be lost; give another folder with --out")
-    stimuli, told = plan.options.stimuli, []
+    stimuli, remarks = plan.options.stimuli, []
     if (digest(stimuli) if stimuli is not None else None) != state.stimuli:
-        told.append(f"--resume {given}: from t = {state.time:g} s on the stimuli are others")
+        remarks.append(f"--resume {given}: from t = {state.time:g} s on the stimuli are others")
     if dict(state.versions) != versions():
         other = difference(state.versions, versions())
-        told.append(f"--resume {given}: results may differ in their last digits from those of one run; {other}")
-    return told
+        remarks.append(f"--resume {given}: results may differ in their last digits from those of one run; {other}")
+    return remarks
 
 
 def difference(then: Mapping[str, Any], now: Mapping[str, Any]) -> str | None:

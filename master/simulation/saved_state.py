@@ -99,8 +99,8 @@ def read_state(path: Path) -> SavedState:
                 {name: archive.read(f"fmu/{i}.bin") for i, name in enumerate(head["fmus"])},
             )  # fmt: skip
     except FileNotFoundError:
-        told = f"there is no {FILE} in it" if path.is_dir() else "no such file"
-        raise UsageError(f"--resume {path}: {told}; a run with --save-state makes one") from None
+        reason = f"there is no {FILE} in it" if path.is_dir() else "no such file"
+        raise UsageError(f"--resume {path}: {reason}; a run with --save-state makes one") from None
     except OSError as error:
         raise UsageError(f"--resume {path}: cannot be read ({error.strerror or error})") from None
     except (zipfile.BadZipFile, KeyError, TypeError, ValueError, AttributeError, EOFError) as error:
@@ -113,11 +113,11 @@ def state_file(path: Path) -> Path:
 
 
 def _packed(array: np.ndarray) -> bytes:
-    made = io.BytesIO()
-    np.lib.format.write_array(made, np.ascontiguousarray(array), allow_pickle=False)
-    return made.getvalue()
+    buffer = io.BytesIO()
+    np.lib.format.write_array(buffer, np.ascontiguousarray(array), allow_pickle=False)
+    return buffer.getvalue()
 
 
 def _unpacked(content: bytes) -> np.ndarray:
-    found: np.ndarray = np.lib.format.read_array(io.BytesIO(content), allow_pickle=False)
-    return found
+    array: np.ndarray = np.lib.format.read_array(io.BytesIO(content), allow_pickle=False)
+    return array

@@ -32,7 +32,7 @@ def probability(posterior, ids):
 
 
 def included(id, energies, calibration=PLAIN, price=0.0):
-    return inclusion(weighed(energies, calibration, price), frozenset([id]), calibration)
+    return inclusion(weighed(energies, calibration, price), frozenset([id]))
 
 
 @pytest.mark.parametrize("calibration", [PLAIN, SHIPPED])
@@ -114,10 +114,10 @@ def test_what_an_effect_is_expected_to_take_is_the_mean_over_all_hypotheses():
     }
     for members, share in wanted.items():
         assert expected_reduction(found, frozenset(members)) == pytest.approx(share), members
-    effects, of_groups = inclusions(found, {"s": "sensors", "t": "sensors", "u": "other", "v": "other"}, PLAIN)
+    effects, of_groups = inclusions(found, {"s": "sensors", "t": "sensors", "u": "other", "v": "other"})
     assert effects["v"] == 0.0, "not looked at"
-    assert effects["s"] == inclusion(found, frozenset("s"), PLAIN)
-    assert of_groups["sensors"] == pytest.approx(inclusion(found, frozenset("st"), PLAIN))
+    assert effects["s"] == inclusion(found, frozenset("s"))
+    assert of_groups["sensors"] == pytest.approx(inclusion(found, frozenset("st")))
     assert of_groups["other"] == effects["u"]
 
 
@@ -142,7 +142,7 @@ def test_a_right_effect_that_two_others_imitate_together_is_as_sure_as_it_is_pro
     sure = []
     for known in (list(energies)[:3], list(energies)):
         found = posterior_of([Evidence(ids, energies[ids], costs * len(ids)) for ids in known], SHIPPED, READINGS)
-        sure.append(inclusion(found, frozenset("a"), SHIPPED))
+        sure.append(inclusion(found, frozenset("a")))
     alone, imitated = sure
     assert 0.5 < imitated < alone
     assert included("a", energies, SHIPPED, costs) < 0.5
