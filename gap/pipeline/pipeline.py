@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from . import analysis, formed, preparation, probabilities, search, some_runs
+from . import analysis, forms, preparation, probabilities, search, some_runs
 from .stage import Stage
 
 PIPELINE = (
@@ -32,7 +32,7 @@ PIPELINE = (
     Stage("ranking what is there", search.rank_unfinished, when=lambda s: not s.ranked, always=True),
     Stage("weighing the hypotheses", probabilities.weigh_hypotheses, always=True),
     Stage("sharing out the gap", probabilities.share_gap, always=True),
-    Stage("what forms are worth", formed.assess_forms, when=formed.has_other_forms, always=True),
+    Stage("what forms are worth", forms.assess_forms, when=forms.has_other_forms, always=True),
     Stage("looking at what is left", analysis.assess_structure),
     Stage("where the gap lies", analysis.locate, always=True),
     Stage("which component has it", analysis.replay),

@@ -26,7 +26,7 @@ from ..search.rounds import (
     search_cost,
     search_round,
 )
-from ..search.spoiled import search_with_shorter_step
+from ..search.shorter_step import search_with_shorter_step
 from ..selection.evidence import rank_hypotheses
 from ..selection.hypothesis import Hypothesis, is_adequate
 from .state import State

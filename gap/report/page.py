@@ -7,18 +7,31 @@ from importlib.resources import files
 from typing import Any
 
 from ..result.numbers import cleaned
-from . import budget, calibration, charts, curves, effects, headline, left, method, next_step, runs, swings, where
+from . import (
+    budget,
+    calibration,
+    charts,
+    curves,
+    effects,
+    headline,
+    localisation,
+    method,
+    next_step,
+    runs,
+    swings,
+    unexplained,
+)
 from .glossary import GLOSSARY
 from .signals import Signals, without_signals
 
 SECTIONS = (
     headline.SECTION,
     budget.SECTION,
-    where.SECTION,
+    localisation.SECTION,
     charts.SECTION,
     swings.SECTION,
     runs.EVENTS,
-    left.SECTION,
+    unexplained.SECTION,
     curves.SECTION,
     next_step.SECTION,
     effects.EFFECTS,

@@ -16,9 +16,9 @@ from ..pipeline.diagnosis import Diagnosis
 from ..pipeline.state import State
 from ..problem.noise import rms
 from .curves import curves
+from .events import contrasts, events, has_events
 from .forms import form
 from .headline import cautions, headline
-from .moments import contrasts, events, has_moments
 from .naming import members
 from .observations import observations
 from .parameters import moved_base, parameters
@@ -33,12 +33,12 @@ METRIC = (
 def document(d: Diagnosis) -> dict[str, Any]:
     """All that was found, as JSON values."""
     s = d.state
-    moments = events(s) if has_moments(s) else []
+    event_list = events(s) if has_events(s) else []
     divided = budget(s)
     chosen, after = s.chosen.hypothesis.fit, s.after(s.chosen)
     data: dict[str, Any] = {
         "schema": SCHEMA, "campaign": s.problem.campaign.name, "verdict": s.verdict,
-        "headline": headline(s, divided, moments, after), "cautions": cautions(s),
+        "headline": headline(s, divided, event_list, after), "cautions": cautions(s),
         "finished": not s.unfinished, "unfinished_stage": s.unfinished,
         "budget": divided,
         "calibration": {"moved": moved_base(s.problem, chosen, s.nuisance_jacobian), "accepted": accepted(s)},
@@ -59,8 +59,8 @@ def document(d: Diagnosis) -> dict[str, Any]:
         "search": search(s),
         **s.sections,
     }  # fmt: skip
-    if moments:
-        data |= {"events": moments, "contrasts": contrasts(s.problem, moments)}
+    if event_list:
+        data |= {"events": event_list, "contrasts": contrasts(s.problem, event_list)}
     if s.next_measurements:
         data["next_experiment"] = _measurement(s.next_measurements[0])
         channel = next((n for n in s.next_measurements if "channel" in n.change), None)

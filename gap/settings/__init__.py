@@ -11,7 +11,11 @@ from __future__ import annotations
 from dataclasses import asdict, dataclass, field
 from typing import Any
 
-from .judging import (
+from .measurements import READING, FaultSettings, ReadingSettings, SanitySettings
+from .presentation import AnalysisSettings, ReportSettings, TerminalSettings
+from .problem import CurveSettings, NoiseSettings, NumericsSettings, ParameterSettings, SwingSettings
+from .search import FitSettings, SearchSettings
+from .selection import (
     BootstrapSettings,
     BudgetSettings,
     EvidenceSettings,
@@ -19,10 +23,6 @@ from .judging import (
     UncertaintySettings,
     ValidationSettings,
 )
-from .problem import CurveSettings, NoiseSettings, NumericsSettings, ParameterSettings, SwingSettings
-from .reading import READING, FaultSettings, ReadingSettings, SanitySettings
-from .search import FitSettings, SearchSettings
-from .telling import AnalysisSettings, ReportSettings, TerminalSettings
 
 __all__ = [
     "DEFAULT",

@@ -170,5 +170,5 @@ class SearchSettings:
     """Steps in a row that were not good, and expected gain, from which a fit stays where it is."""
     better: float = 3.0
     """Gain of a round below which it was the last."""
-    spoiled: float = 0.5
+    step_sensitive: float = 0.5
     """Share of what an effect does by which it may do something else at the step of a fit's runs."""

@@ -31,7 +31,7 @@ def search_with_shorter_step(
     shorter = problem.with_discretisation(coarsening=problem.discretisation.coarsening // 2)
     rms_left = rms_of_runs(best.fit.residual, problem.observations.run, len(problem.runs))
     run = [int(np.argmax(rms_left))]  # what a step spoils in one run of a machine it does in others
-    effects = spoiled_effects(problem.of_runs(run), shorter.of_runs(run), best)
+    effects = step_sensitive_effects(problem.of_runs(run), shorter.of_runs(run), best)
     if not effects or problem.stop_requested:
         return Refinement(problem, list(hypotheses))
     sets = {h.labels: (h.candidates, h.fit.point) for h in (best, refit)}
@@ -43,7 +43,7 @@ def search_with_shorter_step(
     return Refinement(shorter if better else problem, after)
 
 
-def spoiled_effects(problem: Problem, shorter: Problem, best: Hypothesis) -> list[EffectCandidate]:
+def step_sensitive_effects(problem: Problem, shorter: Problem, best: Hypothesis) -> list[EffectCandidate]:
     """The effects that, at a usual size beside the best set, do by runs of the long step what they do not by shorter
     ones."""
     settings, noise = problem.settings, problem.observations.noise_std
@@ -58,7 +58,7 @@ def spoiled_effects(problem: Problem, shorter: Problem, best: Hypothesis) -> lis
             continue
         response = (b - short[0]) / noise
         wrong = np.inf if a is None else rms((a - long[0]) / noise - response)
-        if wrong > max(settings.numerics.coarse_error, settings.search.spoiled * rms(response)):
+        if wrong > max(settings.numerics.coarse_error, settings.search.step_sensitive * rms(response)):
             effects.append(c)
     return effects
 

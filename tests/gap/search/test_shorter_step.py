@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from deepsea_cosim.gap.estimation.nuisances import nuisance_columns
 from deepsea_cosim.gap.search.baseline import refit_base, simulate_nominal
-from deepsea_cosim.gap.search.spoiled import search_with_shorter_step, spoiled_effects
+from deepsea_cosim.gap.search.shorter_step import search_with_shorter_step, step_sensitive_effects
 
 from tests.gap.formula import FormulaProblem, measured
 
@@ -51,6 +51,6 @@ def test_where_it_is_not_what_is_missing_the_step_stays():
 def test_what_is_the_same_at_both_steps_costs_no_fit():
     problem, found, nuisance_jacobian = knocking({"slide": 4.0}, lambda step: False)
     shorter = problem.with_discretisation(coarsening=2)
-    assert spoiled_effects(problem, shorter, found[0]) == []
+    assert step_sensitive_effects(problem, shorter, found[0]) == []
     refined, same = search_with_shorter_step(problem, found, nuisance_jacobian)
     assert (refined, same) == (problem, found)

@@ -1,4 +1,4 @@
-"""Measured moments beside the model's, and differences between runs, as JSON."""
+"""Measured events beside the model's, and differences between runs, as JSON."""
 
 from __future__ import annotations
 
@@ -10,13 +10,13 @@ from ..pipeline.state import State
 from ..problem.problem import Problem
 
 
-def has_moments(state: State) -> bool:
-    """Whether the campaign has measured moments."""
+def has_events(state: State) -> bool:
+    """Whether the campaign has measured events."""
     return any(b.event is not None for b in state.problem.observations.blocks)
 
 
 def events(state: State) -> list[dict[str, Any]]:
-    """Measured moments beside those of the model as delivered, calibrated, and with the effects [s]."""
+    """Measured events beside those of the model as delivered, calibrated, and with the effects [s]."""
     problem = state.problem
     fits = {"calibrated": state.ranked_baseline.hypothesis.fit, "explained": state.chosen.hypothesis.fit}
     entries = []
@@ -32,7 +32,7 @@ def events(state: State) -> list[dict[str, Any]]:
     return entries
 
 
-def contrasts(problem: Problem, moments: list[dict[str, Any]]) -> list[dict[str, Any]]:
+def contrasts(problem: Problem, event_list: list[dict[str, Any]]) -> list[dict[str, Any]]:
     """How much longer an event took in one run than in another that differs in one stated condition only [s].
 
     What such runs share, errors of the base parameters above all, cancels in the difference.
@@ -40,8 +40,8 @@ def contrasts(problem: Problem, moments: list[dict[str, Any]]) -> list[dict[str,
     stated = {run.name: run.parameters for run in problem.campaign.runs}
     keys = ("measured", "delivered", "calibrated", "explained")
     entries = []
-    for i, a in enumerate(moments):
-        for b in moments[i + 1 :]:
+    for i, a in enumerate(event_list):
+        for b in event_list[i + 1 :]:
             ours, theirs = stated[a["run"]], stated[b["run"]]
             changed = [k for k in {**ours, **theirs} if ours.get(k) != theirs.get(k)]
             if a["event"] == b["event"] and len(changed) == 1 and not (a["limit"] or b["limit"]):
