@@ -9,6 +9,7 @@ from __future__ import annotations
 import contextlib
 import os
 import pickle
+import select
 import signal
 import subprocess
 import sys
@@ -17,14 +18,12 @@ from multiprocessing.connection import Connection, Pipe
 from time import monotonic
 from typing import Any
 
-import numpy as np
-
 from ...core.errors import CosimError, Interrupted, PackageError, SimulationError
 from ..engine.loop import U8
 from ..engine.program import Program
-from ..engine.values import Group
 from ..slaves.base import FmuInstance, Log
 from ..slaves.siblings import Siblings
+from . import exchange
 
 KEPT = ("PATH", "LANG", "LC_ALL", "LD_LIBRARY_PATH", "HOME", "TMPDIR", "VIRTUAL_ENV")
 KEPT_PARTS = ("PYTHON", "NUMBA", "DEEPSEA", "LICENSE")
@@ -36,6 +35,9 @@ START_UP = 120.0
 LAST_CALL = 4.0
 """Time that the call under way has once the run is asked to end, where its state is wanted [s]: a little less than the
 master waits for FMUs in its own process."""
+
+LOOKS = 100
+"""Time after which it is looked whether the run is to end [ms]."""
 
 ENDING = 5.0
 """Time that it has to be terminated and freed [s]."""
@@ -58,8 +60,10 @@ class IsolatedInstance(FmuInstance):
         self._timeout, self._interrupt = step_timeout, interrupt if interrupt is not None else []
         self._process: subprocess.Popen[bytes] | None = None
         self._doing, self._time = "being loaded", 0.0
-        self._queue: list[tuple[Any, ...]] = []
-        """What the worker has not been told yet: it is woken once for a step."""
+        self._operations, self._inputs = b"", b""
+        self._span = 0.0, 0.0
+        """What the worker has not been told yet, for it is woken once for a step: operations, inputs, start and length
+        of the step [s]."""
         self._asked = False
         """Whether the outputs after a step have been asked for, and not been read."""
 
@@ -96,6 +100,8 @@ class IsolatedInstance(FmuInstance):
         )  # fmt: skip
         theirs.close()
         self._pipe: Connection = ours
+        self._poll = select.poll()
+        self._poll.register(ours, select.POLLIN)
         order = {
             "kind": self._kind, "name": self.name, "folder": self.folder, "structural": self._structural,
             "ratio": self.ratio, "inputs": self.input_groups, "outputs": self.output_groups, "told": self.told,
@@ -128,7 +134,7 @@ class IsolatedInstance(FmuInstance):
         asked = None
         while True:
             try:
-                while not self._pipe.poll(0.1):
+                while not self._poll.poll(LOOKS):
                     if end is not None and monotonic() > end:
                         self._kill()
                         doing = f"{self._doing} within {timeout:g} s{self._at()}"
@@ -137,7 +143,10 @@ class IsolatedInstance(FmuInstance):
                     if heed and asked is not None and monotonic() - asked >= self._patience:
                         self._kill()
                         raise Interrupted(f"interrupted while component '{self.name}' was in {self._doing}", self._time)
-                kind, content = pickle.loads(self._pipe.recv_bytes())
+                message = self._pipe.recv_bytes()
+                if exchange.is_step(message):
+                    return message
+                kind, content = pickle.loads(message)
             except (EOFError, OSError):
                 raise self._died() from None
             if kind == "log":
@@ -172,13 +181,29 @@ class IsolatedInstance(FmuInstance):
             self._process.wait()
         self._state = "lost"
 
-    def _tell(self, *message: Any) -> None:
-        """Send a message, and before it those that were waiting."""
-        messages, self._queue = [*self._queue, message], []
+    def _send(self, message: bytes) -> None:
         try:
-            self._pipe.send_bytes(pickle.dumps(messages))
+            self._pipe.send_bytes(message)
         except OSError:
             raise self._died() from None
+
+    def _tell(self, *message: Any) -> None:
+        """Send a message, and before it what was waiting."""
+        self._flush()
+        self._send(pickle.dumps(message))
+
+    def _flush(self, operation: bytes = b"") -> None:
+        """Let the worker do what was waiting, and one operation more."""
+        if operations := self._operations + operation:
+            message = exchange.request(operations, *self._span, self._inputs)
+            self._operations, self._inputs = b"", b""
+            self._send(message)
+
+    def _add(self, operation: bytes) -> None:
+        """Let an operation wait; one that waits already has to be done before."""
+        if operation in self._operations:
+            self._flush()
+        self._operations += operation
 
     def _ask(self, method: str, *arguments: Any) -> Any:
         if self._asked:  # what a run that has failed did not read any more
@@ -192,11 +217,12 @@ class IsolatedInstance(FmuInstance):
     # what the engine does
 
     def write_inputs(self, program: Program) -> None:
-        buffer = program.buffer
+        buffer, values = program.buffer, exchange.SignalBytes(self.input_groups)
 
         def send(_t: float, _h: float) -> int:
             self._doing = "setting the inputs"
-            self._queue.append(("set", [_take(buffer, g) for g in self.input_groups]))
+            self._add(exchange.SET)
+            self._inputs = values.pack(buffer)
             return 0
 
         program.python(send, None, "setting the inputs")
@@ -206,26 +232,26 @@ class IsolatedInstance(FmuInstance):
 
         def send(t: float, h: float) -> int:
             self._doing, self._time = "doStep", t
-            self._queue.append(("step", t, h))
-            self._tell("get")
+            self._add(exchange.STEP)
+            self._span = t, h
+            self._flush(exchange.GET)
             self._asked = True
             return 0
 
         program.python(send, None, "doStep")
 
     def write_outputs(self, program: Program) -> None:
-        buffer, number = program.buffer, program.number(self)
+        buffer, number, values = program.buffer, program.number(self), exchange.SignalBytes(self.output_groups)
 
         def receive(_t: float, _h: float) -> int:
             if not self._asked:
-                self._tell("get")
+                self._flush(exchange.GET)
             self._asked = False
-            values, seconds, ended = self._answer(self._timeout)
+            ended, seconds, content = exchange.read_reply(self._answer(self._timeout))
             if ended:
                 buffer.ended[0] = number + 1
             self.seconds += seconds
-            for g, content in zip(self.output_groups, values, strict=True):
-                _put(buffer, g, content)
+            values.unpack(content, buffer)
             self._doing = "reading the outputs"
             return 0
 
@@ -301,17 +327,3 @@ class IsolatedInstance(FmuInstance):
         self._real.answers = self.answers
         return self._real.feed_through(output)
 
-
-def _take(buffer: Any, g: Group) -> Any:
-    """A group's values from a buffer."""
-    if g.form.family == "text":
-        return buffer.texts[g.place : g.place + g.count]
-    return buffer.reals[g.place : g.place + g.count].tobytes()
-
-
-def _put(buffer: Any, g: Group, content: Any) -> None:
-    """A group's values to a buffer."""
-    if g.form.family == "text":
-        buffer.texts[g.place : g.place + g.count] = content
-    else:
-        buffer.reals[g.place : g.place + g.count] = np.frombuffer(content)

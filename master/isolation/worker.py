@@ -6,7 +6,6 @@ import ctypes
 import os
 import pickle
 import sys
-from collections.abc import Iterator
 from contextlib import suppress
 from multiprocessing.connection import Connection
 from typing import Any
@@ -17,7 +16,7 @@ from ...core.errors import CosimError
 from ..engine.program import Program, ValueBuffer
 from ..engine.runner import Runner
 from ..slaves.fmu import describe_folder
-from .isolated import _put, _take
+from . import exchange
 
 NO_NEW_PRIVILEGES = 38
 DIE_WITH_PARENT = 1
@@ -55,8 +54,14 @@ class Worker:
             self.instance.message_log.clock = lambda: self.time
         sizes = order["limits"]
         self.buffer = ValueBuffer(sizes["slots"][0], sizes["texts"][0], sizes["stages"])
+        self.inputs = exchange.SignalBytes(order["inputs"])
+        self.outputs = exchange.SignalBytes(order["outputs"])
+        self.runners: dict[bytes, Runner] = {}
+        """By the operations that it does."""
         self.fault: CosimError | None = None
         self.rows = np.zeros((1, 0))
+        self.seconds = 0.0
+        """Time in doStep that has not been told [s]."""
         self.states: dict[int, Any] = {}
 
     def send(self, kind: str, content: Any) -> None:
@@ -64,37 +69,55 @@ class Worker:
 
     def load(self) -> None:
         self.instance.load(lambda *message: self.log(*message))
-        self.runners = {}
-        for name in ("set_inputs", "do_step", "get_outputs"):
+        for operations in (b"", exchange.STEP, exchange.SET + exchange.STEP):
+            for end in (b"", exchange.GET):
+                self.runner(operations + end)
+
+    def runner(self, operations: bytes) -> Runner:
+        """The program that does these operations."""
+        if operations not in self.runners:
             program = Program(self.buffer, [self.instance])
-            getattr(program, name)(self.instance)
-            self.runners[name] = Runner(program)
+            write = {
+                exchange.SET: program.set_inputs, exchange.STEP: program.do_step, exchange.GET: program.get_outputs
+            }  # fmt: skip
+            for k in range(len(operations)):
+                write[operations[k : k + 1]](self.instance)
+            self.runners[operations] = Runner(program)
+        return self.runners[operations]
 
     def log(self, component: str, status: str, text: str) -> None:
         self.instance.take(status, text)
         self.send("log", (component, status, text))
 
+    def step(self, message: bytes) -> None:
+        """Operations of a step; what goes wrong is told when the outputs are asked for."""
+        operations, t, h, inputs = exchange.read_request(message)
+        if exchange.SET in operations:
+            self.inputs.unpack(inputs, self.buffer)
+        runner, steps = self.runner(operations), exchange.STEP in operations
+        if self.fault is None:
+            try:
+                if steps:
+                    self.time = t
+                    runner.run(self.rows, t, h, 0, 1, 2, t + h)
+                else:
+                    runner.once()
+            except CosimError as error:
+                self.fault = error
+        self.seconds += float(runner.seconds[0])
+        runner.seconds[0] = 0.0
+        if exchange.GET not in operations:
+            return
+        if self.fault is not None:
+            fault, self.fault = self.fault, None
+            raise fault
+        seconds, self.seconds = self.seconds, 0.0
+        ended, self.buffer.ended[0] = bool(self.buffer.ended[0]), 0
+        self.pipe.send_bytes(exchange.reply(ended, seconds, self.outputs.pack(self.buffer)))
+
     def obey(self, message: tuple[Any, ...]) -> None:
-        """One message. Steps and inputs are not answered: what goes wrong is told when the outputs are asked for."""
-        kind = message[0]
-        if kind == "set":
-            for g, content in zip(self.instance.input_groups, message[1], strict=True):
-                _put(self.buffer, g, content)
-            self.attempt(self.runners["set_inputs"].once)
-        elif kind == "step":
-            t, h = message[1:]
-            self.time = t
-            self.attempt(lambda: self.runners["do_step"].run(self.rows, t, h, 0, 1, 2, t + h))
-        elif kind == "get":
-            self.attempt(self.runners["get_outputs"].once)
-            if self.fault is not None:
-                fault, self.fault = self.fault, None
-                raise fault
-            stepping = self.runners["do_step"]
-            seconds, stepping.seconds[0] = float(stepping.seconds[0]), 0.0
-            ended, self.buffer.ended[0] = bool(self.buffer.ended[0]), 0
-            self.send("values", ([_take(self.buffer, g) for g in self.instance.output_groups], seconds, ended))
-        elif message[1] in ("save", "deserialise"):
+        """A call of one of the instance's functions."""
+        if message[1] in ("save", "deserialise"):
             number = max(self.states, default=-1) + 1
             self.states[number] = getattr(self.instance, message[1])(*message[2])
             self.send("done", number)
@@ -108,20 +131,6 @@ class Worker:
                 self.time = message[2][0]
             self.send("done", getattr(self.instance, message[1])(*message[2]))
 
-    def attempt(self, do: Any) -> None:
-        """Do it unless something has gone wrong already."""
-        if self.fault is None:
-            try:
-                do()
-            except CosimError as error:
-                self.fault = error
-
-
-def messages(pipe: Connection) -> Iterator[tuple[Any, ...]]:
-    """What the master says, which comes several at once."""
-    while True:
-        yield from pickle.loads(pipe.recv_bytes())
-
 
 def main() -> None:
     """Obey until the master is gone."""
@@ -132,11 +141,16 @@ def main() -> None:
         worker = Worker(pipe, order)
         worker.load()
         worker.send("done", None)
-        for message in messages(pipe):
-            if message[0] == "free":
+        while True:
+            content = pipe.recv_bytes()
+            message = () if exchange.is_step(content) else pickle.loads(content)
+            if message == ("free",):
                 break
             try:
-                worker.obey(message)
+                if message:
+                    worker.obey(message)
+                else:
+                    worker.step(content)
             except CosimError as error:
                 worker.send("error", (type(error).__name__, str(error), worker.instance.is_lost))
     except (EOFError, OSError):
