@@ -30,10 +30,6 @@ class Fit:
     dispersion: float
     """What a squared residual counts for less because neighbours share it; at least 1."""
     converged: bool = False
-    reuses_jacobian: bool = False
-    """The derivatives have foretold the last step and serve for the next."""
-    unweighted: bool = False
-    """All readings count in full from here on."""
     unfinished: bool = False
     """It was asked to stop on its way."""
 
@@ -65,10 +61,6 @@ class Fit:
         """Of every parameter, whether it stands at an end of its range."""
         ends = zip(self.parameters, self.normalised, strict=True)
         return tuple(bool(min(u - x.low, x.high - u) < 1e-6 * (x.high - x.low)) for x, u in ends)
-
-    def strain(self) -> float:
-        """Sum of (u / sd)^2: how far the parameters are from what is stated."""
-        return penalty(self.parameters, self.normalised)
 
     def penalty(self) -> float:
         """What parameters and the sensors' biases cost, in prior standard deviations squared; clocks may differ as

@@ -5,7 +5,6 @@ from __future__ import annotations
 from collections.abc import Sequence
 from contextlib import suppress
 
-from ...core.errors import SimulationError
 from ..problem.problem import Problem
 from ..problem.stop import StopRequested
 from .fit import Fit, FitFailed, FitTask, SimulationAnswer, SimulationRequest
@@ -50,14 +49,3 @@ def run_fits(problem: Problem, fits: Sequence[FitTask]) -> list[Fit | None]:
             coarse, exact = coarse[len(r.coarse) :], exact[len(r.exact) :]
             advance(i, answer)
     return results
-
-
-def run_fit(problem: Problem, task: FitTask) -> Fit:
-    """The outcome of one fit; raises `SimulationError` where no point near its start can be simulated."""
-    outcome = run_fits(problem, [task])[0]
-    if outcome is None and problem.stop_requested:
-        raise StopRequested
-    if outcome is None:
-        failure = problem.simulator.failure
-        raise SimulationError(f"{problem.campaign.system.name}: a refit cannot be simulated: {failure}")
-    return outcome

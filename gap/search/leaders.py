@@ -9,9 +9,9 @@ from typing import NamedTuple
 import numpy as np
 
 from ..estimation.cross_validation import held_out
-from ..estimation.gauss_newton import with_wide_differences
 from ..estimation.linear import LinearisedModel
 from ..estimation.scheduler import run_fits
+from ..estimation.wide_jacobian import with_wide_jacobian
 from ..problem.noise import rms
 from ..problem.parameters import EffectCandidate, Point, point_of
 from ..problem.problem import Problem
@@ -33,7 +33,7 @@ def widen_derivatives(
     chosen = [
         k for k, h in enumerate(widened) if not h.candidates or (k < settings.wide_leaders and search_cost(h) < near)
     ]
-    tasks = [with_wide_differences(problem, widened[k].fit, nuisance_jacobian) for k in chosen]
+    tasks = [with_wide_jacobian(problem, widened[k].fit, nuisance_jacobian) for k in chosen]
     for k, wide in zip(chosen, run_fits(problem, tasks), strict=True):
         if wide is not None:
             with_own_jacobian = replace(wide, jacobian=widened[k].fit.jacobian)

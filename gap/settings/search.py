@@ -7,7 +7,7 @@ from dataclasses import dataclass
 
 @dataclass(frozen=True, kw_only=True)
 class FitSettings:
-    """The Gauss-Newton fit of one hypothesis."""
+    """Dispersion of a residual, and Jacobians over wide steps."""
 
     min_independent: float = 600.0
     """Readings that count at least in the dispersion, however long their residuals stay on one side."""
@@ -15,26 +15,6 @@ class FitSettings:
     """Step of differences, in normalised parameters, that serve for larger moves: refits without a fold, intervals."""
     rough_from: float = 0.7
     """Change of a difference from one step to the next, as a share of it, from which runs are not smooth."""
-    exact_below: float = 10.0
-    """Normalised RMS below which the error of the fit's longer step matters and is corrected."""
-    slack: float = 0.001
-    """Step of a difference for each unit of normalised RMS that is left beyond 1: far away larger steps see better."""
-    slow_share: float = 0.02
-    """Share of the cost that a step has to gain for larger differences to be kept."""
-    outlier_window: float = 0.5
-    """Time over which a residual's RMS is taken to find stretches out of step [s]."""
-    outlier_from: float = 2.0
-    """Times the channel's usual RMS from which a stretch counts for no more than that in the next step."""
-    trials: int = 4
-    """Steps that are tried from a point."""
-    least_gain: float = 0.3
-    """Gain in cost below which a step is not worth a run."""
-    small_gain: float = 2.0
-    """Gain in cost below which the next step will not be worth one."""
-    foretold_within: float = 0.1
-    """How nearly a step has to have done what was foretold for its derivatives to serve again."""
-    base_radius: float = 1.0
-    """Trust radius of a base parameter at the start, in its tolerance."""
 
 
 @dataclass(frozen=True, kw_only=True)

