@@ -86,7 +86,7 @@ class Tables:
             raise self.error(f"{where}: '{key}' has to be tables [[{key}]]")
         return made
 
-    def no_strangers(self, table: dict[str, Any], known: Sequence[str], where: str) -> None:
+    def reject_unknown_keys(self, table: dict[str, Any], known: Sequence[str], where: str) -> None:
         """Raises for a key that is not known."""
         for key in table:
             if key not in known:

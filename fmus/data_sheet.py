@@ -115,13 +115,13 @@ class _Sheet(Tables):
     def __init__(self, path: Path):
         super().__init__(PackageError)
         self.path, self.data = path, self.load(path)
-        self.no_strangers(self.data, ("name", "depth", *KEYS), str(path))
+        self.reject_unknown_keys(self.data, ("name", "depth", *KEYS), str(path))
         self.values = {name: self._table(name) for name in KEYS}
 
     def _table(self, name: str) -> dict[str, float]:
         where = f"{self.path}: [{name}]"
         table = self.get(self.data, str(self.path), name, dict, {})
-        self.no_strangers(table, tuple(KEYS[name]), where)
+        self.reject_unknown_keys(table, tuple(KEYS[name]), where)
         for key in NEEDED.get(name, ()):
             if key not in table:
                 raise self.error(f"{where}: '{key}' is missing")

@@ -40,26 +40,26 @@ def import_ahead(names: Sequence[str]) -> threading.Thread:
 def diagnose(
     campaign: Campaign,
     executor: Executor | None = None,
-    say: Callable[[str], None] = lambda text: None,
+    on_stage: Callable[[str], None] = lambda text: None,
     progress: Callable[[int], None] = lambda runs: None,
     processes: int | None = None,
     stop: StopToken | None = None,
     settings: Settings = DEFAULT,
-    tell: Callable[[str], None] = lambda text: None,
+    on_finding: Callable[[str], None] = lambda text: None,
     earlier: EarlierDiagnosis | None = None,
 ) -> Diagnosis:
     """The diagnosis of a campaign.
 
-    say: gets each stage's name; progress: the number of simulations so far; stop: as soon as it is requested, what has
-    been found by then is judged; tell: gets what is known so far, in a sentence, as it grows; earlier: sets of effects
-    of an earlier diagnosis, to go on from.
+    on_stage: gets each stage's name; progress: the number of simulations so far; stop: as soon as it is requested, what
+    has been found by then is judged; on_finding: gets what is known so far, in a sentence, as it grows; earlier: sets
+    of effects of an earlier diagnosis, to go on from.
     """
     started = time.perf_counter()
     stop = stop or StopToken()
     catalogue = catalogues.load(campaign.effects) if campaign.effects else catalogues.load_from_package(campaign.system)
     with Pool(campaign.system, executor, processes, progress) as pool:
-        say("reading the model")
+        on_stage("reading the model")
         initial = initial_state(campaign, catalogue, pool, stop, settings, earlier)
         import_ahead(NEEDED_LATE)
-        state = run_pipeline(PIPELINE, initial, say, tell)
+        state = run_pipeline(PIPELINE, initial, on_stage, on_finding)
         return Diagnosis(state, pool.count, time.perf_counter() - started)

@@ -29,7 +29,7 @@ from .campaign.campaign import CampaignError, Channel, si, unit_in_fmu
 from .campaign.read import base_of, channels_of, take, use_of
 from .campaign.read_catalogue import QUANTITIES, SHAPES
 from .problem.sensors import Sensor
-from .settings import READING, SyntheticSettings
+from .settings import FILE_LIMITS, SyntheticSettings
 
 SETTINGS = SyntheticSettings()
 
@@ -105,15 +105,15 @@ class _PlannedRun:
 
 
 def _plan_run(run: dict[str, Any], where: str, ends: float | None) -> _PlannedRun:
-    take.no_strangers(run, ("file", "parameters", "use", "stop_time", "rate"), where)
+    take.reject_unknown_keys(run, ("file", "parameters", "use", "stop_time", "rate"), where)
     stop = take.number(run, where, "stop_time", ends or 1.0)
     rate = take.number(run, where, "rate", SETTINGS.rate)
     if not (stop > 0.0 and rate > 0.0):
         raise CampaignError(f"{where}: 'stop_time' and 'rate' have to be positive")
     if stop * rate > SETTINGS.max_samples:
         raise CampaignError(f"{where}: {stop * rate:.1e} samples are more than {SETTINGS.max_samples:.0e}")
-    if stop * rate < READING.min_samples - 1:
-        raise CampaignError(f"{where}: {stop * rate:.3g} samples; a diagnosis needs {READING.min_samples}")
+    if stop * rate < FILE_LIMITS.min_samples - 1:
+        raise CampaignError(f"{where}: {stop * rate:.3g} samples; a diagnosis needs {FILE_LIMITS.min_samples}")
     parameters = take.get(run, where, "parameters", dict, {})
     return _PlannedRun(take.get(run, where, "file", str), parameters, use_of(run, where), stop, rate)
 
@@ -121,7 +121,8 @@ def _plan_run(run: dict[str, Any], where: str, ends: float | None) -> _PlannedRu
 def make(template: Path, folder: Path, say: Callable[[str], None] = lambda text: None) -> Path:
     """Run the template's scenario and write the campaign into `folder`; returns its campaign.toml."""
     data = take.load(template)
-    take.no_strangers(data, ("name", "system", "effects", "channel", "run", "base", "truth", "seed"), str(template))
+    keys = "name", "system", "effects", "channel", "run", "base", "truth", "seed"
+    take.reject_unknown_keys(data, keys, str(template))
     package = take.file(data, str(template), "system", template.parent)
     if not package.is_file():
         raise CampaignError(f"{template}: system = '{data['system']}': no such file")
@@ -164,7 +165,7 @@ def make(template: Path, folder: Path, say: Callable[[str], None] = lambda text:
             columns = [run.times]
             for k, c in enumerate(channels):
                 signal = convert(rows[:, k], names[c.connector], si(c.unit))
-                y = sensors.get(c.connector, Sensor()).read(t, signal, run.times)
+                y = sensors.get(c.connector, Sensor()).observe(t, signal, run.times)
                 y = y + rng.normal(0.0, c.noise_std or 0.0, len(y))
                 columns.append((y - unit(c.unit).offset) / unit(c.unit).factor)
             with writing(folder / run.file), (folder / run.file).open("w", newline="", encoding="utf-8") as file:

@@ -30,7 +30,7 @@ def diagnose_command(options: argparse.Namespace) -> int:
     show = _Progress(options.quiet)
     with _StopCondition(options.time_limit) as stop_condition, cluster(options.dask) as executor:
         d = diagnose(campaign, executor, show.stage, show.run, options.processes, StopToken(stop_condition.ended),
-                     tell=show.known, earlier=earlier)  # fmt: skip
+                     on_finding=show.known, earlier=earlier)  # fmt: skip
     show.clear()
     data = write(d, options.out)
     signals = collect(d.state)

@@ -1,6 +1,6 @@
 """Fits the calibration of the inclusion probabilities on cases whose truth is known, and writes it as JSON.
 
-    python -m benchmarks.blind.calibrate DIR|RECORDS... [--out gap/selection/calibration.json] [--folds 10]
+    python -m benchmarks.blind.calibrate DIR|RECORDS... [--out gap/selection/probability_calibration.json] [--folds 10]
                                          [--independent 30 --form-error 0.04 --scatter 0.3 --temperature 1]
 
 Every effect that a case's diagnosis looked at is one observation: whether it was in the machine, and the features that
@@ -23,8 +23,8 @@ from pathlib import Path
 from typing import Any, NamedTuple
 
 import numpy as np
-from deepsea_cosim.gap.selection.calibration import Calibration, Curvature
 from deepsea_cosim.gap.selection.posterior import Evidence, inclusion, inclusion_features, posterior_of
+from deepsea_cosim.gap.selection.probability_calibration import Curvature, ProbabilityCalibration
 from deepsea_cosim.gap.settings import PosteriorSettings
 
 from .records import Record, load
@@ -102,7 +102,7 @@ def case_of(answer: dict[str, Any], diagnosis: dict[str, Any]) -> Case:
     return Case(evidence, found["readings"], true, answer["kind"], there - true)
 
 
-def observe(cases: Sequence[Case], calibration: Calibration) -> Observations:
+def observe(cases: Sequence[Case], calibration: ProbabilityCalibration) -> Observations:
     """All effects that were looked at."""
     features, true, place, missed = [], [], [], 0
     for k, case in enumerate(cases):
@@ -158,13 +158,13 @@ class Tried(NamedTuple):
     """A calibration, the probabilities (n,) that it tells with weights that have not seen the case, and its loss (k,)
     summed by case."""
 
-    calibration: Calibration
+    calibration: ProbabilityCalibration
     observations: Observations
     told: np.ndarray
     loss: np.ndarray
 
 
-def tried(cases: Sequence[Case], calibration: Calibration, folds: int) -> Tried:
+def tried(cases: Sequence[Case], calibration: ProbabilityCalibration, folds: int) -> Tried:
     """A calibration of these settings with the weights that serve best."""
     o = observe(cases, calibration)
     told = cross_validated(o, len(cases), folds)
@@ -222,7 +222,7 @@ def recalibrated(record: Record) -> Record:
     anew."""
     if record.diagnosis is None or not judged_alike(record.diagnosis):
         return record
-    calibration, case = Calibration.load(), case_of(record.answer, record.diagnosis)
+    calibration, case = ProbabilityCalibration.load(), case_of(record.answer, record.diagnosis)
     posterior = posterior_of(case.evidence, calibration, case.readings)
     ids = sorted({id for e in case.evidence for id in e.ids})
     told = {id: inclusion(posterior, frozenset([id])) for id in ids}
@@ -231,7 +231,7 @@ def recalibrated(record: Record) -> Record:
     return record._replace(diagnosis={**record.diagnosis, "effects": effects})
 
 
-def settings(c: Calibration) -> str:
+def settings(c: ProbabilityCalibration) -> str:
     """What is tried of a calibration, in words."""
     return f"{c.independent:g} pieces, form error {c.form_error:g}, scatter {c.scatter:g}, T {c.temperature:g}"
 
@@ -249,7 +249,7 @@ def main() -> None:
     options = p.parse_args()
     cases = cases_of(options.places)
     names = ("independent", "form_error", "scatter", "temperature")
-    grid = [tried(cases, replace(Calibration.load(), **dict(zip(names, values, strict=True))), options.folds)
+    grid = [tried(cases, replace(ProbabilityCalibration.load(), **dict(zip(names, values, strict=True))), options.folds)
             for values in product(INDEPENDENT, FORM_ERROR, SCATTER, TEMPERATURE)]  # fmt: skip
     least = min(grid, key=lambda x: float(x.loss.sum()))
     asked = {k: v for k in names if (v := getattr(options, k)) is not None}

@@ -21,6 +21,7 @@ from deepsea_cosim.gap.campaign.catalogue import Parameter, Sensor
 from deepsea_cosim.gap.campaign.read_catalogue import load_from_package
 from deepsea_cosim.gap.problem.noise import estimate_channel_noise
 from deepsea_cosim.gap.problem.sensors import Sensor as Reading
+from deepsea_cosim.gap.settings import NoiseSettings
 from deepsea_cosim.master.simulation.session import Session
 from scipy.optimize import least_squares
 
@@ -44,7 +45,8 @@ class Problem:
         self.noise, self.span = {}, {}
         for c in self.campaign.outputs:
             series = [r.series[c.connector][1] for r in self.campaign.runs if c.connector in r.series]
-            self.noise[c.connector] = c.noise_std or float(np.median([estimate_channel_noise(y) for y in series]))
+            estimated = [estimate_channel_noise(y, NoiseSettings()) for y in series]
+            self.noise[c.connector] = c.noise_std or float(np.median(estimated))
             self.span[c.connector] = float(np.ptp(np.concatenate(series)))
         self.jitter = {c.connector: c.clock_jitter for c in self.campaign.outputs if c.clock_jitter is not None}
 
@@ -78,7 +80,7 @@ class Problem:
             inputs = {c.connector: run.series[c.connector] for c in self.campaign.inputs}
             t, rows = self.session.run(self.outputs, stop, step, {**values, **run.parameters}, inputs)
             models = {
-                c: readings.get(c, Reading()).read(t, rows[:, k], run.series[c][0])
+                c: readings.get(c, Reading()).observe(t, rows[:, k], run.series[c][0])
                 for k, c in enumerate(self.outputs)
                 if c in run.series
             }

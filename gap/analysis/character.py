@@ -39,7 +39,7 @@ class Character:
         return "; ".join(parts)
 
 
-def describe_rest(
+def describe_residual(
     problem: Problem, residual: np.ndarray, places: Sequence[GapLocation], structure: Structure | None
 ) -> Character:
     """The character of a normalised residual (n,); places: its own, the largest share first."""
@@ -48,7 +48,7 @@ def describe_rest(
         return Character("", 0.0, "", "", None)
     top = places[0]
     varies_with = ""
-    if structure is not None and structure.channels.get(top.channel, 0.0) > settings.structure_told:
+    if structure is not None and structure.channels.get(top.channel, 0.0) > settings.min_predictable_share:
         varies_with = structure.varies_with.get(top.channel, "")
     channel = problem.labels.index(top.channel)
     frequency = _main_frequencies(problem, residual, channel, settings.frequency_share)

@@ -109,10 +109,10 @@ def _job(
 ) -> Job:
     """A run of the component driven with run r's measurements, disturbed by their noise if there is a generator; what
     nobody measured is added to `assumed`."""
-    info, blocks = problem.runs[r], problem.samples.of_run(r)
+    conditions, blocks = problem.runs[r], problem.samples.of_run(r)
     grid = problem.grid(r, problem.fit_step)
-    changes = {k: v for k, v in problem.changes(r, whole.point).items() if k.split(".", 1)[0] in (component.name, k)}
-    inputs = {k: v for k, v in info.inputs.items() if k.startswith(f"{component.name}.")}
+    changes = {k: v for k, v in problem.overrides(r, whole.point).items() if k.split(".", 1)[0] in (component.name, k)}
+    inputs = {k: v for k, v in conditions.inputs.items() if k.startswith(f"{component.name}.")}
     cache: dict[str, Smoothed] = {}
     for start, end in component.connections:
         measured = start if start in blocks else whole.rates.get(start)
@@ -140,7 +140,7 @@ def _residual_and_amplification(
     energy, count, spread, noise = 0.0, 0, 0.0, 0.0
     for b, rows in zip(blocks, signals, strict=True):
         grid = problem.grid(b.run, _step(problem))
-        copies = [b.read(grid, x) for x in rows]
+        copies = [b.observe(grid, x) for x in rows]
         passed_variance = np.mean([(c - copies[0]) ** 2 for c in copies[1:]], axis=0)
         passed_variance = np.full(len(b.t), passed_variance.mean())
         noise_std = problem.samples.noise_std[b.place]

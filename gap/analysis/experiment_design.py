@@ -25,9 +25,9 @@ from ..estimation.nuisances import usual_clock_error
 from ..estimation.uncertainty import data_covariance
 from ..problem.parameters import Point
 from ..problem.problem import Problem, RunConditions, matching
-from ..search.bank import wide_step
-from ..selection.calibration import Calibration, chance
+from ..search.response_bank import wide_step
 from ..selection.evidence import RankedHypothesis
+from ..selection.probability_calibration import ProbabilityCalibration, chance
 
 _Pair = tuple[RankedHypothesis, RankedHypothesis]
 
@@ -121,13 +121,13 @@ def _separation(
         nuisance = problem.settings.noise.bias_of_span * np.ptp(first, axis=0) * np.ones_like(first)
     else:
         nuisance = usual_clock_error(problem, 0) * np.gradient(first, signals.interval, axis=0)
-    nuisance_columns = [column(nuisance)[:, None]]
+    nuisance_jacobian_at = [column(nuisance)[:, None]]
     for k, ranked in enumerate(pair):
         names = [x.name for x in ranked.hypothesis.fit.parameters]
         slopes = [column(signals.slopes[(k, name) if (k, name) in signals.slopes else (0, name)]) for name in names]
         if slopes:
-            nuisance_columns.append(np.stack(slopes, axis=1) @ spread[k])
-    columns, difference = np.concatenate(nuisance_columns, axis=1), column(first - signals.both[1])
+            nuisance_jacobian_at.append(np.stack(slopes, axis=1) @ spread[k])
+    columns, difference = np.concatenate(nuisance_jacobian_at, axis=1), column(first - signals.both[1])
     moment = columns.T @ difference
     inner = np.linalg.solve(np.eye(len(moment)) + columns.T @ columns, moment)
     return max(0.0, float(difference @ difference - moment @ inner)), len(difference)
@@ -137,7 +137,7 @@ def _expected_probabilities(
     problem: Problem, pair: _Pair, odds: float, baseline: float, separation: float
 ) -> tuple[float, float]:
     """The expected probability of the right one of the two, now and with one more run of that separation."""
-    calibration, readings = Calibration.load().of_gap(baseline), len(problem.observations)
+    calibration, readings = ProbabilityCalibration.load().of_gap(baseline), len(problem.observations)
     share = 1.0 / (1.0 + len(problem.runs))
     energy = np.array([r.structured_energy for r in pair])
     floor = calibration.form_scatter(float(energy.min()), readings) + calibration.discrepancy + chance(readings)
@@ -164,7 +164,7 @@ def _changes(problem: Problem) -> list[dict[str, Any]]:
         if not addresses:
             continue
         current = values[addresses[0]]
-        used = {r.changes.get(e.parameter, current) for r in problem.runs}
+        used = {r.stated.get(e.parameter, current) for r in problem.runs}
         changes += [{e.parameter: v} for v in e.values if not any(_is_same_value(v, u) for u in used)]
     return changes
 
@@ -195,8 +195,8 @@ def _runs(
     jobs = []
     for change in changes:
         trial = replace(problem, runs=(_changed(problem, change),))
-        values = [trial.changes(0, p) for p in points]
-        jobs += [Job(record, grid[-1], step, v, inputs, method=method, parts=problem.parts(v, step)) for v in values]
+        values = [trial.overrides(0, p) for p in points]
+        jobs += [Job(record, grid[-1], step, v, inputs, method=method, parts=problem.substeps(v, step)) for v in values]
     outcomes = problem.simulator.simulate(jobs)
     read = [None if isinstance(x, Failure) else _read(problem, grid, x, record, p, _row_stride(problem, grid))
             for x, p in zip(outcomes, [*points] * len(changes), strict=True)]  # fmt: skip
@@ -243,7 +243,7 @@ def _moves(problem: Problem, pair: _Pair) -> list[_Move]:
         for x in ranked.hypothesis.fit.parameters:
             if x.in_every_set and (0, x.name) in moves:
                 continue
-            by = wide_step(x, point[x.name], settings.derivative_step, settings.small_turn)
+            by = wide_step(x, point[x.name], settings.derivative_step, settings.period_difference)
             moves[k, x.name] = _Move(k, x.name, by, {**point, x.name: point[x.name] + by})
     return list(moves.values())
 
@@ -256,7 +256,7 @@ def _read(
     for connector, sensor in problem.sensors(point).items():
         if connector in record:
             k = record.index(connector)
-            readings[:, k] = sensor.read(grid, rows[:, k], grid[::stride])
+            readings[:, k] = sensor.observe(grid, rows[:, k], grid[::stride])
     return readings
 
 
@@ -266,8 +266,8 @@ def _is_same_value(a: Any, b: Any) -> bool:
 
 def _changed(problem: Problem, change: dict[str, Any]) -> RunConditions:
     """The first run under other conditions."""
-    info = problem.runs[0]
-    values = dict(info.values)
+    conditions = problem.runs[0]
+    values = dict(conditions.values)
     for name, value in change.items():
         values.update(dict.fromkeys(matching(name, values), value))
-    return replace(info, changes={**info.changes, **change}, values=values)
+    return replace(conditions, stated={**conditions.stated, **change}, values=values)

@@ -26,7 +26,7 @@ class GapLocation:
     share: float
     region: str
     bands: dict[str, float]
-    changes: tuple[tuple[str, float], ...]
+    change_points: tuple[tuple[str, float], ...]
     """(run, time [s]) at which the residual changes its level."""
 
 
@@ -61,9 +61,9 @@ def _conditions(problem: Problem) -> dict[str, np.ndarray]:
     """Runs above and below the middle of each known condition that differs between them."""
     masks = {}
     runs = problem.runs
-    names = dict.fromkeys(name for info in runs for name in info.changes)
+    names = dict.fromkeys(name for conditions in runs for name in conditions.stated)
     for name in names:
-        stated = [info.changes.get(name) for info in runs]
+        stated = [conditions.stated.get(name) for conditions in runs]
         values = [v for v in stated if isinstance(v, (int, float)) and not isinstance(v, bool)]
         if len(values) < len(stated):
             continue

@@ -123,7 +123,7 @@ class Curve:
 
 
 @dataclass(frozen=True)
-class SensorShape:
+class SensorFormParameter:
     """What a form of a sensor's effect has beyond the plain one."""
 
     quantity: str
@@ -140,11 +140,11 @@ class SensorForm:
 
     id: str
     text: str
-    parameter: SensorShape
+    parameter: SensorFormParameter
 
 
 @dataclass(frozen=True)
-class Sensor:
+class SensorEffect:
     """An effect of a measurement, possible in every channel."""
 
     id: str
@@ -212,7 +212,7 @@ class Catalogue:
     """Effects, sensor effects and uncertain base parameters of a system; regions, and what could be measured next."""
 
     effects: tuple[Effect, ...]
-    sensors: tuple[Sensor, ...] = ()
+    sensors: tuple[SensorEffect, ...] = ()
     curves: tuple[Curve, ...] = ()
     base: tuple[Base, ...] = ()
     regions: tuple[Region, ...] = ()

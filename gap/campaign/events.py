@@ -5,13 +5,13 @@ from __future__ import annotations
 from math import inf
 from typing import Any
 
-from ..settings import READING
+from ..settings import FILE_LIMITS
 from .campaign import CampaignError, Event
-from .tables import no_strangers, take
+from .tables import reject_unknown_keys, take
 
 
 def read_event(table: dict[str, Any], where: str) -> Event:
-    no_strangers(table, "event", where)
+    reject_unknown_keys(table, "event", where)
     values: dict[str, float] = {key: take.number(table, where, key) for key in ("target", "within", "after", "std")}
     readings = ("time", "at_most", "at_least")
     times: dict[str, float] = {key: take.number(table, where, key) for key in readings if key in table}
@@ -37,7 +37,7 @@ def check_events(where: str, events: tuple[Event, ...], stop: float) -> None:
     """No moment lies far beyond the end of its run: it would be in another unit."""
     for i, e in enumerate(events, 1):
         reading = next(v for v in (e.time, e.at_most, e.at_least) if v is not None)
-        if e.after + reading > READING.latest_event * stop:
+        if e.after + reading > FILE_LIMITS.latest_event * stop:
             overrun = f"{e.after + reading:g} s is long after the run's end at {stop:g} s"
             raise CampaignError(f"{where}, event {i}: {overrun}: is it in seconds?")
         if e.after >= stop:

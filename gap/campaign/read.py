@@ -13,11 +13,11 @@ import numpy as np
 from ...core.errors import ParameterError, UsageError
 from ...core.repeated import repeated
 from ...core.units import unit
-from ..settings import READING
+from ..settings import FILE_LIMITS
 from .campaign import BaseTolerance, Campaign, CampaignError, Channel, FactorTolerance, Run
 from .events import check_events, read_event
 from .run_files import FileFormat, file_format, read_run_file
-from .tables import no_strangers, take
+from .tables import reject_unknown_keys, take
 
 __all__ = ["CampaignError", "base_of", "channels_of", "read", "take", "use_of"]
 
@@ -40,7 +40,7 @@ def channels_of(data: dict[str, Any], path: Path) -> tuple[Channel, ...]:
 
 
 def _channel(table: dict[str, Any], where: str) -> Channel:
-    no_strangers(table, "channel", where)
+    reject_unknown_keys(table, "channel", where)
     column, connector, name = (take.get(table, where, key, str) for key in ("column", "connector", "unit"))
     where = f"{where} ('{column}')"
     try:
@@ -71,7 +71,7 @@ def _run(
     table: dict[str, Any], where: str, folder: Path, channels: tuple[Channel, ...], default: FileFormat,
     warnings: list[str],
 ) -> Run:  # fmt: skip
-    no_strangers(table, "run", where)
+    reject_unknown_keys(table, "run", where)
     events = tuple(read_event(t, f"{where}, event {i}") for i, t in enumerate(take.tables(table, where, "event"), 1))
     parameters = take.get(table, where, "parameters", dict, {})
     for address, value in parameters.items():
@@ -108,7 +108,7 @@ def read(path: Path) -> Campaign:
     data = take.load(path)
     if "truth" in data:
         raise CampaignError(f"{path}: has a [truth]: it is a template; cosim-gap simulate makes a campaign of it")
-    no_strangers(data, "", str(path))
+    reject_unknown_keys(data, "", str(path))
     folder = path.parent
     system = take.file(data, str(path), "system", folder)
     if not system.is_file():
@@ -144,7 +144,7 @@ def base_of(data: dict[str, Any], path: Path) -> dict[str, BaseTolerance]:
     base: dict[str, BaseTolerance] = {}
     for i, table in enumerate(take.tables(data, str(path), "base"), 1):
         where = f"{path}: base {i}"
-        no_strangers(table, "base", where)
+        reject_unknown_keys(table, "base", where)
         tolerance = _tolerance(table, where)
         parameter = take.get(table, where, "parameter", str)
         if parameter in base:
@@ -155,10 +155,10 @@ def base_of(data: dict[str, Any], path: Path) -> dict[str, BaseTolerance]:
 
 def _tolerance(table: dict[str, Any], where: str) -> BaseTolerance:
     if isinstance(table.get("tolerance"), dict):
-        take.no_strangers(table["tolerance"], ("factor",), f"{where}: tolerance")
+        take.reject_unknown_keys(table["tolerance"], ("factor",), f"{where}: tolerance")
         factor = take.number(table["tolerance"], f"{where}: tolerance", "factor")
-        if not 1.0 < factor <= READING.largest_factor:
-            allowed = f"has to be above 1, {READING.largest_factor:g} at most"
+        if not 1.0 < factor <= FILE_LIMITS.largest_factor:
+            allowed = f"has to be above 1, {FILE_LIMITS.largest_factor:g} at most"
             raise ParameterError(f"{where}: tolerance: factor = {factor:g} {allowed}")
         return FactorTolerance(factor)
     tolerance = take.number(table, where, "tolerance")

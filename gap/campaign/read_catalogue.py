@@ -22,9 +22,9 @@ from .catalogue import (
     Measurable,
     Parameter,
     Region,
-    Sensor,
+    SensorEffect,
     SensorForm,
-    SensorShape,
+    SensorFormParameter,
 )
 
 T = TypeVar("T")
@@ -68,7 +68,8 @@ class _Reader(Tables):
         return neutral, bounds[0], bounds[1], self.above_zero(table, entry, "prior")
 
     def parameter(self, table: dict[str, Any], entry: str) -> Parameter:
-        self.no_strangers(table, ("address", "neutral", "bounds", "prior", "also", "shape", "starts", "period"), entry)
+        keys = "address", "neutral", "bounds", "prior", "also", "shape", "starts", "period"
+        self.reject_unknown_keys(table, keys, entry)
         address = self.get(table, entry, "address", str)
         entry = f"{entry}, {address}"
         neutral, low, high, prior = self.range(table, entry)
@@ -80,7 +81,7 @@ class _Reader(Tables):
         return Parameter(address, neutral, low, high, prior, also, shape, starts, period)
 
     def effect(self, table: dict[str, Any], entry: str) -> Effect:
-        self.no_strangers(table, ("id", "text", "group", "parameter", "form", "longest_step", *NOTES), entry)
+        self.reject_unknown_keys(table, ("id", "text", "group", "parameter", "form", "longest_step", *NOTES), entry)
         self.notes(table, entry)
         parameters = tuple(self.parameter(p, entry) for p in self.tables(table, entry, "parameter"))
         if not any(not p.shape for p in parameters):
@@ -100,7 +101,7 @@ class _Reader(Tables):
             self.get(table, entry, key, str, "")
 
     def form(self, table: dict[str, Any], entry: str) -> Form:
-        self.no_strangers(table, ("id", "text", "parameter"), entry)
+        self.reject_unknown_keys(table, ("id", "text", "parameter"), entry)
         id, text = (self.get(table, entry, key, str) for key in ("id", "text"))
         parameters = tuple(
             replace(self.parameter(p, entry), shape=True) for p in self.tables(table, entry, "parameter")
@@ -116,7 +117,7 @@ class _Reader(Tables):
 
     def curve(self, table: dict[str, Any], entry: str) -> Curve:
         keys = ("id", "text", "effects", "x", "y", "knots", "knots_of", "parameters", "prior", "formula", "names")
-        self.no_strangers(table, keys, entry)
+        self.reject_unknown_keys(table, keys, entry)
         id, text, x, y = (self.get(table, entry, key, str) for key in ("id", "text", "x", "y"))
         knots, parameters = tuple(self.numbers(table, entry, "knots")), self.strings(table, entry, "parameters")
         if len(knots) < 3 or any(b <= a for a, b in pairwise(knots)):
@@ -133,9 +134,9 @@ class _Reader(Tables):
         prior = self.above_zero(table, entry, "prior")
         return Curve(id, text, effects, x, y, knots, parameters, prior, knots_of, formula, names)
 
-    def sensor(self, table: dict[str, Any], entry: str) -> Sensor:
+    def sensor(self, table: dict[str, Any], entry: str) -> SensorEffect:
         keys = ("id", "text", "group", "quantity", "neutral", "bounds", "prior", "form", *NOTES)
-        self.no_strangers(table, keys, entry)
+        self.reject_unknown_keys(table, keys, entry)
         self.notes(table, entry)
         id, text, group, quantity = (self.get(table, entry, key, str) for key in ("id", "text", "group", "quantity"))
         if quantity not in QUANTITIES:
@@ -147,10 +148,10 @@ class _Reader(Tables):
             raise self.error(f"{entry}: 'bounds' = [{low:g}, {high:g}]; a {quantity} cannot be negative")
         forms = [self.sensor_form(f, f"{entry}: form {f.get('id', k)}") for k, f in
                  enumerate(self.tables(table, entry, "form"), 1)]  # fmt: skip
-        return Sensor(id, text, group, quantity, neutral, low, high, prior, tuple(forms))
+        return SensorEffect(id, text, group, quantity, neutral, low, high, prior, tuple(forms))
 
     def sensor_form(self, table: dict[str, Any], entry: str) -> SensorForm:
-        self.no_strangers(table, ("id", "text", "quantity", "neutral", "bounds", "prior", "starts"), entry)
+        self.reject_unknown_keys(table, ("id", "text", "quantity", "neutral", "bounds", "prior", "starts"), entry)
         id, text, quantity = (self.get(table, entry, key, str) for key in ("id", "text", "quantity"))
         if quantity not in SHAPES:
             raise self.error(f"{entry}: 'quantity' = '{quantity}' is none of {', '.join(SHAPES)}")
@@ -158,17 +159,17 @@ class _Reader(Tables):
         starts = tuple(self.numbers(table, entry, "starts"))
         if not all(low <= v <= high and v != neutral for v in starts) or not starts:
             raise self.error(f"{entry}: 'starts' = {list(starts)} has to be values within the bounds at which it shows")
-        return SensorForm(id, text, SensorShape(quantity, neutral, low, high, prior, starts))
+        return SensorForm(id, text, SensorFormParameter(quantity, neutral, low, high, prior, starts))
 
     def base(self, table: dict[str, Any], entry: str) -> Base:
-        self.no_strangers(table, ("parameter", "tolerance"), entry)
+        self.reject_unknown_keys(table, ("parameter", "tolerance"), entry)
         tolerance = self.number(table, entry, "tolerance")
         if not 0.0 < tolerance < 1.0:
             raise self.error(f"{entry}: 'tolerance' = {tolerance:g} has to lie between 0 and 1")
         return Base(self.get(table, entry, "parameter", str), tolerance)
 
     def region(self, table: dict[str, Any], entry: str) -> Region:
-        self.no_strangers(table, ("text", "signal", "above", "below", "rate", "size"), entry)
+        self.reject_unknown_keys(table, ("text", "signal", "above", "below", "rate", "size"), entry)
         limits: dict[str, float] = {key: self.number(table, entry, key) for key in ("above", "below") if key in table}
         if not limits:
             raise self.error(f"{entry}: needs 'above' or 'below'")
@@ -179,14 +180,14 @@ class _Reader(Tables):
         return Region(text, signal, limits.get("above", -inf), limits.get("below", inf), rate, size)
 
     def experiment(self, table: dict[str, Any], entry: str) -> Experiment:
-        self.no_strangers(table, ("parameter", "values"), entry)
+        self.reject_unknown_keys(table, ("parameter", "values"), entry)
         values = tuple(self.numbers(table, entry, "values"))
         if not values:
             raise self.error(f"{entry}: 'values' is empty")
         return Experiment(self.get(table, entry, "parameter", str), values)
 
     def measurable(self, table: dict[str, Any], entry: str) -> Measurable:
-        self.no_strangers(table, ("connector", "noise_std"), entry)
+        self.reject_unknown_keys(table, ("connector", "noise_std"), entry)
         return Measurable(self.get(table, entry, "connector", str), self.above_zero(table, entry, "noise_std"))
 
 
@@ -198,7 +199,7 @@ def parse(text: str, shown: str = "effects.toml") -> Catalogue:
 def _catalogue(data: dict[str, Any], shown: str) -> Catalogue:
     reader = _Reader()
     tables = ("effect", "curve", "sensor", "base", "region", "experiment", "measurable", "estimation")
-    reader.no_strangers(data, ("schema", *tables), shown)
+    reader.reject_unknown_keys(data, ("schema", *tables), shown)
     if data.get("schema", SCHEMA) != SCHEMA:
         raise reader.error(f"{shown}: schema = {data['schema']!r} is not known; this is {SCHEMA}")
 
@@ -225,7 +226,7 @@ def _catalogue(data: dict[str, Any], shown: str) -> Catalogue:
     if not ids:
         raise reader.error(f"{shown}: holds no effects")
     estimation = reader.get(data, shown, "estimation", dict, {})
-    reader.no_strangers(estimation, ("parameters",), f"{shown}: estimation")
+    reader.reject_unknown_keys(estimation, ("parameters",), f"{shown}: estimation")
     return Catalogue(
         effects,
         sensors,

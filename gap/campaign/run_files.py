@@ -17,7 +17,7 @@ from ..measurements.faulty_readings import find_faulty_readings
 from ..measurements.read_table import read_table
 from ..measurements.table import Column, FloatArray, MeasurementError, MeasurementTable, TextFormat, TimeStamp
 from ..measurements.time_stamps import comparable, from_toml, seconds_between
-from ..settings import DEFAULT, READING
+from ..settings import DEFAULT, FILE_LIMITS
 from .campaign import CampaignError, Channel, si
 from .tables import take
 
@@ -126,8 +126,8 @@ def _column(table: MeasurementTable, channel: Channel) -> Column:
 
 def _model_time(table: MeasurementTable, raw: FloatArray, form: FileFormat, warnings: list[str]) -> FloatArray:
     """Times of the file (n,) as seconds on the model's clock, checked; those before its start are negative."""
-    if len(raw) < READING.min_samples:
-        raise CampaignError(f"{table.file}: {len(raw)} samples; at least {READING.min_samples} are needed")
+    if len(raw) < FILE_LIMITS.min_samples:
+        raise CampaignError(f"{table.file}: {len(raw)} samples; at least {FILE_LIMITS.min_samples} are needed")
     if not np.isfinite(raw).all():
         raise CampaignError(f"{table.place(int(np.argmin(np.isfinite(raw))))}: time is missing")
     seconds = raw * unit(_unit_of_time(table, form)).factor
@@ -138,11 +138,11 @@ def _model_time(table: MeasurementTable, raw: FloatArray, form: FileFormat, warn
     seconds = seconds - _start_in_file(table, seconds, form, warnings)
     _check_start(table, seconds, form, warnings)
     from_start = seconds[seconds >= 0.0]
-    if len(from_start) < READING.min_samples:
-        needed = READING.min_samples
+    if len(from_start) < FILE_LIMITS.min_samples:
+        needed = FILE_LIMITS.min_samples
         raise CampaignError(f"{table.file}: {len(from_start)} samples from 'start' on; at least {needed} are needed")
     gaps = np.diff(from_start)
-    if gaps.max() > READING.hole * np.median(gaps):
+    if gaps.max() > FILE_LIMITS.hole * np.median(gaps):
         at = from_start[int(np.argmax(gaps))]
         warnings.append(f"{table.file.name}: nothing was measured for {gaps.max():g} s after {at:g} s")
     return seconds
@@ -216,13 +216,13 @@ def _check_start(table: MeasurementTable, seconds: FloatArray, form: FileFormat,
             raise CampaignError(f"{table.file}: ends {-seconds[-1]:g} s before 'start'")
         return
     remedy = f"start = {first:g} (or \"first\") makes this 0 s of the model, start = 0 says that it is the same clock"
-    if first < -READING.early_start * float(np.median(np.diff(seconds))):
+    if first < -FILE_LIMITS.early_start * float(np.median(np.diff(seconds))):
         raise CampaignError(
             f"{table.file}: time starts at {first:g} s, before the model does; {remedy} and what is before is left out"
         )
-    if first > READING.start_elsewhere * length:
+    if first > FILE_LIMITS.start_elsewhere * length:
         raise CampaignError(f"{table.file}: time starts at {first:g} s and the run is {length:g} s long; {remedy}")
-    if first > READING.late_start * length:
+    if first > FILE_LIMITS.late_start * length:
         warnings.append(f"{table.file.name}: time starts at {first:g} s; {remedy}")
 
 
@@ -234,9 +234,9 @@ def _readings(
     if np.isinf(raw).any():
         raise CampaignError(f"{table.place(int(np.argmax(np.isinf(raw))))}: '{channel.column}' is infinite")
     valid = np.isfinite(raw) & (clock >= 0.0)
-    if valid.sum() < READING.min_samples:
+    if valid.sum() < FILE_LIMITS.min_samples:
         if valid.any():
-            needed = READING.min_samples
+            needed = FILE_LIMITS.min_samples
             raise CampaignError(f"{path}: '{channel.column}' has {valid.sum()} samples; {needed} are needed")
         missing = "the input '{}' drives nothing" if channel.role == "input" else "'{}' was not measured"
         warnings.append(f"{path.name}: {missing.format(channel.column)} in this run")
@@ -251,12 +251,12 @@ def _readings(
 
 def _check_input(path: Path, channel: Channel, time: FloatArray, measured: FloatArray, warnings: list[str]) -> None:
     gaps, holes = np.diff(time), np.diff(measured)
-    if max(measured[0] - time[0], time[-1] - measured[-1]) > READING.hole * np.median(gaps):
+    if max(measured[0] - time[0], time[-1] - measured[-1]) > FILE_LIMITS.hole * np.median(gaps):
         warnings.append(
             f"{path.name}: the input '{channel.column}' was measured from {measured[0]:g} s to {measured[-1]:g} s "
             "only; beyond, its nearest value is held"
         )
-    if holes.max() > max(READING.hole * np.median(gaps), 2 * gaps.max()):
+    if holes.max() > max(FILE_LIMITS.hole * np.median(gaps), 2 * gaps.max()):
         warnings.append(
             f"{path.name}: the input '{channel.column}' was not measured for {holes.max():g} s after "
             f"{measured[int(np.argmax(holes))]:g} s; a straight line is taken"
@@ -274,7 +274,7 @@ def _without_faulty(path: Path, channels: tuple[Channel, ...], series: Series, w
         read = np.abs(np.round(convert(values, si(channel.unit), channel.unit), 6))
         kinds = faults[channel.connector].without(np.isin(read, DEFAULT.sanity.missing_marks))
         faulty = kinds.any
-        if not faulty.any() or (~faulty).sum() < READING.min_samples:
+        if not faulty.any() or (~faulty).sum() < FILE_LIMITS.min_samples:
             continue
         cleaned[channel.connector] = t[~faulty], values[~faulty]
         counts = ", ".join(f"{n} {kind}" for kind, n in kinds.counts().items())
@@ -292,9 +292,9 @@ def _check_noise(path: Path, channel: Channel, values: FloatArray) -> None:
         return
     factor = unit(channel.unit).factor
     shown, where = f"{noise / factor:g} {channel.unit}", f"{path}: '{channel.column}'"
-    if noise < READING.finest_noise * max(span, float(np.abs(values).max())):
+    if noise < FILE_LIMITS.finest_noise * max(span, float(np.abs(values).max())):
         raise CampaignError(f"{where}: noise_std = {shown} is finer than any sensor")
-    if noise > READING.coarsest_noise * span:
+    if noise > FILE_LIMITS.coarsest_noise * span:
         raise CampaignError(
             f"{where} moves by {span / factor:.3g} {channel.unit} in all, and noise_std is stated as {shown}: in which "
             "unit is it?"

@@ -23,6 +23,6 @@ KNOWN = {
 }  # fmt: skip
 
 
-def no_strangers(table: dict[str, Any], kind: str, where: str) -> None:
+def reject_unknown_keys(table: dict[str, Any], kind: str, where: str) -> None:
     """Raise `CampaignError` for a key that such a table does not have."""
-    take.no_strangers(table, KNOWN[kind], where)
+    take.reject_unknown_keys(table, KNOWN[kind], where)

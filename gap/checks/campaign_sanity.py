@@ -42,11 +42,11 @@ def _impossible(where: str, unit: str, t: float, bad: float, least: float, most:
 def _check_marks(problem: Problem) -> None:
     """No value of a measured input is a usual mark for a missing one, far from all others; a pulse may be far, too."""
     settings = problem.settings.sanity
-    for info in problem.runs:
+    for conditions in problem.runs:
         for c in problem.campaign.inputs:
-            if c.connector not in info.inputs:
+            if c.connector not in conditions.inputs:
                 continue
-            t, x = info.inputs[c.connector]
+            t, x = conditions.inputs[c.connector]
             read = convert(x, problem.units[c.connector], c.unit)
             marked = np.isin(np.abs(np.round(read, 6)), settings.missing_marks)
             rest = read[~marked]
@@ -57,7 +57,8 @@ def _check_marks(problem: Problem) -> None:
             ):
                 continue
             k = int(np.argmax(marked))
-            raise _impossible(f"run '{info.name}', input '{c.column}'", c.unit, t[k], read[k], rest.min(), rest.max())
+            where = f"run '{conditions.name}', input '{c.column}'"
+            raise _impossible(where, c.unit, t[k], read[k], rest.min(), rest.max())
 
 
 def _check_readings(problem: Problem, c: Channel, parts: list[Block], nominal: np.ndarray) -> None:
@@ -115,13 +116,13 @@ def _check_inputs(problem: Problem) -> list[str]:
     if nominal is None:
         return []
     unused: dict[str, list[str]] = {}
-    for r, info in enumerate(problem.runs):
-        moving = [c for c, (_, x) in info.inputs.items() if np.ptp(x) > 0.0]
+    for r, conditions in enumerate(problem.runs):
+        moving = [c for c, (_, x) in conditions.inputs.items() if np.ptp(x) > 0.0]
         if not moving:
             continue
         stop = problem.grid(r, step)[-1]
-        changes = problem.changes(r, {})
-        held = {c: {**info.inputs, c: (info.inputs[c][0][:1], info.inputs[c][1][:1])} for c in moving}
+        changes = problem.overrides(r, {})
+        held = {c: {**conditions.inputs, c: (conditions.inputs[c][0][:1], conditions.inputs[c][1][:1])} for c in moving}
         jobs = [
             Job(record, stop, step, changes, inputs, method=problem.discretisation.method) for inputs in held.values()
         ]
@@ -132,11 +133,11 @@ def _check_inputs(problem: Problem) -> list[str]:
         ]  # fmt: skip
         if idle == moving:
             raise CampaignError(
-                f"run '{info.name}': the input '{idle[0]}' changes nothing in the model; is there a parameter that has "
-                'it followed? (The deep-sea machine needs "hydraulics.command.use_input" = true)'
+                f"run '{conditions.name}': the input '{idle[0]}' changes nothing in the model; is there a parameter "
+                'that has it followed? (The deep-sea machine needs "hydraulics.command.use_input" = true)'
             )
         for c in idle:
-            unused.setdefault(c, []).append(info.name)
+            unused.setdefault(c, []).append(conditions.name)
     # an effect may need it, as a friction that grows with pressure does
     remarks = ((c, "" if len(runs) == len(problem.runs) else f" in {', '.join(runs)}") for c, runs in unused.items())
     return [f"the input '{c}' changes nothing in the model as delivered{in_runs}" for c, in_runs in remarks]

@@ -27,13 +27,13 @@ def _check_rates(problem: Problem) -> list[str]:
         return []
     warnings = []
     for a, b in rate_pairs(problem.connectors, rows[0], problem.fit_step):
-        for r, info in enumerate(problem.runs):
+        for r, conditions in enumerate(problem.runs):
             blocks = problem.samples.of_run(r)
             if a not in blocks or b not in blocks:
                 continue
             scale = _rate_scale(problem, blocks[a], blocks[b])
             if scale is not None:
-                warnings.append(f"{info.name}: {a} reads {scale:.3f} times the rate of {b}: one scale is wrong")
+                warnings.append(f"{conditions.name}: {a} reads {scale:.3f} times the rate of {b}: one scale is wrong")
                 break
     return warnings
 

@@ -88,11 +88,11 @@ def _weigh_suspicion(problem: Problem, x: _Suspicion) -> list[str]:
 def _missed_shares(problem: Problem, r: int, until: float, factor: float) -> list[float] | None:
     """Share of each channel's movement up to a time [s] that the model as delivered misses, if the times in the run's
     files are of 1/f s; None where it does not run."""
-    step, info = problem.macro_step, problem.runs[r]
-    inputs = {c: (t / factor, x) for c, (t, x) in info.inputs.items()}
+    step, conditions = problem.macro_step, problem.runs[r]
+    inputs = {c: (t / factor, x) for c, (t, x) in conditions.inputs.items()}
     stop = float(max(1.0, np.ceil(until / factor / step)) * step)
     record, method = tuple(problem.connectors), problem.discretisation.method
-    (rows,) = problem.simulator.simulate([Job(record, stop, step, problem.changes(r, {}), inputs, method=method)])
+    (rows,) = problem.simulator.simulate([Job(record, stop, step, problem.overrides(r, {}), inputs, method=method)])
     if isinstance(rows, Failure):
         return None
     shares = []

@@ -81,10 +81,10 @@ def _suspect(problem: Problem, k: int, nominal: np.ndarray) -> _Suspect | None:
     if not parts:
         return None
     channel = problem.campaign.outputs[k]
-    return _of_another_size(problem, channel, parts, nominal) or _of_another_zero(problem, channel, parts, nominal)
+    return _scale_mismatch(problem, channel, parts, nominal) or _offset_mismatch(problem, channel, parts, nominal)
 
 
-def _of_another_size(problem: Problem, c: Channel, parts: list[Block], nominal: np.ndarray) -> _Suspect | None:
+def _scale_mismatch(problem: Problem, c: Channel, parts: list[Block], nominal: np.ndarray) -> _Suspect | None:
     """Where the readings are larger or smaller than the model's by what is between two units."""
     settings = problem.settings.sanity
     measured = max(np.ptp(b.y) for b in parts)
@@ -133,7 +133,7 @@ def _explains(
     return after <= problem.settings.sanity.shape_missed * whole
 
 
-def _of_another_zero(problem: Problem, c: Channel, parts: list[Block], nominal: np.ndarray) -> _Suspect | None:
+def _offset_mismatch(problem: Problem, c: Channel, parts: list[Block], nominal: np.ndarray) -> _Suspect | None:
     """Where the readings stand off the model by what is between the zeros of two units, as of K and degC."""
     settings, fmu_unit = problem.settings.sanity, problem.units[c.connector]
     stated_misfit = _misfit(parts, nominal, fmu_unit)
@@ -212,8 +212,8 @@ def _explanations(problem: Problem) -> Iterator[tuple[list[float], str]]:
         fmu_unit = problem.units[c.connector]
         for other_unit in _other_units(c.unit):
             inputs = []
-            for info in problem.runs:
-                run_inputs = dict(info.inputs)
+            for conditions in problem.runs:
+                run_inputs = dict(conditions.inputs)
                 if c.connector in run_inputs:
                     t, x = run_inputs[c.connector]
                     run_inputs[c.connector] = t, _reinterpret(x, fmu_unit, c.unit, other_unit.name)
@@ -223,8 +223,9 @@ def _explanations(problem: Problem) -> Iterator[tuple[list[float], str]]:
     if problem.scenario_stop is None:
         return
     for name, f in TIME_UNITS.items():
-        if all(info.inputs and 0.5 < info.stop / (f * problem.scenario_stop) < 1.5 for info in problem.runs):
-            inputs = [{c: (t / f, x) for c, (t, x) in info.inputs.items()} for info in problem.runs]
+        stated_stop = f * problem.scenario_stop
+        if all(conditions.inputs and 0.5 < conditions.stop / stated_stop < 1.5 for conditions in problem.runs):
+            inputs = [{c: (t / f, x) for c, (t, x) in conditions.inputs.items()} for conditions in problem.runs]
             if (models := _models(problem, inputs, f)) is not None:
                 yield _missed_shares(problem, models), f"is time in {name}"
 
@@ -234,10 +235,10 @@ def _models(
 ) -> dict[int, np.ndarray] | None:
     """What the model as delivered says of each block with these inputs, for readings of 1/f s; None where it stops."""
     step = problem.fit_step
-    stops = [float(np.ceil(info.stop / f / step) * step) for info in problem.runs]
+    stops = [float(np.ceil(conditions.stop / f / step) * step) for conditions in problem.runs]
     jobs = [
         Job(
-            tuple(problem.connectors), stop, step, problem.changes(r, {}), run_inputs,
+            tuple(problem.connectors), stop, step, problem.overrides(r, {}), run_inputs,
             method=problem.discretisation.method,
         )
         for r, (stop, run_inputs) in enumerate(zip(stops, inputs, strict=True))

@@ -31,14 +31,14 @@ def folds(observations: Observations, stretches: int, count: int) -> list[np.nda
     return [mask for k in range(count) if (mask := place % count == k).any()]
 
 
-class LeftOut(NamedTuple):
+class FoldPredictions(NamedTuple):
     """The normalised residual (n,) of every entry as a refit without its fold predicts it, and its spread (n,)."""
 
     residual: np.ndarray
     spread: np.ndarray
 
 
-def left_out_residual(problem: Problem, fit: Fit, nuisance_jacobian: np.ndarray) -> LeftOut:
+def predict_folds(problem: Problem, fit: Fit, nuisance_jacobian: np.ndarray) -> FoldPredictions:
     """Every entry predicted by a refit without its fold.
 
     The spread is what the prediction can be trusted with: the noise and what the readings that were not left out leave
@@ -55,7 +55,7 @@ def left_out_residual(problem: Problem, fit: Fit, nuisance_jacobian: np.ndarray)
         residual[mask] = linearised.predicted_residual(step)[mask]
         covariance = np.linalg.inv(reduced.curvature(fit.parameters, 1.0))
         spread[mask] = np.sqrt(1.0 + np.einsum("ij,jk,ik->i", part, covariance, part))
-    return LeftOut(residual, spread)
+    return FoldPredictions(residual, spread)
 
 
 def predict_each_run(problem: Problem, fit: Fit, nuisance_jacobian: np.ndarray) -> list[float]:
@@ -69,19 +69,19 @@ def predict_each_run(problem: Problem, fit: Fit, nuisance_jacobian: np.ndarray) 
     return predicted_rms
 
 
-class HeldOut(NamedTuple):
+class CrossValidated(NamedTuple):
     """The left-out residual (n,) in units of its spread, and the energy per reading that it shares."""
 
     residual: np.ndarray
     structured_energy: float
 
 
-def held_out(problem: Problem, fit: Fit, nuisance_jacobian: np.ndarray) -> HeldOut:
+def cross_validate(problem: Problem, fit: Fit, nuisance_jacobian: np.ndarray) -> CrossValidated:
     """What a fit says of data it has not seen.
 
     In units of the spread: the only stretch that shows a parameter cannot be foretold by the others, and what they miss
     there is no gap of the model. (In units of the noise, a machine with nothing wrong was left at 1.4 times the noise
     by the edges of one step of its spool.)
     """
-    residual, spread = left_out_residual(problem, fit, nuisance_jacobian)
-    return HeldOut(residual / spread, max(0.0, problem.observations.structured_energy(residual / spread)))
+    residual, spread = predict_folds(problem, fit, nuisance_jacobian)
+    return CrossValidated(residual / spread, max(0.0, problem.observations.structured_energy(residual / spread)))

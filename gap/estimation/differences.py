@@ -33,7 +33,7 @@ class FiniteDifferences:
         return self.parameters[self.which[c]]
 
     def _is_smooth(self, c: int) -> bool:
-        return bool(self._parameter(c).repeats_for) or self.smooth.get(self._parameter(c).name, True)
+        return bool(self._parameter(c).longest_run) or self.smooth.get(self._parameter(c).name, True)
 
     def _shifted_point(self, c: int, step: float) -> Point:
         v = self.u.copy()
@@ -54,7 +54,7 @@ class FiniteDifferences:
             probed = unseen if attempt == 0 else []
             small = [self._small_step(c) for c in probed]
             points += [self._shifted_point(c, k * s) for c, s in zip(probed, small, strict=True) for k in (1.0, 2.0)]
-            results = (yield SimulationRequest(points, [])).coarse
+            results = (yield SimulationRequest(points, [])).at_fit_step
             self._record_smoothness(probed, results[len(steps) :])
             sizes = self._fill_columns(steps, results)
             if not sizes:
@@ -65,7 +65,8 @@ class FiniteDifferences:
         """A step that stays within the bounds; to the other side on the second attempt."""
         x, u = self._parameter(c), self.u[self.which[c]]
         low, high = x.low - u, x.high - u
-        size = min(size, 0.5 * (high - low), x.longest_difference(float(u), self.problem.settings.search.small_turn))
+        turn = self.problem.settings.search.period_difference
+        size = min(size, 0.5 * (high - low), x.longest_difference(float(u), turn))
         forward = size <= high and (attempt != 1 or -size < low)
         return size if forward else -size
 

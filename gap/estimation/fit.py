@@ -71,14 +71,14 @@ class Fit:
 class SimulationRequest(NamedTuple):
     """Points to be simulated: at the fit's step, and exactly."""
 
-    coarse: list[Point]
+    at_fit_step: list[Point]
     exact: list[Point]
 
 
 class SimulationAnswer(NamedTuple):
     """Their long vectors (n,); None where a run failed."""
 
-    coarse: list[np.ndarray | None]
+    at_fit_step: list[np.ndarray | None]
     exact: list[np.ndarray | None]
 
 

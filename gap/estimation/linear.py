@@ -25,8 +25,8 @@ class LinearisedModel:
     A (n, k + m), r (n,), u (k,); gram = A^T A, moment = A^T r.
     """
 
-    def __init__(self, columns: np.ndarray, residual: np.ndarray, u: np.ndarray, gram: np.ndarray, moment: np.ndarray):
-        self.A, self.r, self.u, self.gram, self.moment = columns, residual, u, gram, moment
+    def __init__(self, columns: np.ndarray, residual: np.ndarray, u: np.ndarray, gram: np.ndarray, rhs: np.ndarray):
+        self.A, self.r, self.u, self.gram, self.rhs = columns, residual, u, gram, rhs
 
     @classmethod
     def around(
@@ -46,7 +46,7 @@ class LinearisedModel:
     def leave_out(self, mask: np.ndarray) -> LinearisedModel:
         """The same without the entries of the mask (n,), for `step` only."""
         part, r = self.A[mask], self.r[mask]
-        return LinearisedModel(self.A, self.r, self.u, self.gram - part.T @ part, self.moment - part.T @ r)
+        return LinearisedModel(self.A, self.r, self.u, self.gram - part.T @ part, self.rhs - part.T @ r)
 
     def curvature(self, parameters: Sequence[EstimatedParameter], dispersion: float) -> np.ndarray:
         """Half the second derivative of the cost by parameters and nuisances (k + m, k + m), their priors included."""
@@ -59,7 +59,7 @@ class LinearisedModel:
         """The step within bounds and radius (k,) that lowers the cost most."""
         k, m = len(parameters), self.A.shape[1] - len(parameters)
         sd = np.array([x.sd for x in parameters])
-        H, g = self.curvature(parameters, dispersion), self.moment / dispersion
+        H, g = self.curvature(parameters, dispersion), self.rhs / dispersion
         g[:k] -= self.u / sd**2
         low = np.maximum(np.array([x.low for x in parameters]) - self.u, -radius)
         high = np.minimum(np.array([x.high for x in parameters]) - self.u, radius)

@@ -7,7 +7,7 @@ import numpy as np
 from ..problem.problem import Problem
 
 
-def nuisance_columns(problem: Problem, model: np.ndarray) -> np.ndarray:
+def nuisance_jacobian_at(problem: Problem, model: np.ndarray) -> np.ndarray:
     """Columns (n, m) of the nuisances, in the unit of the readings for one prior standard deviation each."""
     observations = problem.observations
     columns = []

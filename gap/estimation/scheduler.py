@@ -38,14 +38,14 @@ def run_fits(problem: Problem, fits: Sequence[FitTask]) -> list[Fit | None]:
         requests = dict(waiting)
         try:
             coarse, exact = problem.evaluate_both(
-                [p for r in requests.values() for p in r.coarse], [p for r in requests.values() for p in r.exact]
+                [p for r in requests.values() for p in r.at_fit_step], [p for r in requests.values() for p in r.exact]
             )
         except StopRequested:
             for i in waiting:
                 interrupt(i)
             break
         for i, r in requests.items():
-            answer = SimulationAnswer(coarse[: len(r.coarse)], exact[: len(r.exact)])
-            coarse, exact = coarse[len(r.coarse) :], exact[len(r.exact) :]
+            answer = SimulationAnswer(coarse[: len(r.at_fit_step)], exact[: len(r.exact)])
+            coarse, exact = coarse[len(r.at_fit_step) :], exact[len(r.exact) :]
             advance(i, answer)
     return results

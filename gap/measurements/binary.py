@@ -13,7 +13,7 @@ from typing import Any
 import numpy as np
 
 from ...core.errors import install
-from ..settings import READING
+from ..settings import FILE_LIMITS
 from .table import Column, FloatArray, MeasurementError, MeasurementTable, is_time, with_short_names
 
 
@@ -95,7 +95,7 @@ def table_of_arrays(path: Path, arrays: Mapping[str, Any], units: Mapping[str, s
 def check_size(path: Path, columns: list[Column]) -> None:
     """Raise `MeasurementError` for a number that no machine has."""
     for column in columns:
-        large = (np.abs(column.values) > READING.largest_quantity) & np.isfinite(column.values)
+        large = (np.abs(column.values) > FILE_LIMITS.largest_quantity) & np.isfinite(column.values)
         if large.any():
             row = int(np.argmax(large))
             raise MeasurementError(

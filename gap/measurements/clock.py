@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from ..settings import READING
+from ..settings import FILE_LIMITS
 from .table import FloatArray
 
 
@@ -18,4 +18,4 @@ def clock_jitter(seconds: FloatArray) -> float:
 
 def jitters(seconds: FloatArray) -> bool:
     """Whether times (n,) lie so unevenly that differences of readings show it."""
-    return bool(clock_jitter(seconds) > READING.told_jitter * np.median(np.diff(seconds)))
+    return bool(clock_jitter(seconds) > FILE_LIMITS.jitter_warning_from * np.median(np.diff(seconds)))

@@ -13,7 +13,7 @@ import numpy as np
 
 from ...core.repeated import repeated
 from ...core.unit_names import named
-from ..settings import READING
+from ..settings import FILE_LIMITS
 from .table import (
     Column,
     FloatArray,
@@ -168,7 +168,8 @@ def _numbers(row: list[str], number: NumberReader, where: str) -> list[float]:
         other_mark = {".": ",", ",": "."}.get(number.decimal or "", "")
         hint = f"; the fraction begins with '{number.decimal}' in this file" if other_mark and other_mark in bad else ""
         raise MeasurementError(f"{where}: '{bad}' is not a number{hint}") from None
-    large = next((cell for cell, x in zip(row, values, strict=True) if READING.largest_quantity < abs(x) < inf), None)
+    read_cells = zip(row, values, strict=True)
+    large = next((cell for cell, x in read_cells if FILE_LIMITS.largest_quantity < abs(x) < inf), None)
     if large is not None:
         raise MeasurementError(f"{where}: {large} is no quantity of a machine")
     return values

@@ -12,7 +12,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from ..settings import READING, FaultSettings
+from ..settings import FILE_LIMITS, FaultSettings
 from .glitches import Scale, Stretch, distance_of, dropout_candidates, glitch_candidates
 from .machine_events import happens_elsewhere, has_event, kinks
 from .stuck_sensor import constant_stretches, is_stuck_in_motion, is_stuck_in_noise, leaves_with_a_jump
@@ -79,7 +79,7 @@ def scale_of(y: FloatArray) -> Scale:
 
 
 def _prepare(t: FloatArray, y: FloatArray, settings: FaultSettings) -> _Channel:
-    if len(y) < READING.min_judged:
+    if len(y) < FILE_LIMITS.min_judged:
         return _Channel(t, y, Scale(0.0, 0.0, 0.0), np.zeros(len(y)), [], [])
     scale = scale_of(y)
     glitches = glitch_candidates(y, scale, settings)

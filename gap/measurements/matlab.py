@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 
-from ..settings import READING
+from ..settings import FILE_LIMITS
 from .binary import library, table_of_arrays, translate_errors
 from .table import MeasurementError, MeasurementTable
 
@@ -50,7 +50,7 @@ def _add_group(h5py: Any, arrays: dict[str, Any], prefix: str, group: Any, depth
         if name.startswith("#"):
             continue
         if isinstance(value, h5py.Group):
-            if depth < READING.deepest_struct:
+            if depth < FILE_LIMITS.deepest_struct:
                 _add_group(h5py, arrays, f"{prefix}{name}.", value, depth + 1)
         elif value.dtype.kind in "biuf" and "MATLAB_empty" not in value.attrs and _is_numeric(value):
             array = value[()]
@@ -67,7 +67,7 @@ def _add(arrays: dict[str, Any], name: str, value: Any, depth: int) -> None:
     if not isinstance(value, np.ndarray):
         return
     if value.dtype.names is not None:
-        if value.size == 1 and depth < READING.deepest_struct:
+        if value.size == 1 and depth < FILE_LIMITS.deepest_struct:
             for member in value.dtype.names:
                 _add(arrays, f"{name}.{member}", value.reshape(-1)[0][member], depth + 1)
     elif value.dtype.kind in "biuf" and value.size > 1:

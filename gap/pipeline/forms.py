@@ -37,19 +37,19 @@ def assess_forms(state: State) -> State:
 def _probability(s: State, c: EffectCandidate) -> float:
     """Of the form among the hypotheses that have the effect."""
     with_effect = [(r, p) for r, p in zip(s.ranked, s.probabilities, strict=True) if c.label in r.hypothesis.labels]
-    return sum(p for r, p in with_effect if c.name in r.hypothesis.parts) / max(sum(p for _, p in with_effect), 1e-300)
+    return sum(p for r, p in with_effect if c.name in r.hypothesis.key) / max(sum(p for _, p in with_effect), 1e-300)
 
 
 def _share(s: State, best: RankedHypothesis, c: EffectCandidate) -> float:
     """What the same effects leave more with this one in its plain form, of what calibration leaves; 0 where these were
     not fitted, or there is no time to simulate them."""
-    parts = best.hypothesis.parts - {c.name} | {c.label}
-    plain = next((r for r in s.ranked if r.hypothesis.parts == parts), None)
-    gap = s.gap_budget.calibrated**2 - 1.0
+    plain_key = best.hypothesis.key - {c.name} | {c.label}
+    plain = next((r for r in s.ranked if r.hypothesis.key == plain_key), None)
+    gap = s.required_budget.calibrated**2 - 1.0
     if plain is None or gap <= 0.0:
         return 0.0
     try:
-        plain_excess, form_excess = (max(rms(s.after(r)) ** 2 - 1.0, 0.0) for r in (plain, best))
+        plain_excess, form_excess = (max(rms(s.residual_of(r)) ** 2 - 1.0, 0.0) for r in (plain, best))
     except (SimulationError, StopRequested):
         return 0.0
     return min(1.0, max(0.0, (plain_excess - form_excess) / gap))

@@ -13,7 +13,7 @@ from ..checks.campaign_sanity import check_campaign
 from ..checks.time_unit import check_time
 from ..estimation.fit import Fit
 from ..estimation.linear import profile_nuisances
-from ..estimation.nuisances import nuisance_columns, usual_bias
+from ..estimation.nuisances import nuisance_jacobian_at, usual_bias
 from ..problem.build import build_problem
 from ..problem.find_swings import as_compared, compare_swings
 from ..problem.problem import Problem
@@ -28,18 +28,18 @@ class HoldoutRuns:
     nominal: np.ndarray
 
     @property
-    def before(self) -> np.ndarray:
+    def nominal_residual(self) -> np.ndarray:
         """Normalised residual of the model as delivered."""
         return self.problem.observations.whiten(self.nominal)
 
-    def after(self, fit: Fit, training: Problem) -> np.ndarray:
+    def residual_of(self, fit: Fit, training: Problem) -> np.ndarray:
         """Normalised residual (n,) at a fit's point, with its sensor biases and a clock of each run's own."""
         model = self.problem.exact([fit.point])[0]
         if model is None:
             failure = self.problem.simulator.failure
             raise SimulationError(f"the held-out runs cannot be simulated at the point found: {failure}")
         channels = len(self.problem.observations.span)
-        clocks = nuisance_columns(self.problem, model)[:, channels:]
+        clocks = nuisance_jacobian_at(self.problem, model)[:, channels:]
         labelled = zip(training.labels, fit.nuisances, strict=False)
         biases = {label: q * usual_bias(training, j) for j, (label, q) in enumerate(labelled)}
         offsets = np.array([biases.get(label, 0.0) for label in self.problem.labels[:channels]])

@@ -7,7 +7,7 @@ from dataclasses import replace
 from ..checks.campaign_sanity import check_campaign
 from ..checks.sensor_consistency import check_sensors
 from ..checks.time_unit import check_time
-from ..estimation.nuisances import nuisance_columns
+from ..estimation.nuisances import nuisance_jacobian_at
 from ..problem.find_swings import as_compared, compare_swings
 from ..problem.step_size import assess_step_error, choose_difference_step, choose_fit_step
 from .holdout import build_holdout
@@ -21,7 +21,8 @@ def assess_steps(state: State) -> State:
     warnings = [*time_warnings, *check_campaign(assessed.problem, assessed.nominal)]
     problem = choose_fit_step(assessed.problem, assessed.nominal, state.package_step)
     return replace(
-        state, problem=problem, nominal=assessed.nominal, step_change=assessed.change, chosen_step=problem.macro_step,
+        state, problem=problem, nominal=assessed.nominal, step_change=assessed.change,
+        nominal_macro_step=problem.macro_step,
         warnings=(*state.warnings, *warnings, *([assessed.unresolved] if assessed.unresolved else [])),
         noise_widened=assessed.unresolved,
     )  # fmt: skip
@@ -46,5 +47,5 @@ def build_held_out_runs(state: State) -> State:
 
 def prepare_fits(state: State) -> State:
     """The nuisances' columns and the step of finite differences."""
-    nuisance_jacobian = nuisance_columns(state.problem, state.nominal)
+    nuisance_jacobian = nuisance_jacobian_at(state.problem, state.nominal)
     return replace(state, nuisance_jacobian=nuisance_jacobian, problem=choose_difference_step(state.problem))

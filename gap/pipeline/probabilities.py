@@ -11,9 +11,9 @@ from ..analysis.budget import Alternative, budget
 from ..estimation.nuisances import usual_bias
 from ..problem.stop import StopRequested
 from ..search.subsets import complete_subsets
-from ..selection.calibration import Calibration
 from ..selection.evidence import RankedHypothesis
 from ..selection.posterior import Evidence, apply_doubts, inclusions, posterior_of
+from ..selection.probability_calibration import ProbabilityCalibration
 from .state import Inclusion, State
 
 
@@ -21,7 +21,7 @@ def weigh_hypotheses(state: State) -> State:
     """Probabilities of all hypotheses that were looked at, and of every effect and group."""
     problem = state.problem
     evidence = [_evidence(r) for r in state.ranked]
-    posterior = posterior_of(evidence, Calibration.load(), len(problem.observations))
+    posterior = posterior_of(evidence, ProbabilityCalibration.load(), len(problem.observations))
     groups = {c.id: c.group for c in problem.candidates}
     effects, of_groups = inclusions(posterior, groups)
     order = np.argsort(-posterior.probability, kind="stable")
@@ -77,7 +77,7 @@ def share_gap(state: State) -> State:
         except SimulationError as error:  # of held-out runs
             warnings.append(f"{r.hypothesis.label}: {error}")
     if not alternatives:
-        alternatives.append(Alternative(1.0, {frozenset(): state.after(state.ranked_baseline)}))
+        alternatives.append(Alternative(1.0, {frozenset(): state.residual_of(state.ranked_baseline)}))
     total = sum(a.probability for a in alternatives)
     alternatives = [replace(a, probability=a.probability / total) for a in alternatives]
     groups = {c.label: c.group for c in state.problem.candidates}
@@ -91,10 +91,13 @@ def _residuals(
     """fitted: what was, to which subsets that had to be are added, for alternatives share them."""
     subsets = complete_subsets(state.problem, fitted, r, state.nuisance_jacobian)
     fitted += [subset for subset in subsets.values() if subset not in fitted]
-    return {labels: state.after(subset) + _given_back(state, r, subset) for labels, subset in subsets.items()}
+    return {
+        labels: state.residual_of(subset) + _bias_absorbed_by_nuisance(state, r, subset)
+        for labels, subset in subsets.items()
+    }
 
 
-def _given_back(state: State, whole: RankedHypothesis, subset: RankedHypothesis) -> np.ndarray:
+def _bias_absorbed_by_nuisance(state: State, whole: RankedHypothesis, subset: RankedHypothesis) -> np.ndarray:
     """What calibration's biases take over in a subset from a sensor's bias that the whole has as an effect: it is the
     effect's work, for usual biases do not reach that far. Normalised, on the scoring data (n,)."""
     observations = state.scoring.observations

@@ -14,7 +14,7 @@ def remarks(state: State) -> list[str]:
 
 def base_at_tolerance(state: State) -> list[str]:
     """Base parameters that stand at the end of their tolerance in the most probable hypothesis."""
-    fit = state.chosen.hypothesis.fit
+    fit = state.reported.hypothesis.fit
     ends = zip(fit.parameters, fit.normalised, strict=True)
     return [x.name for x, u in ends if x.kind == "base" and abs(u) > 0.999 * min(-x.low, x.high)]
 
@@ -28,16 +28,16 @@ def _base_at_tolerance(state: State) -> list[str]:
 
 
 def _sensors(state: State) -> list[str]:
-    problem, fit, settings = state.problem, state.chosen.hypothesis.fit, state.problem.settings.noise
+    problem, fit, settings = state.problem, state.reported.hypothesis.fit, state.problem.settings.noise
     texts = []
     for k, (label, q) in enumerate(zip(problem.labels, fit.nuisances[: fit.channels], strict=False)):
-        if abs(q) > settings.told_bias:
+        if abs(q) > settings.bias_warning_from:
             value = f"{q * usual_bias(problem, k):.2g} {problem.units.get(label, '1')}"
             texts.append(f"{label}: its sensor seems to read {value} too much, more than sensors usually do")
-    for r, (info, q) in enumerate(zip(problem.runs, fit.nuisances[fit.channels :], strict=True)):
-        if abs(q) > settings.told_clock:
+    for r, (conditions, q) in enumerate(zip(problem.runs, fit.nuisances[fit.channels :], strict=True)):
+        if abs(q) > settings.clock_warning_from:
             off = 1e3 * q * usual_clock_error(problem, r)
-            texts.append(f"{info.name}: its clock seems to be off by {off:.2g} ms")
+            texts.append(f"{conditions.name}: its clock seems to be off by {off:.2g} ms")
     for name, values in problem.differing_values(fit.point).items():
         share = values[0] / problem.runs[0].values[name] - 1.0
         texts.append(
@@ -55,6 +55,6 @@ def _experiments(state: State) -> list[str]:
 
 def _step(state: State) -> list[str]:
     change = rms(state.step_change / state.problem.observations.noise_std) if len(state.step_change) else 0.0
-    if change < state.problem.settings.numerics.told_step_error:
+    if change < state.problem.settings.numerics.step_warning_from:
         return []
     return [f"halving the model's step moves it by {change:.2f} times the noise: take a shorter step"]

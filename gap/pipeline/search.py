@@ -6,7 +6,7 @@ from collections.abc import Sequence
 from dataclasses import replace
 
 from ...core.errors import SimulationError
-from ..estimation.nuisances import nuisance_columns
+from ..estimation.nuisances import nuisance_jacobian_at
 from ..search.baseline import explains_much, is_strained, refit_base, resume_refit, simulate_nominal, unfitted_baseline
 from ..search.earlier import baseline_point, refit_sets
 from ..search.forms import adopt_forms, any_forms_left
@@ -49,7 +49,7 @@ def fit_baseline(state: State) -> State:
     adequate = is_adequate(state.problem, baseline.fit)
     if explains_much(state.problem, baseline, nominal) and (adequate or not is_strained(state.problem, baseline)):
         start, later = later, start
-    levels = f"from {nominal.fit.rms:.3g} to {baseline.fit.rms:.3g} times the noise{state.confinement}"
+    levels = f"from {nominal.fit.rms:.3g} to {baseline.fit.rms:.3g} times the noise{state.subset_text}"
     return replace(
         state, baseline=baseline, start=start, other_start=later,
         progress=f"so far: calibration brings the gap {levels}",
@@ -61,7 +61,7 @@ def resume_search(state: State) -> State:
     once if it had come to its end before."""
     if state.earlier is None:
         raise ValueError("there is no earlier diagnosis")
-    refits = refit_sets(state.problem, state.earlier.sets, state.refit, state.nuisance_jacobian)
+    refits = refit_sets(state.problem, state.earlier.sets, state.required_baseline, state.nuisance_jacobian)
     hypotheses = best_of_each_set([*state.hypotheses, *refits])
     return replace(
         state, fitted_sets=tuple(h for h in hypotheses if h.candidates), start=hypotheses[0],
@@ -72,34 +72,35 @@ def resume_search(state: State) -> State:
 
 def compare_sets_quickly(state: State) -> State:
     """Quick fits of sets of effects, from a bank where the search begins: the first that can be said."""
-    first = run_quick_round(state.problem, state.nuisance_jacobian, state.search_start)
+    first = run_quick_round(state.problem, state.nuisance_jacobian, state.start_or_baseline)
     hypotheses = best_of_each_set([*state.hypotheses, *first.hypotheses])
     fitted = tuple(h for h in hypotheses if h.candidates)
     return replace(
-        state, quick_round=first, fitted_sets=fitted, gains=first.gains, progress=describe_progress(state, hypotheses)
-    )
+        state, quick_round=first, fitted_sets=fitted, shares_alone=first.shares_alone,
+        progress=describe_progress(state, hypotheses),
+    )  # fmt: skip
 
 
 def fit_best_sets(state: State) -> State:
     """The best of these to the end."""
-    polished = polish_round(state.problem, state.nuisance_jacobian, state.first_round)
+    polished = polish_round(state.problem, state.nuisance_jacobian, state.required_quick_round)
     return _after_round(replace(state, fitted_sets=(), quick_round=None), polished)
 
 
 def compare_sets(state: State) -> State:
     """Sets of effects from a bank where the search stands, the best of them fitted to the end."""
-    return _after_round(state, search_round(state.problem, state.nuisance_jacobian, state.search_start))
+    return _after_round(state, search_round(state.problem, state.nuisance_jacobian, state.start_or_baseline))
 
 
 def _after_round(state: State, completed: Round) -> State:
     """The state with what a round has found, and where to look next."""
-    incumbent = state.search_start
+    incumbent = state.start_or_baseline
     hypotheses = best_of_each_set([*state.hypotheses, *completed.hypotheses])
     baseline = next(h for h in hypotheses if not h.candidates)
-    bank_sets = (*state.bank_sets, incumbent.parts)
+    bank_sets = (*state.bank_sets, incumbent.key)
     other_start = None if incumbent is state.other_start else state.other_start
     before = search_cost(best_of_each_set(state.hypotheses)[0])
-    better = search_cost(hypotheses[0]) < before - state.problem.settings.search.better
+    better = search_cost(hypotheses[0]) < before - state.problem.settings.search.min_round_gain
     return replace(
         state, baseline=baseline, fitted_sets=tuple(h for h in hypotheses if h.candidates), bank_sets=bank_sets,
         other_start=other_start, start=next_start(hypotheses, bank_sets, better, other_start),
@@ -112,7 +113,7 @@ def describe_progress(state: State, hypotheses: Sequence[Hypothesis]) -> str:
     best, before = hypotheses[0], next(h.fit.rms for h in hypotheses if not h.candidates)
     if not best.candidates:
         return f"so far: no effect does better than calibration, which leaves {before:.3g} times the noise"
-    compared = f"{len(hypotheses) - 1} sets fitted{state.confinement}"
+    compared = f"{len(hypotheses) - 1} sets fitted{state.subset_text}"
     return f"so far: {best.label} leaves {best.fit.rms:.3g} of the {before:.3g} noises left by calibration; {compared}"
 
 
@@ -125,20 +126,20 @@ def can_continue(state: State) -> bool:
 
 def _leaves_more_than(state: State, trifle: float) -> bool:
     """Whether what the best set leaves is more than that share of what calibration leaves, as energies."""
-    best, refit = best_of_each_set(state.hypotheses)[0], state.refit.fit
+    best, refit = best_of_each_set(state.hypotheses)[0], state.required_baseline.fit
     energy, whole = (state.problem.observations.structured_energy(f.residual) for f in (best.fit, refit))
     return energy > trifle * whole
 
 
 def is_worth_continuing(state: State) -> bool:
     """Whether another round may find something that is worth it."""
-    return can_continue(state) and _leaves_more_than(state, state.problem.settings.search.trifle)
+    return can_continue(state) and _leaves_more_than(state, state.problem.settings.search.min_energy_share)
 
 
 def has_long_steps(state: State) -> bool:
     """Whether something is left that runs of shorter steps might show."""
     best, settings = best_of_each_set(state.hypotheses)[0], state.problem.settings.search
-    something_left = not is_adequate(state.problem, best.fit) and _leaves_more_than(state, settings.trifle)
+    something_left = not is_adequate(state.problem, best.fit) and _leaves_more_than(state, settings.min_energy_share)
     return something_left and state.problem.discretisation.coarsening > 1
 
 
@@ -153,12 +154,12 @@ def look_at_shorter_steps(state: State) -> State:
 
 def fit_the_best(state: State) -> State:
     """Sets near the best to the end, the macro step that it needs, and it without each of its effects."""
-    problem, N = state.problem, state.nuisance_jacobian
-    hypotheses = fit_leaders(problem, best_of_each_set(state.hypotheses), N)
-    problem, hypotheses = refine_macro_step(problem, hypotheses, N)
-    problem, hypotheses = refine_fit_step(problem, hypotheses, N)
-    hypotheses = fit_relatives_at_best(problem, hypotheses, N)
-    hypotheses = drop_each_effect(problem, hypotheses, N)
+    problem, nuisance_jacobian = state.problem, state.nuisance_jacobian
+    hypotheses = fit_leaders(problem, best_of_each_set(state.hypotheses), nuisance_jacobian)
+    problem, hypotheses = refine_macro_step(problem, hypotheses, nuisance_jacobian)
+    problem, hypotheses = refine_fit_step(problem, hypotheses, nuisance_jacobian)
+    hypotheses = fit_relatives_at_best(problem, hypotheses, nuisance_jacobian)
+    hypotheses = drop_each_effect(problem, hypotheses, nuisance_jacobian)
     baseline = next(h for h in hypotheses if not h.candidates)
     return replace(state, problem=problem, baseline=baseline, fitted_sets=tuple(h for h in hypotheses if h.candidates))
 
@@ -188,7 +189,7 @@ def has_curves(state: State) -> bool:
     """Whether something is left, and an effect that is in could be a free curve."""
     hypotheses = best_of_each_set(state.hypotheses)
     possible = any_forms_left(hypotheses, curves=True) and not is_adequate(state.problem, hypotheses[0].fit)
-    return possible and _leaves_more_than(state, state.problem.settings.search.curve_trifle)
+    return possible and _leaves_more_than(state, state.problem.settings.search.curve_min_energy_share)
 
 
 def has_forms(state: State) -> bool:
@@ -219,7 +220,7 @@ def has_relatives(state: State) -> bool:
 def rank_fitted(state: State) -> State:
     """All hypotheses ranked, with the derivatives that judging needs."""
     problem, warnings = state.problem, list(state.warnings)
-    if problem.macro_step < state.chosen_step:
+    if problem.macro_step < state.nominal_macro_step:
         reason = "the gap's model depends on its macro step more than the delivered one: fits rest on steps of"
         package = f"the package's is {1e3 * state.package_step:g} ms"
         warnings.append(f"{reason} {1e3 * problem.macro_step:g} ms, {package}")
@@ -235,9 +236,11 @@ def rank_unfinished(state: State) -> State:
     if not len(state.nominal):
         system = state.problem.campaign.system.name
         raise SimulationError(f"{system}: stopped before the model as delivered had run once; nothing can be said")
-    N = state.nuisance_jacobian if len(state.nuisance_jacobian) else nuisance_columns(state.problem, state.nominal)
-    baseline = state.baseline or unfitted_baseline(state.problem, state.nominal, N)
-    caution = [f"Stopped before all runs were looked at: what is said here was found{state.confinement}"]
+    nuisance_jacobian = state.nuisance_jacobian
+    if not len(nuisance_jacobian):
+        nuisance_jacobian = nuisance_jacobian_at(state.problem, state.nominal)
+    baseline = state.baseline or unfitted_baseline(state.problem, state.nominal, nuisance_jacobian)
+    caution = [f"Stopped before all runs were looked at: what is said here was found{state.subset_text}"]
     warnings = (*state.warnings, *(caution if state.all_runs else []))
-    state = replace(state, nuisance_jacobian=N, baseline=baseline, holdout=None, warnings=warnings)
-    return replace(state, ranked=tuple(rank_hypotheses(state.problem, state.hypotheses, N)))
+    state = replace(state, nuisance_jacobian=nuisance_jacobian, baseline=baseline, holdout=None, warnings=warnings)
+    return replace(state, ranked=tuple(rank_hypotheses(state.problem, state.hypotheses, nuisance_jacobian)))

@@ -24,11 +24,11 @@ class Stage:
 
 
 def run_pipeline(
-    stages: Sequence[Stage], state: State, say: Callable[[str], None] = lambda text: None,
-    tell: Callable[[str], None] = lambda text: None,
+    stages: Sequence[Stage], state: State, on_stage: Callable[[str], None] = lambda text: None,
+    on_finding: Callable[[str], None] = lambda text: None,
 ) -> State:  # fmt: skip
-    """The state after all stages; `say` gets the name of each that is run, `tell` what is known so far when that has
-    changed.
+    """The state after all stages; `on_stage` gets the name of each that is run, `on_finding` what is known so far when
+    that has changed.
 
     Once it is asked to stop no simulation is begun: what a stage then lacks is left out, and the state is marked as
     unfinished with the stage that was cut off.
@@ -38,7 +38,7 @@ def run_pipeline(
         if (stop.requested and not stage.always) or not stage.when(state):
             continue
         begin, last_progress = time.perf_counter(), state.progress
-        say(stage.name)
+        on_stage(stage.name)
         try:
             state = stage.run(state)
         except StopRequested:
@@ -47,7 +47,7 @@ def run_pipeline(
             state = replace(state, unfinished=state.unfinished or stage.name)
         state = replace(state, seconds={**state.seconds, stage.name: time.perf_counter() - begin})
         if state.progress != last_progress:
-            tell(state.progress)
+            on_finding(state.progress)
             if not state.first_answer and (state.fitted_sets or state.quick_round):
                 state = replace(state, first_answer=sum(state.seconds.values()))
     return state

@@ -67,7 +67,8 @@ class AllRuns:
 
 @dataclass(frozen=True, eq=False)
 class State:
-    """Filled from top to bottom."""
+    """What is known so far, grouped by the module of `pipeline` that fills it; later stages may replace `problem`,
+    `baseline` and `warnings`."""
 
     problem: Problem
     """Of the runs that are learned from."""
@@ -75,19 +76,27 @@ class State:
     """The runs that are held out, before they are simulated."""
     package_step: float
     """Macro step that the package asks for [s]."""
+
+    # preparation
     nominal: np.ndarray = field(default_factory=_empty)
     """The model as delivered (n,)."""
     step_change: np.ndarray = field(default_factory=_empty)
     """How far halving the package's step moves each entry (n,)."""
-    chosen_step: float = 0.0
+    nominal_macro_step: float = 0.0
     """Macro step of exact runs that the delivered model needs [s]."""
-    all_runs: AllRuns | None = None
-    """All of them, while the problem is that of some."""
-    left_by_some: float = 0.0
-    """Normalised RMS that the best set left of some runs when the search came back from them; 0 before."""
+    noise_widened: str = ""
+    """What is to be said where the noise was widened beyond what is stated or estimated."""
     holdout: HoldoutRuns | None = None
     nuisance_jacobian: np.ndarray = field(default_factory=_empty)
     """(n, m)."""
+
+    # run_subset
+    all_runs: AllRuns | None = None
+    """All of them, while the problem is that of some."""
+    rms_on_subset: float = 0.0
+    """Normalised RMS that the best set left of some runs when the search came back from them; 0 before."""
+
+    # search
     earlier: EarlierDiagnosis | None = None
     """What an earlier diagnosis had fitted, to go on from; only sets that the problem can have."""
     baseline: Hypothesis | None = None
@@ -102,23 +111,25 @@ class State:
     """What the first look at sets of effects has found, until the best of it is fitted to the end."""
     fitted_sets: tuple[Hypothesis, ...] = ()
     """Fits of sets of effects, of each set the best."""
-    gains: Mapping[str, float] = field(default_factory=dict)
+    shares_alone: Mapping[str, float] = field(default_factory=dict)
     """Share of the first bank's residual that each effect alone could explain, by its label."""
-    progress: str = ""
-    """What the search knows, for whoever waits."""
-    first_answer: float = 0.0
-    """Time until it first knew anything of effects [s]; 0 before."""
     ranked: tuple[RankedHypothesis, ...] = ()
     """All hypotheses, the best first."""
-    structure: Structure | None = None
+
+    # probabilities
     probabilities: tuple[float, ...] = ()
     """Of the ranked hypotheses, which are then in their order; they add up to 1."""
     inclusion: Inclusion = field(default_factory=lambda: Inclusion({}, {}, {}))
     alternatives: tuple[Alternative, ...] = ()
     """Plausible hypotheses with what every subset of their effects leaves on the scoring data."""
     budget: Budget | None = None
+
+    # forms
     effects_in_form: tuple[EffectInForm, ...] = ()
     """Effects in other forms than the plain one."""
+
+    # analysis
+    structure: Structure | None = None
     masks: Mapping[str, np.ndarray] = field(default_factory=dict)
     """Regions of the scoring data, by name."""
     places: tuple[GapLocation, ...] = ()
@@ -132,18 +143,24 @@ class State:
     """Of what is unexplained."""
     next_measurements: tuple[NextMeasurement, ...] = ()
     """Changes of conditions and channels to add, the best first."""
+
+    # any stage
     warnings: tuple[str, ...] = ()
-    noise_widened: str = ""
-    """What is to be said where the noise was widened beyond what is stated or estimated."""
+    sections: Mapping[str, Any] = field(default_factory=dict)
+    """What a stage adds to diagnosis.json, by its key there; JSON values."""
+    progress: str = ""
+    """What the search knows, for whoever waits."""
+
+    # run_pipeline
     unfinished: str = ""
     """The stage in which the diagnosis was asked to stop."""
     seconds: Mapping[str, float] = field(default_factory=dict)
     """Wall time of each stage [s]."""
-    sections: Mapping[str, Any] = field(default_factory=dict)
-    """What a stage adds to diagnosis.json, by its key there; JSON values."""
+    first_answer: float = 0.0
+    """Time until it first knew anything of effects [s]; 0 before."""
 
     @property
-    def confinement(self) -> str:
+    def subset_text(self) -> str:
         """To be said of what was found on some of the runs; else nothing."""
         return f" on {len(self.problem.runs)} of {len(self.all_runs.problem.runs)} runs" if self.all_runs else ""
 
@@ -158,24 +175,24 @@ class State:
         return "runs that the campaign holds out" if self.holdout else "stretches of time predicted from the rest"
 
     @property
-    def before(self) -> np.ndarray:
+    def nominal_residual(self) -> np.ndarray:
         """Normalised residual of the model as delivered, on the scoring data."""
-        return self.holdout.before if self.holdout else self.problem.observations.whiten(self.nominal)
+        return self.holdout.nominal_residual if self.holdout else self.problem.observations.whiten(self.nominal)
 
     @property
-    def refit(self) -> Hypothesis:
+    def required_baseline(self) -> Hypothesis:
         """The baseline; a stage that comes before its fit has no use of it."""
         if self.baseline is None:
             raise ValueError("the base parameters have not been fitted yet")
         return self.baseline
 
     @property
-    def search_start(self) -> Hypothesis:
+    def start_or_baseline(self) -> Hypothesis:
         """Where the next bank is made; a stage that comes before the baseline has no use of it."""
-        return self.start or self.refit
+        return self.start or self.required_baseline
 
     @property
-    def first_round(self) -> Round:
+    def required_quick_round(self) -> Round:
         """The first look; a stage that comes before it has no use of it."""
         if self.quick_round is None:
             raise ValueError("no sets have been looked at yet")
@@ -184,7 +201,7 @@ class State:
     @property
     def hypotheses(self) -> list[Hypothesis]:
         """All that were fitted by the search."""
-        return [self.refit, *self.fitted_sets]
+        return [self.required_baseline, *self.fitted_sets]
 
     @property
     def ranked_baseline(self) -> RankedHypothesis:
@@ -201,7 +218,7 @@ class State:
         return inclusion.groups[group] >= least and max(other_members, default=0.0) < least
 
     @property
-    def chosen(self) -> RankedHypothesis:
+    def reported(self) -> RankedHypothesis:
         """The most probable hypothesis of named effects only, else the baseline: its parameters are reported."""
         named = (r for r in self.ranked if all(self.is_named(id) for id in r.hypothesis.ids))
         return next(named, self.ranked_baseline)
@@ -213,21 +230,22 @@ class State:
         adequate = is_adequate(self.problem, self.ranked_baseline.hypothesis.fit)
         scatter = self.problem.stated_scatter
         return verdict(
-            self.gap_budget, inclusion.effects, inclusion.groups, adequate, scatter, settings.posterior, settings.budget
+            self.required_budget, inclusion.effects, inclusion.groups, adequate, scatter, settings.posterior,
+            settings.budget,
         )  # fmt: skip
 
     @property
-    def gap_budget(self) -> Budget:
+    def required_budget(self) -> Budget:
         """The budget; a stage that comes before it has no use of it."""
         if self.budget is None:
             raise ValueError("the gap has not been shared out yet")
         return self.budget
 
-    def after(self, ranked: RankedHypothesis) -> np.ndarray:
+    def residual_of(self, ranked: RankedHypothesis) -> np.ndarray:
         """Normalised residual of a hypothesis on the scoring data."""
         if not self.holdout:
-            return ranked.held_out
-        return self.holdout.after(ranked.hypothesis.fit, self.problem)
+            return ranked.cv_residual
+        return self.holdout.residual_of(ranked.hypothesis.fit, self.problem)
 
     @property
     def left_by_calibration(self) -> np.ndarray:

@@ -19,7 +19,7 @@ from ..settings import DEFAULT, Settings
 from .candidates import addresses_of, base_parameters, check_catalogue, connector_of, effect_candidates
 from .discretisation import Discretisation
 from .noise import estimate_channel_noise, quantisation_step
-from .observations import EventObservation, RawBlock, decimate, gather
+from .observations import EventObservation, RawBlock, average_neighbours, gather
 from .problem import Problem, RunConditions, matching
 from .simulator import Simulator
 from .stop import StopToken
@@ -58,7 +58,9 @@ def build_problem(
         )
     labels = [c.connector for c in campaign.outputs]
     blocks += _events(campaign, labels)
-    runs = tuple(_until_last_reading(r, info, campaign, blocks, macro_step) for r, info in enumerate(package.runs))
+    runs = tuple(
+        _until_last_reading(r, conditions, campaign, blocks, macro_step) for r, conditions in enumerate(package.runs)
+    )
     observations = gather(blocks, settings.noise)
     base = base_parameters(campaign, catalogue, runs, warnings, settings.parameters)
     possible = effect_candidates(campaign, catalogue, runs, observations, warnings, settings)
@@ -151,7 +153,7 @@ def _series(campaign: Campaign, units: dict[str, str], settings: Settings) -> li
             if c.connector in run.series:
                 t, readings = run.series[c.connector]
                 readings = _to_fmu_unit(units[c.connector], readings)
-                estimated.setdefault(k, []).append(estimate_channel_noise(readings, t=t))
+                estimated.setdefault(k, []).append(estimate_channel_noise(readings, settings.noise, t))
     blocks = []
     for r, run in enumerate(campaign.runs):
         for k, c in enumerate(campaign.outputs):
@@ -162,8 +164,8 @@ def _series(campaign: Campaign, units: dict[str, str], settings: Settings) -> li
             noise = float(np.median(estimated[k]))
             if c.noise_std is not None:
                 stated_std = c.noise_std / unit(units[c.connector]).factor
-                noise = float(np.hypot(stated_std, quantisation_step(y) / np.sqrt(12.0)))
-            times, y = decimate(t, y, settings.noise.max_samples)
+                noise = float(np.hypot(stated_std, quantisation_step(y, settings.noise) / np.sqrt(12.0)))
+            times, y = average_neighbours(t, y, settings.noise.max_samples)
             averaging = np.sqrt(times.shape[1])
             jitter = None if c.clock_jitter is None else c.clock_jitter / averaging
             stated = c.noise_std is not None
@@ -198,13 +200,13 @@ def _event(run: int, channel: int, e: Event) -> RawBlock:
 
 
 def _until_last_reading(
-    r: int, info: RunConditions, campaign: Campaign, blocks: Sequence[RawBlock], step: float
+    r: int, conditions: RunConditions, campaign: Campaign, blocks: Sequence[RawBlock], step: float
 ) -> RunConditions:
     """The run, as far as it was measured, in whole steps."""
     stop = max(float(b.t[-1]) for b in blocks if b.run == r)
     if campaign.runs[r].events:
         stop = max(stop, campaign.runs[r].stop)
-    return replace(info, stop=float(np.ceil(stop / step - 1e-9) * step))
+    return replace(conditions, stop=float(np.ceil(stop / step - 1e-9) * step))
 
 
 def _to_fmu_unit(name: str, values: np.ndarray) -> np.ndarray:

@@ -10,8 +10,7 @@ from ...core.errors import CosimError, UnknownNameError, did_you_mean
 from ...core.repeated import repeated
 from ...master.simulation.session import Session
 from ..campaign.campaign import BaseTolerance, Campaign, CampaignError, FactorTolerance
-from ..campaign.catalogue import Catalogue, Curve, Effect, Parameter, SensorShape
-from ..campaign.catalogue import Sensor as SensorEffect
+from ..campaign.catalogue import Catalogue, Curve, Effect, Parameter, SensorEffect, SensorFormParameter
 from ..settings import ParameterSettings, Settings
 from .curves import CurveForm, curve_form, formula_over, knots_of
 from .observations import Observations
@@ -57,7 +56,7 @@ def base_parameters(
                 raise CampaignError(f"base {a}: that is what {changed[a]} changes; leave it out of the base")
             if isinstance(values[a], (bool, str)) or not isinstance(values[a], (int, float)):
                 raise CampaignError(f"base {a}: {values[a]!r} is no number that could be refitted")
-        if all(info.values[a] == 0.0 for info in runs for a in addresses):
+        if all(conditions.values[a] == 0.0 for conditions in runs for a in addresses):
             warnings.append(f"base parameter '{addresses[0]}' is 0 and has no relative tolerance; it is held")
             continue
         reach, std = settings.base_reach, settings.base_std
@@ -122,13 +121,13 @@ def _effect_parameter(
             hint = did_you_mean(address, list(runs[0].values))
             raise UnknownNameError(f"effect {effect}: the package has no parameter '{address}'{hint}")
     start = float(runs[0].values[p.address])
-    if any(info.values[p.address] != start for info in runs):
+    if any(conditions.values[p.address] != start for conditions in runs):
         warnings.append(f"effect {effect}: '{p.address}' differs between the runs; the first run's counts")
     low, high = (p.low - start) / p.prior, (p.high - start) / p.prior
     return EstimatedParameter(
         p.address, "effect", start, p.prior, min(low, 0.0), max(high, 0.0), settings.effect_std,
         (p.address, *p.also), p.shape, tuple((v - start) / p.prior for v in p.starts),
-        repeats_for=max(info.stop for info in runs) if p.period else 0.0,
+        longest_run=max(conditions.stop for conditions in runs) if p.period else 0.0,
     )  # fmt: skip
 
 
@@ -145,7 +144,7 @@ def _sensor_candidate(
 
 
 def _sensor_parameter(
-    x: SensorEffect | SensorShape, connector: str, unit: float, settings: ParameterSettings, shape: bool = False
+    x: SensorEffect | SensorFormParameter, connector: str, unit: float, settings: ParameterSettings, shape: bool = False
 ) -> EstimatedParameter:
     low, high = (x.low - x.neutral) / x.prior, (x.high - x.neutral) / x.prior
     starts = tuple((v - x.neutral) / x.prior for v in x.starts)

@@ -1,6 +1,6 @@
 """Where a machine swings by itself, and the observations in which such stretches are compared as swings.
 
-It swings where its readings stand out of their own course by more than the noise, for some periods, at one frequency,
+It swings where its readings stand out of their own trend by more than the noise, for some periods, at one frequency,
 and do not keep pace with the model: what answers to the command keeps pace, however much it lags. What a measured
 input drives at that frequency does not swing by itself either, however wrong the model's answer to it is.
 """
@@ -22,7 +22,7 @@ from .swing import Swing, SwingFeature, crossing_frequency, hann_means, local_li
 
 
 class _Stretch(NamedTuple):
-    """From when to when a signal stands out of its course [s], and at which frequency, where it has one."""
+    """From when to when a signal stands out of its trend [s], and at which frequency, where it has one."""
 
     start: float
     end: float
@@ -38,7 +38,7 @@ Input = tuple[np.ndarray, np.ndarray]
 
 
 def compare_swings(problem: Problem, nominal: np.ndarray) -> Problem:
-    """The problem with what swings compared by course, amplitude and frequency: the same one where nothing does.
+    """The problem with what swings compared by trend, amplitude and frequency: the same one where nothing does.
 
     nominal: the long vector of the model as delivered (n,).
     """
@@ -78,12 +78,12 @@ def find_swings(
 
 
 def _stretches(block: Block, model: np.ndarray, settings: SwingSettings) -> list[_Stretch]:
-    """Where a block stands out of its course and does not keep pace with the model, which reads (n,)."""
+    """Where a block stands out of its trend and does not keep pace with the model, which reads (n,)."""
     if not block.is_series or len(block.t) < 3 or not 0.0 < 4.0 * block.interval < settings.window:
         return []
     grid = np.arange(block.t[0], block.t[-1], block.interval)
-    course = local_lines(grid, grid, settings.window)
-    swinging = [x - course @ x for x in (np.interp(grid, block.t, y) for y in (block.y, model))]
+    trend = local_lines(grid, grid, settings.window)
+    swinging = [x - trend @ x for x in (np.interp(grid, block.t, y) for y in (block.y, model))]
     out_of_step = (
         _stands_out(grid, swinging[0], block.noise_std, settings) & ~_keeps_pace(swinging, block.interval, settings)
     )  # fmt: skip
@@ -155,7 +155,8 @@ def _drives(signal: Input, stretch: _Stretch, settings: SwingSettings) -> bool:
 def _swing(
     observations: Observations, block: Block, stretch: _Stretch, reference: _Stretch, settings: SwingSettings
 ) -> Swing:
-    """A swing as far as its window looks; like: the same or another channel's, at a plain frequency."""
+    """A swing as far as its window looks; reference: a stretch of this or another channel of the run
+    that has a single frequency."""
     a, b, frequency = stretch
     assert reference.frequency is not None
     window = min(max(settings.window, settings.periods / (frequency or reference.frequency)), b - a)
@@ -193,7 +194,7 @@ def _with_swings(observations: Observations, swings_of_blocks: Sequence[Sequence
             y = b.y[inside]
             for quantity in swing.quantities:
                 feature = SwingFeature(swing, quantity)
-                values, noise = feature.read(y, noisy=True), swing.noise_of(quantity, y)
+                values, noise = feature.observe(y, noisy=True), swing.noise_of(quantity, y)
                 add(replace(b, feature=feature), values, feature.at, noise, inside)
     return replace(
         observations, blocks=tuple(blocks), y=np.concatenate(readings), noise_std=np.concatenate(noises),
@@ -217,5 +218,5 @@ def as_compared(problem: Problem, samples: np.ndarray) -> np.ndarray:
         source = whole[b.run, b.channel]
         times = b.t if b.feature is None else b.feature.swing.t
         read = samples[source.place][np.isin(source.t, times)]
-        vector[b.place] = read if b.feature is None else b.feature.read(read)
+        vector[b.place] = read if b.feature is None else b.feature.observe(read)
     return vector

@@ -7,8 +7,6 @@ import numpy as np
 from ..measurements.clock import jitters
 from ..settings import NoiseSettings
 
-_DEFAULT = NoiseSettings()
-
 
 def rms(residual: np.ndarray) -> float:
     """Root mean square."""
@@ -20,7 +18,7 @@ def rms_of_runs(residual: np.ndarray, run: np.ndarray, count: int) -> np.ndarray
     return np.array([rms(residual[run == r]) for r in range(count)])
 
 
-def quantisation_step(y: np.ndarray, settings: NoiseSettings = _DEFAULT) -> float:
+def quantisation_step(y: np.ndarray, settings: NoiseSettings) -> float:
     """The step of the converter if the readings y (n,) lie on a grid of not too many steps, otherwise 0."""
     levels = np.unique(y)
     if len(levels) < 3 or len(levels) > 0.8 * len(y):
@@ -34,7 +32,7 @@ def quantisation_step(y: np.ndarray, settings: NoiseSettings = _DEFAULT) -> floa
     return step if np.mean(np.abs(whole - np.round(whole)) < 0.05) > 0.95 else 0.0
 
 
-def estimate_noise_std(y: np.ndarray, settings: NoiseSettings = _DEFAULT, t: np.ndarray | None = None) -> float:
+def estimate_noise_std(y: np.ndarray, settings: NoiseSettings, t: np.ndarray | None = None) -> float:
     """Standard deviation of white noise on a smooth signal y (n,), in its unit; t (n,): its times, if not even.
 
     Third differences remove what a parabola can follow; a window in which the signal itself is rough says too much, so
@@ -74,7 +72,7 @@ def _quiet_share(windows: int) -> float:
     return 0.74 + 0.26 / windows
 
 
-def estimate_channel_noise(y: np.ndarray, settings: NoiseSettings = _DEFAULT, t: np.ndarray | None = None) -> float:
+def estimate_channel_noise(y: np.ndarray, settings: NoiseSettings, t: np.ndarray | None = None) -> float:
     """Noise of a channel's readings y (n,) in their unit: white noise or the converter's step, never zero.
 
     t (n,): their times, if these are not even.

@@ -34,7 +34,7 @@ class EventObservation:
     until: float = np.inf
     first: bool = False
 
-    def read(self, t: np.ndarray, x: np.ndarray) -> float:
+    def observe(self, t: np.ndarray, x: np.ndarray) -> float:
         """The duration [s] in the signal x (n,) at times t (n,), between samples by a straight line.
 
         A signal that does not arrive is continued with its mean speed until then, at least a twentieth of the way long.
@@ -81,12 +81,12 @@ class Block:
     members: np.ndarray | None = None
     """Times [s] (n, m) of the samples that each reading, or sample of a swing, is the mean of; None: of one, at `t`."""
 
-    def read(self, grid: np.ndarray, x: np.ndarray, sensor: Sensor | None = None) -> np.ndarray:
+    def observe(self, grid: np.ndarray, x: np.ndarray, sensor: Sensor | None = None) -> np.ndarray:
         """What the samples (n,) would be if the signal were x (k,) at the increasing times `grid`: averaged as they
         are, for a mean over a spike is not what the signal is in the middle."""
         t = self.t if self.feature is None else self.feature.swing.t
         at = t[:, None] if self.members is None else self.members
-        flat = np.interp(at.ravel(), grid, x) if sensor is None else sensor.read(grid, x, at.ravel())
+        flat = np.interp(at.ravel(), grid, x) if sensor is None else sensor.observe(grid, x, at.ravel())
         readings: np.ndarray = flat.reshape(at.shape).mean(1)
         return readings
 
@@ -135,7 +135,7 @@ class Observations:
     def __len__(self) -> int:
         return len(self.y)
 
-    def read(
+    def observe(
         self,
         grids: Sequence[np.ndarray],
         rows: Sequence[np.ndarray],
@@ -148,10 +148,10 @@ class Observations:
             x = rows[b.run][:, columns[b.connector]]
             sensor = (sensors or {}).get(b.connector)
             if b.event is not None:
-                readings[b.place] = b.event.read(grids[b.run], x)
+                readings[b.place] = b.event.observe(grids[b.run], x)
                 continue
-            read = b.read(grids[b.run], x, sensor)
-            readings[b.place] = read if b.feature is None else b.feature.read(read)
+            read = b.observe(grids[b.run], x, sensor)
+            readings[b.place] = read if b.feature is None else b.feature.observe(read)
         return readings
 
     def whiten(self, model: np.ndarray) -> np.ndarray:
@@ -176,11 +176,11 @@ class Observations:
                 total += beyond
             elif b.stated:
                 channels.setdefault(b.channel, np.zeros(2))[:] += (
-                    _with_neighbours(x, self.settings.swing_evidence),
+                    _lagged_products(x, self.settings.swing_evidence),
                     beyond,
                 )
             else:
-                total += _with_neighbours(x, self.settings.swing_evidence)
+                total += _lagged_products(x, self.settings.swing_evidence)
         for energy, beyond in channels.values():
             total += min(energy, max(0.0, beyond))
         return float(total) / len(self)
@@ -273,13 +273,13 @@ class Observations:
         """The same without, in estimated noise, what the same estimate makes of the model, which has no noise."""
         blocks = []
         for b in self.blocks:
-            rough = estimate_noise_std(model[b.place], t=b.t) if not b.stated else 0.0
+            rough = estimate_noise_std(model[b.place], self.settings, b.t) if not b.stated else 0.0
             reduced = float(np.sqrt(max(b.noise_std**2 - rough**2, 0.0)))
             blocks.append(replace(b, noise_std=float(max(reduced, self.settings.least_share * b.noise_std))))
         return replace(self, blocks=tuple(blocks))
 
 
-def _with_neighbours(x: np.ndarray, evidence: float) -> float:
+def _lagged_products(x: np.ndarray, evidence: float) -> float:
     """Energy that samples (n,) share with the next one, or with the second next where they swing too fast for that."""
     first, second = float(x[1:] @ x[:-1]), float(abs(x[2:] @ x[:-2]))
     return second if second > first + evidence * np.sqrt(len(x)) else first
@@ -293,7 +293,7 @@ def _smooth(x: np.ndarray, t: np.ndarray, width: float) -> np.ndarray:
     return mean
 
 
-def decimate(t: np.ndarray, y: np.ndarray, most: int) -> tuple[np.ndarray, np.ndarray]:
+def average_neighbours(t: np.ndarray, y: np.ndarray, most: int) -> tuple[np.ndarray, np.ndarray]:
     """Readings averaged over m neighbours so that at most `most` are left, (n,), and the times of these, (n, m)."""
     m = -(-len(t) // most)
     n = len(t) // m * m

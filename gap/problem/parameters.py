@@ -36,7 +36,7 @@ class EstimatedParameter:
     """Of a shape of a curve: what is added to each of the addresses for a value of 1."""
     accepted: bool = False
     """Of an effect that is known to be there: refitted together with the base parameters."""
-    repeats_for: float = 0.0
+    longest_run: float = 0.0
     """Of a period: how long it goes on, as long as the longest run [s]; 0: it is none."""
 
     @property
@@ -55,9 +55,9 @@ class EstimatedParameter:
 
     def longest_difference(self, u: float, turns: float) -> float:
         """The longest step of a difference at u: of a period, what shifts the end of a run by so many turns."""
-        if not self.repeats_for or not self.value(u):
+        if not self.longest_run or not self.value(u):
             return float("inf")
-        return self.shift(u, self.repeats_for, turns)
+        return self.shift(u, self.longest_run, turns)
 
     def value(self, u: float) -> float:
         """The value of the quantity, without the last digits: what is a range's end but for rounding is that end."""
@@ -105,7 +105,7 @@ class EffectCandidate:
         return self.label if self.form is None else f"{self.label} [{self.form.id}]"
 
     @property
-    def parts(self) -> frozenset[str]:
+    def key(self) -> frozenset[str]:
         """What it consists of: itself, and its form."""
         return frozenset([self.label, self.name])
 

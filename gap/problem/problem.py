@@ -34,7 +34,7 @@ class RunConditions:
     name: str
     stop: float
     """End of the run [s]."""
-    changes: dict[str, Any]
+    stated: dict[str, Any]
     """Parameters that the campaign states, by address."""
     inputs: dict[str, tuple[np.ndarray, np.ndarray]]
     """Measured inputs: times [s] and values in the FMU's unit, by connector."""
@@ -130,23 +130,23 @@ class Problem:
             observations=self.samples.until(end),
         )  # fmt: skip
 
-    def changes(self, run: int, point: Point) -> dict[str, Any]:
+    def overrides(self, run: int, point: Point) -> dict[str, Any]:
         """Parameters to set for the run at that point: its conditions, and what the point says of the model."""
-        return {**self.runs[run].changes, **self.model_values(run, point)}
+        return {**self.runs[run].stated, **self.model_values(run, point)}
 
     def model_values(self, run: int, point: Point) -> dict[str, Any]:
         """What the point says of the model's parameters; a base parameter is a share of what the run states of it."""
-        info = self.runs[run]
+        conditions = self.runs[run]
         values: dict[str, Any] = {}
         parameters = self.parameters
         for name, u in point.items():
             parameter = parameters[name]
             if parameter.kind == "base" and u != 0.0:
                 for address in parameter.addresses:
-                    values[address] = info.values[address] * parameter.value(u)
+                    values[address] = conditions.values[address] * parameter.value(u)
             elif parameter.weights and u != 0.0:
                 for address, weight in zip(parameter.addresses, parameter.weights, strict=True):
-                    values[address] = values.get(address, info.values[address]) + weight * parameter.value(u)
+                    values[address] = values.get(address, conditions.values[address]) + weight * parameter.value(u)
             elif parameter.kind == "effect" and u != 0.0:
                 for address in parameter.addresses:
                     values[address] = parameter.value(u)
@@ -180,16 +180,16 @@ class Problem:
 
     def rows(
         self, points: Sequence[Point], step: float | Sequence[float], record: Sequence[str] = (), keep: bool = True,
-        tight: bool | Sequence[bool] = False,
+        package_tolerances: bool | Sequence[bool] = False,
     ) -> list[list[np.ndarray] | None]:  # fmt: skip
         """Signals of every run at every point, or None where a run had to stop.
 
-        step, tight: one for all or one for each; runs that are not tight and have a longer step than the exact ones use
-        the catalogue's parameters for estimations.
+        step, package_tolerances: one for all or one for each. With package_tolerances a run has the package's solver
+        settings; without, where its step is longer than the exact ones', those of the catalogue for estimations.
         """
         record = tuple(record) or self.connectors
         steps = [step] * len(points) if isinstance(step, (int, float)) else step
-        tights = [tight] * len(points) if isinstance(tight, bool) else tight
+        tights = [package_tolerances] * len(points) if isinstance(package_tolerances, bool) else package_tolerances
         jobs: dict[Hashable, Job] = {}
         keys: list[list[Hashable]] = []
         for point, h, exact in zip(points, steps, tights, strict=True):
@@ -206,18 +206,18 @@ class Problem:
         return signals
 
     def _job(
-        self, run: int, point: Point, step: float, record: tuple[str, ...], tight: bool
+        self, run: int, point: Point, step: float, record: tuple[str, ...], package_tolerances: bool
     ) -> tuple[tuple[Any, ...], Job]:
         """A simulation, and the key by which it is known."""
-        changes, method = self.changes(run, point), self.discretisation.method
-        if step > self.macro_step and not tight:
+        changes, method = self.overrides(run, point), self.discretisation.method
+        if step > self.macro_step and not package_tolerances:
             changes = {**self.catalogue.estimation, **changes}
         key = (self.runs[run], step, method, record, tuple(sorted((k, repr(v)) for k, v in changes.items())))
         stop = self._steps(run, step) * step
-        inputs, parts = self.runs[run].inputs, self.parts(changes, step)
+        inputs, parts = self.runs[run].inputs, self.substeps(changes, step)
         return key, Job(record, stop, step, changes, inputs, method=method, parts=parts)
 
-    def parts(self, changes: Mapping[str, Any], step: float) -> int:
+    def substeps(self, changes: Mapping[str, Any], step: float) -> int:
         """Into how many macro steps a step [s] has to be cut so that no effect among the changes makes the coupling
         unstable."""
         longest = min((h for a, h in self._longest_steps.items() if a in changes), default=inf)
@@ -232,11 +232,11 @@ class Problem:
             for p in e.all_parameters for a in (p.address, *p.also)
         }  # fmt: skip
 
-    def read(self, point: Point, rows: Sequence[np.ndarray], step: float) -> np.ndarray:
+    def observe(self, point: Point, rows: Sequence[np.ndarray], step: float) -> np.ndarray:
         """What the channels read (n,), from the rows of a point."""
         grids = [self.grid(r, step) for r in range(len(self.runs))]
         columns = {name: i for i, name in enumerate(self.connectors)}
-        return self.observations.read(grids, rows, columns, self.sensors(point))
+        return self.observations.observe(grids, rows, columns, self.sensors(point))
 
     def evaluate(self, points: Sequence[Point]) -> list[np.ndarray | None]:
         """The model's long vectors at the points from runs at the fit's step; None where a run failed."""
@@ -250,8 +250,8 @@ class Problem:
         double = n if d.richardson_order else 0
         points = [*coarse, *exact, *exact[:double]]
         steps = [d.fit_step] * k + [d.macro_step] * n + [2.0 * d.macro_step] * double
-        rows = self.rows(points, steps, tight=[False] * k + [True] * (n + double))
-        vectors = [None if r is None else self.read(p, r, h) for p, r, h in zip(points, rows, steps, strict=True)]
+        rows = self.rows(points, steps, package_tolerances=[False] * k + [True] * (n + double))
+        vectors = [None if r is None else self.observe(p, r, h) for p, r, h in zip(points, rows, steps, strict=True)]
         exact_vectors, at_double = vectors[k : k + n], vectors[k + n :]
         if d.richardson_order:
             exact_vectors = [
@@ -267,8 +267,8 @@ class Problem:
 
     def at_step(self, point: Point, step: float) -> np.ndarray | None:
         """The long vector of a run at a macro step [s], as it is."""
-        rows = self.rows([point], step, tight=True)[0]
-        return None if rows is None else self.read(point, rows, step)
+        rows = self.rows([point], step, package_tolerances=True)[0]
+        return None if rows is None else self.observe(point, rows, step)
 
 
 def matching(name: str, values: Mapping[str, Any]) -> tuple[str, ...]:

@@ -28,7 +28,7 @@ class Sensor:
     middle: float = 0.0
     split: float = 0.0
 
-    def read(self, t: np.ndarray, x: np.ndarray, at: np.ndarray) -> np.ndarray:
+    def observe(self, t: np.ndarray, x: np.ndarray, at: np.ndarray) -> np.ndarray:
         """Readings at the times `at` [s] of the signal x (n,) known at the increasing times t (n,)."""
         if self.lag > 0.0:
             for part in (1.0 - 0.5 * self.split, 0.5 * self.split):

@@ -1,7 +1,7 @@
-"""What does not depend on phase of a signal that swings by itself: its course, its amplitude, its frequency.
+"""What does not depend on phase of a signal that swings by itself: its trend, its amplitude, its frequency.
 
 Two machines that swing alike do not stay in step, so the difference of their samples says nothing: it is as large for
-the right model as for none. The course is a local straight line with the weights of a Hann window; the rest is what
+the right model as for none. The trend is a local straight line with the weights of a Hann window; the rest is what
 swings. All that is linear in the samples is so in the measured and in the model's alike.
 """
 
@@ -15,7 +15,7 @@ from scipy.sparse import csr_array
 
 from ..settings import SwingSettings
 
-COURSE, AMPLITUDE, FREQUENCY = "course", "amplitude", "frequency"
+COURSE, AMPLITUDE, FREQUENCY = "trend", "amplitude", "frequency"
 
 
 @dataclass(frozen=True, eq=False)
@@ -26,7 +26,7 @@ class Swing:
     at: np.ndarray
     """Spaced by half a window [s]."""
     window: float
-    """Full width of the course's window [s]."""
+    """Full width of the trend's window [s]."""
     noise_std: np.ndarray
     """Of the samples (n,)."""
     frequency: float | None
@@ -51,7 +51,7 @@ class Swing:
 
     @cached_property
     def course_weights(self) -> csr_array:
-        """The course at the description's times from the samples (m, n)."""
+        """The trend at the description's times from the samples (m, n)."""
         return local_lines(self.t, self.at, self.window)
 
     @cached_property
@@ -76,10 +76,10 @@ class Swing:
         energy: np.ndarray = 2.0 * self.energy_weights @ (self.noise_std**2 * gain)
         return energy
 
-    def course(self, x: np.ndarray) -> np.ndarray:
+    def trend(self, x: np.ndarray) -> np.ndarray:
         """Around which the samples (n,) swing (m,)."""
-        course: np.ndarray = self.course_weights @ x
-        return course
+        trend: np.ndarray = self.course_weights @ x
+        return trend
 
     def amplitude(self, x: np.ndarray, noisy: bool) -> np.ndarray:
         """Logarithm of the amplitude (m,) with the noise's part, which samples of a model are given."""
@@ -107,7 +107,7 @@ class Swing:
         squared = np.maximum(np.exp(2.0 * self.amplitude(y, True)) - self.noise_energy, 1e-300)
         if quantity == COURSE:
             passed = self.course_weights**2 @ variance
-            return np.asarray(np.sqrt(passed + settings.course_error**2 * squared))
+            return np.asarray(np.sqrt(passed + settings.trend_error**2 * squared))
         if quantity == AMPLITUDE:
             weight = self.energy_weights**2
             spread = weight @ (2.0 * variance**2) + (weight @ (2.0 * variance)) * squared
@@ -125,7 +125,7 @@ class SwingFeature:
 
     swing: Swing
     quantity: str
-    """course [unit of the channel], amplitude (its logarithm), frequency (its logarithm)."""
+    """trend [unit of the channel], amplitude (its logarithm), frequency (its logarithm)."""
 
     @property
     def takes_bias(self) -> bool:
@@ -138,10 +138,10 @@ class SwingFeature:
         at = self.swing.at
         return at if self.quantity != FREQUENCY else np.array([0.5 * (at[0] + at[-1])])
 
-    def read(self, x: np.ndarray, noisy: bool = False) -> np.ndarray:
+    def observe(self, x: np.ndarray, noisy: bool = False) -> np.ndarray:
         """The quantity of samples at the swing's times (n,); noisy: measured ones."""
         if self.quantity == COURSE:
-            return self.swing.course(x)
+            return self.swing.trend(x)
         if self.quantity == AMPLITUDE:
             return self.swing.amplitude(x, noisy)
         return np.array([self.swing.log_frequency(x)])

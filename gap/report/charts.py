@@ -63,7 +63,7 @@ def deviation(t: Trace, model: str = "calibrated") -> float:
     return float(np.sqrt(np.mean(e**2))) if len(e) else 0.0
 
 
-def decimate(t: Array, lines: list[Array], most: int) -> np.ndarray:
+def keep_peaks(t: Array, lines: list[Array], most: int) -> np.ndarray:
     """Places (k,) of at most about `most` points that keep every line's peaks: of each stretch of time the least and
     the largest of every line."""
     if len(t) <= most:
@@ -106,7 +106,7 @@ def _run(run: RunSignals, signals: Signals, most: int, changes: dict[tuple[str, 
 def _trace(trace: Trace, signals: Signals, most: int, changes: list[float]) -> dict[str, Any]:
     c = signals.channel(trace.channel)
     lines = {k: y for k, _, _ in CURVES if (y := getattr(trace, k)) is not None}
-    keep = decimate(trace.t, list(lines.values()), most)
+    keep = keep_peaks(trace.t, list(lines.values()), most)
     breaks = holes(trace.t)
     at = np.searchsorted(trace.t[keep], breaks)
     middle = float(np.median(trace.measured)) if len(trace.measured) else 0.0
@@ -121,7 +121,7 @@ def _trace(trace: Trace, signals: Signals, most: int, changes: list[float]) -> d
 
 
 def _input(i: InputTrace, most: int) -> dict[str, Any]:
-    keep = decimate(i.t, [i.measured], most // 2)
+    keep = keep_peaks(i.t, [i.measured], most // 2)
     return {
         "name": i.column, "unit": pretty(i.unit), "t": encoded(i.t[keep], "<f8"),
         "measured": encoded(i.measured[keep], "<f4"), "middle": 0.0,

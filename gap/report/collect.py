@@ -63,15 +63,15 @@ def _shown(problem: Problem, c: Measured, values: Array) -> Array:
 
 def _residuals(state: State) -> tuple[Array, Array, Array | None]:
     """As delivered, calibrated and with the effects, of all samples of the runs that were learned from."""
-    baseline, chosen = state.ranked_baseline.hypothesis.fit, state.chosen.hypothesis
+    baseline, chosen = state.ranked_baseline.hypothesis.fit, state.reported.hypothesis
     residuals = (state.problem.observations.whiten(state.nominal), baseline.residual, chosen.fit.residual)
     return _drawn(state.problem, state.all_samples, residuals, bool(chosen.candidates))
 
 
 def _held_out_residuals(state: State, holdout: HoldoutRuns) -> tuple[Array, Array, Array | None]:
     """The same of the held-out runs."""
-    residuals = (holdout.before, state.after(state.ranked_baseline), state.after(state.chosen))
-    return _drawn(holdout.problem, state.held_samples, residuals, bool(state.chosen.hypothesis.candidates))
+    residuals = (holdout.nominal_residual, state.residual_of(state.ranked_baseline), state.residual_of(state.reported))
+    return _drawn(holdout.problem, state.held_samples, residuals, bool(state.reported.hypothesis.candidates))
 
 
 def _drawn(
@@ -88,7 +88,7 @@ def _runs(
 ) -> list[RunSignals]:
     """Runs of a problem with what its models leave: normalised residuals of all samples (n,)."""
     observations, outputs, run_signals = problem.samples, problem.campaign.outputs, []
-    for r, info in enumerate(problem.runs):
+    for r, run in enumerate(problem.runs):
         traces = []
         for b in sorted((b for b in observations.series if b.run == r), key=lambda b: b.channel):
             c, at = outputs[b.channel], b.place
@@ -102,12 +102,12 @@ def _runs(
                       noise * _factor(problem, c))
             )  # fmt: skip
         inputs = [
-            InputTrace(c.column, c.unit, info.inputs[c.connector][0], _shown(problem, c, info.inputs[c.connector][1]))
-            for c in problem.campaign.inputs if c.connector in info.inputs
+            InputTrace(c.column, c.unit, run.inputs[c.connector][0], _shown(problem, c, run.inputs[c.connector][1]))
+            for c in problem.campaign.inputs if c.connector in run.inputs
         ]  # fmt: skip
         stated, units = problem.campaign.runs[r].parameters, problem.parameter_units
         conditions = tuple(Condition(name, value, unit_of_parameter(units, name)) for name, value in stated.items())
-        run_signals.append(RunSignals(info.name, held_out, info.stop, conditions, tuple(traces), tuple(inputs)))
+        run_signals.append(RunSignals(run.name, held_out, run.stop, conditions, tuple(traces), tuple(inputs)))
     return run_signals
 
 
@@ -127,7 +127,7 @@ def _dependence(state: State, label: str, name: str, share: float) -> Dependence
     channels = {c.connector: c for c in problem.campaign.channels}
     if source not in channels or label not in channels:
         return None
-    observations, model = problem.observations, state.chosen.hypothesis.fit.model
+    observations, model = problem.observations, state.reported.hypothesis.fit.model
     signals = {b.run: (b.t, model[b.place]) for b in observations.series if b.connector == source}
     x, places = [], []
     for b in observations.series:
@@ -140,15 +140,15 @@ def _dependence(state: State, label: str, name: str, share: float) -> Dependence
     c, s, at = channels[label], channels[source], np.concatenate(places)
     factor = _factor(problem, c)
     xs = np.concatenate(x) * _factor(problem, s) if rate else _shown(problem, s, np.concatenate(x))
-    residual = state.chosen.held_out[at] * observations.noise_std[at] * factor
+    residual = state.reported.cv_residual[at] * observations.noise_std[at] * factor
     noise = float(np.sqrt(np.mean(observations.noise_std[at] ** 2))) * factor
     shown = f"rate of {s.column}" if rate else s.column
     shown_unit = (f"{s.unit}/s" if s.unit != "1" else "1/s") if rate else s.unit
-    return Dependence(label, shown, shown_unit, xs, residual, noise, share, means=(_mean_curve(xs, residual),))
+    return Dependence(label, shown, shown_unit, xs, residual, noise, share, _mean_curve(xs, residual))
 
 
 def _mean_curve(x: Array, residual: Array) -> MeanCurve:
     """Mean residual in narrow intervals of the signal, with equally many readings in each."""
     parts = np.array_split(np.argsort(x, kind="stable"), int(np.clip(len(x) // 6, 1, SHOWN.mean_intervals)))
     means = [(x[p].mean(), residual[p].mean()) for p in parts if len(p)]
-    return MeanCurve("mean", np.array([a for a, _ in means]), np.array([b for _, b in means]))
+    return MeanCurve(np.array([a for a, _ in means]), np.array([b for _, b in means]))

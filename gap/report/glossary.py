@@ -14,8 +14,8 @@ GLOSSARY = {
     "group": "Effects that look much alike in measurements like these.",
     "share": "The part of the squared deviation that is left after calibration and that comes back when this effect is "
     "taken out, averaged over the orders in which the effects can be added (Shapley value).",
-    "inclusion probability": "How probable it is that the machine has this effect: the sum of the probabilities of all "
-    "sets of effects that contain it.",
+    "inclusion probability": "How probable it is that the machine has this effect: from the share of the remaining gap "
+    "that it is expected to explain and from what the best set leaves, calibrated on cases whose truth was known.",
     "95 % interval": "Where the true value lies in 95 of 100 such campaigns.",
     "alone": "The size that this part would have by itself; such sizes add up as squares, so their sum is more than "
     "the "

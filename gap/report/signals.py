@@ -85,7 +85,6 @@ class RunSignals:
 class MeanCurve:
     """Mean of the residual over narrow intervals of a signal: (m,) each."""
 
-    name: str
     x: Array
     y: Array
 
@@ -105,9 +104,8 @@ class Dependence:
     """Standard deviation of the noise, in the same unit."""
     share: float
     """Share of the residual's energy that its mean at that signal predicts on data it was not taken from."""
-    measured_input: bool = False
-    """The signal is an input as it was measured, not one of the simulation."""
-    means: tuple[MeanCurve, ...] = ()
+    mean: MeanCurve
+    """The mean residual over the signal."""
 
 
 @dataclass(frozen=True, eq=False)

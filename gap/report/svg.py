@@ -119,11 +119,11 @@ def scatter(d: Dependence, x_label: str, y_label: str) -> Markup:
     height = band[1] - band[0]
     box = f'x="{SIZE.left}" width="{SIZE.width - SIZE.left - SIZE.right}" y="{band[0]:.1f}" height="{height:.1f}"'
     inner = [f'<rect class="band" {box}/>', f'<path class="dots" d="{dots(*axes.at(d.x[drawn], d.residual[drawn]))}"/>']
-    for m, ink in zip(d.means, INK, strict=False):
-        if len(m.x):
-            breaks = np.flatnonzero(np.diff(m.x) > SIZE.apart * (axes.x[1] - axes.x[0])) + 1
-            lines = zip(np.split(m.x, breaks), np.split(m.y, breaks), strict=True)
-            inner.append(f'<path class="mean" stroke="{ink}" d="{"".join(path(*axes.at(*xy)) for xy in lines)}"/>')
+    mean = d.mean
+    if len(mean.x):
+        breaks = np.flatnonzero(np.diff(mean.x) > SIZE.apart * (axes.x[1] - axes.x[0])) + 1
+        lines = zip(np.split(mean.x, breaks), np.split(mean.y, breaks), strict=True)
+        inner.append(f'<path class="mean" stroke="{INK[0]}" d="{"".join(path(*axes.at(*xy)) for xy in lines)}"/>')
     return frame(axes, x_label, y_label, inner, f"{y_label} against {x_label}")
 
 

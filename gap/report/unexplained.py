@@ -31,13 +31,11 @@ def context(data: Data, signals: Signals) -> Context | None:
 
 def _figure(d: Dependence, signals: Signals) -> Context:
     c = signals.channel(d.channel)
-    kind = "the measured input" if d.measured_input else "the simulated"
     x = f"{d.x_name} [{pretty(d.x_unit) or '–'}]"
     return {
-        "column": c.column, "kind": kind, "x": d.x_name, "share": percent(d.share),
+        "column": c.column, "x": d.x_name, "share": percent(d.share),
         "clear": d.share > SHOWN.clear_dependence,
         "svg": scatter(d, x, f"residual of {c.column} [{pretty(c.unit) or '–'}]"),
-        "means": [m.name for m in d.means],
     }  # fmt: skip
 
 

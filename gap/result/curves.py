@@ -76,8 +76,8 @@ def _drawn_at(knots: np.ndarray, between: int) -> np.ndarray:
 
 def _plain(s: State, r: RankedHypothesis, c: EffectCandidate) -> RankedHypothesis | None:
     """The same effects without the curve, where they were fitted."""
-    parts = r.hypothesis.parts - {c.name} | {c.label}
-    return next((other for other in s.ranked if other.hypothesis.parts == parts), None)
+    plain_key = r.hypothesis.key - {c.name} | {c.label}
+    return next((other for other in s.ranked if other.hypothesis.key == plain_key), None)
 
 
 def _formula(s: State, r: RankedHypothesis, curve: Curve, x: np.ndarray) -> np.ndarray:
@@ -89,7 +89,7 @@ def _values(s: State, point: Point) -> Mapping[str, Any]:
 
 
 def _probability(s: State, c: EffectCandidate) -> float:
-    return sum(p for r, p in zip(s.ranked, s.probabilities, strict=True) if c.name in r.hypothesis.parts)
+    return sum(p for r, p in zip(s.ranked, s.probabilities, strict=True) if c.name in r.hypothesis.key)
 
 
 def _pairs(a: Sequence[float] | np.ndarray, b: Sequence[float] | np.ndarray) -> list[list[float]]:

@@ -35,7 +35,7 @@ def document(d: Diagnosis) -> dict[str, Any]:
     s = d.state
     event_list = events(s) if has_events(s) else []
     divided = budget(s)
-    chosen, after = s.chosen.hypothesis.fit, s.after(s.chosen)
+    chosen, after = s.reported.hypothesis.fit, s.residual_of(s.reported)
     data: dict[str, Any] = {
         "schema": SCHEMA, "campaign": s.problem.campaign.name, "verdict": s.verdict,
         "headline": headline(s, divided, event_list, after), "cautions": cautions(s),
@@ -70,9 +70,9 @@ def document(d: Diagnosis) -> dict[str, Any]:
 
 def budget(s: State) -> dict[str, Any]:
     """What calibration, each effect and nothing account for: in all, by channel, run and region."""
-    gap_budget, scoring = s.gap_budget, s.scoring
+    gap_budget, scoring = s.required_budget, s.scoring
     data: dict[str, Any] = {
-        "metric": METRIC, "held_out": s.held_out_how, "noise": 1.0, "delivered": rms(s.before),
+        "metric": METRIC, "held_out": s.held_out_how, "noise": 1.0, "delivered": rms(s.nominal_residual),
         "calibrated": gap_budget.calibrated, "explained": gap_budget.explained, "parts": parts(s),
     }  # fmt: skip
     data["per_channel"] = {
@@ -86,7 +86,7 @@ def budget(s: State) -> dict[str, Any]:
 
 def parts(s: State) -> list[dict[str, Any]]:
     """The shares; they add up to 1."""
-    gap_budget, minor = s.gap_budget, s.problem.settings.budget.minor
+    gap_budget, minor = s.required_budget, s.problem.settings.budget.minor
     texts = {c.id: c.text for c in s.problem.candidates}
     entries = []
     for group, part in sorted(gap_budget.groups.items(), key=lambda item: -item[1].share):
@@ -114,7 +114,7 @@ def _gains(s: State) -> dict[str, float]:
     """Share that each effect alone could explain, of any of its channels."""
     gains: dict[str, float] = {}
     for c in s.problem.candidates:
-        gains[c.id] = max(gains.get(c.id, 0.0), s.gains.get(c.label, 0.0))
+        gains[c.id] = max(gains.get(c.id, 0.0), s.shares_alone.get(c.label, 0.0))
     return {id: gain for id, gain in sorted(gains.items(), key=lambda item: -item[1]) if gain > 0.0}
 
 
@@ -146,7 +146,7 @@ def _steps(s: State, mask: np.ndarray) -> dict[str, float]:
     """Normalised RMS of the readings of a mask (n,), as delivered, calibrated and explained."""
     calibrated = s.alternatives[0].residuals[frozenset()]
     return {
-        "noise": 1.0, "delivered": rms(s.before[mask]), "calibrated": rms(calibrated[mask]),
+        "noise": 1.0, "delivered": rms(s.nominal_residual[mask]), "calibrated": rms(calibrated[mask]),
         "explained": _rms_left(s.alternatives, mask),
     }  # fmt: skip
 
@@ -176,7 +176,7 @@ def _channel(s: State, k: int, label: str) -> dict[str, Any]:
     series = k < len(s.problem.campaign.outputs)
     return {
         "unit": s.problem.units.get(label, "1") if series else "s", "noise": rms(noise[mask]),
-        "delivered": rms((s.before * noise)[mask]), "calibrated": rms((calibrated * noise)[mask]),
+        "delivered": rms((s.nominal_residual * noise)[mask]), "calibrated": rms((calibrated * noise)[mask]),
         "explained": _rms_left(s.alternatives, mask, noise), "parts": _masked_parts(s, in_channel),
     }  # fmt: skip
 
@@ -186,19 +186,19 @@ def _runs(s: State) -> dict[str, Any]:
     foretell it."""
     predicted: list[float] = []
     if s.holdout is None and len(s.problem.runs) > 1:
-        predicted = predict_each_run(s.problem, s.chosen.hypothesis.fit, s.nuisance_jacobian)
+        predicted = predict_each_run(s.problem, s.reported.hypothesis.fit, s.nuisance_jacobian)
     entries = {}
-    for r, info in enumerate(s.scoring.runs):
+    for r, conditions in enumerate(s.scoring.runs):
         mask = s.scoring.observations.run == r
-        entries[info.name] = {**_steps(s, mask), "parts": _masked_parts(s, mask)}
+        entries[conditions.name] = {**_steps(s, mask), "parts": _masked_parts(s, mask)}
         if predicted:
-            entries[info.name]["foretold_by_others"] = predicted[r]
+            entries[conditions.name]["foretold_by_others"] = predicted[r]
     return entries
 
 
 def accepted(s: State) -> dict[str, Any]:
     """The effects that are known to be there, with their parameters in the most probable hypothesis."""
-    values = parameters(s.problem, s.chosen.hypothesis.fit, s.nuisance_jacobian, ("effect", "sensor"))
+    values = parameters(s.problem, s.reported.hypothesis.fit, s.nuisance_jacobian, ("effect", "sensor"))
     entries: dict[str, Any] = {}
     for c in s.problem.accepted:
         entry = entries.setdefault(c.id, {"text": c.text, "parameters": {}})
@@ -210,7 +210,7 @@ def effects(s: State) -> dict[str, Any]:
     """Every effect of the catalogue that is not taken as known."""
     shares: dict[str, float] = {}
     ids = {c.label: c.id for c in s.problem.candidates}
-    for label, share in s.gap_budget.effects.items():
+    for label, share in s.required_budget.effects.items():
         shares[ids[label]] = shares.get(ids[label], 0.0) + share
     return {
         id: {"inclusion_probability": p, "share": shares.get(id, 0.0), "group": s.inclusion.group_of[id]}
@@ -223,11 +223,11 @@ def hypotheses(s: State) -> list[dict[str, Any]]:
     settings = s.problem.settings.analysis
     entries = []
     for k, (r, p) in enumerate(zip(s.ranked, s.probabilities, strict=True)):
-        if k == settings.hypotheses_told:
+        if k == settings.max_listed_hypotheses:
             break
         fit = r.hypothesis.fit
         values: dict[str, Any] = {}
-        if k < settings.parameters_told:
+        if k < settings.max_with_parameters:
             values = parameters(s.problem, fit, s.nuisance_jacobian, ("effect", "sensor"))
         entries.append(
             {"effects": list(r.hypothesis.ids), "label": r.hypothesis.label, "probability": p, "left": r.gap,
@@ -239,7 +239,7 @@ def hypotheses(s: State) -> list[dict[str, Any]]:
 
 def reduction(s: State, after: np.ndarray) -> dict[str, Any]:
     """How far the gap as delivered shrinks on held-out data; after: what the chosen set leaves of it (n,)."""
-    before = rms(s.before)
+    before = rms(s.nominal_residual)
     value = 1.0 - rms(after) / before if before > 0.0 else 0.0
     low, high = s.reduction_ci
     return {"value": value, "ci95": [min(low, value), max(high, value)], "how": s.held_out_how}
@@ -249,7 +249,7 @@ def where(s: State) -> list[dict[str, Any]]:
     """Channels by their share in what calibration leaves."""
     return [
         {"subsystem": p.subsystem, "channel": p.channel, "share": p.share, "region": p.region, "bands": p.bands,
-         "change_points": [{"run": r, "time": t} for r, t in p.changes]}
+         "change_points": [{"run": r, "time": t} for r, t in p.change_points]}
         for p in s.places
     ]  # fmt: skip
 
@@ -274,7 +274,7 @@ def numerics(s: State) -> dict[str, Any]:
 
 def search(s: State) -> dict[str, Any]:
     """Where the search stood: the best sets of effects with their forms and normalised parameters, to go on from."""
-    count = s.problem.settings.search.remembered
+    count = s.problem.settings.search.saved_sets
     return {
         "finished": not s.unfinished,
         "sets": [
@@ -301,7 +301,7 @@ def evidence(s: State) -> dict[str, Any]:
         "structure": _structure(s),
         "screening": [
             {"effect": ids[label], "label": label, "explains": gain}
-            for label, gain in sorted(s.gains.items(), key=lambda item: -item[1])
+            for label, gain in sorted(s.shares_alone.items(), key=lambda item: -item[1])
         ],
     }  # fmt: skip
 

@@ -18,7 +18,7 @@ def has_events(state: State) -> bool:
 def events(state: State) -> list[dict[str, Any]]:
     """Measured events beside those of the model as delivered, calibrated, and with the effects [s]."""
     problem = state.problem
-    fits = {"calibrated": state.ranked_baseline.hypothesis.fit, "explained": state.chosen.hypothesis.fit}
+    fits = {"calibrated": state.ranked_baseline.hypothesis.fit, "explained": state.reported.hypothesis.fit}
     entries = []
     for b in problem.observations.blocks:
         if b.event is None:

@@ -34,16 +34,16 @@ def _physical(state: State, budget: dict[str, Any], events: list[dict[str, Any]]
         calibration = (e["calibrated"] - e["delivered"]) * (1.0 if difference > 0 else -1.0)
         moment = f"In {e['run']}, '{e['event']}' takes {quantity(abs(difference), 's')} {word} than the model says"
         parts = f"calibration within the tolerances makes {quantity(calibration, 's')} of that"
-        if state.chosen.hypothesis.candidates:
-            parts += f", {listed([plain(id) for id in state.chosen.hypothesis.ids])} {quantity(by_effects, 's')}"
+        if state.reported.hypothesis.candidates:
+            parts += f", {listed([plain(id) for id in state.reported.hypothesis.ids])} {quantity(by_effects, 's')}"
         return f"{moment}; {parts}."
     label = leading_channel(budget)
     c = budget["per_channel"][label]
     factor, unit = shown_factor(state, label)
     delivered, calibrated = (quantity(c[key] * factor, unit) for key in ("delivered", "calibrated"))
     deviation = f"{label} misses the measurement by {delivered} (rms) as delivered, by {calibrated} once calibrated"
-    if state.chosen.hypothesis.candidates:
-        effects = listed([plain(id) for id in state.chosen.hypothesis.ids])
+    if state.reported.hypothesis.candidates:
+        effects = listed([plain(id) for id in state.reported.hypothesis.ids])
         remaining = quantity(_rms_left_in(state, label, after) * factor, unit)
         return f"{deviation} and by {remaining} with {effects} in the model."
     return f"{deviation}; its noise is {quantity(c['noise'] * factor, unit)}."
@@ -102,7 +102,7 @@ def cautions(state: State) -> list[str]:
     if state.unfinished:
         stopped = f"stopped before everything was tried, while {state.unfinished}"
         sentences.append(f"Not finished: {stopped}; the probabilities allow for that.")
-    ends = at_bound(state.chosen, frozenset(state.chosen.hypothesis.ids))
+    ends = at_bound(state.reported, frozenset(state.reported.hypothesis.ids))
     if ends:
         hint = "the effect may be another one, or larger than allowed"
         sentences.append(f"{listed(ends)} {_stand(ends)} at the end of the allowed range: {hint}.")

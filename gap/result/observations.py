@@ -16,13 +16,13 @@ from ..problem.swing import AMPLITUDE, FREQUENCY
 def observations(s: State) -> list[dict[str, Any]]:
     """One entry for each channel of a run, and one for each of its swings, with its share in the metric: of the squared
     normalised residual that calibration leaves."""
-    calibrated, chosen = s.ranked_baseline.hypothesis, s.chosen.hypothesis
+    calibrated, chosen = s.ranked_baseline.hypothesis, s.reported.hypothesis
     models = {"model": calibrated.fit.model}
     if chosen.candidates:
         models["explained"] = chosen.fit.model
     entries = list(_of(s.problem, models, calibrated.fit.residual))
     if s.holdout is not None:
-        entries += _of(s.holdout.problem, {}, s.after(s.ranked_baseline))
+        entries += _of(s.holdout.problem, {}, s.residual_of(s.ranked_baseline))
     return entries
 
 

@@ -11,7 +11,7 @@ from ..problem.problem import matching
 def parameter_set(d: Diagnosis) -> str:
     """The parameters of the chosen hypothesis as an SSV file; conditions that the runs state are not in it."""
     problem = d.state.problem
-    point = d.state.chosen.hypothesis.fit.point
+    point = d.state.reported.hypothesis.fit.point
     calibrated, varied = problem.model_values(0, point), problem.differing_values(point)
     values = problem.runs[0].values
     lines = []

@@ -52,7 +52,7 @@ class Scale(NamedTuple):
 def shown_scale(problem: Problem, x: EstimatedParameter) -> Scale:
     """How a parameter is shown: base parameters are factors of the delivered value."""
     if x.kind == "base":
-        values = [info.values[x.name] for info in problem.runs]
+        values = [conditions.values[x.name] for conditions in problem.runs]
         if not any(values):  # shared by several components, of which this one has none
             return Scale(1.0, "of the stated value")
         if all(v == values[0] for v in values):

@@ -13,8 +13,8 @@ from ..estimation.linear import profile_nuisances
 from ..problem.parameters import Point
 from ..problem.problem import Problem
 from ..selection.hypothesis import Hypothesis, is_adequate
-from .bank import without_responses
 from .refinement import FitStart, fit_proposals, hypotheses_at, polish
+from .response_bank import jacobian_at
 from .sets import Proposal
 from .sizes import grid, variants
 
@@ -55,7 +55,7 @@ def resume_refit(
     if start is None:
         return None
     walked = _improve(problem, nuisance_jacobian, start)
-    return polish(problem, [walked], nuisance_jacobian, problem.settings.search.polish_looks)[0]
+    return polish(problem, [walked], nuisance_jacobian, problem.settings.search.polish_rounds)[0]
 
 
 def refit_base(problem: Problem, nuisance_jacobian: np.ndarray, nominal: Hypothesis) -> Hypothesis:
@@ -67,7 +67,7 @@ def refit_base(problem: Problem, nuisance_jacobian: np.ndarray, nominal: Hypothe
     settings = problem.settings.search
     if not problem.base:
         return replace(nominal, fit=replace(nominal.fit, converged=True))
-    looks = settings.polish_looks
+    looks = settings.polish_rounds
     start = _with_accepted(problem, nuisance_jacobian, nominal)
     baseline = polish(problem, [_improve(problem, nuisance_jacobian, start)], nuisance_jacobian, looks)[0]
     if explains_much(problem, baseline, nominal):
@@ -84,14 +84,14 @@ def refit_base(problem: Problem, nuisance_jacobian: np.ndarray, nominal: Hypothe
 
 def explains_much(problem: Problem, baseline: Hypothesis, nominal: Hypothesis) -> bool:
     """Whether a refit of the base parameters leaves little of the delivered gap, or nothing to explain."""
-    near = problem.settings.search.near * nominal.fit.rms
+    near = problem.settings.search.max_baseline_ratio * nominal.fit.rms
     return baseline.fit.rms < near or is_adequate(problem, baseline.fit)
 
 
 def is_strained(problem: Problem, baseline: Hypothesis) -> bool:
     """Whether so many base parameters stand at the ends of their tolerances that they are bent to what they cannot
     explain: around such a point right effects do not show."""
-    return sum(baseline.fit.at_bound) > problem.settings.search.strained * len(problem.base)
+    return sum(baseline.fit.at_bound) > problem.settings.search.max_share_at_tolerance * len(problem.base)
 
 
 def _with_accepted(problem: Problem, nuisance_jacobian: np.ndarray, nominal: Hypothesis) -> Hypothesis:
@@ -110,11 +110,12 @@ def _with_accepted(problem: Problem, nuisance_jacobian: np.ndarray, nominal: Hyp
 def _improve(problem: Problem, nuisance_jacobian: np.ndarray, incumbent: Hypothesis) -> Hypothesis:
     """A quick fit from a hypothesis without effects, with derivatives anew where it has gone far."""
     settings = problem.settings.search
-    for _ in range(settings.base_looks):
+    for _ in range(settings.baseline_rounds):
         fit = incumbent.fit
-        bank = without_responses(problem, fit.point, fit.model - fit.correction, fit.correction)
-        refined = fit_proposals(problem, bank, [Proposal((), fit.point, 0.0)], nuisance_jacobian, settings.steps)
-        if not refined or refined[0].penalised_deviance > incumbent.penalised_deviance - settings.better:
+        bank = jacobian_at(problem, fit.point, fit.model - fit.correction, fit.correction)
+        start = Proposal((), fit.point, 0.0)
+        refined = fit_proposals(problem, bank, [start], nuisance_jacobian, settings.quick_fit_steps)
+        if not refined or refined[0].penalised_deviance > incumbent.penalised_deviance - settings.min_round_gain:
             break
         incumbent = refined[0]
     return incumbent

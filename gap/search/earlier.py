@@ -62,7 +62,7 @@ def refit_sets(
 ) -> list[Hypothesis]:
     """The best sets fitted from where they stood, those near the best of them to the end, the best first."""
     fit, starts = baseline.fit, []
-    for s in [s for s in sets if s.effects][: problem.settings.search.fitted]:
+    for s in [s for s in sets if s.effects][: problem.settings.search.sets_per_round]:
         chosen = [_candidate(problem, label, form) for label, form in s.effects.items()]
         candidates = tuple(c for c in chosen if c is not None)
         starts.append(FitStart(candidates, s.point, fit.correction, fit))

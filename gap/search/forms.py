@@ -19,8 +19,8 @@ from ..problem.noise import rms
 from ..problem.parameters import EffectCandidate, EffectForm, EstimatedParameter, Point, penalty
 from ..problem.problem import Problem
 from ..selection.hypothesis import Hypothesis, penalised_deviance
-from .bank import evaluate_in_batches
 from .refinement import FitStart, hypotheses_at, polish
+from .response_bank import evaluate_in_batches
 from .rounds import best_of_each_set, polish_near, search_cost
 
 
@@ -60,19 +60,19 @@ def try_forms(
     """With effects of the best sets in other forms, those that come near fitted to the end; curves: as free curves, not
     in forms that have a formula."""
     settings = problem.settings.search
-    known_parts = {h.parts for h in hypotheses}
+    known_keys = {h.key for h in hypotheses}
     leaders = _leaders([h for h in hypotheses if _forms_to_try(h, curves)], settings.form_leaders)
     best = min(hypotheses, key=search_cost)
     if best.fit.rms < settings.little_left:
-        leaders = [h for h in leaders if h.fit.rms < settings.far * best.fit.rms]
+        leaders = [h for h in leaders if h.fit.rms < settings.max_form_ratio * best.fit.rms]
     options = [o for h in leaders for o in _options(problem, h, curves, nuisance_jacobian)]
-    options = [o for o in options if _parts(o) not in known_parts]
+    options = [o for o in options if _parts(o) not in known_keys]
     if problem.stop_requested:
         return list(hypotheses)
     chosen = sorted(options, key=lambda o: o.expected)[: settings.forms_fitted]
     starts = [FitStart(o.candidates, p, o.base.fit.correction, o.base.fit) for o in chosen for p in o.starts]
     started = [h for h in hypotheses_at(problem, starts, nuisance_jacobian) if h is not None]
-    polished = polish(problem, started, nuisance_jacobian, settings.form_looks, derivatives_known=not curves)
+    polished = polish(problem, started, nuisance_jacobian, settings.form_polish_rounds, derivatives_known=not curves)
     fitted = best_of_each_set(polished)
     least = min((search_cost(h) for h in (*hypotheses, *fitted)), default=0.0)
     return best_of_each_set([*hypotheses, *polish_near(problem, fitted, least, nuisance_jacobian)])
@@ -102,7 +102,7 @@ def _forms_to_try(h: Hypothesis, curves: bool) -> list[tuple[EffectCandidate, Ef
 
 
 def _parts(o: _Option) -> frozenset[str]:
-    return frozenset(x for c in o.candidates for x in c.parts)
+    return frozenset(x for c in o.candidates for x in c.key)
 
 
 def _leaders(hypotheses: Sequence[Hypothesis], most: int) -> list[Hypothesis]:
@@ -151,7 +151,7 @@ def _predict(
     u = np.concatenate([fit.normalised, np.zeros(len(responses))])
     jacobian = np.column_stack([fit.jacobian, *(t.change / t.value for t in responses)])
     linearised = LinearisedModel.around(problem, u, fit.model, jacobian, nuisance_jacobian)
-    reach = [np.inf if x.kind == "base" else settings.radius * max(settings.least_reach, abs(v))
+    reach = [np.inf if x.kind == "base" else settings.initial_trust_radius * max(settings.min_trust_scale, abs(v))
              for x, v in zip(fit.parameters, fit.normalised, strict=True)]  # fmt: skip
     reach += [settings.form_beyond * abs(t.value) for t in responses]
     step = linearised.step(parameters, fit.dispersion, np.array(reach))

@@ -8,7 +8,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from ..estimation.cross_validation import held_out
+from ..estimation.cross_validation import cross_validate
 from ..estimation.linear import LinearisedModel
 from ..estimation.scheduler import run_fits
 from ..estimation.wide_jacobian import with_wide_jacobian
@@ -29,7 +29,7 @@ def widen_derivatives(
     slips, larger moves are another motion.
     """
     widened, settings = list(hypotheses), problem.settings.search
-    near = search_cost(widened[0]) + settings.near_leader if widened else 0.0
+    near = search_cost(widened[0]) + settings.polish_within if widened else 0.0
     chosen = [
         k for k, h in enumerate(widened) if not h.candidates or (k < settings.wide_leaders and search_cost(h) < near)
     ]
@@ -37,19 +37,20 @@ def widen_derivatives(
     for k, wide in zip(chosen, run_fits(problem, tasks), strict=True):
         if wide is not None:
             with_own_jacobian = replace(wide, jacobian=widened[k].fit.jacobian)
-            best = min(wide, with_own_jacobian, key=lambda f: held_out(problem, f, nuisance_jacobian).structured_energy)
+            validated = {f: cross_validate(problem, f, nuisance_jacobian) for f in (wide, with_own_jacobian)}
+            best = min(validated, key=lambda f: validated[f].structured_energy)
             widened[k] = replace(widened[k], fit=best)
     return widened
 
 
-class Refinement(NamedTuple):
+class AtStep(NamedTuple):
     """The problem with a macro step short enough for its best fit, and the hypotheses, the best first."""
 
     problem: Problem
     hypotheses: list[Hypothesis]
 
 
-def refine_fit_step(problem: Problem, hypotheses: Sequence[Hypothesis], nuisance_jacobian: np.ndarray) -> Refinement:
+def refine_fit_step(problem: Problem, hypotheses: Sequence[Hypothesis], nuisance_jacobian: np.ndarray) -> AtStep:
     """Halve the step of a fit's runs while they are far from the exact ones at the best fit, and fit the best anew.
 
     It was chosen at the model as delivered; a machine that hunts about a dead zone does so from step to step of a long
@@ -67,19 +68,19 @@ def refine_fit_step(problem: Problem, hypotheses: Sequence[Hypothesis], nuisance
         problem = shorter
         next_best = [(h.candidates, h.fit.point) for h in refitted[1:count]]
         started = [at_best, *exact_hypotheses_at(problem, next_best, nuisance_jacobian)]
-        polished = polish(problem, started, nuisance_jacobian, problem.settings.search.polish_looks)
+        polished = polish(problem, started, nuisance_jacobian, problem.settings.search.polish_rounds)
         refitted = best_of_each_set([*polished, *refitted])
-    return Refinement(problem, refitted)
+    return AtStep(problem, refitted)
 
 
-class _AtStep(NamedTuple):
+class _SetAtStep(NamedTuple):
     """A problem, and a set of effects as it stands at a point with its own exact run."""
 
     problem: Problem
     hypothesis: Hypothesis
 
 
-def _with_resolving_step(problem: Problem, hypothesis: Hypothesis, nuisance_jacobian: np.ndarray) -> _AtStep:
+def _with_resolving_step(problem: Problem, hypothesis: Hypothesis, nuisance_jacobian: np.ndarray) -> _SetAtStep:
     """The problem with the step of a fit's runs halved until they are near the exact one where a set stands, as far as
     runs of the halved step are to be had there."""
     settings, noise = problem.settings.numerics, problem.observations.noise_std
@@ -89,7 +90,7 @@ def _with_resolving_step(problem: Problem, hypothesis: Hypothesis, nuisance_jaco
         if at_shorter is None:
             break
         problem, hypothesis = shorter, at_shorter
-    return _AtStep(problem, hypothesis)
+    return _SetAtStep(problem, hypothesis)
 
 
 def _exact_hypothesis(
@@ -98,7 +99,7 @@ def _exact_hypothesis(
     return next(iter(exact_hypotheses_at(problem, [(candidates, point)], nuisance_jacobian)), None)
 
 
-def refit_past_wall(problem: Problem, baseline: Hypothesis, nuisance_jacobian: np.ndarray) -> Refinement:
+def refit_past_wall(problem: Problem, baseline: Hypothesis, nuisance_jacobian: np.ndarray) -> AtStep:
     """The refit gone on with where its derivatives foretell much that its runs do not bear out, but exact ones do.
 
     Runs of a long step may swing where the machine does not, close beside the way to the data: a machine with nothing
@@ -110,17 +111,17 @@ def refit_past_wall(problem: Problem, baseline: Hypothesis, nuisance_jacobian: n
     step = linearised.step(fit.parameters, fit.dispersion, np.full(len(fit.normalised), np.inf))
     u, residual = fit.normalised + step.d, linearised.predicted_residual(step)
     expected = replace(fit, normalised=u, nuisances=step.q, residual=residual)
-    much = baseline.penalised_deviance - settings.search.much
+    much = baseline.penalised_deviance - settings.search.exact_trial_gain
     if replace(baseline, fit=expected).penalised_deviance > much or is_adequate(problem, fit) or problem.stop_requested:
-        return Refinement(problem, [baseline])
+        return AtStep(problem, [baseline])
     hypothesis = _exact_hypothesis(problem, (), point_of(fit.parameters, u), nuisance_jacobian)
     if hypothesis is None or hypothesis.penalised_deviance > much:
-        return Refinement(problem, [baseline])
+        return AtStep(problem, [baseline])
     problem, hypothesis = _with_resolving_step(problem, hypothesis, nuisance_jacobian)
-    return Refinement(problem, polish(problem, [hypothesis], nuisance_jacobian, settings.search.polish_looks))
+    return AtStep(problem, polish(problem, [hypothesis], nuisance_jacobian, settings.search.polish_rounds))
 
 
-def refine_macro_step(problem: Problem, hypotheses: Sequence[Hypothesis], nuisance_jacobian: np.ndarray) -> Refinement:
+def refine_macro_step(problem: Problem, hypotheses: Sequence[Hypothesis], nuisance_jacobian: np.ndarray) -> AtStep:
     """Halve all macro steps while the best fit's extrapolated run depends on them, and fit the best anew."""
     refitted, settings = list(hypotheses), problem.settings.numerics
     for _ in range(settings.max_halvings):
@@ -137,8 +138,8 @@ def refine_macro_step(problem: Problem, hypotheses: Sequence[Hypothesis], nuisan
         problem = halved.with_discretisation(
             richardson_order=d.richardson_order or method_order, coarsening=2 * d.coarsening
         )  # fmt: skip
-        count, looks = settings.refitted, problem.settings.search.polish_looks
+        count, looks = settings.refitted, problem.settings.search.polish_rounds
         refitted = sorted(
             [*polish(problem, refitted[:count], nuisance_jacobian, looks), *refitted[count:]], key=search_cost
         )
-    return Refinement(problem, refitted)
+    return AtStep(problem, refitted)

@@ -15,7 +15,7 @@ from collections.abc import Sequence
 import numpy as np
 
 from ..estimation.linear import ProfiledPoint, profile_nuisances
-from ..estimation.nuisances import nuisance_columns
+from ..estimation.nuisances import nuisance_jacobian_at
 from ..problem.noise import rms
 from ..problem.parameters import EstimatedParameter, Point
 from ..problem.problem import Problem
@@ -28,8 +28,8 @@ def find_period(problem: Problem, x: EstimatedParameter, point: Point) -> float:
     It is looked for in the run that is missed most there.
     """
     settings, search = problem.settings.search, _OneRun(problem, x, point)
-    u, window = search.on_the_average(), search.begin + settings.period_window
-    spacing = x.shift(u, window, settings.turn)
+    u, window = search.smoothed_minimum(), search.begin + settings.period_window
+    spacing = x.shift(u, window, settings.period_spacing)
     count = int(settings.period_range * abs(x.value(u) / x.scale) / spacing)
     tried = [u + k * spacing for k in range(-count, count + 1)]
     while True:
@@ -40,10 +40,10 @@ def find_period(problem: Problem, x: EstimatedParameter, point: Point) -> float:
         if window == search.end:
             break
         window *= 2.0
-        tried = [v + k * x.shift(v, window, settings.turn) for v in best for k in (-1.0, 0.0, 1.0)]
+        tried = [v + k * x.shift(v, window, settings.period_spacing) for v in best for k in (-1.0, 0.0, 1.0)]
     u = best[0]
     for part in (0.5, 0.25):
-        step = part * x.shift(u, search.end, settings.turn)
+        step = part * x.shift(u, search.end, settings.period_spacing)
         u = next(iter(search.best([u - step, u, u + step], search.end)), u)
     return u
 
@@ -57,21 +57,20 @@ class _OneRun:
         self.problem = problem.of_runs([run])
         samples = self.problem.samples
         self.end = float(samples.time.max())
-        moved = [
-            b.t[abs(b.y - b.y[0]) > problem.settings.search.moved * samples.noise_std[b.place]] for b in samples.series
-        ]  # fmt: skip
+        least = problem.settings.search.motion_threshold
+        moved = [b.t[abs(b.y - b.y[0]) > least * samples.noise_std[b.place]] for b in samples.series]
         self.begin = min((float(t[0]) for t in moved if len(t)), default=0.0)
         """When a reading first leaves where it began [s]."""
 
-    def on_the_average(self) -> float:
+    def smoothed_minimum(self) -> float:
         """The value at which least is left of what is averaged over several of the longest periods."""
         settings, sizes = self.problem.settings.search, grid(self.x, self.problem.settings.search)
         width = settings.periods_averaged * abs(self.x.value(max(sizes, key=abs)))
         whole, left = self.problem.until(self.end), dict[float, float]()
-        for _ in range(1 + settings.size_looks):
+        for _ in range(1 + settings.size_halvings):
             for v, at in self._profiled(whole, [v for v in sizes if v not in left]).items():
                 # a clock or a bias that stands for the lag costs what it does in a fit
-                left[v] = float(np.sum(_course(whole, at.residual, width) ** 2) + at.nuisances @ at.nuisances)
+                left[v] = float(np.sum(_moving_average(whole, at.residual, width) ** 2) + at.nuisances @ at.nuisances)
             if not left:
                 break
             sizes = between(left, min(left, key=lambda v: left[v]))
@@ -90,7 +89,7 @@ class _OneRun:
             part = values[k : k + step]
             for v, model in zip(part, problem.exact([{**self.point, self.x.name: v} for v in part]), strict=True):
                 if model is not None:
-                    profiled[v] = profile_nuisances(problem, model, nuisance_columns(problem, model), 1.0)
+                    profiled[v] = profile_nuisances(problem, model, nuisance_jacobian_at(problem, model), 1.0)
         return profiled
 
 
@@ -103,7 +102,7 @@ def _missed_most(problem: Problem, point: Point) -> int:
     return max(range(len(problem.runs)), key=lambda r: rms(left[problem.observations.run == r]))
 
 
-def _course(problem: Problem, residual: np.ndarray, width: float) -> np.ndarray:
+def _moving_average(problem: Problem, residual: np.ndarray, width: float) -> np.ndarray:
     """The residual averaged over so long a time [s] around each reading."""
     course = residual.copy()
     for b in problem.observations.series:

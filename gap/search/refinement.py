@@ -20,7 +20,7 @@ from ..problem.noise import rms
 from ..problem.parameters import EffectCandidate, EstimatedParameter, Point, penalty, point_of
 from ..problem.problem import Problem
 from ..selection.hypothesis import Hypothesis, penalised_deviance
-from .bank import Bank, evaluate_in_batches, response_rows, wide_step, with_effect
+from .response_bank import ResponseBank, evaluate_in_batches, point_with, response_rows, wide_step
 from .sets import Proposal
 
 
@@ -54,7 +54,7 @@ class _QuickFit:
 
 
 def fit_proposals(
-    problem: Problem, bank: Bank, proposals: Sequence[Proposal], nuisance_jacobian: np.ndarray, steps: int
+    problem: Problem, bank: ResponseBank, proposals: Sequence[Proposal], nuisance_jacobian: np.ndarray, steps: int
 ) -> list[Hypothesis]:
     """A fit of every proposal whose model runs, in their order."""
     quick_fits = _start_proposals(problem, bank, proposals, nuisance_jacobian)
@@ -87,11 +87,12 @@ def polish(
             quick_fits = {k: f for k, f in quick_fits.items() if f.cost < confirmed[k].penalised_deviance}
             polished = [confirmed[k] if k in active and k not in quick_fits else h for k, h in enumerate(polished)]
         if look < looks:
-            to_differentiate = [f for k, f in quick_fits.items() if gained[k] > settings.much]
+            to_differentiate = [f for k, f in quick_fits.items() if gained[k] > settings.jacobian_refresh_gain]
             _differentiate(problem, to_differentiate, missing_only=derivatives_known and look == 0)
         confirmed = {k: Hypothesis(f.candidates, _fit(problem, f, converged=True)) for k, f in quick_fits.items()}
         if look < looks:
-            _iterate(problem, list(quick_fits.values()), response_rows(problem), nuisance_jacobian, settings.further)
+            under_way = list(quick_fits.values())
+            _iterate(problem, under_way, response_rows(problem), nuisance_jacobian, settings.polish_steps)
         gained = {k: confirmed[k].penalised_deviance - f.cost for k, f in quick_fits.items()}
         active = [k for k, gain in gained.items() if gain > settings.least_gain]
         for k, f in quick_fits.items():
@@ -106,10 +107,10 @@ def drop_effects(
     where the model does not run."""
     settings = problem.settings.search
     fitted = fit_from(problem, _starts_without(problem, pairs, nuisance_jacobian), nuisance_jacobian)
-    for near, looks in ((True, settings.polish_looks), (False, 0)):
+    for near, looks in ((True, settings.polish_rounds), (False, 0)):
         chosen = [
             (k, h) for k, h in enumerate(fitted)
-            if h is not None and (h.fit.rms < settings.far * pairs[k][0].fit.rms) is near
+            if h is not None and (h.fit.rms < settings.max_drop_ratio * pairs[k][0].fit.rms) is near
         ]  # fmt: skip
         polished = polish(problem, [h for _, h in chosen], nuisance_jacobian, looks)
         for (k, _), h in zip(chosen, polished, strict=True):
@@ -128,7 +129,7 @@ def _starts_without(
     """
     starts = []
     for h, dropped in pairs:
-        candidates, point = tuple(c for c in h.candidates if c is not dropped), with_effect(h.fit.point, dropped, {})
+        candidates, point = tuple(c for c in h.candidates if c is not dropped), point_with(h.fit.point, dropped, {})
         predicted = predict_without(problem, h.fit, dropped.parameters, nuisance_jacobian)
         moved = {**point, **point_of(predicted.parameters, predicted.normalised)}
         starts += [FitStart(candidates, at, h.fit.correction, h.fit) for at in (point, moved)]
@@ -160,7 +161,7 @@ def fit_from(
         if coarse is not None:
             quick_fits[k] = _start_at(problem, starts[k], coarse, nuisance_jacobian)
     _differentiate(problem, list(quick_fits.values()), settings.derivative_step)
-    _iterate(problem, list(quick_fits.values()), response_rows(problem), nuisance_jacobian, settings.steps)
+    _iterate(problem, list(quick_fits.values()), response_rows(problem), nuisance_jacobian, settings.quick_fit_steps)
     fits = {k: Hypothesis(f.candidates, _fit(problem, f), quick=True) for k, f in quick_fits.items()}
     return [fits.get(k) for k in range(len(starts))]
 
@@ -220,7 +221,7 @@ def _new_quick_fit(
 ) -> _QuickFit:  # fmt: skip
     """A fit where it begins."""
     q, residual = profile_nuisances(problem, model, nuisance_jacobian, 1.0)
-    cost, radius = _cost(problem, parameters, u, q, residual), problem.settings.search.radius
+    cost, radius = _cost(problem, parameters, u, q, residual), problem.settings.search.initial_trust_radius
     return _QuickFit(candidates, parameters, u, model, correction, jacobian, q, residual, cost, radius)
 
 
@@ -229,14 +230,14 @@ def _differentiate(
 ) -> None:
     """Derivatives at the fits' points from small steps, or from steps of h, where these change anything; where they do
     not, the former ones stay."""
-    h = h or max(problem.settings.search.fine_step, problem.discretisation.difference_step)
+    h = h or max(problem.settings.search.polish_difference_step, problem.discretisation.difference_step)
     points, owners = [], []
     for f in quick_fits:
         f.jacobian = f.jacobian.copy()
         for k, x in enumerate(f.parameters):
             if missing_only and np.any(f.jacobian[:, k]):
                 continue
-            size = min(h, x.longest_difference(float(f.u[k]), problem.settings.search.small_turn))
+            size = min(h, x.longest_difference(float(f.u[k]), problem.settings.search.period_difference))
             step = size if f.u[k] + size <= x.high else -size
             shifted = f.u.copy()
             shifted[k] += step
@@ -266,7 +267,7 @@ def _iterate(
 
 
 def _start_proposals(
-    problem: Problem, bank: Bank, proposals: Sequence[Proposal], nuisance_jacobian: np.ndarray
+    problem: Problem, bank: ResponseBank, proposals: Sequence[Proposal], nuisance_jacobian: np.ndarray
 ) -> list[_QuickFit]:
     settings, points, owners = problem.settings.search, [], []
     quick_fits: list[_QuickFit] = []
@@ -281,7 +282,7 @@ def _start_proposals(
                 quick_fit.jacobian[:, k] = bank.jacobian[:, bank_columns[x.name]]
                 if x.in_every_set:
                     continue
-            h = wide_step(x, float(quick_fit.u[k]), settings.derivative_step, settings.small_turn)
+            h = wide_step(x, float(quick_fit.u[k]), settings.derivative_step, settings.period_difference)
             points.append({**p.point, x.name: float(quick_fit.u[k] + h)})
             owners.append((len(quick_fits), k, h))
         quick_fits.append(quick_fit)
@@ -302,7 +303,7 @@ def _propose_step(problem: Problem, rows: slice, f: _QuickFit, nuisance_jacobian
     """The next step; none where little is to be gained."""
     dispersion = estimate_dispersion(problem, f.residual)
     linearised = LinearisedModel.around(problem, f.u, f.model, f.jacobian, nuisance_jacobian, rows)
-    reach = f.radius * np.maximum(problem.settings.search.least_reach, np.abs(f.u))
+    reach = f.radius * np.maximum(problem.settings.search.min_trust_scale, np.abs(f.u))
     weight = dispersion * linearised.r.size / len(problem.observations)
     step = linearised.step(f.parameters, weight, reach)
     expected = _cost(problem, f.parameters, f.u + step.d, step.q, linearised.predicted_residual(step))
@@ -314,7 +315,7 @@ def _take_step(problem: Problem, f: _QuickFit, model: np.ndarray | None, nuisanc
     """Go there if it is better; what was found mends the derivatives either way."""
     settings = problem.settings.search
     if model is None:
-        f.radius *= settings.shrink
+        f.radius *= settings.trust_shrinkage
         return
     length = float(f.step @ f.step)
     if length > 1e-12:
@@ -323,12 +324,12 @@ def _take_step(problem: Problem, f: _QuickFit, model: np.ndarray | None, nuisanc
     cost = _cost(problem, f.parameters, f.u + f.step, q, residual)
     if cost < f.cost:
         f.u, f.model, f.nuisances, f.residual, f.cost = f.u + f.step, model, q, residual, cost
-        f.radius = min(1.0, settings.grow * f.radius)
+        f.radius = min(1.0, settings.trust_growth * f.radius)
         f.failures = 0
     else:
-        f.radius *= settings.shrink
+        f.radius *= settings.trust_shrinkage
         f.failures += 1
-        f.finished = f.failures >= settings.failures
+        f.finished = f.failures >= settings.max_rejected_steps
 
 
 def _fit(problem: Problem, f: _QuickFit, converged: bool = False) -> Fit:

@@ -17,9 +17,9 @@ from ..problem.noise import rms
 from ..problem.parameters import EffectCandidate, Point
 from ..problem.problem import Problem
 from ..selection.hypothesis import Hypothesis, is_adequate
-from .bank import evaluate_in_batches
 from .periods import find_period
 from .refinement import FitStart, exact_hypotheses_at, fit_from, polish
+from .response_bank import evaluate_in_batches
 from .rounds import best_of_each_set, idle_effects, polish_near, search_cost
 from .sizes import between, grid, variants
 
@@ -65,8 +65,8 @@ def fit_relatives_at_best(
     if problem.stop_requested or not nearest:
         return list(hypotheses)
     started = exact_hypotheses_at(problem, [(s.candidates, s.point) for s in nearest], nuisance_jacobian)
-    near = [h for h in started if search_cost(h) < search_cost(best) + settings.relatives_near]
-    return best_of_each_set([*hypotheses, *polish(problem, near, nuisance_jacobian, settings.polish_looks)])
+    near = [h for h in started if search_cost(h) < search_cost(best) + settings.relatives_within]
+    return best_of_each_set([*hypotheses, *polish(problem, near, nuisance_jacobian, settings.polish_rounds)])
 
 
 def _nearest(
@@ -105,7 +105,7 @@ def _swaps(
     swaps: dict[str, dict[float, _Swap]] = {c.label: {} for c in relatives}
     nearest: dict[str, _Swap] = {}
     trials: list[_Trial] = [(c, v) for c in relatives for v in variants(c, grid(c.main, settings), settings)]
-    for _ in range(1 + settings.size_looks):
+    for _ in range(1 + settings.size_halvings):
         for swap in _simulated(problem, best, replaced, trials, nuisance_jacobian):
             size = swap.point[swap.relative.main.name]
             of_relative = swaps[swap.relative.label]
@@ -117,7 +117,7 @@ def _swaps(
             for size in between(swaps[label], s.point[s.relative.main.name])
         ]  # fmt: skip
     if not is_adequate(problem, best.fit) and not problem.stop_requested:
-        periodic = [s for s in nearest.values() if s.relative.main.repeats_for]
+        periodic = [s for s in nearest.values() if s.relative.main.longest_run]
         trials = [_trial(s, find_period(problem, s.relative.main, s.point)) for s in periodic]
         for swap in _simulated(problem, best, replaced, trials, nuisance_jacobian):
             label = swap.relative.label

@@ -11,9 +11,9 @@ from ..problem.parameters import EffectCandidate
 from ..problem.problem import Problem
 from ..selection.hypothesis import Hypothesis, is_adequate
 from ..settings import SearchSettings
-from .bank import build_bank
 from .refinement import drop_effects, fit_proposals, polish
-from .sets import Proposal, gains, propose_sets
+from .response_bank import build_bank
+from .sets import Proposal, propose_sets, shares_alone
 
 
 @dataclass(frozen=True, eq=False)
@@ -21,7 +21,7 @@ class Round:
     """What one round has found: fits, and the share of the residual's squares that each effect alone could explain."""
 
     hypotheses: tuple[Hypothesis, ...]
-    gains: dict[str, float]
+    shares_alone: dict[str, float]
     """By label."""
 
 
@@ -35,18 +35,18 @@ def run_quick_round(problem: Problem, nuisance_jacobian: np.ndarray, incumbent: 
     settings, fit = problem.settings.search, incumbent.fit
     bank = build_bank(problem, fit.point, fit.model - fit.correction, fit.correction, incumbent.candidates)
     bank, proposals = propose_sets(problem, bank, nuisance_jacobian)
-    chosen = choose_proposals(proposals, incumbent, settings.fitted)
-    hypotheses = fit_proposals(problem, bank, chosen, nuisance_jacobian, settings.steps)
+    chosen = choose_proposals(proposals, incumbent, settings.sets_per_round)
+    hypotheses = fit_proposals(problem, bank, chosen, nuisance_jacobian, settings.quick_fit_steps)
     hypotheses = sorted((h for h in hypotheses if not idle_effects(h, settings.negligible)), key=search_cost)
-    return Round(tuple(hypotheses), gains(problem, bank, nuisance_jacobian))
+    return Round(tuple(hypotheses), shares_alone(problem, bank, nuisance_jacobian))
 
 
 def polish_round(problem: Problem, nuisance_jacobian: np.ndarray, first: Round) -> Round:
     """The same with the best of its fits gone on with."""
     leaders = _polish_leaders(problem, first.hypotheses, nuisance_jacobian)
-    polished_parts = {h.parts for h in leaders}
-    rest = [h for h in first.hypotheses if h.parts not in polished_parts]
-    return Round((*leaders, *rest), first.gains)
+    polished_keys = {h.key for h in leaders}
+    rest = [h for h in first.hypotheses if h.key not in polished_keys]
+    return Round((*leaders, *rest), first.shares_alone)
 
 
 def _polish_leaders(
@@ -56,10 +56,10 @@ def _polish_leaders(
     settings = problem.settings.search
     leaders = [
         h
-        for h in hypotheses[: settings.corrected]
-        if search_cost(h) < search_cost(hypotheses[0]) + settings.near_leader
+        for h in hypotheses[: settings.polished_per_round]
+        if search_cost(h) < search_cost(hypotheses[0]) + settings.polish_within
     ]
-    return polish(problem, leaders, nuisance_jacobian, settings.polish_looks)
+    return polish(problem, leaders, nuisance_jacobian, settings.polish_rounds)
 
 
 def polish_near(
@@ -67,8 +67,8 @@ def polish_near(
 ) -> list[Hypothesis]:
     """Fits of which those near the least score, at most `most_leaders`, are gone on with to the end."""
     settings, ordered = problem.settings.search, sorted(fitted, key=search_cost)
-    near = [h for h in ordered if search_cost(h) < least + settings.near_leader][: settings.most_leaders]
-    polished = polish(problem, near, nuisance_jacobian, settings.polish_looks)
+    near = [h for h in ordered if search_cost(h) < least + settings.polish_within][: settings.max_polished]
+    polished = polish(problem, near, nuisance_jacobian, settings.polish_rounds)
     return [*polished, *(h for h in ordered if h not in near)]
 
 
@@ -114,7 +114,7 @@ def best_of_each_set(hypotheses: Iterable[Hypothesis]) -> list[Hypothesis]:
     known of a set, for it rests on the long step's error at another point."""
     best: dict[frozenset[str], Hypothesis] = {}
     for h in sorted(hypotheses, key=lambda h: (h.quick, h.penalised_deviance)):
-        best.setdefault(h.parts, h)
+        best.setdefault(h.key, h)
     return sorted(best.values(), key=search_cost)
 
 
@@ -128,12 +128,12 @@ def next_start(
     model as delivered they do. Nor may the right effect beside a wrong one: at the set without that, it does.
     """
     best = hypotheses[0]
-    new = best.parts not in banked
+    new = best.key not in banked
     if elsewhere is not None and not (new and better and len(banked) < 2):
         return elsewhere
     if new:
         return best
-    parts = (h for h in hypotheses if h.candidates and h.parts < best.parts and h.parts not in banked)
+    parts = (h for h in hypotheses if h.candidates and h.key < best.key and h.key not in banked)
     return next(parts, None)
 
 
@@ -143,7 +143,7 @@ def drop_needless_sets(problem: Problem, hypotheses: Sequence[Hypothesis]) -> li
     adequate = [h for h in hypotheses if is_adequate(problem, h.fit)]
     return [
         h for h in hypotheses
-        if not any(g.parts < h.parts and (g.candidates or len(h.candidates) > 1) for g in adequate)
+        if not any(g.key < h.key and (g.candidates or len(h.candidates) > 1) for g in adequate)
     ]  # fmt: skip
 
 
@@ -152,12 +152,12 @@ def fit_leaders(problem: Problem, hypotheses: Sequence[Hypothesis], nuisance_jac
     in the others' place, however much the others score within the noise."""
     settings = problem.settings.search
     near = [
-        h for h in hypotheses if search_cost(h) < search_cost(hypotheses[0]) + settings.near_leader
-    ][: settings.most_leaders]  # fmt: skip
+        h for h in hypotheses if search_cost(h) < search_cost(hypotheses[0]) + settings.polish_within
+    ][: settings.max_polished]  # fmt: skip
     adequate = [h for h in drop_needless_sets(problem, hypotheses) if h.candidates and is_adequate(problem, h.fit)]
-    leaders = {h.parts: h for h in (*near, *adequate[: settings.most_leaders])}
+    leaders = {h.key: h for h in (*near, *adequate[: settings.max_polished])}
     quick = [h for h in leaders.values() if h.quick]
-    return best_of_each_set([*hypotheses, *polish(problem, quick, nuisance_jacobian, settings.polish_looks)])
+    return best_of_each_set([*hypotheses, *polish(problem, quick, nuisance_jacobian, settings.polish_rounds)])
 
 
 def drop_each_effect(
@@ -168,13 +168,13 @@ def drop_each_effect(
     An effect must not win because the fit without it has stopped on its way. A set may so give way to a smaller one,
     and that to another.
     """
-    current, tried_parts = list(hypotheses), set()
+    current, tried_keys = list(hypotheses), set()
     for _ in range(problem.settings.search.most_effects):
         best = current[0]
-        to_drop = [c for c in best.candidates if best.parts - c.parts not in tried_parts]
+        to_drop = [c for c in best.candidates if best.key - c.key not in tried_keys]
         if problem.stop_requested:
             break
-        tried_parts |= {best.parts - c.parts for c in to_drop}
+        tried_keys |= {best.key - c.key for c in to_drop}
         current += [h for h in drop_effects(problem, [(best, c) for c in to_drop], nuisance_jacobian) if h is not None]
         current = best_of_each_set(current)
         if current[0] is best:

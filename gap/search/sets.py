@@ -17,7 +17,7 @@ from ..estimation.linear import profile_nuisances
 from ..problem.parameters import EffectCandidate, Point
 from ..problem.problem import Problem
 from ..settings import SearchSettings
-from .bank import Bank, Response, Variant, add_responses, families
+from .response_bank import Response, ResponseBank, Variant, add_responses, families
 from .sizes import grid
 
 ScoredSet = tuple[float, tuple[int, ...], np.ndarray]
@@ -44,7 +44,7 @@ class ProjectedBank:
     Costs are squares of the residual over the dispersion, priors, and a price for every effect.
     """
 
-    def __init__(self, problem: Problem, bank: Bank, nuisance_jacobian: np.ndarray, dispersion: float):
+    def __init__(self, problem: Problem, bank: ResponseBank, nuisance_jacobian: np.ndarray, dispersion: float):
         self.problem, self.bank, self.settings = problem, bank, problem.settings.search
         noise, rows, n = problem.observations.noise_std, bank.rows, len(problem.observations)
         row_count = len(range(n)[rows])
@@ -61,16 +61,16 @@ class ProjectedBank:
         self.Q, self.R = np.linalg.qr(A)
         self.r, self.D = r, D
         residual, columns = r - self.Q @ (self.Q.T @ r), D - self.Q @ (self.Q.T @ D)
-        self.gram, self.moment, self.energy = columns.T @ columns, columns.T @ residual, float(residual @ residual)
-        removes = np.array([x.removes for x in bank.responses], dtype=bool)
+        self.gram, self.rhs, self.energy = columns.T @ columns, columns.T @ residual, float(residual @ residual)
+        is_removal = np.array([x.is_removal for x in bank.responses], dtype=bool)
         self.low, self.high = _reach(bank.responses, self.settings)
-        self.price = np.where(removes, -1.0, 1.0) * self.settings.price
+        self.price = np.where(is_removal, -1.0, 1.0) * self.settings.price
 
     def solve(self, sets: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """Sizes (S, s) that cost least, as multiples of those that were run, and costs (S,), of sets (S, s) of
         responses; within bounds."""
         G = self.gram[sets[:, :, None], sets[:, None, :]]
-        t, fitted = bounded_minimum(G, self.moment[sets], self.low[sets], self.high[sets])
+        t, fitted = bounded_minimum(G, self.rhs[sets], self.low[sets], self.high[sets])
         return t, self.energy + fitted + self.price[sets].sum(axis=1)
 
     def proposal(self, chosen: Sequence[int], t: np.ndarray, cost: float) -> Proposal:
@@ -88,7 +88,7 @@ class ProjectedBank:
         added: list[EffectCandidate] = []
         for i, x in zip(chosen, t, strict=True):
             response = bank.responses[i]
-            if response.removes:
+            if response.is_removal:
                 removed.add(response.candidate.label)
                 for p in response.candidate.parameters:
                     point.pop(p.name, None)
@@ -143,8 +143,8 @@ def _reach(responses: Sequence[Response], settings: SearchSettings) -> tuple[np.
         main = responses[members[0]].candidate.main
         reach = main.high if responses[members[0]].size > 0.0 else -main.low
         for i, k in enumerate(members):
-            below = np.sqrt(sizes[i - 1] / sizes[i]) if i else 1.0 / settings.beyond
-            above = np.sqrt(sizes[i + 1] / sizes[i]) if i + 1 < len(members) else settings.beyond
+            below = np.sqrt(sizes[i - 1] / sizes[i]) if i else 1.0 / settings.extrapolation
+            above = np.sqrt(sizes[i + 1] / sizes[i]) if i + 1 < len(members) else settings.extrapolation
             low[k], high[k] = below, max(1.0, min(above, reach / sizes[i]))
     return low, high
 
@@ -157,7 +157,9 @@ def _scaled(response: Response, t: float) -> Mapping[str, float]:
     return values
 
 
-def propose_sets(problem: Problem, bank: Bank, nuisance_jacobian: np.ndarray) -> tuple[Bank, list[Proposal]]:
+def propose_sets(
+    problem: Problem, bank: ResponseBank, nuisance_jacobian: np.ndarray
+) -> tuple[ResponseBank, list[Proposal]]:
     """The best sets of effects, each once, the cheapest first, and the bank with the sizes that they asked for.
 
     The dispersion is that of what the best set is expected to leave, as far as the first look goes.
@@ -167,20 +169,20 @@ def propose_sets(problem: Problem, bank: Bank, nuisance_jacobian: np.ndarray) ->
     first = estimate_dispersion(problem, residual)
     whole, dispersion = float(residual @ residual), first
     proposals: list[Proposal] = []
-    for look in range(settings.looks):
+    for look in range(settings.size_rounds):
         projected = ProjectedBank(problem, bank, nuisance_jacobian, dispersion)
         best_sets = _best_sets(projected, settings)
         rest = min(cost for cost, _, _ in best_sets.values()) * dispersion / max(whole, 1e-300)
         dispersion = max(1.0, first * float(np.clip(rest, settings.least_left, 1.0)))
-        missing = _missing_variants(bank, list(best_sets.values())[: settings.asking], settings)
-        if look + 1 == settings.looks or (look and not missing):
+        missing = _missing_variants(bank, list(best_sets.values())[: settings.sets_asking], settings)
+        if look + 1 == settings.size_rounds or (look and not missing):
             proposals = [projected.proposal(chosen, t, cost) for cost, chosen, t in best_sets.values()]
             break
         bank = add_responses(problem, bank, missing)
     return bank, proposals
 
 
-def gains(problem: Problem, bank: Bank, nuisance_jacobian: np.ndarray) -> dict[str, float]:
+def shares_alone(problem: Problem, bank: ResponseBank, nuisance_jacobian: np.ndarray) -> dict[str, float]:
     """Share of the residual's squares at the bank's point that each effect alone could explain, by its label."""
     residual = profile_nuisances(problem, bank.model, nuisance_jacobian, 1.0).residual
     projected = ProjectedBank(problem, bank, nuisance_jacobian, estimate_dispersion(problem, residual))
@@ -190,19 +192,19 @@ def gains(problem: Problem, bank: Bank, nuisance_jacobian: np.ndarray) -> dict[s
     cost = projected.solve(np.arange(len(bank.responses))[:, None])[1] - projected.price
     for response, remaining in zip(bank.responses, cost, strict=True):
         gain = 1.0 - float(remaining) / max(projected.energy, 1e-300)
-        if not response.removes:
+        if not response.is_removal:
             by_label[response.candidate.label] = max(gain, by_label.get(response.candidate.label, 0.0))
     return by_label
 
 
-def _missing_variants(bank: Bank, sets: Sequence[ScoredSet], settings: SearchSettings) -> list[Variant]:
+def _missing_variants(bank: ResponseBank, sets: Sequence[ScoredSet], settings: SearchSettings) -> list[Variant]:
     """Sizes of the grid, not yet run, that are nearest to what the sets want."""
     run_variants = {(x.candidate.label, x.shape, x.size) for x in bank.responses}
     variants: dict[tuple[object, ...], Variant] = {}
     for _, chosen, t in sets:
         for i, x in zip(chosen, t, strict=True):
             response = bank.responses[i]
-            if response.removes:
+            if response.is_removal:
                 continue
             size = response.size * float(x)
             same_sign = [s for s in grid(response.candidate.main, settings) if s * size > 0.0]
@@ -245,8 +247,8 @@ def _best_sets(projected: ProjectedBank, settings: SearchSettings) -> dict[froze
     best: dict[frozenset[str], ScoredSet] = {}
     for entry in sorted(candidates, key=lambda e: e[0]):
         responses = [projected.bank.responses[i] for i in entry[1]]
-        key = (bank_labels - {x.candidate.label for x in responses if x.removes}) | {
-            x.candidate.label for x in responses if not x.removes
+        key = (bank_labels - {x.candidate.label for x in responses if x.is_removal}) | {
+            x.candidate.label for x in responses if not x.is_removal
         }
         if len(key) <= most:
             best.setdefault(key, entry)

@@ -15,16 +15,16 @@ from ..problem.noise import rms, rms_of_runs
 from ..problem.parameters import EffectCandidate, Point
 from ..problem.problem import Problem
 from ..selection.hypothesis import Hypothesis
-from .bank import evaluate_in_batches
-from .leaders import Refinement
+from .leaders import AtStep
 from .refinement import FitStart, exact_hypotheses_at, hypotheses_at
+from .response_bank import evaluate_in_batches
 from .rounds import best_of_each_set, polish_near, search_cost
 from .sizes import first_sizes, grid, variants
 
 
 def search_with_shorter_step(
     problem: Problem, hypotheses: Sequence[Hypothesis], nuisance_jacobian: np.ndarray
-) -> Refinement:
+) -> AtStep:
     """The hypotheses, the best first, with those effects beside the best and alone that runs of the long step spoil;
     the problem has half of that step if one of them is in the best then."""
     best, refit = hypotheses[0], next(h for h in hypotheses if not h.candidates)
@@ -33,14 +33,14 @@ def search_with_shorter_step(
     run = [int(np.argmax(rms_left))]  # what a step spoils in one run of a machine it does in others
     effects = step_sensitive_effects(problem.of_runs(run), shorter.of_runs(run), best)
     if not effects or problem.stop_requested:
-        return Refinement(problem, list(hypotheses))
+        return AtStep(problem, list(hypotheses))
     sets = {h.labels: (h.candidates, h.fit.point) for h in (best, refit)}
     fitted = []
     for incumbent in exact_hypotheses_at(shorter, list(sets.values()), nuisance_jacobian):
         fitted += _best_sizes(shorter, incumbent, effects, nuisance_jacobian)
     after = best_of_each_set([*hypotheses, *polish_near(shorter, fitted, search_cost(best), nuisance_jacobian)])
-    better = search_cost(after[0]) < search_cost(best) - problem.settings.search.better
-    return Refinement(shorter if better else problem, after)
+    better = search_cost(after[0]) < search_cost(best) - problem.settings.search.min_round_gain
+    return AtStep(shorter if better else problem, after)
 
 
 def step_sensitive_effects(problem: Problem, shorter: Problem, best: Hypothesis) -> list[EffectCandidate]:

@@ -22,8 +22,8 @@ def grid(x: EstimatedParameter, settings: SearchSettings) -> list[float]:
         if reach <= 0.0:
             continue
         one_side = [s for s in settings.sizes if s < 0.999 * reach]
-        if one_side and reach > settings.ratio * settings.sizes[-1]:
-            parts = math.ceil(math.log(reach / one_side[-1]) / math.log(settings.ratio))
+        if one_side and reach > settings.max_size_ratio * settings.sizes[-1]:
+            parts = math.ceil(math.log(reach / one_side[-1]) / math.log(settings.max_size_ratio))
             one_side += [one_side[-1] * (reach / one_side[-1]) ** (k / parts) for k in range(1, parts)]
         sizes += [sign * s for s in (*one_side, reach)]
     return sizes

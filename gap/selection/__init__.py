@@ -1,1 +1,1 @@
-"""Which sets of effects the data prefer: the pipeline, the search, the evidence, the probabilities."""
+"""Which sets of effects the data prefer: hypotheses, their evidence, and the probabilities calibrated from it."""

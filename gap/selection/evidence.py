@@ -3,12 +3,12 @@
 Evidence of a hypothesis h whose left-out residual, in units of its spread, has the structured energy E_h (a Laplace
 approximation; noise has no part in E, see `Observations.structured_energy`):
 
-    S_h = n ln(E_h + e + 1.5 / sqrt(N)) + penalty_h + occam_h - 2 ln prior_h
+    S_h = independent ln(E_h + moved_h + discrepancy + chance(readings) + scatter) + penalty_h + occam_h - 2 ln prior_h
 
-n is the number of independent pieces that a wrong model's residual counts for, e the energy in which two models differ
-that are both right for what they are about (`calibration`); N readings share 1 / sqrt(N) by chance. All three terms are
-those of this one likelihood: the parameters stand where S_h is least, which is not where the fit does, for a fit counts
-every reading (`Calibration.evidence_terms`).
+`independent` is the number of pieces that a wrong model's residual counts for, `discrepancy` the energy in which two
+models differ that are both right for what they are about, `scatter` that of the form (all three calibrated); readings
+share chance(readings) by accident. `moved_h` is what moving the parameters to where S_h is least adds: a fit stands
+elsewhere, for it counts every reading. All terms are those of one likelihood (`evidence_terms`).
 """
 
 from __future__ import annotations
@@ -19,13 +19,13 @@ from math import comb
 
 import numpy as np
 
-from ..estimation.cross_validation import HeldOut, held_out
+from ..estimation.cross_validation import cross_validate
 from ..estimation.fit import Fit
 from ..estimation.linear import LinearisedModel
 from ..problem.noise import rms
 from ..problem.problem import Problem
-from .calibration import Calibration, Curvature
 from .hypothesis import Hypothesis
+from .probability_calibration import Curvature, ProbabilityCalibration
 
 
 @dataclass(frozen=True, eq=False)
@@ -33,7 +33,7 @@ class RankedHypothesis:
     """A hypothesis with its evidence, held-out residual (n,) and the energy that its readings share."""
 
     hypothesis: Hypothesis
-    held_out: np.ndarray
+    cv_residual: np.ndarray
     structured_energy: float
     """Per reading, in units of its spread."""
     curvature: Curvature
@@ -44,7 +44,7 @@ class RankedHypothesis:
     @property
     def gap(self) -> float:
         """Held-out normalised RMS."""
-        return rms(self.held_out)
+        return rms(self.cv_residual)
 
 
 def curvature(problem: Problem, fit: Fit, nuisance_jacobian: np.ndarray) -> Curvature:
@@ -73,27 +73,14 @@ def prior(problem: Problem, h: Hypothesis) -> float:
 
 
 def rank_hypotheses(
-    problem: Problem, hypotheses: Sequence[Hypothesis], nuisance_jacobian: np.ndarray,
-    before: Sequence[RankedHypothesis] = (),
-) -> list[RankedHypothesis]:  # fmt: skip
-    """All hypotheses with their evidence, the best first.
-
-    before: what has been ranked; a fit found there is not asked about left-out data again.
-    """
-    calibration, ranked = Calibration.load(), []
+    problem: Problem, hypotheses: Sequence[Hypothesis], nuisance_jacobian: np.ndarray
+) -> list[RankedHypothesis]:
+    """All hypotheses with their evidence, the best first."""
+    calibration, ranked = ProbabilityCalibration.load(), []
     for h in hypotheses:
-        residual, energy = _held_out(problem, h, nuisance_jacobian, before)
+        residual, energy = cross_validate(problem, h.fit, nuisance_jacobian)
         fit_curvature = curvature(problem, h.fit, nuisance_jacobian)
         evidence_terms = calibration.evidence_terms(energy, fit_curvature, 0.0, len(problem.observations))
         terms = {**evidence_terms._asdict(), "prior": -2.0 * float(np.log(prior(problem, h)))}
         ranked.append(RankedHypothesis(h, residual, energy, fit_curvature, sum(terms.values()), terms))
     return sorted(ranked, key=lambda r: r.neg2_log_posterior)
-
-
-def _held_out(
-    problem: Problem, h: Hypothesis, nuisance_jacobian: np.ndarray, before: Sequence[RankedHypothesis]
-) -> HeldOut:
-    earlier = next((r for r in before if r.hypothesis.fit is h.fit), None)
-    if earlier is not None:
-        return HeldOut(earlier.held_out, earlier.structured_energy)
-    return held_out(problem, h.fit, nuisance_jacobian)

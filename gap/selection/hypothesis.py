@@ -10,7 +10,7 @@ from ..estimation.fit import Fit
 from ..problem.parameters import EffectCandidate
 from ..problem.problem import Problem
 from ..settings import EvidenceSettings
-from .calibration import chance
+from .probability_calibration import chance
 
 
 def penalised_deviance(rms_left: float, penalty: float) -> float:
@@ -46,9 +46,9 @@ class Hypothesis:
         return frozenset(c.label for c in self.candidates)
 
     @property
-    def parts(self) -> frozenset[str]:
+    def key(self) -> frozenset[str]:
         """Its effects' labels, and the forms that they are in: what it says beyond the base parameters."""
-        return frozenset(x for c in self.candidates for x in c.parts)
+        return frozenset(x for c in self.candidates for x in c.key)
 
     @property
     def ids(self) -> tuple[str, ...]:

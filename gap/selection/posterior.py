@@ -13,7 +13,7 @@ from typing import NamedTuple
 import numpy as np
 
 from ..settings import PosteriorSettings
-from .calibration import Calibration, Curvature
+from .probability_calibration import Curvature, ProbabilityCalibration
 
 Ids = tuple[str, ...]
 """Sorted ids of a hypothesis' effects."""
@@ -39,7 +39,7 @@ class Posterior(NamedTuple):
     left: float
     """Energy beyond chance that the most probable hypothesis leaves."""
     readings: int
-    calibration: Calibration
+    calibration: ProbabilityCalibration
     """With the discrepancy that a gap of this size brings."""
 
     def beyond_chance(self, energy: float) -> float:
@@ -47,7 +47,7 @@ class Posterior(NamedTuple):
         return self.calibration.beyond_chance(energy, self.readings)
 
 
-def posterior_of(evidence: Sequence[Evidence], calibration: Calibration, readings: int) -> Posterior:
+def posterior_of(evidence: Sequence[Evidence], calibration: ProbabilityCalibration, readings: int) -> Posterior:
     """Probabilities of all hypotheses; they add up to 1. One of them has no effects.
 
     Sets of effects are compared by what is more than a right effect of another form may miss; forms of one set by all
@@ -56,7 +56,7 @@ def posterior_of(evidence: Sequence[Evidence], calibration: Calibration, reading
     of_gap = calibration.of_gap(next(e.energy for e in evidence if not e.ids))
     scatter = calibration.form_scatter(min(e.energy for e in evidence), readings)
 
-    def neg2_log(c: Calibration) -> np.ndarray:
+    def neg2_log(c: ProbabilityCalibration) -> np.ndarray:
         terms = [c.evidence_terms(e.energy, e.curvature, scatter, readings) for e in evidence]
         return np.array([e.prior + sum(t) for e, t in zip(evidence, terms, strict=True)]) / c.temperature
 

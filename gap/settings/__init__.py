@@ -11,7 +11,7 @@ from __future__ import annotations
 from dataclasses import asdict, dataclass, field
 from typing import Any
 
-from .measurements import READING, FaultSettings, ReadingSettings, SanitySettings
+from .measurements import FILE_LIMITS, FaultSettings, FileLimits, SanitySettings
 from .presentation import AnalysisSettings, ReportSettings, TerminalSettings
 from .problem import CurveSettings, NoiseSettings, NumericsSettings, ParameterSettings, SwingSettings
 from .search import FitSettings, SearchSettings
@@ -26,19 +26,19 @@ from .selection import (
 
 __all__ = [
     "DEFAULT",
-    "READING",
+    "FILE_LIMITS",
     "AnalysisSettings",
     "BootstrapSettings",
     "BudgetSettings",
     "CurveSettings",
     "EvidenceSettings",
     "FaultSettings",
+    "FileLimits",
     "FitSettings",
     "NoiseSettings",
     "NumericsSettings",
     "ParameterSettings",
     "PosteriorSettings",
-    "ReadingSettings",
     "ReportSettings",
     "SanitySettings",
     "SearchSettings",

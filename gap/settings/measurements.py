@@ -6,7 +6,7 @@ from dataclasses import dataclass
 
 
 @dataclass(frozen=True, kw_only=True)
-class ReadingSettings:
+class FileLimits:
     """What a campaign's files may hold. Not tuned: what lies beyond is a slip of whoever wrote them down."""
 
     min_samples: int = 20
@@ -31,13 +31,13 @@ class ReadingSettings:
     """Magnitude beyond which a number is no quantity of a machine [any unit]; its square still is a number."""
     deepest_struct: int = 4
     """MATLAB structs inside each other that are looked into."""
-    told_jitter: float = 0.015
+    jitter_warning_from: float = 0.015
     """Standard deviation of time stamps, in sample intervals, from which a clock is told to jitter: that of +-3 %."""
     min_judged: int = 30
     """Readings of a channel below which nothing is said of faulty ones."""
 
 
-READING = ReadingSettings()
+FILE_LIMITS = FileLimits()
 
 
 @dataclass(frozen=True, kw_only=True)

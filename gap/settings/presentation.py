@@ -9,9 +9,9 @@ from dataclasses import dataclass
 class AnalysisSettings:
     """Where the gap lies and what it follows."""
 
-    hypotheses_told: int = 20
+    max_listed_hypotheses: int = 20
     """Hypotheses that are listed, the most probable first."""
-    parameters_told: int = 8
+    max_with_parameters: int = 8
     """Of these, those whose parameters are told."""
     bands: tuple[float, ...] = (0.0, 0.5, 5.0, 25.0, float("inf"))
     """Edges of the frequency bands [Hz]."""
@@ -38,7 +38,7 @@ class AnalysisSettings:
     """Disturbed copies from which the noise that a component passes on is estimated."""
     frequency_share: float = 0.7
     """Share of a residual's energy that the range of frequencies holds which is told."""
-    structure_told: float = 0.1
+    min_predictable_share: float = 0.1
     """Predictable share of a channel's residual from which is told what it varies with."""
     nearest: int = 3
     """Effects that are told as nearest to what is left."""

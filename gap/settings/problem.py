@@ -36,9 +36,9 @@ class NoiseSettings:
     """Usual misalignment of a run's clock in sample intervals: a nuisance of every fit."""
     max_clock_offset: float = 1e-3
     """Most of that [s]."""
-    told_bias: float = 3.0
+    bias_warning_from: float = 3.0
     """Standard deviations of a sensor's bias from which it is told."""
-    told_clock: float = 5.0
+    clock_warning_from: float = 5.0
     """Standard deviations of a run's clock error from which it is told."""
 
 
@@ -76,7 +76,7 @@ class NumericsSettings:
     """How often the macro step is halved for a best fit at most."""
     refitted: int = 4
     """Fits that are made anew after a halving."""
-    told_step_error: float = 0.5
+    step_warning_from: float = 0.5
     """Normalised RMS change under halving from which the user is asked for a shorter step."""
     kept: float = 200e6
     """Memory for the latest runs [bytes], so that no point is simulated twice in a row."""
@@ -123,14 +123,14 @@ class CurveSettings:
 
 @dataclass(frozen=True, kw_only=True)
 class SwingSettings:
-    """A machine that swings by itself is compared by its course, amplitude and frequency: what does not depend on
+    """A machine that swings by itself is compared by its trend, amplitude and frequency: what does not depend on
     phase."""
 
     window: float = 1.0
-    """Width of the window that finds the course around which a signal swings [s]."""
+    """Width of the window that finds the trend around which a signal swings [s]."""
     periods: float = 2.5
     """The same in periods of the swing, where that is longer: a swing at a window's border would leak into the
-    course."""
+    trend."""
     envelope_from: float = 2.5
     """Amplitude of a swing in the noise of its channel."""
     coherence_window: float = 3.0
@@ -158,7 +158,7 @@ class SwingSettings:
     """What a model's form leaves open of an amplitude, as a share of it."""
     frequency_error: float = 0.01
     """The same of a frequency."""
-    course_error: float = 0.02
-    """What it leaves open of the course, as a share of the amplitude."""
+    trend_error: float = 0.02
+    """What it leaves open of the trend, as a share of the amplitude."""
     crossing: float = 0.3
     """Amplitude that a signal reaches between two of its zero crossings, as a share of its RMS."""

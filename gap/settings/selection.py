@@ -17,7 +17,7 @@ class ValidationSettings:
 
 @dataclass(frozen=True, kw_only=True)
 class EvidenceSettings:
-    """Prior probabilities of hypotheses; what calibrates them is in `selection/calibration.json`."""
+    """Prior probabilities of hypotheses; what calibrates them is in `selection/probability_calibration.json`."""
 
     prior_none: float = 0.3
     prior_of_size: tuple[float, ...] = (0.5, 0.16, 0.04)

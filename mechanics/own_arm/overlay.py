@@ -40,7 +40,7 @@ def read_overlay(path: Path) -> Overlay:
     """The table in a TOML file. Raises `PackageError`."""
     tables = Tables(PackageError)
     data, where = tables.load(path), str(path)
-    tables.no_strangers(data, ("without", "held", "cylinder"), where)
+    tables.reject_unknown_keys(data, ("without", "held", "cylinder"), where)
     entries = tables.tables(data, where, "cylinder")
     made = tuple(_cylinder(tables, entry, f"{path}: cylinder {entry.get('name', k)}")
                  for k, entry in enumerate(entries, 1))  # fmt: skip
@@ -52,7 +52,7 @@ def read_overlay(path: Path) -> Overlay:
 
 
 def _cylinder(tables: Tables, entry: dict[str, Any], where: str) -> Cylinder:
-    tables.no_strangers(entry, KEYS, where)
+    tables.reject_unknown_keys(entry, KEYS, where)
     name = tables.get(entry, where, "name", str)
     if not set(entry) & set(KEYS[1:]):
         return Cylinder(name, ())

@@ -175,13 +175,13 @@ def _of(model: mujoco.MjModel, g: int, kind: str, entry: dict[str, Any]) -> Wet:
 def _table(path: Path) -> list[dict[str, Any]]:
     tables = Tables(PackageError)
     data = tables.load(path)
-    tables.no_strangers(data, ("geom",), str(path))
+    tables.reject_unknown_keys(data, ("geom",), str(path))
     entries = tables.tables(data, str(path), "geom")
     if not entries:
         raise PackageError(f"{path}: has no [[geom]]; --dry makes an arm without water")
     for k, entry in enumerate(entries, 1):
         where = f"{path}: geom {entry.get('name', k)}"
-        tables.no_strangers(entry, KEYS, where)
+        tables.reject_unknown_keys(entry, KEYS, where)
         tables.get(entry, where, "name", str)
         tables.get(entry, where, "lifted", bool, True)
         for key in KEYS[1:5]:

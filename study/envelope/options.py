@@ -103,10 +103,10 @@ def read(path: Path | None = None) -> Options:
         data = take.parse(files(__package__).joinpath(where).read_text(encoding="utf-8"), where)
     else:
         where, data = str(path), take.load(path)
-    take.no_strangers(data, ("stop_time", "axis", "require", "group"), where)
+    take.reject_unknown_keys(data, ("stop_time", "axis", "require", "group"), where)
     axis = take.get(data, where, "axis", dict)
     at = f"{where}: [axis]"
-    take.no_strangers(axis, ("parameter", "unit", "low", "high", "within"), at)
+    take.reject_unknown_keys(axis, ("parameter", "unit", "low", "high", "within"), at)
     low, high, within = (take.number(axis, at, key) for key in ("low", "high", "within"))
     if not (low < high and (high - low) * FINEST <= within < high - low):
         raise UsageError(f"{at}: low {low:g}, high {high:g} and within {within:g} do not fit together")
@@ -131,7 +131,7 @@ def read(path: Path | None = None) -> Options:
 
 
 def _requirement(take: Tables, table: dict[str, Any], where: str) -> Requirement:
-    take.no_strangers(table, ("metric", "at_least", "at_most"), where)
+    take.reject_unknown_keys(table, ("metric", "at_least", "at_most"), where)
     metric = parse_metric(take.get(table, where, "metric", str))
     ends = [take.number(table, where, k) if k in table else d for k, d in (("at_least", -inf), ("at_most", inf))]
     if ends == [-inf, inf]:
@@ -142,12 +142,12 @@ def _requirement(take: Tables, table: dict[str, Any], where: str) -> Requirement
 
 
 def _group(take: Tables, table: dict[str, Any], where: str) -> Group:
-    take.no_strangers(table, ("name", "map", "choice"), where)
+    take.reject_unknown_keys(table, ("name", "map", "choice"), where)
     name = take.get(table, where, "name", str)
     at = f"{where} {name}"
     choices = []
     for t in take.tables(table, at, "choice"):
-        take.no_strangers(t, ("name", "parameters", "cost"), at)
+        take.reject_unknown_keys(t, ("name", "parameters", "cost"), at)
         choices.append(
             Choice(take.get(t, at, "name", str), take.get(t, at, "parameters", dict), take.number(t, at, "cost", 0.0))
         )

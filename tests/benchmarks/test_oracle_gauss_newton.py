@@ -4,7 +4,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from deepsea_cosim.gap.estimation.nuisances import nuisance_columns
+from deepsea_cosim.gap.estimation.nuisances import nuisance_jacobian_at
 from deepsea_cosim.gap.estimation.scheduler import run_fits
 from deepsea_cosim.gap.estimation.uncertainty import data_std
 from deepsea_cosim.gap.problem.observations import RawBlock, gather
@@ -100,7 +100,7 @@ def test_points_that_cannot_be_simulated_are_walked_around():
 
 def test_nothing_to_simulate_at_all():
     p = replace(problem(wave, {"a": 0.1, "b": 0.0, "c": 0.0}), model=lambda point, step: None)
-    nuisance_jacobian = nuisance_columns(p, wave({"a": 0.0, "b": 0.0, "c": 0.0}))
+    nuisance_jacobian = nuisance_jacobian_at(p, wave({"a": 0.0, "b": 0.0, "c": 0.0}))
     assert run_fits(p, [fit(p, X, np.ones(3), nuisance_jacobian, 5)]) == [None]
 
 
@@ -135,7 +135,7 @@ def test_a_spike_that_moves_does_not_hold_the_fit_up():
     truth = {"a": 0.5, "b": -0.8, "c": 0.4}
     p = FormulaProblem(at_any_step(pulse), measured(pulse, truth, t))
     near = np.array([0.45, -0.7, 0.0])
-    nuisance_jacobian = nuisance_columns(p, pulse(dict(zip("abc", near, strict=True))))
+    nuisance_jacobian = nuisance_jacobian_at(p, pulse(dict(zip("abc", near, strict=True))))
     found = run_fit(p, fit(p, X, near, nuisance_jacobian, 40))
     assert [found.point[k] for k in "abc"] == pytest.approx([truth[k] for k in "abc"], abs=0.02)
 

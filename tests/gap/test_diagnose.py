@@ -173,7 +173,7 @@ def stopped(toys, folder, stage):
     """A machine with friction, its diagnosis asked to stop when that stage begins."""
     path = campaign(folder, toys, [measure(1, lambda t, x, v: -0.4 * np.tanh(v / 0.01))])
     said = []
-    data = document(diagnose(read(path), say=said.append, processes=1, stop=StopToken(lambda: stage in said)))
+    data = document(diagnose(read(path), on_stage=said.append, processes=1, stop=StopToken(lambda: stage in said)))
     assert not data["finished"]
     assert data["unfinished_stage"] == stage
     assert stage in data["headline"]
@@ -419,7 +419,7 @@ def test_the_calibrated_parameters_stand_there_once(toys, tmp_path):
     path = campaign(tmp_path, toys, [measure(3, lambda t, x, v: 0.0)])
     path.write_text(path.read_text().replace('"run0.csv"', '"run0.csv"\nparameters = { k = 75.0 }'))
     d = diagnose(read(path), processes=1)
-    assert "o.k" in d.state.chosen.hypothesis.fit.point
+    assert "o.k" in d.state.reported.hypothesis.fit.point
     assert parameter_set(d).count('name="o.k"') == 1
     k = float(re.search(r'name="o.k"><ssv:Real value="([^"]+)"', parameter_set(d))[1])
     assert k == pytest.approx(78.0, rel=0.01)
@@ -431,10 +431,11 @@ def test_the_calibrated_parameters_are_those_of_the_machine_alone(toys, tmp_path
     text = path.read_text().replace('"run0.csv"', '"run0.csv"\nparameters = { "o.k" = 75.0, "o.m" = 2.0 }')
     path.write_text(text.replace('"run1.csv"', '"run1.csv"\nparameters = { "o.k" = 76.0, "o.m" = 2.0 }'))
     said = []
-    d = diagnose(read(path), say=said.append, stop=StopToken(lambda: "comparing sets of effects" in said), processes=1)
-    assert "o.k" in d.state.chosen.hypothesis.fit.point
+    stop = StopToken(lambda: "comparing sets of effects" in said)
+    d = diagnose(read(path), on_stage=said.append, stop=stop, processes=1)
+    assert "o.k" in d.state.reported.hypothesis.fit.point
     names = set(re.findall(r'Parameter name="([^"]+)"', parameter_set(d)))
-    assert names <= set(d.state.chosen.hypothesis.fit.point) - {"o.k"}
+    assert names <= set(d.state.reported.hypothesis.fit.point) - {"o.k"}
     assert sum("calibrated.ssv" in w for w in document(d)["warnings"]) == 1
 
 

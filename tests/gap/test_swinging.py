@@ -91,7 +91,7 @@ def test_the_page_tells_it_and_draws_all_samples(swinging):
 @pytest.mark.parametrize("stage", ["finite differences", "comparing sets of effects"])
 def test_stopped_early_the_page_is_drawn_without_what_was_not_simulated(posed, tmp_path, stage):
     said = []
-    written(diagnose(posed, say=said.append, processes=1, stop=StopToken(lambda: stage in said)), tmp_path)
+    written(diagnose(posed, on_stage=said.append, processes=1, stop=StopToken(lambda: stage in said)), tmp_path)
     data = diagnosis(tmp_path)
     assert not data["finished"]
     assert swings(data)

@@ -180,7 +180,7 @@ def test_what_the_catalogue_has_not_is_unexplained(made):
     near = min(state.ranked, key=lambda ranked: ranked.gap)
     assert "overflow" in near.hypothesis.ids
     assert len(near.hypothesis.ids) == 2
-    assert 1.0 - rms(state.after(near)) / rms(state.before) >= 0.54  # of tanks.y, the one channel
+    assert 1.0 - rms(state.residual_of(near)) / rms(state.nominal_residual) >= 0.54  # of tanks.y, the one channel
 
 
 def test_catalogues_load():

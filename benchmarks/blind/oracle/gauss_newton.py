@@ -134,7 +134,7 @@ class _Descent:
             self.coarse_model, self.correction = self.resumed.model - self.resumed.correction, self.resumed.correction
         else:
             for _ in range(self.settings.trials):
-                coarse = (yield SimulationRequest([point_of(self.parameters, self.u)], [])).coarse[0]
+                coarse = (yield SimulationRequest([point_of(self.parameters, self.u)], [])).at_fit_step[0]
                 if coarse is not None:
                     self.coarse_model = coarse
                     break
@@ -213,7 +213,7 @@ class _Descent:
         exactly = self.corrected and self.nearby is None
         points: list[Point] = [point_of(self.parameters, self.u + step.d)]
         answer = yield SimulationRequest(points, points if exactly else [])
-        trial_coarse, exact = answer.coarse[0], answer.exact[0] if exactly else None
+        trial_coarse, exact = answer.at_fit_step[0], answer.exact[0] if exactly else None
         if trial_coarse is None or (exactly and exact is None):
             self.radius = 0.3 * np.minimum(self.radius, np.maximum(np.abs(step.d), 1e-3))
             return None

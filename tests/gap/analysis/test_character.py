@@ -2,7 +2,7 @@
 
 import numpy as np
 import pytest
-from deepsea_cosim.gap.analysis.character import Character, describe_rest, nearest_effects
+from deepsea_cosim.gap.analysis.character import Character, describe_residual, nearest_effects
 from deepsea_cosim.gap.analysis.localisation import localise
 from deepsea_cosim.gap.analysis.residual_structure import Structure
 from deepsea_cosim.gap.problem.observations import RawBlock, gather
@@ -18,7 +18,7 @@ def described(x, p, masks=None, structure=None):
     """The character of residuals of two channels, noise added."""
     noise = np.random.default_rng(0).normal(size=2 * len(T))
     residual = noise + np.concatenate([x, p])
-    return describe_rest(PROBLEM, residual, localise(PROBLEM, residual, masks or {}), structure)
+    return describe_residual(PROBLEM, residual, localise(PROBLEM, residual, masks or {}), structure)
 
 
 NOTHING = np.zeros(len(T))

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 from deepsea_cosim.gap.estimation.fit import Fit
-from deepsea_cosim.gap.estimation.nuisances import nuisance_columns
+from deepsea_cosim.gap.estimation.nuisances import nuisance_jacobian_at
 from deepsea_cosim.gap.problem.parameters import EstimatedParameter
 
 from benchmarks.blind.oracle.gauss_newton import fit, run_fit
@@ -33,5 +33,5 @@ def problem(machine, truth, noise=0.01, seed=0, bias=0.0):
 def solve(p, parameters, iterations=20, start=None) -> tuple[Fit, np.ndarray]:
     """The fit, and the nuisances' columns."""
     start = np.zeros(len(parameters)) if start is None else start
-    nuisance_jacobian = nuisance_columns(p, p.evaluate([{x.name: 0.0 for x in parameters}])[0])
+    nuisance_jacobian = nuisance_jacobian_at(p, p.evaluate([{x.name: 0.0 for x in parameters}])[0])
     return run_fit(p, fit(p, parameters, start, nuisance_jacobian, iterations)), nuisance_jacobian

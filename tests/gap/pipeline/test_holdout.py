@@ -41,9 +41,9 @@ def test_a_channel_that_the_held_out_run_lacks(uneven):
     assert set(data["budget"]["per_channel"]) == {"o.x"}
     assert data["budget"]["explained"] < 1.3
     holdout, problem = d.state.holdout, d.state.problem
-    fit = d.state.chosen.hypothesis.fit
+    fit = d.state.reported.hypothesis.fit
     moved = replace(fit, nuisances=fit.nuisances + np.eye(len(fit.nuisances))[0])
-    shift = holdout.after(moved, problem) - holdout.after(fit, problem)
+    shift = holdout.residual_of(moved, problem) - holdout.residual_of(fit, problem)
     x = holdout.problem.observations
     # the sensor is the one of the learned runs, whose span says what its usual bias is; the clock takes next to nothing
     assert np.median(-shift * x.noise_std) == pytest.approx(usual_bias(problem, 0), rel=0.05)

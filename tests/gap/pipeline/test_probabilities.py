@@ -5,7 +5,7 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 from deepsea_cosim.gap.estimation.nuisances import usual_bias
-from deepsea_cosim.gap.pipeline.probabilities import _given_back
+from deepsea_cosim.gap.pipeline.probabilities import _bias_absorbed_by_nuisance
 from deepsea_cosim.gap.settings import DEFAULT
 
 OBSERVATIONS = SimpleNamespace(
@@ -37,8 +37,8 @@ def test_a_bias_that_calibration_takes_over_is_the_effects():
     bias = effect("sensor_bias(b.y)", "sensor", "sensor.b.y.bias")
     friction = effect("friction", "effect", "a.effect.friction.F")
     whole = ranked([0.2, 0.5], bias, friction)
-    without = _given_back(state, whole, ranked([0.1, 6.5], friction))
+    without = _bias_absorbed_by_nuisance(state, whole, ranked([0.1, 6.5], friction))
     assert without[:2].tolist() == [0.0, 0.0]
     assert without[2:] == pytest.approx(6.0 * usual_bias(problem, 1) / 0.5)
-    assert not _given_back(state, whole, ranked([0.1, 0.4], bias)).any()
-    assert not _given_back(state, whole, whole).any()
+    assert not _bias_absorbed_by_nuisance(state, whole, ranked([0.1, 0.4], bias)).any()
+    assert not _bias_absorbed_by_nuisance(state, whole, whole).any()

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 from deepsea_cosim.gap.problem.find_swings import as_compared, compare_swings, find_swings
-from deepsea_cosim.gap.problem.observations import RawBlock, decimate, gather
+from deepsea_cosim.gap.problem.observations import RawBlock, average_neighbours, gather
 from deepsea_cosim.gap.settings import DEFAULT, SwingSettings
 
 from tests.gap.formula import FormulaProblem, at_any_step
@@ -27,7 +27,7 @@ def observed(*channels, seed=0, most=len(T)):
     random = np.random.default_rng(seed)
     blocks = []
     for k, y in enumerate(channels):
-        times, read = decimate(T, y + random.normal(0.0, NOISE, len(T)), most)
+        times, read = average_neighbours(T, y + random.normal(0.0, NOISE, len(T)), most)
         noise = NOISE / np.sqrt(times.shape[1])
         blocks.append(RawBlock(0, k, f"m.{k}", times.mean(1), read, noise, None, True, members=times))
     return gather(blocks)
@@ -114,16 +114,16 @@ def test_the_right_machine_out_of_phase_fits_to_the_noise_and_the_delivered_one_
 
 def test_simulated_rows_and_recorded_samples_are_compared_alike():
     problem = posed(commanded() + own(), commanded())
-    read = problem.observations.read([T], [commanded()[:, None]], {"m.0": 0})
+    read = problem.observations.observe([T], [commanded()[:, None]], {"m.0": 0})
     assert read == pytest.approx(as_compared(problem, commanded()), abs=1e-12)
 
 
 def test_simulated_rows_are_averaged_as_the_samples_of_a_swing_are():
     observations = observed(commanded() + own(), most=len(T) // 2)
-    averaged = observations.read([T], [commanded()[:, None]], {"m.0": 0})
+    averaged = observations.observe([T], [commanded()[:, None]], {"m.0": 0})
     problem = compare_swings(FormulaProblem(at_any_step(lambda p: averaged), observations), averaged)
     assert problem.recorded is observations
-    read = problem.observations.read([T], [commanded()[:, None]], {"m.0": 0})
+    read = problem.observations.observe([T], [commanded()[:, None]], {"m.0": 0})
     assert read == pytest.approx(as_compared(problem, averaged), abs=1e-12)
 
 

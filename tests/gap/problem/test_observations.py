@@ -3,45 +3,46 @@
 import numpy as np
 import pytest
 from deepsea_cosim.gap.problem.noise import estimate_noise_std
-from deepsea_cosim.gap.problem.observations import EventObservation, RawBlock, decimate, gather
+from deepsea_cosim.gap.problem.observations import EventObservation, RawBlock, average_neighbours, gather
 from deepsea_cosim.gap.problem.sensors import Sensor
+from deepsea_cosim.gap.settings import NoiseSettings
 
 T = np.linspace(0.0, 10.0, 1001)
 
 
 def test_a_ramp_arrives_when_it_should():
     x = np.clip(0.04 * (T - 2.0), 0.0, 0.2)
-    assert EventObservation(0.2, 0.001, 2.0).read(T, x) == pytest.approx(4.975)
-    assert EventObservation(0.2, 0.001, 2.0, high=3.0).read(T, x) == 3.0
-    assert EventObservation(0.2, 0.001, 2.0, low=6.0).read(T, x) == 6.0
+    assert EventObservation(0.2, 0.001, 2.0).observe(T, x) == pytest.approx(4.975)
+    assert EventObservation(0.2, 0.001, 2.0, high=3.0).observe(T, x) == 3.0
+    assert EventObservation(0.2, 0.001, 2.0, low=6.0).observe(T, x) == 6.0
 
 
 def test_a_signal_that_leaves_again_has_not_arrived():
     x = np.where(T < 5.0, 1.0, 0.0) * (T > 1.0)
     back = np.where(T > 8.0, 1.0, x)
-    assert EventObservation(1.0, 0.1, 0.0).read(T, back) == pytest.approx(8.0, abs=0.02)
+    assert EventObservation(1.0, 0.1, 0.0).observe(T, back) == pytest.approx(8.0, abs=0.02)
 
 
 def test_a_signal_may_leave_when_it_is_told_to():
     x = np.interp(T, [0.0, 4.0, 6.0, 8.0], [0.0, 0.2, 0.2, 0.0])
-    assert EventObservation(0.2, 0.001, 0.0, until=6.0).read(T, x) == pytest.approx(3.98)
-    assert EventObservation(0.2, 0.001, 0.0).read(T, x) > 10.0
+    assert EventObservation(0.2, 0.001, 0.0, until=6.0).observe(T, x) == pytest.approx(3.98)
+    assert EventObservation(0.2, 0.001, 0.0).observe(T, x) > 10.0
 
 
 def test_the_first_time_counts_where_that_is_asked_for():
     x = np.interp(T, [0.0, 4.0, 5.0, 6.0, 10.0], [0.0, 0.2, 0.21, 0.2, 0.0])
-    assert EventObservation(0.2, 0.001, 0.0, first=True).read(T, x) == pytest.approx(3.98)
-    assert EventObservation(0.2, 0.001, 3.99, first=True).read(T, x) == 0.0
-    assert EventObservation(0.5, 0.001, 0.0, first=True).read(T, 0.01 * T) == pytest.approx(49.9)
+    assert EventObservation(0.2, 0.001, 0.0, first=True).observe(T, x) == pytest.approx(3.98)
+    assert EventObservation(0.2, 0.001, 3.99, first=True).observe(T, x) == 0.0
+    assert EventObservation(0.5, 0.001, 0.0, first=True).observe(T, 0.01 * T) == pytest.approx(49.9)
 
 
 def test_a_signal_that_stands_still_does_not_take_forever():
-    assert EventObservation(0.2, 0.001, 2.0).read(T, np.zeros(len(T))) == pytest.approx(8.0 * (1.0 + 0.199 / 0.01))
+    assert EventObservation(0.2, 0.001, 2.0).observe(T, np.zeros(len(T))) == pytest.approx(8.0 * (1.0 + 0.199 / 0.01))
 
 
 def test_a_signal_that_never_arrives_is_continued():
     x = 0.01 * T
-    assert EventObservation(0.2, 0.0, 0.0).read(T, x) == pytest.approx(20.0)
+    assert EventObservation(0.2, 0.0, 0.0).observe(T, x) == pytest.approx(20.0)
 
 
 def test_reading_is_the_sensors():
@@ -51,7 +52,7 @@ def test_reading_is_the_sensors():
     observations = gather([RawBlock(r, c, name, t, y, noise, None, True) for r, c, name, noise in blocks])
     rows = [np.column_stack([np.sin(T)]), np.column_stack([np.cos(T), T])]
     rows[0] = np.column_stack([np.sin(T), T])
-    made = observations.read([T, T], rows, {"a.x": 0, "a.v": 1}, {"a.v": Sensor(bias=1.0, delay=0.5)})
+    made = observations.observe([T, T], rows, {"a.x": 0, "a.v": 1}, {"a.v": Sensor(bias=1.0, delay=0.5)})
     assert made[:50] == pytest.approx(np.sin(t), abs=1e-4)
     assert made[50:100] == pytest.approx(np.cos(t), abs=1e-4)
     assert made[100:] == pytest.approx(t - 0.5 + 1.0)
@@ -59,7 +60,7 @@ def test_reading_is_the_sensors():
 
 
 def test_averaging_keeps_mean_and_reduces_noise():
-    t, y = decimate(np.arange(10000.0), np.random.default_rng(0).normal(3.0, 1.0, 10000), 2500)
+    t, y = average_neighbours(np.arange(10000.0), np.random.default_rng(0).normal(3.0, 1.0, 10000), 2500)
     assert t.shape == (2500, 4)
     assert t.ravel().tolist() == list(range(10000))
     assert len(y) == 2500
@@ -71,12 +72,12 @@ def test_averaging_keeps_mean_and_reduces_noise():
 def test_the_model_is_averaged_as_the_readings_are(most):
     """A spike that one of the averaged samples has is there in both, so the right model leaves nothing."""
     spiky = np.exp(-(((T - 4.02) / 0.03) ** 2)) + np.sign(T - 7.03)
-    times, y = decimate(T, spiky, most)
+    times, y = average_neighbours(T, spiky, most)
     block = RawBlock(0, 0, "a.x", times.mean(1), y, 0.1, None, True, members=times)
-    read = gather([block]).read([T], [spiky[:, None]], {"a.x": 0})
+    read = gather([block]).observe([T], [spiky[:, None]], {"a.x": 0})
     assert read == pytest.approx(y, abs=1e-12)
     shifted = Sensor(delay=0.5)
-    late = gather([block]).read([T - 0.5], [spiky[:, None]], {"a.x": 0}, {"a.x": shifted})
+    late = gather([block]).observe([T - 0.5], [spiky[:, None]], {"a.x": 0}, {"a.x": shifted})
     assert late == pytest.approx(y, abs=1e-12)
 
 
@@ -85,7 +86,7 @@ def test_estimated_noise_is_corrected_by_the_models_own_roughness():
     t = np.arange(3000) / 610.0
     fast = np.sin(2 * np.pi * 70.0 * t)
     y = fast + np.random.default_rng(0).normal(0.0, 0.01, len(t))
-    estimated = estimate_noise_std(y)
+    estimated = estimate_noise_std(y, NoiseSettings())
     assert estimated > 0.05
     for stated in (True, False):
         observations = gather([RawBlock(0, 0, "a.x", t, y, estimated, None, stated)]).without_model_roughness(fast)

@@ -34,9 +34,9 @@ def test_a_step_is_cut_into_parts_where_an_effect_needs_it(posed):
     with Pool(told.system, processes=1) as pool:
         problem = build_problem(told, replace(catalogue, effects=(catalogue.effect("friction"), stiff)), pool)
         step, record = 1e-2, ("o.x",)
-        assert problem.parts({"o.k3": 1.0, "o.F_c": 1.0}, step) == 3
-        assert problem.parts({"o.k3": 1.0}, 4e-3) == 1
-        assert problem.parts({"o.F_c": 1.0}, step) == 1
+        assert problem.substeps({"o.k3": 1.0, "o.F_c": 1.0}, step) == 3
+        assert problem.substeps({"o.k3": 1.0}, 4e-3) == 1
+        assert problem.substeps({"o.F_c": 1.0}, step) == 1
         for name, parts in (("o.k3", 3), ("o.F_c", 1)):
             found = problem.rows([{name: 1.0}], step, record)[0][0]
             finer = problem.rows([{name: 1.0}], step / parts, record)[0][0]

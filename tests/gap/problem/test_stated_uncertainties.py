@@ -10,7 +10,7 @@ import pytest
 from deepsea_cosim.gap.campaign.campaign import FactorTolerance
 from deepsea_cosim.gap.campaign.read import read
 from deepsea_cosim.gap.campaign.read_catalogue import load
-from deepsea_cosim.gap.estimation.nuisances import nuisance_columns
+from deepsea_cosim.gap.estimation.nuisances import nuisance_jacobian_at
 from deepsea_cosim.gap.problem.build import build_problem
 from deepsea_cosim.gap.problem.noise import estimate_noise_std
 from deepsea_cosim.gap.problem.observations import RawBlock, gather
@@ -18,6 +18,7 @@ from deepsea_cosim.gap.problem.parameters import EstimatedParameter
 from deepsea_cosim.gap.problem.step_size import assess_step_error
 from deepsea_cosim.gap.result.parameters import moved_base
 from deepsea_cosim.gap.search.baseline import refit_base, simulate_nominal
+from deepsea_cosim.gap.settings import NoiseSettings
 from deepsea_cosim.master.parallel.pool import Pool
 
 from tests.gap.oscillator import campaign, measure
@@ -39,9 +40,9 @@ def test_noise_at_uneven_times() -> None:
     rng = np.random.default_rng(2)
     t = T + np.r_[0.0, rng.normal(0.0, 0.03 / RATE, len(T) - 1)]
     y = SPEED * t + 0.01 * np.sin(9.0 * t) + rng.normal(0.0, NOISE, len(T))
-    assert estimate_noise_std(y) > 1.5 * NOISE
-    assert estimate_noise_std(y, t=t) == pytest.approx(NOISE, rel=0.1)
-    assert estimate_noise_std(y, t=T) == estimate_noise_std(y)
+    assert estimate_noise_std(y, NoiseSettings()) > 1.5 * NOISE
+    assert estimate_noise_std(y, NoiseSettings(), t) == pytest.approx(NOISE, rel=0.1)
+    assert estimate_noise_std(y, NoiseSettings(), T) == estimate_noise_std(y, NoiseSettings())
 
 
 def test_a_factor_is_a_logarithmic_scale() -> None:
@@ -62,7 +63,7 @@ def test_a_stiffness_known_to_a_factor_is_found(toys, tmp_path, true_stiffness) 
     with Pool(stated.system, None, 1) as pool:
         assessed = assess_step_error(build_problem(stated, catalogue, pool))
         problem = assessed.problem
-        jacobian = nuisance_columns(problem, assessed.nominal)
+        jacobian = nuisance_jacobian_at(problem, assessed.nominal)
         fit = refit_base(problem, jacobian, simulate_nominal(problem, jacobian)).fit
         moved = moved_base(problem, fit, jacobian)
     delivered = problem.runs[0].values["o.k"]

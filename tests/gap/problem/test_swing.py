@@ -35,12 +35,12 @@ def inner(x):
 
 def test_a_line_is_its_own_course_up_to_its_ends():
     line = 3.0 - 0.7 * T
-    assert swing().course(line) == pytest.approx(3.0 - 0.7 * swing().at, abs=1e-9)
+    assert swing().trend(line) == pytest.approx(3.0 - 0.7 * swing().at, abs=1e-9)
     assert swing().oscillation(line) == pytest.approx(np.zeros(len(T)), abs=1e-9)
 
 
 def test_a_hann_window_over_whole_periods_lets_nothing_of_a_sine_through():
-    assert inner(swing().course(wave())) == pytest.approx(np.zeros(21), abs=1e-4)
+    assert inner(swing().trend(wave())) == pytest.approx(np.zeros(21), abs=1e-4)
 
 
 def test_amplitude_and_frequency_are_those_of_the_sine():
@@ -54,7 +54,7 @@ def test_nothing_of_it_depends_on_phase(phase):
     s = swing()
     for quantity, most in ((COURSE, 1e-3), (AMPLITUDE, 2e-3), (FREQUENCY, 2e-3)):
         feature = SwingFeature(s, quantity)
-        moved = feature.read(2.0 + wave(phase)) - feature.read(2.0 + wave())
+        moved = feature.observe(2.0 + wave(phase)) - feature.observe(2.0 + wave())
         assert np.abs(moved if quantity == FREQUENCY else inner(moved)).max() < most
     assert np.abs(wave(phase) - wave()).max() > 0.1
 
@@ -66,13 +66,13 @@ def test_what_swings_less_than_the_noise_is_no_evidence_of_a_frequency():
 
 
 def test_the_noise_of_each_quantity_is_that_of_repeated_readings():
-    s = swing(course_error=0.0, envelope_error=0.0, frequency_error=0.0)
+    s = swing(trend_error=0.0, envelope_error=0.0, frequency_error=0.0)
     random = np.random.default_rng(3)
     clean = 1.0 + wave()
     repeats = [clean + random.normal(0.0, NOISE, len(T)) for _ in range(400)]
     for quantity in s.quantities:
         feature = SwingFeature(s, quantity)
-        read = np.array([feature.read(y, noisy=True) for y in repeats])
+        read = np.array([feature.observe(y, noisy=True) for y in repeats])
         told = np.mean([s.noise_of(quantity, y) for y in repeats[:20]], axis=0)
         assert np.median(read.std(axis=0) / told) == pytest.approx(1.0, abs=0.35 if quantity == FREQUENCY else 0.12)
 
@@ -91,7 +91,7 @@ def test_only_the_course_follows_a_bias_of_the_sensor():
     assert [SwingFeature(s, q).takes_bias for q in s.quantities] == [True, False, False]
     for quantity in (AMPLITUDE, FREQUENCY):
         feature = SwingFeature(s, quantity)
-        assert feature.read(5.0 + wave()) == pytest.approx(feature.read(wave()), abs=1e-9)
+        assert feature.observe(5.0 + wave()) == pytest.approx(feature.observe(wave()), abs=1e-9)
 
 
 def test_weights_of_a_mean_and_of_lines_add_up_to_one_on_any_spacing():

@@ -200,7 +200,7 @@ def signals(verdict: str = "explained_in_part", runs: int = 3, n: int = 2200) ->
     residual = 0.1 * np.sin(0.3 * x) + random.normal(0.0, 0.03, len(x))
     grid = np.linspace(60.0, 100.0, 48)
     found = Dependence(
-        "arm.x_h", "P1", "bar", x, residual, 0.03, 0.8, False, (MeanCurve("mean", grid, 0.1 * np.sin(0.3 * grid)),)
+        "arm.x_h", "P1", "bar", x, residual, 0.03, 0.8, MeanCurve(grid, 0.1 * np.sin(0.3 * grid))
     )
     units = {"hydraulics.depth": "m", "arm.depth": "m"}
     neutral = {"hydraulics.effect.cylinder_stribeck_friction.F_extra": 0.0}

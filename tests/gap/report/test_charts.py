@@ -21,12 +21,12 @@ def test_decimation_keeps_the_peaks_of_every_line():
     lines = [np.zeros_like(t) for _ in range(3)]
     for k, y in enumerate(lines):
         y[[1234 + 500 * k, 17000 + 500 * k]] = 5.0, -3.0
-    keep = charts.decimate(t, lines, 1200)
+    keep = charts.keep_peaks(t, lines, 1200)
     assert len(keep) < 1300
     assert (keep[0], keep[-1]) == (0, len(t) - 1)
     assert all((y[keep].max(), y[keep].min()) == (5.0, -3.0) for y in lines)
     assert (np.diff(keep) > 0).all()
-    assert len(charts.decimate(t[:50], [y[:50] for y in lines], 1200)) == 50
+    assert len(charts.keep_peaks(t[:50], [y[:50] for y in lines], 1200)) == 50
 
 
 def test_series_come_back_as_they_were():

@@ -7,7 +7,7 @@ from dataclasses import replace
 
 import numpy as np
 from deepsea_cosim.gap.estimation.linear import profile_nuisances
-from deepsea_cosim.gap.estimation.nuisances import nuisance_columns
+from deepsea_cosim.gap.estimation.nuisances import nuisance_jacobian_at
 from deepsea_cosim.gap.problem.parameters import EffectCandidate, EstimatedParameter, Point
 from deepsea_cosim.gap.search.baseline import simulate_nominal
 from deepsea_cosim.gap.search.rounds import Round, search_round
@@ -51,7 +51,7 @@ def posed(
     """The problem of a machine measured at its truth, and its nuisances' columns."""
     observations = measured(machine, truth, T, noise)
     p = FormulaProblem(at_any_step(machine), observations, tuple(base), tuple(candidates))
-    return p, nuisance_columns(p, machine({}))
+    return p, nuisance_jacobian_at(p, machine({}))
 
 
 def first_round(p: FormulaProblem, nuisance_jacobian: np.ndarray) -> Round:

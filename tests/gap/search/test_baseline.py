@@ -4,7 +4,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from deepsea_cosim.gap.estimation.nuisances import nuisance_columns
+from deepsea_cosim.gap.estimation.nuisances import nuisance_jacobian_at
 from deepsea_cosim.gap.problem.parameters import EffectCandidate, EstimatedParameter
 from deepsea_cosim.gap.search.baseline import is_strained, refit_base, resume_refit, simulate_nominal
 
@@ -16,7 +16,7 @@ BASE = tuple(EstimatedParameter(name, "base", 1.0, 0.05, -1.0, 1.0, 0.6) for nam
 
 def posed(machine, truth, base=BASE):
     p = FormulaProblem(at_any_step(machine), measured(machine, truth, T), base)
-    return p, nuisance_columns(p, machine({}))
+    return p, nuisance_jacobian_at(p, machine({}))
 
 
 def refit(machine, truth):

@@ -6,7 +6,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from deepsea_cosim.gap.estimation.nuisances import nuisance_columns
+from deepsea_cosim.gap.estimation.nuisances import nuisance_jacobian_at
 from deepsea_cosim.gap.problem.parameters import EffectCandidate, EstimatedParameter
 from deepsea_cosim.gap.search.baseline import refit_base, simulate_nominal
 from deepsea_cosim.gap.search.leaders import refine_fit_step, refine_macro_step, refit_past_wall, widen_derivatives
@@ -31,13 +31,13 @@ def problem(truth, late):
     """late: what a macro step of 1 adds to the delay."""
     p = FormulaProblem(lambda point, step: machine(point, late * step), measured(machine, truth, T), (GAIN,))
     p = p.with_discretisation(coarsening=4)
-    return p, nuisance_columns(p, machine({}))
+    return p, nuisance_jacobian_at(p, machine({}))
 
 
 def fitted(p, nuisance_jacobian):
     """The baseline, and the delay."""
     swinging = start(p, nuisance_jacobian, [DELAY], {"m.e": 4.0})
-    delay = polish(p, [swinging], nuisance_jacobian, p.settings.search.polish_looks)[0]
+    delay = polish(p, [swinging], nuisance_jacobian, p.settings.search.polish_rounds)[0]
     return refit_base(p, nuisance_jacobian, simulate_nominal(p, nuisance_jacobian)), delay
 
 
@@ -69,7 +69,7 @@ def walled(steps_that_swing):
         return machine(p) + steps_that_swing(step) * (a > 0.4) * (2.0 + a) * np.sin(9.0 * T)
 
     p = FormulaProblem(swings, measured(machine, {"a": 0.8}, T, 0.002), (GAIN,)).with_discretisation(coarsening=4)
-    nuisance_jacobian = nuisance_columns(p, machine({}))
+    nuisance_jacobian = nuisance_jacobian_at(p, machine({}))
     return p, refit_base(p, nuisance_jacobian, simulate_nominal(p, nuisance_jacobian)), nuisance_jacobian
 
 
@@ -104,7 +104,7 @@ def test_steps_of_a_fits_runs_are_halved_while_they_are_far_from_exact_ones_at_t
         lambda point, step: machine(point) + (step > 1.5) * point.get("m.e", 0.0) * np.sin(7.0 * T),
         measured(lambda _: truth, {}, T), (GAIN,),
     ).with_discretisation(coarsening=4)  # fmt: skip
-    nuisance_jacobian = nuisance_columns(hunting, machine({}))
+    nuisance_jacobian = nuisance_jacobian_at(hunting, machine({}))
     baseline = refit_base(hunting, nuisance_jacobian, simulate_nominal(hunting, nuisance_jacobian))
     (there,) = exact_hypotheses_at(hunting, [((DELAY,), {"m.e": 4.4})], nuisance_jacobian)
     refined, (best, *_, last) = refine_fit_step(hunting, [there, baseline], nuisance_jacobian)

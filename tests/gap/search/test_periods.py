@@ -19,7 +19,7 @@ TRUE = 0.0813
 
 def period(name="held", low=0.0, high=0.3):
     """Of a controller that acts at intervals, in hundredths of a second."""
-    return EstimatedParameter(name, "effect", 0.0, 0.01, low / 0.01, high / 0.01, 3.0, repeats_for=END)
+    return EstimatedParameter(name, "effect", 0.0, 0.01, low / 0.01, high / 0.01, 3.0, longest_run=END)
 
 
 HELD = EffectCandidate("held", "held", "timing", (period(),))
@@ -53,7 +53,7 @@ def test_a_fit_does_not_find_it_from_there():
 
 def test_a_delay_gives_way_to_the_sampling_that_it_resembles():
     """From the size of the grid that serves best, a usual one of 0.09 s."""
-    usual = EstimatedParameter("held", "effect", 0.0, 0.09, 0.0, 4.0, 3.0, repeats_for=END)
+    usual = EstimatedParameter("held", "effect", 0.0, 0.09, 0.0, 4.0, 3.0, longest_run=END)
     sampled = EffectCandidate("held", "held", "timing", (usual,))
 
     def by_steps(p):
@@ -74,4 +74,4 @@ def test_a_difference_by_a_period_shifts_the_end_by_a_part_of_a_turn_only():
     turns = END / x.value(8.0) - END / x.value(8.0 + h)
     assert turns == pytest.approx(0.1, rel=0.01)
     assert x.longest_difference(0.0, 0.1) == np.inf, "nothing comes again"
-    assert replace(x, repeats_for=0.0).longest_difference(8.0, 0.1) == np.inf
+    assert replace(x, longest_run=0.0).longest_difference(8.0, 0.1) == np.inf

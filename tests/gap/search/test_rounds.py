@@ -120,7 +120,7 @@ def test_where_no_effect_runs_the_base_parameters_are_fitted():
     found = first_round(replace(p, model=at_any_step(runs)), nuisance_jacobian)
     assert [h.ids for h in found.hypotheses] == [()]
     assert found.hypotheses[0].fit.point["a"] == pytest.approx(0.6, abs=0.05)
-    assert found.gains == {}
+    assert found.shares_alone == {}
 
 
 def test_an_effect_of_a_sensor_is_found():
@@ -180,7 +180,7 @@ def test_an_idle_shape_or_base_parameter_is_none():
 
 def test_gains_of_a_round_are_those_of_its_beginning():
     p, nuisance_jacobian = posed(moving(LINEAR), {"p": 1.0, "q": -0.5}, EFFECTS)
-    gains = first_round(p, nuisance_jacobian).gains
+    gains = first_round(p, nuisance_jacobian).shares_alone
     assert sorted(gains, key=gains.__getitem__)[-2:] == ["q", "p"]
     assert gains["p"] == pytest.approx(0.8, abs=0.05)
 
@@ -250,7 +250,7 @@ def test_what_is_enough_alone_is_fitted_to_the_end_though_others_are_far_better_
     p = replace(p, observations=replace(p.observations, noise_std=np.full(len(p.observations), 0.01)))
     alone = replace(start(p, N, EFFECTS[:1], {"a": 0.5, "p": 0.66}), quick=True)
     both = start(p, N, EFFECTS[:2], {"a": 0.5, "p": 0.7, "q": 0.05})
-    assert search_cost(alone) - search_cost(both) > p.settings.search.near_leader
+    assert search_cost(alone) - search_cost(both) > p.settings.search.polish_within
     found = fit_leaders(p, best_of_each_set([alone, both]), N)
     (fitted,) = [h for h in found if h.ids == ("p",)]
     assert not fitted.quick

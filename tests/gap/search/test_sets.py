@@ -8,9 +8,9 @@ from itertools import combinations
 import numpy as np
 import pytest
 from deepsea_cosim.gap.problem.parameters import EstimatedParameter
-from deepsea_cosim.gap.search.bank import Bank, Response, build_bank
 from deepsea_cosim.gap.search.baseline import simulate_nominal
-from deepsea_cosim.gap.search.sets import ProjectedBank, gains, propose_sets
+from deepsea_cosim.gap.search.response_bank import Response, ResponseBank, build_bank
+from deepsea_cosim.gap.search.sets import ProjectedBank, propose_sets, shares_alone
 from scipy.optimize import lsq_linear
 
 from tests.gap.formula import FormulaProblem, at_any_step, one_channel
@@ -32,7 +32,7 @@ def random_bank(seed, alike):
     responses = [Response(effect(f"e{k}", 0.0, 8.0), {f"e{k}": 1.0}, x) for k, x in enumerate(change)]
     point = {"b0": 0.3, "b1": -0.1}
     jacobian = NOISE * rng.normal(size=(N, 3))
-    bank = Bank(point, rng.normal(size=N), np.zeros(N), (), base, jacobian, slice(None), tuple(responses))
+    bank = ResponseBank(point, rng.normal(size=N), np.zeros(N), (), base, jacobian, slice(None), tuple(responses))
     return problem, bank, NOISE * rng.normal(size=(N, 2))
 
 
@@ -127,7 +127,7 @@ def test_an_effect_that_does_the_same_at_the_first_sizes_is_run_at_every_size():
 def test_gains_are_the_shares_of_the_residual_that_each_effect_can_explain():
     """Oscillations that are orthogonal, so shares are those of the squared amplitudes."""
     p, nuisance_jacobian, bank = bank_of(moving(LINEAR), {"p": 1.0, "q": -0.5}, [effect(x) for x in LINEAR])
-    found = gains(p, bank, nuisance_jacobian)
+    found = shares_alone(p, bank, nuisance_jacobian)
     assert set(found) == set(LINEAR)
     assert found["p"] == pytest.approx(0.8, abs=0.03)
     assert found["q"] == pytest.approx(0.2, abs=0.03)
@@ -136,7 +136,7 @@ def test_gains_are_the_shares_of_the_residual_that_each_effect_can_explain():
 
 def test_without_effects_there_is_nothing_to_gain():
     p, nuisance_jacobian, bank = bank_of(moving({}), {"a": 0.5}, [])
-    assert gains(p, bank, nuisance_jacobian) == {}
+    assert shares_alone(p, bank, nuisance_jacobian) == {}
     assert [x.candidates for x in propose_sets(p, bank, nuisance_jacobian)[1]] == [()]
 
 

@@ -2,7 +2,7 @@
 
 import numpy as np
 import pytest
-from deepsea_cosim.gap.estimation.nuisances import nuisance_columns
+from deepsea_cosim.gap.estimation.nuisances import nuisance_jacobian_at
 from deepsea_cosim.gap.search.baseline import refit_base, simulate_nominal
 from deepsea_cosim.gap.search.shorter_step import search_with_shorter_step, step_sensitive_effects
 
@@ -23,7 +23,7 @@ def knocking(truth, spoils):
 
     problem = FormulaProblem(model, measured(machine, truth, T, 0.01), BASE, (KNOCK, SLIDE))
     problem = problem.with_discretisation(coarsening=4)
-    nuisance_jacobian = nuisance_columns(problem, machine({}))
+    nuisance_jacobian = nuisance_jacobian_at(problem, machine({}))
     return (
         problem,
         [refit_base(problem, nuisance_jacobian, simulate_nominal(problem, nuisance_jacobian))],

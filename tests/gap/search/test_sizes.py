@@ -7,7 +7,7 @@ from itertools import pairwise
 import numpy as np
 import pytest
 from deepsea_cosim.gap.problem.parameters import EffectCandidate, EstimatedParameter
-from deepsea_cosim.gap.search.bank import Response
+from deepsea_cosim.gap.search.response_bank import Response
 from deepsea_cosim.gap.search.sets import _reach
 from deepsea_cosim.gap.search.sizes import first_sizes, grid, variants
 from deepsea_cosim.gap.settings import SearchSettings
@@ -34,7 +34,7 @@ def test_a_grid_reaches_from_small_sizes_to_the_ends_of_the_range_in_even_steps(
         assert own == sorted(set(own))
         assert own[0] <= SETTINGS.sizes[0]
         ratios = np.divide(own[1:], own[:-1])
-        assert all(r <= SETTINGS.ratio * (1.0 + 1e-9) for r in ratios)
+        assert all(r <= SETTINGS.max_size_ratio * (1.0 + 1e-9) for r in ratios)
 
 
 @pytest.mark.parametrize(("low", "high"), RANGES)
@@ -66,8 +66,8 @@ def test_between_two_sizes_no_size_is_out_of_reach(low, high, choice):
         for (s, _, b), (t, a, _) in pairwise(own):
             assert s * b == pytest.approx(t * a), "one ends where the next begins"
         if own:
-            assert own[-1][0] * own[-1][2] == pytest.approx(min(end, SETTINGS.beyond * own[-1][0]))
-            assert own[0][0] * own[0][1] == pytest.approx(own[0][0] / SETTINGS.beyond)
+            assert own[-1][0] * own[-1][2] == pytest.approx(min(end, SETTINGS.extrapolation * own[-1][0]))
+            assert own[0][0] * own[0][1] == pytest.approx(own[0][0] / SETTINGS.extrapolation)
 
 
 def test_an_effect_that_is_taken_away_is_so_in_whole():

@@ -2,7 +2,6 @@
 
 import numpy as np
 import pytest
-from deepsea_cosim.gap.selection.calibration import Calibration, Curvature, chance
 from deepsea_cosim.gap.selection.posterior import (
     Evidence,
     apply_doubts,
@@ -12,13 +11,14 @@ from deepsea_cosim.gap.selection.posterior import (
     inclusions,
     posterior_of,
 )
+from deepsea_cosim.gap.selection.probability_calibration import Curvature, ProbabilityCalibration, chance
 from deepsea_cosim.gap.settings import PosteriorSettings
 from scipy.optimize import minimize
 
 READINGS = 5000
-PLAIN = Calibration(20.0, 0.01, 0.0, 0.0, 1.0, (np.log(2.0), 0.0, 2.0))
+PLAIN = ProbabilityCalibration(20.0, 0.01, 0.0, 0.0, 1.0, (np.log(2.0), 0.0, 2.0))
 """The odds of an inclusion are twice the square of those of what it is expected to take."""
-SHIPPED = Calibration.load()
+SHIPPED = ProbabilityCalibration.load()
 
 
 def weighed(energies, calibration=PLAIN, price=0.0):
@@ -45,7 +45,7 @@ def test_probabilities_add_up_and_follow_the_energies(calibration):
 
 def test_odds_are_those_of_the_closed_form():
     """Energies of which nothing is chance or discrepancy: (E_b / E_a)^(n / 2), and exp(-price / 2)."""
-    bare = Calibration(20.0, 0.0, 0.0, 0.0, 1.0, PLAIN.inclusion)
+    bare = ProbabilityCalibration(20.0, 0.0, 0.0, 0.0, 1.0, PLAIN.inclusion)
     found = posterior_of(
         [Evidence((), 100.0, 0.0), Evidence(("a",), 1e3, 0.0), Evidence(("b",), 1e3, 3.0)], bare, 10**12
     )
@@ -55,7 +55,7 @@ def test_odds_are_those_of_the_closed_form():
 
 def test_a_higher_temperature_makes_all_more_alike():
     energies = {(): 1.0, ("a",): 0.8}
-    hot = weighed(energies, Calibration(20.0, 0.01, 0.0, 0.0, 4.0, PLAIN.inclusion))
+    hot = weighed(energies, ProbabilityCalibration(20.0, 0.01, 0.0, 0.0, 4.0, PLAIN.inclusion))
     cold = weighed(energies)
     odds = [p.probability[1] / p.probability[0] for p in (cold, hot)]
     assert odds[1] == pytest.approx(odds[0] ** 0.25)
@@ -63,7 +63,7 @@ def test_a_higher_temperature_makes_all_more_alike():
 
 def test_near_equals_share_where_the_best_leaves_much():
     """20 % less left is decisive where next to nothing is left, and no reason where the best leaves much."""
-    scattered = Calibration(20.0, 0.01, 0.0, 3.0, 1.0, PLAIN.inclusion)
+    scattered = ProbabilityCalibration(20.0, 0.01, 0.0, 3.0, 1.0, PLAIN.inclusion)
     ratios = []
     for calibration in (PLAIN, scattered):
         found = weighed({(): 50.0, ("a",): 4.0, ("b",): 5.0}, calibration)
@@ -77,7 +77,7 @@ def test_near_equals_share_where_the_best_leaves_much():
 def test_what_a_right_effect_may_miss_for_its_form_is_no_reason_for_another_one():
     """A thousandth of a gap of a hundred times the noise is 3 % of what the effect does."""
     energies, price = {(): 1e4, ("a",): 10.0, ("a", "b"): 0.0}, 10.0
-    forms = Calibration(20.0, 0.01, 0.1, 0.0, 1.0, PLAIN.inclusion)
+    forms = ProbabilityCalibration(20.0, 0.01, 0.1, 0.0, 1.0, PLAIN.inclusion)
     assert included("b", energies, PLAIN, price) > 0.95
     assert included("b", energies, forms, price) < 0.05
     little = {ids: e / 1e3 for ids, e in energies.items()}
@@ -86,7 +86,7 @@ def test_what_a_right_effect_may_miss_for_its_form_is_no_reason_for_another_one(
 
 def test_forms_of_one_set_are_told_apart_by_all_that_they_leave():
     """The same two residuals as of two sets, and as of one set in two forms."""
-    forms = Calibration(20.0, 0.01, 0.1, 0.0, 1.0, PLAIN.inclusion)
+    forms = ProbabilityCalibration(20.0, 0.01, 0.1, 0.0, 1.0, PLAIN.inclusion)
     nothing, more, less = Evidence((), 1e4, 0.0), Evidence(("a",), 10.0, 8.0), Evidence(("a",), 0.1, 8.0)
     sets = posterior_of([nothing, more, less._replace(ids=("b",))], forms, READINGS)
     form = posterior_of([nothing, more, less], forms, READINGS)
@@ -187,7 +187,7 @@ def test_doubts_multiply_the_odds():
 
 def test_a_fit_is_judged_where_evidence_and_priors_together_are_best():
     """Against a minimum found numerically, with the second derivative's determinant there."""
-    bare = Calibration(15.0, 0.05, 0.0, 0.0, 1.0, PLAIN.inclusion)
+    bare = ProbabilityCalibration(15.0, 0.05, 0.0, 0.0, 1.0, PLAIN.inclusion)
     around = Curvature((0.0, 0.4, 30.0), (2.0, -3.0, 1.5), (0.2,))
     floor = 0.05 + chance(READINGS)
     rise, place = np.array(around.energy), np.array(around.place)

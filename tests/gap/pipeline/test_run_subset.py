@@ -7,8 +7,8 @@ import pytest
 from deepsea_cosim.gap.campaign.read import read
 from deepsea_cosim.gap.campaign.read_catalogue import load
 from deepsea_cosim.gap.diagnose import diagnose
-from deepsea_cosim.gap.pipeline import some_runs
-from deepsea_cosim.gap.pipeline.some_runs import choose_runs
+from deepsea_cosim.gap.pipeline import run_subset
+from deepsea_cosim.gap.pipeline.run_subset import choose_runs
 from deepsea_cosim.gap.problem.build import build_problem
 from deepsea_cosim.gap.problem.stop import StopToken
 from deepsea_cosim.gap.result.document import document
@@ -65,7 +65,7 @@ def test_the_runs_to_begin_with_are_missed_most_and_differ(posed):
 def test_what_is_found_on_some_runs_is_fitted_to_all(toys, tmp_path):
     told = read(campaign(tmp_path, toys, [measure(seed, rubs) for seed in (1, 2)]))
     stages, known = [], []
-    data = document(diagnose(told, processes=1, settings=FEW, say=stages.append, tell=known.append))
+    data = document(diagnose(told, processes=1, settings=FEW, on_stage=stages.append, on_finding=known.append))
     assert "fitting the best sets to all runs" in stages
     assert "on 1 of 2 runs" in known[0]
     assert "of 2 runs" not in known[-1]
@@ -84,7 +84,7 @@ def test_what_shows_in_other_runs_only_is_found_on_these(toys, tmp_path, monkeyp
         asked.append(choose_runs(problem, residual, count))
         return [0] if len(asked) == 1 else asked[-1]
 
-    monkeypatch.setattr(some_runs, "choose_runs", first_small)
+    monkeypatch.setattr(run_subset, "choose_runs", first_small)
     blind = replace(FEW, search=replace(FEW.search, fitted_to_all=1))  # to noise one effect is as good as another
     found = document(diagnose(told, processes=1, settings=blind))
     assert asked[1:] == [[1]]
@@ -95,5 +95,5 @@ def test_what_shows_in_other_runs_only_is_found_on_these(toys, tmp_path, monkeyp
 def test_a_diagnosis_that_is_stopped_on_some_runs_says_so(toys, tmp_path):
     told = read(campaign(tmp_path, toys, [measure(seed, rubs) for seed in (1, 2)]))
     known = []
-    made = diagnose(told, processes=1, settings=FEW, stop=StopToken(lambda: bool(known)), tell=known.append)
+    made = diagnose(told, processes=1, settings=FEW, stop=StopToken(lambda: bool(known)), on_finding=known.append)
     assert any("found on 1 of 2 runs" in w for w in document(made)["warnings"])

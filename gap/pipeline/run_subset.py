@@ -15,7 +15,7 @@ import numpy as np
 
 from ..estimation.dispersion import estimate_dispersion
 from ..estimation.linear import profile_nuisances
-from ..estimation.nuisances import nuisance_columns
+from ..estimation.nuisances import nuisance_jacobian_at
 from ..problem.noise import rms_of_runs
 from ..problem.problem import Problem
 from ..search.baseline import refit_base, resume_refit, simulate_nominal
@@ -31,13 +31,13 @@ def has_many_runs(state: State) -> bool:
     return len(state.problem.runs) > state.problem.settings.search.many_runs
 
 
-def start_with_some(state: State) -> State:
+def restrict_to_subset(state: State) -> State:
     """Only the runs to begin with."""
     residual = state.problem.observations.whiten(state.nominal)
     return _restrict(state, choose_runs(state.problem, residual, state.problem.settings.search.some_runs))
 
 
-def is_confined(state: State) -> bool:
+def is_on_subset(state: State) -> bool:
     """Whether the search is confined to some runs."""
     return state.all_runs is not None
 
@@ -48,9 +48,9 @@ def fit_to_all(state: State) -> State:
         raise ValueError("the search is not confined to some runs")
     some_runs, best = state.problem, best_of_each_set(state.hypotheses)
     problem = replace(all_runs.problem, candidates=some_runs.candidates, discretisation=some_runs.discretisation)
-    N = nuisance_columns(problem, all_runs.nominal)
+    N = nuisance_jacobian_at(problem, all_runs.nominal)
     nominal = simulate_nominal(problem, N)
-    resumed = resume_refit(problem, N, nominal, state.refit.fit.point) if problem.base else None
+    resumed = resume_refit(problem, N, nominal, state.required_baseline.fit.point) if problem.base else None
     baseline = resumed or refit_base(problem, N, nominal)
     sets = [(h.candidates, h.fit.point) for h in best if h.candidates][: problem.settings.search.fitted_to_all]
     started = exact_hypotheses_at(problem, sets, N)
@@ -58,17 +58,17 @@ def fit_to_all(state: State) -> State:
     hypotheses = best_of_each_set([baseline, *polish_near(problem, started, least, N)])
     return replace(
         state, problem=problem, nominal=all_runs.nominal, step_change=all_runs.step_change, nuisance_jacobian=N,
-        all_runs=None, left_by_some=best[0].fit.rms, baseline=baseline, start=None, other_start=None, bank_sets=(),
+        all_runs=None, rms_on_subset=best[0].fit.rms, baseline=baseline, start=None, other_start=None, bank_sets=(),
         fitted_sets=tuple(h for h in hypotheses if h.candidates),
         progress=describe_progress(replace(state, all_runs=None), hypotheses),
     )  # fmt: skip
 
 
-def leaves_more_than_some(state: State) -> bool:
+def fits_all_runs_worse(state: State) -> bool:
     """Whether all runs are left with more than those were that the search was confined to."""
     best, settings = best_of_each_set(state.hypotheses)[0], state.problem.settings.search
-    comparable = state.left_by_some > 0.0 and not is_adequate(state.problem, best.fit)
-    return comparable and best.fit.rms > settings.more_left * state.left_by_some
+    comparable = state.rms_on_subset > 0.0 and not is_adequate(state.problem, best.fit)
+    return comparable and best.fit.rms > settings.more_left * state.rms_on_subset
 
 
 def restart_on_worst_runs(state: State) -> State:
@@ -76,13 +76,13 @@ def restart_on_worst_runs(state: State) -> State:
     best = best_of_each_set(state.hypotheses)[0]
     runs = choose_runs(state.problem, best.fit.residual, state.problem.settings.search.some_runs)
     restricted = _restrict(state, runs)
-    N = nuisance_columns(restricted.problem, restricted.nominal)
+    N = nuisance_jacobian_at(restricted.problem, restricted.nominal)
     entries = state.problem.observations.entries(runs)
-    by_parts = {h.parts: _restricted(restricted.problem, h, entries, N) for h in state.hypotheses}
-    fitted = tuple(h for h in by_parts.values() if h.candidates)
+    by_key = {h.key: _restricted(restricted.problem, h, entries, N) for h in state.hypotheses}
+    fitted = tuple(h for h in by_key.values() if h.candidates)
     return replace(
-        restricted, nuisance_jacobian=N, baseline=by_parts[state.refit.parts], fitted_sets=fitted,
-        start=by_parts[best.parts],
+        restricted, nuisance_jacobian=N, baseline=by_key[state.required_baseline.key], fitted_sets=fitted,
+        start=by_key[best.key],
     )  # fmt: skip
 
 
@@ -102,10 +102,10 @@ def choose_runs(problem: Problem, residual: np.ndarray, count: int) -> list[int]
 
 def _conditions(problem: Problem) -> np.ndarray:
     """What the runs state (runs, k), each from 0 to 1; one column of zeros where they state nothing that differs."""
-    stated = sorted({name for info in problem.runs for name in info.changes})
+    stated = sorted({name for conditions in problem.runs for name in conditions.stated})
     columns = [np.zeros(len(problem.runs))]
     for name in stated:
-        values = [info.changes.get(name, info.values.get(name)) for info in problem.runs]
+        values = [conditions.stated.get(name, conditions.values.get(name)) for conditions in problem.runs]
         if all(isinstance(v, Real) for v in values):
             column = np.array(values, dtype=float)
             if (span := np.ptp(column)) > 0.0:

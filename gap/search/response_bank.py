@@ -31,23 +31,23 @@ class Response:
     """Normalised (rows,)."""
 
     @property
-    def removes(self) -> bool:
+    def is_removal(self) -> bool:
         """Whether the effect is taken away."""
         return not self.values
 
     @property
     def size(self) -> float:
         """Normalised value of the main parameter."""
-        return 0.0 if self.removes else self.values[self.candidate.main.name]
+        return 0.0 if self.is_removal else self.values[self.candidate.main.name]
 
     @property
     def shape(self) -> tuple[float, ...]:
         """Values of the other ones."""
-        return tuple(self.values[x.name] for x in self.candidate.parameters if x.shape and not self.removes)
+        return tuple(self.values[x.name] for x in self.candidate.parameters if x.shape and not self.is_removal)
 
 
 @dataclass(frozen=True, eq=False)
-class Bank:
+class ResponseBank:
     """Responses around a point, and derivatives by the parameters that it moves: base parameters and its effects'."""
 
     point: Point
@@ -80,12 +80,12 @@ def evaluate_in_batches(problem: Problem, points: Sequence[Point]) -> Iterable[n
 def build_bank(
     problem: Problem, point: Point, coarse: np.ndarray, correction: np.ndarray,
     candidates: Sequence[EffectCandidate] = (),
-) -> Bank:  # fmt: skip
+) -> ResponseBank:  # fmt: skip
     """The bank at a point that has some effects, each other one at its first sizes.
 
     coarse: the long vector there (n,) at the long step; correction: exact runs less that.
     """
-    bank = without_responses(problem, point, coarse, correction, candidates)
+    bank = jacobian_at(problem, point, coarse, correction, candidates)
     variants_to_run: list[Variant] = [(c, {}) for c in candidates]
     labels = {c.label for c in candidates}
     settings = problem.settings.search
@@ -101,12 +101,12 @@ def families(responses: Sequence[Response]) -> list[list[int]]:
     """Places of the responses of each effect with the same shape to the same side, small sizes first."""
     by_family: dict[tuple[object, ...], list[int]] = {}
     for k, x in enumerate(responses):
-        if not x.removes:
+        if not x.is_removal:
             by_family.setdefault((x.candidate.label, x.shape, x.size > 0.0), []).append(k)
     return [sorted(places, key=lambda k: abs(responses[k].size)) for places in by_family.values()]
 
 
-def _further_variants(problem: Problem, bank: Bank, run_variants: Sequence[Variant]) -> list[Variant]:
+def _further_variants(problem: Problem, bank: ResponseBank, run_variants: Sequence[Variant]) -> list[Variant]:
     """The other sizes of effects that have shown next to nothing at those that were run, or the same at each: what
     makes a machine swing does so from a threshold on, a valve that holds a load is only there until it does, and no set
     would ask for it."""
@@ -129,17 +129,18 @@ def _shows(responses: Sequence[Response], settings: SearchSettings) -> bool:
     next."""
     least, most = responses[0], responses[-1]
     whole = rms(most.change)
-    return whole >= settings.unseen and (least is most or rms(most.change - least.change) >= settings.same * whole)
+    differs = least is most or rms(most.change - least.change) >= settings.min_response_difference * whole
+    return whole >= settings.min_response_rms and differs
 
 
-def without_responses(
+def jacobian_at(
     problem: Problem, point: Point, coarse: np.ndarray, correction: np.ndarray,
     candidates: Sequence[EffectCandidate] = (),
-) -> Bank:  # fmt: skip
+) -> ResponseBank:  # fmt: skip
     """Only the derivatives by base parameters and the point's own effects."""
     parameters = (*problem.base, *(x for c in candidates for x in c.parameters))
     share = problem.settings.search.derivative_step
-    turn = problem.settings.search.small_turn
+    turn = problem.settings.search.period_difference
     steps = [wide_step(x, point.get(x.name, 0.0), share, turn) for x in parameters]
     shifted = zip(parameters, steps, strict=True)
     points = [{**point, x.name: point.get(x.name, 0.0) + h} for x, h in shifted]
@@ -148,13 +149,13 @@ def without_responses(
         if model_there is not None:
             jacobian[:, k] = (model_there - coarse) / steps[k]
     model, rows = coarse + correction, response_rows(problem)
-    return Bank(dict(point), model, correction, tuple(candidates), parameters, jacobian, rows, ())
+    return ResponseBank(dict(point), model, correction, tuple(candidates), parameters, jacobian, rows, ())
 
 
-def add_responses(problem: Problem, bank: Bank, variants_to_run: Sequence[Variant]) -> Bank:
+def add_responses(problem: Problem, bank: ResponseBank, variants_to_run: Sequence[Variant]) -> ResponseBank:
     """The bank with further responses; one that does not run, or changes nothing, is left out."""
     coarse, noise = bank.model - bank.correction, problem.observations.noise_std
-    points = [with_effect(bank.point, c, values) for c, values in variants_to_run]
+    points = [point_with(bank.point, c, values) for c, values in variants_to_run]
     responses = []
     for (c, values), model in zip(variants_to_run, evaluate_in_batches(problem, points), strict=True):
         if model is not None:
@@ -164,7 +165,7 @@ def add_responses(problem: Problem, bank: Bank, variants_to_run: Sequence[Varian
     return replace(bank, responses=(*bank.responses, *responses))
 
 
-def with_effect(point: Point, candidate: EffectCandidate, values: Mapping[str, float]) -> dict[str, float]:
+def point_with(point: Point, candidate: EffectCandidate, values: Mapping[str, float]) -> dict[str, float]:
     """The point with an effect as its values say, or without it."""
     names = {x.name for x in candidate.parameters}
     return {**{name: u for name, u in point.items() if name not in names}, **values}

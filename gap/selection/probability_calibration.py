@@ -42,7 +42,7 @@ class EvidenceTerms(NamedTuple):
 
 
 @dataclass(frozen=True)
-class Calibration:
+class ProbabilityCalibration:
     """How much the evidence counts. Energies are per reading, of normalised residuals."""
 
     independent: float
@@ -78,7 +78,7 @@ class Calibration:
         penalty = float(((place * (1.0 - shrinkage)) ** 2).sum())
         return EvidenceTerms(pieces * float(np.log(energy + moved_energy + added_energy)), penalty, float(ruled_out))
 
-    def of_gap(self, baseline: float) -> Calibration:
+    def of_gap(self, baseline: float) -> ProbabilityCalibration:
         """The same where calibration leaves so much energy: what right effects of another form miss of it has no
         cause, either."""
         return replace(self, discrepancy=self.discrepancy + self.form_error**2 * baseline)
@@ -92,14 +92,14 @@ class Calibration:
         return self.scatter * (self.beyond_chance(least, readings) - self.discrepancy)
 
     @staticmethod
-    def load() -> Calibration:
+    def load() -> ProbabilityCalibration:
         """The calibration that is shipped."""
         return _shipped()
 
 
 @cache
-def _shipped() -> Calibration:
+def _shipped() -> ProbabilityCalibration:
     """Read once: every ranking asks for it."""
-    data = json.loads(files(__package__).joinpath("calibration.json").read_text(encoding="utf-8"))
+    data = json.loads(files(__package__).joinpath("probability_calibration.json").read_text(encoding="utf-8"))
     inclusion = tuple(map(float, data.pop("inclusion")))
-    return Calibration(inclusion=inclusion, **{key: float(value) for key, value in data.items()})
+    return ProbabilityCalibration(inclusion=inclusion, **{key: float(value) for key, value in data.items()})
