@@ -19,8 +19,8 @@ from ..estimation.nuisances import nuisance_jacobian_at
 from ..problem.noise import rms_of_runs
 from ..problem.problem import Problem
 from ..search.baseline import refit_base, resume_refit, simulate_nominal
-from ..search.refinement import exact_hypotheses_at
 from ..search.rounds import best_of_each_set, polish_near, search_cost
+from ..search.starts import exact_hypotheses_at
 from ..selection.hypothesis import Hypothesis, is_adequate
 from .search import describe_progress
 from .state import AllRuns, State
@@ -48,16 +48,19 @@ def fit_to_all(state: State) -> State:
         raise ValueError("the search is not confined to some runs")
     some_runs, best = state.problem, best_of_each_set(state.hypotheses)
     problem = replace(all_runs.problem, candidates=some_runs.candidates, discretisation=some_runs.discretisation)
-    N = nuisance_jacobian_at(problem, all_runs.nominal)
-    nominal = simulate_nominal(problem, N)
-    resumed = resume_refit(problem, N, nominal, state.required_baseline.fit.point) if problem.base else None
-    baseline = resumed or refit_base(problem, N, nominal)
+    nuisance_jacobian = nuisance_jacobian_at(problem, all_runs.nominal)
+    nominal = simulate_nominal(problem, nuisance_jacobian)
+    resumed = None
+    if problem.base:
+        resumed = resume_refit(problem, nuisance_jacobian, nominal, state.required_baseline.fit.point)
+    baseline = resumed or refit_base(problem, nuisance_jacobian, nominal)
     sets = [(h.candidates, h.fit.point) for h in best if h.candidates][: problem.settings.search.fitted_to_all]
-    started = exact_hypotheses_at(problem, sets, N)
+    started = exact_hypotheses_at(problem, sets, nuisance_jacobian)
     least = min((search_cost(h) for h in started), default=0.0)
-    hypotheses = best_of_each_set([baseline, *polish_near(problem, started, least, N)])
+    hypotheses = best_of_each_set([baseline, *polish_near(problem, started, least, nuisance_jacobian)])
     return replace(
-        state, problem=problem, nominal=all_runs.nominal, step_change=all_runs.step_change, nuisance_jacobian=N,
+        state, problem=problem, nominal=all_runs.nominal, step_change=all_runs.step_change,
+        nuisance_jacobian=nuisance_jacobian,
         all_runs=None, rms_on_subset=best[0].fit.rms, baseline=baseline, start=None, other_start=None, bank_sets=(),
         fitted_sets=tuple(h for h in hypotheses if h.candidates),
         progress=describe_progress(replace(state, all_runs=None), hypotheses),
@@ -76,12 +79,13 @@ def restart_on_worst_runs(state: State) -> State:
     best = best_of_each_set(state.hypotheses)[0]
     runs = choose_runs(state.problem, best.fit.residual, state.problem.settings.search.some_runs)
     restricted = _restrict(state, runs)
-    N = nuisance_jacobian_at(restricted.problem, restricted.nominal)
+    nuisance_jacobian = nuisance_jacobian_at(restricted.problem, restricted.nominal)
     entries = state.problem.observations.entries(runs)
-    by_key = {h.key: _restricted(restricted.problem, h, entries, N) for h in state.hypotheses}
+    by_key = {h.key: _restricted(restricted.problem, h, entries, nuisance_jacobian) for h in state.hypotheses}
     fitted = tuple(h for h in by_key.values() if h.candidates)
     return replace(
-        restricted, nuisance_jacobian=N, baseline=by_key[state.required_baseline.key], fitted_sets=fitted,
+        restricted, nuisance_jacobian=nuisance_jacobian, baseline=by_key[state.required_baseline.key],
+        fitted_sets=fitted,
         start=by_key[best.key],
     )  # fmt: skip
 

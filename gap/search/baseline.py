@@ -13,10 +13,11 @@ from ..estimation.linear import profile_nuisances
 from ..problem.parameters import Point
 from ..problem.problem import Problem
 from ..selection.hypothesis import Hypothesis, is_adequate
-from .refinement import FitStart, fit_proposals, hypotheses_at, polish
+from .polish import polish
 from .response_bank import jacobian_at
 from .sets import Proposal
 from .sizes import grid, variants
+from .starts import FitStart, fit_proposals, hypotheses_at
 
 
 def nominal_hypothesis(

@@ -14,8 +14,8 @@ import numpy as np
 from ..problem.parameters import EffectCandidate, Point
 from ..problem.problem import Problem
 from ..selection.hypothesis import Hypothesis
-from .refinement import FitStart, fit_from
 from .rounds import best_of_each_set, polish_near, search_cost
+from .starts import FitStart, fit_from
 
 
 @dataclass(frozen=True)

@@ -19,9 +19,10 @@ from ..problem.noise import rms
 from ..problem.parameters import EffectCandidate, EffectForm, EstimatedParameter, Point, penalty
 from ..problem.problem import Problem
 from ..selection.hypothesis import Hypothesis, penalised_deviance
-from .refinement import FitStart, hypotheses_at, polish
+from .polish import polish
 from .response_bank import evaluate_in_batches
 from .rounds import best_of_each_set, polish_near, search_cost
+from .starts import FitStart, hypotheses_at
 
 
 class _Option(NamedTuple):

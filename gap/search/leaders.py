@@ -16,8 +16,9 @@ from ..problem.noise import rms
 from ..problem.parameters import EffectCandidate, Point, point_of
 from ..problem.problem import Problem
 from ..selection.hypothesis import Hypothesis, is_adequate
-from .refinement import exact_hypotheses_at, polish
+from .polish import polish
 from .rounds import best_of_each_set, search_cost
+from .starts import exact_hypotheses_at
 
 
 def widen_derivatives(

@@ -18,10 +18,11 @@ from ..problem.parameters import EffectCandidate, Point
 from ..problem.problem import Problem
 from ..selection.hypothesis import Hypothesis, is_adequate
 from .periods import find_period
-from .refinement import FitStart, exact_hypotheses_at, fit_from, polish
+from .polish import polish
 from .response_bank import evaluate_in_batches
 from .rounds import best_of_each_set, idle_effects, polish_near, search_cost
 from .sizes import between, grid, variants
+from .starts import FitStart, exact_hypotheses_at, fit_from
 
 _Trial = tuple[EffectCandidate, Mapping[str, float]]
 """A relative, and the values of its parameters."""

@@ -11,9 +11,10 @@ from ..problem.parameters import EffectCandidate
 from ..problem.problem import Problem
 from ..selection.hypothesis import Hypothesis, is_adequate
 from ..settings import SearchSettings
-from .refinement import drop_effects, fit_proposals, polish
+from .polish import drop_effects, polish
 from .response_bank import build_bank
 from .sets import Proposal, propose_sets, shares_alone
+from .starts import fit_proposals
 
 
 @dataclass(frozen=True, eq=False)

@@ -6,8 +6,9 @@ import numpy as np
 import pytest
 from deepsea_cosim.gap.problem.parameters import EffectForm, EstimatedParameter
 from deepsea_cosim.gap.search.forms import adopt_forms, any_forms_left, try_forms
-from deepsea_cosim.gap.search.refinement import FitStart, hypotheses_at, polish
+from deepsea_cosim.gap.search.polish import polish
 from deepsea_cosim.gap.search.rounds import best_of_each_set
+from deepsea_cosim.gap.search.starts import FitStart, hypotheses_at
 
 from .made import T, effect, posed, start
 

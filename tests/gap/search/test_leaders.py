@@ -10,7 +10,8 @@ from deepsea_cosim.gap.estimation.nuisances import nuisance_jacobian_at
 from deepsea_cosim.gap.problem.parameters import EffectCandidate, EstimatedParameter
 from deepsea_cosim.gap.search.baseline import refit_base, simulate_nominal
 from deepsea_cosim.gap.search.leaders import refine_fit_step, refine_macro_step, refit_past_wall, widen_derivatives
-from deepsea_cosim.gap.search.refinement import exact_hypotheses_at, polish
+from deepsea_cosim.gap.search.polish import polish
+from deepsea_cosim.gap.search.starts import exact_hypotheses_at
 from deepsea_cosim.gap.selection.hypothesis import Hypothesis
 
 from tests.gap.formula import FormulaProblem, measured

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 from deepsea_cosim.gap.problem.parameters import EffectCandidate, EstimatedParameter
 from deepsea_cosim.gap.search.periods import find_period
-from deepsea_cosim.gap.search.refinement import polish
+from deepsea_cosim.gap.search.polish import polish
 from deepsea_cosim.gap.search.relatives import swap_relatives
 
 from .made import T, posed, start

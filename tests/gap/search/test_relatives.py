@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from deepsea_cosim.gap.search.refinement import polish
+from deepsea_cosim.gap.search.polish import polish
 from deepsea_cosim.gap.search.relatives import swap_relatives
 
 from .made import T, effect, posed, start

@@ -6,7 +6,7 @@ from dataclasses import replace
 
 import pytest
 from deepsea_cosim.gap.search.baseline import refit_base, simulate_nominal
-from deepsea_cosim.gap.search.refinement import polish
+from deepsea_cosim.gap.search.polish import polish
 from deepsea_cosim.gap.search.subsets import complete_subsets
 from deepsea_cosim.gap.selection.evidence import rank_hypotheses
 

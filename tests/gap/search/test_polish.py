@@ -8,9 +8,10 @@ import numpy as np
 import pytest
 from deepsea_cosim.gap.problem.parameters import EstimatedParameter
 from deepsea_cosim.gap.search.baseline import simulate_nominal
-from deepsea_cosim.gap.search.refinement import FitStart, drop_effects, fit_proposals, hypotheses_at, polish
+from deepsea_cosim.gap.search.polish import drop_effects, polish
 from deepsea_cosim.gap.search.response_bank import build_bank
 from deepsea_cosim.gap.search.sets import Proposal
+from deepsea_cosim.gap.search.starts import FitStart, fit_proposals, hypotheses_at
 from deepsea_cosim.gap.selection.hypothesis import Hypothesis, penalised_deviance
 from scipy.optimize import lsq_linear, minimize
 

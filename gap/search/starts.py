@@ -1,0 +1,116 @@
+"""Where fits of sets of effects begin: at the bank's proposals, beside another fit, or at a point as it is."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import NamedTuple
+
+import numpy as np
+
+from ..estimation.fit import Fit
+from ..problem.parameters import EffectCandidate, Point
+from ..problem.problem import Problem
+from ..selection.hypothesis import Hypothesis
+from .quasi_newton import QuickFit, as_hypothesis, begin_fit, differentiate, iterate
+from .response_bank import ResponseBank, evaluate_in_batches, response_rows, wide_step
+from .sets import Proposal
+
+
+class FitStart(NamedTuple):
+    """A set of effects at a point, the correction of the long step there (n,), and a fit near it whose derivatives may
+    serve there."""
+
+    candidates: tuple[EffectCandidate, ...]
+    point: Point
+    correction: np.ndarray
+    near: Fit | None = None
+
+
+def fit_proposals(
+    problem: Problem, bank: ResponseBank, proposals: Sequence[Proposal], nuisance_jacobian: np.ndarray, steps: int
+) -> list[Hypothesis]:
+    """A fit of every proposal whose model runs, in their order."""
+    quick_fits = _start_proposals(problem, bank, proposals, nuisance_jacobian)
+    iterate(problem, quick_fits, bank.rows, nuisance_jacobian, steps)
+    return [as_hypothesis(problem, f, quick=True) for f in quick_fits]
+
+
+def fit_from(
+    problem: Problem, starts: Sequence[FitStart], nuisance_jacobian: np.ndarray
+) -> list[Hypothesis | None]:
+    """Quick fits from these places, side by side; None where the model does not run."""
+    settings, quick_fits = problem.settings.search, dict[int, QuickFit]()
+    for k, coarse in enumerate(evaluate_in_batches(problem, [start.point for start in starts])):
+        if coarse is not None:
+            quick_fits[k] = start_at(problem, starts[k], coarse, nuisance_jacobian)
+    differentiate(problem, list(quick_fits.values()), settings.derivative_step)
+    iterate(problem, list(quick_fits.values()), response_rows(problem), nuisance_jacobian, settings.quick_fit_steps)
+    fits = {k: as_hypothesis(problem, f, quick=True) for k, f in quick_fits.items()}
+    return [fits.get(k) for k in range(len(starts))]
+
+
+def hypotheses_at(
+    problem: Problem, starts: Sequence[FitStart], nuisance_jacobian: np.ndarray
+) -> list[Hypothesis | None]:
+    """Hypotheses as they stand at these places, without derivatives yet; None where the model does not run."""
+    hypotheses: list[Hypothesis | None] = []
+    for start, coarse in zip(starts, evaluate_in_batches(problem, [start.point for start in starts]), strict=True):
+        quick_fit = None if coarse is None else start_at(problem, start, coarse, nuisance_jacobian)
+        hypotheses.append(None if quick_fit is None else as_hypothesis(problem, quick_fit, quick=True))
+    return hypotheses
+
+
+def exact_hypotheses_at(
+    problem: Problem, sets: Sequence[tuple[tuple[EffectCandidate, ...], Point]], nuisance_jacobian: np.ndarray
+) -> list[Hypothesis]:
+    """Sets of effects as they stand at points, each corrected by its own exact run; those that run."""
+    points, hypotheses = [point for _, point in sets], []
+    for (candidates, point), coarse, exact in zip(sets, *problem.evaluate_both(points, points), strict=True):
+        if coarse is not None and exact is not None:
+            quick_fit = start_at(problem, FitStart(candidates, point, exact - coarse), coarse, nuisance_jacobian)
+            hypotheses.append(as_hypothesis(problem, quick_fit, quick=True))
+    return hypotheses
+
+
+def start_at(problem: Problem, start: FitStart, coarse: np.ndarray, nuisance_jacobian: np.ndarray) -> QuickFit:
+    """A fit that begins at a place, derivatives that are not known 0; coarse: the long vector there (n,) at the fit's
+    step."""
+    parameters = (*problem.base, *(x for c in start.candidates for x in c.parameters))
+    u = np.array([start.point.get(x.name, 0.0) for x in parameters])
+    model, jacobian = coarse + start.correction, np.zeros((len(coarse), len(parameters)))
+    if start.near is not None:
+        nearby_columns = {x.name: k for k, x in enumerate(start.near.parameters)}
+        for k, x in enumerate(parameters):
+            if x.name in nearby_columns:
+                jacobian[:, k] = start.near.jacobian[:, nearby_columns[x.name]]
+    return begin_fit(
+        problem, start.candidates, parameters, u, model, start.correction, jacobian, nuisance_jacobian
+    )
+
+
+def _start_proposals(
+    problem: Problem, bank: ResponseBank, proposals: Sequence[Proposal], nuisance_jacobian: np.ndarray
+) -> list[QuickFit]:
+    """Fits that begin where the bank expects them: derivatives by base parameters are the bank's, those by an effect's
+    own parameters one simulation each."""
+    settings, points, owners = problem.settings.search, [], []
+    quick_fits: list[QuickFit] = []
+    models = problem.evaluate([p.point for p in proposals])
+    bank_columns = {x.name: k for k, x in enumerate(bank.parameters)}
+    for p, coarse in zip(proposals, models, strict=True):
+        if coarse is None:
+            continue
+        quick_fit = start_at(problem, FitStart(p.candidates, p.point, bank.correction), coarse, nuisance_jacobian)
+        for k, x in enumerate(quick_fit.parameters):
+            if x.in_every_set or x.name in bank_columns:
+                quick_fit.jacobian[:, k] = bank.jacobian[:, bank_columns[x.name]]
+                if x.in_every_set:
+                    continue
+            h = wide_step(x, float(quick_fit.u[k]), settings.derivative_step, settings.period_difference)
+            points.append({**p.point, x.name: float(quick_fit.u[k] + h)})
+            owners.append((len(quick_fits), k, h))
+        quick_fits.append(quick_fit)
+    for (f, k, h), model in zip(owners, problem.evaluate(points), strict=True):
+        if model is not None:
+            quick_fits[f].jacobian[:, k] = (model + bank.correction - quick_fits[f].model) / h
+    return quick_fits
