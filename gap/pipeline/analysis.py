@@ -13,6 +13,7 @@ from ..analysis.experiment_design import rank_measurements, rival
 from ..analysis.localisation import localise, regions
 from ..analysis.residual_structure import residual_structure
 from ..estimation.uncertainty import reduction_interval
+from ..settings import SCORING
 from .remarks import remarks
 from .state import State
 
@@ -68,7 +69,7 @@ def design_experiment(state: State) -> State:
     k = rival(state.ranked, state.probabilities, state.problem)
     if k is None:
         return state
-    odds = state.probabilities[0] / max(state.probabilities[k], state.problem.settings.posterior.least)
+    odds = state.probabilities[0] / max(state.probabilities[k], SCORING.min_probability)
     pair, baseline = (state.ranked[0], state.ranked[k]), state.ranked_baseline.structured_energy
     measurements = rank_measurements(state.problem, pair, odds, baseline, state.nuisance_jacobian)
     return replace(state, next_measurements=tuple(measurements))

@@ -10,7 +10,7 @@ import numpy as np
 from ..problem.parameters import EffectCandidate
 from ..problem.problem import Problem
 from ..selection.hypothesis import Hypothesis, is_adequate
-from ..settings import SearchSettings
+from ..settings import SCORING
 from .polish import drop_effects, polish
 from .response_bank import build_bank
 from .sets import Proposal, propose_sets, shares_alone
@@ -107,7 +107,7 @@ def search_cost(h: Hypothesis) -> float:
     """What hypotheses are compared by until they are judged: the fit, its parameters, a price for every effect and for
     every form that is not the plain one."""
     forms = sum(c.form is not None for c in h.candidates)
-    return h.penalised_deviance + SearchSettings.price * len(h.candidates) + SearchSettings.form_price * forms
+    return h.penalised_deviance + SCORING.price * len(h.candidates) + SCORING.form_price * forms
 
 
 def best_of_each_set(hypotheses: Iterable[Hypothesis]) -> list[Hypothesis]:

@@ -16,7 +16,7 @@ from ..estimation.dispersion import estimate_dispersion
 from ..estimation.linear import profile_nuisances
 from ..problem.parameters import EffectCandidate, Point
 from ..problem.problem import Problem
-from ..settings import SearchSettings
+from ..settings import SCORING, SearchSettings
 from .response_bank import Response, ResponseBank, Variant, add_responses, families
 from .sizes import grid
 
@@ -64,7 +64,7 @@ class ProjectedBank:
         self.gram, self.rhs, self.energy = columns.T @ columns, columns.T @ residual, float(residual @ residual)
         is_removal = np.array([x.is_removal for x in bank.responses], dtype=bool)
         self.low, self.high = _reach(bank.responses, self.settings)
-        self.price = np.where(is_removal, -1.0, 1.0) * self.settings.price
+        self.price = np.where(is_removal, -1.0, 1.0) * SCORING.price
 
     def solve(self, sets: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """Sizes (S, s) that cost least, as multiples of those that were run, and costs (S,), of sets (S, s) of

@@ -9,7 +9,7 @@ import numpy as np
 from ..estimation.fit import Fit
 from ..problem.parameters import EffectCandidate
 from ..problem.problem import Problem
-from ..settings import EvidenceSettings
+from ..settings import SCORING
 from .probability_calibration import chance
 
 
@@ -18,7 +18,7 @@ def penalised_deviance(rms_left: float, penalty: float) -> float:
 
     rms_left: the normalised RMS that is left; penalty: what the parameters cost.
     """
-    return EvidenceSettings.deviance_readings * 2.0 * float(np.log(max(rms_left, 1e-9))) + penalty
+    return SCORING.deviance_readings * 2.0 * float(np.log(max(rms_left, 1e-9))) + penalty
 
 
 @dataclass(frozen=True, eq=False)
@@ -59,5 +59,5 @@ class Hypothesis:
 def is_adequate(problem: Problem, at: Fit) -> bool:
     """Whether a fit leaves nothing to explain."""
     settings, observations = problem.settings.evidence, problem.observations
-    limit = settings.adequate + chance(len(observations), settings.chance)
+    limit = settings.adequate + chance(len(observations))
     return observations.structured_energy(at.residual) < limit

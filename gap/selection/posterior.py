@@ -12,7 +12,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from ..settings import PosteriorSettings
+from ..settings import SCORING
 from .probability_calibration import Curvature, ProbabilityCalibration
 
 Ids = tuple[str, ...]
@@ -91,7 +91,7 @@ def inclusion_features(posterior: Posterior, members: frozenset[str]) -> np.ndar
     effects are expected to take of what is left without them. (Until November 2026 the last one was their share of the
     whole gap, by which a smaller effect beside a larger one looked unsure however plainly the data showed it.)
     """
-    reduction, trace = expected_reduction(posterior, members), PosteriorSettings.trace
+    reduction, trace = expected_reduction(posterior, members), SCORING.least_share
     odds = np.log((reduction + trace) / (1.0 - reduction + trace))
     return np.array([1.0, np.log(posterior.left), odds])
 
@@ -101,12 +101,12 @@ def inclusion(posterior: Posterior, members: frozenset[str]) -> float:
     if not any(members & set(e.ids) for e in posterior.evidence):
         return 0.0
     odds = inclusion_features(posterior, members) @ np.array(posterior.calibration.inclusion)
-    return float(min(1.0 / (1.0 + np.exp(-np.clip(odds, -30.0, 30.0))), PosteriorSettings.surest))
+    return float(min(1.0 / (1.0 + np.exp(-np.clip(odds, -30.0, 30.0))), SCORING.max_probability))
 
 
 def apply_doubts(probability: float, doubts: Sequence[float]) -> float:
     """A probability whose odds are multiplied by each doubt (below 1)."""
-    odds = probability / max(1.0 - probability, PosteriorSettings.least) * float(np.prod(doubts))
+    odds = probability / max(1.0 - probability, SCORING.min_probability) * float(np.prod(doubts))
     return odds / (1.0 + odds)
 
 

@@ -13,12 +13,12 @@ from typing import NamedTuple
 
 import numpy as np
 
-from ..settings import EvidenceSettings
+from ..settings import SCORING
 
 
-def chance(readings: int, deviations: float = EvidenceSettings.chance) -> float:
+def chance(readings: int) -> float:
     """Energy per reading that normalised residuals of so many readings may share when nothing but noise is left."""
-    return float(deviations / np.sqrt(readings))
+    return float(SCORING.chance / np.sqrt(readings))
 
 
 class Curvature(NamedTuple):
@@ -70,7 +70,7 @@ class ProbabilityCalibration:
         pieces, added_energy = min(self.independent, readings), self.discrepancy + chance(readings) + scatter
         rise, place = np.array(curvature.energy), np.array(curvature.place)
         moved_energy = 0.0
-        for _ in range(EvidenceSettings.judging_rounds):
+        for _ in range(SCORING.moving_rounds):
             shrinkage = 1.0 / (1.0 + pieces / (energy + moved_energy + added_energy) * rise)
             moved_energy = float(rise @ (place * shrinkage) ** 2)
         weight = pieces / (energy + moved_energy + added_energy)

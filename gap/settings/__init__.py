@@ -16,6 +16,7 @@ from .presentation import AnalysisSettings, ReportSettings, TerminalSettings
 from .problem import CurveSettings, NoiseSettings, NumericsSettings, ParameterSettings, SwingSettings
 from .search import FitSettings, SearchSettings
 from .selection import (
+    SCORING,
     BootstrapSettings,
     BudgetSettings,
     EvidenceSettings,
@@ -27,6 +28,7 @@ from .selection import (
 __all__ = [
     "DEFAULT",
     "FILE_LIMITS",
+    "SCORING",
     "AnalysisSettings",
     "BootstrapSettings",
     "BudgetSettings",
@@ -74,7 +76,7 @@ class Settings:
 
     def as_dict(self) -> dict[str, Any]:
         """All values by name, for a result; JSON has no infinity."""
-        sections = asdict(self)
+        sections = {**asdict(self), "scoring": asdict(SCORING)}
         return {name: {key: _finite(value) for key, value in values.items()} for name, values in sections.items()}
 
 

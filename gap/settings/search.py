@@ -60,10 +60,6 @@ class SearchSettings:
     """How many of the best of these the refit starts from again."""
 
     # the comparison of sets
-    price: float = 12.0
-    """What an effect costs in a comparison of sets, in -2 log probability."""
-    form_price: float = 6.0
-    """What a form other than the plain one costs, likewise."""
     most_effects: int = 3
     """Effects of a set at most: more stand in for a form."""
     pairs: int = 200

@@ -6,11 +6,37 @@ from dataclasses import dataclass
 
 
 @dataclass(frozen=True, kw_only=True)
+class ScoringConstants:
+    """How fits are scored. No part of `Settings`: these were calibrated together with
+    `selection/probability_calibration.json` and change only with it."""
+
+    price: float = 12.0
+    """What an effect costs in a comparison of sets, in -2 log probability."""
+    form_price: float = 6.0
+    """What a form other than the plain one costs, likewise."""
+    deviance_readings: float = 150.0
+    """Readings that count in the penalised deviance by which the search ranks fits until they are judged."""
+    chance: float = 1.5
+    """Standard deviations of the energy that noise shares by chance which are no evidence."""
+    moving_rounds: int = 8
+    """Rounds in which the point is found at which parameters count when a hypothesis is judged."""
+    least_share: float = 0.003
+    """Share of the gap below which an expected share tells no more."""
+    min_probability: float = 1e-6
+    """Floor of a raw probability and of its complement, so that its odds are finite."""
+    max_probability: float = 0.99
+    """Cap of a calibrated probability: among the surest 2 to 3 in 100 were wrong."""
+
+
+SCORING = ScoringConstants()
+
+
+@dataclass(frozen=True, kw_only=True)
 class ValidationSettings:
     """Stretches of time that are left out and predicted from the rest."""
 
     folds: int = 20
-    """Stretches of each run, and how many of them are left out in turn."""
+    """Number of folds; each run is cut into as many stretches, one to a fold."""
     linear_within: float = 0.5
     """How far a refit without a fold may move, in normalised parameters: beyond, the model is not linear."""
 
@@ -20,26 +46,19 @@ class EvidenceSettings:
     """Prior probabilities of hypotheses; what calibrates them is in `selection/probability_calibration.json`."""
 
     prior_none: float = 0.3
+    """Prior probability that there is no effect."""
     prior_of_size: tuple[float, ...] = (0.5, 0.16, 0.04)
-    """Prior probability of no effect, and of one, two and three together (shared by all sets of that size)."""
+    """Prior probability of one, two and three effects together, shared by all sets of that size."""
     prior_of_form: float = 0.2
     """Prior probability of a form that an effect may have, beside the plain one's 1."""
     adequate: float = 0.02
     """Structured energy beyond chance, per reading, with which nothing is left to explain."""
-    chance: float = 1.5
-    """Standard deviations of the energy that noise shares by chance which are no evidence."""
-    judging_rounds: int = 8
-    """Rounds in which the point is found at which parameters count when a hypothesis is judged."""
-    deviance_readings: float = 150.0
-    """Readings that count in the penalised deviance by which the search ranks fits until they are judged."""
 
 
 @dataclass(frozen=True, kw_only=True)
 class PosteriorSettings:
     """Which probabilities a verdict needs, and what lowers them."""
 
-    trace: float = 0.003
-    """Share of the gap below which an expected share tells no more."""
     named: float = 0.5
     """Inclusion probability from which an effect is named."""
     sure: float = 0.8
@@ -49,10 +68,6 @@ class PosteriorSettings:
     explanation (inches declared as mm were "94 % sure" so)."""
     unfinished: float = 0.3
     """Odds of all effects are multiplied by it when the search was cut off."""
-    least: float = 1e-6
-    """Of a raw probability and of its complement, so that its odds are finite."""
-    surest: float = 0.99
-    """Of a calibrated probability: among the surest 2 to 3 in 100 were wrong."""
 
 
 @dataclass(frozen=True, kw_only=True)

@@ -19,6 +19,7 @@ from deepsea_cosim.gap.search.rounds import (
     search_round,
 )
 from deepsea_cosim.gap.search.sets import Proposal
+from deepsea_cosim.gap.settings import SCORING
 
 from tests.gap.formula import at_any_step
 
@@ -241,7 +242,7 @@ def test_of_each_set_the_best_fit_counts_and_an_effect_has_its_price():
     bad = start(p, nuisance_jacobian, EFFECTS[:1], {"p": 0.2})
     both = start(p, nuisance_jacobian, EFFECTS[:2], {"p": 0.7})
     assert best_of_each_set([bad, both, good]) == [good, both]
-    assert search_cost(both) - search_cost(good) == pytest.approx(p.settings.search.price)
+    assert search_cost(both) - search_cost(good) == pytest.approx(SCORING.price)
 
 
 def test_what_is_enough_alone_is_fitted_to_the_end_though_others_are_far_better_within_the_noise():

@@ -11,6 +11,7 @@ from deepsea_cosim.gap.problem.parameters import EstimatedParameter
 from deepsea_cosim.gap.search.baseline import simulate_nominal
 from deepsea_cosim.gap.search.response_bank import Response, ResponseBank, build_bank
 from deepsea_cosim.gap.search.sets import ProjectedBank, propose_sets, shares_alone
+from deepsea_cosim.gap.settings import SCORING
 from scipy.optimize import lsq_linear
 
 from tests.gap.formula import FormulaProblem, at_any_step, one_channel
@@ -59,7 +60,7 @@ def test_sizes_and_costs_are_those_of_bounded_least_squares(size, alike):
     projected = ProjectedBank(problem, bank, nuisance_jacobian, DISPERSION)
     sets = np.array(list(combinations(range(8), size)))
     t, cost = projected.solve(sets)
-    price = problem.settings.search.price * size
+    price = SCORING.price * size
     bounded = 0
     for chosen, own, total in zip(sets, t, cost, strict=True):
         low, high = projected.low[chosen], projected.high[chosen]
@@ -81,7 +82,7 @@ def test_an_effect_that_is_taken_away_earns_its_price():
     t, cost = projected.solve(np.array([[0]]))
     assert t.tolist() == [[1.0]]
     _, wanted = least_squares(problem, with_it, nuisance_jacobian, [0], np.array([1.0 - 1e-12]), np.array([1.0]))
-    assert cost[0] == pytest.approx(wanted - problem.settings.search.price, rel=1e-6)
+    assert cost[0] == pytest.approx(wanted - SCORING.price, rel=1e-6)
     assert projected.proposal([0], t[0], cost[0]).candidates == ()
 
 

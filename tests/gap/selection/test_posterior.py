@@ -12,7 +12,7 @@ from deepsea_cosim.gap.selection.posterior import (
     posterior_of,
 )
 from deepsea_cosim.gap.selection.probability_calibration import Curvature, ProbabilityCalibration, chance
-from deepsea_cosim.gap.settings import PosteriorSettings
+from deepsea_cosim.gap.settings import SCORING, PosteriorSettings
 from scipy.optimize import minimize
 
 READINGS = 5000
@@ -152,7 +152,7 @@ def test_a_right_effect_that_two_others_imitate_together_is_as_sure_as_it_is_pro
 def test_inclusion_grows_with_the_evidence(calibration):
     found = [included("a", {(): 8.0, ("a",): e, ("b",): 4.0}, calibration) for e in (7.0, 5.0, 3.0, 1.0, 0.1)]
     assert found == sorted(found)
-    assert found[0] < 0.3 < 0.5 < found[-1] <= PosteriorSettings.surest
+    assert found[0] < 0.3 < 0.5 < found[-1] <= SCORING.max_probability
     dear = [included("a", {(): 8.0, ("a",): 1.0, ("b",): 4.0}, calibration, price) for price in (0.0, 10.0, 40.0)]
     assert dear == sorted(dear, reverse=True)
 
