@@ -28,6 +28,7 @@ from ..master.simulation.session import Session
 from .campaign.campaign import CampaignError, Channel, si, unit_in_fmu
 from .campaign.read import base_of, channels_of, take, use_of
 from .campaign.read_catalogue import QUANTITIES, SHAPES
+from .problem.parameters import sensor_quantity
 from .problem.sensors import Sensor
 from .settings import FILE_LIMITS, SyntheticSettings
 
@@ -40,7 +41,7 @@ def _sensors(truth: dict[str, Any], channels: tuple[Channel, ...], where: str) -
     quantities: dict[str, dict[str, float]] = {}
     for address in truth:
         if address.startswith("sensor."):
-            connector, _, quantity = address.removeprefix("sensor.").rpartition(".")
+            connector, quantity = sensor_quantity(address)
             if connector not in connectors or quantity not in (*QUANTITIES, *SHAPES):
                 raise CampaignError(f"{where}: truth: '{address}' names no channel or none of {', '.join(QUANTITIES)}")
             quantities.setdefault(connector, {})[quantity] = take.number(truth, f"{where}: truth", address)

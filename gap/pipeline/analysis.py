@@ -14,7 +14,6 @@ from ..analysis.localisation import localise, regions
 from ..analysis.residual_structure import residual_structure
 from ..estimation.uncertainty import reduction_interval
 from ..settings import SCORING
-from .remarks import remarks
 from .state import State
 
 
@@ -35,9 +34,8 @@ def locate(state: State) -> State:
     character = describe_residual(scoring, residual, localise(scoring, residual, masks), state.structure)
     interval = reduction_interval(scoring, state.nominal_residual, residual)
     return replace(
-        state, masks=masks, places=tuple(places), character=character, reduction_ci=interval,
-        warnings=(*state.warnings, *remarks(state)),
-    )  # fmt: skip
+        state, masks=masks, places=tuple(places), character=character, reduction_ci=interval
+    )
 
 
 def replay(state: State) -> State:

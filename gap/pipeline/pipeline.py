@@ -2,11 +2,12 @@
 
 from __future__ import annotations
 
-from . import analysis, forms, preparation, probabilities, run_subset, search
+from . import analysis, forms, preparation, probabilities, remarks, run_subset, search
 from .stage import Stage
 
 PIPELINE = (
     Stage("numerical gap: the model at its step and at half of it", preparation.assess_steps),
+    Stage("sensors that contradict each other", preparation.compare_sensors),
     Stage("what swings", preparation.describe_swings),
     Stage("held-out runs", preparation.build_held_out_runs, when=lambda s: s.holdout_campaign is not None),
     Stage("runs to begin with", run_subset.restrict_to_subset, when=run_subset.has_many_runs),
@@ -35,6 +36,7 @@ PIPELINE = (
     Stage("assessing forms", forms.assess_forms, when=forms.has_other_forms, always=True),
     Stage("looking at what is left", analysis.assess_structure),
     Stage("where the gap lies", analysis.locate, always=True),
+    Stage("warnings about the fit", remarks.add_remarks, always=True),
     Stage("which component has it", analysis.replay),
     Stage("signals of what swings", analysis.draw_swings),
     Stage("what to measure next", analysis.design_experiment),

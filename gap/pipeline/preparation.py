@@ -28,15 +28,18 @@ def assess_steps(state: State) -> State:
     )  # fmt: skip
 
 
+def compare_sensors(state: State) -> State:
+    """Whether sensors contradict each other; before swings are described, for that needs samples."""
+    return replace(state, warnings=(*state.warnings, *check_sensors(state.problem, state.nominal)))
+
+
 def describe_swings(state: State) -> State:
-    """What swings by itself described by its course, amplitude and frequency; and whether sensors contradict each
-    other, for which samples are needed."""
+    """What swings by itself described by its trend, amplitude and frequency."""
     problem = compare_swings(state.problem, state.nominal)
     nominal, change = as_compared(problem, state.nominal), state.step_change
     if len(change):
         change = nominal - as_compared(problem, state.nominal - change)
-    warnings = (*state.warnings, *check_sensors(state.problem, state.nominal))
-    return replace(state, problem=problem, nominal=nominal, step_change=change, warnings=warnings)
+    return replace(state, problem=problem, nominal=nominal, step_change=change)
 
 
 def build_held_out_runs(state: State) -> State:

@@ -9,6 +9,7 @@ import numpy as np
 from ...core.errors import SimulationError
 from ..analysis.budget import Alternative, budget
 from ..estimation.nuisances import usual_bias
+from ..problem.parameters import sensor_quantity
 from ..problem.stop import StopRequested
 from ..search.subsets import complete_subsets
 from ..selection.evidence import RankedHypothesis
@@ -104,7 +105,7 @@ def _bias_absorbed_by_nuisance(state: State, whole: RankedHypothesis, subset: Ra
     taken_over = np.zeros(len(observations))
     for c in whole.hypothesis.candidates:
         for x in c.parameters:
-            connector, _, quantity = x.name.removeprefix("sensor.").rpartition(".")
+            connector, quantity = sensor_quantity(x.name)
             if x.kind != "sensor" or quantity != "bias" or c.label in subset.hypothesis.labels:
                 continue
             k = state.problem.labels.index(connector)

@@ -2,14 +2,17 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 from ..estimation.nuisances import usual_bias, usual_clock_error
 from ..problem.noise import rms
 from .state import State
 
 
-def remarks(state: State) -> list[str]:
-    """Warnings about the most probable hypothesis."""
-    return [*_base_at_tolerance(state), *_sensors(state), *_experiments(state), *_step(state)]
+def add_remarks(state: State) -> State:
+    """With warnings about the most probable hypothesis."""
+    remarks = [*_base_at_tolerance(state), *_sensors(state), *_experiments(state), *_step(state)]
+    return replace(state, warnings=(*state.warnings, *remarks))
 
 
 def base_at_tolerance(state: State) -> list[str]:

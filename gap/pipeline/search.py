@@ -11,7 +11,6 @@ from ..search.baseline import explains_much, is_strained, refit_base, resume_ref
 from ..search.earlier import baseline_point, refit_sets
 from ..search.forms import adopt_forms, any_forms_left
 from ..search.forms import try_forms as search_forms
-from ..search.leaders import refine_fit_step, refine_macro_step, refit_past_wall, widen_derivatives
 from ..search.relatives import fit_relatives_at_best
 from ..search.relatives import swap_relatives as search_relatives
 from ..search.rounds import (
@@ -27,6 +26,8 @@ from ..search.rounds import (
     search_round,
 )
 from ..search.shorter_step import search_with_shorter_step
+from ..search.step_refinement import refine_fit_step, refine_macro_step, refit_with_exact_step
+from ..search.widening import widen_derivatives
 from ..selection.evidence import rank_hypotheses
 from ..selection.hypothesis import Hypothesis, is_adequate
 from .state import State
@@ -42,7 +43,7 @@ def fit_baseline(state: State) -> State:
         point = baseline_point(state.problem, state.earlier.sets)
         baseline = resume_refit(state.problem, state.nuisance_jacobian, nominal, point)
     baseline = baseline or refit_base(state.problem, state.nuisance_jacobian, nominal)
-    problem, (baseline,) = refit_past_wall(state.problem, baseline, state.nuisance_jacobian)
+    problem, (baseline,) = refit_with_exact_step(state.problem, baseline, state.nuisance_jacobian)
     if problem is not state.problem:
         state, nominal = replace(state, problem=problem), simulate_nominal(problem, state.nuisance_jacobian)
     start, later = nominal, baseline

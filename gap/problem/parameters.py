@@ -118,9 +118,13 @@ class EffectCandidate:
     def label(self) -> str:
         """The id, with the channel of a sensor's effect."""
         name = self.parameters[0].name
-        if not name.startswith("sensor."):
-            return self.id
-        return f"{self.id}({name.removeprefix('sensor.').rpartition('.')[0]})"
+        return f"{self.id}({sensor_quantity(name)[0]})" if name.startswith("sensor.") else self.id
+
+
+def sensor_quantity(name: str) -> tuple[str, str]:
+    """Connector and quantity of a sensor's parameter, such as "sensor.arm.x_h.bias"."""
+    connector, _, quantity = name.removeprefix("sensor.").rpartition(".")
+    return connector, quantity
 
 
 def point_of(parameters: Sequence[EstimatedParameter], u: np.ndarray) -> dict[str, float]:

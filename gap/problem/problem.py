@@ -22,7 +22,7 @@ from ..campaign.catalogue import Catalogue
 from ..settings import DEFAULT, Settings
 from .discretisation import Discretisation
 from .observations import Observations
-from .parameters import EffectCandidate, EstimatedParameter, Point
+from .parameters import EffectCandidate, EstimatedParameter, Point, sensor_quantity
 from .sensors import Sensor
 from .simulator import Simulator
 
@@ -164,7 +164,7 @@ class Problem:
         errors: dict[str, dict[str, float]] = {}
         for name, u in point.items():
             if parameters[name].kind == "sensor" and u != 0.0:
-                connector, _, quantity = name.removeprefix("sensor.").rpartition(".")
+                connector, quantity = sensor_quantity(name)
                 errors.setdefault(connector, {})[quantity] = parameters[name].value(u)
         for connector, quantities in errors.items():
             if "curvature" in quantities:

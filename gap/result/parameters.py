@@ -8,7 +8,7 @@ import numpy as np
 
 from ..estimation.fit import Fit
 from ..estimation.uncertainty import parameter_std
-from ..problem.parameters import EstimatedParameter
+from ..problem.parameters import EstimatedParameter, sensor_quantity
 from ..problem.problem import Problem
 
 
@@ -59,7 +59,7 @@ def shown_scale(problem: Problem, x: EstimatedParameter) -> Scale:
             return Scale(float(values[0]), problem.parameter_units.get(x.name, "1"))
         return Scale(1.0, "of the stated value")
     if x.kind == "sensor":
-        connector, _, quantity = x.name.removeprefix("sensor.").rpartition(".")
+        connector, quantity = sensor_quantity(x.name)
         unit = problem.units.get(connector, "1")
         units = {"bias": unit, "drift": f"{unit}/s", "curvature": f"1/({unit})", "lag": "s", "delay": "s"}
         return Scale(1.0, units.get(quantity, "1"))

@@ -16,7 +16,7 @@ import numpy as np
 
 from ..estimation.linear import ProfiledPoint, profile_nuisances
 from ..estimation.nuisances import nuisance_jacobian_at
-from ..problem.noise import rms
+from ..problem.noise import rms, rms_of_runs
 from ..problem.parameters import EstimatedParameter, Point
 from ..problem.problem import Problem
 from .sizes import between, grid
@@ -98,8 +98,8 @@ def _missed_most(problem: Problem, point: Point) -> int:
     (model,) = problem.evaluate([point])
     if model is None:
         return 0
-    left = problem.observations.whiten(model)
-    return max(range(len(problem.runs)), key=lambda r: rms(left[problem.observations.run == r]))
+    observations = problem.observations
+    return int(np.argmax(rms_of_runs(observations.whiten(model), observations.run, len(problem.runs))))
 
 
 def _moving_average(problem: Problem, residual: np.ndarray, width: float) -> np.ndarray:

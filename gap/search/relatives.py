@@ -19,7 +19,7 @@ from ..problem.problem import Problem
 from ..selection.hypothesis import Hypothesis, is_adequate
 from .periods import find_period
 from .polish import polish
-from .response_bank import evaluate_in_batches
+from .response_bank import evaluate_in_batches, point_with
 from .rounds import best_of_each_set, idle_effects, polish_near, search_cost
 from .sizes import between, grid, variants
 from .starts import FitStart, exact_hypotheses_at, fit_from
@@ -91,8 +91,9 @@ def _fitted(
         fitted += [h] if not idle else []
         remaining = tuple(c for c in h.candidates if c not in idle)
         if idle and remaining:
-            names = {x.name for c in idle for x in c.parameters}
-            point = {name: u for name, u in h.fit.point.items() if name not in names}
+            point: Point = h.fit.point
+            for c in idle:
+                point = point_with(point, c, {})
             fewer.append(FitStart(remaining, point, fit.correction, fit))
     return [*fitted, *(h for h in fit_from(problem, fewer, nuisance_jacobian) if h is not None)]
 
@@ -138,9 +139,7 @@ def _simulated(
 ) -> list[_Swap]:  # fmt: skip
     """The best hypothesis with each of these in the place of an effect; those that run."""
     others = tuple(c for c in best.candidates if c is not replaced)
-    names = {x.name for x in replaced.parameters}
-    rest = {name: u for name, u in best.fit.point.items() if name not in names}
-    points = [{**rest, **values} for _, values in trials]
+    points = [{**point_with(best.fit.point, replaced, {}), **values} for _, values in trials]
     swaps = []
     for (c, _), point, coarse in zip(trials, points, evaluate_in_batches(problem, points), strict=True):
         if coarse is not None:

@@ -15,11 +15,11 @@ from ..problem.noise import rms, rms_of_runs
 from ..problem.parameters import EffectCandidate, Point
 from ..problem.problem import Problem
 from ..selection.hypothesis import Hypothesis
-from .leaders import AtStep
 from .response_bank import evaluate_in_batches
 from .rounds import best_of_each_set, polish_near, search_cost
 from .sizes import first_sizes, grid, variants
 from .starts import FitStart, exact_hypotheses_at, hypotheses_at
+from .step_refinement import AtStep
 
 
 def search_with_shorter_step(

@@ -9,9 +9,10 @@ import pytest
 from deepsea_cosim.gap.estimation.nuisances import nuisance_jacobian_at
 from deepsea_cosim.gap.problem.parameters import EffectCandidate, EstimatedParameter
 from deepsea_cosim.gap.search.baseline import refit_base, simulate_nominal
-from deepsea_cosim.gap.search.leaders import refine_fit_step, refine_macro_step, refit_past_wall, widen_derivatives
 from deepsea_cosim.gap.search.polish import polish
 from deepsea_cosim.gap.search.starts import exact_hypotheses_at
+from deepsea_cosim.gap.search.step_refinement import refine_fit_step, refine_macro_step, refit_with_exact_step
+from deepsea_cosim.gap.search.widening import widen_derivatives
 from deepsea_cosim.gap.selection.hypothesis import Hypothesis
 
 from tests.gap.formula import FormulaProblem, measured
@@ -77,24 +78,24 @@ def walled(steps_that_swing):
 def test_a_refit_gets_past_a_wall_that_only_long_steps_have():
     p, baseline, nuisance_jacobian = walled(lambda step: step > 2.5)
     assert baseline.fit.point["a"] < 0.4
-    refined, (found,) = refit_past_wall(p, baseline, nuisance_jacobian)
+    refined, (found,) = refit_with_exact_step(p, baseline, nuisance_jacobian)
     assert found.fit.point["a"] == pytest.approx(0.8, abs=0.02)
     assert found.fit.converged
     assert refined.discretisation.coarsening == 2
-    again, (same,) = refit_past_wall(refined, found, nuisance_jacobian)
+    again, (same,) = refit_with_exact_step(refined, found, nuisance_jacobian)
     assert (again, same) == (refined, found)
 
 
 def test_a_wall_that_exact_runs_have_too_is_the_machines():
     p, baseline, nuisance_jacobian = walled(lambda step: True)
-    refined, (found,) = refit_past_wall(p, baseline, nuisance_jacobian)
+    refined, (found,) = refit_with_exact_step(p, baseline, nuisance_jacobian)
     assert (refined, found) == (p, baseline)
 
 
 def test_the_refit_keeps_its_steps_where_shorter_ones_do_not_run():
     p, baseline, nuisance_jacobian = walled(lambda step: step > 2.5)
     stalls = replace(p, model=lambda point, step: None if step == 2.0 else p.model(point, step))
-    refined, (found,) = refit_past_wall(stalls, baseline, nuisance_jacobian)
+    refined, (found,) = refit_with_exact_step(stalls, baseline, nuisance_jacobian)
     assert refined.discretisation.coarsening == 4
     assert found.penalised_deviance < baseline.penalised_deviance - 20.0
 

@@ -1,4 +1,4 @@
-"""What the judged fits rest on: derivatives that serve for larger moves, and a macro step short enough."""
+"""Steps short enough for what is fitted: the fit step near the exact one, the macro step resolved."""
 
 from __future__ import annotations
 
@@ -8,10 +8,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from ..estimation.cross_validation import cross_validate
 from ..estimation.linear import LinearisedModel
-from ..estimation.scheduler import run_fits
-from ..estimation.wide_jacobian import with_wide_jacobian
 from ..problem.noise import rms
 from ..problem.parameters import EffectCandidate, Point, point_of
 from ..problem.problem import Problem
@@ -19,29 +16,6 @@ from ..selection.hypothesis import Hypothesis, is_adequate
 from .polish import polish
 from .rounds import best_of_each_set, search_cost
 from .starts import exact_hypotheses_at
-
-
-def widen_derivatives(
-    problem: Problem, hypotheses: Sequence[Hypothesis], nuisance_jacobian: np.ndarray
-) -> list[Hypothesis]:
-    """The best few, and the baseline, with derivatives that serve for refits without a part of the data.
-
-    Those over wide steps serve, unless the fit's own foretell better what is left out: where a machine sticks and
-    slips, larger moves are another motion.
-    """
-    widened, settings = list(hypotheses), problem.settings.search
-    near = search_cost(widened[0]) + settings.polish_within if widened else 0.0
-    chosen = [
-        k for k, h in enumerate(widened) if not h.candidates or (k < settings.wide_leaders and search_cost(h) < near)
-    ]
-    tasks = [with_wide_jacobian(problem, widened[k].fit, nuisance_jacobian) for k in chosen]
-    for k, wide in zip(chosen, run_fits(problem, tasks), strict=True):
-        if wide is not None:
-            with_own_jacobian = replace(wide, jacobian=widened[k].fit.jacobian)
-            validated = {f: cross_validate(problem, f, nuisance_jacobian) for f in (wide, with_own_jacobian)}
-            best = min(validated, key=lambda f: validated[f].structured_energy)
-            widened[k] = replace(widened[k], fit=best)
-    return widened
 
 
 class AtStep(NamedTuple):
@@ -55,8 +29,7 @@ def refine_fit_step(problem: Problem, hypotheses: Sequence[Hypothesis], nuisance
     """Halve the step of a fit's runs while they are far from the exact ones at the best fit, and fit the best anew.
 
     It was chosen at the model as delivered; a machine that hunts about a dead zone does so from step to step of a long
-    one, and derivatives from such runs lead nowhere (four lands with a late sensor: 13.6 noises apart at 8 ms, and fits
-    that stand still; 1.7 at 4 ms, and 1.34 times the noise become 1.02).
+    one, and derivatives from such runs lead nowhere.
     """
     refitted, count = list(hypotheses), problem.settings.numerics.refitted
     while not problem.stop_requested:
@@ -100,12 +73,12 @@ def _exact_hypothesis(
     return next(iter(exact_hypotheses_at(problem, [(candidates, point)], nuisance_jacobian)), None)
 
 
-def refit_past_wall(problem: Problem, baseline: Hypothesis, nuisance_jacobian: np.ndarray) -> AtStep:
-    """The refit gone on with where its derivatives foretell much that its runs do not bear out, but exact ones do.
+def refit_with_exact_step(problem: Problem, baseline: Hypothesis, nuisance_jacobian: np.ndarray) -> AtStep:
+    """The baseline refitted with a shorter fit step where its derivatives foretell a gain that an exact run confirms
+    and runs of the fit step do not.
 
-    Runs of a long step may swing where the machine does not, close beside the way to the data: a machine with nothing
-    wrong was left at 1.94 times the noise with a wall of 48 around it, where exact runs lead to 0.98 in one step, and a
-    wrong effect in a wrong form took up the rest. From there on runs take a step at which they resemble the exact ones.
+    Runs of a long step may swing where the machine does not, close beside the way to the data: then the fit stops at
+    that barrier, and a wrong effect takes up the rest.
     """
     fit, settings = baseline.fit, problem.settings
     linearised = LinearisedModel.around(problem, fit.normalised, fit.model, fit.jacobian, nuisance_jacobian)

@@ -1,0 +1,38 @@
+"""Derivatives that serve for refits without a part of the data."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import replace
+
+import numpy as np
+
+from ..estimation.cross_validation import cross_validate
+from ..estimation.scheduler import run_fits
+from ..estimation.wide_jacobian import with_wide_jacobian
+from ..problem.problem import Problem
+from ..selection.hypothesis import Hypothesis
+from .rounds import search_cost
+
+
+def widen_derivatives(
+    problem: Problem, hypotheses: Sequence[Hypothesis], nuisance_jacobian: np.ndarray
+) -> list[Hypothesis]:
+    """The best few, and the baseline, with derivatives that serve for refits without a part of the data.
+
+    Those over wide steps serve, unless the fit's own foretell better what is left out: where a machine sticks and
+    slips, larger moves are another motion.
+    """
+    widened, settings = list(hypotheses), problem.settings.search
+    near = search_cost(widened[0]) + settings.polish_within if widened else 0.0
+    chosen = [
+        k for k, h in enumerate(widened) if not h.candidates or (k < settings.wide_leaders and search_cost(h) < near)
+    ]
+    tasks = [with_wide_jacobian(problem, widened[k].fit, nuisance_jacobian) for k in chosen]
+    for k, wide in zip(chosen, run_fits(problem, tasks), strict=True):
+        if wide is not None:
+            with_own_jacobian = replace(wide, jacobian=widened[k].fit.jacobian)
+            validated = {f: cross_validate(problem, f, nuisance_jacobian) for f in (wide, with_own_jacobian)}
+            best = min(validated, key=lambda f: validated[f].structured_energy)
+            widened[k] = replace(widened[k], fit=best)
+    return widened
