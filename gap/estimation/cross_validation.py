@@ -80,8 +80,7 @@ def cross_validate(problem: Problem, fit: Fit, nuisance_jacobian: np.ndarray) ->
     """What a fit says of data it has not seen.
 
     In units of the spread: the only stretch that shows a parameter cannot be foretold by the others, and what they miss
-    there is no gap of the model. (In units of the noise, a machine with nothing wrong was left at 1.4 times the noise
-    by the edges of one step of its spool.)
+    there is no gap of the model.
     """
     residual, spread = predict_folds(problem, fit, nuisance_jacobian)
     return CrossValidated(residual / spread, max(0.0, problem.observations.structured_energy(residual / spread)))

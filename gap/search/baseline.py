@@ -63,7 +63,7 @@ def refit_base(problem: Problem, nuisance_jacobian: np.ndarray, nominal: Hypothe
     """The base parameters alone, from the model as delivered.
 
     Where that stops far from the data, each parameter alone is tried over its range, and fits start at what is nearer:
-    a machine that begins to swing, or swings at another pitch, stands like a wall between two points.
+    a machine that begins to swing, or swings at another pitch, is a barrier between two points.
     """
     settings = problem.settings.search
     if not problem.base:

@@ -37,8 +37,7 @@ class _Option(NamedTuple):
     @property
     def starts(self) -> tuple[Point, Point]:
         """Where a fit may begin: there, and where the plain form stands. A machine that hunts about its dead zone is so
-        rugged that now the one, now the other leads to the floor; derivatives over small steps lead there, those over
-        wide ones lead away (four lands with a late sensor: 2.3 times the noise, 3.9 and 6.8)."""
+        rugged that now the one, now the other leads to the minimum."""
         return self.point, self.base.fit.point
 
     @property

@@ -1,11 +1,11 @@
 """A period that the data show, such as a controller's sampling time, found over growing stretches of a run.
 
 What comes again every T is a whole turn off at the end of n periods where T is wrong by T/n. So a fit sees only the
-nearest pit of many (some five hundred ticks: 0.1 % apart), and no size of a grid is in the right one. What a period
-does on the average, such as the lag of half of it, has one pit: there it is begun. Over the first half second of a
-motion pits are ten times as wide as over the run, and runs of that length are cheap; the best of them, tried closely
-enough there, are gone on with over twice the stretch, until it is the run. Runs are exact: of long steps, ticks are
-blurred.
+nearest local minimum of many (some five hundred ticks: 0.1 % apart), and no size of a grid is in the right one. What a
+period does on the average, such as the lag of half of it, has one minimum: there it is begun. Over the first half
+second of a motion minima are ten times as wide as over the run, and runs of that length are cheap; the best of them,
+tried closely enough there, are gone on with over twice the stretch, until it is the run. Runs are exact: of long steps,
+ticks are blurred.
 """
 
 from __future__ import annotations

@@ -113,10 +113,7 @@ def _starts_without(
     problem: Problem, pairs: Sequence[tuple[Hypothesis, EffectCandidate]], nuisance_jacobian: np.ndarray
 ) -> list[FitStart]:
     """Where hypotheses stand without an effect each: with all else as it is, or where the derivatives say that all else
-    goes, whichever leaves less.
-
-    A valve that gives 4 % less is as good as a flow rated 4 % less; without it and with all else as it is, the right
-    effect alone left 14 times the noise, from where no quick fit came back.
+    goes, whichever leaves less: from the former alone no quick fit may come back.
     """
     starts = []
     for h, dropped in pairs:

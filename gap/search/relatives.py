@@ -56,10 +56,9 @@ def fit_relatives_at_best(
     problem: Problem, hypotheses: Sequence[Hypothesis], nuisance_jacobian: np.ndarray
 ) -> list[Hypothesis]:
     """With each effect of the best hypothesis replaced by the relatives that serve nearly as well where it stands,
-    fitted from there to the end, also where such a set is known: it may have been fitted into another pit.
+    fitted from there to the end, also where such a set is known: it may stand in another local minimum.
 
-    What acts alike should lose or win by the data, not by its way there (four lands with a late sensor: 1.18 times the
-    noise with the delay that was there, 1.04 with a lag in its place, 0.98 with the delay from where the lag stood).
+    What acts alike should lose or win by the data, not by its way there.
     """
     best, settings = hypotheses[0], problem.settings.search
     nearest = _nearest(problem, best, set(), nuisance_jacobian)
