@@ -126,9 +126,9 @@ def budget(
     parts = {}
     for group in dict.fromkeys(groups[label] for label in whole.effects):
         members = {label for label in whole.effects if groups[label] == group}
-        share = sum(whole.effects[label] for label in members)
+        share = sum(whole.effects[label] for label in sorted(members))
         has_group = np.array([bool(members & a.labels) for a in alternatives])
-        samples = np.stack([sum((d.effects[x] for x in members & a.labels), np.zeros(len(draws)))
+        samples = np.stack([sum((d.effects[x] for x in sorted(members & a.labels)), np.zeros(len(draws)))
                             for d, a in zip(drawn, alternatives, strict=True)])  # fmt: skip
         parts[group] = Part(share, _interval(_mixed(samples, probability * has_group, rng), share))
     unexplained_draws = np.stack([d.unexplained for d in drawn])

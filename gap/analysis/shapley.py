@@ -38,7 +38,7 @@ def shapley(game: Game[Player]) -> dict[Player, np.ndarray]:
     players = max(game, key=len)
     n = len(players)
     shares: dict[Player, np.ndarray] = {}
-    for p in players:
+    for p in sorted(players, key=str):  # in the same order in every process, for hashes are not
         total = np.zeros_like(game[players])
         for s in subsets(players - {p}):
             weight = factorial(len(s)) * factorial(n - len(s) - 1) / factorial(n)

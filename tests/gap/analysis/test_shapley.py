@@ -73,3 +73,10 @@ def test_no_set_is_worth_more_than_one_that_contains_it():
 def test_a_monotone_game_stays_as_it_is():
     made = game("ab", len)
     assert monotone(made) == made
+
+
+def test_players_are_in_the_same_order_in_every_process():
+    """Random draws follow that order, and a set of texts has another one in every process."""
+    names = [f"effect {k}" for k in range(8)]
+    game = {s: np.array([float(len(s))]) for s in subsets(frozenset(names))}
+    assert list(shapley(game)) == names
