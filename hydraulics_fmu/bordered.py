@@ -5,7 +5,7 @@ The matrix is A = sigma I - J with
         J = [ T  B ]    T: nc x nc tridiagonal (sub, dia, sup)      B: nc x m dense
             [ C  D ]    C: border row i is fed by one chain column port[i], gain feed[i]      D: m x m dense
 
-Behind the border may stand lags, so many of each flow of the chain: w' = follow (Q - w), which pull at their flow only,
+Behind the border may stand lags, `LAGS` of each flow of the chain: w' = follow (Q - w), which pull at their flow only,
 Q' = ... + pull w. They are eliminated before and found after.
 
 Factorising costs O(nc m) + O(m^3), solving O(nc + m^2). No pivoting in the chain: with flow and pressure in turn its
@@ -14,25 +14,63 @@ off-diagonals have opposite signs, so the pivots only grow; the m x m Schur comp
 
 from __future__ import annotations
 
-from ..core.jit import kernel
+from typing import NamedTuple
+
+import numpy as np
+
+from ..core.jit import inlined, kernel
+from .line import LAGS
+
+
+class Jacobian(NamedTuple):
+    """J by its parts: views of what somebody else owns."""
+
+    sub: np.ndarray
+    dia: np.ndarray
+    sup: np.ndarray
+    """The chain (nc,): row i has sub[i], dia[i], sup[i]."""
+    B: np.ndarray
+    """(nc, m)."""
+    port: tuple[int, ...]
+    feed: np.ndarray
+    """Which chain columns feed the first rows of the border, and how much."""
+    D: np.ndarray
+    """(m, m)."""
+    pull: np.ndarray
+    follow: np.ndarray
+    """Of the lags (LAGS times flows,), or (0,)."""
+
+
+class Factors(NamedTuple):
+    """The factors of A: views, too."""
+
+    pivot: np.ndarray
+    """Of the chain (nc,)."""
+    Z: np.ndarray
+    """T^-1 B (nc, m)."""
+    S: np.ndarray
+    order: np.ndarray
+    """The Schur complement (m, m), decomposed, and its row exchanges (m,)."""
 
 
 @kernel
-def factorise(
-    sub: object, dia: object, sup: object, B: object, port: object, feed: object, D: object, sigma: float,
-    pivot: object, Z: object, S: object, order: object,
-) -> None:  # fmt: skip
-    """Factorise A: the chain into `pivot` (nc) and `Z` = T^-1 B (nc, m), the Schur complement into `S`, `order` (m)."""
-    nc, m = B.shape
-    pivot[0] = sigma - dia[0]
+def factorise(J: object, sigma: float, factors: object) -> None:
+    """Factorise A into the `Factors`."""
+    sub, sup, port = J.sub, J.sup, J.port
+    pivot, Z, S, order = factors.pivot, factors.Z, factors.S, factors.order
+    nc, m = Z.shape
+    for i in range(nc):
+        pivot[i] = J.dia[i]
+    fold_lags(J, sigma, pivot)
+    pivot[0] = sigma - pivot[0]
     for i in range(1, nc):
-        pivot[i] = sigma - dia[i] - sub[i] * sup[i - 1] / pivot[i - 1]
+        pivot[i] = sigma - pivot[i] - sub[i] * sup[i - 1] / pivot[i - 1]
     for j in range(m):
-        Z[0, j] = -B[0, j]
+        Z[0, j] = -J.B[0, j]
     for i in range(1, nc):
         w = sub[i] / pivot[i - 1]
         for j in range(m):
-            Z[i, j] = w * Z[i - 1, j] - B[i, j]
+            Z[i, j] = w * Z[i - 1, j] - J.B[i, j]
     for j in range(m):
         Z[nc - 1, j] /= pivot[nc - 1]
     for i in range(nc - 2, -1, -1):
@@ -40,11 +78,11 @@ def factorise(
             Z[i, j] = (Z[i, j] + sup[i] * Z[i + 1, j]) / pivot[i]
     for i in range(m):
         for j in range(m):
-            S[i, j] = -D[i, j]
+            S[i, j] = -J.D[i, j]
         S[i, i] += sigma
     for i in range(len(port)):
         for j in range(m):
-            S[i, j] += feed[i] * Z[port[i], j]
+            S[i, j] += J.feed[i] * Z[port[i], j]
     for k in range(m):
         p = k
         for i in range(k + 1, m):
@@ -60,11 +98,19 @@ def factorise(
                 S[i, j] -= S[i, k] * S[k, j]
 
 
-@kernel
-def solve(
-    sub: object, sup: object, port: object, feed: object, pivot: object, Z: object, S: object, order: object, r: object
-) -> None:
-    """Solve A u = r in place, r of length nc + m with the border last, after `factorise`."""
+@inlined
+def solve(J: object, sigma: float, factors: object, r: object) -> None:
+    """Solve A u = r in place after `factorise`; r has the chain, the border and the lags."""
+    eliminate_lags(J, sigma, r)
+    solve_bordered(J, factors, r)
+    restore_lags(J, sigma, r)
+
+
+@inlined
+def solve_bordered(J: object, factors: object, r: object) -> None:
+    """Solve for chain and border, in place."""
+    sub, sup, port, feed = J.sub, J.sup, J.port, J.feed
+    pivot, Z, S, order = factors.pivot, factors.Z, factors.S, factors.order
     nc, m = Z.shape
     for i in range(1, nc):
         r[i] += sub[i] / pivot[i - 1] * r[i - 1]
@@ -99,21 +145,25 @@ def flow_of(k: int, nc: int) -> int:
 
 
 @kernel
-def fold_lags(pull: object, follow: object, lags: int, sigma: float, dia: object) -> None:
-    """Add to the chain's diagonal what `lags` lags of each flow make of it."""
+def fold_lags(J: object, sigma: float, dia: object) -> None:
+    """Add to the chain's diagonal what the lags of each flow make of it."""
+    pull, follow = J.pull, J.follow
     for i in range(len(pull)):
-        dia[flow_of(i // lags, len(dia))] += pull[i] * follow[i] / (sigma + follow[i])
+        dia[flow_of(i // LAGS, len(dia))] += pull[i] * follow[i] / (sigma + follow[i])
 
 
-@kernel
-def eliminate_lags(pull: object, follow: object, lags: int, sigma: float, nc: int, first: int, r: object) -> None:
-    """Take the lags, which begin at `first`, out of the right-hand side r."""
+@inlined
+def eliminate_lags(J: object, sigma: float, r: object) -> None:
+    """Take the lags out of the right-hand side r."""
+    pull, follow, (nc, m) = J.pull, J.follow, J.B.shape
     for i in range(len(pull)):
-        r[flow_of(i // lags, nc)] += pull[i] * r[first + i] / (sigma + follow[i])
+        r[flow_of(i // LAGS, nc)] += pull[i] * r[nc + m + i] / (sigma + follow[i])
 
 
-@kernel
-def restore_lags(follow: object, lags: int, sigma: float, nc: int, first: int, u: object) -> None:
+@inlined
+def restore_lags(J: object, sigma: float, u: object) -> None:
     """Find the lags in the solution u from what stands in their place of the right-hand side."""
+    follow, (nc, m) = J.follow, J.B.shape
     for i in range(len(follow)):
-        u[first + i] = (u[first + i] + follow[i] * u[flow_of(i // lags, nc)]) / (sigma + follow[i])
+        w = nc + m + i
+        u[w] = (u[w] + follow[i] * u[flow_of(i // LAGS, nc)]) / (sigma + follow[i])

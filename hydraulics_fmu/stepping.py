@@ -15,7 +15,7 @@ from ..core.jit import array_at, kernel
 from . import memory
 from .circuit import OUTPUTS
 from .constants import SIZE, by_name, constants, warmed, warming
-from .integrator import OK, TOO_MANY, TOO_SMALL, new_workspace, workspace_size
+from .integrator import OK, TOO_MANY, TOO_SMALL
 from .march import step
 from .memory import remembering
 from .states import border, border_length, chain_length, lag_length, state_scales
@@ -23,6 +23,7 @@ from .steady import steady_state
 from .supply import sunk
 from .valve import settle
 from .variables import HYDRAULICS
+from .workspace import new_workspace, workspace_size
 
 JUMP_RATE = 1.0
 """A commanded displacement that changes faster [m/s] from step to step is a jump and not continued as a slope."""

@@ -10,6 +10,7 @@ from __future__ import annotations
 
 import numpy as np
 
+STAGES = 4
 GAMMA = 4.3586652150845900e-01
 
 _ALPHA = np.array(

@@ -25,6 +25,7 @@ from ..hydraulics_fmu.constants import by_name, constants
 from ..hydraulics_fmu.memory import new_memory, remembering
 from ..hydraulics_fmu.steady import steady_state
 from ..hydraulics_fmu.variables import HYDRAULICS
+from ..hydraulics_fmu.workspace import new_workspace
 from ..mechanics.arm import Arm
 from ..mechanics.linkage import linkage
 from ..mechanics.variables import ARM
@@ -50,7 +51,7 @@ def run(
     scale = states.state_scales(c)
     body = Arm(ARM.parameters(arm))
     y, _ = steady_state(numbers, body.F_hold)
-    w = integrator.new_workspace(c)
+    w = new_workspace(c)
     m = remembering(new_memory())
     out = np.zeros(len(circuit.OUTPUTS))
     n = round(stop / h)

@@ -4,12 +4,13 @@ import numpy as np
 import pytest
 from deepsea_cosim.core.errors import ParameterError
 from deepsea_cosim.hydraulics_fmu import circuit, integrator, states, tableau
-from deepsea_cosim.hydraulics_fmu.bordered import factorise, solve
+from deepsea_cosim.hydraulics_fmu.bordered import Factors, Jacobian, factorise, solve
 from deepsea_cosim.hydraulics_fmu.constants import by_name, constants
 from deepsea_cosim.hydraulics_fmu.memory import new_memory, remembering
 from deepsea_cosim.hydraulics_fmu.steady import steady_state
 from deepsea_cosim.hydraulics_fmu.valve import settle
 from deepsea_cosim.hydraulics_fmu.variables import HYDRAULICS
+from deepsea_cosim.hydraulics_fmu.workspace import new_workspace
 from scipy.integrate import solve_ivp
 
 
@@ -27,7 +28,7 @@ class Rig:
         self.c = by_name(self.numbers)
         self.scale = states.state_scales(self.c)
         self.y, self.held = steady_state(self.numbers, F_hold)
-        self.w = integrator.new_workspace(self.c)
+        self.w = new_workspace(self.c)
         self.m = remembering.py_func(new_memory())
         settle.py_func(self.border.integral, self.c, self.m)
 
@@ -64,11 +65,12 @@ def test_bordered_solver_against_numpy():
     J[:nc, nc:], J[nc:, nc:] = B, D
     for i, column in enumerate(port):
         J[nc + i, column] = feed[i]
-    pivot, Z, S, order = np.zeros(nc), np.zeros((nc, m)), np.zeros((m, m)), np.zeros(m)
-    factorise(sub, dia, sup, B, port, feed, D, sigma, pivot, Z, S, order)
+    parts = Jacobian(sub, dia, sup, B, port, feed, D, np.zeros(0), np.zeros(0))
+    factors = Factors(np.zeros(nc), np.zeros((nc, m)), np.zeros((m, m)), np.zeros(m))
+    factorise(parts, sigma, factors)
     r = rng.normal(size=nc + m)
     u = r.copy()
-    solve(sub, sup, port, feed, pivot, Z, S, order, u)
+    solve(parts, sigma, factors, u)
     assert np.allclose(u, np.linalg.solve(sigma * np.eye(nc + m) - J, r), rtol=1e-10)
 
 

@@ -2,14 +2,7 @@
 
 import numpy as np
 import pytest
-from deepsea_cosim.hydraulics_fmu.bordered import (
-    eliminate_lags,
-    factorise,
-    flow_of,
-    fold_lags,
-    restore_lags,
-    solve,
-)
+from deepsea_cosim.hydraulics_fmu.bordered import Factors, Jacobian, factorise, flow_of, solve
 from deepsea_cosim.hydraulics_fmu.compensator import gas_softening
 from deepsea_cosim.hydraulics_fmu.constants import WARM_STEPS, by_name, constants, warmed, warming
 from deepsea_cosim.hydraulics_fmu.cylinder import CREEP, cushion_loss, outward_leaks, piston_leak, viscous
@@ -122,15 +115,12 @@ def test_lags_are_eliminated_as_a_dense_solver_would():
         k, w = flows[i // LAGS], nc + m + i
         assert flow_of(i // LAGS, nc) == k
         J[k, w], J[w, k], J[w, w] = pull[i], follow[i], -follow[i]
-    damped = dia.copy()
-    fold_lags(pull, follow, LAGS, sigma, damped)
-    pivot, Z, S, order = np.zeros(nc), np.zeros((nc, m)), np.zeros((m, m)), np.zeros(m)
-    factorise(sub, damped, sup, B, port, feed, D, sigma, pivot, Z, S, order)
+    parts = Jacobian(sub, dia, sup, B, port, feed, D, pull, follow)
+    factors = Factors(np.zeros(nc), np.zeros((nc, m)), np.zeros((m, m)), np.zeros(m))
+    factorise(parts, sigma, factors)
     r = rng.normal(size=nc + m + nl)
     u = r.copy()
-    eliminate_lags(pull, follow, LAGS, sigma, nc, nc + m, u)
-    solve(sub, sup, port, feed, pivot, Z, S, order, u)
-    restore_lags(follow, LAGS, sigma, nc, nc + m, u)
+    solve(parts, sigma, factors, u)
     assert np.allclose(u, np.linalg.solve(sigma * np.eye(len(J)) - J, r), rtol=1e-9)
 
 
