@@ -89,6 +89,32 @@ def own_tank_rates(Q_in: float, Q_out: float, Pt: float, s: object, rate: object
 
 
 @kernel
+def outflow_losses(y: object, x: float, P_1: float, P_2: float, c: object, f: object) -> None:
+    """Add to the lines' rates f what oil on its way out of the chambers meets: a counterbalance valve, end cushions."""
+    b = chain_length(c)
+    Q_1, Q_2 = y[b // 2 - 1], y[b // 2]
+    if c.effect.counterbalance_valve.p_set > 0.0 and Q_1 < 0.0:
+        f[b // 2 - 1] += counterbalance_loss(Q_1, P_1, P_2, c) / c.line.inertance
+    if c.effect.end_cushion.length > 0.0:
+        if Q_1 < 0.0:
+            f[b // 2 - 1] += cushion_loss(Q_1, x, P_1, c) / c.line.inertance
+        if Q_2 > 0.0:
+            f[b // 2] -= cushion_loss(Q_2, c.cylinder.stroke - x, P_2, c) / c.line.inertance
+
+
+@kernel
+def spool_rates(u: float, s: object, rate: object, c: object, m: object) -> None:
+    """Write the rates of a spool with dynamics, which the output u [mA] of the controller moves; else none."""
+    rate.spool = 0.0
+    rate.spool_rate = 0.0
+    if c.valve.spool_time > 0.0:
+        dynamics = c.effect.valve_dynamics
+        target = caught_command(u, c, m)
+        rate.spool = limited(s.spool_rate, dynamics.stroke_time)
+        rate.spool_rate = spool_acceleration(s.spool, s.spool_rate, target, c.valve.spool_time, dynamics.damping)
+
+
+@kernel
 def derivatives(
     y: object, c: object, x_h: float, v_h: float, x_cmd: float, v_cmd: float, held: float, m: object, f: object
 ) -> None:
@@ -106,14 +132,7 @@ def derivatives(
     lags = b + border_length(c)
     line_derivatives(y, 0, lags, Pa, P_1, c, f)
     line_derivatives(y, b // 2, lags + LAGS * n, P_2, Pb, c, f)
-
-    if c.effect.counterbalance_valve.p_set > 0.0 and y[b // 2 - 1] < 0.0:
-        f[b // 2 - 1] += counterbalance_loss(y[b // 2 - 1], P_1, P_2, c) / c.line.inertance
-    if c.effect.end_cushion.length > 0.0:
-        if y[b // 2 - 1] < 0.0:
-            f[b // 2 - 1] += cushion_loss(y[b // 2 - 1], x, P_1, c) / c.line.inertance
-        if y[b // 2] > 0.0:
-            f[b // 2] -= cushion_loss(y[b // 2], cylinder.stroke - x, P_2, c) / c.line.inertance
+    outflow_losses(y, x, P_1, P_2, c, f)
 
     error = c.sensor.gain * (x_cmd - x)
     u = controller_output(error, c.sensor.gain * (v_cmd - v), s.integral, held, c)
@@ -145,13 +164,7 @@ def derivatives(
     else:
         own_tank_rates(Q_in, Q_out, Pt, s, rate, c)
     rate.integral = integral_rate(error, u, c.controller.ki, c.valve.i_rated)
-    rate.spool = 0.0
-    rate.spool_rate = 0.0
-    if c.valve.spool_time > 0.0:
-        rate.spool = limited(s.spool_rate, c.effect.valve_dynamics.stroke_time)
-        rate.spool_rate = spool_acceleration(
-            s.spool, s.spool_rate, caught_command(u, c, m), c.valve.spool_time, c.effect.valve_dynamics.damping
-        )
+    spool_rates(u, s, rate, c, m)
 
 
 @kernel
