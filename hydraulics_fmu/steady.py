@@ -41,6 +41,18 @@ def line_nodes(P_start: float, q: float, sign: float, c: object, nodes: object) 
 
 
 @kernel
+def rest_lines(y: object, q_1: float, nodes_a: object, q_2: float, nodes_b: object) -> None:
+    """Write the lines' states at rest: what each passes [m3/s], and its node pressures from the chamber on."""
+    n = len(nodes_a) - 1
+    for j in range(n):
+        y[2 * j] = q_1
+        y[2 * n - 1 + 2 * j] = q_2
+        if j > 0:
+            y[2 * j - 1] = nodes_a[n - j]
+            y[2 * n - 2 + 2 * j] = nodes_b[j]
+
+
+@kernel
 def opening_for(q: float, Pa: float, Pb: float, Pt: float, given: float, c: object) -> float:
     """Spool position at which the valve takes q [m3/s] in at port b; an end of the stroke when it cannot."""
     low, high = -1.0, 1.0
@@ -120,12 +132,7 @@ def come_to_rest(constants: object, F_hold: float, P_s: float, P_r: float, y: ob
         P_2 = Pt if F_hold > 0.0 else p_am + ((Pt - p_am) * A_1 - F_hold) / A_2
         nodes_a[:] = p_am + (F_hold + (P_2 - p_am) * A_2) / A_1
         nodes_b[:] = P_2
-    for j in range(n):
-        y[2 * j] = q_1
-        y[2 * n - 1 + 2 * j] = q_2
-        if j > 0:
-            y[2 * j - 1] = nodes_a[n - j]
-            y[2 * n - 2 + 2 * j] = nodes_b[j]
+    rest_lines(y, q_1, nodes_a, q_2, nodes_b)
     if abs(x_v) <= SMALLEST_OPENING:
         x_v = 0.0
     s = border(y, c)
