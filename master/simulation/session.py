@@ -7,6 +7,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
 from contextlib import ExitStack
+from dataclasses import dataclass
 from pathlib import Path
 from types import TracebackType
 from typing import Any
@@ -26,7 +27,7 @@ from ..system.addresses import split, targets
 from ..system.assemble import assemble
 from ..system.findings import Findings
 from ..system.instances import load_instances
-from ..system.start_values import resolve
+from ..system.start_values import Value, resolve
 from .stimuli import Drive, check_series, driven_column, means
 from .time_grid import times_of
 
@@ -35,6 +36,24 @@ MOST_VALUES = 3e8
 
 Series = tuple[np.ndarray, np.ndarray]
 """Times [s] (n,) and values (n,)."""
+
+
+@dataclass(frozen=True)
+class _Driven:
+    """An input that a run drives."""
+
+    signal: Signal
+    at: np.ndarray
+    """Its values at all points in time (n + 1,)."""
+    means: np.ndarray | None
+    """Its means over the steps (n + 1,), the last unused, where the method holds these."""
+
+
+def _matrix(driven: Sequence[_Driven]) -> np.ndarray | None:
+    """What a runner is given of them: a column each, then those of the means."""
+    columns = [driven_column(d.at) for d in driven]
+    averages = [d.means for d in driven if d.means is not None]
+    return np.stack([*columns, *averages], axis=1) if driven else None
 
 
 class Session:
@@ -137,86 +156,104 @@ class Session:
         """
         if self._closed:
             raise UsageError("the session is closed: run inside its `with` block")
-        system = self.system
         start, stop, step, n = times_of(self.structure, as_time("stop", stop), as_time("step", step))
         record = as_texts("record", record)
         method = chosen(None if method is None else as_text("method", method), self.structure.method)
-        holds_mean = method_named(method).input_hold == MEAN
-        for instance in system.instances.values():
+        for instance in self.system.instances.values():
             if instance.is_lost:
                 raise SimulationError(f"component '{instance.name}' was lost in an earlier run; open a new session")
-        wanted = [self.signal(address) for address in record]
-        for _, signal in wanted:
-            if signal.family == TEXT or signal.size > 1:
-                raise UsageError(f"'{signal.address}' is not a single number and cannot be recorded here")
+        wanted = self._recorded(record)
         if n * (len(record) + len(inputs or {}) + 1) > MOST_VALUES:
             raise UsageError(f"a run of {n:.1e} steps would not fit into memory: take longer steps or a shorter run")
         times = start + np.arange(n + 1) * step
         times[n] = stop
-        connected = {link.target.place for link in system.links}
-        driven: list[tuple[Signal, np.ndarray]] = []
-        averages: list[np.ndarray] = []
-        for address, given in (inputs or {}).items():
+        driven = self._driven(inputs or {}, drives, times, method_named(method).input_hold == MEAN)
+        self._begin(self._start_values(changes or {}, driven), driven, start, stop)
+        detect_feedthrough(self.system, loops_only=method_named(method).newest_values)
+        self.system.steps.watched = None
+        if all(is_output and s.component for is_output, s in wanted):
+            self.system.steps.watched = frozenset((s.component, s.name) for _, s in wanted)
+        runner, order = self._runner(method, tuple(wanted), tuple(d.signal for d in driven))
+        runner.program.begin()
+        rows = np.empty((n + 1, len(record)))
+        raw = np.empty((n, len(record)))
+        taken_steps = runner.run(raw, start, step, 0, n, n, stop, _matrix(driven))
+        if taken_steps < n and runner.ended is not None:
+            end = start + taken_steps * step
+            raise SimulationError(f"component '{runner.ended.name}' asks to end the simulation at t = {end:g} s", end)
+        rows[:n, order] = raw
+        self._finish(rows, wanted, driven)
+        if not np.isfinite(rows).all():
+            k, i = np.argwhere(~np.isfinite(rows))[0]
+            raise SimulationError(f"'{record[i]}' is not finite at t = {times[k]:g} s", float(times[k]))
+        return times, rows
+
+    def _recorded(self, record: Sequence[str]) -> list[tuple[bool, Signal]]:
+        """(is an output, signal) of each of these; all are single numbers."""
+        wanted = [self.signal(address) for address in record]
+        for _, signal in wanted:
+            if signal.family == TEXT or signal.size > 1:
+                raise UsageError(f"'{signal.address}' is not a single number and cannot be recorded here")
+        return wanted
+
+    def _driven(
+        self, inputs: Mapping[str, Series], drives: Sequence[Drive], times: np.ndarray, holds_mean: bool
+    ) -> list[_Driven]:
+        """What is driven, at these times."""
+        connected = {link.target.place for link in self.system.links}
+        driven: list[_Driven] = []
+        for address, given in inputs.items():
             t, y = check_series(address, given)
             is_output, signal = self.signal(address)
             if is_output or signal.place in connected:
                 raise UsageError(f"'{address}' cannot be driven: it is {'an output' if is_output else 'connected'}")
             if signal.family == TEXT or signal.size > 1:
                 raise UsageError(f"'{address}' is not a single number and cannot be driven here")
-            series = np.interp(times, t, y)
-            driven.append((signal, series if signal.family == REAL else series.astype(np.int64)))
-            if holds_mean:
-                averages.append(np.append(means(t, y, times), 0.0))
+            at = np.interp(times, t, y)
+            held = np.append(means(t, y, times), 0.0) if holds_mean else None
+            driven.append(_Driven(signal, at if signal.family == REAL else at.astype(np.int64), held))
         for d in drives:
             if d.texts:
                 raise UsageError(f"'{d.signal.address}' takes texts and cannot be driven here")
-            driven.append((d.signal.part(d.element) if d.signal.size > 1 else d.signal, d.at(times)))
-            if holds_mean:
-                averages.append(np.append(d.mean(times), 0.0))
-        values = [*self._bound, *resolve((changes or {}).items(), system.instances, "", system, system.network.inputs)]
+            signal = d.signal.part(d.element) if d.signal.size > 1 else d.signal
+            driven.append(_Driven(signal, d.at(times), np.append(d.mean(times), 0.0) if holds_mean else None))
+        return driven
+
+    def _start_values(self, changes: Mapping[str, Any], driven: Sequence[_Driven]) -> list[Value]:
+        """Parameters and start values of a run, but for what is driven."""
+        system = self.system
+        values = [*self._bound, *resolve(changes.items(), system.instances, "", system, system.network.inputs)]
         for v in values:
             if v.component and system.instances[v.component].variables[v.variable].causality == "structuralParameter":
                 raise UsageError(f"'{v.component}.{v.variable}' gives arrays their size and cannot change in a session")
-        taken = {(signal.component, signal.name) for signal, _ in driven}
+        taken = {(d.signal.component, d.signal.name) for d in driven}
         values = [v for v in values if (v.component, v.variable) not in taken]
         system.values.mute({v.variable for v in values if not v.component} | {n for c, n in taken if not c})
+        return values
+
+    def _begin(self, values: list[Value], driven: Sequence[_Driven], start: float, stop: float) -> None:
+        """Initialise the FMUs, which are as new."""
         if not self._fresh:
-            for instance in system.instances.values():
+            for instance in self.system.instances.values():
                 instance.reset()
         self._fresh = False
-        system.values.reset_inputs()
-        for signal, series in driven:
-            system.values.begin_with(signal, series[0])
+        self.system.values.reset_inputs()
+        for d in driven:
+            self.system.values.begin_with(d.signal, d.at[0])
         self._initialise(values, start, stop)
-        detect_feedthrough(system, loops_only=method_named(method).newest_values)
-        system.steps.watched = None
-        if all(is_output and s.component for is_output, s in wanted):
-            system.steps.watched = frozenset((s.component, s.name) for _, s in wanted)
-        runner, order = self._runner(method, tuple(wanted), tuple(signal for signal, _ in driven))
-        runner.program.begin()
-        rows = np.empty((n + 1, len(record)))
-        columns = [driven_column(series) for _, series in driven]
-        matrix = np.stack([*columns, *averages], axis=1) if driven else None
-        raw = np.empty((n, len(record)))
-        taken_steps = runner.run(raw, start, step, 0, n, n, stop, matrix)
-        if taken_steps < n and runner.ended is not None:
-            end = start + taken_steps * step
-            raise SimulationError(f"component '{runner.ended.name}' asks to end the simulation at t = {end:g} s", end)
-        rows[:n, order] = raw
+
+    def _finish(self, rows: np.ndarray, wanted: Sequence[tuple[bool, Signal]], driven: Sequence[_Driven]) -> None:
+        """Write what is recorded at the end into the last row (n + 1, columns), and whole numbers as such into all."""
         if driven:
-            for signal, series in driven:
-                system.values.put(signal, series[n])
+            for d in driven:
+                self.system.values.put(d.signal, d.at[-1])
             self._initialise.show()
-        reals, integers = system.buffer.reals, system.buffer.integers
+        reals, integers = self.system.buffer.reals, self.system.buffer.integers
         for j, (_, signal) in enumerate(wanted):
-            rows[n, j] = reals[signal.place]
+            rows[-1, j] = reals[signal.place]
             if signal.family != REAL:
-                rows[:n, j] = rows[:n, j].copy().view(np.int64)
-                rows[n, j] = integers[signal.place]
-        if not np.isfinite(rows).all():
-            k, i = np.argwhere(~np.isfinite(rows))[0]
-            raise SimulationError(f"'{record[i]}' is not finite at t = {times[k]:g} s", float(times[k]))
-        return times, rows
+                rows[:-1, j] = rows[:-1, j].copy().view(np.int64)
+                rows[-1, j] = integers[signal.place]
 
     def _runner(
         self, method: str, wanted: tuple[tuple[bool, Signal], ...], driven: tuple[Signal, ...]
