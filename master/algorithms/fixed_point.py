@@ -37,72 +37,93 @@ def takes_back(system: System) -> list[str]:
 def write(system: System, program: Program) -> None:
     """Write the macro step."""
     coupling = Coupling(system)
-    steppers = [Stepper(system, system.instances[name]) for name in takes_back(system)]
     driven = at_end(system, program, stale(system)[0])
     refresh_program = system.steps.program()
     refresh(system, refresh_program, driven)
     for memory in refresh_program.memories:
         program.remember(memory)
-    agree = Runner(refresh_program) if len(refresh_program) else None
-    size = last = np.zeros(0)
+    iteration = _FixedPoint(system, coupling, Runner(refresh_program) if len(refresh_program) else None)
+    program.remember(iteration.memory)
+    coupling.pass_others(program)
+    program.python(iteration.settle)
 
-    def begin() -> None:
-        nonlocal size, last
-        last = coupling.inputs_from(coupling.outputs)
-        size = np.maximum(np.abs(last), SMALL * coupling.nominals())
 
-    def restore(kept: Mapping[str, np.ndarray]) -> None:
-        nonlocal size, last
-        size, last = kept["size"].copy(), kept["last"].copy()
+class _FixedPoint:
+    """The iteration of a system's steps, and what it remembers from step to step."""
 
-    def settle(t: float, h: float) -> int:
+    def __init__(self, system: System, coupling: Coupling, agree: Runner | None):
+        """agree: makes outputs that follow from inputs at once agree with these."""
+        self._system, self._coupling, self._agree = system, coupling, agree
+        self._steppers = [Stepper(system, system.instances[name]) for name in takes_back(system)]
+        self._size = self._last = np.zeros(0)
+
+    @property
+    def memory(self) -> Memory:
+        """The greatest size of each input so far, and what it settled at last."""
+        return Memory("fixed point", self._begin, lambda: {"size": self._size, "last": self._last}, self._restore)
+
+    def _begin(self) -> None:
+        self._last = self._coupling.inputs_from(self._coupling.outputs)
+        self._size = np.maximum(np.abs(self._last), SMALL * self._coupling.nominals())
+
+    def _restore(self, kept: Mapping[str, np.ndarray]) -> None:
+        self._size, self._last = kept["size"].copy(), kept["last"].copy()
+
+    def settle(self, t: float, h: float) -> int:
+        """Take a step from t over h [s]: repeat it from saved states until it agrees; returns the status."""
         states = []
         try:
-            for s in steppers:
+            for s in self._steppers:
                 states.append(s.save())
-            return iterate(t, h, states)
+            self._iterate(t, h, states)
+            return 0
         finally:
-            for s, state in zip(steppers, states, strict=False):
+            for s, state in zip(self._steppers, states, strict=False):
                 with suppress(CosimError):
                     s.instance.drop(state)
 
-    def iterate(t: float, h: float, states: list[Any]) -> int:
-        nonlocal last
-        reals = system.buffer.reals
-        y = coupling.outputs
-        u, relaxation, before = last.copy(), 1.0, None
+    def _iterate(self, t: float, h: float, states: list[Any]) -> None:
+        size, y = self._size, self._coupling.outputs
+        u, relaxation, before = self._last.copy(), 1.0, None
         for k in range(MOST):
-            if k:
-                for s, state in zip(steppers, states, strict=True):
-                    s.restore(state)
-            reals[coupling.targets] = u
-            for s in steppers:
-                s.step(t, h)
-            if agree is not None:
-                agree.once()
-            residual = coupling.inputs_from(0.5 * (y + coupling.outputs)) - u
+            self._repeat(t, h, u, states if k else [])
+            residual = self._coupling.inputs_from(0.5 * (y + self._coupling.outputs)) - u
             np.maximum(size, np.maximum(np.abs(u), np.abs(residual)), out=size)
             if np.all(np.abs(residual) <= TOLERANCE * size):
-                last = u
-                return 0
+                self._last = u
+                return
             if before is not None:
-                change = (residual - before) / size
-                square = float(change @ change)
-                if square > 0.0:
-                    relaxation *= -float((before / size) @ change) / square
-                    relaxation = float(np.clip(relaxation, -2.0, 2.0)) or 1.0
+                relaxation = _aitken(relaxation, before / size, (residual - before) / size)
             before = residual
             u = u + relaxation * residual
         worst = int(np.argmax(np.abs(residual) / size))
-        names = {s.place + i: s.address for s in system.inputs.values() if s.family == REAL for i in range(s.size)}
         raise SimulationError(
             f"the fixed-point iteration does not settle in {MOST} repetitions at t = {t:g} s; "
-            f"'{names[int(coupling.targets[worst])]}' still changes by {residual[worst]:g}", t
+            f"'{self._address(worst)}' still changes by {residual[worst]:g}", t
         )  # fmt: skip
 
-    program.remember(Memory("fixed point", begin, lambda: {"size": size, "last": last}, restore))
-    coupling.pass_others(program)
-    program.python(settle)
+    def _repeat(self, t: float, h: float, u: np.ndarray, states: list[Any]) -> None:
+        """The step with the inputs u, from these states where there are any."""
+        for s, state in zip(self._steppers, states, strict=False):
+            s.restore(state)
+        self._system.buffer.reals[self._coupling.targets] = u
+        for s in self._steppers:
+            s.step(t, h)
+        if self._agree is not None:
+            self._agree.once()
+
+    def _address(self, i: int) -> str:
+        inputs = (s for s in self._system.inputs.values() if s.family == REAL)
+        return {s.place + k: s.address for s in inputs for k in range(s.size)}[int(self._coupling.targets[i])]
+
+
+def _aitken(relaxation: float, before: np.ndarray, change: np.ndarray) -> float:
+    """The next relaxation, from the residual before and its change since, both as shares of the inputs' sizes."""
+    square = float(change @ change)
+    if not square > 0.0:  # also true for NaN
+        return relaxation
+    relaxation *= -float(before @ change) / square
+    return float(np.clip(relaxation, -2.0, 2.0)) or 1.0
 
 
 METHOD = Method(write, order=2, needs_state=takes_back)
