@@ -154,50 +154,32 @@ def value_conversion(
     remarks: list[str] = []
     unit, current = source.unit, source
     for i, hop in enumerate(hops):
-        last = i == len(hops) - 1
-        looks = last or isinstance(hop.transformation, Linear)
-        reached = _ahead(hops[i:], lambda h: h.unit, target.unit) if looks else hop.unit
-        if reached is not None and not reached.defined:  # a name only: as the ends define it
-            reached = next((u for u in (target.unit, source.unit) if u is not None and u.name == reached.name), reached)
+        last, place = i == len(hops) - 1, hop.where or where
         looks = last or hop.transformation is not None
         items = _ahead(hops[i:], lambda h: h.enumeration, target.items) if looks else hop.enumeration
-        stated, fmu = hop.unit, target.unit
-        if last and stated is not None and fmu is not None and stated.name != fmu.name and not alike(stated, fmu):
-            remarks.append(
-                f"{hop.where or where}: the package says {target.shown} is in {stated.name}, its FMU says "
-                f"{fmu.name}; the package's word counts"
-            )
-        steps: list[Step] = []
+        reached = _unit_reached(hops[i:], source, target)
+        if last:
+            remarks += _contradicted(hop, target, place)
         if _shifts_in_doubt(hop, unit, reached, target):
             assert unit is not None
             remarks.append(
-                f"{hop.where or where}: {hop.between} does not say its unit, nor does what it leads to at once; the "
+                f"{place}: {hop.between} does not say its unit, nor does what it leads to at once; the "
                 f"transformation's offset is taken to be in {unit.name}"
             )
+        steps: list[Step] = []
         if not hop.suppress_unit_conversion and unit is not None and reached is not None:
-            shown = f"{hop.where or where}: {source.shown} -> {target.shown}"
-            if unit.name != reached.name:
-                try:
-                    line = conversion(unit, reached)
-                except UsageError as error:
-                    raise PackageError(f"{shown}: {error}") from None
-                if source.relative or target.relative:
-                    line = line[0], 0.0
-                if line != (1.0, 0.0):
-                    steps.append(line)
-            elif not alike(unit, reached):
+            shown = f"{place}: {source.shown} -> {target.shown}"
+            steps += _between_units(unit, reached, source.relative or target.relative, shown)
+            if unit.name == reached.name and not alike(unit, reached):
                 remarks.append(f"{shown}: unit '{unit.name}' is defined in two ways; the value is passed on as it is")
         if reached is not None or hop.suppress_unit_conversion:
             unit = reached
         at = between(hop)
         takes = at or (target if last else replace(current, shown=target.shown))
-        steps += _transformation(hop, current, replace(takes, items=items), target, hop.where or where)
-        if isinstance(hop.transformation, Linear) and current.type != "Boolean":
-            current = replace(current, type="Real")
-        if isinstance(hop.transformation, Table):
-            current = replace(current, items=items or current.items)
+        steps += _transformation(hop, current, replace(takes, items=items), target, place)
+        current = _transformed(current, hop, items)
         if strict and at is not None:
-            _check(current, at, hop.where or where, named=not isinstance(hop.transformation, Table))
+            _check(current, at, place, named=not isinstance(hop.transformation, Table))
         if at is not None:
             kept_items = current.items if at.type == "Enumeration" else None
             at = current = replace(at, items=items or kept_items)
@@ -208,6 +190,48 @@ def value_conversion(
         named = not hops or not isinstance(hops[-1].transformation, Table)
         _check(current if current.family != TEXT or len(hops) > 1 else source, target, where, named)
     return ValueConversion(tuple(stages), tuple(remarks))
+
+
+def _unit_reached(hops: Sequence[Hop], source: Quantity, target: Quantity) -> Unit | None:
+    """The unit of what the first of the hops that are left reaches, if that is known."""
+    hop = hops[0]
+    looks = len(hops) == 1 or isinstance(hop.transformation, Linear)
+    reached = _ahead(hops, lambda h: h.unit, target.unit) if looks else hop.unit
+    if reached is not None and not reached.defined:  # a name only: as the ends define it
+        reached = next((u for u in (target.unit, source.unit) if u is not None and u.name == reached.name), reached)
+    return reached
+
+
+def _contradicted(hop: Hop, target: Quantity, where: str) -> list[str]:
+    """What to remark where package and FMU say different units of the end."""
+    stated, fmu = hop.unit, target.unit
+    if stated is None or fmu is None or stated.name == fmu.name or alike(stated, fmu):
+        return []
+    return [
+        f"{where}: the package says {target.shown} is in {stated.name}, its FMU says {fmu.name}; the package's word "
+        "counts"
+    ]
+
+
+def _between_units(unit: Unit, reached: Unit, relative: bool, shown: str) -> list[Step]:
+    """The step from one unit to another, if it is one; of a relative quantity the offset does not count."""
+    if unit.name == reached.name:
+        return []
+    try:
+        factor, offset = conversion(unit, reached)
+    except UsageError as error:
+        raise PackageError(f"{shown}: {error}") from None
+    line = factor, 0.0 if relative else offset
+    return [line] if line != (1.0, 0.0) else []
+
+
+def _transformed(current: Quantity, hop: Hop, items: dict[str, int] | None) -> Quantity:
+    """What is known of a value behind a hop's transformation."""
+    if isinstance(hop.transformation, Linear) and current.type != "Boolean":
+        return replace(current, type="Real")
+    if isinstance(hop.transformation, Table):
+        return replace(current, items=items or current.items)
+    return current
 
 
 def _shifts_in_doubt(hop: Hop, unit: Unit | None, reached: Unit | None, target: Quantity) -> bool:
