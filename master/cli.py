@@ -17,6 +17,7 @@ from .algorithms import DEFAULT, NAMES
 if TYPE_CHECKING:
     from ..core.errors import CosimError
     from .options import Options
+    from .simulation.result import Result
 
 EXAMPLES = """examples:
   cosim-master deepsea_11km.ssp
@@ -61,7 +62,14 @@ def parser() -> argparse.ArgumentParser:
     p.add_argument("--variant", metavar="NAME", help="another system structure description of the package")
     p.add_argument("--check", action="store_true", help="look for all that is wrong with the package; do not run")
     p.add_argument("--info", action="store_true", help="print the system as a tree; do not run")
-    run = p.add_argument_group("the run")
+    _add_run(p.add_argument_group("the run"))
+    _add_results(p.add_argument_group("results"))
+    p.add_argument("--quiet", action="store_true", help="print nothing but errors")
+    add_version(p)
+    return p
+
+
+def _add_run(run: argparse._ArgumentGroup) -> None:
     run.add_argument("--step", metavar="S", type=float, help="macro step in seconds (default: the package's)")
     run.add_argument("--stop-time", metavar="S", type=float, help="end in seconds (default: the package's)")
     run.add_argument(
@@ -110,7 +118,9 @@ def parser() -> argparse.ArgumentParser:
         help="go on from the state in the result folder of another run of the same, up to --stop-time",
     )  # fmt: skip
     run.add_argument("--realtime", action="store_true", help="do not run faster than the clock")
-    results = p.add_argument_group("results")
+
+
+def _add_results(results: argparse._ArgumentGroup) -> None:
     results.add_argument("--out", metavar="DIR", type=folder, help="result folder (default: results/<package>)")
     results.add_argument(
         "--results", metavar="FILE", default="results.csv",
@@ -140,9 +150,6 @@ def parser() -> argparse.ArgumentParser:
         help="write notes of that category of the FMUs only, and switch it on; may be repeated",
     )  # fmt: skip
     results.add_argument("--no-plot", action="store_true", help="do not draw overview.png")
-    p.add_argument("--quiet", action="store_true", help="print nothing but errors")
-    add_version(p)
-    return p
 
 
 class _Progress:
@@ -247,8 +254,6 @@ def _look(options: argparse.Namespace, settings: Options) -> int:
 
 
 def _run(options: argparse.Namespace) -> int:
-    from contextlib import ExitStack
-
     from ..core.errors import PackageError, UsageError
 
     try:
@@ -257,13 +262,28 @@ def _run(options: argparse.Namespace) -> int:
         raise PackageError(f"{options.package}: {error.strerror}") from None
     if not exists:
         raise PackageError(f"{options.package}: no such file")
-    from .options import Options, parse_change
-    from .simulation.run import run
-
     if None in options.parameters and not options.info:
         raise UsageError("--parameters: give a file, or --info to list the parameters in force")
+    settings = _settings(options)
+    if options.check or options.info:
+        return _look(options, settings)
+    folder = options.out or Path("results") / options.package.stem
+    result, files = _simulate(options, settings, folder)
+    if not options.quiet:
+        for warning in result.summary["warnings"]:
+            print(f"cosim-master: warning: {warning}", file=sys.stderr)
+        print(_table(result.summary, result))
+        print()
+        for name in files:
+            print(f"  {folder / name}")
+    return {"failed": 1, "interrupted": 130}.get(result.summary.get("step_check", {}).get("status"), 0)
 
-    settings = Options(
+
+def _settings(options: argparse.Namespace) -> Options:
+    """What is asked of the run."""
+    from .options import Options, parse_change
+
+    return Options(
         step=options.step,
         stop_time=options.stop_time,
         method=options.method,
@@ -289,12 +309,15 @@ def _run(options: argparse.Namespace) -> int:
         resume=options.resume,
         record_parameters=tuple(options.record_parameters),
     )
-    if options.check or options.info:
-        return _look(options, settings)
+
+
+def _simulate(options: argparse.Namespace, settings: Options, folder: Path) -> tuple[Result, list[str]]:
+    """The result of the run, and the names of the files that it has left in the folder."""
+    from contextlib import ExitStack
 
     from .simulation.plot import Plotter
+    from .simulation.run import run
 
-    folder = options.out or Path("results") / options.package.stem
     with ExitStack() as stack:
         plotter: list[Plotter] = []
         show = _Progress(options.quiet)
@@ -314,14 +337,7 @@ def _run(options: argparse.Namespace) -> int:
                 print(f"cosim-master: overview.png was not drawn: {problem}", file=sys.stderr)
             else:
                 files.append("overview.png")
-    if not options.quiet:
-        for warning in result.summary["warnings"]:
-            print(f"cosim-master: warning: {warning}", file=sys.stderr)
-        print(_table(result.summary, result))
-        print()
-        for name in files:
-            print(f"  {folder / name}")
-    return {"failed": 1, "interrupted": 130}.get(result.summary.get("step_check", {}).get("status"), 0)
+    return result, files
 
 
 def _on_hang(error: CosimError) -> NoReturn:
