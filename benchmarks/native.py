@@ -13,6 +13,8 @@ import shutil
 import subprocess
 import sys
 import zipfile
+from collections.abc import Callable
+from dataclasses import dataclass
 from functools import cache
 from pathlib import Path
 from tempfile import mkdtemp
@@ -67,6 +69,19 @@ def _variables(plain: bool) -> list[tuple[str, int, str, str]]:
 START = {"Real": "0", "Integer": "0", "Boolean": "false", "String": "", "Enumeration": "1"}
 
 
+@dataclass(frozen=True)
+class _Wanted:
+    """What a description is to say, see `description`."""
+
+    units: dict[str, str]
+    through: bool | None
+    plain: bool
+    slopes: bool
+    negated: str
+    direct: bool
+    derivatives: bool
+
+
 def description(
     version: int, units: dict[str, str] | None = None, through: bool | None = True, plain: bool = False,
     slopes: bool = False, negated: str = "", direct: bool = False, derivatives: bool = False,
@@ -77,100 +92,131 @@ def description(
     plain: see `_variables`; slopes: takes slopes of its inputs; negated: a variable of FMI 1.0 that is a negated
     alias; direct: FMI 1.0 tells on which inputs the outputs depend; derivatives: directional ones are given.
     """
-    units = units or {}
-    provides, told = " providesDirectionalDerivative", str(derivatives).lower()
-    items = "".join(f'<Item name="{name}" value="{k}"/>' for k, name in enumerate(("red", "green", "blue"), start=1))
-    variables = _variables(plain)
+    wanted = _Wanted(units or {}, through, plain, slopes, negated, direct, derivatives)
+    return {1: _description_1, 2: _description_2, 3: _description_3}[version](wanted)
+
+
+ITEMS = "".join(f'<Item name="{name}" value="{k}"/>' for k, name in enumerate(("red", "green", "blue"), start=1))
+
+
+def _unit_definitions(wanted: _Wanted, written: Callable[[str], str]) -> str:
+    used = "".join(written(u) for u in dict.fromkeys(wanted.units.values()))
+    return f"<UnitDefinitions>{used}</UnitDefinitions>" if used else ""
+
+
+def _unit(wanted: _Wanted, name: str) -> str:
+    return f' unit="{wanted.units[name]}"' if name in wanted.units else ""
+
+
+def _description_1(wanted: _Wanted) -> str:
+    types = "".join(f'<Item name="{n}"/>' for n in ("red", "green", "blue"))
+    interpolates = ' canInterpolateInputs="true"' if wanted.slopes else ""
+    return (
+        '<?xml version="1.0" encoding="UTF-8"?><fmiModelDescription fmiVersion="1.0" modelName="Linear" '
+        'modelIdentifier="Linear" guid="{linear}" numberOfContinuousStates="0" numberOfEventIndicators="0">'
+        + _unit_definitions(wanted, lambda u: f'<BaseUnit unit="{u}"/>')
+        + f'<TypeDefinitions><Type name="Colour"><EnumerationType min="1" max="3">{types}</EnumerationType></Type>'
+        f"</TypeDefinitions><ModelVariables>{_scalars(wanted, 1)}</ModelVariables><Implementation>"
+        f'<CoSimulation_StandAlone><Capabilities canHandleVariableCommunicationStepSize="true"{interpolates}/>'
+        "</CoSimulation_StandAlone></Implementation></fmiModelDescription>"
+    )
+
+
+def _description_2(wanted: _Wanted) -> str:
+    unknowns = "".join(
+        f'<Unknown index="{i}"{_depends(r, wanted.through, 2)}/>'
+        for i, (_, r, c, _) in enumerate(_variables(wanted.plain), 1)
+        if c == "output"
+    )
+    able = ' canInterpolateInputs="true"' if wanted.slopes else ""
+    able += f' providesDirectionalDerivative="{str(wanted.derivatives).lower()}"'
+    return (
+        '<?xml version="1.0" encoding="UTF-8"?><fmiModelDescription fmiVersion="2.0" modelName="Linear" '
+        'guid="{linear}">'
+        '<CoSimulation modelIdentifier="Linear" canHandleVariableCommunicationStepSize="true" '
+        f'canGetAndSetFMUstate="true" canSerializeFMUstate="true"{able}/>'
+        + _unit_definitions(wanted, _defined)
+        + f'<TypeDefinitions><SimpleType name="Colour"><Enumeration>{ITEMS}</Enumeration></SimpleType>'
+        "</TypeDefinitions>"
+        f"<ModelVariables>{_scalars(wanted, 2)}</ModelVariables><ModelStructure><Outputs>{unknowns}</Outputs>"
+        f"<InitialUnknowns>{unknowns}</InitialUnknowns></ModelStructure></fmiModelDescription>"
+    )
+
+
+def _scalars(wanted: _Wanted, version: int) -> str:
+    """The variables in FMI 1.0 and 2.0."""
     rows = []
-    if version == 3:
-        for name, reference, causality, kind in variables:
-            tag = {"Real": "Float64", "Integer": "Int32"}.get(kind, kind)
-            variability = "tunable" if causality == "parameter" else "continuous" if kind == "Real" else "discrete"
-            extra = ' declaredType="Colour"' if kind == "Enumeration" else ""
-            unit = f' unit="{units[name]}"' if name in units else ""
-            value = "1e300" if name == "when" else START[kind]
-            start = "" if causality == "output" or kind == "String" else f' start="{value}"'
-            inside = '<Start value=""/>' if kind == "String" and causality != "output" else ""
-            rows.append(f'<{tag} name="{name}" valueReference="{reference}" causality="{causality}" '
-                        f'variability="{variability}"{start}{extra}{unit}>{inside}</{tag}>')  # fmt: skip
-        for name, base, kind, size in (
-            ("array", 700, "Float64", 3),
-            ("wide", 710, "Int64", 0),
-            ("single", 720, "Float32", 0),
-            ("huge", 730, "UInt64", 0),
-        ):
-            inside = f'<Dimension start="{size}"/>' if size else ""
-            variability = "continuous" if kind.startswith("Float") else "discrete"
-            rows.append(f'<{kind} name="{name}_in" valueReference="{base}" causality="input" '
-                        f'variability="{variability}" '
-                        f'start="{" ".join(["0"] * max(1, size))}">{inside}</{kind}>')  # fmt: skip
-            rows.append(f'<{kind} name="{name}_out" valueReference="{base + 1}" causality="output" '
-                        f'variability="{variability}">{inside}</{kind}>')  # fmt: skip
-        size = '<Dimension valueReference="740"/>'
-        rows.append('<UInt64 name="size" valueReference="740" causality="structuralParameter" variability="fixed" '
-                    'start="2"/>')  # fmt: skip
-        rows.append(f'<Float64 name="many_in" valueReference="750" causality="input" start="1 2">{size}</Float64>')
-        rows.append(f'<Float64 name="many_out" valueReference="751" causality="output">{size}</Float64>')
-        outputs = [r for n, r, c, _ in variables if c == "output"] + [701, 711, 721, 731, 751]
-        rows.append('<Float64 name="time" valueReference="999" causality="independent" variability="continuous"/>')
-        structure = "".join(
-            f'<{tag} valueReference="{r}"{_depends(r, through, 3)}/>'
-            for tag in ("Output", "InitialUnknown")
-            for r in outputs
-        )
-        used = "".join(_defined(u) for u in dict.fromkeys(units.values()))
-        return (
-            '<?xml version="1.0" encoding="UTF-8"?><fmiModelDescription fmiVersion="3.0" modelName="Linear" '
-            'instantiationToken="{linear}"><CoSimulation modelIdentifier="Linear" '
-            "canHandleVariableCommunicationStepSize="
-            f'"true" canGetAndSetFMUState="true" canSerializeFMUState="true"{provides}s="{told}"/>'
-            + (f"<UnitDefinitions>{used}</UnitDefinitions>" if used else "")
-            + f'<TypeDefinitions><EnumerationType name="Colour">{items}</EnumerationType></TypeDefinitions>'
-            f"<ModelVariables>{''.join(rows)}</ModelVariables><ModelStructure>{structure}</ModelStructure>"
-            "</fmiModelDescription>"
-        )
-    for name, reference, causality, kind in variables:
+    for name, reference, causality, kind in _variables(wanted.plain):
         variability = {"parameter": "parameter" if version == 1 else "fixed"}.get(causality)
         variability = variability or ("continuous" if kind == "Real" else "discrete")
         cause = "internal" if version == 1 and causality == "parameter" else causality
         value = "1e300" if name == "when" else START[kind]
         start = "" if causality == "output" else f' start="{value}"'
-        alias = ' alias="negatedAlias"' if name == negated else ""
-        unit = f' unit="{units[name]}"' if name in units else ""
+        alias = ' alias="negatedAlias"' if name == wanted.negated else ""
         declared = ' declaredType="Colour"' if kind == "Enumeration" else ""
         rows.append(f'<ScalarVariable name="{name}" valueReference="{reference}" causality="{cause}" '
-                    f'variability="{variability}"{alias}>'
-                    f"<{kind}{declared}{start}{unit}/>{_direct(reference, direct)}</ScalarVariable>")  # fmt: skip
-    interpolates = ' canInterpolateInputs="true"' if slopes else ""
-    if version == 1:
-        used = "".join(f'<BaseUnit unit="{u}"/>' for u in dict.fromkeys(units.values()))
-        types = "".join(f'<Item name="{n}"/>' for n in ("red", "green", "blue"))
-        return (
-            '<?xml version="1.0" encoding="UTF-8"?><fmiModelDescription fmiVersion="1.0" modelName="Linear" '
-            'modelIdentifier="Linear" guid="{linear}" numberOfContinuousStates="0" numberOfEventIndicators="0">'
-            + (f"<UnitDefinitions>{used}</UnitDefinitions>" if used else "")
-            + f'<TypeDefinitions><Type name="Colour"><EnumerationType min="1" max="3">{types}</EnumerationType></Type>'
-            f"</TypeDefinitions><ModelVariables>{''.join(rows)}</ModelVariables><Implementation><CoSimulation_StandAlone>"
-            f'<Capabilities canHandleVariableCommunicationStepSize="true"{interpolates}/></CoSimulation_StandAlone>'
-            "</Implementation></fmiModelDescription>"
-        )
-    used = "".join(_defined(u) for u in dict.fromkeys(units.values()))
-    unknowns = "".join(
-        f'<Unknown index="{i}"{_depends(r, through, 2)}/>'
-        for i, (_, r, c, _) in enumerate(variables, 1)
-        if c == "output"
+                    f'variability="{variability}"{alias}><{kind}{declared}{start}{_unit(wanted, name)}/>'
+                    f"{_direct(reference, wanted.direct)}</ScalarVariable>")  # fmt: skip
+    return "".join(rows)
+
+
+def _description_3(wanted: _Wanted) -> str:
+    outputs = [r for _, r, c, _ in _variables(wanted.plain) if c == "output"] + [701, 711, 721, 731, 751]
+    structure = "".join(
+        f'<{tag} valueReference="{r}"{_depends(r, wanted.through, 3)}/>'
+        for tag in ("Output", "InitialUnknown")
+        for r in outputs
     )
+    derivatives = str(wanted.derivatives).lower()
     return (
-        '<?xml version="1.0" encoding="UTF-8"?><fmiModelDescription fmiVersion="2.0" modelName="Linear" '
-        'guid="{linear}">'
-        '<CoSimulation modelIdentifier="Linear" canHandleVariableCommunicationStepSize="true" '
-        f'canGetAndSetFMUstate="true" canSerializeFMUstate="true"{interpolates}{provides}="{told}"/>'
-        + (f"<UnitDefinitions>{used}</UnitDefinitions>" if used else "")
-        + f'<TypeDefinitions><SimpleType name="Colour"><Enumeration>{items}</Enumeration></SimpleType>'
-        "</TypeDefinitions>"
-        f"<ModelVariables>{''.join(rows)}</ModelVariables><ModelStructure><Outputs>{unknowns}</Outputs><InitialUnknowns>"
-        f"{unknowns}</InitialUnknowns></ModelStructure></fmiModelDescription>"
+        '<?xml version="1.0" encoding="UTF-8"?><fmiModelDescription fmiVersion="3.0" modelName="Linear" '
+        'instantiationToken="{linear}"><CoSimulation modelIdentifier="Linear" '
+        'canHandleVariableCommunicationStepSize="true" canGetAndSetFMUState="true" canSerializeFMUState="true" '
+        f'providesDirectionalDerivatives="{derivatives}"/>'
+        + _unit_definitions(wanted, _defined)
+        + f'<TypeDefinitions><EnumerationType name="Colour">{ITEMS}</EnumerationType></TypeDefinitions>'
+        f"<ModelVariables>{_typed(wanted)}{_more_types()}</ModelVariables>"
+        f"<ModelStructure>{structure}</ModelStructure></fmiModelDescription>"
     )
+
+
+def _typed(wanted: _Wanted) -> str:
+    """The variables of all versions in FMI 3.0."""
+    rows = []
+    for name, reference, causality, kind in _variables(wanted.plain):
+        tag = {"Real": "Float64", "Integer": "Int32"}.get(kind, kind)
+        variability = "tunable" if causality == "parameter" else "continuous" if kind == "Real" else "discrete"
+        extra = ' declaredType="Colour"' if kind == "Enumeration" else ""
+        value = "1e300" if name == "when" else START[kind]
+        start = "" if causality == "output" or kind == "String" else f' start="{value}"'
+        inside = '<Start value=""/>' if kind == "String" and causality != "output" else ""
+        rows.append(f'<{tag} name="{name}" valueReference="{reference}" causality="{causality}" '
+                    f'variability="{variability}"{start}{extra}{_unit(wanted, name)}>{inside}</{tag}>')  # fmt: skip
+    return "".join(rows)
+
+
+def _more_types() -> str:
+    """What only FMI 3.0 has: arrays, one of them of a size that can be set, and types of other widths."""
+    rows = []
+    for name, base, kind, size in (
+        ("array", 700, "Float64", 3),
+        ("wide", 710, "Int64", 0),
+        ("single", 720, "Float32", 0),
+        ("huge", 730, "UInt64", 0),
+    ):
+        inside = f'<Dimension start="{size}"/>' if size else ""
+        variability = "continuous" if kind.startswith("Float") else "discrete"
+        rows.append(f'<{kind} name="{name}_in" valueReference="{base}" causality="input" '
+                    f'variability="{variability}" start="{" ".join(["0"] * max(1, size))}">{inside}</{kind}>'
+                    f'<{kind} name="{name}_out" valueReference="{base + 1}" causality="output" '
+                    f'variability="{variability}">{inside}</{kind}>')  # fmt: skip
+    size = '<Dimension valueReference="740"/>'
+    rows.append('<UInt64 name="size" valueReference="740" causality="structuralParameter" variability="fixed" '
+                'start="2"/>')  # fmt: skip
+    rows.append(f'<Float64 name="many_in" valueReference="750" causality="input" start="1 2">{size}</Float64>')
+    rows.append(f'<Float64 name="many_out" valueReference="751" causality="output">{size}</Float64>')
+    rows.append('<Float64 name="time" valueReference="999" causality="independent" variability="continuous"/>')
+    return "".join(rows)
 
 
 def _defined(name: str) -> str:
