@@ -6,6 +6,8 @@ The Jacobian is a forward difference; states inside the lines, which act only on
 
 from __future__ import annotations
 
+from typing import NamedTuple
+
 import numpy as np
 
 from .compiled import kernel
@@ -155,22 +157,123 @@ def rest(y, c, step, active) -> bool:
     return False
 
 
+class Room(NamedTuple):
+    """Arrays that a step of `integrate` writes into, for m active of all states."""
+
+    J: np.ndarray
+    M: np.ndarray
+    """The Jacobian and the matrix of the stages, decomposed, (m, m)."""
+    pivot: np.ndarray
+    """Its row exchanges (m,)."""
+    f0: np.ndarray
+    ft: np.ndarray
+    """The rates at the start of the step, and how they change with time alone (STATES,)."""
+    k: np.ndarray
+    """The stages (6, m)."""
+    z: np.ndarray
+    new: np.ndarray
+    """The last stage's state, and the state at the end of the step (STATES,)."""
+    work: np.ndarray
+    """For differences, (2, STATES)."""
+
+
+@kernel
+def room(y, m: int):
+    """Room for m active states, none of which has moved from y."""
+    return Room(
+        np.empty((m, m)), np.empty((m, m)), np.empty(m, np.int64), np.zeros(STATES), np.empty(STATES),
+        np.zeros((6, m)), y.copy(), y.copy(), np.empty((2, STATES)),
+    )  # fmt: skip
+
+
+@kernel
+def linearise(t: float, y, c, piece: int, held: float, step, active, r) -> None:
+    """Write rates, their change with time, and the Jacobian at t into the `Room` r."""
+    dt = 1e-6
+    derivative(t, y, c, piece, RUN, held, r.f0)
+    jacobian(t, y, c, piece, RUN, held, step, active, r.f0, r.work, r.J)
+    derivative(t + dt, y, c, piece, RUN, held, r.ft)
+    for i in range(STATES):
+        r.ft[i] = (r.ft[i] - r.f0[i]) / dt
+
+
+@kernel
+def take_stages(t: float, h: float, y, c, piece: int, held: float, active, r) -> None:
+    """Write the stages of a step of h [s] from y, and the last one's state, into the `Room` r."""
+    m = active.size
+    M, k, z = r.M, r.k, r.z
+    f = r.work[1]
+    for i in range(m):
+        for j in range(m):
+            M[i, j] = -r.J[i, j]
+        M[i, i] += 1.0 / (GAMMA * h)
+    factor(M, m, r.pivot)
+    for stage in range(6):
+        if stage > 0:
+            z[:] = y
+            for s in range(stage):
+                if A[stage, s] != 0.0:
+                    for i in range(m):
+                        z[active[i]] += A[stage, s] * k[s, i]
+            derivative(t + ALPHA[stage] * h, z, c, piece, RUN, held, f)
+        else:
+            f[:] = r.f0
+        b = k[stage]
+        for i in range(m):
+            v = f[active[i]] + GAMMA_T[stage] * h * r.ft[active[i]]
+            for s in range(stage):
+                v += C[stage, s] / h * k[s, i]
+            b[i] = v
+        substitute(M, m, r.pivot, b)
+
+
+@kernel
+def finish(y, active, rtol: float, atol, r) -> float:
+    """Write the state at the end of the step into the `Room` r; returns the estimated error, in tolerances."""
+    m, new = active.size, r.new
+    error = 0.0
+    new[:] = y
+    for i in range(m):
+        a = active[i]
+        new[a] = r.z[a] + r.k[5, i]
+        error += (r.k[5, i] / (atol[a] + rtol * max(abs(y[a]), abs(new[a])))) ** 2
+    error = np.sqrt(error / m)
+    return error if error < 1e300 else 1e4
+
+
+@kernel
+def within(s: float, y, active, r, z) -> None:
+    """Write the state at the share s of a step from y into z: the method's dense output."""
+    z[:] = y
+    for i in range(active.size):
+        c2, c3 = 0.0, 0.0
+        for j in range(5):
+            c2 += D[0, j] * r.k[j, i]
+            c3 += D[1, j] * r.k[j, i]
+        a = active[i]
+        z[a] = (1.0 - s) * y[a] + s * (r.new[a] + (1.0 - s) * (c2 + s * c3))
+
+
+@kernel
+def sampled(t: float, y, c, piece: int) -> float:
+    """The controller's output at t."""
+    length, length1, _, _, _, _ = linkage(c, y[3])
+    x, v = rod(c, y, length - c.length0, length1 * y[4])
+    return controller(c, piece, t, x, v, y[5])[0]
+
+
 @kernel
 def integrate(c, y, times, corners, step, active, rtol: float, atol, most: int, out) -> tuple[int, int]:
     """Integrate from y at t = 0 and write the outputs at `times` into out; returns the status and the number of steps.
 
     The integration restarts at the corners of the command and at the controller's sampling times.
     """
-    nan = float("nan")
-    m = active.size
-    J, M, work = np.empty((m, m)), np.empty((m, m)), np.empty((2, STATES))
-    f0, f, ft, z, new = np.zeros(STATES), np.zeros(STATES), np.empty(STATES), y.copy(), y.copy()
-    k, pivot, b = np.zeros((6, m)), np.empty(m, np.int64), np.empty(m)
+    r = room(y, active.size)
     t, h, steps, row, rejected = 0.0, 1e-3, 0, 0, False
     end = times[-1]
-    piece, held, tick = 0, nan, 0
+    piece, held, tick = 0, float("nan"), 0
     while row < times.size and times[row] <= 0.0:
-        outputs(0.0, y, c, 0, nan, out[row])
+        outputs(0.0, y, c, 0, held, out[row])
         row += 1
     while t < end:
         # what bounds this stretch, and the controller's output in it
@@ -179,9 +282,7 @@ def integrate(c, y, times, corners, step, active, rtol: float, atol, most: int, 
         stop = min(end, corners[piece]) if piece < 4 else end
         if c.sampling > 0.0:
             if t >= tick * c.sampling - 1e-12:
-                length, length1, _, _, _, _ = linkage(c, y[3])
-                x, v = rod(c, y, length - c.length0, length1 * y[4])
-                held, _ = controller(c, piece, t, x, v, y[5])
+                held = sampled(t, y, c, piece)
                 tick += 1
             stop = min(stop, tick * c.sampling)
         while t < stop - 1e-12:
@@ -194,43 +295,9 @@ def integrate(c, y, times, corners, step, active, rtol: float, atol, most: int, 
             elif h > 0.5 * (stop - t):
                 h = 0.5 * (stop - t)
             if not rejected:
-                derivative(t, y, c, piece, RUN, held, f0)
-                jacobian(t, y, c, piece, RUN, held, step, active, f0, work, J)
-                dt = 1e-6
-                derivative(t + dt, y, c, piece, RUN, held, ft)
-                for i in range(STATES):
-                    ft[i] = (ft[i] - f0[i]) / dt
-            for i in range(m):
-                for j in range(m):
-                    M[i, j] = -J[i, j]
-                M[i, i] += 1.0 / (GAMMA * h)
-            factor(M, m, pivot)
-            for stage in range(6):
-                if stage > 0:
-                    z[:] = y
-                    for s in range(stage):
-                        if A[stage, s] != 0.0:
-                            for i in range(m):
-                                z[active[i]] += A[stage, s] * k[s, i]
-                    derivative(t + ALPHA[stage] * h, z, c, piece, RUN, held, f)
-                else:
-                    f[:] = f0
-                for i in range(m):
-                    v = f[active[i]] + GAMMA_T[stage] * h * ft[active[i]]
-                    for s in range(stage):
-                        v += C[stage, s] / h * k[s, i]
-                    b[i] = v
-                substitute(M, m, pivot, b)
-                k[stage, :] = b
-            error = 0.0
-            new[:] = y
-            for i in range(m):
-                a = active[i]
-                new[a] = z[a] + k[5, i]
-                error += (k[5, i] / (atol[a] + rtol * max(abs(y[a]), abs(new[a])))) ** 2
-            error = np.sqrt(error / m)
-            if not error < 1e300:
-                error = 1e4
+                linearise(t, y, c, piece, held, step, active, r)
+            take_stages(t, h, y, c, piece, held, active, r)
+            error = finish(y, active, rtol, atol, r)
             change = min(max(0.9 / max(error, 1e-10) ** 0.25, 0.2), 4.0)
             if error > 1.0:
                 rejected = True
@@ -240,21 +307,13 @@ def integrate(c, y, times, corners, step, active, rtol: float, atol, most: int, 
                 continue
             reached = stop if last else t + h
             while row < times.size and times[row] <= reached:
-                s = (times[row] - t) / h
-                z[:] = y
-                for i in range(m):
-                    c2, c3 = 0.0, 0.0
-                    for j in range(5):
-                        c2 += D[0, j] * k[j, i]
-                        c3 += D[1, j] * k[j, i]
-                    a = active[i]
-                    z[a] = (1.0 - s) * y[a] + s * (new[a] + (1.0 - s) * (c2 + s * c3))
-                outputs(times[row], z, c, piece, held, out[row])
+                within((times[row] - t) / h, y, active, r, r.z)
+                outputs(times[row], r.z, c, piece, held, out[row])
                 row += 1
-            y[:] = new
-            rejected_before, rejected = rejected, False
-            if rejected_before:
+            y[:] = r.new
+            if rejected:
                 change = min(change, 1.0)
+            rejected = False
             if not last or change < 1.0:
                 h *= change
             elif c.sampling > 0.0:
