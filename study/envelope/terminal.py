@@ -21,31 +21,14 @@ SHOWN = 6
 def envelope_command(options: argparse.Namespace) -> int:
     """Find the envelope and the cheapest change, write and print them; returns the exit code."""
     from ...master.parallel.pool import Pool, cluster
-    from ...master.simulation.session import Session
-    from ..sweep.run import check, check_distinct, value_of
-    from ..sweep.terminal import fixed_values
     from .options import designs, read
-    from .search import cheapest, reaches, settings
+    from .search import cheapest, reaches
 
     wanted = read(options.options)
-    texts = fixed_values(options.set, ())
     mapped = [g for g in wanted.groups if g.mapped]
-    if not 1 <= len(mapped) <= 3:
-        raise UsageError(f"{options.options or 'options.toml'}: one to three groups need map = true")
+    fixed = _checked_values(options, wanted, mapped)
     over, every = designs(mapped), designs(wanted.groups)
     rest = designs([g for g in wanted.groups if not g.mapped])[0].parameters
-    with Session(options.package) as session:
-        fixed = {name: value_of(session, name, text) for name, text in texts.items()}
-        used = [name for g in wanted.groups for name in {n: None for c in g.choices for n in c.parameters}]
-        check_distinct(session, [*fixed, *used, wanted.parameter])
-        first = {**fixed, **every[0].parameters, wanted.parameter: wanted.low}
-        others = [c.parameters for g in wanted.groups for c in g.choices]
-        between = wanted.low + 0.382 * (wanted.high - wanted.low)  # bisection takes values that are not whole
-        try:
-            check(session, first, settings(wanted), [*others, *({wanted.parameter: x} for x in (between, wanted.high))])
-        except UnknownNameError as error:
-            remedy = "" if options.options else "; these are the deep-sea machine's options, give yours with --options"
-            raise UnknownNameError(f"{options.options or 'options.toml'}: {error}{remedy}") from None
     at = wanted.high if options.at is None else options.at
     if not wanted.low <= at <= wanted.high:
         raise UsageError(f"--at {at:g}: it has to be between {wanted.low:g} and {wanted.high:g} {wanted.unit}")
@@ -86,6 +69,32 @@ def envelope_command(options: argparse.Namespace) -> int:
             print(f"{failed} of the combinations that were tried cannot be run there; they count as not holding")
         print(f"\n{folder}: envelope.csv, envelope.json{'' if options.no_plots else ', envelope.png'}")
     return 0
+
+
+def _checked_values(options: argparse.Namespace, wanted: Any, mapped: Any) -> dict[str, Any]:
+    """Values of --set by address. All that is asked is checked against the package."""
+    from ...master.simulation.session import Session
+    from ..sweep.run import check, check_distinct, value_of
+    from ..sweep.terminal import fixed_values
+    from .options import designs
+    from .search import settings
+
+    texts = fixed_values(options.set, ())
+    if not 1 <= len(mapped) <= 3:
+        raise UsageError(f"{options.options or 'options.toml'}: one to three groups need map = true")
+    with Session(options.package) as session:
+        fixed = {name: value_of(session, name, text) for name, text in texts.items()}
+        used = [name for g in wanted.groups for name in {n: None for c in g.choices for n in c.parameters}]
+        check_distinct(session, [*fixed, *used, wanted.parameter])
+        first = {**fixed, **designs(wanted.groups)[0].parameters, wanted.parameter: wanted.low}
+        others = [c.parameters for g in wanted.groups for c in g.choices]
+        between = wanted.low + 0.382 * (wanted.high - wanted.low)  # bisection takes values that are not whole
+        try:
+            check(session, first, settings(wanted), [*others, *({wanted.parameter: x} for x in (between, wanted.high))])
+        except UnknownNameError as error:
+            remedy = "" if options.options else "; these are the deep-sea machine's options, give yours with --options"
+            raise UnknownNameError(f"{options.options or 'options.toml'}: {error}{remedy}") from None
+    return fixed
 
 
 def _told(r: Any, wanted: Any) -> str:

@@ -8,6 +8,7 @@ import re
 import sys
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
+from dataclasses import dataclass
 from functools import partial
 from importlib.util import find_spec
 from pathlib import Path
@@ -25,6 +26,9 @@ if TYPE_CHECKING:  # the simulator is imported when it is needed
 
 SUMMARY = "summary.json"
 
+OWN_COLUMNS = ("case", "failed", "warnings")
+"""Columns of the table beside axes and metrics."""
+
 LONGEST = 80
 """Letters of a picture's name."""
 
@@ -35,20 +39,73 @@ SHOWN = 5
 """Failed cases that are listed on the terminal."""
 
 
+@dataclass(frozen=True)
+class _Plan:
+    """A sweep that can be run."""
+
+    axes: Sequence[Axis]
+    kind: str
+    """How the cases are drawn; '' for a grid."""
+    cases: Sequence[Case]
+    settings: Settings
+    units: Mapping[str, str]
+    """Units by name of an axis or a metric, where they are known."""
+
+    @property
+    def labels(self) -> list[str]:
+        """The metrics' columns of the table."""
+        return [m.label for m in self.settings.metrics]
+
+
 def sweep_command(options: argparse.Namespace) -> int:
     """Run the sweep and print what came of it; returns the exit code."""
+    plan = _plan(options)
+    from ...master.parallel.pool import cluster
+    from .run import sweep
+    from .table import FILES, rows, write
+
+    folder = options.out or Path("results") / f"sweep_{options.package.stem}"
+    make_folder(folder)
+    _forget(folder, FILES)
+    with cluster(options.dask) as executor, _bar(len(plan.cases), options.quiet) as progress:
+        entries = sweep(
+            options.package, plan.cases, plan.settings, folder, executor, options.processes, progress,
+            options.retry_failed, options.case_time,
+        )  # fmt: skip
+    table = rows(plan.cases, entries, plan.labels)
+    path = write(table, folder, plan.units)
+    indices, silent = _indices(plan, table) if plan.kind else ({}, {})
+    _summary(folder, options, plan, table, indices, [])
+    pictures, undrawn = [], {}
+    if not options.no_plots:
+        pictures, undrawn = _pictures(folder, plan, table, indices)
+        _summary(folder, options, plan, table, indices, pictures)
+    made = [path.name, SUMMARY, *pictures]
+    if not options.quiet:
+        _print(plan, table, indices)
+        for what, whys in (("sensitivities", silent), ("picture", undrawn)):
+            for why in dict.fromkeys(whys.values()):
+                mine = [label for label, w in whys.items() if w == why]
+                print(f"no {what} of {mine[0] if len(mine) == 1 else f'{len(mine)} metrics'}: {why}")
+        print(f"\n{folder}: {', '.join(made[:6])}{' ...' if len(made) > 6 else ''}")
+    if all(row["failed"] for row in table):
+        print(f"cosim-study: every case failed, the first: {table[0]['failed']}", file=sys.stderr)
+        return 1
+    return 0
+
+
+def _plan(options: argparse.Namespace) -> _Plan:
+    """What is asked, checked against the package."""
     axes = [parse_axis(text) for text in options.vary]
     for axis in axes:
-        if axis.name in ("case", "failed", "warnings"):
+        if axis.name in OWN_COLUMNS:
             raise UsageError(f"--vary {axis.name}=...: the table has a column of that name; name its component, too")
     if options.dask is not None and options.case_time is not None:
         raise UsageError("--case-time: a process of a Dask cluster cannot be ended from here; leave one of them out")
     from ...master.algorithms import chosen
-    from ...master.parallel.pool import cluster
     from ...master.simulation.session import Session
     from ...master.simulation.time_grid import times_of
-    from .run import Settings, check, default_metrics, sweep, units, value_of
-    from .table import FILES, rows, write
+    from .run import Settings, check, default_metrics, units, value_of
 
     metrics = tuple(parse_metric(text) for text in options.metric)
     texts = fixed_values(options.set, axes)
@@ -63,41 +120,13 @@ def sweep_command(options: argparse.Namespace) -> int:
         method = chosen(options.method, session.structure.method)
         settings = Settings(metrics, step, stop, method, fixed, table_of_inputs)
         check(session, cases[0], settings, _ends(axes))
-        known = units(session, [a.name for a in axes], metrics)
-    labels = [m.label for m in metrics]
-    for name in (*(a.name for a in axes), "case", "failed", "warnings"):
-        if name in labels:
+        plan = _Plan(axes, kind, cases, settings, units(session, [a.name for a in axes], metrics))
+    for name in (*(a.name for a in axes), *OWN_COLUMNS):
+        if name in plan.labels:
             raise UsageError(f"--metric {name}=...: the table has a column of that name already")
-    if len(set(labels)) < len(labels):
+    if len(set(plan.labels)) < len(plan.labels):
         raise UsageError("two metrics have the same name; give them labels: --metric 'late=at(x, 9)'")
-    folder = options.out or Path("results") / f"sweep_{options.package.stem}"
-    make_folder(folder)
-    _forget(folder, FILES)
-    with cluster(options.dask) as executor, _bar(len(cases), options.quiet) as progress:
-        entries = sweep(
-            options.package, cases, settings, folder, executor, options.processes, progress, options.retry_failed,
-            options.case_time,
-        )  # fmt: skip
-    table = rows(cases, entries, labels)
-    path = write(table, folder, known)
-    indices, silent = _indices(axes, kind, cases, table, labels) if kind else ({}, {})
-    _summary(folder, options, settings, table, indices, known, [])
-    pictures, undrawn = [], {}
-    if not options.no_plots:
-        pictures, undrawn = _pictures(folder, axes, bool(kind), table, labels, indices, known)
-        _summary(folder, options, settings, table, indices, known, pictures)
-    made = [path.name, SUMMARY, *pictures]
-    if not options.quiet:
-        _print(table, labels, indices, known)
-        for what, whys in (("sensitivities", silent), ("picture", undrawn)):
-            for why in dict.fromkeys(whys.values()):
-                mine = [label for label, w in whys.items() if w == why]
-                print(f"no {what} of {mine[0] if len(mine) == 1 else f'{len(mine)} metrics'}: {why}")
-        print(f"\n{folder}: {', '.join(made[:6])}{' ...' if len(made) > 6 else ''}")
-    if all(row["failed"] for row in table):
-        print(f"cosim-study: every case failed, the first: {table[0]['failed']}", file=sys.stderr)
-        return 1
-    return 0
+    return plan
 
 
 def _ends(axes: Sequence[Axis]) -> Iterator[Case]:
@@ -157,15 +186,15 @@ def _bar(total: int, quiet: bool) -> Iterator[Callable[[int, int], None]]:
         yield progress
 
 
-def _indices(
-    axes: Sequence[Axis], kind: str, cases: Sequence[Case], table: Sequence[Mapping[str, Any]], labels: Sequence[str]
-) -> tuple[dict[str, Any], dict[str, str]]:
+def _indices(plan: _Plan, table: Sequence[Mapping[str, Any]]) -> tuple[dict[str, Any], dict[str, str]]:
     """Sensitivities by metric, and why there are none of the others."""
-    if kind == "saltelli" and not find_spec("SALib"):
+    if plan.kind == "saltelli" and not find_spec("SALib"):
         return {}, {"any metric": f"this needs SALib: {install('study')}"}
     from .sensitivity import sensitivities
 
-    found = {label: sensitivities(axes, kind, cases, [row[label] for row in table]) for label in labels}
+    found = {
+        label: sensitivities(plan.axes, plan.kind, plan.cases, [row[label] for row in table]) for label in plan.labels
+    }
     told = {label: entry for label, entry in found.items() if not isinstance(entry, str)}
     return told, {label: entry for label, entry in found.items() if isinstance(entry, str)}
 
@@ -185,18 +214,19 @@ def _forget(folder: Path, tables: Sequence[str]) -> None:
 
 
 def _summary(
-    folder: Path, options: argparse.Namespace, settings: Settings, table: Sequence[Mapping[str, Any]],
-    indices: Mapping[str, Any], known: Mapping[str, str], pictures: Sequence[str],
+    folder: Path, options: argparse.Namespace, plan: _Plan, table: Sequence[Mapping[str, Any]],
+    indices: Mapping[str, Any], pictures: Sequence[str],
 ) -> None:  # fmt: skip
     from ...core.versions import versions
     from ...master.simulation.manifest import digest
 
+    settings = plan.settings
     content = {
         "package": str(options.package), "sha256": digest(options.package), "vary": options.vary,
         "sample": options.sample, "seed": options.seed, "set": options.set, "step_s": settings.step,
         "stop_time_s": settings.stop, "method": settings.method,
         "stimuli": str(settings.stimuli) if settings.stimuli is not None else None, "cases": len(table),
-        "metrics": {m.label: str(m) for m in settings.metrics}, "units": dict(known), "pictures": list(pictures),
+        "metrics": {m.label: str(m) for m in settings.metrics}, "units": dict(plan.units), "pictures": list(pictures),
         "failed": [{"case": row["case"], "why": row["failed"]} for row in table if row["failed"]],
         "warnings": [{"case": row["case"], "what": row["warnings"]} for row in table if row["warnings"]],
         "sensitivities": indices, "versions": versions(),
@@ -207,15 +237,14 @@ def _summary(
 
 
 def _pictures(
-    folder: Path, axes: Sequence[Axis], sampled: bool, table: Sequence[Mapping[str, Any]], labels: Sequence[str],
-    indices: Mapping[str, Any], known: Mapping[str, str],
-) -> tuple[list[str], dict[str, str]]:  # fmt: skip
+    folder: Path, plan: _Plan, table: Sequence[Mapping[str, Any]], indices: Mapping[str, Any]
+) -> tuple[list[str], dict[str, str]]:
     """Names of the pictures, and why there are none of other metrics."""
     from .plots import picture
 
     made: list[str] = []
     undrawn: dict[str, str] = {}
-    for label in labels:
+    for label in plan.labels:
         if all(row[label] is None for row in table):
             continue
         stem = name = re.sub(r"[^\w.-]+", "_", label).strip("_")[:LONGEST] or "metric"
@@ -224,7 +253,7 @@ def _pictures(
         name += ".png"
         with writing(folder / name):
             try:
-                picture(folder / name, axes, sampled, table, label, indices.get(label), known)
+                picture(folder / name, plan.axes, bool(plan.kind), table, label, indices.get(label), plan.units)
             except (ValueError, RuntimeError) as error:  # what matplotlib says of what it cannot draw
                 (folder / name).unlink(missing_ok=True)
                 undrawn[label] = " ".join(str(error).split())[:200]
@@ -233,9 +262,7 @@ def _pictures(
     return made, undrawn
 
 
-def _print(
-    table: Sequence[Mapping[str, Any]], labels: Sequence[str], indices: Mapping[str, Any], known: Mapping[str, str]
-) -> None:
+def _print(plan: _Plan, table: Sequence[Mapping[str, Any]], indices: Mapping[str, Any]) -> None:
     counts = {kind: [row for row in table if row[kind]] for kind in ("failed", "warnings")}
     print(f"{len(table)} cases, {len(counts['failed'])} failed, {len(counts['warnings'])} with warnings")
     for kind, rows in counts.items():
@@ -243,12 +270,12 @@ def _print(
             print(f"  case {row['case']} {'failed' if kind == 'failed' else 'warns'}: {row[kind]}")
         if len(rows) > SHOWN:
             print(f"  and {len(rows) - SHOWN} more, see {SUMMARY}")
-    width = max(map(len, labels)) + 2
+    width = max(map(len, plan.labels)) + 2
     print(f"{'':<{width}}{'least':>14}{'greatest':>14}  {'unit':<8}{'missing':>9}")
-    for label in labels:
+    for label in plan.labels:
         values = [row[label] for row in table if row[label] is not None]
         ends = f"{min(values):>14.6g}{max(values):>14.6g}" if values else f"{'-':>14}{'-':>14}"
-        print(f"{label:<{width}}{ends}  {known.get(label, ''):<8}{len(table) - len(values):>9}")
+        print(f"{label:<{width}}{ends}  {plan.units.get(label, ''):<8}{len(table) - len(values):>9}")
         for kind, by_name in indices.get(label, {}).items():
             shares = sorted(by_name.items(), key=lambda item: -item[1]["value"])
             print(f"{'':<{width}}{kind}: " + ", ".join(f"{n} {v['value']:.2f}" for n, v in shares))
