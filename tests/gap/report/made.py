@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from copy import deepcopy
 from math import sqrt
 from typing import Any
@@ -91,29 +92,36 @@ def levels(verdict: str, noise: float = 1.0) -> dict[str, float]:
     return {"noise": noise, "delivered": delivered, "calibrated": calibrated, "explained": explained}
 
 
-def diagnosis(verdict: str = "explained_in_part", runs: int = 3, **changes: Any) -> dict[str, Any]:
-    """The contents of diagnosis.json."""
+SCALE = {"arm.x_h": ("m", 3e-5, 1.3), "hydraulics.P1": ("Pa", 2e4, 0.6), "hydraulics.P2": ("Pa", 2e4, 0.5)}
+"""Unit, noise and part in what is left of the channels."""
+
+
+def budget(verdict: str, names: Sequence[str]) -> dict[str, Any]:
+    """The budget of these runs."""
     parts = deepcopy(PARTS[verdict])
     small = [{k: p[k] for k in ("kind", "group", "share") if k in p} for p in parts]
-    scale = {"arm.x_h": ("m", 3e-5, 1.3), "hydraulics.P1": ("Pa", 2e4, 0.6), "hydraulics.P2": ("Pa", 2e4, 0.5)}
+    return {
+        "metric": "share of what a refit within the tolerances leaves: squared normalised residual above the noise, "
+        "held-out data",
+        "held_out": "stretches of time predicted from the rest", **levels(verdict), "parts": parts,
+        "per_channel": {
+            name: {"unit": unit, **levels(verdict, noise), "parts": small} for name, (unit, noise, _) in SCALE.items()
+        },
+        "per_run": {n: {**levels(verdict), "foretold_by_others": 3.9, "parts": small} for n in names},
+        "per_region": {
+            "extending": {"delivered": 15.1, "calibrated": 11.0, "explained": 4.1},
+            "retracting": {"delivered": 9.1, "calibrated": 5.0, "explained": 2.1},
+        },
+    }  # fmt: skip
+
+
+def diagnosis(verdict: str = "explained_in_part", runs: int = 3, **changes: Any) -> dict[str, Any]:
+    """The contents of diagnosis.json."""
     names = [f"run{k + 1:02}" for k in range(runs)]
     data = {
         "schema": 2, "campaign": "pool test 3", "verdict": verdict, "headline": HEADLINES[verdict],
         "cautions": [], "finished": True, "unfinished_stage": "",
-        "budget": {
-            "metric": "share of what a refit within the tolerances leaves: squared normalised residual above the "
-            "noise, held-out data",
-            "held_out": "stretches of time predicted from the rest", **levels(verdict), "parts": parts,
-            "per_channel": {
-                name: {"unit": unit, **levels(verdict, noise), "parts": small}
-                for name, (unit, noise, _) in scale.items()
-            },
-            "per_run": {n: {**levels(verdict), "foretold_by_others": 3.9, "parts": small} for n in names},
-            "per_region": {
-                "extending": {"delivered": 15.1, "calibrated": 11.0, "explained": 4.1},
-                "retracting": {"delivered": 9.1, "calibrated": 5.0, "explained": 2.1},
-            },
-        },
+        "budget": budget(verdict, names),
         "calibration": {
             "moved": {
                 "hydraulics.oil.nu0": moved(2.2e-5, 0.031, 0.05, "m2/s"),
@@ -135,11 +143,11 @@ def diagnosis(verdict: str = "explained_in_part", runs: int = 3, **changes: Any)
             {"effects": [], "probability": 0.001, "left": 9.7, "status": "converged", "parameters": {}},
         ],
         "reduction": {"value": 0.74, "ci95": [0.70, 0.77], "how": "stretches of time predicted from the rest"},
-        "observations": [{"run": n, "channel": c, "as": "samples"} for n in names for c in scale],
+        "observations": [{"run": n, "channel": c, "as": "samples"} for n in names for c in SCALE],
         "where": [
             {"subsystem": c.partition(".")[0], "channel": c, "share": s / 2.4, "region": "extending",
              "bands": {"0-0.5 Hz": 0.8, "> 5 Hz": 0.2}, "change_points": [{"run": "run01", "time": 3.2}]}
-            for c, (_, _, s) in scale.items()
+            for c, (_, _, s) in SCALE.items()
         ],
         "replay": [
             {"component": "arm", "driven_by": ["hydraulics.P1"], "assumed": [], "rms": {"arm.x_h": 3.1},
