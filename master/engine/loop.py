@@ -92,6 +92,8 @@ def run(
     steps done, operation, status, and number + 1 and step of the first operation that ended with a warning, or 0; while
     it runs, steps done and operation are already there. crew, spans: see `THREADS` and `_gains`.
     """
+    # One long function: split by kinds of operations (calls, values on the buffer, steps), with all of it inlined, the
+    # loop took 1.25 us a step of two native FMUs instead of 1.06.
     spec = np.zeros(2, np.int64)
     where, told = spec.ctypes.data, u8.ctypes.data
     whole = driven.view(np.int64)
