@@ -160,7 +160,7 @@ def read(path: Path) -> Machine:
         raise PackageError(
             f"{path}: [cylinder]: the rod is {1e3 * stated['rod']:g} mm thick in a bore of {1e3 * stated['bore']:g} mm"
         )
-    hydraulics |= _pump(path, sheet.values["pump"]) | _oil(path, sheet)
+    hydraulics |= _pump(sheet) | _oil(path, sheet)
     hydraulics = _usual(hydraulics)
     depths = _depths(sheet)
     try:
@@ -180,38 +180,55 @@ def _check_bounds(sheet: _Sheet) -> None:
     """Raise `PackageError` for a value that its parameter may not have, by the name that it has in the sheet."""
     for table, keys in KEYS.items():
         for key, value in sheet.values[table].items():
-            own, parameter = keys[key]
-            given = sheet.data[table][key]
-            try:
-                if parameter:
-                    (ARM if table == "arm" else HYDRAULICS).parameters({parameter: value})
-            except CosimError as error:
-                plain = f"; a number without a unit is in {own}" if own != "1" and not isinstance(given, str) else ""
-                shown = f"[{table}]: '{key}' = {given}: {error}"
-                raise PackageError(f"{sheet.path}: {shown}{plain}") from None
+            if keys[key][1]:
+                _check_bound(sheet, table, key, keys[key][1], value)
+
+
+def _check_bound(sheet: _Sheet, table: str, key: str, parameter: str, value: float) -> None:
+    """Raise `PackageError` for a value that a parameter may not have, which the sheet's key is or makes."""
+    own, given = KEYS[table][key][0], sheet.data[table][key]
+    try:
+        (ARM if table == "arm" else HYDRAULICS).parameters({parameter: value})
+    except CosimError as error:
+        plain = f"; a number without a unit is in {own}" if own not in ("", "1") and not isinstance(given, str) else ""
+        raise PackageError(f"{sheet.path}: [{table}]: '{key}' = {given}: {error}{plain}") from None
+
+
+def kilometres(depth: float) -> str:
+    """A depth [m] as it stands in the name of a package."""
+    return f"{depth / 1e3:g}km"
 
 
 def _depths(sheet: _Sheet) -> tuple[float, ...]:
     where, given = str(sheet.path), sheet.data.get("depth", 0.0)
     entries = given if isinstance(given, list) else [given]
     depths = tuple(sheet.value({"depth": entry}, where, "depth", "m") for entry in entries)
-    if not depths or len(set(depths)) < len(depths) or not all(0.0 <= d <= 12000.0 for d in depths):
+    once = len({kilometres(d) for d in depths}) == len(depths)
+    if not depths or not once or not all(0.0 <= d <= 12000.0 for d in depths):
         raise PackageError(f"{where}: 'depth' = {given} has to be depths from 0 to 12 km, each once")
     return depths
 
 
-def _pump(path: Path, pump: dict[str, float]) -> dict[str, float]:
+def _pump(sheet: _Sheet) -> dict[str, float]:
     """Displacement and speed; a flow alone is one at the paper's speed."""
+    where, pump = f"{sheet.path}: [pump]", sheet.values["pump"]
+    for key in ("flow", "speed"):
+        if pump.get(key, 1.0) <= 0.0:
+            raise PackageError(f"{where}: '{key}' = {sheet.data['pump'][key]} has to be above zero")
     if "flow" not in pump:
         if "displacement" not in pump:
-            raise PackageError(f"{path}: [pump]: 'flow' or 'displacement' is missing")
+            raise PackageError(f"{where}: 'flow' or 'displacement' is missing")
         return {}
     if "displacement" in pump and "speed" in pump:
-        raise PackageError(f"{path}: [pump]: of 'flow', 'displacement' and 'speed' one is too much")
+        raise PackageError(f"{where}: of 'flow', 'displacement' and 'speed' one is too much")
     if "displacement" in pump:
-        return {"pump.speed": pump["flow"] / pump["displacement"]}
-    speed = pump.get("speed", PAPER["pump.speed"])
-    return {"pump.displacement": pump["flow"] / speed, "pump.speed": speed}
+        made = {"pump.speed": pump["flow"] / pump["displacement"]}
+    else:
+        speed = pump.get("speed", PAPER["pump.speed"])
+        made = {"pump.displacement": pump["flow"] / speed, "pump.speed": speed}
+    for parameter, value in made.items():
+        _check_bound(sheet, "pump", "flow", parameter, value)
+    return made
 
 
 def _oil(path: Path, sheet: _Sheet) -> dict[str, float]:
@@ -225,6 +242,7 @@ def _oil(path: Path, sheet: _Sheet) -> dict[str, float]:
         if found is None:
             raise PackageError(f"{where}: 'grade' = '{table['grade']}' is no viscosity grade, as \"ISO VG 32\"")
         made["oil.nu0"] = 1e-6 * float(found[1])
+        _check_bound(sheet, "oil", "grade", "oil.nu0", made["oil.nu0"])
     nu = made.get("oil.nu0", oil.get("viscosity", PAPER["oil.nu0"]))
     if "pressure_index" not in oil and nu != PAPER["oil.nu0"]:
         rho = oil.get("density", PAPER["oil.rho"])

@@ -14,7 +14,7 @@ from ..hydraulics_fmu.variables import HYDRAULICS
 from ..mechanics.variables import ARM
 from ..ssp import packer
 from .build import MODELS, Way, build_fmu, system_folder
-from .data_sheet import Machine, read, scaled_catalogue, scales
+from .data_sheet import Machine, kilometres, read, scaled_catalogue, scales
 
 HEAD = """<?xml version="1.0" encoding="UTF-8"?>
 <ssv:ParameterSet xmlns:ssv="http://ssp-standard.org/SSP1/SystemStructureParameterValues" version="1.0" name={name}>
@@ -65,7 +65,7 @@ def build_machine(
         structure.write_text(re.sub(r'stopTime="[^"]*"', f'stopTime="{machine.stop:.4g}"', text), encoding="utf-8")
         made = []
         for depth in machine.depths:
-            name = machine.name if len(machine.depths) == 1 else f"{machine.name}_{depth / 1e3:g}km"
+            name = machine.name if len(machine.depths) == 1 else f"{machine.name}_{kilometres(depth)}"
             values = scratch / f"{name}.ssv"
             values.write_text(parameter_set(name, depth, machine), encoding="utf-8")
             target = folder / f"{name}.ssp"
