@@ -135,7 +135,7 @@ def _of_oil(p: Mapping[str, float], T: float) -> dict[str, float]:
     """The oil at T [K]; density, modulus and index are those that the parameters state for 40 C there."""
     cold = p["oil.rho"] * p["oil.nu0"]
     dry = p["oil.rho"] / expansion(T)
-    thin = dry * (p["oil.nu0"] * temperature_factor(T))
+    thin = dry * (p["oil.nu0"] * temperature_factor(T, p["oil.nu0"]))
     eta0, rho, beta = emulsion(thin, dry, p["oil.beta"] * stiffness_factor(T), p["effect.water_in_oil.share"])
     return {
         "oil.eta0": eta0, "oil.rho": rho, "oil.beta": beta, "oil.alpha": p["oil.alpha"] * index_factor(thin, cold),

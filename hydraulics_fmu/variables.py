@@ -145,7 +145,7 @@ HYDRAULICS = VariableTable(
         parameter("command.t_start", 2.0, "s", 0.0, 1e6, "time at which the built-in command starts to rise"),
         parameter("command.ramp_time", 5.0, "s", 1e-3, 1e6, "duration of the rise and of the fall"),
         parameter("command.hold_time", 5.0, "s", 0.0, 1e6, "time at the target between rise and fall"),
-        parameter("oil.nu0", 22e-6, "m2/s", 1e-7, 1e-2, "kinematic viscosity at atmospheric pressure"),
+        parameter("oil.nu0", 22e-6, "m2/s", 1e-7, 1e-2, "kinematic viscosity at 40 C and atmospheric pressure"),
         parameter("oil.alpha", 2.2e-8, "1/Pa", 0.0, 1e-7, "viscosity-pressure index (Barus)", 1e-8),
         parameter("oil.beta", 1.4e9, "Pa", 1e7, 1e11, "bulk modulus", 1e9),
         parameter("oil.rho", 850.0, "kg/m3", 100.0, 5000.0, "density"),

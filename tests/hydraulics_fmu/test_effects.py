@@ -126,15 +126,23 @@ def test_hoses_are_softer_at_every_depth():
 
 
 def test_temperature_by_walther():
-    assert temperature_factor(313.15) == 1.0
-    assert 22 * temperature_factor(373.15) == pytest.approx(4.3, rel=1e-12)
-    assert 150 < 22 * temperature_factor(275.15) < 300  # a VG 22 oil near freezing
-    assert temperature_factor(290.0) > temperature_factor(300.0) > 1.0
+    assert temperature_factor(313.15, 22e-6) == temperature_factor(313.15, 46e-6) == 1.0
+    assert 22 * temperature_factor(373.15, 22e-6) == pytest.approx(4.3, rel=1e-12)
+    assert 150 < 22 * temperature_factor(275.15, 22e-6) < 300  # a VG 22 oil near freezing
+    assert temperature_factor(290.0, 22e-6) > temperature_factor(300.0, 22e-6) > 1.0
+    assert temperature_factor(343.15, 1e-7) == temperature_factor(343.15, 2e-6) < 1.0  # below the law's range
+
+
+@pytest.mark.parametrize(("nu_40", "nu_100"), [(19.37, 4.0), (28.49, 5.0), (48.57, 7.0), (71.10, 9.0)])
+def test_oil_of_another_grade_keeps_its_viscosity_index(nu_40, nu_100):
+    """Oils of the index 100 (ASTM D2270, its table of H), of which thicker ones thicken more in the cold."""
+    c = Effected(oil__nu0=1e-6 * nu_40, oil_temperature__T=373.15).c
+    assert 1e6 * c.oil.eta0 / c.oil.rho == pytest.approx(nu_100, rel=0.08)
 
 
 def test_all_that_depends_on_the_oils_temperature_moves_together():
     cold, warm = (Effected(oil_temperature__T=T, valve_leakage__c=2e-13).c for T in (313.15, 353.15))
-    nu = 22e-6 * temperature_factor(353.15)
+    nu = 22e-6 * temperature_factor(353.15, 22e-6)
     assert warm.oil.rho == pytest.approx(850.0 / 1.032)
     assert warm.oil.eta0 == pytest.approx(850.0 / 1.032 * nu)
     assert warm.oil.beta == pytest.approx(1.4e9 * np.exp(-0.26))
