@@ -25,6 +25,7 @@ class DeepseaHydraulics(Slave):
         self.description = "Deep-sea valve-controlled hydraulic cylinder: oil, lines, servo valve, compensator, PID"
         self.warned_of: float | None = None
         self.told_in_vain: tuple[str, ...] = ()
+        self.told_unfed = False
 
     def build(self, parameters: dict[str, float]) -> None:
         force, P_s, P_r = (self.values.item(HYDRAULICS.index(name)) for name in ("F_hold", "P_s", "P_r"))
@@ -34,6 +35,13 @@ class DeepseaHydraulics(Slave):
             self.warn(
                 f"the supply cannot hold F_hold = {force:g} N against the leakage: the run starts with the valve shut "
                 "and the machine will move"
+            )
+        fed = [v.name for v, given in ((HYDRAULICS["P_s"], P_s), (HYDRAULICS["P_r"], P_r)) if given != v.start]
+        if fed and not parameters["supply.from_outside"] and not self.told_unfed:
+            self.told_unfed = True
+            self.warn(
+                f"supply.from_outside is false, so what {' and '.join(fed)} are given is not used: pump, relief valve "
+                "and tank are the circuit's own"
             )
         unused = in_vain(parameters)
         if unused and unused != self.told_in_vain:

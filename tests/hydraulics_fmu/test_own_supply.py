@@ -6,8 +6,9 @@ from deepsea_cosim.fmus.hydraulics import DeepseaHydraulics
 from deepsea_cosim.hydraulics_fmu.own_supply import NAMES, in_vain
 from deepsea_cosim.hydraulics_fmu.variables import HYDRAULICS
 
-AT_3_KM = {"depth": 3000.0, "command.t_start": 0.0, "P_s": 51e6, "P_r": 31e6}
-FED = {**AT_3_KM, "supply.from_outside": 1.0}
+AT_3_KM = {"depth": 3000.0, "command.t_start": 0.0}
+GIVEN = {"P_s": 51e6, "P_r": 31e6}
+FED = {**AT_3_KM, **GIVEN, "supply.from_outside": 1.0}
 
 
 def run(values):
@@ -52,3 +53,14 @@ def test_what_acts_is_not_named(values):
     assert in_vain(HYDRAULICS.parameters({n: v for n, v in values.items() if n not in ("P_s", "P_r")})) == ()
     _, told = run(values)
     assert told == []
+
+
+def test_pressures_that_are_given_in_vain_are_told():
+    """As when a supply is connected and `supply.from_outside` forgotten."""
+    plain, told = run(AT_3_KM)
+    assert told == []
+    out, told = run({**AT_3_KM, **GIVEN})
+    assert np.array_equal(out, plain)
+    assert ["P_s and P_r" in text for text in told] == [True]
+    _, told = run({**AT_3_KM, "P_r": 31e6})
+    assert ["what P_r" in text for text in told] == [True]
