@@ -79,6 +79,9 @@ NEEDED = {"cylinder": ("bore", "rod", "stroke"), "valve": ("rated_flow",), "pump
 WITH_STROKE = ("rod_eye_radius", "base_x", "base_y", "barrel_length", "rod_length")
 """Lengths of the arm that grow with the stroke where the sheet does not state them, so that its angles stay."""
 
+LINKAGE = ("theta0", "rod_eye_radius", "base_x", "base_y")
+"""Parameters of the arm that the cylinder's length follows from."""
+
 MARGIN = 2.2
 """By how much the gain that a sheet does not state is below the one at which the machine swings up: as in the paper's
 machine at the surface."""
@@ -281,7 +284,7 @@ def _arm(path: Path, given: dict[str, float], hydraulics: dict[str, float]) -> d
     }
     arm = {**usual, **given}
     full = ARM.parameters(arm)
-    geometry = full["theta0"], full["rod_eye_radius"], full["base_x"], full["base_y"]
+    geometry = tuple(full[name] for name in LINKAGE)
     check_buildable(*geometry)
     if full["rod_eye_radius"] > full["beam_length"]:
         raise PackageError(
@@ -353,6 +356,13 @@ def _remarks(p: dict[str, float], arm: dict[str, float], depths: tuple[float, ..
         said.append(
             f"at {max(depths) / 1e3:g} km both lines lose {loss / 1e6:.3g} MPa of {supply / 1e6:.3g} MPa at the "
             "commanded speed: the stroke will take longer than told"
+        )
+    full = ARM.parameters(arm)
+    inside = linkage.py_func(*(full[name] for name in LINKAGE))[0] - full["rod_length"]
+    if inside < 0.0 or inside + p["cylinder.stroke"] > full["barrel_length"]:
+        said.append(
+            f"the piston is {inside:.3g} to {inside + p['cylinder.stroke']:.3g} m from the base hinge, outside its "
+            f"barrel of {full['barrel_length']:.3g} m: state 'rod_length' and 'barrel_length', which the weights go by"
         )
     if p["command.target"] > p["cylinder.stroke"]:
         said.append("the command goes beyond the stroke: the piston will lean on its end stop")

@@ -130,6 +130,7 @@ def test_what_cannot_be_is_one_line_that_names_the_place(tmp_path, capsys, old, 
     ('diameter = "4 mm"', 'diameter = "2.5 mm"', "at 6 km both lines lose"),
     ("ramp_time = 5", "ramp_time = 0.5", "drives the oil through the lines"),
     ('target = "0.2 m"', 'target = "0.3 m"', "beyond the stroke"),
+    ("[controller]", "[arm]\nrod_length = 0.1\n[controller]", "the piston is 0.34 to 0.59 m from the base hinge"),
 ], ids=lambda x: x[:24])  # fmt: skip
 def test_what_is_odd_is_told(tmp_path, old, new, words):
     shallow = PAPERS.replace("depth = 11000", "depth = 6000")
