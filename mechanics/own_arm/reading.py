@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import re
+from collections.abc import Collection
 from fnmatch import fnmatch
 from math import sqrt
 from pathlib import Path
@@ -56,6 +57,11 @@ def read(
     held = held_joints(overlay, [joint for joint, _ in kinds])
     if len(held) == len(kinds):
         raise PackageError(f"{overlay.where or path}: no joint is left that moves")
+    for tendon in tendons:
+        if not _moved(model, tendon, held):
+            raise PackageError(
+                f"{overlay.where or path}: cylinder {tendon}: moves nothing, for no joint between its ends is free"
+            )
     joints = tuple((joint, units[kind]) for joint, kind in kinds if kind in units and joint not in held)
     wet = () if dry else tuple(_wet(path, model, water))
     start = tuple(x for joint, _ in kinds for x in where[joint])
@@ -119,6 +125,28 @@ def _where(path: Path, model: mujoco.MjModel, pose: str) -> dict[str, tuple[floa
         start = model.key(pose).qpos
     firsts = [*model.jnt_qposadr, model.nq]
     return {model.joint(j).name: tuple(start[firsts[j] : firsts[j + 1]].tolist()) for j in range(model.njnt)}
+
+
+def _moved(model: mujoco.MjModel, tendon: str, held: Collection[str]) -> set[str]:
+    """Names of the joints that are free and change a tendon's length: its own, and those between the bodies on its
+    way."""
+    first = model.tendon_adr[model.tendon(tendon).id]
+    way = range(first, first + model.tendon_num[model.tendon(tendon).id])
+    found: set[str] = set()
+    chains: list[set[str]] = []
+    for kind, place in ((model.wrap_type[k], model.wrap_objid[k]) for k in way):
+        if kind == mujoco.mjtWrap.mjWRAP_JOINT:
+            found.add(model.joint(place).name)
+        elif kind != mujoco.mjtWrap.mjWRAP_PULLEY:
+            body = (model.site_bodyid if kind == mujoco.mjtWrap.mjWRAP_SITE else model.geom_bodyid)[place]
+            chains.append(set())
+            while body != 0:
+                own = range(model.body_jntadr[body], model.body_jntadr[body] + model.body_jntnum[body])
+                chains[-1].update(model.joint(j).name for j in own)
+                body = model.body_parentid[body]
+    if chains:
+        found |= set.union(*chains) - set.intersection(*chains)
+    return found - set(held)
 
 
 def _name(spec: Any) -> None:

@@ -5,6 +5,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 from deepsea_cosim.core.errors import PackageError
+from deepsea_cosim.fmus import cli
 from deepsea_cosim.fmus.build_arm import place
 from deepsea_cosim.mechanics.own_arm.reading import read
 from deepsea_cosim.mechanics.own_arm.remarks import loose_joints
@@ -38,3 +39,10 @@ def test_the_published_arm_rests_in_its_cylinders():
     for k in range(100):
         it.step(k * 1e-3, 1e-3, it.F_hold)
     assert np.abs(it.lengths - it.start).max() < 1e-9
+
+
+def test_a_dry_arm_has_no_table_of_its_water(capsys):
+    with pytest.raises(SystemExit) as caught:
+        cli.main(["arm", "arm.xml", "--dry", "--water", "water.toml"])
+    assert caught.value.code == 2
+    assert "--dry" in capsys.readouterr().err

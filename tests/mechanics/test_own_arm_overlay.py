@@ -159,6 +159,9 @@ def test_gravity_is_that_of_the_sea(tmp_path):
     (TABLE + '[[cylinder]]\nname = "x"', "needs base, base_at, eye and eye_at"),
     (TABLE.replace("held", "hold"), "unknown key 'hold'; did you mean 'held'"),
     (TABLE.replace('["pan", "thumb", "fin*"]', '["*"]'), "no joint is left that moves"),
+    (TABLE.replace('base = "upper"', 'base = "fore"'), "cylinder stick: moves nothing, for no joint between its ends"),
+    (TABLE.replace('"thumb"', '"elbow"'), "cylinder stick: moves nothing"),
+    ('held = ["thumb", "finger"]\nwithout = ["couple"]', "cylinder grasp: moves nothing"),
 ], ids=lambda x: str(x)[-24:])  # fmt: skip
 def test_what_cannot_be_is_one_line(tmp_path, table, words):
     with pytest.raises(PackageError) as caught:
