@@ -19,10 +19,18 @@ class DeepseaSupply(Slave):
     def __init__(self, **kwargs: Any):
         super().__init__(**kwargs)
         self.description = "Hydraulic power unit: pump, accumulator, relief valve, filter, tank and compensator"
+        self.told_spills = False
 
     def build(self, parameters: dict[str, float]) -> None:
         taken = self.values[stepping.FIRST_TAKEN : stepping.FIRST_TAKEN + AXES]
         self.row = stepping.initial_row(parameters, float(taken.sum()))
+        p_set, p_crack = parameters["pump.p_set"], parameters["relief.p_crack"]
+        if parameters["pump.compensated"] and p_set > p_crack and not self.told_spills:
+            self.told_spills = True
+            self.warn(
+                f"pump.p_set = {p_set:g} Pa is above relief.p_crack = {p_crack:g} Pa: the relief valve spills what the "
+                "compensated pump gives, which never swivels back"
+            )
 
     def heed(self, code: int, t: float, h: float) -> bool:
         if code == stepping.TOO_LONG:

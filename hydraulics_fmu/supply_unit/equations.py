@@ -4,8 +4,8 @@
     T dQ_pump/dt = demand - Q_pump     of a compensated pump; one of fixed displacement gives what it does not slip
     tank and compensator               Eqs. 2 and 3 of the paper, as in `compensator`
 
-The filter is between pump and manifold: P_pump = P + F Q_pump, which the compensator of the pump and the relief valve
-feel. No output depends on a flow without delay, so a valve and its supply make no algebraic loop.
+The relief valve is at the pump, the filter between both and the manifold: P_pump = P + F (Q_pump - Q_rv), which the
+compensator of the pump and the relief valve feel. No output depends on a flow without delay, so a valve and its supply make no algebraic loop.
 """
 
 from __future__ import annotations
@@ -83,17 +83,21 @@ def capacity(P: float, c: object) -> float:
 
 
 @kernel
-def spilled(P_pump: float, P_t: float, c: object) -> float:
-    """Flow [m3/s] through the relief valve."""
-    return max(P_pump - P_t - c.relief.p_crack, 0.0) / c.relief.R
+def at_pump(s: object, c: object) -> tuple[float, float]:
+    """Pressure [Pa] at the pump and flow [m3/s] through the relief valve beside it, with the states s.
+
+    What the valve spills does not go through the filter: Q_rv = max(P_pump - P_t - p_crack, 0)/R.
+    """
+    blocked = s.P + c.filter.R * s.Q_pump
+    Q_rv = max(blocked - s.p_t - c.relief.p_crack, 0.0) / (c.relief.R + c.filter.R)
+    return blocked - c.filter.R * Q_rv, Q_rv
 
 
 @kernel
 def rates(y: object, Q_p: float, Q_t: float, c: object, f: object) -> None:
     """Write the states' rates into f (`COUNT`,) for flows Q_p taken by the valves and Q_t given back [m3/s]."""
     s, rate = states(y), states(f)
-    P_pump = s.P + c.filter.R * s.Q_pump
-    Q_rv = spilled(P_pump, s.p_t, c)
+    P_pump, Q_rv = at_pump(s, c)
     rate.P = (s.Q_pump - Q_rv - Q_p) / capacity(s.P, c)
     rate.Q_pump = 0.0
     if c.pump.compensated != 0.0:
@@ -107,10 +111,13 @@ def rest(c: np.record, Q_p: float) -> np.ndarray:
     y = np.zeros(COUNT)
     s = states.py_func(y)
     s.p_t = c.sea.p_am + c.compensator.k_c * c.compensator.precompression / c.compensator.area
-    s.Q_pump = min(Q_p, c.pump.flow) if c.pump.compensated else c.pump.flow
     if c.pump.compensated:
-        P_pump = s.p_t + c.pump.p_set * (1.0 - c.pump.droop * s.Q_pump / c.pump.flow)
+        s.Q_pump = min(Q_p, c.pump.flow)
+        share = s.Q_pump / c.pump.flow if c.pump.flow > 0.0 else 0.0
+        P_pump = s.p_t + c.pump.p_set * (1.0 - c.pump.droop * share)
+        s.P = P_pump - c.filter.R * s.Q_pump
     else:
+        s.Q_pump = c.pump.flow
         P_pump = s.p_t + c.relief.p_crack + c.relief.R * (s.Q_pump - Q_p)
-    s.P = P_pump - c.filter.R * s.Q_pump
+        s.P = P_pump - c.filter.R * Q_p
     return y

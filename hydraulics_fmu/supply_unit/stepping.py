@@ -12,7 +12,7 @@ from math import ceil, sqrt
 import numpy as np
 
 from ...core.jit import array_at, kernel
-from .equations import COUNT, SIZE, by_name, constants, gas_volume, rates, rest, spilled, states
+from .equations import COUNT, SIZE, at_pump, by_name, constants, gas_volume, rates, rest, states
 from .variables import AXES, SUPPLY
 
 GAMMA = 1.0 - sqrt(0.5)
@@ -118,8 +118,8 @@ def advance(values: int, n: int, row: int, m: int, t: float, h: float) -> int:
         for _ in range(steps):
             move(y, h / steps, Q_p, Q_t, c, b[SCRATCH:])
     s = states(y)
-    P_pump = s.P + c.filter.R * s.Q_pump
+    P_pump, Q_rv = at_pump(s, c)
     v[FIRST], v[FIRST + 1], v[FIRST + 2], v[FIRST + 3] = s.P, s.p_t, P_pump, s.Q_pump
-    v[FIRST + 4] = spilled(P_pump, s.p_t, c)
+    v[FIRST + 4] = Q_rv
     v[FIRST + 5] = c.accumulator.volume - gas_volume(s.P, c)
     return DONE if s.P > 0.0 and s.p_t > 0.0 else EMPTY

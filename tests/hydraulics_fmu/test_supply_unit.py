@@ -2,6 +2,7 @@
 
 import numpy as np
 import pytest
+from deepsea_cosim.fmus.supply import DeepseaSupply
 from deepsea_cosim.hydraulics_fmu.supply_unit import equations, stepping
 from deepsea_cosim.hydraulics_fmu.supply_unit.variables import SUPPLY
 from scipy.integrate import solve_ivp
@@ -29,7 +30,9 @@ class Unit:
         return self.values[SUPPLY.index(name)]
 
 
-@pytest.mark.parametrize("changes", [{}, {"pump__compensated": True, "filter__dp": 4e5}], ids=["relief", "compensated"])
+@pytest.mark.parametrize("changes", [
+    {}, {"filter__dp": 4e5}, {"pump__compensated": True, "filter__dp": 4e5},
+], ids=["relief", "relief and filter", "compensated"])  # fmt: skip
 def test_it_rests_while_the_valves_take_a_steady_flow(changes):
     unit = Unit(1e-4, **changes)
     before = unit.y.copy()
@@ -54,6 +57,24 @@ def test_a_compensated_pump_droops_and_a_filter_takes_its_share():
     assert unit["P_pump"] - unit["P_r"] == pytest.approx(20e6 * (1 - 0.05 * 1e-4 / pump), rel=1e-6)
     thicker = np.exp(2.2e-8 * (0.1013e6 + 1e7))
     assert unit["P_pump"] - unit["P_s"] == pytest.approx(4e5 * thicker * 1e-4 / pump, rel=1e-6)
+
+
+@pytest.mark.parametrize("Q_p", [0.0, 1e-4, 2.5e-4])
+def test_what_the_relief_valve_spills_does_not_go_through_the_filter(Q_p):
+    """As in the circuit's own supply: P_s = P_r + p_crack + R Q_rv - F Q_p."""
+    unit = Unit(Q_p, filter__dp=1e6, depth=3000.0)
+    unit.step(0.0, 1e-3, Q_p)
+    pump, thicker = 12e-6 * 1450 / 60, np.exp(2.2e-8 * 4e7)
+    assert unit["Q_rv"] == pytest.approx(pump - Q_p, rel=1e-6)
+    assert unit["P_pump"] - unit["P_r"] == pytest.approx(20e6 * (1 + 0.02 * (1 - Q_p / pump)), rel=1e-6)
+    assert unit["P_pump"] - unit["P_s"] == pytest.approx(1e6 * thicker * Q_p / pump, rel=1e-6, abs=1.0)
+
+
+def test_a_compensated_pump_that_stands_still_holds_its_pressure_while_nothing_is_taken():
+    unit = Unit(pump__compensated=True, pump__speed=0.0)
+    assert unit.step(0.0, 1e-3) == stepping.DONE
+    assert unit["Q_pump"] == pytest.approx(0.0, abs=1e-20)
+    assert unit["P_s"] - unit["P_r"] == pytest.approx(20e6, rel=1e-6)
 
 
 def test_an_accumulator_gives_its_gas_law():
@@ -111,3 +132,15 @@ def test_a_circuit_that_is_fed_from_outside_has_no_supply_of_its_own():
     assert other["P1"] == pytest.approx(one["P1"], rel=1e-5)
     assert (other["Pp"], other["Pt"], other["Qrv"]) == (Pt + 20e6, Pt, 0.0)
     assert one["Qp"] == pytest.approx(other["Qp"], rel=1e-4)
+
+
+def test_a_compensated_pump_that_the_relief_valve_never_lets_swivel_back_is_told():
+    for p_set, told_of in ((20e6, []), (25e6, [True])):
+        it, told = DeepseaSupply(instance_name="it", resources="", visible=False, logger=0), []
+        it._tell = lambda text, status: told.append("pump.p_set = 2.5e+07 Pa is above" in text)  # noqa: B023
+        it.values[SUPPLY.index("pump.compensated")], it.values[SUPPLY.index("pump.p_set")] = 1.0, p_set
+        it.setup_experiment(0.0)
+        it.enter_initialization_mode()
+        it.get_real([SUPPLY.index("P_s")])
+        it.exit_initialization_mode()
+        assert told == told_of
