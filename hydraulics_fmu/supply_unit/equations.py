@@ -5,7 +5,8 @@
     tank and compensator               Eqs. 2 and 3 of the paper, as in `compensator`
 
 The relief valve is at the pump, the filter between both and the manifold: P_pump = P + F (Q_pump - Q_rv), which the
-compensator of the pump and the relief valve feel. No output depends on a flow without delay, so a valve and its supply make no algebraic loop.
+compensator of the pump and the relief valve feel. No output depends on a flow without delay, so a valve and its supply
+make no algebraic loop.
 """
 
 from __future__ import annotations

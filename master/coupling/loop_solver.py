@@ -89,6 +89,9 @@ class AlgebraicLoop:
         self._given = [(link, carry) for link, carry in every if not link.source.component]
         self._targets = _slots(link.target for link, _ in self._round)
         ends = [link for link, _ in self._round for _ in range(link.target.size)]
+        taken = [(system.instances[k.target.component], k.target.name) for k in ends]
+        self._nominal = np.array([instance.nominal(name, otherwise=np.nan) for instance, name in taken])
+        self._bounds = np.array([instance.bounds(name) for instance, name in taken]).reshape(-1, 2).T
         self._single = SingleChanges(
             self._round_trip, [k.source.component for k in ends], [k.target.component for k in ends]
         )
@@ -123,6 +126,17 @@ class AlgebraicLoop:
                     carry.once()
             inputs.once()
             outputs.once()
+
+    def _usual(self, size: np.ndarray, known: np.ndarray) -> np.ndarray:
+        """Sizes of the inputs that go round, where they are known; for the others, which have been 0, what their FMUs
+        declare, else the largest of all."""
+        other = np.where(np.isnan(self._nominal), size.max(initial=0.0) or 1.0, self._nominal)
+        return np.where(known, size, other)
+
+    def _beside(self, x: np.ndarray, change: np.ndarray) -> np.ndarray:
+        """Inputs x with changes to the side that their FMUs allow; as they are where none is."""
+        (low, high), up, down = self._bounds, x + change, x - change
+        return np.where(up <= high, up, np.where(down >= low, down, x))
 
     def inputs(self) -> np.ndarray:
         """The real inputs that go round, as they are."""
@@ -268,7 +282,7 @@ class AlgebraicLoop:
         self._largest[self._reals] = np.fmax(self._largest[self._reals], np.where(scale < 1e12, scale, 0.0))
         x, largest = self.system.buffer.reals[self._targets].copy(), self._largest[self._targets]
         returned = self._round_trip(x)
-        shifted = x + 1e-6 * np.where(largest > 0.0, largest, largest.max() or 1.0)
+        shifted = self._beside(x, 1e-6 * self._usual(largest, largest > 0.0))
         changed = self._single.residuals(x, returned, shifted, lambda left, _: left) - (returned - x)[:, None]
         slopes = changed / np.where(shifted != x, shifted - x, np.inf)
         self._residual(x)
@@ -298,15 +312,18 @@ class AlgebraicLoop:
         # each in units of what it was in the run, so that flows of 1e-6 m3/s and pressures of 1e8 Pa are the same to
         # the solver, and what passes zero is not taken for small
         size = np.maximum(np.maximum(self._largest[targets], np.abs(start)), np.where(first < 1e29, first, 0.0))
-        size = np.where(size <= ROUNDING * size.max(), size.max() or 1.0, size)
+        size = self._usual(size, size > ROUNDING * size.max())
 
         def slopes(x: np.ndarray) -> np.ndarray:
-            shifted, returned = x + SMALL * np.maximum(np.abs(x), 1.0), self._round_trip(x * size)
+            shifted = self._beside(x * size, SMALL * np.maximum(np.abs(x), 1.0) * size) / size
+            returned = self._round_trip(x * size)
             residual_here = finite(returned - x * size) / size
             shifted_residuals = self._single.residuals(
                 x * size, returned, shifted * size, lambda left, rows: finite(left) / size[rows]
             )
-            slopes: np.ndarray = (shifted_residuals - residual_here[:, None]) / (shifted - x)
+            slopes: np.ndarray = (shifted_residuals - residual_here[:, None]) / np.where(
+                shifted != x, shifted - x, np.inf
+            )
             return slopes
 
         solution = root(lambda x: left(x * size) / size, start / size, jac=slopes, tol=1e-13)

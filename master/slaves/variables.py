@@ -182,10 +182,10 @@ class FmuVariables:
             return tuple(self._scalar(name, v, where, limited) for v in values)
         return self._scalar(name, value, where, limited)
 
-    def nominal(self, name: str) -> float:
+    def nominal(self, name: str, otherwise: float = 1.0) -> float:
         """Usual size of a real variable: what its FMU or its type declares, else 1 as FMI has it."""
         found = self._declared(name, "nominal")
-        return abs(found) if found and np.isfinite(found) else 1.0
+        return abs(found) if found and np.isfinite(found) else otherwise
 
     def bounds(self, name: str) -> tuple[float, float]:
         """Least and greatest value that a variable's type and its FMU allow."""
@@ -237,7 +237,7 @@ class FmuVariables:
             raise ParameterError(f"{shown}{address} = {value} {what}{known}") from None
         low, high = self.bounds(name) if limited else self.limits.get(variable.type, (-float("inf"), float("inf")))
         if not low <= number <= high:
-            unit = f" {self.unit_name(name)}" if self.unit_name(name) else ""
+            unit = f" {self.unit_name(name)}" if self.unit_name(name) not in (None, "", "1") else ""
             raise ParameterError(
                 f"{shown}{address} = {number:g}{unit} is out of range; allowed: {low:g} to {high:g}{unit}"
             )

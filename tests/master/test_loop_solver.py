@@ -126,6 +126,24 @@ def test_a_loop_that_goes_on_from_step_to_step_is_learned(fmu, tmp_path, monkeyp
     assert np.array_equal(*runs)
 
 
+@pytest.mark.parametrize("gain", [0.5, -3.0], ids=["learned", "by Newton's method"])
+def test_what_is_zero_beside_a_loop_of_large_values_stays_in_its_range(fmu, tmp_path, monkeypatch, gain):
+    """A displacement of 0 m that is handed over beside pressures of 1e8 Pa is tried in its own size, to the side that
+    its FMU allows."""
+    tried, whole = [], AlgebraicLoop._round_trip
+    monkeypatch.setattr(AlgebraicLoop, "_round_trip", lambda self, x: (tried.append(x.copy()), whole(self, x))[1])
+    u1 = '<ScalarVariable name="u1" valueReference="0" causality="input" variability="continuous"><Real start="0"'
+    ranged = redescribed(fmu["resources/L.fmu"], tmp_path / "S.fmu", (u1, f'{u1} min="-1" max="0" nominal="0.1"'))
+    root = loop(gain, 1e8).replace("</ssd:Elements>", linear("rest", C=[[1]]) + linear(
+        "arm", source="resources/S.fmu", D=[[1.0]]) + "</ssd:Elements>")  # fmt: skip
+    root = root.replace("</ssd:Connections>", f"{link('rest.y1', 'arm.u1')}</ssd:Connections>")
+    fmus = {**fmu, "resources/S.fmu": ranged}
+    frame = run(package(tmp_path / "p.ssp", root, fmus), tmp_path / "out").frame
+    assert (frame["a.y1"] * (1.0 - gain) / (gain * 1e8)).tolist() == pytest.approx([1.0] * len(frame))
+    least = np.min([np.where(np.abs(x) < 1e6, x, 0.0) for x in tried])
+    assert -1e-6 <= least < 0.0
+
+
 def test_a_loop_in_which_whole_numbers_flip_for_ever_is_refused(fmu, tmp_path):
     swap = '<ssc:IntegerMappingTransformation><ssc:MapEntry source="0" target="1"/><ssc:MapEntry source="1" ' \
         'target="0"/></ssc:IntegerMappingTransformation>'  # fmt: skip
