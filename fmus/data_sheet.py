@@ -307,11 +307,17 @@ def _gain(hydraulics: dict[str, float], arm: dict[str, float], depths: tuple[flo
     swings up at rest, at the depth and the place of the rod where that is the lowest."""
     p = HYDRAULICS.parameters(hydraulics)
     lowest = inf
-    for x in (share * p["command.target"] for share in (0.0, 0.25, 0.5, 0.75, 1.0)):
+    for x in _places(p):
         F_hold, mass = _load_at_rod(arm, x)
         for depth in depths:
             lowest = min(lowest, critical_gain({**p, "depth": depth}, x, F_hold, mass))
     return lowest / MARGIN if isfinite(lowest) else p["controller.kp"]
+
+
+def _places(p: dict[str, float]) -> list[float]:
+    """Places of the rod [m] from where it rests to where the command goes, within the stroke."""
+    furthest = min(p["command.target"], p["cylinder.stroke"])
+    return [share * furthest for share in (0.0, 0.25, 0.5, 0.75, 1.0)]
 
 
 def _load_at_rod(arm: dict[str, float], x: float) -> tuple[float, float]:
@@ -330,8 +336,6 @@ def _load_at_rod(arm: dict[str, float], x: float) -> tuple[float, float]:
 
 def _remarks(p: dict[str, float], arm: dict[str, float], depths: tuple[float, ...]) -> list[str]:
     """What is to be said of a machine that can be built."""
-    from ..mechanics.arm import Arm
-
     said: list[str] = []
     pump, supply = p["pump.displacement"] * p["pump.speed"], p["relief.p_crack"]
     if p["valve.q_rated"] > 1.0001 * pump:
@@ -340,11 +344,12 @@ def _remarks(p: dict[str, float], arm: dict[str, float], depths: tuple[float, ..
             f"{_flow(pump)}"
         )
     A_1, A_2 = areas(p["cylinder.D_h"], p["cylinder.d_h"])
-    hold = float(Arm(ARM.parameters(arm)).F_hold)
+    loads = [(_load_at_rod(arm, x)[0], x) for x in _places(p)]
+    hold, x = max(loads, key=lambda it: max(it[0] / A_1, -it[0] / A_2))
     if not -0.9 * supply * A_2 < hold < 0.9 * supply * A_1:
         said.append(
-            f"the load needs {hold / 1e3:.3g} kN at rest; the cylinder pushes at most {supply * A_1 / 1e3:.3g} kN and "
-            f"pulls {supply * A_2 / 1e3:.3g} kN"
+            f"the load needs {hold / 1e3:.3g} kN at rest at {1e3 * x:.4g} mm; the cylinder pushes at most "
+            f"{supply * A_1 / 1e3:.3g} kN and pulls {supply * A_2 / 1e3:.3g} kN"
         )
     bore, Q = pi * p["line.diameter"] ** 2 / 4.0, A_1 * p["command.target"] / p["command.ramp_time"]
     if Q / bore > LINE_SPEED:

@@ -139,6 +139,15 @@ def test_what_is_odd_is_told(tmp_path, old, new, words):
     assert any(words in remark for remark in told)
 
 
+def test_a_load_is_told_that_is_not_held_behind_the_vertical(tmp_path):
+    """At 230 mm the beam has passed it and has to be pulled back, by a piston that a thick rod leaves little of."""
+    thick = PAPERS.replace('rod = "25 mm"', 'rod = "42 mm"').replace("depth = 11000", "depth = 0")
+    assert read(sheet(tmp_path, thick)).remarks == ()
+    (remark,) = read(sheet(tmp_path, thick.replace('target = "0.2 m"', 'target = "0.23 m"'))).remarks
+    assert "the load needs -4.52 kN at rest at 230 mm" in remark  # -4.53 with the buoyancy of the thin rod
+    assert f"pulls {20e3 * 3.14159 / 4 * (0.045**2 - 0.042**2):.3g} kN" in remark
+
+
 def test_cold_oil_is_told_to_be_late(tmp_path):
     """At 5 C the oil is five times as thick as at 40 C."""
     shallow = PAPERS.replace("depth = 11000", "depth = 3000")
@@ -159,6 +168,14 @@ def test_the_gain_follows_from_the_machine(tmp_path):
     assert read(sheet(tmp_path, paper)).full["controller.kp"] == pytest.approx(2.5, rel=0.05)
     heavy = read(sheet(tmp_path, f"{paper}[arm]\nload_weight = 4000\n")).full["controller.kp"]
     assert heavy < 0.7 * read(sheet(tmp_path, paper)).full["controller.kp"]
+
+
+def test_the_gain_is_that_of_places_within_the_stroke(tmp_path):
+    """Beyond it the linkage is somewhere else, or nowhere."""
+    paper = PAPERS.replace("[controller]\nkp = 2.5\n", "").replace("depth = 11000", "depth = 0")
+    whole, beyond = (read(sheet(tmp_path, paper.replace('"0.2 m"', target))).full["controller.kp"]
+                     for target in ('"0.25 m"', '"5 m"'))  # fmt: skip
+    assert whole == beyond
 
 
 def test_the_papers_machine_is_told_to_be_late_in_the_deep(tmp_path):
