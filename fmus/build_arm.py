@@ -47,12 +47,17 @@ def build_arm(
     path: also PACKAGE:path/in/it of a Python package that is installed.
     """
     from ..mechanics.own_arm.reading import read
-    from ..mechanics.own_arm.remarks import bare_bodies, loose_joints, not_acted_on
+    from ..mechanics.own_arm.remarks import bare_bodies, loose_joints, not_acted_on, without_direction
     from ..mechanics.own_arm.simulation import OwnArm
     from ..mechanics.own_arm.variables import table_of
 
     arm = read(place(path), water, dry, name, pose, cylinders)
     at_rest = OwnArm(arm, table_of(arm).parameters({}))
+    if points := without_direction(at_rest):
+        raise PackageError(
+            f"{path}: cylinder {points[0]}: base and eye are in one place at the start, which leaves it no direction; "
+            "move one of them, or start in another pose (--pose)"
+        )
     if loose := loose_joints(at_rest):
         say(f"no cylinder moves {', '.join(loose)}: what hangs there swings as it likes; held = [...] in a table for "
             "--cylinders holds it")  # fmt: skip

@@ -14,6 +14,18 @@ TILTED = 0.01
 """Share of gravity across the z axis from which it counts as turned."""
 
 
+SHORTEST = 1e-6
+"""Length [m] below which a tendon between two places has no direction."""
+
+
+def without_direction(it: OwnArm) -> tuple[str, ...]:
+    """Names of the tendons whose ends are in one place in the present pose, so that their force has no direction."""
+    m = it.model
+    spatial = [m.wrap_type[m.tendon_adr[m.tendon(name).id]] != mujoco.mjtWrap.mjWRAP_JOINT for name in it.d.tendons]
+    return tuple(name for name, between, length in zip(it.d.tendons, spatial, it.lengths, strict=True)
+                 if between and length < SHORTEST)  # fmt: skip
+
+
 def loose_joints(it: OwnArm) -> tuple[str, ...]:
     """Names of the joints that no tendon moves in the present pose and that are not held."""
     moved = np.abs(it.levers).max(axis=0) > 1e-9

@@ -6,9 +6,9 @@ import numpy as np
 import pytest
 from deepsea_cosim.core.errors import PackageError
 from deepsea_cosim.fmus import cli
-from deepsea_cosim.fmus.build_arm import place
+from deepsea_cosim.fmus.build_arm import build_arm, place
 from deepsea_cosim.mechanics.own_arm.reading import read
-from deepsea_cosim.mechanics.own_arm.remarks import loose_joints
+from deepsea_cosim.mechanics.own_arm.remarks import loose_joints, without_direction
 from deepsea_cosim.mechanics.own_arm.simulation import OwnArm
 from deepsea_cosim.mechanics.own_arm.variables import table_of
 
@@ -46,3 +46,21 @@ def test_a_dry_arm_has_no_table_of_its_water(capsys):
         cli.main(["arm", "arm.xml", "--dry", "--water", "water.toml"])
     assert caught.value.code == 2
     assert "--dry" in capsys.readouterr().err
+
+
+def test_a_cylinder_of_no_length_is_refused_before_anything_is_built(tmp_path):
+    """A drive on a hinge has none either, and needs none."""
+    model = tmp_path / "arm.xml"
+    text = (
+        '<mujoco><worldbody><site name="base" pos="0.3 0 {z}"/><body><joint name="j" axis="0 -1 0"/>'
+        '<geom type="capsule" fromto="0 0 0 1 0 0" size="0.05"/><site name="eye" pos="0.3 0 0"/></body></worldbody>'
+        '<tendon><spatial name="ram"><site site="base"/><site site="eye"/></spatial>'
+        '<fixed name="drive"><joint joint="j" coef="0.1"/></fixed></tendon></mujoco>'
+    )
+    model.write_text(text.format(z=0))
+    with pytest.raises(PackageError, match="cylinder ram: base and eye are in one place"):
+        build_arm(model, tmp_path / "out")
+    assert not (tmp_path / "out").exists()
+    model.write_text(text.format(z=-0.3))
+    d = read(model)
+    assert without_direction(OwnArm(d, table_of(d).parameters({}))) == ()
