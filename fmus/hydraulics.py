@@ -55,7 +55,7 @@ class DeepseaHydraulics(Slave):
         if code == stepping.NOT_FOLLOWED:
             self.warn("the input x_ref changes but is not followed: command.use_input is false")
         elif code == stepping.CAVITATES:
-            pressures = {name: self.values.item(HYDRAULICS.index(name)) for name in ("P1", "P2", "Pa", "Pb")}
+            pressures = {name: self.values.item(HYDRAULICS.index(name)) for name in stepping.WETTED}
             lowest = min(pressures, key=pressures.__getitem__)
             self.warn(
                 f"the oil cavitates at t = {t:g} s: {lowest} has fallen below its vapour pressure (voids are reckoned "

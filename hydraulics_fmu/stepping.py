@@ -42,7 +42,8 @@ is unused and nothing was said of that, whether no void was told of; then consta
 workspace, and the constants at the temperatures that a warm-up passes."""
 
 X_H, V_H, X_REF, P_S, P_R = (HYDRAULICS.index(name) for name in ("x_h", "v_h", "x_ref", "P_s", "P_r"))
-P_1, P_2, P_A, P_B = (HYDRAULICS.index(name) for name in ("P1", "P2", "Pa", "Pb"))
+WETTED = ("P1", "P2", "Pa", "Pb", "Pt")
+P_1, P_2, P_A, P_B, P_T = (HYDRAULICS.index(name) for name in WETTED)
 FIRST = HYDRAULICS.index(OUTPUTS[0])
 BEHIND = FIRST + len(OUTPUTS)
 """Places among the instance's values."""
@@ -102,7 +103,7 @@ def advance(values: int, n: int, row: int, length: int, t: float, h: float) -> i
         c.relief.p_set = sunk(t + h, c)
     x_ref, rate = v[X_REF], b[RATE]
     if h > 0.0:
-        lowest = min(v[P_1], v[P_2], v[P_A], v[P_B])  # of the step before; 0 where there was none
+        lowest = min(v[P_1], v[P_2], v[P_A], v[P_B], v[P_T])  # of the step before; 0 where there was none
         if b[WHOLE] > 0.0 and 0.0 < lowest < c.oil.p_vapour:
             b[WHOLE] = 0.0
             return CAVITATES

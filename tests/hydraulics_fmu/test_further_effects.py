@@ -2,6 +2,7 @@
 
 import numpy as np
 import pytest
+from deepsea_cosim.fmus.hydraulics import DeepseaHydraulics
 from deepsea_cosim.hydraulics_fmu.bordered import Factors, Jacobian, factorise, flow_of, solve
 from deepsea_cosim.hydraulics_fmu.compensator import gas_softening
 from deepsea_cosim.hydraulics_fmu.constants import WARM_STEPS, by_name, constants, warmed, warming
@@ -435,3 +436,22 @@ def test_a_silted_spool_needs_a_push_and_is_free_then():
     assert u[first] == pytest.approx(0.05, abs=3e-3)
     assert stuck[first + 5] - stood == pytest.approx(u[first + 5], abs=2e-3)
     assert rig.m.silt < 0.1
+
+
+@pytest.mark.parametrize(("missing", "cavitates"), [(1.0, True), (0.0, False)])
+def test_a_tank_that_cannot_breathe_is_drawn_empty_at_the_surface_and_says_so(missing, cavitates):
+    """What the rod displaces, 98 ml of a stroke of 0.2 m, takes more than an atmosphere from 112 l without a
+    compensator."""
+    it, told = DeepseaHydraulics(instance_name="it", resources="", visible=False, logger=0), []
+    it._tell = lambda text, status: told.append(text)
+    given = {"depth": 0.0, "effect.compensator_travel.missing": missing}
+    for name, value in {**given, "command.t_start": 0.0, "command.ramp_time": 20.0}.items():
+        it.values[HYDRAULICS.index(name)] = value
+    it.setup_experiment(0.0)
+    it.enter_initialization_mode()
+    it.exit_initialization_mode()
+    for k in range(2000):  # as the command has it
+        it.values[HYDRAULICS.index("x_h")], it.values[HYDRAULICS.index("v_h")] = 1e-4 * k, 1e-2
+        it.do_step(k * 1e-2, 1e-2)
+    assert (it.values[HYDRAULICS.index("Pt")] < 3000.0) == cavitates
+    assert ["Pt has fallen below its vapour pressure" in text for text in told] == [True] * cavitates
