@@ -14,22 +14,22 @@ def _effect(name: str, start: float, unit: str, low: float, high: float, text: s
 
 
 EFFECTS = (
-    _effect("cylinder_coulomb_friction.F_c", 0.0, "N", 0.0, 1e5, "Coulomb friction of the piston"),
+    _effect("cylinder_coulomb_friction.F_c", 0.0, "N", 0.0, 1e7, "Coulomb friction of the piston"),
     _effect("cylinder_coulomb_friction.uneven", 0.0, "1", -1.0, 1.0, "share by which it is greater extending"),
     _effect("cylinder_coulomb_friction.v_0", 2e-3, "m/s", 1e-6, 1.0, "velocity over which friction changes its sign"),
     _effect("cylinder_coulomb_friction.sigma0", 0.0, "N/m", 0.0, 1e9, "stiffness before it slides; 0 = none, it turns "
             "with the velocity"),
-    _effect("cylinder_stribeck_friction.F_extra", 0.0, "N", 0.0, 1e5, "friction near standstill beyond Coulomb"),
+    _effect("cylinder_stribeck_friction.F_extra", 0.0, "N", 0.0, 1e7, "friction near standstill beyond Coulomb"),
     _effect("cylinder_stribeck_friction.v_s", 0.02, "m/s", 1e-4, 1.0, "velocity over which the Stribeck part falls"),
     _effect("cylinder_stribeck_friction.uneven", 0.0, "1", -1.0, 1.0, "share by which it is greater extending"),
     _effect("cylinder_stribeck_friction.exponent", 1.0, "1", 0.2, 5.0, "power of the velocity with which it falls"),
     _effect("cylinder_stribeck_friction.rest_time", 0.0, "s", 0.0, 1e4, "time in which it comes up at rest"),
-    _effect("cylinder_presliding.F_c", 0.0, "N", 0.0, 1e5, "friction that is a spring before it slides"),
+    _effect("cylinder_presliding.F_c", 0.0, "N", 0.0, 1e7, "friction that is a spring before it slides"),
     _effect("cylinder_presliding.sigma0", 1e6, "N/m", 1e3, 1e9, "stiffness of this spring"),
     _effect("cylinder_friction_curve.v_max", 0.1, "m/s", 1e-4, 10.0, "velocity at the outer knots of the curve"),
-    *(_effect(f"cylinder_friction_curve.y{k}", 0.0, "N", -1e5, 1e5, f"friction against the motion at {x:g} of v_max, "
+    *(_effect(f"cylinder_friction_curve.y{k}", 0.0, "N", -1e7, 1e7, f"friction against the motion at {x:g} of v_max, "
               "beyond all other") for k, x in enumerate(knots(), 1)),
-    _effect("seal_pressure_friction.k_p", 0.0, "m2", 0.0, 1e-2, "friction per pressure difference over the piston"),
+    _effect("seal_pressure_friction.k_p", 0.0, "m2", 0.0, 1.0, "friction per pressure difference over the piston"),
     _effect("seal_pressure_friction.uneven", 0.0, "1", -1.0, 1.0, "share by which it is greater extending"),
     _effect("cylinder_viscous_error.scale", 1.0, "1", 0.0, 1e3, "factor on the viscous friction of the piston"),
     _effect("cylinder_viscous_error.power", 1.0, "1", 0.2, 3.0, "power of the velocity, alike at 50 mm/s"),
@@ -88,7 +88,7 @@ EFFECTS = (
     _effect("umbilical_supply.diameter", 0.012, "m", 1e-3, 0.5, "inner diameter of that hose"),
     _effect("filter_clogging.dp", 0.0, "Pa", 0.0, 1e8, "loss of a filter at the pump's flow, at the surface"),
     _effect("filter_clogging.back", 0.0, "1", 0.0, 1.0, "share of it that is in the return"),
-    _effect("relief_override.R", 0.0, "Pa.s/m3", 0.0, 1e12, "rise of the relief pressure with its flow"),
+    _effect("relief_override.R", 0.0, "Pa.s/m3", 0.0, 1e15, "rise of the relief pressure with its flow"),
     _effect("relief_override.power", 1.0, "1", 0.2, 3.0, "power of that flow, alike at the pump's flow"),
     _effect("supply_droop.droop", 0.0, "1", 0.0, 0.9, "share by which the relief pressure is lowered"),
     _effect("supply_droop.time", 0.0, "s", 0.0, 1e4, "time constant with which it sinks from the start of the run on"),

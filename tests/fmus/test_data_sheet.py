@@ -11,6 +11,7 @@ from deepsea_cosim.gap.campaign.read_catalogue import load, load_from_package
 from deepsea_cosim.hydraulics_fmu.constants import by_name, constants
 from deepsea_cosim.hydraulics_fmu.states import border
 from deepsea_cosim.hydraulics_fmu.steady import steady_state
+from deepsea_cosim.hydraulics_fmu.variables import HYDRAULICS
 from deepsea_cosim.master.simulation.check import check
 from deepsea_cosim.master.simulation.run import Options, run
 
@@ -196,6 +197,20 @@ def test_effects_are_usual_in_the_size_of_the_machine(tmp_path):
         assert (other.low, other.high) == pytest.approx((factor * one.low, factor * one.high), rel=1e-3)
         assert other.neutral == one.neutral
     assert [e.id for e in scaled.effects] == [e.id for e in plain.effects]
+
+
+@pytest.mark.parametrize(("bore", "rod", "flow"), [(1.0, 0.5, "2000 l/min"), (0.01, 0.005, "0.1 l/min")])
+def test_effects_of_large_and_small_machines_stay_in_the_ranges_of_the_fmu(tmp_path, bore, rod, flow):
+    text = PAPERS.replace("bore = 0.045", f"bore = {bore}").replace('rod = "25 mm"', f"rod = {rod}")
+    text = text.replace('"5 l/min"', f'"{flow}"').replace('displacement = "6 cm3"', f'flow = "{flow}"')
+    factors = scales(read(sheet(tmp_path, text)))
+    path = tmp_path / "effects.toml"
+    path.write_text(scaled_catalogue(CATALOGUE.read_text(), factors))
+    parameters = [x for e in load(path).effects for x in e.all_parameters if x.address in factors]
+    assert len(parameters) == len(factors) == 7
+    for x in parameters:
+        allowed = HYDRAULICS[x.address.removeprefix("hydraulics.")]
+        assert allowed.min <= x.low < x.high <= allowed.max, x.address
 
 
 def _offset(machine, depth, x, integral):
