@@ -123,9 +123,10 @@ def _effect_parameter(
     start = float(runs[0].values[p.address])
     if any(conditions.values[p.address] != start for conditions in runs):
         warnings.append(f"effect {effect}: '{p.address}' differs between the runs; the first run's counts")
-    low, high = (p.low - start) / p.prior, (p.high - start) / p.prior
+    low, high = min((p.low - start) / p.prior, 0.0), max((p.high - start) / p.prior, 0.0)
+    std = max(settings.effect_std, max(high, -low) / settings.effect_range)
     return EstimatedParameter(
-        p.address, "effect", start, p.prior, min(low, 0.0), max(high, 0.0), settings.effect_std,
+        p.address, "effect", start, p.prior, low, high, std,
         (p.address, *p.also), p.shape, tuple((v - start) / p.prior for v in p.starts),
         longest_run=max(conditions.stop for conditions in runs) if p.period else 0.0,
     )  # fmt: skip

@@ -14,7 +14,7 @@ from ..problem.noise import rms
 from ..problem.parameters import EffectCandidate, EstimatedParameter, Point
 from ..problem.problem import Problem
 from ..settings import SearchSettings
-from .sizes import first_sizes, grid, variants
+from .sizes import grid, resized, second_size, starts_of_shapes, usual_sizes, variants
 
 Variant = tuple[EffectCandidate, Mapping[str, float]]
 """An effect with values of its parameters, by name."""
@@ -81,7 +81,7 @@ def build_bank(
     problem: Problem, point: Point, coarse: np.ndarray, correction: np.ndarray,
     candidates: Sequence[EffectCandidate] = (),
 ) -> ResponseBank:  # fmt: skip
-    """The bank at a point that has some effects, each other one at its first sizes.
+    """The bank at a point that has some effects, each other one at its usual size and at a second one.
 
     coarse: the long vector there (n,) at the long step; correction: exact runs less that.
     """
@@ -91,10 +91,30 @@ def build_bank(
     settings = problem.settings.search
     for c in problem.candidates:
         if c.label not in labels:
-            sizes = (grid if c.main.kind == "sensor" else first_sizes)(c.main, settings)
+            sizes = (grid if c.main.kind == "sensor" else usual_sizes)(c.main, settings)
             variants_to_run += [(c, values) for values in variants(c, sizes, settings)]
     bank = add_responses(problem, bank, variants_to_run)
-    return add_responses(problem, bank, _further_variants(problem, bank, variants_to_run))
+    second = _second_variants(problem, bank, variants_to_run)
+    bank = add_responses(problem, bank, second)
+    return add_responses(problem, bank, _further_variants(problem, bank, [*variants_to_run, *second]))
+
+
+def _second_variants(problem: Problem, bank: ResponseBank, run_variants: Sequence[Variant]) -> list[Variant]:
+    """Each of these effects at a second size; a sensor's have been run at all, those that show next to nothing will be,
+    and those with many starts of their shapes, such as frequencies, are run at the usual size alone."""
+    settings = problem.settings.search
+    gap = np.sqrt(max(rms(problem.observations.whiten(bank.model)) ** 2 - 1.0, 0.0))
+    change = {(x.candidate.label, *x.values.values()): rms(x.change) for x in bank.responses}
+    second: list[Variant] = []
+    for c, values in run_variants:
+        if c.main.kind == "sensor" or not values or len(starts_of_shapes(c)) > settings.shapes:
+            continue
+        done = change.get((c.label, *values.values()), 0.0)
+        if done < settings.min_response_rms:
+            continue
+        size = second_size(c.main, values[c.main.name], done, gap, settings)
+        second += [] if size is None else [(c, resized(c, values, size))]
+    return second
 
 
 def families(responses: Sequence[Response]) -> list[list[int]]:

@@ -18,7 +18,7 @@ from ..problem.parameters import EffectCandidate, Point
 from ..problem.problem import Problem
 from ..settings import SCORING, SearchSettings
 from .response_bank import Response, ResponseBank, Variant, add_responses, families
-from .sizes import grid
+from .sizes import grid, resized
 
 ScoredSet = tuple[float, tuple[int, ...], np.ndarray]
 """Cost, responses by their place in the bank, and how much each is scaled (s,)."""
@@ -211,11 +211,7 @@ def _missing_variants(bank: ResponseBank, sets: Sequence[ScoredSet], settings: S
             nearest = min(same_sign, key=lambda s: abs(np.log(s / size)))
             key = (response.candidate.label, response.shape, nearest)
             if key not in run_variants:
-                values = {
-                    x.name: response.values[x.name] if x.shape else min(max(nearest, x.low), x.high)
-                    for x in response.candidate.parameters
-                }
-                variants[key] = (response.candidate, values)
+                variants[key] = (response.candidate, resized(response.candidate, response.values, nearest))
     return list(variants.values())
 
 

@@ -17,7 +17,7 @@ from ..problem.problem import Problem
 from ..selection.hypothesis import Hypothesis
 from .response_bank import evaluate_in_batches
 from .rounds import best_of_each_set, polish_near, search_cost
-from .sizes import first_sizes, grid, variants
+from .sizes import grid, usual_sizes, variants
 from .starts import FitStart, exact_hypotheses_at, hypotheses_at
 from .step_refinement import AtStep
 
@@ -65,8 +65,7 @@ def step_sensitive_effects(problem: Problem, shorter: Problem, best: Hypothesis)
 
 def _at_usual_size(problem: Problem, point: Point, c: EffectCandidate) -> Point:
     settings = problem.settings.search
-    size = min(first_sizes(c.main, settings), key=lambda s: abs(abs(s) - 1.0))
-    return {**point, **variants(c, [size], settings)[0]}
+    return {**point, **variants(c, usual_sizes(c.main, settings)[:1], settings)[0]}
 
 
 def _best_sizes(

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from itertools import product
 
 import numpy as np
@@ -29,14 +29,30 @@ def grid(x: EstimatedParameter, settings: SearchSettings) -> list[float]:
     return sizes
 
 
-def first_sizes(x: EstimatedParameter, settings: SearchSettings) -> list[float]:
-    """Those of the grid that every effect is run at."""
+def usual_sizes(x: EstimatedParameter, settings: SearchSettings) -> list[float]:
+    """The size of the grid to each side that is nearest to the usual one: every effect is run at these first."""
     sizes = grid(x, settings)
-    chosen: set[float] = set()
-    for sign in (1.0, -1.0):
-        one_side = [s for s in sizes if s * sign > 0.0]
-        chosen |= {min(one_side, key=lambda s: abs(abs(s) - size)) for size in settings.first if one_side}
-    return [s for s in sizes if s in chosen]
+    sides = ([s for s in sizes if s * sign > 0.0] for sign in (1.0, -1.0))
+    return [min(side, key=lambda s: abs(abs(s) - settings.usual)) for side in sides if side]
+
+
+def second_size(
+    x: EstimatedParameter, usual: float, change: float, gap: float, settings: SearchSettings
+) -> float | None:
+    """The size of the grid on the same side that is run next: where the effect would do as much as is left, if the
+    usual size cannot be scaled up so far; else the small one. None where there is no other.
+
+    change: normalised RMS of what the effect does at its usual size; gap: of what is left.
+    """
+    others = [s for s in grid(x, settings) if s * usual > 0.0 and s != usual]
+    wanted = abs(usual) * gap / change if change > 0.0 else 0.0
+    target = wanted if wanted > settings.extrapolation * abs(usual) else settings.small
+    return min(others, key=lambda s: abs(math.log(abs(s) / target)), default=None)
+
+
+def resized(candidate: EffectCandidate, values: Mapping[str, float], size: float) -> dict[str, float]:
+    """An effect's values by parameter, at another size."""
+    return {x.name: values[x.name] if x.shape else min(max(size, x.low), x.high) for x in candidate.parameters}
 
 
 def between(tried: Iterable[float], nearest: float) -> list[float]:
@@ -46,12 +62,17 @@ def between(tried: Iterable[float], nearest: float) -> list[float]:
     return [float(np.sign(nearest) * np.sqrt(nearest * s)) for s in (*sizes[max(0, k - 1) : k], *sizes[k + 1 : k + 2])]
 
 
+def starts_of_shapes(candidate: EffectCandidate) -> list[tuple[float, ...]]:
+    """All combinations of the starts of its shapes, each in their order."""
+    return list(product(*(x.starts or (0.0,) for x in candidate.parameters if x.shape)))
+
+
 def variants(candidate: EffectCandidate, sizes: Sequence[float], settings: SearchSettings) -> list[dict[str, float]]:
     """Points at which an effect is run: every size with every start of its shapes, or the usual size alone where these
     are many, such as frequencies and phases; parameters by name."""
     main = [x for x in candidate.parameters if not x.shape]
     shapes = [x for x in candidate.parameters if x.shape]
-    starts = list(product(*(x.starts or (0.0,) for x in shapes)))
+    starts = starts_of_shapes(candidate)
     if len(starts) > settings.shapes:
         sides = ([s for s in sizes if s * sign > 0.0] for sign in (1.0, -1.0))
         sizes = [min(side, key=lambda s: abs(abs(s) - 1.0)) for side in sides if side]

@@ -24,8 +24,11 @@ class SearchSettings:
     # sizes of effects in the bank
     sizes: tuple[float, ...] = (0.03, 0.1, 0.3, 1.0, 3.0)
     """Sizes of an effect that are run, in usual ones; between them responses are scaled."""
-    first: tuple[float, ...] = (0.1, 1.0)
-    """Those that every effect is run at; others where the best sets ask for them."""
+    usual: float = 1.0
+    """That which every effect is run at first."""
+    small: float = 0.1
+    """That which it is run at next, unless it would need a larger one to do as much as is left; others where the best
+    sets ask for them."""
     max_size_ratio: float = 3.5
     """Largest ratio between neighbouring sizes beyond the listed ones, up to the end of a range."""
     shapes: int = 4

@@ -9,7 +9,7 @@ import pytest
 from deepsea_cosim.gap.problem.parameters import EffectCandidate, EstimatedParameter
 from deepsea_cosim.gap.search.response_bank import Response
 from deepsea_cosim.gap.search.sets import _reach
-from deepsea_cosim.gap.search.sizes import first_sizes, grid, variants
+from deepsea_cosim.gap.search.sizes import grid, second_size, usual_sizes, variants
 from deepsea_cosim.gap.settings import SearchSettings
 
 SETTINGS = SearchSettings()
@@ -38,14 +38,24 @@ def test_a_grid_reaches_from_small_sizes_to_the_ends_of_the_range_in_even_steps(
 
 
 @pytest.mark.parametrize(("low", "high"), RANGES)
-def test_the_first_sizes_are_some_of_the_grid_to_each_side(low, high):
+def test_the_usual_size_is_one_of_the_grid_to_each_side(low, high):
     x = parameter(low, high)
-    first, sizes = first_sizes(x, SETTINGS), grid(x, SETTINGS)
-    assert set(first) <= set(sizes)
-    assert len(sides(first)) == len(sides(sizes))
-    for own in sides(first):
-        assert len(own) <= len(SETTINGS.first)
-    assert first_sizes(parameter(0.0, 8.0), SETTINGS) == list(SETTINGS.first)
+    usual, sizes = usual_sizes(x, SETTINGS), grid(x, SETTINGS)
+    assert set(usual) <= set(sizes)
+    assert [len(own) for own in sides(usual)] == [1] * len(sides(sizes))
+    assert usual_sizes(parameter(-8.0, 8.0), SETTINGS) == [1.0, -1.0]
+
+
+def test_the_second_size_is_the_small_one_unless_an_effect_would_have_to_be_large_to_make_the_gap():
+    """Friction of a seal that was 43 times the usual one was left out: around 0.1 and 1 it looked like nothing."""
+    x = parameter(-8.0, 50.0)
+    upwards = {gap: second_size(x, 1.0, 0.5, gap, SETTINGS) for gap in (0.0, 0.1, 1.4, 2.0, 12.0, 1e3)}
+    sizes = [s for s in grid(x, SETTINGS) if s > 0.0]
+    nearest = {wanted: min(sizes, key=lambda s: abs(np.log(s / wanted))) for wanted in (4.0, 24.0)}
+    assert upwards == {0.0: 0.1, 0.1: 0.1, 1.4: 0.1, 2.0: nearest[4.0], 12.0: nearest[24.0], 1e3: 50.0}
+    assert second_size(x, -1.0, 0.5, 1e3, SETTINGS) == -8.0
+    assert second_size(x, 1.0, 0.0, 1e3, SETTINGS) == 0.1, "what does nothing is no smaller for that"
+    assert second_size(parameter(0.0, 0.02), 0.02, 1.0, 1.0, SETTINGS) is None
 
 
 def responses(x, sizes):
@@ -54,7 +64,7 @@ def responses(x, sizes):
 
 
 @pytest.mark.parametrize(("low", "high"), RANGES)
-@pytest.mark.parametrize("choice", [grid, first_sizes])
+@pytest.mark.parametrize("choice", [grid, usual_sizes])
 def test_between_two_sizes_no_size_is_out_of_reach(low, high, choice):
     x = parameter(low, high)
     sizes = choice(x, SETTINGS)
