@@ -139,6 +139,7 @@ class Network:
             parameter_connections=tuple(filter(remains, self.parameter_connections)),
             outputs=tuple(filter(remains, self.outputs)),
         )
+
     @cached_property
     def from_inputs(self) -> dict[str, list[FlatConnection]]:
         """The flat connections that begin at each of the top-level system's inputs."""

@@ -43,7 +43,7 @@ class HeldInput:
 
 
 class HeldInputs:
-    """Follows every link that carries a continuous real which may be averaged (`System.is_averaged`)."""
+    """Follows every link that carries a continuous real which may be averaged (`StepProgram.is_averaged`)."""
 
     def __init__(
         self, system: System, outputs: Sequence[int], inputs: Sequence[int], sloped: Collection[str] = (),

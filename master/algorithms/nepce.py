@@ -3,7 +3,7 @@
 What an input is held at differs, in the mean over a step, from what the output does in that step. A component that
 comes after its source knows the output at both ends of the step: the mean itself is held. For one that comes before,
 half of the output's last change is added, which is what holding its value lacked in the last step. An input that a
-component carries on by itself is what it was at the step's start (`System.is_averaged`).
+component carries on by itself is what it was at the step's start (`StepProgram.is_averaged`).
 
 An output that answers to inputs at once is read again after its component's step, with inputs as they are at the end
 of the step: those of sources that have not stepped yet lie on the straight line through their last two values.

@@ -68,7 +68,7 @@ class Initialiser:
         self._shown = Runner(shown)
 
     def __call__(self, values: Sequence[Value], start: float, stop: float) -> None:
-        """Set start values, initialise all instances and leave all signals in loop at the start."""
+        """Set start values, initialise all instances, and leave inputs and outputs consistent at the start time."""
         system = self.system
         buffer, unstarted = system.buffer, dict(system.values.unstarted)
         reals, texts = buffer.reals.copy(), list(buffer.texts)

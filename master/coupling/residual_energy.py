@@ -64,7 +64,8 @@ class CouplingOscillation:
 
     gear: float = 1.0
     at_once: tuple[float, float] = (0.0, 0.0)
-    """How much the outputs of a and b answer at once to what the other side's flow is the rate of (`direct`)."""
+    """How much the outputs of a and b answer at once to what the other side's flow is the rate of
+    (`feedthrough.at_once`)."""
     sums: np.ndarray = field(default_factory=lambda: np.zeros((2, 3)))
     """For a and b: sum of u' y'', of u'^2 and of y''^2."""
     pieces: list[np.ndarray] = field(default_factory=list)

@@ -14,7 +14,7 @@ from ..system.strongly_connected import strongly_connected_components
 
 
 class SingleChanges:
-    """Of inputs x (n,), for which `came(x)` (n,) comes round."""
+    """One-at-a-time changes of the inputs x (n,) of a loop; `round_trip(x)` (n,) gives the inputs after one pass."""
 
     def __init__(self, round_trip: Callable[[np.ndarray], np.ndarray], givers: Sequence[str], takers: Sequence[str]):
         """givers, takers: the components at the ends of the connection that each input hangs on."""

@@ -30,6 +30,7 @@ def sample_stride(steps: int, columns: int) -> int:
     """Distance of the sampled points [steps] in a run of so many."""
     return max(1, steps // min(SAMPLE, max(2, SAMPLE_BYTES // (8 * columns))))
 
+
 PATIENCE, SHARE = 0.5, 0.1
 """Wall time after which rows are written though the block is not full [s], and the most of it that writing may take."""
 

@@ -21,7 +21,7 @@ from .value_conversion import Quantity, value_conversion
 
 @dataclass(frozen=True)
 class SignalConnection:
-    """A flat with the places at its ends."""
+    """A connection between two signals of the buffer, with the conversion on the way."""
 
     source: Signal
     target: Signal
@@ -72,7 +72,7 @@ class Connections:
         self._check_aliases()
         to_parameters = [*network.parameter_connections, *to_parameters]
         self.parameter_connections = [flat for flat in to_parameters if flat.start[0]]
-        """Wires to parameters, which carry what calculated parameters are before the run."""
+        """Connections from calculated parameters to parameters; their values are set before the run."""
         self._check_early()
         for flat in to_parameters:
             if not flat.start[0] and network.inputs[flat.start[1]].kind == "input":

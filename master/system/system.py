@@ -17,7 +17,7 @@ from .step_program import StepProgram
 
 
 class System:
-    """Instances, signals and connections of a network, loaded and ready to be initialised and stepped."""
+    """The instances of a flat system, their signals and connections; built before any FMU is loaded."""
 
     def __init__(
         self, network: Network, instances: dict[str, FmuInstance], findings: Findings | None = None,
