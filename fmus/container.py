@@ -16,8 +16,8 @@ from ..core.errors import PackageError
 from ..core.files import make_folder
 from ..core.units import conversion, unit
 from ..core.variables import VariableTable
-from ..ssp.flat import Network
-from ..ssp.network import flatten
+from ..ssp.flat_system import FlatSystem
+from ..ssp.flatten import flatten
 from ..ssp.reader import read
 from .build import CONTAINER, MODELS, Model, Way, build_fmu, sources_of
 from .machine import CONNECTED, PARTS, DeepseaMachine
@@ -68,7 +68,7 @@ def is_ours(fmu: Path, model: Model) -> bool:
         return False
 
 
-def _check_connections(package: Path, network: Network) -> None:
+def _check_connections(package: Path, network: FlatSystem) -> None:
     """The parts have to be connected as those in the container are, and nothing else."""
     wanted = {(part, x): start for part, connected in CONNECTED.items() for x, start in connected.items()}
     found = {flat.end: flat for flat in network.flat_connections}

@@ -14,7 +14,7 @@ from dataclasses import dataclass
 from graphlib import CycleError
 
 from ...core.errors import PackageError, SimulationError
-from ...ssp.flat import End, FlatConnection
+from ...ssp.flat_system import End, FlatConnection
 from ..engine.runner import Runner
 from ..engine.values import TEXT, Signal
 from ..slaves.base import FmuInstance

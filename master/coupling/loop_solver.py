@@ -14,7 +14,7 @@ from graphlib import CycleError
 import numpy as np
 
 from ...core.errors import SimulationError
-from ...ssp.flat import End
+from ...ssp.flat_system import End
 from ..engine.program import Memory, Program, SlotConversion
 from ..engine.runner import Runner
 from ..engine.values import REAL, TEXT, Signal

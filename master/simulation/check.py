@@ -7,7 +7,7 @@ from dataclasses import dataclass, field
 from pathlib import Path
 
 from ...core.errors import PackageError, ParameterError
-from ...ssp.flat import Network
+from ...ssp.flat_system import FlatSystem
 from ...ssp.model import Component
 from ..algorithms import chosen
 from ..coupling.algebraic_loops import loops
@@ -30,7 +30,7 @@ class Checked(Findings):
     """What a check found, and what could be read of the package."""
 
     keeps: bool = True
-    network: Network | None = None
+    network: FlatSystem | None = None
     system: System | None = None
     values: list[Value] = field(default_factory=list)
     """What would be set before a run, in that order."""
@@ -44,7 +44,7 @@ def check(package: Path, wanted: Options | None = None) -> Checked:
     found = Checked()
     found.attempt(check_options, wanted)
 
-    def as_run(_network: Network, instances: dict[str, FmuInstance]) -> dict[str, FmuInstance]:
+    def as_run(_network: FlatSystem, instances: dict[str, FmuInstance]) -> dict[str, FmuInstance]:
         Findings(keeps=True).attempt(set_substeps, wanted, instances)  # what is wrong with them is told below
         return instances
 

@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING, Any
 
 from ...core.files import writing
 from ...core.versions import versions
-from ...ssp.flat import Network
+from ...ssp.flat_system import FlatSystem
 from .saved_state import state_file
 
 if TYPE_CHECKING:
@@ -28,7 +28,7 @@ def digest(path: Path) -> str:
     return found.hexdigest()
 
 
-def manifest(package: Path, network: Network, options: Options) -> dict[str, Any]:
+def manifest(package: Path, network: FlatSystem, options: Options) -> dict[str, Any]:
     """Inputs with their hashes, options, versions, and the command that repeats the run."""
     files = sorted({part.component.source for part in network.parts.values()})
     root = network.structure.file.parent

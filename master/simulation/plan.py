@@ -8,7 +8,7 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 
 from ...core.errors import UsageError, did_you_mean
-from ...ssp.flat import Network
+from ...ssp.flat_system import FlatSystem
 from ..algorithms import check_method, chosen, method_named
 from ..algorithms.method import Method
 from ..coupling.initialisation import early_order
@@ -42,7 +42,7 @@ class Plan:
     options: Options
     """As they were given, with the method that is used."""
     method: Method
-    network: Network
+    network: FlatSystem
     instances: dict[str, FmuInstance]
     system: System
     values: list[Value]
@@ -78,7 +78,7 @@ def plan(package: Path, options: Options, stack: ExitStack, interrupt: Interrupt
     found = Findings()
     resumed = read_state(options.resume) if options.resume is not None else None
 
-    def as_run(network: Network, instances: dict[str, FmuInstance]) -> dict[str, FmuInstance]:
+    def as_run(network: FlatSystem, instances: dict[str, FmuInstance]) -> dict[str, FmuInstance]:
         method = method_named(chosen(options.method, network.structure.method))
         made = _isolated(options, method, instances, interrupt)
         set_substeps(options, made)
@@ -199,7 +199,7 @@ def set_substeps(options: Options, instances: dict[str, FmuInstance]) -> None:
         instances[component].ratio = ratio
 
 
-def step_remarks(network: Network, instances: dict[str, FmuInstance], times: Times) -> list[str]:
+def step_remarks(network: FlatSystem, instances: dict[str, FmuInstance], times: Times) -> list[str]:
     """Where the steps are others than are suggested, or than suit the FMUs."""
     start, stop, step, n = times
     return [
@@ -208,7 +208,7 @@ def step_remarks(network: Network, instances: dict[str, FmuInstance], times: Tim
     ]  # fmt: skip
 
 
-def _other_steps(network: Network, instances: dict[str, FmuInstance], step: float) -> list[str]:
+def _other_steps(network: FlatSystem, instances: dict[str, FmuInstance], step: float) -> list[str]:
     """Macro steps that the package or its FMUs suggest, and that are not taken."""
     smallest = smallest_step(network, instances)
     if smallest and smallest > step and any(part.component.step_hint for part in network.parts.values()):

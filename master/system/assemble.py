@@ -10,9 +10,9 @@ from contextlib import ExitStack
 from dataclasses import dataclass, field, replace
 from pathlib import Path
 
-from ...ssp.flat import End, Network
+from ...ssp.flat_system import End, FlatSystem
+from ...ssp.flatten import EARLY
 from ...ssp.model import Component
-from ...ssp.network import EARLY
 from ..options import Options
 from ..slaves.base import FmuInstance
 from .findings import Findings
@@ -23,7 +23,7 @@ from .start_values import Value, bound_values, expanded, given_values, resolve
 from .structural import configure
 from .system import System
 
-Prepare = Callable[[Network, dict[str, FmuInstance]], dict[str, FmuInstance]]
+Prepare = Callable[[FlatSystem, dict[str, FmuInstance]], dict[str, FmuInstance]]
 """Gives the instances as they are to be run."""
 
 
@@ -31,7 +31,7 @@ Prepare = Callable[[Network, dict[str, FmuInstance]], dict[str, FmuInstance]]
 class Assembly:
     """What a package is put together to. Where errors are kept, parts may be missing."""
 
-    network: Network
+    network: FlatSystem
     instances: dict[str, FmuInstance]
     built: System | None = None
     values: list[Value] = field(default_factory=list)
@@ -89,7 +89,7 @@ def assemble(
     return assembly
 
 
-def _tell_remarks(network: Network, findings: Findings) -> None:
+def _tell_remarks(network: FlatSystem, findings: Findings) -> None:
     """Where errors are kept, violations of the schema are some, unless they stand where one has been told."""
     violations = set(network.structure.remarks) if findings.keeps else set()
     places = {error.partition(": ")[0] for error in findings.errors}
@@ -97,7 +97,7 @@ def _tell_remarks(network: Network, findings: Findings) -> None:
     findings.warnings += [r for r in network.remarks if r not in violations]
 
 
-def _described(network: Network, findings: Findings) -> tuple[Network, dict[str, FmuInstance]]:
+def _described(network: FlatSystem, findings: Findings) -> tuple[FlatSystem, dict[str, FmuInstance]]:
     """Instances by component path, not loaded yet, from the package's FMUs; the network without what these refute."""
     instances: dict[str, FmuInstance] = {}
     lacking: set[End] = set()
@@ -111,7 +111,7 @@ def _described(network: Network, findings: Findings) -> tuple[Network, dict[str,
     return network.without(lacking), instances
 
 
-def _lacking(component: Component, instance: FmuInstance, network: Network, findings: Findings) -> set[End]:
+def _lacking(component: Component, instance: FmuInstance, network: FlatSystem, findings: Findings) -> set[End]:
     """Ends that the FMU lacks, which are refused; those of parameters do no harm where nothing is connected to them."""
     refused: set[End] = set()
     for connector, fault in foreign_connectors(component, instance):

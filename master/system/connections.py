@@ -8,7 +8,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from ...core.errors import CosimError, PackageError, did_you_mean
-from ...ssp.flat import At, End, FlatConnection, Network, shown_at
+from ...ssp.flat_system import At, End, FlatConnection, FlatSystem, shown_at
 from ..engine.program import SlotConversion
 from ..engine.values import TEXT, Signal
 from ..slaves.base import FmuInstance
@@ -43,7 +43,7 @@ class Connections:
     """The links of a network; what does not fit goes to the findings."""
 
     def __init__(
-        self, network: Network, instances: Mapping[str, FmuInstance], layout: SignalLayout, quantities: Quantities,
+        self, network: FlatSystem, instances: Mapping[str, FmuInstance], layout: SignalLayout, quantities: Quantities,
         own_inputs: Mapping[str, Signal], findings: Findings, remarks: list[str],
     ):  # fmt: skip
         self.instances, self._findings = instances, findings
@@ -120,7 +120,7 @@ class Connections:
         drivers = self._drivers.get(self.inputs[end].home, {}) if end in self.inputs else {}
         return next(iter(drivers.values()), None)
 
-    def _check_dimensions(self, network: Network) -> set[End]:
+    def _check_dimensions(self, network: FlatSystem) -> set[End]:
         """Arrays are as large as their connectors say; those that are not, which no connection can be judged by."""
         wrong: set[End] = set()
         for path, part in network.parts.items():

@@ -9,7 +9,7 @@ from contextlib import ExitStack
 from pathlib import Path
 
 from ...core.errors import CosimError, PackageError, did_you_mean
-from ...ssp.flat import Network
+from ...ssp.flat_system import FlatSystem
 from ...ssp.model import Component, Connector
 from ..slaves.base import FmuInstance, Log
 from ..slaves.fmu import describe, platform_folder
@@ -51,7 +51,7 @@ def foreign_connectors(component: Component, instance: FmuInstance) -> Iterator[
             )
 
 
-def smallest_step(network: Network, instances: Mapping[str, FmuInstance]) -> float | None:
+def smallest_step(network: FlatSystem, instances: Mapping[str, FmuInstance]) -> float | None:
     """The smallest macro step [s] that suits what the package hints for components, or else their FMUs suggest."""
     steps = []
     for path, instance in instances.items():

@@ -7,7 +7,7 @@ from collections.abc import Collection, Iterable, Mapping
 import numpy as np
 
 from ...core.errors import PackageError
-from ...ssp.flat import Network
+from ...ssp.flat_system import FlatSystem
 from ..engine.loop import U8
 from ..engine.program import ValueBuffer
 from ..engine.values import MOST_VALUES, TEXT, Group, Signal
@@ -71,7 +71,7 @@ class SignalLayout:
             self._staged[U8] = begin + 16
 
     def own_input(
-        self, name: str, quantity: Quantity, network: Network, instances: Mapping[str, FmuInstance]
+        self, name: str, quantity: Quantity, network: FlatSystem, instances: Mapping[str, FmuInstance]
     ) -> Signal:  # fmt: skip
         """An input of the whole system; the sizes of an array are the package's, else those of what it leads to."""
         type = network.inputs[name].type

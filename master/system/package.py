@@ -10,9 +10,9 @@ from pathlib import Path
 
 from ...core.errors import PackageError, UnknownNameError, UsageError, did_you_mean
 from ...core.units import Unit
-from ...ssp.flat import Network, Setting
+from ...ssp.flat_system import FlatSystem, Setting
+from ...ssp.flatten import flatten
 from ...ssp.model import Component, Connection, Connector, LinearFunction, System, SystemStructure
-from ...ssp.network import flatten
 from ...ssp.osp import FILE as OSP_FILE
 from ...ssp.osp import read_osp
 from ...ssp.parameters import read_set
@@ -25,7 +25,7 @@ from .instances import read_alone
 
 def read_package(
     package: Path, stack: ExitStack, variant: str | None = None, wrong: list[str] | None = None
-) -> Network:  # fmt: skip
+) -> FlatSystem:  # fmt: skip
     """The network of an SSP file, a folder like one, a system structure description (.ssd), an FMU or a system
     structure of the Open Simulation Platform (.xml, or a folder that holds one).
 
@@ -106,7 +106,7 @@ class _Fmus:
         return instance.variables[name].causality, instance.unit(name)
 
 
-def with_parameters(network: Network, files: Iterable[Path]) -> Network:
+def with_parameters(network: FlatSystem, files: Iterable[Path]) -> FlatSystem:
     """The network with parameter sets (.ssv) of the user's, named like --set, which win over the package's bindings."""
     settings, input_settings, remarks = list(network.settings), list(network.input_settings), list(network.remarks)
     for file in files:

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from typing import Any
 
 from ...core.errors import CosimError
-from ...ssp.flat import End
+from ...ssp.flat_system import End
 from ..slaves.base import FmuInstance
 from .start_values import Value
 from .system import System

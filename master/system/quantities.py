@@ -6,7 +6,7 @@ from collections.abc import Iterable, Mapping
 from dataclasses import replace
 
 from ...core.units import Unit, alike
-from ...ssp.flat import End, FlatConnection, Network
+from ...ssp.flat_system import End, FlatConnection, FlatSystem
 from ...ssp.model import Connector
 from ..engine.values import Signal
 from ..slaves.base import FmuInstance
@@ -16,7 +16,7 @@ from .value_conversion import Quantity
 class Quantities:
     """Of the variables of components, and of the whole system's inputs and outputs."""
 
-    def __init__(self, network: Network, instances: Mapping[str, FmuInstance], remarks: list[str]):
+    def __init__(self, network: FlatSystem, instances: Mapping[str, FmuInstance], remarks: list[str]):
         self.network, self.instances, self.remarks = network, instances, remarks
         self._connectors = {c.name: c for c in reversed(network.structure.system.connectors)}
         self._own = {name: self._own_quantity(name) for name in network.inputs}

@@ -4,12 +4,12 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Iterator, Mapping
 
-from ...ssp.flat import End, Network
+from ...ssp.flat_system import End, FlatSystem
 from ..slaves.base import FmuInstance
 from .addresses import matches
 
 
-def internals(network: Network, instances: Mapping[str, FmuInstance], patterns: Iterable[str]) -> list[End]:
+def internals(network: FlatSystem, instances: Mapping[str, FmuInstance], patterns: Iterable[str]) -> list[End]:
     """Variables that are no outputs or inputs and still have columns.
 
     Those are what connectors of kind output lead to, and what patterns mean that match no other column.
@@ -35,7 +35,7 @@ def internals(network: Network, instances: Mapping[str, FmuInstance], patterns: 
     return list(ends)
 
 
-def _connectors(network: Network, instances: Mapping[str, FmuInstance]) -> Iterator[End]:
+def _connectors(network: FlatSystem, instances: Mapping[str, FmuInstance]) -> Iterator[End]:
     for path, part in network.parts.items():
         for connector in part.component.connectors:
             v = instances[path].variables.get(connector.name) if path in instances else None

@@ -6,7 +6,7 @@ from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 
 from ...core.errors import PackageError
-from ...ssp.flat import Hop
+from ...ssp.flat_system import Hop
 from ...ssp.model import Type
 
 

@@ -8,7 +8,7 @@ from difflib import get_close_matches
 from typing import Any
 
 from ...core.errors import ParameterError, UnknownNameError, UsageError
-from ...ssp.flat import Hop, Network, Setting
+from ...ssp.flat_system import FlatSystem, Hop, Setting
 from ...ssp.model import Table
 from ..engine.values import TEXT
 from ..slaves.base import FmuInstance
@@ -93,7 +93,10 @@ def _nearest(name: str, names: Sequence[str]) -> str:
 
 
 def expanded(
-    changes: Iterable[tuple[str, Any]], network: Network, instances: Mapping[str, FmuInstance], prefix: str = "--set "
+    changes: Iterable[tuple[str, Any]],
+    network: FlatSystem,
+    instances: Mapping[str, FmuInstance],
+    prefix: str = "--set ",
 ) -> Iterator[tuple[str, Any]]:
     """The changes with those of connectors of systems replaced by what these lead to."""
     for address, value in changes:
@@ -158,7 +161,7 @@ HINTS = 5
 """Names without a variable for which a similar one is looked for: a set of parameters may be meant for many FMUs."""
 
 
-def bound_values(network: Network, instances: Mapping[str, FmuInstance], findings: Findings) -> list[Value]:
+def bound_values(network: FlatSystem, instances: Mapping[str, FmuInstance], findings: Findings) -> list[Value]:
     """Values of the package's parameter bindings, in the variables' units. What cannot be set is remarked.
 
     Those of components that are not among the instances are left out.
@@ -189,7 +192,7 @@ def bound_values(network: Network, instances: Mapping[str, FmuInstance], finding
     return bound
 
 
-def _bound(network: Network, instance: FmuInstance, s: Setting, remarks: list[str]) -> Value | None:
+def _bound(network: FlatSystem, instance: FmuInstance, s: Setting, remarks: list[str]) -> Value | None:
     """The checked value of a binding; None, with a remark, where it cannot be set."""
     if instance.variables[s.variable].type not in instance.forms:
         kind = instance.variables[s.variable].type
@@ -212,13 +215,13 @@ def _from(s: Setting, value: Value) -> Value:
     return replace(value, by=MAPPING if s.mapped else PACKAGE, mapped=s.mapped)
 
 
-def idle(network: Network, values: Iterable[Value]) -> list[str]:
+def idle(network: FlatSystem, values: Iterable[Value]) -> list[str]:
     """Remarks on inputs at the end of ways that nothing drives and that have not been given a value."""
     with_values = {(v.component, v.variable) for v in values}
     return [text for end, text in network.undriven.items() if end not in with_values]
 
 
-def _target(network: Network, instance: FmuInstance, name: str) -> Quantity:
+def _target(network: FlatSystem, instance: FmuInstance, name: str) -> Quantity:
     """What a component's variable is; a unit that its connector states counts before the FMU's."""
     connectors = network.parts[instance.name].component.connectors
     type = next((c.type for c in connectors if c.name == name), None)
@@ -231,9 +234,7 @@ def _quantity(s: Setting) -> Quantity:
     return Quantity(s.type.kind, s.type.unit, s.type.enumeration, f"'{s.variable}'")
 
 
-def given_values(
-    network: Network, system: System, remark: Callable[[str], None] = lambda _: None
-) -> list[Value]:
+def given_values(network: FlatSystem, system: System, remark: Callable[[str], None] = lambda _: None) -> list[Value]:
     """Values that the package binds to inputs of the whole system."""
     values = []
     for s in network.input_settings:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Mapping
 
-from ...ssp.flat import End
+from ...ssp.flat_system import End
 from ..engine.program import Program, ValueBuffer
 from ..engine.values import REAL, TEXT
 from ..slaves.base import FmuInstance

@@ -6,7 +6,7 @@ from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import replace
 from typing import Any
 
-from ...ssp.flat import Network, Setting
+from ...ssp.flat_system import FlatSystem, Setting
 from ..slaves.base import FmuInstance
 from .addresses import split
 from .findings import Findings
@@ -14,8 +14,8 @@ from .start_values import Value, bound_values, resolve
 
 
 def configure(
-    network: Network, instances: Mapping[str, FmuInstance], changes: Iterable[tuple[str, Any]] = ()
-) -> tuple[Network, list[tuple[str, Any]], list[Value]]:
+    network: FlatSystem, instances: Mapping[str, FmuInstance], changes: Iterable[tuple[str, Any]] = ()
+) -> tuple[FlatSystem, list[tuple[str, Any]], list[Value]]:
     """Hand structural parameters to the instances, before sizes are asked for; what the network and the changes have
     left, and the values.
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
-from ...ssp.flat import End, Network
+from ...ssp.flat_system import End, FlatSystem
 from ..engine.values import TEXT, Signal
 from ..slaves.base import FmuInstance
 from .connections import Connections
@@ -20,7 +20,7 @@ class System:
     """The instances of a flat system, their signals and connections; built before any FMU is loaded."""
 
     def __init__(
-        self, network: Network, instances: dict[str, FmuInstance], findings: Findings | None = None,
+        self, network: FlatSystem, instances: dict[str, FmuInstance], findings: Findings | None = None,
         recorded: Sequence[End] = (),
     ):  # fmt: skip
         """Raises `PackageError` for a connection that does not fit, unless the findings keep what is wrong.

@@ -4,14 +4,14 @@ from __future__ import annotations
 
 from collections.abc import Iterable
 
-from ...ssp.flat import FlatConnection, Network, shown_at
+from ...ssp.flat_system import FlatConnection, FlatSystem, shown_at
 from ...ssp.model import Binding, Component, Linear, Record, SignalDictionaryReference, Type
 from ...ssp.model import System as Tree
 from ..engine.program import listed
 from .system import System
 
 
-def tree(network: Network, system: System | None = None) -> str:
+def tree(network: FlatSystem, system: System | None = None) -> str:
     """The system as a tree for people, with its connections."""
     structure = network.structure
     times = f", {structure.start_time:g} s to {structure.stop_time:g} s" if structure.stop_time is not None else ""
@@ -25,7 +25,7 @@ def tree(network: Network, system: System | None = None) -> str:
     for name, ways in network.connectors.items():
         if "." not in name and name not in network.inputs:  # parameters of the whole system
             for component, variable, hops in ways:
-                way = _on_the_way(FlatConnection(('', name), ('', ''), hops[1:]))
+                way = _on_the_way(FlatConnection(("", name), ("", ""), hops[1:]))
                 lines.append(f"  {name} -> {component}.{variable}{way}")
     for flat in (*network.parameter_connections, *network.flat_connections):
         lines.append(_flat(flat))
@@ -87,7 +87,9 @@ def _sum(terms: Iterable[tuple[str, float]], offset: float) -> str:
     return " + ".join([*shown[:6], *([f"{len(shown) - 6} more"] if len(shown) > 6 else []), *more])
 
 
-def _branch(lines: list[str], tree: Tree, indent: str, network: Network, system: System | None, path: str = "") -> None:
+def _branch(
+    lines: list[str], tree: Tree, indent: str, network: FlatSystem, system: System | None, path: str = ""
+) -> None:
     for kind in dict.fromkeys(c.kind for c in tree.connectors):
         names = [c.name + _unit(c.type) for c in tree.connectors if c.kind == kind]
         lines.append(f"{indent}   {kind}{'' if kind in ('inout', 'unspecified', 'local') else 's'}: {', '.join(names)}")

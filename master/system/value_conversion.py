@@ -1,6 +1,6 @@
 """What a value meets on its way from one variable to another: units, transformations, enumerations, types.
 
-The package says it hop by hop (`ssp.network`), the FMUs give types and units at the ends. Here both become one factor
+The package says it hop by hop (`ssp.flatten`), the FMUs give types and units at the ends. Here both become one factor
 and offset, or one table.
 """
 
@@ -13,7 +13,7 @@ from typing import TypeVar
 
 from ...core.errors import PackageError, ParameterError, UsageError
 from ...core.units import Unit, alike, conversion
-from ...ssp.flat import Hop
+from ...ssp.flat_system import Hop
 from ...ssp.model import FLOATS, Linear, Scalar, Table, Value
 from ..engine.program import Mapped, SlotConversion, Within
 from ..engine.values import INTEGER, LIMITS, REAL, TEXT, in_slot

@@ -5,7 +5,7 @@ import zipfile
 import pytest
 from deepsea_cosim.core.errors import PackageError
 from deepsea_cosim.ssp.archive import extract
-from deepsea_cosim.ssp.network import flatten
+from deepsea_cosim.ssp.flatten import flatten
 from deepsea_cosim.ssp.reader import read
 
 HEAD = (

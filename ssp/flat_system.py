@@ -97,7 +97,7 @@ class Part:
 
 
 @dataclass(frozen=True)
-class Network:
+class FlatSystem:
     """A system of FMUs without hierarchy."""
 
     structure: SystemStructure
@@ -127,7 +127,7 @@ class Network:
         ways = (way for targets in self.connectors.values() for way in targets)
         return any(end in (w.start, w.end) for w in flat_connections) or any(end == way[:2] for way in ways)
 
-    def without(self, ends: Collection[End]) -> Network:
+    def without(self, ends: Collection[End]) -> FlatSystem:
         """The network without the flat connections that begin or end at some variables of components."""
 
         def remains(flat: FlatConnection) -> bool:
@@ -149,7 +149,7 @@ class Network:
                 by_input.setdefault(flat.start[1], []).append(flat)
         return by_input
 
-    def only(self, paths: list[str]) -> Network:
+    def only(self, paths: list[str]) -> FlatSystem:
         """The network with some of its components only."""
         for path in paths:
             if path not in self.parts:

@@ -12,7 +12,7 @@ from typing import Any
 
 from ..core.errors import PackageError, did_you_mean
 from ..core.units import alike
-from .flat import At, End, FlatConnection, Hop, Network, Part, Setting, Target, shown_at
+from .flat_system import At, End, FlatConnection, FlatSystem, Hop, Part, Setting, Target, shown_at
 from .model import (
     Binding,
     Component,
@@ -43,7 +43,7 @@ Causality = Callable[[Component, str], str | None]
 
 def flatten(
     structure: SystemStructure, causality: Causality = lambda _component, _name: None, wrong: list[str] | None = None
-) -> Network:
+) -> FlatSystem:
     """The network of a system structure. Raises `PackageError` for what cannot be connected as it says.
 
     causality: asked where the package does not say which end of a connection gives the value.
@@ -98,7 +98,7 @@ class _Flattener:
             raise error
         self.wrong.append(str(error))
 
-    def network(self) -> Network:
+    def network(self) -> FlatSystem:
         root = self.structure.system
         self.walk(root, "", {})
         self.decide()
@@ -129,7 +129,7 @@ class _Flattener:
         driving = {w.start[1] for w in flat_connections if not w.start[0]}
         inputs = {name: c for name, c in candidates.items() if c.kind == "input" or name in driving}
         self.calculated(parameter_connections, settings)
-        return Network(
+        return FlatSystem(
             self.structure, self.parts, tuple(flat_connections), tuple(parameter_connections), tuple(outputs), inputs,
             tuple(settings), tuple(input_settings),
             {name: tuple(self.behind(node, ())) for name, node in self.names().items() if name not in inputs},
