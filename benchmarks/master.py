@@ -153,7 +153,7 @@ def _own_calls(path: Path) -> float:
         load_instances(made.instances, stack, lambda *_: None)
         stop = made.network.structure.stop_time or 1.0
         Initialiser(made.system)(made.values, 0.0, stop)
-        program = made.system.steps.program()
+        program = made.system.writer.program()
         for instance in made.instances.values():
             program.advance([instance])
         runner = Runner(program)

@@ -43,7 +43,7 @@ class HeldInput:
 
 
 class HeldInputs:
-    """Follows every link that carries a continuous real which may be averaged (`StepProgram.is_averaged`)."""
+    """Follows every link that carries a continuous real which may be averaged (`ProgramWriter.is_averaged`)."""
 
     def __init__(
         self, system: System, outputs: Sequence[int], inputs: Sequence[int], sloped: Collection[str] = (),
@@ -56,7 +56,7 @@ class HeldInputs:
         """
         out = {place: i for i, place in enumerate(outputs)}
         into = {place: len(outputs) + i for i, place in enumerate(inputs)}
-        spread = [(k, i) for k in system.links if system.steps.is_averaged(k) for i in range(k.source.size)]
+        spread = [(k, i) for k in system.links if system.writer.is_averaged(k) for i in range(k.source.size)]
         self._sources = np.array([out[k.source.place + i] for k, i in spread], np.int64)
         self._targets = np.array([into[k.target.place + i] for k, i in spread], np.int64)
         self._factors = np.array([k.conversion.factor for k, _ in spread])

@@ -19,7 +19,7 @@ class Coupling:
 
     def __init__(self, system: System):
         self.system = system
-        self.links: list[SignalConnection] = [k for k in system.links if system.steps.is_averaged(k)]
+        self.links: list[SignalConnection] = [k for k in system.links if system.writer.is_averaged(k)]
         spread = [(k, i) for k in self.links for i in range(k.source.size)]
         self.sources = np.array([k.source.place + i for k, i in spread], np.int64)
         self.targets = np.array([k.target.place + i for k, i in spread], np.int64)
@@ -58,7 +58,7 @@ class Coupling:
         coupled = set(map(id, self.links))
         for link in self.system.links:
             if id(link) not in coupled and self.system.values.speaks(link):
-                self.system.steps.pass_on(program, link)
+                self.system.writer.pass_on(program, link)
 
 
 class Stepper:
@@ -66,7 +66,7 @@ class Stepper:
 
     def __init__(self, system: System, instance: FmuInstance):
         self.instance = instance
-        program = system.steps.program()
+        program = system.writer.program()
         program.set_inputs(instance)
         program.do_step(instance, returns=True)
         program.get_outputs(instance)

@@ -18,13 +18,13 @@ from .method import Method
 def write(system: System, program: Program) -> None:
     """Write the macro step."""
     instances = [system.instances[name] for name in system.order]
-    carried = {s.name: [k for k in system.steps.links_to(s.name) if system.steps.is_averaged(k)] for s in instances}
+    carried = {s.name: [k for k in system.writer.links_to(s.name) if system.writer.is_averaged(k)] for s in instances}
     ahead = {k.source.place: k.source for s in instances if not s.takes_slopes for k in carried[s.name]}
     instead = {place: carry_on(system, program, s, MIDDLE)[0] for place, s in ahead.items()}
     for s in instances:
-        for link in system.steps.links_to(s.name):
+        for link in system.writer.links_to(s.name):
             line = link in carried[s.name] and not s.takes_slopes
-            system.steps.pass_on(program, link, instead if line else None)
+            system.writer.pass_on(program, link, instead if line else None)
     changes = {s.name: _changes(system, program, s.name, carried[s.name]) for s in instances if s.takes_slopes}
     for s in instances:
         program.set_inputs(s)

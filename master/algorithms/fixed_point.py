@@ -38,7 +38,7 @@ def write(system: System, program: Program) -> None:
     """Write the macro step."""
     coupling = Coupling(system)
     driven = at_end(system, program, stale(system)[0])
-    refresh_program = system.steps.program()
+    refresh_program = system.writer.program()
     refresh(system, refresh_program, driven)
     for memory in refresh_program.memories:
         program.remember(memory)

@@ -13,8 +13,8 @@ from .method import ZERO_ORDER_HOLD, Method
 
 def write(system: System, program: Program) -> None:
     """Write the macro step."""
-    for names in system.steps.levels(system.order):
-        system.steps.exchange(program, names)
+    for names in system.writer.levels(system.order):
+        system.writer.exchange(program, names)
         program.advance([system.instances[name] for name in names])
     refresh(system, program, loops_only=True)
 

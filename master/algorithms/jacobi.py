@@ -10,7 +10,7 @@ from .method import ZERO_ORDER_HOLD, Method
 
 def write(system: System, program: Program) -> None:
     """Write the macro step."""
-    system.steps.exchange(program, system.order)
+    system.writer.exchange(program, system.order)
     program.advance([system.instances[name] for name in system.order])
     refresh(system, program)
 

@@ -3,7 +3,7 @@
 What an input is held at differs, in the mean over a step, from what the output does in that step. A component that
 comes after its source knows the output at both ends of the step: the mean itself is held. For one that comes before,
 half of the output's last change is added, which is what holding its value lacked in the last step. An input that a
-component carries on by itself is what it was at the step's start (`StepProgram.is_averaged`).
+component carries on by itself is what it was at the step's start (`ProgramWriter.is_averaged`).
 
 An output that answers to inputs at once is read again after its component's step, with inputs as they are at the end
 of the step: those of sources that have not stepped yet lie on the straight line through their last two values.
@@ -26,7 +26,7 @@ def write(system: System, program: Program) -> None:
     start: dict[int, int] = {}  # slots of outputs as they are at the step's start
     middle: dict[int, int] = {}  # and as they are foretold for its middle and its end
     final: dict[int, int] = {}
-    lines = {name: [k for k in system.steps.links_to(name) if system.steps.is_continuous(k)] for name in order}
+    lines = {name: [k for k in system.writer.links_to(name) if system.writer.is_continuous(k)] for name in order}
     for name in order:
         for source in (k.source for k in lines[name]):
             place, size = source.place, source.size
@@ -49,18 +49,18 @@ def write(system: System, program: Program) -> None:
             held[place] = system.layout.scratch(source.size)
             for k in range(source.size):
                 program.mix(held[place] + k, [(0.5, place + k), (0.5, start[place] + k)])
-        for link in system.steps.links_to(name):
-            instead = held if system.steps.is_averaged(link) else at_start
-            system.steps.pass_on(program, link, instead if link in lines[name] else None)
+        for link in system.writer.links_to(name):
+            instead = held if system.writer.is_averaged(link) else at_start
+            system.writer.pass_on(program, link, instead if link in lines[name] else None)
         return foretold
 
     at_its_end: dict[str, dict[int, int]] = {}  # what inputs are at the end of the step, where that is foretold
-    for names in system.steps.levels(order):
+    for names in system.writer.levels(order):
         for name in names:
             at_its_end[name] = hand_over(name)
         program.advance([system.instances[name] for name in names])
         for name in (n for n in names if n in stale_components):
-            links = [k for k in system.steps.links_to(name) if k in lines[name] or k.source.place in driven]
+            links = [k for k in system.writer.links_to(name) if k in lines[name] or k.source.place in driven]
             renew(system, program, [name], links, at_its_end[name])
     refresh(system, program, driven)
 

@@ -54,7 +54,7 @@ def detect_feedthrough(system: System, loops_only: bool) -> list[str]:
         if _may_answer(system, name, driving[name]):
             unsure.append(name)
         silent = [s for s in instance.outputs if s.family != TEXT and instance.feed_through(s.name) is None]
-        inputs = dict.fromkeys(k.target for k in system.steps.links_to(name) if k.target.family != TEXT)
+        inputs = dict.fromkeys(k.target for k in system.writer.links_to(name) if k.target.family != TEXT)
         if not silent or not inputs or name not in suspects or not instance.can_restore:
             continue
         try:
@@ -96,7 +96,7 @@ def loops_that_came_up(system: System) -> list[str]:
     for component in sorted(name for members in strongly_connected_components(edges) for name in members):
         instance = system.instances[component]
         outputs = [s for s in instance.outputs if s.family != TEXT]
-        inputs = dict.fromkeys(k.target for k in system.steps.links_to(component) if k.target.family != TEXT)
+        inputs = dict.fromkeys(k.target for k in system.writer.links_to(component) if k.target.family != TEXT)
         if instance.readable != ALWAYS or not outputs or not inputs:
             continue
         with suppress(SimulationError):
@@ -118,7 +118,7 @@ def _may_answer(system: System, name: str, sources: Collection[str]) -> bool:
     """Whether an output may follow, unsaid, an input that is driven: one of those that drive others, or any of a
     component that drives itself and says of none."""
     instance = system.instances[name]
-    if not system.steps.links_to(name):
+    if not system.writer.links_to(name):
         return False
     reals = [s.name for s in instance.outputs if s.family == REAL]
     if drives_itself(system, name) and all(instance.feed_through(output) is None for output in reals):

@@ -63,8 +63,8 @@ class Initialiser:
         """What is worth telling of the last initialisation."""
         self.brought: dict[End, object] = {}
         """What connections have brought to parameters in it."""
-        shown = system.steps.program()
-        system.steps.show(shown)
+        shown = system.writer.program()
+        system.writer.show(shown)
         self._shown = Runner(shown)
 
     def __call__(self, values: Sequence[Value], start: float, stop: float) -> None:

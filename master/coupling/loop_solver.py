@@ -46,14 +46,14 @@ SMALL = 1.5e-8
 
 def handles(system: System, name: str) -> tuple[Runner, Runner]:
     """What hands a component the inputs in the buffer, and what then reads its outputs, if it lets itself be read."""
-    inputs, instance = system.steps.program(), system.instances[name]
+    inputs, instance = system.writer.program(), system.instances[name]
     inputs.set_inputs(instance)
-    return Runner(inputs), reader(system, name) if instance.readable == ALWAYS else Runner(system.steps.program())
+    return Runner(inputs), reader(system, name) if instance.readable == ALWAYS else Runner(system.writer.program())
 
 
 def reader(system: System, name: str) -> Runner:
     """What reads the outputs of a component."""
-    outputs = system.steps.program()
+    outputs = system.writer.program()
     outputs.get_outputs(system.instances[name])
     return Runner(outputs)
 
@@ -76,8 +76,8 @@ class AlgebraicLoop:
         for name in dict.fromkeys(self.names):
             links = []
             for link in system.connections.into(name):
-                program = system.steps.program()
-                system.steps.pass_on(program, link)
+                program = system.writer.program()
+                system.writer.pass_on(program, link)
                 links.append((link, Runner(program)))
             self.visits[name] = links, *handles(system, name)
         everything = [*system.outputs.values(), *system.inputs.values()]
@@ -350,7 +350,7 @@ def stale(system: System) -> tuple[list[str], bool]:
     driven = {link.end for link in system.links if system.values.speaks(link)}
     stale_outputs = {
         end for end in system.outputs
-        if system.steps.is_read(end)
+        if system.writer.is_read(end)
         and any((end[0], name) in driven for name in system.instances[end[0]].feed_through(end[1]) or ())
     }  # fmt: skip
     try:
@@ -363,13 +363,13 @@ def stale(system: System) -> tuple[list[str], bool]:
 
 def drives_itself(system: System, name: str) -> bool:
     """Whether an output of a component is connected to an input of the same."""
-    return any(k.source.component == name for k in system.steps.links_to(name))
+    return any(k.source.component == name for k in system.writer.links_to(name))
 
 
 def at_end(system: System, program: Program, names: Iterable[str]) -> dict[int, int]:
     """Write: what stimuli drive these components with at the end of the step, in slots of its own; slot: that slot."""
     signals = [s for name in names for s in system.instances[name].inputs]
-    signals += [k.source for name in names for k in system.steps.links_to(name)]
+    signals += [k.source for name in names for k in system.writer.links_to(name)]
     used = set(_slots(s for s in signals if s.family != TEXT).tolist())
     slots = {}
     for slot, column, family in sorted(program.drives):  # an array's values side by side, in whatever order they come
@@ -391,7 +391,7 @@ def refresh(system: System, program: Program, driven: dict[int, int] | None = No
         names = [name for name in names if drives_itself(system, name)]
     if not names:
         return
-    links = [k for name in dict.fromkeys(names) for k in system.steps.links_to(name) if k.target.family != TEXT]
+    links = [k for name in dict.fromkeys(names) for k in system.writer.links_to(name) if k.target.family != TEXT]
     if driven is None:
         driven = at_end(system, program, names)
     if not in_loop:
@@ -430,7 +430,7 @@ def renew(
             for slot in slots_of[name]:
                 program.convert(slot, instead[slot], 1, SlotConversion())
             for link in into.get(name, ()):
-                system.steps.pass_on(program, link, instead)
+                system.writer.pass_on(program, link, instead)
             program.set_inputs(system.instances[name])
             program.get_outputs(system.instances[name])
 

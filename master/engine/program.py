@@ -107,8 +107,8 @@ def listed(names: Sequence[str]) -> str:
     return ", ".join(names[:4]) + (f" and {len(names) - 4} more" if len(names) > 4 else "")
 
 
-class Steps(Protocol):
-    """What an FMU is to the engine: it writes its own part of a program, and knows what its statuses mean."""
+class EngineInstance(Protocol):
+    """What the engine needs of an FMU: it writes its own part of a program, and knows what its statuses mean."""
 
     name: str
     input_groups: list[Group]
@@ -135,14 +135,14 @@ class Steps(Protocol):
 class Program:
     """A list of operations in the making. Each has a label for messages: (instance, what it does)."""
 
-    def __init__(self, buffer: ValueBuffer, instances: Sequence[Steps], forks: bool = False):
+    def __init__(self, buffer: ValueBuffer, instances: Sequence[EngineInstance], forks: bool = False):
         """forks: threads may take steps that do not depend on each other."""
         self.buffer, self.forks = buffer, forks
         self.instances = instances  # thousands of programs of a large system share it
         self.numbered = 0
         """How many of the instances, from the first on, the program has to do with by their number."""
         self.rows: list[tuple[int, ...]] = []
-        self.labels: list[tuple[Steps | None, str]] = []
+        self.labels: list[tuple[EngineInstance | None, str]] = []
         self.constants: list[float] = []
         self.table: list[tuple[int, int]] = []
         self._keep: list[object] = []
@@ -156,7 +156,7 @@ class Program:
     def __len__(self) -> int:
         return len(self.rows)
 
-    def add(self, instance: Steps | None, doing: str, *operation: int) -> None:
+    def add(self, instance: EngineInstance | None, doing: str, *operation: int) -> None:
         """An operation of `loop`, and who does what in it, for messages."""
         self.rows.append(operation)
         self.labels.append((instance, doing))
@@ -245,7 +245,9 @@ class Program:
     def _drive(self, target: int, column: int, family: str, when: int) -> None:
         self.add(None, "", loop.DRIVE if family == REAL else loop.DRIVE_INTEGER, target, column, when)
 
-    def python(self, function: Callable[[float, float], int], instance: Steps | None = None, doing: str = "") -> None:
+    def python(
+        self, function: Callable[[float, float], int], instance: EngineInstance | None = None, doing: str = ""
+    ) -> None:
         """Call a Python function (t, h) that returns a status; what it raises ends the run."""
 
         def guarded(t: float, h: float) -> int:
@@ -270,7 +272,7 @@ class Program:
         """Let something live as long as the program."""
         self._keep.append(referenced)
 
-    def number(self, instance: Steps) -> int:
+    def number(self, instance: EngineInstance) -> int:
         """Which of the instances it is."""
         number = self.instances.index(instance)
         self.numbered = max(self.numbered, number + 1)
@@ -282,11 +284,11 @@ class Program:
 
     # FMUs
 
-    def set_inputs(self, instance: Steps) -> None:
+    def set_inputs(self, instance: EngineInstance) -> None:
         """Hand the inputs in the buffer to the FMU."""
         instance.write_inputs(self)
 
-    def get_outputs(self, instance: Steps) -> None:
+    def get_outputs(self, instance: EngineInstance) -> None:
         """Read the outputs of the FMU into the buffer."""
         instance.write_outputs(self)
 
@@ -300,21 +302,21 @@ class Program:
 
         self.python(copy)
 
-    def do_step(self, instance: Steps, returns: bool = False) -> None:
+    def do_step(self, instance: EngineInstance, returns: bool = False) -> None:
         """Advance the FMU over the macro step; `returns`: a state from before the step may be set after it."""
         instance.write_step(self, returns)
 
-    def set_slopes(self, instance: Steps, references: Sequence[int], changes: int) -> None:
+    def set_slopes(self, instance: EngineInstance, references: Sequence[int], changes: int) -> None:
         """Hand the slopes of inputs to the FMU; their changes over the last step lie from the slot `changes` on."""
         instance.write_slopes(self, references, changes)
 
-    def advance(self, instances: Sequence[Steps]) -> None:
+    def advance(self, instances: Sequence[EngineInstance]) -> None:
         """Hand all of them their inputs, have all step, read all outputs."""
         for instance in instances:
             self.set_inputs(instance)
         self.step_all(instances)
 
-    def step_all(self, instances: Sequence[Steps]) -> None:
+    def step_all(self, instances: Sequence[EngineInstance]) -> None:
         """Have all of them step, read all outputs."""
         begin = len(self.rows)
         for instance in instances:

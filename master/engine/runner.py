@@ -12,7 +12,7 @@ import numpy as np
 from ...core.errors import SimulationError
 from . import loop
 from .crew import NOBODY, Crew
-from .program import Program, Steps
+from .program import EngineInstance, Program
 from .values import Signal
 
 
@@ -131,7 +131,7 @@ class Runner:
         return done, f"{who} {lost} in {doing}" if lost else f"{who} does not come back from {doing}"
 
     @property
-    def ended(self) -> Steps | None:
+    def ended(self) -> EngineInstance | None:
         """The instance that has asked to end the run."""
         index = int(self.program.buffer.ended[0])
         return self.program.instances[index - 1] if index else None

@@ -115,7 +115,7 @@ def plan(package: Path, options: Options, stack: ExitStack, interrupt: Interrupt
     for drive in drives:
         if drive.texts and drive.signal.component:
             instances[drive.signal.component].texts.add(drive.signal.name)
-    system.steps.forks = options.parallel and crew.able()
+    system.writer.forks = options.parallel and crew.able()
     bonds = check_coupling(system, name, options.isolate)
     return Plan(
         options, method, network, instances, system, made.values, made.sizes, drives, layout, which, times, bonds,

@@ -158,7 +158,7 @@ class _Run:
         """Bring the system to its start; what a macro step consists of."""
         system, drives, coupling = self.plan.system, self.plan.drives, self.method
         start, stop = self.plan.times[:2]
-        program = system.steps.program()
+        program = system.writer.program()
         driven = {(drive.signal.component, drive.signal.name) for drive in drives}
         values = [v for v in self.plan.values if (v.component, v.variable) not in driven]
         system.values.mute({v.variable for v in values if not v.component} | {n for c, n in driven if not c})
@@ -177,7 +177,7 @@ class _Run:
         if self.plan.resumed is not None:
             recall_answers(self.plan.resumed, system)
         coupling.write(system, program)
-        system.steps.show(program)
+        system.writer.show(program)
         return program
 
     def march(self, progress: Callable[[int, int], None]) -> None:

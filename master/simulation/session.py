@@ -262,7 +262,7 @@ class Session:
         outputs = [j for j, (is_output, _) in enumerate(wanted) if is_output]
         inputs = [j for j, (is_output, _) in enumerate(wanted) if not is_output]
         answers = tuple((n, o, *found) for n, s in self.system.instances.items() for o, found in s.answers.items())
-        key = (method, driven, frozenset(self.system.values.muted), self.system.steps.watched, answers)
+        key = (method, driven, frozenset(self.system.values.muted), self.system.writer.watched, answers)
         if key not in self._programs:
             try:
                 self._programs[key] = self._program(method, driven)
@@ -282,10 +282,10 @@ class Session:
         return self._runners[records], [*outputs, *inputs]
 
     def _program(self, method: str, driven: tuple[Signal, ...]) -> Program:
-        program, coupling = self.system.steps.program(), method_named(method)
+        program, coupling = self.system.writer.program(), method_named(method)
         for column, signal in enumerate(driven):
             mean = len(driven) + column if signal.family == REAL and coupling.input_hold == MEAN else None
             program.drive(signal.place, column, signal.family, mean)
         coupling.write(self.system, program)
-        self.system.steps.show(program)
+        self.system.writer.show(program)
         return program

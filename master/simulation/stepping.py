@@ -43,9 +43,9 @@ class Loop:
         linked = [link.target for link in system.links]
         finite = [s for s in (*system.outputs.values(), *linked, *system.own_outputs.values()) if s.family == "real"]
         self.runner = Runner(program, layout.outputs, layout.inputs, finite)
-        exchange = system.steps.program()
-        system.steps.exchange(exchange, system.order)
-        system.steps.show(exchange)
+        exchange = system.writer.program()
+        system.writer.exchange(exchange, system.order)
+        system.writer.show(exchange)
         self._exchange = Runner(exchange)
         self._finite = finite
         self.ended_by: FmuInstance | None = None

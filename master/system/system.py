@@ -12,8 +12,8 @@ from .execution_order import component_order
 from .findings import Findings
 from .input_values import InputValues
 from .layout import SignalLayout
+from .program_writer import ProgramWriter
 from .quantities import Quantities
-from .step_program import StepProgram
 
 
 class System:
@@ -55,7 +55,7 @@ class System:
         """The end of the run that the FMUs have been told [s]."""
         self.order = component_order(instances, self.links)
         self.values = InputValues(instances, self.connections, quantities, self.buffer)
-        self.steps = StepProgram(instances, self.connections, self.values, self.buffer)
+        self.writer = ProgramWriter(instances, self.connections, self.values, self.buffer)
 
     def _hand_over_texts(self) -> None:
         """Texts at ends of connections are exchanged at every step."""

@@ -125,7 +125,7 @@ def test_levels_keep_what_each_gets(tmp_path):
     fmu = native.linear(tmp_path, 2, through=False)
     with ExitStack() as stack:
         made = plan(row(tmp_path / "row", fmu, 5, **STATE), Options(), stack, Interrupts())
-        levels = made.system.steps.levels
+        levels = made.system.writer.levels
         assert levels(["a", "b", "c", "d"]) == [["a"], ["b", "c"], ["d"]]
         assert levels(["d", "c", "b", "a"]) == [["d", "c", "b", "a"]]  # each takes what there was before the step
         assert levels(["b", "a", "c", "d"]) == [["b", "a"], ["c"], ["d"]]

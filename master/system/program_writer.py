@@ -12,7 +12,7 @@ from .connections import Connections, SignalConnection
 from .input_values import InputValues
 
 
-class StepProgram:
+class ProgramWriter:
     """Writes the exchange of values into programs of the engine."""
 
     def __init__(
