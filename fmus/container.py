@@ -71,15 +71,19 @@ def is_ours(fmu: Path, model: Model) -> bool:
 def _check_connections(package: Path, network: FlatSystem) -> None:
     """The parts have to be connected as those in the container are, and nothing else."""
     wanted = {(part, x): start for part, connected in CONNECTED.items() for x, start in connected.items()}
-    found = {flat.end: flat for flat in network.flat_connections}
+    found = {flat_connection.end: flat_connection for flat_connection in network.flat_connections}
     for end, start in wanted.items():
         if end not in found or found[end].start != start:
             raise PackageError(f"{package}: '{'.'.join(end)}' is not driven by '{'.'.join(start)}' as in a container")
-    for end, flat in found.items():
+    for end, flat_connection in found.items():
         if end not in wanted:
-            raise PackageError(f"{flat.where}: '{'.'.join(end)}' is driven, which a container does not support")
-        if any(hop.transformation is not None or hop.suppress_unit_conversion for hop in flat.hops):
-            raise PackageError(f"{flat.where}: '{'.'.join(end)}' is transformed, which a container does not support")
+            raise PackageError(
+                f"{flat_connection.where}: '{'.'.join(end)}' is driven, which a container does not support"
+            )
+        if any(hop.transformation is not None or hop.suppress_unit_conversion for hop in flat_connection.hops):
+            raise PackageError(
+                f"{flat_connection.where}: '{'.'.join(end)}' is transformed, which a container does not support"
+            )
 
 
 def container(

@@ -130,8 +130,8 @@ class FlatSystem:
     def without(self, ends: Collection[End]) -> FlatSystem:
         """The network without the flat connections that begin or end at some variables of components."""
 
-        def remains(flat: FlatConnection) -> bool:
-            return flat.start not in ends and flat.end not in ends
+        def remains(flat_connection: FlatConnection) -> bool:
+            return flat_connection.start not in ends and flat_connection.end not in ends
 
         return replace(
             self,
@@ -144,9 +144,9 @@ class FlatSystem:
     def from_inputs(self) -> dict[str, list[FlatConnection]]:
         """The flat connections that begin at each of the top-level system's inputs."""
         by_input: dict[str, list[FlatConnection]] = {}
-        for flat in self.flat_connections:
-            if not flat.start[0]:
-                by_input.setdefault(flat.start[1], []).append(flat)
+        for flat_connection in self.flat_connections:
+            if not flat_connection.start[0]:
+                by_input.setdefault(flat_connection.start[1], []).append(flat_connection)
         return by_input
 
     def only(self, paths: list[str]) -> FlatSystem:
@@ -155,8 +155,8 @@ class FlatSystem:
             if path not in self.parts:
                 raise UnknownNameError(f"no component '{path}'{did_you_mean(path, list(self.parts))}")
 
-        def is_inside(flat: FlatConnection) -> bool:
-            return all(path == "" or path in paths for path in (flat.start[0], flat.end[0]))
+        def is_inside(flat_connection: FlatConnection) -> bool:
+            return all(path == "" or path in paths for path in (flat_connection.start[0], flat_connection.end[0]))
 
         return replace(
             self,

@@ -111,20 +111,22 @@ class _Flattener:
         candidates = {c.name: c for c in root.connectors if c.kind in takes and not _is_clock(c)}
         for node in list(self.drivers):
             if node[0] == "component":
-                for flat in self.trace(node):
-                    if flat.start[0] or flat.start[1] in candidates:
-                        (parameter_connections if self.kinds.get(node) in EARLY else flat_connections).append(flat)
+                for flat_connection in self.trace(node):
+                    if flat_connection.start[0] or flat_connection.start[1] in candidates:
+                        (parameter_connections if self.kinds.get(node) in EARLY else flat_connections).append(
+                            flat_connection
+                        )
         outputs: list[FlatConnection] = []
         for connector in root.connectors:
             node = ("system", "", connector.name)
             if connector.kind in (*GIVES, "inout", "unspecified") and node in self.drivers:
-                for flat in self.trace(node):
-                    if flat.start[0] or flat.start[1] in candidates:
-                        outputs.append(flat)
+                for flat_connection in self.trace(node):
+                    if flat_connection.start[0] or flat_connection.start[1] in candidates:
+                        outputs.append(flat_connection)
                         continue
                     self.refused(PackageError(
-                        f"{flat.where}: output '{connector.name}' would show '{flat.start[1]}', a parameter of the "
-                        "system; that is not supported"
+                        f"{flat_connection.where}: output '{connector.name}' would show '{flat_connection.start[1]}', "
+                        "a parameter of the system; that is not supported"
                     ))  # fmt: skip
         driving = {w.start[1] for w in flat_connections if not w.start[0]}
         inputs = {name: c for name, c in candidates.items() if c.kind == "input" or name in driving}
@@ -138,12 +140,12 @@ class _Flattener:
 
     def calculated(self, parameter_connections: Sequence[FlatConnection], settings: Sequence[Setting]) -> None:
         """Remark values that are bound to parameters which other components calculate."""
-        by = {flat.end: flat for flat in parameter_connections if flat.start[0]}
+        by_end = {connection.end: connection for connection in parameter_connections if connection.start[0]}
         for s in settings:
-            if (flat := by.get((s.component, s.variable))) is not None:
+            if (connection := by_end.get((s.component, s.variable))) is not None:
                 self.remarks.append(
-                    f"{s.where}: '{s.component}.{s.variable}' is bound, and connected to '{'.'.join(flat.start)}'; the "
-                    "connection counts"
+                    f"{s.where}: '{s.component}.{s.variable}' is bound, and connected to "
+                    f"'{'.'.join(connection.start)}'; the connection counts"
                 )
 
     def names(self) -> dict[str, Node]:

@@ -56,18 +56,20 @@ class HeldInputs:
         """
         out = {place: i for i, place in enumerate(outputs)}
         into = {place: len(outputs) + i for i, place in enumerate(inputs)}
-        spread = [(k, i) for k in system.links if system.writer.is_averaged(k) for i in range(k.source.size)]
-        self._sources = np.array([out[k.source.place + i] for k, i in spread], np.int64)
-        self._targets = np.array([into[k.target.place + i] for k, i in spread], np.int64)
-        self._factors = np.array([k.conversion.factor for k, _ in spread])
-        self._offsets = np.array([k.conversion.offset for k, _ in spread])
-        self._sloped = np.array([k.target.component in sloped for k, _ in spread], bool)
-        self._starts = [elements(k.source)[i] for k, i in spread]
-        self.names = [elements(k.target)[i] for k, i in spread]
+        spread = [
+            (link, i) for link in system.links if system.writer.is_averaged(link) for i in range(link.source.size)
+        ]
+        self._sources = np.array([out[link.source.place + i] for link, i in spread], np.int64)
+        self._targets = np.array([into[link.target.place + i] for link, i in spread], np.int64)
+        self._factors = np.array([link.conversion.factor for link, _ in spread])
+        self._offsets = np.array([link.conversion.offset for link, _ in spread])
+        self._sloped = np.array([link.target.component in sloped for link, _ in spread], bool)
+        self._starts = [elements(link.source)[i] for link, i in spread]
+        self.names = [elements(link.target)[i] for link, i in spread]
         """Of the inputs, component.variable."""
         self._of: dict[str, list[int]] = {}
-        for i, (k, _) in enumerate(spread):
-            self._of.setdefault(k.target.component, []).append(i)
+        for i, (link, _) in enumerate(spread):
+            self._of.setdefault(link.target.component, []).append(i)
         count = len(spread)
         self._low, self._high = np.full(count, np.inf), np.full(count, -np.inf)
         self._most = np.zeros((1 + second, count))  # of the run, and of a method of second order

@@ -19,15 +19,15 @@ class Coupling:
 
     def __init__(self, system: System):
         self.system = system
-        self.links: list[SignalConnection] = [k for k in system.links if system.writer.is_averaged(k)]
-        spread = [(k, i) for k in self.links for i in range(k.source.size)]
-        self.sources = np.array([k.source.place + i for k, i in spread], np.int64)
-        self.targets = np.array([k.target.place + i for k, i in spread], np.int64)
-        self.factors = np.array([k.conversion.factor for k, _ in spread])
-        self.offsets = np.array([k.conversion.offset for k, _ in spread])
-        self.ends = [(k.source, k.target) for k, _ in spread]
-        self.givers = [k.source.component for k, _ in spread]
-        self.takers = [k.target.component for k, _ in spread]
+        self.links: list[SignalConnection] = [link for link in system.links if system.writer.is_averaged(link)]
+        spread = [(link, i) for link in self.links for i in range(link.source.size)]
+        self.sources = np.array([link.source.place + i for link, i in spread], np.int64)
+        self.targets = np.array([link.target.place + i for link, i in spread], np.int64)
+        self.factors = np.array([link.conversion.factor for link, _ in spread])
+        self.offsets = np.array([link.conversion.offset for link, _ in spread])
+        self.ends = [(link.source, link.target) for link, _ in spread]
+        self.givers = [link.source.component for link, _ in spread]
+        self.takers = [link.target.component for link, _ in spread]
 
     def __len__(self) -> int:
         return len(self.sources)
@@ -45,7 +45,11 @@ class Coupling:
     def nominals(self) -> np.ndarray:
         """Usual sizes of the inputs."""
         instances = self.system.instances
-        spread = [(instances.get(k.target.component), k.target.name) for k in self.links for _ in range(k.source.size)]
+        spread = [
+            (instances.get(link.target.component), link.target.name)
+            for link in self.links
+            for _ in range(link.source.size)
+        ]
         return np.array([1.0 if instance is None else instance.nominal(name) for instance, name in spread])
 
     def inputs_from(self, y: np.ndarray) -> np.ndarray:

@@ -18,8 +18,10 @@ from .method import Method
 def write(system: System, program: Program) -> None:
     """Write the macro step."""
     instances = [system.instances[name] for name in system.order]
-    carried = {s.name: [k for k in system.writer.links_to(s.name) if system.writer.is_averaged(k)] for s in instances}
-    ahead = {k.source.place: k.source for s in instances if not s.takes_slopes for k in carried[s.name]}
+    carried = {
+        s.name: [link for link in system.writer.links_to(s.name) if system.writer.is_averaged(link)] for s in instances
+    }
+    ahead = {link.source.place: link.source for s in instances if not s.takes_slopes for link in carried[s.name]}
     instead = {place: carry_on(system, program, s, MIDDLE)[0] for place, s in ahead.items()}
     for s in instances:
         for link in system.writer.links_to(s.name):
@@ -29,7 +31,7 @@ def write(system: System, program: Program) -> None:
     for s in instances:
         program.set_inputs(s)
         if (first := changes.get(s.name)) is not None:
-            program.set_slopes(s, [k.target.reference for k in carried[s.name]], first)
+            program.set_slopes(s, [link.target.reference for link in carried[s.name]], first)
     program.step_all(instances)
     refresh(system, program)
 

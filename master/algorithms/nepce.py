@@ -26,9 +26,11 @@ def write(system: System, program: Program) -> None:
     start: dict[int, int] = {}  # slots of outputs as they are at the step's start
     middle: dict[int, int] = {}  # and as they are foretold for its middle and its end
     final: dict[int, int] = {}
-    lines = {name: [k for k in system.writer.links_to(name) if system.writer.is_continuous(k)] for name in order}
+    lines = {
+        name: [link for link in system.writer.links_to(name) if system.writer.is_continuous(link)] for name in order
+    }
     for name in order:
-        for source in (k.source for k in lines[name]):
+        for source in (link.source for link in lines[name]):
             place, size = source.place, source.size
             if order[source.component] >= order[name]:
                 if place not in middle:
@@ -40,7 +42,7 @@ def write(system: System, program: Program) -> None:
     def hand_over(name: str) -> dict[int, int]:
         """Write what a component holds in the step; slots that stand for some of its sources at the step's end."""
         held, at_start, foretold = {}, {}, dict(driven)
-        for source in dict.fromkeys(k.source for k in lines[name]):
+        for source in dict.fromkeys(link.source for link in lines[name]):
             place = source.place
             if order[source.component] >= order[name]:
                 held[place], foretold[place] = middle[place], final[place]
@@ -60,7 +62,9 @@ def write(system: System, program: Program) -> None:
             at_its_end[name] = hand_over(name)
         program.advance([system.instances[name] for name in names])
         for name in (n for n in names if n in stale_components):
-            links = [k for k in system.writer.links_to(name) if k in lines[name] or k.source.place in driven]
+            links = [
+                link for link in system.writer.links_to(name) if link in lines[name] or link.source.place in driven
+            ]
             renew(system, program, [name], links, at_its_end[name])
     refresh(system, program, driven)
 

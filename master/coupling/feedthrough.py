@@ -46,15 +46,15 @@ def detect_feedthrough(system: System, loops_only: bool) -> list[str]:
             for component, _ in members
         }
     driving: dict[str, set[str]] = {name: set() for name in ("", *system.instances)}
-    for k in system.links:
-        if k.source.component != k.target.component:
-            driving[k.source.component].add(k.source.name)
+    for link in system.links:
+        if link.source.component != link.target.component:
+            driving[link.source.component].add(link.source.name)
     unsure = []
     for name, instance in system.instances.items():
         if _may_answer(system, name, driving[name]):
             unsure.append(name)
         silent = [s for s in instance.outputs if s.family != TEXT and instance.feed_through(s.name) is None]
-        inputs = dict.fromkeys(k.target for k in system.writer.links_to(name) if k.target.family != TEXT)
+        inputs = dict.fromkeys(link.target for link in system.writer.links_to(name) if link.target.family != TEXT)
         if not silent or not inputs or name not in suspects or not instance.can_restore:
             continue
         try:
@@ -96,7 +96,7 @@ def loops_that_came_up(system: System) -> list[str]:
     for component in sorted(name for members in strongly_connected_components(edges) for name in members):
         instance = system.instances[component]
         outputs = [s for s in instance.outputs if s.family != TEXT]
-        inputs = dict.fromkeys(k.target for k in system.writer.links_to(component) if k.target.family != TEXT)
+        inputs = dict.fromkeys(link.target for link in system.writer.links_to(component) if link.target.family != TEXT)
         if instance.readable != ALWAYS or not outputs or not inputs:
             continue
         with suppress(SimulationError):
@@ -193,7 +193,7 @@ def _integral(system: System, link: SignalConnection, flow: SignalConnection) ->
         return False
     if link.target.element not in (None, flow.target.element):
         return False
-    units = [system.instances[k.target.component].unit(k.target.name) for k in (link, flow)]
+    units = [system.instances[one.target.component].unit(one.target.name) for one in (link, flow)]
     of_units = [u.exponents for u in units if u is not None and u.exponents is not None]
     if len(of_units) < len(units):
         return False

@@ -30,8 +30,8 @@ from .loop_solver import AlgebraicLoop, in_turn, reader
 def early_order(system: System) -> list[str]:
     """Components in an order in which each gets the parameters that others calculate; `PackageError` for a circle."""
     graph: dict[str, set[str]] = {name: set() for name in system.instances}
-    for flat in system.connections.parameter_connections:
-        graph[flat.end[0]].add(flat.start[0])
+    for flat_connection in system.connections.parameter_connections:
+        graph[flat_connection.end[0]].add(flat_connection.start[0])
     try:
         return in_order(graph)
     except CycleError as error:
@@ -55,8 +55,8 @@ class Initialiser:
         self._loop = AlgebraicLoop(system, self._order)
         self._early = early_order(system)
         self._computed: dict[str, list[FlatConnection]] = {name: [] for name in self._early}
-        for flat in system.connections.parameter_connections:
-            self._computed[flat.end[0]].append(flat)
+        for flat_connection in system.connections.parameter_connections:
+            self._computed[flat_connection.end[0]].append(flat_connection)
         self._visits = self._visit_order()
         self._seen: set[str] = set()
         self.remarks: list[str] = []
@@ -114,8 +114,8 @@ class Initialiser:
                 system.values.set_input(v.component, v.variable, v.value)
                 system.values.unstarted.pop(system.inputs[v.component, v.variable].home, None)
         for name in self._early:
-            for flat in self._computed[name]:
-                self._compute(flat)
+            for flat_connection in self._computed[name]:
+                self._compute(flat_connection)
             system.instances[name].enter_initialisation(start, stop)
         for signal in system.values.unstarted.values():
             system.values.put(signal, self._own_value(signal))
@@ -144,15 +144,25 @@ class Initialiser:
 
     # parameters that are computed
 
-    def _compute(self, flat: FlatConnection) -> None:
-        source, target = self.system.instances[flat.start[0]], self.system.instances[flat.end[0]]
+    def _compute(self, flat_connection: FlatConnection) -> None:
+        source, target = self.system.instances[flat_connection.start[0]], self.system.instances[flat_connection.end[0]]
         if source.version == "1.0" and source._state == "initialising":  # which calculates in fmiInitializeSlave
             source.exit_initialisation()
-        source_quantity = self.system.quantities.quantity(flat.start, flat.unit, flat.enumeration)
-        target_quantity = self.system.quantities.quantity(flat.end)
-        value = converted(source.get(flat.start[1]), source_quantity, flat.hops, target_quantity, flat.where)
-        self.brought[flat.end] = checked = target.checked(flat.end[1], value, flat.where)
-        target.set_start(flat.end[1], checked)
+        source_quantity = self.system.quantities.quantity(
+            flat_connection.start, flat_connection.unit, flat_connection.enumeration
+        )
+        target_quantity = self.system.quantities.quantity(flat_connection.end)
+        value = converted(
+            source.get(flat_connection.start[1]),
+            source_quantity,
+            flat_connection.hops,
+            target_quantity,
+            flat_connection.where,
+        )
+        self.brought[flat_connection.end] = checked = target.checked(
+            flat_connection.end[1], value, flat_connection.where
+        )
+        target.set_start(flat_connection.end[1], checked)
 
     # inputs and outputs
 
@@ -215,7 +225,10 @@ class Initialiser:
             graph.setdefault(link.end, set()).add(link.start)
             component, output = link.start
             if component not in declared:
-                instance, connected = system.instances[component], {k.end for k in system.connections.into(component)}
+                instance, connected = (
+                    system.instances[component],
+                    {link.end for link in system.connections.into(component)},
+                )
                 declared[component] = {}
                 for unknown in instance.description.initialUnknowns:
                     if unknown.variable is not None and unknown.dependencies is not None:

@@ -93,7 +93,7 @@ class AlgebraicLoop:
         self._nominal = np.array([instance.nominal(name, otherwise=np.nan) for instance, name in taken])
         self._bounds = np.array([instance.bounds(name) for instance, name in taken]).reshape(-1, 2).T
         self._single = SingleChanges(
-            self._round_trip, [k.source.component for k in ends], [k.target.component for k in ends]
+            self._round_trip, [link.source.component for link in ends], [link.target.component for link in ends]
         )
         all_reals = len(self._round) + len(self._given) == len(every)
         self._learns = all_reals and 0 < len(self._targets) <= MOST_LEARNED
@@ -363,13 +363,13 @@ def stale(system: System) -> tuple[list[str], bool]:
 
 def drives_itself(system: System, name: str) -> bool:
     """Whether an output of a component is connected to an input of the same."""
-    return any(k.source.component == name for k in system.writer.links_to(name))
+    return any(link.source.component == name for link in system.writer.links_to(name))
 
 
 def at_end(system: System, program: Program, names: Iterable[str]) -> dict[int, int]:
     """Write: what stimuli drive these components with at the end of the step, in slots of its own; slot: that slot."""
     signals = [s for name in names for s in system.instances[name].inputs]
-    signals += [k.source for name in names for k in system.writer.links_to(name)]
+    signals += [link.source for name in names for link in system.writer.links_to(name)]
     used = set(_slots(s for s in signals if s.family != TEXT).tolist())
     slots = {}
     for slot, column, family in sorted(program.drives):  # an array's values side by side, in whatever order they come
@@ -391,14 +391,16 @@ def refresh(system: System, program: Program, driven: dict[int, int] | None = No
         names = [name for name in names if drives_itself(system, name)]
     if not names:
         return
-    links = [k for name in dict.fromkeys(names) for k in system.writer.links_to(name) if k.target.family != TEXT]
+    links = [
+        link for name in dict.fromkeys(names) for link in system.writer.links_to(name) if link.target.family != TEXT
+    ]
     if driven is None:
         driven = at_end(system, program, names)
     if not in_loop:
         renew(system, program, names, links, driven)
         return
     with _preserved(
-        system, program, [*((slot, 1) for slot in driven), *((k.target.place, k.target.size) for k in links)]
+        system, program, [*((slot, 1) for slot in driven), *((link.target.place, link.target.size) for link in links)]
     ):
         for slot, end in driven.items():
             program.convert(slot, end, 1, SlotConversion())
@@ -421,10 +423,10 @@ def renew(
         name: [p for p in _slots(s for s in system.instances[name].inputs if s.family != TEXT).tolist() if p in instead]
         for name in dict.fromkeys(names)
     }
-    places = [(k.target.place, k.target.size) for k in links]
+    places = [(link.target.place, link.target.size) for link in links]
     into: dict[str, list[SignalConnection]] = {}
-    for k in links:
-        into.setdefault(k.target.component, []).append(k)
+    for link in links:
+        into.setdefault(link.target.component, []).append(link)
     with _preserved(system, program, [*places, *((slot, 1) for slots in slots_of.values() for slot in slots)]):
         for name in names:
             for slot in slots_of[name]:

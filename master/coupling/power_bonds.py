@@ -76,11 +76,11 @@ def find_bonds(system: System) -> list[Bond]:
     def unit(link: SignalConnection) -> Unit | None:
         if link.start[0] == "":
             return None
-        return known(link.flat.unit or system.instances[link.start[0]].unit(link.start[1]))
+        return known(link.flat_connection.unit or system.instances[link.start[0]].unit(link.start[1]))
 
     def multiplied(link: SignalConnection) -> float | None:
         """What a link makes of 1 in SI units, if the units at its ends are known."""
-        hops, instance = link.flat.hops, system.instances.get(link.end[0])
+        hops, instance = link.flat_connection.hops, system.instances.get(link.end[0])
         start = unit(link)
         end = known((hops[-1].unit if hops else None) or (instance.unit(link.end[1]) if instance is not None else None))
         return abs(link.conversion.factor) * end.factor / start.factor if start and end else None
@@ -90,7 +90,7 @@ def find_bonds(system: System) -> list[Bond]:
 
     declared = {_names(*pair) for pair in system.network.structure.bonds}
     links = list(singles(system.links, {address for pair in declared for address in pair}))
-    driving = {k.source.address for k in system.links} | {k.source.label for k in links}
+    driving = {link.source.address for link in system.links} | {link.source.label for link in links}
     for address in sorted(a for pair in declared for a in pair if a not in driving):
         hint = did_you_mean(address, sorted(driving))
         raise PackageError(f"the power bond names '{address}', which drives nothing{hint}")
@@ -152,8 +152,8 @@ def _pairs(possible: list[Bond], certain: list[Bond]) -> list[Bond]:
             ways.setdefault((link.start[0], link.end[0]), {})[id(link)] = link
     place: dict[int, tuple[int, str, str]] = {}  # which one of these a link is, and what tells its ends apart
     for links in ways.values():
-        starts = _apart([k.source.name + k.source.index for k in links.values()])
-        ends = _apart([k.target.name + k.target.index for k in links.values()])
+        starts = _apart([link.source.name + link.source.index for link in links.values()])
+        ends = _apart([link.target.name + link.target.index for link in links.values()])
         place |= dict(zip(links, zip(range(len(links)), starts, ends, strict=True), strict=True))
 
     def likeness(bond: Bond) -> tuple[float, int]:

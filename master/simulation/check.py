@@ -97,7 +97,9 @@ def _run(found: Findings, aside: Findings, made: Assembly, wanted: Options, time
         aside.attempt(check_coupling, system, method, wanted.isolate)
     aside.warnings += idle(made.network, made.values)
     given = {(v.component, v.variable) for v in made.values if not v.component}
-    connected = {flat.end for flat in made.network.flat_connections}  # of which some may have been refused
+    connected = {
+        flat_connection.end for flat_connection in made.network.flat_connections
+    }  # of which some may have been refused
     _inputs(aside, system, _driven(aside, system, wanted, times) | given | connected)
     _loops(found, system)
 

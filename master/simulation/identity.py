@@ -87,11 +87,14 @@ def _values(plan: Plan) -> Iterator[tuple[str, Any]]:
 def _system(plan: Plan) -> Iterator[tuple[str, Any]]:
     """Connections, and all variables that are exchanged."""
     connections = plan.system.connections
-    for k in (*connections.links, *connections.shown):
-        c = k.conversion
-        yield f"connection {k.source.label} -> {k.target.label}", [c.factor, c.offset, c.from_integer, repr(c.whole)]
-    for flat in connections.parameter_connections:
-        yield f"connection {'.'.join(flat.start)} -> {'.'.join(flat.end)}", "of a parameter"
+    for link in (*connections.links, *connections.shown):
+        c = link.conversion
+        yield (
+            f"connection {link.source.label} -> {link.target.label}",
+            [c.factor, c.offset, c.from_integer, repr(c.whole)],
+        )
+    for flat_connection in connections.parameter_connections:
+        yield f"connection {'.'.join(flat_connection.start)} -> {'.'.join(flat_connection.end)}", "of a parameter"
     for s in plan.system.signals:
         yield f"variable '{s.address}' that is set or read (--record)", [s.type, s.size]
 

@@ -217,7 +217,7 @@ def _ends(signal: Signal, system: System) -> list[Signal]:
     """The FMUs' inputs that an input stands for."""
     if signal.component:
         return [signal]
-    return [k.target for k in system.links if not k.source.component and k.source.name == signal.name]
+    return [link.target for link in system.links if not link.source.component and link.source.name == signal.name]
 
 
 def _is_continuous(signal: Signal, system: System) -> bool:

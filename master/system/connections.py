@@ -26,17 +26,17 @@ class SignalConnection:
     source: Signal
     target: Signal
     conversion: SlotConversion
-    flat: FlatConnection
+    flat_connection: FlatConnection
 
     @property
     def start(self) -> End:
         """(component, output)."""
-        return self.flat.start
+        return self.flat_connection.start
 
     @property
     def end(self) -> End:
         """(component, input)."""
-        return self.flat.end
+        return self.flat_connection.end
 
 
 class Connections:
@@ -57,8 +57,8 @@ class Connections:
         """The outputs of the whole system."""
         signal_connections: list[FlatConnection] = []
         to_parameters: list[FlatConnection] = []
-        for flat in network.flat_connections:
-            (to_parameters if self._is_parameter(flat.end) else signal_connections).append(flat)
+        for flat_connection in network.flat_connections:
+            (to_parameters if self._is_parameter(flat_connection.end) else signal_connections).append(flat_connection)
         self.links = self._apart(self._build(self._link, signal_connections))
         self._into: dict[str, list[SignalConnection]] = {name: [] for name in instances}
         for link in self.links:
@@ -71,13 +71,14 @@ class Connections:
         """What drives an input, or single values of it, by where it lies."""
         self._check_aliases()
         to_parameters = [*network.parameter_connections, *to_parameters]
-        self.parameter_connections = [flat for flat in to_parameters if flat.start[0]]
+        self.parameter_connections = [flat_connection for flat_connection in to_parameters if flat_connection.start[0]]
         """Connections from calculated parameters to parameters; their values are set before the run."""
         self._check_early()
-        for flat in to_parameters:
-            if not flat.start[0] and network.inputs[flat.start[1]].kind == "input":
-                end = ".".join(flat.end)
-                findings.refuse(f"{flat.where}: the input '{flat.start[1]}' cannot drive the parameter '{end}'")
+        for flat_connection in to_parameters:
+            if not flat_connection.start[0] and network.inputs[flat_connection.start[1]].kind == "input":
+                end = ".".join(flat_connection.end)
+                start = flat_connection.start[1]
+                findings.refuse(f"{flat_connection.where}: the input '{start}' cannot drive the parameter '{end}'")
         self.shown = self._build(self._shown, network.outputs)
         self._passed_on: dict[str, set[int]] = {}
         for link in self.shown:
@@ -96,7 +97,7 @@ class Connections:
     def _build(
         self, make: Callable[[FlatConnection], SignalConnection], between: Iterable[FlatConnection]
     ) -> list[SignalConnection]:
-        links = (self._findings.attempt(make, flat) for flat in between)
+        links = (self._findings.attempt(make, flat_connection) for flat_connection in between)
         return [link for link in links if link is not None]
 
     def _check_aliases(self) -> None:
@@ -111,8 +112,8 @@ class Connections:
             drivers.setdefault(element, link)
             if other is not None:
                 self._findings.refuse(
-                    f"{link.flat.where}: '{link.target.address}' is another name of '{other.target.address}', "
-                    "which is driven already"
+                    f"{link.flat_connection.where}: '{link.target.address}' is another name of "
+                    f"'{other.target.address}', which is driven already"
                 )
 
     def driver(self, end: End) -> SignalConnection | None:
@@ -147,41 +148,46 @@ class Connections:
 
     def _check_early(self) -> None:
         """What flat connections to parameters need: variables that exist, types and units that fit."""
-        for flat in self.parameter_connections:
+        for flat_connection in self.parameter_connections:
             try:
-                for end in (flat.start, flat.end):
+                for end in (flat_connection.start, flat_connection.end):
                     if end[0] not in self.instances:
-                        raise PackageError(f"{flat.where}: component '{end[0]}' cannot be used")
+                        raise PackageError(f"{flat_connection.where}: component '{end[0]}' cannot be used")
                     self.instances[end[0]].variable(end[1])
                     if self.instances[end[0]].form(end[1]) is None:
-                        raise PackageError(f"{flat.where}: '{'.'.join(end)}': its type is not supported")
-                source = self.instances[flat.start[0]].variables[flat.start[1]]
-                if not self._is_parameter(flat.start) and source.variability not in ("constant", "fixed"):
+                        raise PackageError(f"{flat_connection.where}: '{'.'.join(end)}': its type is not supported")
+                source = self.instances[flat_connection.start[0]].variables[flat_connection.start[1]]
+                if not self._is_parameter(flat_connection.start) and source.variability not in ("constant", "fixed"):
                     raise PackageError(
-                        f"{flat.where}: '{'.'.join(flat.start)}' changes during a run and cannot drive the parameter "
-                        f"'{'.'.join(flat.end)}'"
+                        f"{flat_connection.where}: '{'.'.join(flat_connection.start)}' changes during a run and cannot "
+                        f"drive the parameter '{'.'.join(flat_connection.end)}'"
                     )
-                target = self.instances[flat.end[0]].variables[flat.end[1]]
-                if flat.start_at or flat.end_at:
+                target = self.instances[flat_connection.end[0]].variables[flat_connection.end[1]]
+                if flat_connection.start_at or flat_connection.end_at:
                     raise PackageError("connections of single elements of parameters are not supported")
                 if target.causality == "structuralParameter":
                     raise PackageError(
-                        f"'{'.'.join(flat.end)}' gives arrays their size and cannot be driven; bind its value"
+                        f"'{'.'.join(flat_connection.end)}' gives arrays their size and cannot be driven; bind its "
+                        "value"
                     )
-                if not self.instances[flat.end[0]].settable(flat.end[1]):
-                    raise PackageError(f"{flat.where}: '{'.'.join(flat.end)}' cannot be set")
+                if not self.instances[flat_connection.end[0]].settable(flat_connection.end[1]):
+                    raise PackageError(f"{flat_connection.where}: '{'.'.join(flat_connection.end)}' cannot be set")
                 ends = [Extent(f"'{c}.{v}'", self.instances[c].size(v), self.instances[c].shape(v))
-                        for c, v in (flat.start, flat.end)]  # fmt: skip
-                check_sizes(ends[0], flat.hops, ends[1], flat.where)
-                gives = self._quantities.quantity(flat.start, flat.unit, flat.enumeration)
-                takes = self._quantities.quantity(flat.end)
-                self.remarks += value_conversion(gives, flat.hops, takes, flat.where).remarks
+                        for c, v in (flat_connection.start, flat_connection.end)]  # fmt: skip
+                check_sizes(ends[0], flat_connection.hops, ends[1], flat_connection.where)
+                gives = self._quantities.quantity(
+                    flat_connection.start, flat_connection.unit, flat_connection.enumeration
+                )
+                takes = self._quantities.quantity(flat_connection.end)
+                self.remarks += value_conversion(gives, flat_connection.hops, takes, flat_connection.where).remarks
             except CosimError as error:
-                text = str(error) if str(error).startswith(flat.where) else f"{flat.where}: {error}"
+                text = (
+                    str(error) if str(error).startswith(flat_connection.where) else f"{flat_connection.where}: {error}"
+                )
                 self._findings.refuse(text)
 
-    def _variable(self, flat: FlatConnection, end: End, causality: str) -> Signal:
-        where = flat.where
+    def _variable(self, flat_connection: FlatConnection, end: End, causality: str) -> Signal:
+        where = flat_connection.where
         if end[0] not in self.instances:
             raise PackageError(f"{where}: component '{end[0]}' cannot be used")
         instance = self.instances[end[0]]
@@ -199,11 +205,13 @@ class Connections:
             )
         return (self.inputs if causality == "input" else self.outputs)[end]
 
-    def _source(self, flat: FlatConnection) -> tuple[Signal, Quantity]:
-        if flat.start[0] == "":
-            return self.own_inputs[flat.start[1]], self._quantities.input_quantity(flat.start[1])
-        signal = self._variable(flat, flat.start, "output")
-        return signal, self._quantities.quantity(flat.start, flat.unit, flat.enumeration)
+    def _source(self, flat_connection: FlatConnection) -> tuple[Signal, Quantity]:
+        if flat_connection.start[0] == "":
+            return self.own_inputs[flat_connection.start[1]], self._quantities.input_quantity(flat_connection.start[1])
+        signal = self._variable(flat_connection, flat_connection.start, "output")
+        return signal, self._quantities.quantity(
+            flat_connection.start, flat_connection.unit, flat_connection.enumeration
+        )
 
     def _part(self, signal: Signal, at: At, where: str) -> Signal:
         """One value of an array, which its indices name; () for all of a signal."""
@@ -234,16 +242,18 @@ class Connections:
                 parts.append(replace(link, source=link.source.part(k), target=link.target.part(k)))
         return parts
 
-    def _link(self, flat: FlatConnection) -> SignalConnection:
-        target = self._part(self._variable(flat, flat.end, "input"), flat.end_at, flat.where)
-        source, gives = self._source(flat)
-        source = self._part(source, flat.start_at, flat.where)
-        takes = self._quantities.quantity(flat.end)
-        way = value_conversion(gives, flat.hops, takes, flat.where)
+    def _link(self, flat_connection: FlatConnection) -> SignalConnection:
+        target = self._part(
+            self._variable(flat_connection, flat_connection.end, "input"), flat_connection.end_at, flat_connection.where
+        )
+        source, gives = self._source(flat_connection)
+        source = self._part(source, flat_connection.start_at, flat_connection.where)
+        takes = self._quantities.quantity(flat_connection.end)
+        way = value_conversion(gives, flat_connection.hops, takes, flat_connection.where)
         self.remarks += way.remarks
-        check_sizes(self._extent(source), flat.hops, self._extent(target), flat.where)
-        conversion = SlotConversion() if target.family == TEXT else way.over_slots(gives, takes, flat.where)
-        return SignalConnection(source, target, conversion, flat)
+        check_sizes(self._extent(source), flat_connection.hops, self._extent(target), flat_connection.where)
+        conversion = SlotConversion() if target.family == TEXT else way.over_slots(gives, takes, flat_connection.where)
+        return SignalConnection(source, target, conversion, flat_connection)
 
     def _extent(self, signal: Signal) -> Extent:
         shown = f"'{signal.address}'"
@@ -253,25 +263,27 @@ class Connections:
             return Extent(shown, signal.size, self.instances[signal.component].shape(signal.name))
         return stated(self.network.inputs[signal.name].type, shown) or Extent(shown, signal.size)
 
-    def _shown(self, flat: FlatConnection) -> SignalConnection:
-        name = flat.end[1]
-        source, gives = self._source(flat)
-        source = self._part(source, flat.start_at, flat.where)
-        last = flat.hops[-1] if flat.hops else None
+    def _shown(self, flat_connection: FlatConnection) -> SignalConnection:
+        name = flat_connection.end[1]
+        source, gives = self._source(flat_connection)
+        source = self._part(source, flat_connection.start_at, flat_connection.where)
+        last = flat_connection.hops[-1] if flat_connection.hops else None
         type = self._quantities.connector(name).type
         kind = type.kind if type is not None else gives.type
         takes = Quantity(kind, last.unit if last else None, last.enumeration if last else None, f"'{name}'")
-        way = value_conversion(gives, flat.hops, takes, flat.where)
+        way = value_conversion(gives, flat_connection.hops, takes, flat_connection.where)
         self.remarks += way.remarks
-        check_sizes(self._extent(source), flat.hops, None, flat.where)
-        conversion = SlotConversion() if takes.family == TEXT else way.over_slots(gives, takes, flat.where)
+        check_sizes(self._extent(source), flat_connection.hops, None, flat_connection.where)
+        conversion = SlotConversion() if takes.family == TEXT else way.over_slots(gives, takes, flat_connection.where)
         target = self.own_outputs.get(name)
         if target is None:
-            size = (type.count if type is not None else None) or 1 if flat.end_at else source.size
+            size = (type.count if type is not None else None) or 1 if flat_connection.end_at else source.size
             place = self._layout.place(takes.family, size)
-            target = Signal("", name, kind, takes.family, 0, place, size, bool(flat.end_at))
+            target = Signal("", name, kind, takes.family, 0, place, size, bool(flat_connection.end_at))
             self.own_outputs[name] = target
-        return SignalConnection(source, self._part(target, flat.end_at, flat.where), conversion, flat)
+        return SignalConnection(
+            source, self._part(target, flat_connection.end_at, flat_connection.where), conversion, flat_connection
+        )
 
     def passed_on(self, name: str) -> set[int]:
         """Which values of an output of the whole system show its inputs, which belong to a step, not to its start."""

@@ -21,12 +21,12 @@ def component_order(instances: Mapping[str, FmuInstance], links: Iterable[Signal
     not, if what answers can come after what it answers to: components that answer to each other, by different outputs,
     stay as they are.
     """
-    links = [k for k in links if k.source.component]
+    links = [link for link in links if link.source.component]
     place = {name: i for i, name in enumerate(instances)}
     drives: dict[str, set[str]] = {name: set() for name in place}
-    for k in links:
-        if k.source.component != k.target.component:
-            drives[k.source.component].add(k.target.component)
+    for link in links:
+        if link.source.component != link.target.component:
+            drives[link.source.component].add(link.target.component)
     group = {name: {name} for name in place}
     circles = strongly_connected_components(drives)
     for members in circles:
@@ -64,9 +64,9 @@ def _in_time(instances: Mapping[str, FmuInstance], links: list[SignalConnection]
     at = {name: i for i, name in enumerate(order)}
     circle = {name: number for number, members in enumerate(circles) for name in members}
     within: dict[int, list[SignalConnection]] = {}
-    for k in links:
-        if (number := circle.get(k.source.component)) is not None and number == circle.get(k.target.component):
-            within.setdefault(number, []).append(k)
+    for link in links:
+        if (number := circle.get(link.source.component)) is not None and number == circle.get(link.target.component):
+            within.setdefault(number, []).append(link)
     for number, members in enumerate(circles):
         if len(members) < 3:
             continue
@@ -85,11 +85,11 @@ def _in_time(instances: Mapping[str, FmuInstance], links: list[SignalConnection]
 def _answering(instances: Mapping[str, FmuInstance], links: list[SignalConnection]) -> list[tuple[int, int]]:
     """Links, by number, with one that their output answers to at once."""
     into: dict[tuple[str, str], list[int]] = {}
-    for i, k in enumerate(links):
-        into.setdefault(k.end, []).append(i)
+    for i, link in enumerate(links):
+        into.setdefault(link.end, []).append(i)
     pairs = []
-    for i, k in enumerate(links):
-        component, output = k.start
+    for i, link in enumerate(links):
+        component, output = link.start
         for name in instances[component].feed_through(output) or ():
             pairs += [(i, other) for other in into.get((component, name), ())]
     return pairs

@@ -55,7 +55,7 @@ def parameters_in_force(
     connected has no value of its own.
     """
     by_end = {(v.component, v.variable): v for v in values}
-    links = {flat.end: flat.start for flat in system.connections.parameter_connections}
+    links = {flat_connection.end: flat_connection.start for flat_connection in system.connections.parameter_connections}
     parameters = [_stated(system, v) for v in by_end.values() if not v.component]
     names: dict[str, set[str]] = {}
     for component, name in by_end:

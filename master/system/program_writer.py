@@ -32,7 +32,7 @@ class ProgramWriter:
 
     def links_to(self, name: str) -> list[SignalConnection]:
         """The links that carry something to a component."""
-        return [k for k in self._connections.into(name) if self._values.speaks(k)]
+        return [link for link in self._connections.into(name) if self._values.speaks(link)]
 
     def levels(self, order: Iterable[str]) -> list[list[str]]:
         """Components that may step side by side, after those before them, with what they would get one by one.
@@ -44,7 +44,7 @@ class ProgramWriter:
         levels: list[list[str]] = []
         takes: dict[str, list[str]] = {}
         for name in order:
-            givers = [k.source.component for k in self._connections.into(name)]
+            givers = [link.source.component for link in self._connections.into(name)]
             lowest = max((level[g] + 1 for g in givers if g in level), default=0)
             lowest = max([lowest, *(level[other] for other in takes.get(name, ()))])
             level[name] = lowest
@@ -73,8 +73,8 @@ class ProgramWriter:
         variables = self.instances[link.target.component].variables
         variable = variables[link.target.name]
         return not any(
-            variables[k.target.name].derivative is variable and self.is_continuous(k)
-            for k in self.links_to(link.target.component)
+            variables[other.target.name].derivative is variable and self.is_continuous(other)
+            for other in self.links_to(link.target.component)
         )
 
     def exchange(self, program: Program, names: Iterable[str], instead: dict[int, int] | None = None) -> None:
@@ -92,7 +92,7 @@ class ProgramWriter:
             return
         if instead:
             source = instead.get(source, source)
-        program.convert(link.target.place, source, link.target.size, link.conversion, link.flat.where)
+        program.convert(link.target.place, source, link.target.size, link.conversion, link.flat_connection.where)
 
     def show(self, program: Program) -> None:
         """Bring the outputs of the whole system up to date."""

@@ -45,9 +45,9 @@ class Quantities:
         """What the package says of an input of the whole system; what it leaves out is that of what it leads to."""
         type, shown = self.network.inputs[name].type, f"'{name}'"
         leads = []
-        for flat in self.network.from_inputs.get(name, ()):
-            if flat.end[1] in getattr(self.instances.get(flat.end[0]), "variables", ()):
-                leads.append(self._reached(flat))
+        for flat_connection in self.network.from_inputs.get(name, ()):
+            if flat_connection.end[1] in getattr(self.instances.get(flat_connection.end[0]), "variables", ()):
+                leads.append(self._reached(flat_connection))
         if type is None:
             return leads[0] if leads else Quantity("Real", None, None, shown)
         unit, items = type.unit, type.enumeration
@@ -63,13 +63,17 @@ class Quantities:
             items = next((q.items for q in leads if q.items is not None), None)
         return Quantity(type.kind, unit, items, shown)
 
-    def _reached(self, flat: FlatConnection) -> Quantity:
+    def _reached(self, flat_connection: FlatConnection) -> Quantity:
         """What the first thing on a way is: a connector where the package tells its unit, else the FMU's variable."""
-        end = self.quantity(flat.end)
-        hop = next((h for h in flat.hops if h.unit is not None or h.transformation is not None), None)
+        end = self.quantity(flat_connection.end)
+        hop = next((h for h in flat_connection.hops if h.unit is not None or h.transformation is not None), None)
         if hop is None:
-            return end if not any(h.suppress_unit_conversion for h in flat.hops) else replace(end, unit=None)
-        unit = None if hop.suppress_unit_conversion else hop.unit or (end.unit if hop is flat.hops[-1] else None)
+            return end if not any(h.suppress_unit_conversion for h in flat_connection.hops) else replace(end, unit=None)
+        unit = (
+            None
+            if hop.suppress_unit_conversion
+            else hop.unit or (end.unit if hop is flat_connection.hops[-1] else None)
+        )
         items = None if hop.transformation is not None else hop.enumeration or end.items
         return replace(end, unit=unit, items=items)
 

@@ -17,8 +17,8 @@ def internals(network: FlatSystem, instances: Mapping[str, FmuInstance], pattern
     ends = dict.fromkeys(_connectors(network, instances))
     if not (patterns := list(patterns)):
         return list(ends)
-    recorded = {flat.start for flat in (*network.flat_connections, *network.outputs)}
-    usual = [*network.inputs, *(flat.end[1] for flat in network.outputs)]
+    recorded = {flat_connection.start for flat_connection in (*network.flat_connections, *network.outputs)}
+    usual = [*network.inputs, *(flat_connection.end[1] for flat_connection in network.outputs)]
     by_address: dict[str, End] = {}
     for component, instance in instances.items():
         for name, v in instance.variables.items():

@@ -31,7 +31,10 @@ class System:
         self.remarks: list[str] = []
         self.layout = SignalLayout()
         to_record: dict[str, set[str]] = {name: set() for name in instances}
-        for component, name in (*(flat.start for flat in (*network.flat_connections, *network.outputs)), *recorded):
+        for component, name in (
+            *(flat_connection.start for flat_connection in (*network.flat_connections, *network.outputs)),
+            *recorded,
+        ):
             if component in to_record:
                 to_record[component].add(name)
         for name, instance in instances.items():

@@ -27,8 +27,8 @@ def tree(network: FlatSystem, system: System | None = None) -> str:
             for component, variable, hops in ways:
                 way = _on_the_way(FlatConnection(("", name), ("", ""), hops[1:]))
                 lines.append(f"  {name} -> {component}.{variable}{way}")
-    for flat in (*network.parameter_connections, *network.flat_connections):
-        lines.append(_flat(flat))
+    for flat_connection in (*network.parameter_connections, *network.flat_connections):
+        lines.append(_flat(flat_connection))
     lines += map(_flat, network.outputs)
     if structure.unused:
         lines += ["", "annotations that are not used", *(f"  {annotation}" for annotation in structure.unused)]
@@ -44,9 +44,10 @@ def _title(record: Record) -> str:
     return f" '{record.title}'" if record.title else ""
 
 
-def _flat(flat: FlatConnection) -> str:
-    start, end = (".".join(filter(None, side)) for side in (flat.start, flat.end))
-    return f"  {start}{shown_at(flat.start_at)} -> {end}{shown_at(flat.end_at)}{_on_the_way(flat)}"
+def _flat(flat_connection: FlatConnection) -> str:
+    start, end = (".".join(filter(None, side)) for side in (flat_connection.start, flat_connection.end))
+    source = f"{start}{shown_at(flat_connection.start_at)}"
+    return f"  {source} -> {end}{shown_at(flat_connection.end_at)}{_on_the_way(flat_connection)}"
 
 
 def _sets(bindings: Iterable[Binding], indent: str) -> list[str]:
@@ -68,9 +69,9 @@ def _brief(value: object) -> str:
     return " ".join(shown)[:60] + (" ..." if len(values) > 4 else "")
 
 
-def _on_the_way(flat: FlatConnection) -> str:
+def _on_the_way(flat_connection: FlatConnection) -> str:
     texts = []
-    for hop in flat.hops:
+    for hop in flat_connection.hops:
         t = hop.transformation
         if isinstance(t, Linear):
             texts.append(f"{t.factor:g} x {'+' if t.offset >= 0 else '-'} {abs(t.offset):g}")
