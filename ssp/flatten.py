@@ -27,8 +27,8 @@ from .model import (
 
 GIVES = ("output", "calculatedParameter", "local", "constant")
 TAKES = ("input", "parameter", "structuralParameter")
-EARLY = ("parameter", "structuralParameter", "calculatedParameter")
-"""Kinds of connectors whose values flow before a run begins."""
+PARAMETER_KINDS = ("parameter", "structuralParameter", "calculatedParameter")
+"""Kinds of connectors of parameters, whose values flow before a run begins."""
 
 MOST_CONNECTORS = 300
 """Most connectors that a value may pass on its way."""
@@ -113,7 +113,7 @@ class _Flattener:
             if node[0] == "component":
                 for flat_connection in self.trace(node):
                     if flat_connection.start[0] or flat_connection.start[1] in candidates:
-                        (parameter_connections if self.kinds.get(node) in EARLY else flat_connections).append(
+                        (parameter_connections if self.kinds.get(node) in PARAMETER_KINDS else flat_connections).append(
                             flat_connection
                         )
         outputs: list[FlatConnection] = []
@@ -307,7 +307,7 @@ class _Flattener:
             both = "give a value" if a == "gives" else "take one"
             raise PackageError(f"{where}: {names} both {both}; a connection needs one that gives and one that takes")
         parted = connection.start_indices or connection.end_indices
-        if parted and any(self.kinds.get(node) in EARLY for node in (start, end)):
+        if parted and any(self.kinds.get(node) in PARAMETER_KINDS for node in (start, end)):
             raise PackageError(f"{where}: connections of single elements of parameters are not supported")
         for node, at, name in (
             (start, connection.start_indices, "startIndices"), (end, connection.end_indices, "endIndices")

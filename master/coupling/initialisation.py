@@ -27,7 +27,7 @@ from .algebraic_loops import ANY
 from .loop_solver import AlgebraicLoop, in_turn, reader
 
 
-def early_order(system: System) -> list[str]:
+def parameter_order(system: System) -> list[str]:
     """Components in an order in which each gets the parameters that others calculate; `PackageError` for a circle."""
     graph: dict[str, set[str]] = {name: set() for name in system.instances}
     for flat_connection in system.connections.parameter_connections:
@@ -53,8 +53,8 @@ class Initialiser:
         self.system = system
         self._order = list(system.order)  # that of the system changes by what is found out, and later runs are alike
         self._loop = AlgebraicLoop(system, self._order)
-        self._early = early_order(system)
-        self._computed: dict[str, list[FlatConnection]] = {name: [] for name in self._early}
+        self._parameter_order = parameter_order(system)
+        self._computed: dict[str, list[FlatConnection]] = {name: [] for name in self._parameter_order}
         for flat_connection in system.connections.parameter_connections:
             self._computed[flat_connection.end[0]].append(flat_connection)
         self._visits = self._visit_order()
@@ -113,7 +113,7 @@ class Initialiser:
             if instance.variables[v.variable].causality == "input":
                 system.values.set_input(v.component, v.variable, v.value)
                 system.values.unstarted.pop(system.inputs[v.component, v.variable].home, None)
-        for name in self._early:
+        for name in self._parameter_order:
             for flat_connection in self._computed[name]:
                 self._compute(flat_connection)
             system.instances[name].enter_initialisation(start, stop)

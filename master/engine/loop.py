@@ -55,7 +55,7 @@ DONE, FAILED, NOT_FINITE, TIME_IS_UP, ENDED = range(5)
 WARNING, DISCARD, TERMINATED = 1, 2, 3
 """fmi2Warning, fmi2Discard; fmi2Terminated, the kind of status that tells whether the FMU wants to end the run."""
 
-EARLY, TOO_LARGE, ENDS, UNDERWAY = 1001, 1002, 1003, 1004
+RETURNED_EARLY, TOO_LARGE, ENDS, UNDERWAY = 1001, 1002, 1003, 1004
 """Further statuses: an FMU of FMI 3.0 came back early; a value does not fit into its target's type; an FMU asks to end
 the run with its step; a thread has not come back from a step yet."""
 
@@ -233,7 +233,7 @@ def _step(o: np.ndarray, t: float, step: float, u8: np.ndarray, told: int) -> An
             if 0 <= status <= DISCARD and u8[o[5] + 1] != 0:
                 return ENDS
             if 0 <= status <= 1 and u8[o[5] + 2] != 0:
-                status = EARLY
+                status = RETURNED_EARLY
         if not 0 <= status <= 1:
             break
     return status

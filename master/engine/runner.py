@@ -106,7 +106,7 @@ class Runner:
         if status == loop.TOO_LARGE:
             raise SimulationError(f"{self._too_large(operation)} at t = {t:g} s", t)
         assert instance is not None
-        if status == loop.EARLY:
+        if status == loop.RETURNED_EARLY:
             raise SimulationError(
                 f"component '{instance.name}' came back early from its step at t = {t:g} s, which it was not "
                 "allowed to", t

@@ -11,7 +11,7 @@ from ...core.errors import UsageError, did_you_mean
 from ...ssp.flat_system import FlatSystem
 from ..algorithms import check_method, chosen, method_named
 from ..algorithms.method import Method
-from ..coupling.initialisation import early_order
+from ..coupling.initialisation import parameter_order
 from ..coupling.power_bonds import Bond, find_bonds
 from ..engine import crew
 from ..isolation.isolated import IsolatedInstance
@@ -171,7 +171,7 @@ def check_saving(options: Options, instances: Mapping[str, FmuInstance]) -> None
 
 def check_coupling(system: System, method: str, isolated: bool) -> list[Bond]:
     """The power bonds; raises `CosimError` for what the coupling needs and the FMUs do not have."""
-    early_order(system)
+    parameter_order(system)
     check_method(method, system, isolated)
     return find_bonds(system)
 

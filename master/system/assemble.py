@@ -11,7 +11,7 @@ from dataclasses import dataclass, field, replace
 from pathlib import Path
 
 from ...ssp.flat_system import End, FlatSystem
-from ...ssp.flatten import EARLY
+from ...ssp.flatten import PARAMETER_KINDS
 from ...ssp.model import Component
 from ..options import Options
 from ..slaves.base import FmuInstance
@@ -116,7 +116,7 @@ def _lacking(component: Component, instance: FmuInstance, network: FlatSystem, f
     refused: set[End] = set()
     for connector, fault in foreign_connectors(component, instance):
         end = (instance.name, connector.name)
-        if connector.kind in EARLY and not network.connects(end):
+        if connector.kind in PARAMETER_KINDS and not network.connects(end):
             findings.warnings.append(f"{fault}; nothing is connected to it, so it is ignored")
         else:
             findings.refuse(fault)

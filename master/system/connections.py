@@ -73,7 +73,7 @@ class Connections:
         to_parameters = [*network.parameter_connections, *to_parameters]
         self.parameter_connections = [flat_connection for flat_connection in to_parameters if flat_connection.start[0]]
         """Connections from calculated parameters to parameters; their values are set before the run."""
-        self._check_early()
+        self._check_parameter_connections()
         for flat_connection in to_parameters:
             if not flat_connection.start[0] and network.inputs[flat_connection.start[1]].kind == "input":
                 end = ".".join(flat_connection.end)
@@ -146,7 +146,7 @@ class Connections:
         fixed = ("parameter", "structuralParameter", "calculatedParameter")
         return variable is not None and variable.causality in fixed
 
-    def _check_early(self) -> None:
+    def _check_parameter_connections(self) -> None:
         """What flat connections to parameters need: variables that exist, types and units that fit."""
         for flat_connection in self.parameter_connections:
             try:
