@@ -103,9 +103,9 @@ def write(system: System, program: Program) -> None:
 class _Jacobian:
     """How outputs answer to inputs, and the linear system that makes; matrices (outputs, inputs)."""
 
-    def __init__(self, coupling: Coupling, steppers: dict[str, Stepper], at_once: set[str]):
-        """at_once: instances with feed-through."""
-        self.coupling, self.steppers, self.at_once = coupling, steppers, at_once
+    def __init__(self, coupling: Coupling, steppers: dict[str, Stepper], with_feedthrough: set[str]):
+        """with_feedthrough: instances with direct feedthrough."""
+        self.coupling, self.steppers, self.with_feedthrough = coupling, steppers, with_feedthrough
         self._change = np.zeros((len(coupling), len(coupling)))  # S
         self._through = np.eye(len(coupling))  # (1 - T F)^-1
         self._inverse: np.ndarray = self._through  # (1 - F D / 2)^-1
@@ -147,7 +147,7 @@ class _Jacobian:
             inputs = [j for j, taker in enumerate(c.takers) if taker == name]
             try:
                 base, _ = self._steps(stepper, t, h, steps, outputs)
-                for j in inputs if name in self.at_once else ():
+                for j in inputs if name in self.with_feedthrough else ():
                     slopes = self._declared_slopes(stepper.instance, outputs, j)
                     if slopes is None:
                         if stepper.instance.has_failed:
@@ -191,7 +191,7 @@ class _Jacobian:
             else:
                 with perturbed(c.system, c.ends[j][1], int(c.targets[j]), PERTURBATION) as perturbation:
                     stepper.step(t + k * h, h)
-                if stepper.instance.name in self.at_once:
+                if stepper.instance.name in self.with_feedthrough:
                     stepper.answer()
             outputs_after.append(c.outputs[outputs])
         return outputs_after, perturbation

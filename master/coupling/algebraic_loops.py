@@ -24,7 +24,7 @@ def graph(system: System, doubtful: bool) -> dict[Node, set[Node]]:
         edges.setdefault(link.end, set()).add(link.start)
     for component, output in system.outputs:
         instance = system.instances[component]
-        inputs = instance.feed_through(output)
+        inputs = instance.direct_feedthrough(output)
         if inputs is None:
             inputs = [ANY] if doubtful else []
         edges.setdefault((component, output), set()).update((component, name) for name in inputs)

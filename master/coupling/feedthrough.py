@@ -1,4 +1,4 @@
-"""How outputs answer at once to inputs, measured by perturbations before the first step."""
+"""Direct feedthrough: how outputs answer at once to inputs, measured by perturbations before the first step."""
 
 from __future__ import annotations
 
@@ -27,7 +27,7 @@ PERTURBATION = 1e-6
 
 
 def detect_feedthrough(system: System, loops_only: bool) -> list[str]:
-    """Find out what outputs answer to at once where an FMU does not say (`FmuInstance.answers`).
+    """Find direct feedthrough where an FMU does not say (`FmuInstance.detected_feedthrough`).
 
     By FMI such an output may depend on every input, which would make loops of all that are connected both ways; so each
     connected number is perturbed, and what does not follow, where the FMU is now, counts as not dependent. Only FMUs
@@ -37,7 +37,7 @@ def detect_feedthrough(system: System, loops_only: bool) -> list[str]:
     component itself, may depend on more than was found.
     """
     for instance in system.instances.values():
-        instance.answers = {}
+        instance.detected_feedthrough = {}
     suspects = set(system.instances)
     if loops_only:
         suspects = {
@@ -51,9 +51,9 @@ def detect_feedthrough(system: System, loops_only: bool) -> list[str]:
             driving[link.source.component].add(link.source.name)
     unsure = []
     for name, instance in system.instances.items():
-        if _may_answer(system, name, driving[name]):
+        if _may_feed_through(system, name, driving[name]):
             unsure.append(name)
-        silent = [s for s in instance.outputs if s.family != TEXT and instance.feed_through(s.name) is None]
+        silent = [s for s in instance.outputs if s.family != TEXT and instance.direct_feedthrough(s.name) is None]
         inputs = dict.fromkeys(link.target for link in system.writer.links_to(name) if link.target.family != TEXT)
         if not silent or not inputs or name not in suspects or not instance.can_restore:
             continue
@@ -65,12 +65,14 @@ def detect_feedthrough(system: System, loops_only: bool) -> list[str]:
         try:
             give.once()
             take.once()
-            instance.answers = _answers(system, instance, state, silent, list(inputs), (give, take))
+            instance.detected_feedthrough = _measure_feedthrough(
+                system, instance, state, silent, list(inputs), (give, take)
+            )
         finally:
             if not instance.is_lost:
                 instance.drop(state)
     system.order = component_order(system.instances, system.links)
-    silent_components = [name for name in unsure if not any(system.instances[name].answers.values())]
+    silent_components = [name for name in unsure if not any(system.instances[name].detected_feedthrough.values())]
     if loops_only:  # what others give is there in time
         silent_components = [name for name in silent_components if drives_itself(system, name)]
     if not silent_components:
@@ -92,7 +94,7 @@ def loops_that_came_up(system: System) -> list[str]:
     edges: dict[str, set[str]] = {name: set() for name in ("", *system.instances)}
     for link in system.links:
         edges[link.source.component].add(link.target.component)
-    answers: dict[Node, set[Node]] = {}
+    measured: dict[Node, set[Node]] = {}
     for component in sorted(name for members in strongly_connected_components(edges) for name in members):
         instance = system.instances[component]
         outputs = [s for s in instance.outputs if s.family != TEXT]
@@ -103,30 +105,30 @@ def loops_that_came_up(system: System) -> list[str]:
             way = handles(system, component)
             for step in way:
                 step.once()
-            for output, names in _answers(system, instance, None, outputs, list(inputs), way).items():
-                answers[component, output] = {(component, name) for name in names}
+            for output, names in _measure_feedthrough(system, instance, None, outputs, list(inputs), way).items():
+                measured[component, output] = {(component, name) for name in names}
     known_loops = {frozenset(members) for members in loops(system)}
     return [
         f"{' -> '.join(members)}: an algebraic loop that the FMUs do not tell of, and that was none at the start or "
         "could not be seen there: values on it are a step late and may be far off, or swing up; its FMUs have to say "
         "what their outputs depend on, for it to be solved"
-        for members in loops(system, more=answers) if frozenset(members) not in known_loops
+        for members in loops(system, more=measured) if frozenset(members) not in known_loops
     ]  # fmt: skip
 
 
-def _may_answer(system: System, name: str, sources: Collection[str]) -> bool:
+def _may_feed_through(system: System, name: str, sources: Collection[str]) -> bool:
     """Whether an output may follow, unsaid, an input that is driven: one of those that drive others, or any of a
     component that drives itself and says of none."""
     instance = system.instances[name]
     if not system.writer.links_to(name):
         return False
     reals = [s.name for s in instance.outputs if s.family == REAL]
-    if drives_itself(system, name) and all(instance.feed_through(output) is None for output in reals):
+    if drives_itself(system, name) and all(instance.direct_feedthrough(output) is None for output in reals):
         return True
-    return any(instance.feed_through(output) is None for output in sources)
+    return any(instance.direct_feedthrough(output) is None for output in sources)
 
 
-def _answers(
+def _measure_feedthrough(
     system: System, instance: FmuInstance, state: Any, outputs: list[Signal], inputs: list[Signal],
     way: tuple[Runner, Runner],
 ) -> dict[str, list[str]]:  # fmt: skip
@@ -138,7 +140,7 @@ def _answers(
     slots = np.array([s.place + k for s in signals if s.family != TEXT for k in range(s.size)], np.int64)
     before = bits[slots]
     spoken = {s.place + k: texts[s.place + k] for s in signals if s.family == TEXT for k in range(s.size)}
-    answers: dict[str, dict[str, None]] = {s.name: {} for s in outputs}
+    measured: dict[str, dict[str, None]] = {s.name: {} for s in outputs}
     for target in inputs:
         for place in range(target.place, target.place + target.size):
             if target.family == REAL and not np.isfinite(reals[place]):
@@ -150,7 +152,7 @@ def _answers(
                             step.once()
                         for changed in slots[bits[slots] != before].tolist():
                             if changed in owners:
-                                answers[owners[changed]][target.name] = None
+                                measured[owners[changed]][target.name] = None
                     except Interrupted:
                         raise
                     except SimulationError:
@@ -168,10 +170,10 @@ def _answers(
                 bits[slots] = before
                 for place, text in spoken.items():
                     texts[place] = text
-    return {output: list(names) for output, names in answers.items()}
+    return {output: list(names) for output, names in measured.items()}
 
 
-def at_once(system: System, bond: Bond) -> tuple[float, float]:
+def feedthrough_slopes(system: System, bond: Bond) -> tuple[float, float]:
     """|dy/dx| of both sides' outputs of a bond, in SI units; x is what the side gets besides its rate: a position
     besides its speed.
 
@@ -181,7 +183,7 @@ def at_once(system: System, bond: Bond) -> tuple[float, float]:
     for gives, takes, si in ((bond.forth, bond.back, bond.forth_si), (bond.back, bond.forth, bond.back_si)):
         beside = singles(system.connections.into(takes.target.component))
         inputs = [link for link in beside if _integral(system, link, takes)]
-        declared = system.instances[gives.source.component].feed_through(gives.source.name) or []
+        declared = system.instances[gives.source.component].direct_feedthrough(gives.source.name) or []
         slopes = [_slope(system, gives, link) * si[0] for link in inputs if link.target.name in declared]
         slopes_of_sides.append(sum(map(abs, slopes)))
     return slopes_of_sides[0], slopes_of_sides[1]

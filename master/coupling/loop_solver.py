@@ -351,7 +351,7 @@ def stale(system: System) -> tuple[list[str], bool]:
     stale_outputs = {
         end for end in system.outputs
         if system.writer.is_read(end)
-        and any((end[0], name) in driven for name in system.instances[end[0]].feed_through(end[1]) or ())
+        and any((end[0], name) in driven for name in system.instances[end[0]].direct_feedthrough(end[1]) or ())
     }  # fmt: skip
     try:
         order = in_order(graph(system, doubtful=False))

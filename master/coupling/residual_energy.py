@@ -63,9 +63,9 @@ class CouplingOscillation:
     """Sums over a run for one bond; a is the component that gives the first link."""
 
     gear: float = 1.0
-    at_once: tuple[float, float] = (0.0, 0.0)
+    feedthrough_slopes: tuple[float, float] = (0.0, 0.0)
     """How much the outputs of a and b answer at once to what the other side's flow is the rate of
-    (`feedthrough.at_once`)."""
+    (`feedthrough.feedthrough_slopes`)."""
     sums: np.ndarray = field(default_factory=lambda: np.zeros((2, 3)))
     """For a and b: sum of u' y'', of u'^2 and of y''^2."""
     pieces: list[np.ndarray] = field(default_factory=list)
@@ -135,7 +135,7 @@ class CouplingOscillation:
 
         energy = energy_of(pieces)
         summary["omega_h"] = omega_h
-        jumps = max(self.at_once[0] / abs(a), self.at_once[1] / abs(b)) * h
+        jumps = max(self.feedthrough_slopes[0] / abs(a), self.feedthrough_slopes[1] / abs(b)) * h
         if energy > 0.0 and seconds > 0.0 and jumps <= AT_ONCE:
             # what a takes up is sign(D_a) y_a u_a: its energy h y^2 / |2 D| grows with that
             mean_a, mean_b = pieces[:, 2:4].sum(axis=0) / count
@@ -170,7 +170,7 @@ class ResidualEnergy:
 
     def __init__(
         self, bonds: list[Bond], outputs: Sequence[int], inputs: Sequence[int],
-        at_once: Sequence[tuple[float, float]], sloped: Collection[str] = (),
+        feedthrough_slopes: Sequence[tuple[float, float]], sloped: Collection[str] = (),
     ):  # fmt: skip
         """outputs, inputs: slots of a row's columns, the outputs first.
 
@@ -191,7 +191,7 @@ class ResidualEnergy:
         self.exchanged = np.zeros(len(bonds))
         self._low, self._high = np.full((len(bonds), 2), np.inf), np.full((len(bonds), 2), -np.inf)
         self._last: list[tuple[float, np.ndarray]] = []
-        self.swings = [CouplingOscillation(b.gear, slopes) for b, slopes in zip(bonds, at_once, strict=True)]
+        self.swings = [CouplingOscillation(b.gear, slopes) for b, slopes in zip(bonds, feedthrough_slopes, strict=True)]
 
     def add(self, time: np.ndarray, rows: np.ndarray) -> None:
         """Take in rows (n, outputs + inputs): outputs at times (n,) and inputs held from then on."""

@@ -323,7 +323,7 @@ class IsolatedInstance(FmuInstance):
     def settable(self, name: str) -> bool:
         return self._real.settable(name)
 
-    def _inputs_of(self, output: str) -> list[str] | None:
-        self._real.answers = self.answers
-        return self._real.feed_through(output)
+    def _known_feedthrough(self, output: str) -> list[str] | None:
+        self._real.detected_feedthrough = self.detected_feedthrough
+        return self._real.direct_feedthrough(output)
 

@@ -21,7 +21,7 @@ from ..accuracy.divergence import divergence
 from ..accuracy.doubt import doubt, warning
 from ..accuracy.held_inputs import HeldInputs
 from ..algorithms.method import MEAN
-from ..coupling.feedthrough import at_once, detect_feedthrough, loops_that_came_up
+from ..coupling.feedthrough import detect_feedthrough, feedthrough_slopes, loops_that_came_up
 from ..coupling.initialisation import Initialiser
 from ..coupling.residual_energy import ResidualEnergy, said
 from ..engine.program import Program
@@ -40,7 +40,7 @@ from .recording import Recording, sample_stride
 from .result import Result
 from .run_folder import result_folder, write_summary
 from .saved_state import FILE as STATE
-from .state_saver import StateSaver, recall_answers, restore
+from .state_saver import StateSaver, recall_feedthrough, restore
 from .stepping import Loop
 
 OnHang = Callable[[CosimError], object]
@@ -112,12 +112,12 @@ class _Run:
                 stack.callback(self.interrupt.go, self._abandon_end)
                 program = self._initialised()
                 bonds = plan.bonds
-                answers = [at_once(plan.system, bond) for bond in bonds]
+                slopes = [feedthrough_slopes(plan.system, bond) for bond in bonds]
                 if self.interrupt:
                     raise Interrupted("interrupted before the first step", plan.times[0])
                 carrying = self.method.carrying(plan.instances.values())
                 layout = plan.layout
-                self.energy = ResidualEnergy(bonds, layout.outputs, layout.inputs, answers, carrying)
+                self.energy = ResidualEnergy(bonds, layout.outputs, layout.inputs, slopes, carrying)
                 held = HeldInputs(plan.system, layout.outputs, layout.inputs, carrying, options.check_step)
                 self.file = self.folder / options.results if options.results else None
                 self.stride = stride or sample_stride(count, len(layout.columns))
@@ -175,7 +175,7 @@ class _Run:
         self.parameters = parameters_in_force(system, [*self.plan.sizes, *values], initialise.brought)
         self.remarks += detect_feedthrough(system, loops_only=coupling.newest_values)
         if self.plan.resumed is not None:
-            recall_answers(self.plan.resumed, system)
+            recall_feedthrough(self.plan.resumed, system)
         coupling.write(system, program)
         system.writer.show(program)
         return program

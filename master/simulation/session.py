@@ -261,8 +261,10 @@ class Session:
         """The runner of a method that records these signals, and which column of the record each of its columns is."""
         outputs = [j for j, (is_output, _) in enumerate(wanted) if is_output]
         inputs = [j for j, (is_output, _) in enumerate(wanted) if not is_output]
-        answers = tuple((n, o, *found) for n, s in self.system.instances.items() for o, found in s.answers.items())
-        key = (method, driven, frozenset(self.system.values.muted), self.system.writer.watched, answers)
+        detected = tuple(
+            (n, o, *found) for n, s in self.system.instances.items() for o, found in s.detected_feedthrough.items()
+        )
+        key = (method, driven, frozenset(self.system.values.muted), self.system.writer.watched, detected)
         if key not in self._programs:
             try:
                 self._programs[key] = self._program(method, driven)

@@ -60,7 +60,7 @@ class StateSaver:
         if done > self._last or (self.saved is not None and self.saved.done == done):
             return
         system, time = self._system, self._start + done * self._step
-        answers = {name: dict(instance.answers) for name, instance in system.instances.items()}
+        answers = {name: dict(instance.detected_feedthrough) for name, instance in system.instances.items()}
         memories = {m.name: {key: array.copy() for key, array in m.read().items()} for m in self._program.memories}
         with self._guarded():
             fmus = {name: _serialised(instance) for name, instance in system.instances.items()}
@@ -92,10 +92,10 @@ def _serialised(instance: FmuInstance) -> bytes:
             instance.drop(state)
 
 
-def recall_answers(state: SavedState, system: System) -> None:
+def recall_feedthrough(state: SavedState, system: System) -> None:
     """What was found out of outputs holds on, wherever the FMUs are now: the coupling is that of the run before."""
     for name, instance in system.instances.items():
-        instance.answers = {output: list(inputs) for output, inputs in state.answers.get(name, {}).items()}
+        instance.detected_feedthrough = {output: list(inputs) for output, inputs in state.answers.get(name, {}).items()}
     system.order = component_order(system.instances, system.links)
 
 

@@ -64,8 +64,8 @@ class Fmi1Instance(LibraryInstance):
             return False
         return super().settable(name) or v.start is not None  # an internal variable with a start value
 
-    def _inputs_of(self, output: str) -> list[str] | None:
-        return self._direct.get(output, self.answers.get(output))
+    def _known_feedthrough(self, output: str) -> list[str] | None:
+        return self._direct.get(output, self.detected_feedthrough.get(output))
 
     def set_start(self, name: str, value: Any) -> None:
         super().set_start(name, -value if name in self.negated else value)

@@ -31,11 +31,11 @@ class FmuVariables:
         self.variables = {v.name: v for v in description.modelVariables}
         self.ambiguous: frozenset[str] = frozenset()
         """Names of which the FMU has several internal variables."""
-        self.answers: dict[str, list[str]] = {}
-        """Inputs that outputs have been found to answer to at once (`coupling.feedthrough`)."""
+        self.detected_feedthrough: dict[str, list[str]] = {}
+        """Inputs that outputs have been found to depend on at once (`coupling.feedthrough`)."""
         self.readable = ALWAYS
         """When the FMU lets itself be read, as far as it has been found out (`coupling.initialisation`)."""
-        self._through: dict[str, list[str]] | None = None
+        self._declared_feedthrough: dict[str, list[str]] | None = None
         """Inputs that outputs depend on at once, where the FMU says it."""
         self._structural: dict[str, Any] = {}
         """Values of structural parameters, which sizes of arrays follow; only FMI 3.0 has some."""
@@ -143,24 +143,24 @@ class FmuVariables:
         """Whether it has clocks and says that they are handled in event mode, which it is not run with."""
         return bool(getattr(self.description.coSimulation, "hasEventMode", False)) and bool(self.clocks)
 
-    def feed_through(self, output: str) -> list[str] | None:
-        """Inputs that an output depends on at once; where the FMU does not say, those that were found, else None.
+    def direct_feedthrough(self, output: str) -> list[str] | None:
+        """Inputs that an output depends on at once (direct feedthrough): as the FMU says, else as was found, else None.
 
         None of them counts for an FMU that cannot be read before it has stepped.
         """
-        return self._inputs_of(output) if self.readable == ALWAYS else []
+        return self._known_feedthrough(output) if self.readable == ALWAYS else []
 
-    def _inputs_of(self, output: str) -> list[str] | None:
-        """See `feed_through`."""
-        if self._through is None:
-            self._through = {}
+    def _known_feedthrough(self, output: str) -> list[str] | None:
+        """See `direct_feedthrough`."""
+        if self._declared_feedthrough is None:
+            self._declared_feedthrough = {}
             for unknown in self.description.outputs:
                 if unknown.variable is not None and unknown.dependencies is not None:
                     known = [v.name for v in unknown.dependencies if v.causality == "input"]
-                    self._through.setdefault(unknown.variable.name, known)
-        if output in self._through:
-            return self._through[output]
-        return self.answers.get(output)
+                    self._declared_feedthrough.setdefault(unknown.variable.name, known)
+        if output in self._declared_feedthrough:
+            return self._declared_feedthrough[output]
+        return self.detected_feedthrough.get(output)
 
     def checked(self, name: str, value: Any, where: str = "", limited: bool = True) -> Any:
         """`value` in the variable's type, or a `ParameterError` that names variable, value and range.

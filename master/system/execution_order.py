@@ -82,15 +82,15 @@ def _in_time(instances: Mapping[str, FmuInstance], links: list[SignalConnection]
     return order
 
 
-def _answering(instances: Mapping[str, FmuInstance], links: list[SignalConnection]) -> list[tuple[int, int]]:
-    """Links, by number, with one that their output answers to at once."""
+def _feedthrough_pairs(instances: Mapping[str, FmuInstance], links: list[SignalConnection]) -> list[tuple[int, int]]:
+    """Pairs of numbers of links: one, and another to an input that the output of the first depends on at once."""
     into: dict[tuple[str, str], list[int]] = {}
     for i, link in enumerate(links):
         into.setdefault(link.end, []).append(i)
     pairs = []
     for i, link in enumerate(links):
         component, output = link.start
-        for name in instances[component].feed_through(output) or ():
+        for name in instances[component].direct_feedthrough(output) or ():
             pairs += [(i, other) for other in into.get((component, name), ())]
     return pairs
 
@@ -99,7 +99,7 @@ def _age(instances: Mapping[str, FmuInstance], links: list[SignalConnection], or
     """How many steps old what passes outputs that answer at once is at most, where components step in this order."""
     at = {name: i for i, name in enumerate(order)}
     before: dict[int, set[int]] = {i: set() for i in range(len(links))}
-    for i, other in _answering(instances, links):
+    for i, other in _feedthrough_pairs(instances, links):
         before[i].add(other)
     age: dict[int, int] = {}
     try:
@@ -115,7 +115,7 @@ def _sources_first(instances: Mapping[str, FmuInstance], links: list[SignalConne
     """What answers at once after what it answers to; where that cannot be, the order given."""
     at = {name: i for i, name in enumerate(order)}
     after: dict[str, set[str]] = {name: set() for name in order}
-    for _, other in _answering(instances, links):
+    for _, other in _feedthrough_pairs(instances, links):
         if links[other].source.component != links[other].target.component:
             after[links[other].target.component].add(links[other].source.component)
     sorter, result = TopologicalSorter(after), list[str]()
