@@ -61,7 +61,7 @@ class Coupling:
         """Write the exchange of all other links."""
         coupled = set(map(id, self.links))
         for link in self.system.links:
-            if id(link) not in coupled and self.system.values.speaks(link):
+            if id(link) not in coupled and self.system.values.has_value(link):
                 self.system.writer.pass_on(program, link)
 
 

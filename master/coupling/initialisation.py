@@ -70,7 +70,7 @@ class Initialiser:
     def __call__(self, values: Sequence[Value], start: float, stop: float) -> None:
         """Set start values, initialise all instances, and leave inputs and outputs consistent at the start time."""
         system = self.system
-        buffer, unstarted = system.buffer, dict(system.values.unstarted)
+        buffer, inputs_without_start = system.buffer, dict(system.values.inputs_without_start)
         reals, texts = buffer.reals.copy(), list(buffer.texts)
         while True:
             self.remarks.clear()
@@ -80,11 +80,15 @@ class Initialiser:
                 break
             except _Refusal as refused:
                 self._begin_anew(refused)
-                buffer.reals[:], buffer.texts[:], system.values.unstarted = reals, texts, dict(unstarted)
+                buffer.reals[:], buffer.texts[:], system.values.inputs_without_start = (
+                    reals,
+                    texts,
+                    dict(inputs_without_start),
+                )
         self.remarks += [
             _late_remark(instance) for instance in system.instances.values() if instance.readable != ALWAYS
         ]
-        system.values.reflect()
+        system.values.show_start_values()
         self.show()
 
     def _begin_anew(self, refused: _Refusal) -> None:
@@ -112,12 +116,12 @@ class Initialiser:
                 raise SimulationError(f"{v.where}: {error}") from None
             if instance.variables[v.variable].causality == "input":
                 system.values.set_input(v.component, v.variable, v.value)
-                system.values.unstarted.pop(system.inputs[v.component, v.variable].home, None)
+                system.values.inputs_without_start.pop(system.inputs[v.component, v.variable].home, None)
         for name in self._parameter_order:
             for flat_connection in self._computed[name]:
                 self._compute(flat_connection)
             system.instances[name].enter_initialisation(start, stop)
-        for signal in system.values.unstarted.values():
+        for signal in system.values.inputs_without_start.values():
             system.values.put(signal, self._own_value(signal))
         self._propagate()
         for instance in system.instances.values():
@@ -204,7 +208,7 @@ class Initialiser:
             links, inputs, outputs = self._loop.visits[name]
             for link, carry in links:
                 giver = link.source.component
-                if giver in self._seen or (giver == "" and self.system.values.speaks(link)):
+                if giver in self._seen or (giver == "" and self.system.values.has_value(link)):
                     carry.once()
             inputs.once()
             if instance.version == "1.0" and instance._state == "initialising":

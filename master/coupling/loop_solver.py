@@ -122,7 +122,7 @@ class AlgebraicLoop:
         for name in self.names:
             links, inputs, outputs = self.visits[name]
             for link, carry in links:
-                if self.system.values.speaks(link):
+                if self.system.values.has_value(link):
                     carry.once()
             inputs.once()
             outputs.once()
@@ -259,7 +259,7 @@ class AlgebraicLoop:
         reals = self.system.buffer.reals
         before = reals.copy()
         for link, carry in (*self._given, *self._round):
-            if self.system.values.speaks(link):
+            if self.system.values.has_value(link):
                 carry.once()
         x = reals[self._targets].copy()
         for _ in range(FEW_SWEEPS):
@@ -347,7 +347,7 @@ def _slots(signals: Iterable[Signal]) -> np.ndarray:
 
 def stale(system: System) -> tuple[list[str], bool]:
     """(components in the order in which to bring them up to date, whether some depend on each other in a loop)."""
-    driven = {link.end for link in system.links if system.values.speaks(link)}
+    driven = {link.end for link in system.links if system.values.has_value(link)}
     stale_outputs = {
         end for end in system.outputs
         if system.writer.is_read(end)

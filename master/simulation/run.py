@@ -161,14 +161,16 @@ class _Run:
         program = system.writer.program()
         driven = {(drive.signal.component, drive.signal.name) for drive in drives}
         values = [v for v in self.plan.values if (v.component, v.variable) not in driven]
-        system.values.mute({v.variable for v in values if not v.component} | {n for c, n in driven if not c})
+        system.values.set_given_inputs(
+            {v.variable for v in values if not v.component} | {n for c, n in driven if not c}
+        )
         for column, drive in enumerate(drives):
             mean = len(drives) + column if coupling.input_hold == MEAN and drive.straight else None
             if drive.texts:
                 program.drive_text(drive.place, column, drive.texts, system.layout.scratch())
             else:
                 program.drive(drive.place, column, drive.signal.family, mean)
-            system.values.begin_with(drive.signal, drive.value(start), drive.element)
+            system.values.set_driven(drive.signal, drive.value(start), drive.element)
         initialise = Initialiser(system)
         initialise(values, start, inf if self.options.saves else stop)  # or an FMU might refuse to go on
         self.remarks += initialise.remarks

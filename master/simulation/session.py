@@ -264,7 +264,7 @@ class Session:
         detected = tuple(
             (n, o, *found) for n, s in self.system.instances.items() for o, found in s.detected_feedthrough.items()
         )
-        key = (method, driven, frozenset(self.system.values.muted), self.system.writer.watched, detected)
+        key = (method, driven, frozenset(self.system.values.inputs_without_value), self.system.writer.watched, detected)
         if key not in self._programs:
             try:
                 self._programs[key] = self._program(method, driven)

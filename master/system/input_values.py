@@ -14,7 +14,7 @@ from .value_conversion import parsed
 
 
 class InputValues:
-    """Of the inputs of components and of the whole system."""
+    """Values of inputs that are set by the master: start values, stimuli, `--set`."""
 
     def __init__(
         self, instances: Mapping[str, FmuInstance], connections: Connections, quantities: Quantities,
@@ -22,25 +22,25 @@ class InputValues:
     ):  # fmt: skip
         self._instances, self._connections, self._quantities, self.buffer = instances, connections, quantities, buffer
         self.inputs, self.own_inputs = connections.inputs, connections.own_inputs
-        self.muted: set[str] = set()
-        """Own inputs that nobody gives a value: what they are connected to keeps its start value."""
+        self.inputs_without_value: set[str] = set()
+        """Inputs of the whole system that nobody gives a value: what they are connected to keeps its start value."""
         self.reset_inputs()
 
     def reset_inputs(self) -> None:
-        """Give every input its start value from the model description; `unstarted` are those that have none there."""
-        self.unstarted = {signal.home: signal for signal in self.inputs.values()}
+        """Give every input its start value from the model description; `inputs_without_start` are those that have none there."""
+        self.inputs_without_start = {signal.home: signal for signal in self.inputs.values()}
         for component, name in self.inputs:
             value = self._instances[component].start(name)
             if value is not None:
                 self.set_input(component, name, value)
-                self.unstarted.pop(self.inputs[component, name].home, None)
+                self.inputs_without_start.pop(self.inputs[component, name].home, None)
         for signal in self.own_inputs.values():
             self.put(signal, ("" if signal.family == TEXT else 0,) * signal.size)
 
-    def begin_with(self, signal: Signal, value: object, element: int | None = None) -> None:
+    def set_driven(self, signal: Signal, value: object, element: int | None = None) -> None:
         """Give an input, or one element of it, the value of what drives it; it needs no start value then."""
         self.put(signal, value, element)
-        self.unstarted.pop(signal.home, None)
+        self.inputs_without_start.pop(signal.home, None)
 
     def set_input(self, component: str, name: str, value: object) -> None:
         """Set the value that an input has until a connection overwrites it; '' is the whole system."""
@@ -59,19 +59,19 @@ class InputValues:
             else:
                 self.buffer.integers[place] = in_slot(int(v))
 
-    def mute(self, with_values: set[str]) -> None:
-        """Only these of the system's own inputs have a value."""
-        self.muted = set(self.own_inputs) - with_values
+    def set_given_inputs(self, with_values: set[str]) -> None:
+        """Only these inputs of the whole system have a value."""
+        self.inputs_without_value = set(self.own_inputs) - with_values
 
-    def speaks(self, link: SignalConnection) -> bool:
+    def has_value(self, link: SignalConnection) -> bool:
         """Whether somebody gives the value that a link carries."""
-        return bool(link.source.component) or link.source.name not in self.muted
+        return bool(link.source.component) or link.source.name not in self.inputs_without_value
 
-    def reflect(self) -> None:
-        """Show muted inputs of the system as what they are connected to has it."""
+    def show_start_values(self) -> None:
+        """Show the start value of what they are connected to at inputs of the system that nobody gives a value."""
         reals, integers = self.buffer.reals, self.buffer.integers
         for link in reversed(self._connections.links):
-            if self.speaks(link):
+            if self.has_value(link):
                 continue
             target_slots, source_slots = (slice(s.place, s.place + s.size) for s in (link.target, link.source))
             if link.target.family == TEXT:

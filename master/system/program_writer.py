@@ -32,7 +32,7 @@ class ProgramWriter:
 
     def links_to(self, name: str) -> list[SignalConnection]:
         """The links that carry something to a component."""
-        return [link for link in self._connections.into(name) if self._values.speaks(link)]
+        return [link for link in self._connections.into(name) if self._values.has_value(link)]
 
     def levels(self, order: Iterable[str]) -> list[list[str]]:
         """Components that may step side by side, after those before them, with what they would get one by one.
