@@ -209,7 +209,7 @@ def _table(summary: dict[str, Any], result: Any) -> str:
         f"  {'signal':<28}{'unit':>7}{'start':>13}{'least':>13}{'greatest':>13}{'end':>13}",
     ]
     places = {name: i for i, name in enumerate(result.names)}
-    shown = dict.fromkeys((*result.connected, *result.own_outputs))
+    shown = dict.fromkeys((*result.connected, *result.system_outputs))
     other_outputs = [name for name in result.outputs if name not in shown and "[" not in name]
     numbers = [name for name in (*shown, *other_outputs) if not isnan(result.extremes[0][places[name]])]
     count = min(SHOWN, max(FILLED, len(shown)))

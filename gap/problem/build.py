@@ -122,7 +122,7 @@ def _units(campaign: Campaign, session: Session) -> dict[str, str]:
         if c.role == "input" and driven:
             reason = "an output of the model" if is_output else "connected to another component"
             raise CampaignError(f"{where}: '{c.connector}' cannot be an input: it is {reason}")
-        if c.role == "output" and not driven and c.connector not in session.system.own_outputs:
+        if c.role == "output" and not driven and c.connector not in session.system.system_outputs:
             remedy = 'what was measured of it drives the model with role = "input"'
             raise CampaignError(f"{where}: '{c.connector}' is an input that nothing in the model drives; {remedy}")
         units |= unit_in_fmu(c, units, where)

@@ -107,7 +107,7 @@ class Initialiser:
         system.stop = stop
         for v in values:
             if v.component == "":
-                system.values.put(system.own_inputs[v.variable], v.value)
+                system.values.put(system.system_inputs[v.variable], v.value)
                 continue
             instance = system.instances[v.component]
             try:

@@ -56,10 +56,10 @@ class Layout:
         self._cuts: list[tuple[str, int]] = [("time", 0)]
         units = system.units()
         groups = [(instance.outputs, instance.inputs) for instance in system.instances.values()]
-        own = {s: system.connections.passed_on(s.name) for s in system.own_outputs.values()}
+        own = {s: system.connections.passed_on(s.name) for s in system.system_outputs.values()}
         groups.append((
             [s for s, passed in own.items() if len(passed) < s.size],
-            [*(s for s, passed in own.items() if len(passed) == s.size), *system.own_inputs.values()],
+            [*(s for s, passed in own.items() if len(passed) == s.size), *system.system_inputs.values()],
         ))  # fmt: skip
         for outputs, inputs in groups:
             for signals, are_outputs in ((outputs, True), (inputs, False)):

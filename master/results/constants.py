@@ -79,7 +79,7 @@ def _asked(system: System, p: ParameterInForce) -> Any:
 def _kind(system: System, p: ParameterInForce) -> str:
     """Type of the columns."""
     if not p.component:
-        signal = system.own_inputs[p.variable]
+        signal = system.system_inputs[p.variable]
         return kind_of(signal.type, signal.family)
     instance = system.instances[p.component]
     type = instance.variables[p.variable].type

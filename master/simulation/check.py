@@ -162,7 +162,7 @@ def _inputs(found: Findings, system: System, others: set[tuple[str, str]]) -> No
         else:
             shown = ", ".join(f"'{component}.{name}'" for name in names)
             found.notes.append(f"inputs are driven by nothing and keep their start values: {shown}")
-    for name in system.own_inputs:
+    for name in system.system_inputs:
         if ("", name) not in others:
             found.notes.append(f"the system's input '{name}' is given nothing; what it leads to keeps its start value")
 

@@ -28,7 +28,7 @@ class Result:
     connected: list[str] = field(default_factory=list)
     """Names of the outputs that drive an input."""
     outputs: list[str] = field(default_factory=list)
-    own_outputs: list[str] = field(default_factory=list)
+    system_outputs: list[str] = field(default_factory=list)
     """Names of the outputs of the system itself."""
     file: Path | None = None
     texts: Sequence[str] = ()

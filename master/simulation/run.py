@@ -72,12 +72,12 @@ def run(
         interrupt = stack.enter_context(interrupts(on_hang is not None))
         folder = stack.enter_context(returning()) / folder
         made = plan(package, options, stack, interrupt)
-        own = identity(made) if options.saves or made.resumed is not None else {}
-        made.remarks += check_resumed(made, own, folder)
+        run_identity = identity(made) if options.saves or made.resumed is not None else {}
+        made.remarks += check_resumed(made, run_identity, folder)
         stack.enter_context(result_folder(folder, options.results, options.log))
         options = made.options
         write_manifest(folder, manifest(package, made.network, options))
-        this = _Run(package, folder, made, interrupt, on_hang, begin, own)
+        this = _Run(package, folder, made, interrupt, on_hang, begin, run_identity)
         this.start(stack, log, stride)
         this.march(progress)
         this.look_back()
@@ -93,9 +93,9 @@ class _Run:
 
     def __init__(
         self, package: Path, folder: Path, plan: Plan, interrupt: Interrupts,
-        on_hang: OnHang | None, begin: float, own: dict[str, Any],
+        on_hang: OnHang | None, begin: float, run_identity: dict[str, Any],
     ):  # fmt: skip
-        self._identity = own
+        self._identity = run_identity
         self.package, self.folder, self.options, self.plan = package, folder, plan.options, plan
         self.interrupt, self._on_hang, self._begin = interrupt, on_hang, begin
         self.method = plan.method
@@ -241,8 +241,8 @@ class _Run:
             self.recording.sampled(),
             self.recording.extremes(),
             [name for link in system.links for name in elements(link.source)],
-            [name for s in (*system.outputs.values(), *system.own_outputs.values()) for name in elements(s)],
-            [name for s in system.own_outputs.values() for name in elements(s)],
+            [name for s in (*system.outputs.values(), *system.system_outputs.values()) for name in elements(s)],
+            [name for s in system.system_outputs.values() for name in elements(s)],
             self.file,
             [c.name for c in self.recording.columns if c.type == "text"],
             [c.name for c in self.recording.columns if c.type == "boolean"],
@@ -324,7 +324,7 @@ class _Run:
         sample, instances = self.recording.sampled(), self.plan.instances
         found = [
             (i, name, instances[component].nominal(variable))
-            for component, own in reals.items() for i, name, variable in own
+            for component, columns in reals.items() for i, name, variable in columns
         ]  # fmt: skip
         columns, names, nominals = zip(*found, strict=True) if found else ((), (), ())
         return divergence(names, nominals, sample[:, 0], sample[:, list(columns)])

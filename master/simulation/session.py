@@ -106,10 +106,10 @@ class Session:
         for signals, is_output in ((self.system.outputs, True), (self.system.inputs, False)):
             if (component, name) in signals:
                 return is_output, signals[component, name]
-        if address in self.system.own_outputs:
-            return not self.system.connections.passed_on(address), self.system.own_outputs[address]
-        if address in self.system.own_inputs:
-            return False, self.system.own_inputs[address]
+        if address in self.system.system_outputs:
+            return not self.system.connections.passed_on(address), self.system.system_outputs[address]
+        if address in self.system.system_inputs:
+            return False, self.system.system_inputs[address]
         known = [f"{c}.{n}" for c, n in (*self.system.outputs, *self.system.inputs)]
         raise UnknownNameError(f"no connector '{address}'{did_you_mean(address, known)}")
 

@@ -41,7 +41,7 @@ class Loop:
         if layout.keeps_texts:
             recording.take_texts(program)
         linked = [link.target for link in system.links]
-        finite = [s for s in (*system.outputs.values(), *linked, *system.own_outputs.values()) if s.family == "real"]
+        finite = [s for s in (*system.outputs.values(), *linked, *system.system_outputs.values()) if s.family == "real"]
         self.runner = Runner(program, layout.outputs, layout.inputs, finite)
         exchange = system.writer.program()
         system.writer.exchange(exchange, system.order)

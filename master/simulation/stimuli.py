@@ -192,7 +192,7 @@ def _items(signal: Signal, system: System) -> dict[str, int]:
 
 def _target(path: Path, name: str, system: System) -> tuple[Signal, int]:
     """An input and which of its values a column stands for; columns of an array are called name[1], name[2], ..."""
-    signals = [*system.own_inputs.values(), *system.inputs.values()]
+    signals = [*system.system_inputs.values(), *system.inputs.values()]
     known = {element: (s, k) for s in signals for k, element in enumerate(elements(s))}
     if name not in known:
         whole = next((s for s in signals if s.address == name), None)

@@ -26,7 +26,7 @@ def targets(address: str, instances: Mapping[str, FmuInstance], system: System |
 
     With `system`, the name of one of its own inputs means that input, of component ''.
     """
-    if system is not None and address in system.own_inputs:
+    if system is not None and address in system.system_inputs:
         return [("", address)]
     if system is not None and address in system.network.connectors:
         return [(component, name) for component, name, _ in system.network.connectors[address]]

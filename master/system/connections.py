@@ -44,7 +44,7 @@ class Connections:
 
     def __init__(
         self, network: FlatSystem, instances: Mapping[str, FmuInstance], layout: SignalLayout, quantities: Quantities,
-        own_inputs: Mapping[str, Signal], findings: Findings, remarks: list[str],
+        system_inputs: Mapping[str, Signal], findings: Findings, remarks: list[str],
     ):  # fmt: skip
         self.instances, self._findings = instances, findings
         self._layout, self._quantities = layout, quantities
@@ -52,8 +52,8 @@ class Connections:
         self.remarks = remarks
         self.inputs = {(s.component, s.name): s for instance in instances.values() for s in instance.inputs}
         self.outputs = {(s.component, s.name): s for instance in instances.values() for s in instance.outputs}
-        self.own_inputs = own_inputs
-        self.own_outputs: dict[str, Signal] = {}
+        self.system_inputs = system_inputs
+        self.system_outputs: dict[str, Signal] = {}
         """The outputs of the whole system."""
         signal_connections: list[FlatConnection] = []
         to_parameters: list[FlatConnection] = []
@@ -63,10 +63,10 @@ class Connections:
         self._into: dict[str, list[SignalConnection]] = {name: [] for name in instances}
         for link in self.links:
             self._into[link.target.component].append(link)
-        self._of_own_inputs: dict[str, list[SignalConnection]] = {}
+        self._of_system_inputs: dict[str, list[SignalConnection]] = {}
         for link in self.links:
             if not link.source.component:
-                self._of_own_inputs.setdefault(link.source.name, []).append(link)
+                self._of_system_inputs.setdefault(link.source.name, []).append(link)
         self._drivers: dict[tuple[bool, int], dict[int | None, SignalConnection]] = {}
         """What drives an input, or single values of it, by where it lies."""
         self._check_aliases()
@@ -83,7 +83,7 @@ class Connections:
         self._passed_on: dict[str, set[int]] = {}
         for link in self.shown:
             if not link.source.component:
-                first = link.target.place - self.own_outputs[link.target.name].place
+                first = link.target.place - self.system_outputs[link.target.name].place
                 self._passed_on.setdefault(link.target.name, set()).update(range(first, first + link.target.size))
 
     def into(self, name: str) -> list[SignalConnection]:
@@ -92,7 +92,7 @@ class Connections:
 
     def of_input(self, name: str) -> list[SignalConnection]:
         """The links from an input of the whole system."""
-        return self._of_own_inputs.get(name, [])
+        return self._of_system_inputs.get(name, [])
 
     def _build(
         self, make: Callable[[FlatConnection], SignalConnection], between: Iterable[FlatConnection]
@@ -207,7 +207,9 @@ class Connections:
 
     def _source(self, flat_connection: FlatConnection) -> tuple[Signal, Quantity]:
         if flat_connection.start[0] == "":
-            return self.own_inputs[flat_connection.start[1]], self._quantities.input_quantity(flat_connection.start[1])
+            return self.system_inputs[flat_connection.start[1]], self._quantities.input_quantity(
+                flat_connection.start[1]
+            )
         signal = self._variable(flat_connection, flat_connection.start, "output")
         return signal, self._quantities.quantity(
             flat_connection.start, flat_connection.unit, flat_connection.enumeration
@@ -275,12 +277,12 @@ class Connections:
         self.remarks += way.remarks
         check_sizes(self._extent(source), flat_connection.hops, None, flat_connection.where)
         conversion = SlotConversion() if takes.family == TEXT else way.over_slots(gives, takes, flat_connection.where)
-        target = self.own_outputs.get(name)
+        target = self.system_outputs.get(name)
         if target is None:
             size = (type.count if type is not None else None) or 1 if flat_connection.end_at else source.size
             place = self._layout.place(takes.family, size)
             target = Signal("", name, kind, takes.family, 0, place, size, bool(flat_connection.end_at))
-            self.own_outputs[name] = target
+            self.system_outputs[name] = target
         return SignalConnection(
             source, self._part(target, flat_connection.end_at, flat_connection.where), conversion, flat_connection
         )

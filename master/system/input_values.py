@@ -21,20 +21,20 @@ class InputValues:
         buffer: ValueBuffer,
     ):  # fmt: skip
         self._instances, self._connections, self._quantities, self.buffer = instances, connections, quantities, buffer
-        self.inputs, self.own_inputs = connections.inputs, connections.own_inputs
+        self.inputs, self.system_inputs = connections.inputs, connections.system_inputs
         self.inputs_without_value: set[str] = set()
         """Inputs of the whole system that nobody gives a value: what they are connected to keeps its start value."""
         self.reset_inputs()
 
     def reset_inputs(self) -> None:
-        """Give every input its start value from the model description; `inputs_without_start` are those that have none there."""
+        """Give every input its start value from the model description; `inputs_without_start` have none there."""
         self.inputs_without_start = {signal.home: signal for signal in self.inputs.values()}
         for component, name in self.inputs:
             value = self._instances[component].start(name)
             if value is not None:
                 self.set_input(component, name, value)
                 self.inputs_without_start.pop(self.inputs[component, name].home, None)
-        for signal in self.own_inputs.values():
+        for signal in self.system_inputs.values():
             self.put(signal, ("" if signal.family == TEXT else 0,) * signal.size)
 
     def set_driven(self, signal: Signal, value: object, element: int | None = None) -> None:
@@ -44,7 +44,7 @@ class InputValues:
 
     def set_input(self, component: str, name: str, value: object) -> None:
         """Set the value that an input has until a connection overwrites it; '' is the whole system."""
-        self.put(self.inputs[component, name] if component else self.own_inputs[name], value)
+        self.put(self.inputs[component, name] if component else self.system_inputs[name], value)
 
     def put(self, signal: Signal, value: object, element: int | None = None) -> None:
         """Write a value, or a tuple of an array's, to a signal's place; or one element of an array."""
@@ -61,7 +61,7 @@ class InputValues:
 
     def set_given_inputs(self, with_values: set[str]) -> None:
         """Only these inputs of the whole system have a value."""
-        self.inputs_without_value = set(self.own_inputs) - with_values
+        self.inputs_without_value = set(self.system_inputs) - with_values
 
     def has_value(self, link: SignalConnection) -> bool:
         """Whether somebody gives the value that a link carries."""
@@ -85,8 +85,8 @@ class InputValues:
                         (reals if link.source.family == REAL else integers)[i] = start
 
     def checked_input(self, name: str, value: object, where: str) -> object:
-        """A value for an own input in its type, a tuple for an array, or a `ParameterError`."""
-        quantity, size = self._quantities.input_quantity(name), self.own_inputs[name].size
+        """A value for an input of the whole system in its type, a tuple for an array, or a `ParameterError`."""
+        quantity, size = self._quantities.input_quantity(name), self.system_inputs[name].size
         shown = f"the system's input '{name}'"
         if size > 1 or isinstance(value, tuple):
             parts = value.replace(",", " ").split() if isinstance(value, str) else value
@@ -97,8 +97,8 @@ class InputValues:
         return parsed(value, quantity, shown, where)
 
     def check_reached(self, name: str, value: object, where: str) -> None:
-        """Raise `ParameterError` where a value of an own input is none that the variables behind it may take."""
-        source = self.own_inputs[name]
+        """Raise `ParameterError` where a value of a system's input is none that the variables behind it may take."""
+        source = self.system_inputs[name]
         for link in self._connections.of_input(name) if source.family != TEXT else ():
             values = value if isinstance(value, tuple) else (value,)
             for element in values if link.source.element is None else (values[link.source.element],):

@@ -70,7 +70,7 @@ class SignalLayout:
             instance.told = begin
             self._staged[U8] = begin + 16
 
-    def own_input(
+    def system_input(
         self, name: str, quantity: Quantity, network: FlatSystem, instances: Mapping[str, FmuInstance]
     ) -> Signal:  # fmt: skip
         """An input of the whole system; the sizes of an array are the package's, else those of what it leads to."""

@@ -40,19 +40,19 @@ class System:
         for name, instance in instances.items():
             self.layout.lay_out(instance, to_record[name])
         self.quantities = quantities = Quantities(network, instances, self.remarks)
-        self.own_inputs = {
-            name: self.layout.own_input(name, quantities.input_quantity(name), network, instances)
+        self.system_inputs = {
+            name: self.layout.system_input(name, quantities.input_quantity(name), network, instances)
             for name in network.inputs
         }
         """The inputs of the whole system."""
         self.connections = Connections(
-            network, instances, self.layout, quantities, self.own_inputs, findings or Findings(), self.remarks
+            network, instances, self.layout, quantities, self.system_inputs, findings or Findings(), self.remarks
         )
         self.inputs, self.outputs = self.connections.inputs, self.connections.outputs
-        self.own_outputs, self.links = self.connections.own_outputs, self.connections.links
+        self.system_outputs, self.links = self.connections.system_outputs, self.connections.links
         self._hand_over_texts()
         ends = [link.target for link in (*self.links, *self.connections.shown)]
-        self.layout.make_buffer(ends, (*self.inputs.values(), *self.own_inputs.values()))
+        self.layout.make_buffer(ends, (*self.inputs.values(), *self.system_inputs.values()))
         self.buffer = self.layout.buffer
         self.stop = float("inf")
         """The end of the run that the FMUs have been told [s]."""
@@ -71,7 +71,7 @@ class System:
     def signals(self) -> list[Signal]:
         """All of them."""
         return [
-            *self.outputs.values(), *self.inputs.values(), *self.own_inputs.values(), *self.own_outputs.values()
+            *self.outputs.values(), *self.inputs.values(), *self.system_inputs.values(), *self.system_outputs.values()
         ]  # fmt: skip
 
     def units(self) -> dict[str, str]:
