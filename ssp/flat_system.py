@@ -115,7 +115,7 @@ class FlatSystem:
     input_settings: tuple[Setting, ...]
     """The same for inputs of the top-level system: the component is ''."""
     connectors: dict[str, tuple[Target, ...]] = field(default_factory=dict)
-    """What a value for a connector of a system sets, by its name with the path of its system; not for inputs of the whole."""
+    """What a value for a connector of a system sets, by its name with the path of its system; not for system inputs."""
     remarks: tuple[str, ...] = ()
     """What is harmless but hardly meant: bindings of names that nothing has, connectors that lead nowhere."""
     undriven: dict[End, str] = field(default_factory=dict)

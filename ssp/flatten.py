@@ -42,14 +42,14 @@ Causality = Callable[[Component, str], str | None]
 
 
 def flatten(
-    structure: SystemStructure, causality: Causality = lambda _component, _name: None, wrong: list[str] | None = None
+    structure: SystemStructure, causality: Causality = lambda _component, _name: None, errors: list[str] | None = None
 ) -> FlatSystem:
     """The network of a system structure. Raises `PackageError` for what cannot be connected as it says.
 
     causality: asked where the package does not say which end of a connection gives the value.
-    wrong: where this is a list, what is wrong goes there, and the rest is connected.
+    errors: where this is a list, what is wrong goes there, and the rest is connected.
     """
-    return _Flattener(structure, causality, wrong).network()
+    return _Flattener(structure, causality, errors).network()
 
 
 @dataclass
@@ -74,7 +74,7 @@ class _Way:
 class _Flattener:
     structure: SystemStructure
     causality: Causality
-    wrong: list[str] | None = None
+    errors: list[str] | None = None
     parts: dict[str, Part] = field(default_factory=dict)
     types: dict[Node, Type | None] = field(default_factory=dict)
     kinds: dict[Node, str] = field(default_factory=dict)
@@ -94,9 +94,9 @@ class _Flattener:
 
     def refused(self, error: PackageError) -> None:
         """Collect what is wrong, or raise it."""
-        if self.wrong is None:
+        if self.errors is None:
             raise error
-        self.wrong.append(str(error))
+        self.errors.append(str(error))
 
     def network(self) -> FlatSystem:
         root = self.structure.system

@@ -54,13 +54,13 @@ class Fmus(Protocol):
         """Causality and unit of a variable; None where there is none."""
 
 
-def read_osp(path: Path, fmus: Fmus, wrong: list[str] | None = None) -> SystemStructure:
+def read_osp(path: Path, fmus: Fmus, errors: list[str] | None = None) -> SystemStructure:
     """Read the structure in a file.
 
-    Raises `PackageError` naming line and remedy for what is not supported; with a list `wrong`, what is wrong with a
+    Raises `PackageError` naming line and remedy for what is not supported; with a list `errors`, what is wrong with a
     simulator or a connection goes there, and the others are read.
     """
-    return _Reader(path, fmus, wrong).read()
+    return _Reader(path, fmus, errors).read()
 
 
 @dataclass(frozen=True)
@@ -72,8 +72,8 @@ class _Bonded:
 
 
 class _Reader:
-    def __init__(self, path: Path, fmus: Fmus, wrong: list[str] | None):
-        self.path, self.fmus, self.wrong = path, fmus, wrong
+    def __init__(self, path: Path, fmus: Fmus, errors: list[str] | None):
+        self.path, self.fmus, self.errors = path, fmus, errors
         self.document = Document(path, path.name)
         self.space = self.document.root.tag.rpartition("}")[0] + "}" if "}" in self.document.root.tag else ""
         self.parts: dict[str, Component] = {}
@@ -112,9 +112,9 @@ class _Reader:
         try:
             return read(element)
         except PackageError as error:
-            if self.wrong is None:
+            if self.errors is None:
                 raise
-            self.wrong.append(str(error))
+            self.errors.append(str(error))
             self.broken.add(element.get("name", ""))
             return None
 

@@ -73,12 +73,12 @@ class Bindings:
     """Reads the bindings of elements of one system structure description."""
 
     def __init__(
-        self, folder: Path, root: Path, remark: Remark, prefix: str = "", wrong: list[str] | None = None,
+        self, folder: Path, root: Path, remark: Remark, prefix: str = "", errors: list[str] | None = None,
         unused: Unused | None = None,
     ):  # fmt: skip
         self.folder, self.root, self.remark = folder, root, remark
         self.unused = Unused() if unused is None else unused
-        self.wrong = wrong
+        self.errors = errors
         """Where this is a list, what is wrong with a binding goes there, and the others are read."""
         self.prefix = prefix
         """What names of files begin with in messages: the package that this one lies in."""
@@ -95,9 +95,9 @@ class Bindings:
             try:
                 bindings.append(self._binding(document, element, definitions, source))
             except PackageError as error:
-                if self.wrong is None:
+                if self.errors is None:
                     raise
-                self.wrong.append(str(error))
+                self.errors.append(str(error))
         return tuple(bindings)
 
     def _binding(

@@ -46,26 +46,26 @@ MOST_LEVELS = 32
 
 
 def read(
-    package: Path, folder: Path, variant: str | None = None, wrong: list[str] | None = None
+    package: Path, folder: Path, variant: str | None = None, errors: list[str] | None = None
 ) -> SystemStructure:  # fmt: skip
     """Extract the SSP file `package` into `folder` and read one of its system structure descriptions.
 
     Raises `PackageError` naming file, line and remedy when the package is damaged or uses what is not supported; with a
-    list `wrong`, what is wrong with an element or a connection goes there, and the others are read.
+    list `errors`, what is wrong with an element or a connection goes there, and the others are read.
     """
     budget = Budget()
     extract(package, folder, budget)
-    return _Reader(folder, budget, wrong=wrong).read(variant, f"{package}: ")
+    return _Reader(folder, budget, errors=errors).read(variant, f"{package}: ")
 
 
 def read_folder(
-    folder: Path, scratch: Path, variant: str | None = None, wrong: list[str] | None = None
+    folder: Path, scratch: Path, variant: str | None = None, errors: list[str] | None = None
 ) -> SystemStructure:  # fmt: skip
     """Read a system structure description of a folder that is no archive; see `read`.
 
     scratch: where packages that lie in it are unpacked, for nothing is written into the folder itself.
     """
-    return _Reader(folder, Budget(), wrong=wrong, scratch=scratch).read(variant, f"{folder}: ")
+    return _Reader(folder, Budget(), errors=errors, scratch=scratch).read(variant, f"{folder}: ")
 
 
 def no_package(files: Collection[str]) -> str:
@@ -87,11 +87,11 @@ class _Reader:
 
     def __init__(
         self, folder: Path, budget: Budget, depth: int = 0, remarks: list[str] | None = None,
-        outer: _Reader | None = None, prefix: str = "", wrong: list[str] | None = None, scratch: Path | None = None,
+        outer: _Reader | None = None, prefix: str = "", errors: list[str] | None = None, scratch: Path | None = None,
         unused: Unused | None = None,
     ):  # fmt: skip
         self.folder, self.budget, self.depth = folder, budget, depth
-        self.wrong = wrong
+        self.errors = errors
         self.scratch: Path | None = outer.scratch if outer is not None else scratch
         """Where packages inside are unpacked; None: beside themselves."""
         self.remarks: list[str] = [] if remarks is None else remarks
@@ -104,7 +104,7 @@ class _Reader:
         """Descriptions that have been read."""
         self.dictionaries_read: set[Path] = outer.dictionaries_read if outer is not None else set()
         """Files of signal dictionaries that the descriptions name."""
-        self.bindings = Bindings(folder, self.root, self.remarks.append, self.prefix, wrong, self.unused)
+        self.bindings = Bindings(folder, self.root, self.remarks.append, self.prefix, errors, self.unused)
         self.open: list[str] = outer.open if outer is not None else []
         """Descriptions and referenced systems that are being read, to notice one that contains itself."""
 
@@ -119,9 +119,9 @@ class _Reader:
 
     def _refuse(self, error: PackageError) -> None:
         """Collect what is wrong with a part, or raise it."""
-        if self.wrong is None:
+        if self.errors is None:
             raise error
-        self.wrong.append(str(error))
+        self.errors.append(str(error))
 
     def variants(self) -> list[str]:
         """File names of the package's descriptions, the default first."""
@@ -314,7 +314,7 @@ class _Reader:
     def _beside(self, path: Path) -> System:
         """A description in this or another folder of the package."""
         reader = self if path.parent == self.folder.resolve() else _Reader(
-            path.parent, self.budget, self.depth, self.remarks, self, wrong=self.wrong, unused=self.unused
+            path.parent, self.budget, self.depth, self.remarks, self, errors=self.errors, unused=self.unused
         )  # fmt: skip
         return reader.description(path.name).system
 
@@ -334,7 +334,7 @@ class _Reader:
         try:
             prefix = f"{self.prefix}{path.name}/"
             inner = _Reader(
-                folder, self.budget, self.depth + 1, self.remarks, prefix=prefix, wrong=self.wrong, unused=self.unused
+                folder, self.budget, self.depth + 1, self.remarks, prefix=prefix, errors=self.errors, unused=self.unused
             )
             return inner.read(fragment or None).system
         except PackageError as error:

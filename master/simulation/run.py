@@ -324,7 +324,7 @@ class _Run:
         sample, instances = self.recording.sampled(), self.plan.instances
         found = [
             (i, name, instances[component].nominal(variable))
-            for component, columns in reals.items() for i, name, variable in columns
+            for component, outputs in reals.items() for i, name, variable in outputs
         ]  # fmt: skip
         columns, names, nominals = zip(*found, strict=True) if found else ((), (), ())
         return divergence(names, nominals, sample[:, 0], sample[:, list(columns)])

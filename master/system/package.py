@@ -24,22 +24,22 @@ from .instances import read_alone
 
 
 def read_package(
-    package: Path, stack: ExitStack, variant: str | None = None, wrong: list[str] | None = None
+    package: Path, stack: ExitStack, variant: str | None = None, errors: list[str] | None = None
 ) -> FlatSystem:  # fmt: skip
     """The network of an SSP file, a folder like one, a system structure description (.ssd), an FMU or a system
     structure of the Open Simulation Platform (.xml, or a folder that holds one).
 
-    What has to be unpacked lives as long as `stack`. With a list `wrong`, what is wrong with some of its parts goes
+    What has to be unpacked lives as long as `stack`. With a list `errors`, what is wrong with some of its parts goes
     there instead of being raised.
     """
     scratch = Path(stack.enter_context(tempfile.TemporaryDirectory(prefix="cosim_", ignore_cleanup_errors=True)))
     stack.callback(also_forget(scratch))
     fmus = _Fmus()
-    return flatten(_structure(package, scratch, variant, wrong, fmus), fmus.causality, wrong)
+    return flatten(_structure(package, scratch, variant, errors, fmus), fmus.causality, errors)
 
 
 def _structure(
-    package: Path, scratch: Path, variant: str | None, wrong: list[str] | None, fmus: _Fmus
+    package: Path, scratch: Path, variant: str | None, errors: list[str] | None, fmus: _Fmus
 ) -> SystemStructure:  # fmt: skip
     kind = package.suffix.lower()
     if package.is_dir() and not any(package.glob("*.ssd")) and (package / OSP_FILE).is_file():
@@ -47,16 +47,16 @@ def _structure(
     if kind == ".xml":
         if variant is not None:
             raise UsageError(f"--variant {variant}: {package.name} is one system structure")
-        return read_osp(package, fmus, wrong)
+        return read_osp(package, fmus, errors)
     if package.is_dir():
-        return read_folder(package, scratch, variant, wrong)
+        return read_folder(package, scratch, variant, errors)
     if kind == ".ssd":
         if variant is not None:
             raise UsageError(f"--variant {variant}: {package.name} is one description; give the folder or the package")
-        return read_folder(package.parent, scratch, package.name, wrong)
+        return read_folder(package.parent, scratch, package.name, errors)
     if kind == ".fmu":
         return alone(package)
-    return read(package, scratch / "ssp", variant, wrong)
+    return read(package, scratch / "ssp", variant, errors)
 
 
 def alone(fmu: Path) -> SystemStructure:
