@@ -29,7 +29,7 @@ from .time_grid import Times, times_of
 class Checked(Findings):
     """What a check found, and what could be read of the package."""
 
-    keeps: bool = True
+    collects: bool = True
     network: FlatSystem | None = None
     system: System | None = None
     values: list[Value] = field(default_factory=list)
@@ -45,7 +45,7 @@ def check(package: Path, wanted: Options | None = None) -> Checked:
     found.attempt(check_options, wanted)
 
     def as_run(_network: FlatSystem, instances: dict[str, FmuInstance]) -> dict[str, FmuInstance]:
-        Findings(keeps=True).attempt(set_substeps, wanted, instances)  # what is wrong with them is told below
+        Findings(collects=True).attempt(set_substeps, wanted, instances)  # what is wrong with them is told below
         return instances
 
     with ExitStack() as stack:
@@ -55,15 +55,15 @@ def check(package: Path, wanted: Options | None = None) -> Checked:
             return found
         found.network, found.system, found.incomplete = made.network, made.built, made.incomplete
         found.values = [*made.sizes, *made.values]
-        aside = found.unless(made.incomplete)  # what may follow from parts that are missing is not told
+        if_complete = found.muted_if(made.incomplete)  # what may follow from parts that are missing is not told
         times = _times(found, made, wanted)
         for path, part in made.network.parts.items():
             if path in made.instances:
                 _connectors(found, part.component, made.instances[path], path)
         if made.has_all:
-            aside.attempt(set_substeps, wanted, made.instances)
-            aside.attempt(check_categories, wanted, made.instances)
-            aside.attempt(check_saving, wanted, made.instances)
+            if_complete.attempt(set_substeps, wanted, made.instances)
+            if_complete.attempt(check_categories, wanted, made.instances)
+            if_complete.attempt(check_saving, wanted, made.instances)
             if not wanted.isolate:
                 found.warnings += mixed_libraries(made.instances)
             if times is not None:
@@ -71,7 +71,7 @@ def check(package: Path, wanted: Options | None = None) -> Checked:
             for path, instance in made.instances.items():
                 found.warnings += _starts(path, instance)
         if made.built is not None:
-            _run(found, aside, made, wanted, times)
+            _run(found, if_complete, made, wanted, times)
     found.tell_once()
     return found
 
@@ -84,23 +84,23 @@ def _times(found: Findings, made: Assembly, wanted: Options) -> Times | None:
     return found.attempt(times_of, structure, wanted.stop_time, wanted.step)
 
 
-def _run(found: Findings, aside: Findings, made: Assembly, wanted: Options, times: Times | None) -> None:
+def _run(found: Findings, if_complete: Findings, made: Assembly, wanted: Options, times: Times | None) -> None:
     """What a run of the system would meet."""
     system = made.system
-    told = found.unless(bool(found.errors))  # what follows from an error is not told
+    told = found.muted_if(bool(found.errors))  # what follows from an error is not told
     layout = told.attempt(Layout, system)
     if layout is not None:
         told.attempt(layout.chosen, wanted.record)
         told.attempt(layout.chosen, wanted.plot, "--plot")
     method = told.attempt(chosen, wanted.method, made.network.structure.method)
     if method is not None:
-        aside.attempt(check_coupling, system, method, wanted.isolate)
-    aside.warnings += idle(made.network, made.values)
+        if_complete.attempt(check_coupling, system, method, wanted.isolate)
+    if_complete.warnings += idle(made.network, made.values)
     given = {(v.component, v.variable) for v in made.values if not v.component}
     connected = {
         flat_connection.end for flat_connection in made.network.flat_connections
     }  # of which some may have been refused
-    _inputs(aside, system, _driven(aside, system, wanted, times) | given | connected)
+    _inputs(if_complete, system, _driven(if_complete, system, wanted, times) | given | connected)
     _loops(found, system)
 
 

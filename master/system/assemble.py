@@ -1,6 +1,6 @@
 """From a package to a system of FMUs that is ready to be loaded: descriptions, connections, values.
 
-A run, a session and a check all begin so; what is wrong is raised or kept, as the findings say.
+A run, a session and a check all begin so; what is wrong is raised or collected, as the findings say.
 """
 
 from __future__ import annotations
@@ -29,7 +29,7 @@ Prepare = Callable[[FlatSystem, dict[str, FmuInstance]], dict[str, FmuInstance]]
 
 @dataclass
 class Assembly:
-    """What a package is put together to. Where errors are kept, parts may be missing."""
+    """What a package is put together to. Where errors are collected, parts may be missing."""
 
     network: FlatSystem
     instances: dict[str, FmuInstance]
@@ -60,17 +60,17 @@ def assemble(
     """Read the package, and put it together; what it was unpacked into goes with the stack.
 
     only: components to take, all where it is empty; prepare: called before the instances are connected. None where the
-    package cannot be read and errors are kept; raises `CosimError` where they are not.
+    package cannot be read and errors are collected; raises `CosimError` where they are not.
     """
     errors_before = len(findings.errors)
-    network = findings.attempt(read_package, package, stack, options.variant, findings.kept)
+    network = findings.attempt(read_package, package, stack, options.variant, findings.collected)
     if network is None:
         return None
     assembly = Assembly(
         network.only(list(only)) if only else network, {}, incomplete=len(findings.errors) > errors_before
     )
-    aside = findings.unless(assembly.incomplete)
-    assembly.network = aside.attempt(with_parameters, assembly.network, options.parameters) or assembly.network
+    if_complete = findings.muted_if(assembly.incomplete)
+    assembly.network = if_complete.attempt(with_parameters, assembly.network, options.parameters) or assembly.network
     _tell_remarks(assembly.network, findings)
     assembly.network, assembly.instances = _described(assembly.network, findings)
     if not assembly.network.parts and not findings.errors:
@@ -78,20 +78,20 @@ def assemble(
     if assembly.has_all and not options.isolate:
         findings.attempt(check_single, assembly.instances)
     input_changes = [c for c in options.changes if c[0] in assembly.network.inputs]
-    other_changes = _expanded(assembly, [c for c in options.changes if c not in input_changes], aside)
-    sizes_hold = _set_sizes(assembly, other_changes, findings, aside)
+    other_changes = _expanded(assembly, [c for c in options.changes if c not in input_changes], if_complete)
+    sizes_hold = _set_sizes(assembly, other_changes, findings, if_complete)
     assembly.instances = prepare(assembly.network, assembly.instances)
     if assembly.network.structure.step_size is None:
         suggested = replace(assembly.network.structure, step_size=smallest_step(assembly.network, assembly.instances))
         assembly.network = replace(assembly.network, structure=suggested)
     if assembly.has_all and sizes_hold:
-        _connect(assembly, input_changes, (*options.record, *options.plot), findings, aside)
+        _connect(assembly, input_changes, (*options.record, *options.plot), findings, if_complete)
     return assembly
 
 
 def _tell_remarks(network: FlatSystem, findings: Findings) -> None:
-    """Where errors are kept, violations of the schema are some, unless they stand where one has been told."""
-    violations = set(network.structure.remarks) if findings.keeps else set()
+    """Where errors are collected, violations of the schema are some, unless they stand where one has been told."""
+    violations = set(network.structure.remarks) if findings.collects else set()
     places = {error.partition(": ")[0] for error in findings.errors}
     findings.errors += [r for r in network.structure.remarks if r in violations and r.partition(": ")[0] not in places]
     findings.warnings += [r for r in network.remarks if r not in violations]
@@ -136,7 +136,7 @@ def _expanded(assembly: Assembly, changes: Sequence[tuple[str, str]], findings: 
     return reached
 
 
-def _set_sizes(assembly: Assembly, changes: list[tuple[str, str]], findings: Findings, aside: Findings) -> bool:
+def _set_sizes(assembly: Assembly, changes: list[tuple[str, str]], findings: Findings, if_complete: Findings) -> bool:
     """Structural parameters first, then the values that the package binds and that the user changes.
 
     Returns whether the sizes of arrays are as they are meant; where not, no connection can be judged.
@@ -147,14 +147,14 @@ def _set_sizes(assembly: Assembly, changes: list[tuple[str, str]], findings: Fin
     assembly.values = bound_values(assembly.network, instances, findings)
     for change in changes:
         names = (*network.inputs, *network.connectors)
-        assembly.values += aside.attempt(resolve, [change], instances, connectors=names) or []
+        assembly.values += if_complete.attempt(resolve, [change], instances, connectors=names) or []
     sized = any(v.causality == "structuralParameter" for i in instances.values() for v in i.variables.values())
     return configured is not None and not (assembly.incomplete and sized)
 
 
 def _connect(
     assembly: Assembly, input_changes: Sequence[tuple[str, str]], patterns: Sequence[str], findings: Findings,
-    aside: Findings,
+    if_complete: Findings,
 ) -> None:  # fmt: skip
     """The system with all that is to be recorded of it, and the values of its own inputs."""
     recorded = internals(assembly.network, assembly.instances, patterns)
@@ -165,4 +165,4 @@ def _connect(
     values = findings.attempt(given_values, assembly.network, system, findings.warnings.append) or []
     assembly.values = [*values, *assembly.values]
     for change in input_changes:
-        assembly.values += aside.attempt(resolve, [change], assembly.instances, system=system) or []
+        assembly.values += if_complete.attempt(resolve, [change], assembly.instances, system=system) or []

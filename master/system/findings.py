@@ -1,4 +1,4 @@
-"""What there is to say of a package: the first error ends a run, a check keeps them all."""
+"""What there is to say of a package: the first error ends a run, a check collects them all."""
 
 from __future__ import annotations
 
@@ -22,38 +22,39 @@ MOST_PLACES = 5
 
 @dataclass
 class Findings:
-    """What was found: errors keep a package from running, warnings do not, notes are worth knowing."""
+    """Errors, warnings and notes on a package; errors keep it from running, warnings do not."""
 
-    keeps: bool = False
-    """Whether errors are kept; else they are raised."""
+    collects: bool = False
+    """Whether errors are collected; else they are raised."""
     errors: list[str] = field(default_factory=list)
     warnings: list[str] = field(default_factory=list)
     notes: list[str] = field(default_factory=list)
 
     @property
-    def kept(self) -> list[str] | None:
+    def collected(self) -> list[str] | None:
         """Where to put errors; None: raise them."""
-        return self.errors if self.keeps else None
+        return self.errors if self.collects else None
 
     def refuse(self, text: str) -> None:
         """Something is wrong with the package."""
-        if not self.keeps:
+        if not self.collects:
             raise PackageError(text)
         self.errors.append(text)
 
     def attempt(self, make: Callable[P, T], *arguments: P.args, **named: P.kwargs) -> T | None:
-        """What `make` gives for these arguments; None where it raises a `CosimError` that is kept."""
+        """What `make` gives for these arguments; None where it raises a `CosimError` that is collected."""
         try:
             return make(*arguments, **named)
         except CosimError as error:
-            if not self.keeps:
+            if not self.collects:
                 raise
             self.errors.append(str(error))
             return None
 
-    def unless(self, errors: bool) -> Findings:
-        """These findings, or where there are errors from which others may follow, some that nobody reads."""
-        return Findings(keeps=True) if errors else self
+    def muted_if(self, condition: bool) -> Findings:
+        """These findings; or, where `condition` holds, findings that are thrown away, for they would only follow from
+        errors already told."""
+        return Findings(collects=True) if condition else self
 
     def tell_once(self) -> None:
         """Errors that say the same of several places become one, with the other places behind it."""

@@ -23,7 +23,7 @@ class System:
         self, network: FlatSystem, instances: dict[str, FmuInstance], findings: Findings | None = None,
         recorded: Sequence[End] = (),
     ):  # fmt: skip
-        """Raises `PackageError` for a connection that does not fit, unless the findings keep what is wrong.
+        """Raises `PackageError` for a connection that does not fit, unless the findings collect what is wrong.
 
         recorded: variables that are read like outputs, for somebody wants to see them.
         """
