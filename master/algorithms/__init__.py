@@ -37,7 +37,7 @@ def method_named(name: str) -> Method:
     return method
 
 
-def chosen(requested: str | None, suggested: str | None) -> str:
+def choose_method(requested: str | None, suggested: str | None) -> str:
     """The method that is asked for, or what the package suggests, or the default. Raises `UsageError` for one that is
     not known."""
     name = requested or suggested or DEFAULT

@@ -87,10 +87,10 @@ class Layout:
         names = [c.name for c in self.columns]
         found = {0}
         for pattern in patterns:
-            mine = [i for i, name in enumerate(names) if matches(name, pattern)]
-            if not mine:
+            matching = [i for i, name in enumerate(names) if matches(name, pattern)]
+            if not matching:
                 raise UsageError(f"{option} '{pattern}' matches nothing{did_you_mean(pattern, names)}")
-            found.update(mine)
+            found.update(matching)
         return sorted(found)
 
     def keep_texts(self, which: Sequence[int]) -> None:
@@ -104,19 +104,19 @@ class Layout:
         self, which: Sequence[int], time: np.ndarray, rows: np.ndarray, texts: list[tuple[list[object], list[object]]]
     ) -> list[np.ndarray | list[object]]:
         """Columns of rows (n, outputs + inputs) and of the texts at the start and at the end of each step."""
-        made: list[np.ndarray | list[object]] = []
+        table: list[np.ndarray | list[object]] = []
         for i in which:
             where, place = self._cuts[i]
             if where == "time":
-                made.append(time)
+                table.append(time)
             elif where.endswith("text"):
-                made.append([pair[0 if where.startswith("output") else 1][place] for pair in texts])
+                table.append([pair[0 if where.startswith("output") else 1][place] for pair in texts])
             else:
                 raw = rows[:, place if where == "output" else len(self.outputs) + place]
                 kind = self.columns[i].type
                 if kind == "float":
-                    made.append(raw)
+                    table.append(raw)
                 else:
                     whole = np.ascontiguousarray(raw).view(np.uint64 if kind == "unsigned" else np.int64)
-                    made.append(whole != 0 if kind == "boolean" else whole)
-        return made
+                    table.append(whole != 0 if kind == "boolean" else whole)
+        return table

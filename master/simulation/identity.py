@@ -80,7 +80,7 @@ def _components(plan: Plan) -> Iterator[tuple[str, Any]]:
 
 
 def _values(plan: Plan) -> Iterator[tuple[str, Any]]:
-    for v in (*plan.sizes, *plan.values):  # the last one counts
+    for v in (*plan.structural_values, *plan.values):  # the last one counts
         yield f"value of '{f'{v.component}.' if v.component else ''}{v.variable}'", v.value
 
 

@@ -9,7 +9,7 @@ from pathlib import Path
 
 from ...core.errors import UsageError, did_you_mean
 from ...ssp.flat_system import FlatSystem
-from ..algorithms import check_method, chosen, method_named
+from ..algorithms import check_method, choose_method, method_named
 from ..algorithms.method import Method
 from ..coupling.initialisation import parameter_order
 from ..coupling.power_bonds import Bond, find_bonds
@@ -47,7 +47,7 @@ class Plan:
     system: System
     values: list[Value]
     """Start values and parameters in the order in which they are set: of the package, then of the options."""
-    sizes: list[Value]
+    structural_values: list[Value]
     """Values of structural parameters, likewise; the instances have them already."""
     drives: list[stimuli.Drive]
     layout: Layout
@@ -72,26 +72,26 @@ class Plan:
         return self.resumed.time if self.resumed is not None else self.times[0]
 
 
-def plan(package: Path, options: Options, stack: ExitStack, interrupt: Interrupts) -> Plan:
+def make_plan(package: Path, options: Options, stack: ExitStack, interrupt: Interrupts) -> Plan:
     """Read the package; what it was unpacked into goes with the stack. Raises `CosimError` for all that is wrong."""
     check_options(options)
-    found = Findings()
+    findings = Findings()
     resumed = read_state(options.resume) if options.resume is not None else None
 
     def as_run(network: FlatSystem, instances: dict[str, FmuInstance]) -> dict[str, FmuInstance]:
-        method = method_named(chosen(options.method, network.structure.method))
-        made = _isolated(options, method, instances, interrupt)
-        set_substeps(options, made)
-        return made
+        method = method_named(choose_method(options.method, network.structure.method))
+        prepared = _isolated(options, method, instances, interrupt)
+        set_substeps(options, prepared)
+        return prepared
 
-    made = assemble(package, options, stack, found, prepare=as_run)
-    assert made is not None
-    network, instances, system, remarks = made.network, made.instances, made.system, found.warnings
+    assembly = assemble(package, options, stack, findings, prepare=as_run)
+    assert assembly is not None
+    network, instances, system, remarks = assembly.network, assembly.instances, assembly.system, findings.warnings
     check_categories(options, instances)
     check_saving(options, instances)
     for instance in instances.values() if options.saves else ():  # whatever a run that goes on records
         instance.texts.update(s.name for s in instance.outputs)
-    name = chosen(options.method, network.structure.method)
+    name = choose_method(options.method, network.structure.method)
     options, method = replace(options, method=name), method_named(name)
     step = options.step
     if resumed is not None and step is None and network.structure.step_size is None:
@@ -101,14 +101,16 @@ def plan(package: Path, options: Options, stack: ExitStack, interrupt: Interrupt
         remarks += mixed_libraries(instances)
     elif method.carrying(instances.values()):
         remarks.append("--isolate: no slopes of inputs are handed over; without it the results differ a little")
-    remarks += [*idle(network, made.values), *step_remarks(network, instances, times)]
+    remarks += [*idle(network, assembly.values), *step_remarks(network, instances, times)]
     remarks += _overruled([c for c in options.changes if c[0] not in network.inputs], system)
     layout = Layout(system)
     which = layout.chosen(options.record)
     layout.chosen(options.plot, "--plot")
     layout.keep_texts(which if options.results else ())
     if options.record_parameters:
-        chosen_parameters(parameters_in_force(system, [*made.sizes, *made.values]), options.record_parameters)
+        chosen_parameters(
+            parameters_in_force(system, [*assembly.structural_values, *assembly.values]), options.record_parameters
+        )
     drives = stimuli.read(options.stimuli, system) if options.stimuli is not None else []
     if options.stimuli is not None:
         remarks += stimuli.remarks(options.stimuli, drives, system, times[0], times[1])
@@ -118,14 +120,14 @@ def plan(package: Path, options: Options, stack: ExitStack, interrupt: Interrupt
     system.writer.forks = options.parallel and crew.able()
     bonds = check_coupling(system, name, options.isolate)
     return Plan(
-        options, method, network, instances, system, made.values, made.sizes, drives, layout, which, times, bonds,
-        remarks, resumed,
+        options, method, network, instances, system, assembly.values, assembly.structural_values, drives, layout,
+        which, times, bonds, remarks, resumed,
     )  # fmt: skip
 
 
 def check_options(options: Options) -> None:
     """Raise `UsageError` for what no package can do."""
-    chosen(options.method, None)  # is there one of that name
+    choose_method(options.method, None)  # is there one of that name
     if options.record_every < 1:
         raise UsageError(f"--record-every {options.record_every}: it has to be at least 1")
     if options.results:
@@ -158,8 +160,8 @@ def check_categories(options: Options, instances: Mapping[str, FmuInstance]) -> 
     for category in options.log_categories:
         if category not in known:
             has = f"they have {', '.join(known)}" if known else "they declare none"
-            told = f"--log-category {category}: no FMU has that category; {has}{did_you_mean(category, known)}"
-            raise UsageError(told)
+            message = f"--log-category {category}: no FMU has that category; {has}{did_you_mean(category, known)}"
+            raise UsageError(message)
 
 
 def check_saving(options: Options, instances: Mapping[str, FmuInstance]) -> None:
@@ -185,8 +187,8 @@ def _isolated(
     def apart(instance: FmuInstance) -> bool:
         return instance.is_foreign and (options.isolate or (able and instance.runs_in_python))
 
-    told = options.step_timeout, interrupt, options.saves
-    return {n: IsolatedInstance(s, *told) if apart(s) else s for n, s in instances.items()}
+    arguments = options.step_timeout, interrupt, options.saves
+    return {n: IsolatedInstance(s, *arguments) if apart(s) else s for n, s in instances.items()}
 
 
 def set_substeps(options: Options, instances: dict[str, FmuInstance]) -> None:
@@ -232,21 +234,21 @@ def _uneven(instances: dict[str, FmuInstance], start: float, stop: float, step: 
 
 def _inner(instances: dict[str, FmuInstance], step: float) -> list[str]:
     """FMUs whose own step does not fit into the macro step."""
-    made = []
+    remarks = []
     for name, instance in instances.items():
         own = getattr(instance.description.coSimulation, "fixedInternalStepSize", None)
         count = step / instance.ratio / float(own) if own else 1.0
         if own and (abs(count - round(count)) > 1e-6 * count or round(count) < 1):
-            made.append(
+            remarks.append(
                 f"component '{name}' has an inner step of {float(own):g} s; its step of {step / instance.ratio:g} s is "
                 "no multiple of that"
             )
-    return made
+    return remarks
 
 
 def _clocked(instances: dict[str, FmuInstance]) -> list[str]:
     """FMUs with clocks, none of which is ticked from here."""
-    made = []
+    remarks = []
     for name, instance in instances.items():
         if not instance.clocks:
             continue
@@ -254,13 +256,13 @@ def _clocked(instances: dict[str, FmuInstance]) -> list[str]:
         on = f"what hangs on them ({_first(hanging)})" if hanging else "what hangs on them"
         named = f"component '{name}' has clocks ({_first([v.name for v in instance.clocks])})"
         if instance.needs_event_mode:
-            made.append(
+            remarks.append(
                 f"{named} and needs event mode for them, which is not supported: it may refuse its first step, or {on} "
                 "does not run"
             )
         else:
-            made.append(f"{named}; none is ticked here, so {on} runs only if the FMU sees to it")
-    return made
+            remarks.append(f"{named}; none is ticked here, so {on} runs only if the FMU sees to it")
+    return remarks
 
 
 def _first(names: Sequence[str]) -> str:
@@ -270,10 +272,10 @@ def _first(names: Sequence[str]) -> str:
 
 def _overruled(changes: Iterable[tuple[str, str]], system: System) -> list[str]:
     """Changes of inputs that connections give their values."""
-    made = []
+    remarks = []
     for address, value in changes:
         for end in targets(address, system.instances):
             if (link := system.connections.driver(end)) is not None:
                 shown = f"'{'.'.join(end)}' is connected to '{link.source.address}', which counts"
-                made.append(f"--set {address}={value}: {shown}")
-    return made
+                remarks.append(f"--set {address}={value}: {shown}")
+    return remarks

@@ -35,7 +35,7 @@ from ..system.parameters import parameters_in_force
 from .identity import check_resumed, identity
 from .interrupts import Interrupts, interrupts
 from .manifest import manifest, write_manifest
-from .plan import Plan, plan
+from .plan import Plan, make_plan
 from .recording import Recording, sample_stride
 from .result import Result
 from .run_folder import result_folder, write_summary
@@ -71,25 +71,25 @@ def run(
     with ExitStack() as stack:
         interrupt = stack.enter_context(interrupts(on_hang is not None))
         folder = stack.enter_context(returning()) / folder
-        made = plan(package, options, stack, interrupt)
-        run_identity = identity(made) if options.saves or made.resumed is not None else {}
-        made.remarks += check_resumed(made, run_identity, folder)
+        plan = make_plan(package, options, stack, interrupt)
+        run_identity = identity(plan) if options.saves or plan.resumed is not None else {}
+        plan.remarks += check_resumed(plan, run_identity, folder)
         stack.enter_context(result_folder(folder, options.results, options.log))
-        options = made.options
-        write_manifest(folder, manifest(package, made.network, options))
-        this = _Run(package, folder, made, interrupt, on_hang, begin, run_identity)
-        this.start(stack, log, stride)
-        this.march(progress)
-        this.look_back()
-        result = this.result()
-    this.tell_ending()
+        options = plan.options
+        write_manifest(folder, manifest(package, plan.network, options))
+        under_way = _Run(package, folder, plan, interrupt, on_hang, begin, run_identity)
+        under_way.start(stack, log, stride)
+        under_way.take_steps(progress)
+        under_way.warn_of_late_loops()
+        result = under_way.result()
+    under_way.warn_of_termination()
     if options.check_step:
         _check_step(result, package, options, log, progress, on_hang)
     return result
 
 
 class _Run:
-    """A run under way: `start`, `march`, `result`. Each part knows what is left on disk if it is the last."""
+    """A run under way: `start`, `take_steps`, `result`. Each part knows what is left on disk if it is the last."""
 
     def __init__(
         self, package: Path, folder: Path, plan: Plan, interrupt: Interrupts,
@@ -129,7 +129,7 @@ class _Run:
                 if plan.resumed is not None and options.resume is not None:
                     restore(plan.resumed, options.resume, plan.system, program)
         except CosimError as error:
-            self._unborn("interrupted" if isinstance(error, Interrupted) else "failed", error)
+            self._write_failed_start("interrupted" if isinstance(error, Interrupted) else "failed", error)
             raise
         stack.callback(self.recording.close)
         self._started = perf_counter()
@@ -174,7 +174,7 @@ class _Run:
         initialise = Initialiser(system)
         initialise(values, start, inf if self.options.saves else stop)  # or an FMU might refuse to go on
         self.remarks += initialise.remarks
-        self.parameters = parameters_in_force(system, [*self.plan.sizes, *values], initialise.brought)
+        self.parameters = parameters_in_force(system, [*self.plan.structural_values, *values], initialise.brought)
         self.remarks += detect_feedthrough(system, loops_only=coupling.newest_values)
         if self.plan.resumed is not None:
             recall_feedthrough(self.plan.resumed, system)
@@ -182,7 +182,7 @@ class _Run:
         system.writer.show(program)
         return program
 
-    def march(self, progress: Callable[[int, int], None]) -> None:
+    def take_steps(self, progress: Callable[[int, int], None]) -> None:
         """Take all steps, and write the summary however they end."""
         failure: CosimError | None = None
         try:
@@ -210,24 +210,24 @@ class _Run:
         if failure:
             raise failure
 
-    def look_back(self) -> None:
+    def warn_of_late_loops(self) -> None:
         """Add to the summary what FMUs show that may be asked in any way now, for no step follows."""
         if self.loop.ended_by is not None:
             return
         with self.interrupt.away(self._abandon_end):
-            found = loops_that_came_up(self.plan.system)
-        self._warn_too(found)
+            warnings = loops_that_came_up(self.plan.system)
+        self._add_warnings(warnings)
 
-    def tell_ending(self) -> None:
+    def warn_of_termination(self) -> None:
         """Add to the summary what the FMUs said, and what went wrong, as they were ended."""
         instances = self.plan.instances.values()
-        self._warn_too([*said(instances), *(instance.ending for instance in instances if instance.ending)])
+        self._add_warnings([*said(instances), *(instance.ending for instance in instances if instance.ending)])
 
-    def _warn_too(self, late: Sequence[str]) -> None:
+    def _add_warnings(self, late: Sequence[str]) -> None:
         """Add warnings to a summary that has been written, those that it does not have."""
-        told = self.summary["warnings"]
-        if fresh := [text for text in late if text not in told]:
-            told += fresh
+        warnings = self.summary["warnings"]
+        if fresh := [text for text in late if text not in warnings]:
+            warnings += fresh
             write_summary(self.folder, self.summary)
 
     def result(self) -> Result:
@@ -257,8 +257,8 @@ class _Run:
         simulated = loop.time - start
         instances = plan.instances
         reals = self._reals()
-        told = self._doubt(reals)
-        doubts = warning(told, self.method.order, step)
+        in_doubt = self._doubt(reals)
+        doubts = warning(in_doubt, self.method.order, step)
         runaway = self._divergence(reals)
         warnings = [*said(instances.values()), *self.energy.warnings(), *runaway, *doubts, *self.remarks]
         if self.message_log is not None and self.message_log.fault is not None:
@@ -281,7 +281,7 @@ class _Run:
                 name: instance.seconds + loop.runner.spent(i) for i, (name, instance) in enumerate(instances.items())
             },
             "coupling": self.energy.summary(),
-            "doubt": told,
+            "doubt": in_doubt,
             "warnings": list(dict.fromkeys(warnings)),
             "changes": dict(self.options.changes),
             "parameters": {p.address: p.summary() for p in self.parameters},
@@ -293,28 +293,28 @@ class _Run:
 
     def _states(self) -> dict[str, Any]:
         """What of the run's summary is about states, where it has to do with some."""
-        told: dict[str, Any] = {}
+        states: dict[str, Any] = {}
         if (resumed := self.plan.resumed) is not None:
-            told["resumed"] = {"from": str(self.options.resume), "time_s": resumed.time, "steps": resumed.done}
+            states["resumed"] = {"from": str(self.options.resume), "time_s": resumed.time, "steps": resumed.done}
         if self.saver is not None and (saved := self.saver.saved) is not None:
-            told["saved_state"] = {"file": STATE, "time_s": saved.time, "steps": saved.done}
-        return told
+            states["saved_state"] = {"file": STATE, "time_s": saved.time, "steps": saved.done}
+        return states
 
     def _reals(self) -> Reals:
         """(column, its name, variable) of the outputs that FMUs give as reals, by component."""
         places = {c.name: i for i, c in enumerate(self.plan.layout.columns) if c.type == "float"}
-        mine: Reals = {}
+        by_component: Reals = {}
         for signal in self.plan.system.outputs.values():
-            found = [(places[name], name, signal.name) for name in elements(signal) if name in places]
-            mine.setdefault(signal.component, []).extend(found)
-        return mine
+            columns = [(places[name], name, signal.name) for name in elements(signal) if name in places]
+            by_component.setdefault(signal.component, []).extend(columns)
+        return by_component
 
     def _doubt(self, reals: Reals) -> dict[str, Any] | None:
         """What is in doubt of the outputs that FMUs give as reals."""
         recording = self.recording
         if recording.extremes() is None:
             return None
-        columns = {component: [(i, name) for i, name, _ in found] for component, found in reals.items()}
+        columns = {component: [(i, name) for i, name, _ in named] for component, named in reals.items()}
         return doubt(columns, recording.sampled(), recording.held)
 
     def _divergence(self, reals: Reals) -> list[str]:
@@ -322,14 +322,14 @@ class _Run:
         if self.recording.extremes() is None:
             return []
         sample, instances = self.recording.sampled(), self.plan.instances
-        found = [
+        outputs = [
             (i, name, instances[component].nominal(variable))
-            for component, outputs in reals.items() for i, name, variable in outputs
+            for component, of_component in reals.items() for i, name, variable in of_component
         ]  # fmt: skip
-        columns, names, nominals = zip(*found, strict=True) if found else ((), (), ())
+        columns, names, nominals = zip(*outputs, strict=True) if outputs else ((), (), ())
         return divergence(names, nominals, sample[:, 0], sample[:, list(columns)])
 
-    def _unborn(self, status: str, error: object) -> None:
+    def _write_failed_start(self, status: str, error: object) -> None:
         """The summary of a run that has not begun."""
         with suppress(OutputError):
             write_summary(
@@ -337,32 +337,32 @@ class _Run:
             )
 
     def _abandon_start(self, lost: str) -> None:
-        error = self._gone("being loaded and initialised", lost)
-        self._unborn("failed" if lost else "interrupted", error)
-        self._leave(error)
+        error = self._hang_error("being loaded and initialised", lost)
+        self._write_failed_start("failed" if lost else "interrupted", error)
+        self._end_process(error)
 
     def _abandon(self, runner: Runner, lost: str) -> None:
         start, _, step, _ = self.plan.times
         why = self.loop.abandon(runner, start, step, lost)
-        self._break_off(SimulationError(why, self.loop.time) if lost else Interrupted(why, self.loop.time), lost)
+        self._write_and_end(SimulationError(why, self.loop.time) if lost else Interrupted(why, self.loop.time), lost)
 
     def _abandon_saving(self, lost: str) -> None:
-        self._break_off(self._gone("giving its state", lost), lost)
+        self._write_and_end(self._hang_error("giving its state", lost), lost)
 
-    def _break_off(self, error: SimulationError, lost: str) -> None:
+    def _write_and_end(self, error: SimulationError, lost: str) -> None:
         """Write what there is, and end the process."""
         try:
             self.recording.flush()
             self.recording.close()
             write_summary(self.folder, self._summary("failed" if lost else "interrupted", error))
         finally:
-            self._leave(error)
+            self._end_process(error)
 
     def _abandon_end(self, lost: str) -> None:
-        error = self._gone("being ended", lost)
-        self._leave(type(error)(f"{error}; what was simulated is written"))
+        error = self._hang_error("being ended", lost)
+        self._end_process(type(error)(f"{error}; what was simulated is written"))
 
-    def _gone(self, phase: str, lost: str) -> SimulationError:
+    def _hang_error(self, phase: str, lost: str) -> SimulationError:
         """What to say of an FMU that does not come back, or has taken the process with it, outside of steps."""
         instance = next((s for s in self.plan.instances.values() if s.in_call), None)
         who = f"component '{instance.name}'" if instance else "an FMU"
@@ -372,7 +372,7 @@ class _Run:
             return SimulationError(f"{who} {lost} in {where}{which}")
         return Interrupted(f"{who} does not come back from {where}{which}")
 
-    def _leave(self, error: CosimError) -> None:
+    def _end_process(self, error: CosimError) -> None:
         assert self._on_hang is not None  # else nobody watches
         self._on_hang(error)
 

@@ -15,7 +15,7 @@ from typing import Any
 import numpy as np
 
 from ...core.errors import SimulationError, UnknownNameError, UsageError, did_you_mean
-from ..algorithms import chosen, method_named
+from ..algorithms import choose_method, method_named
 from ..algorithms.method import MEAN
 from ..coupling.feedthrough import detect_feedthrough
 from ..coupling.initialisation import Initialiser
@@ -69,10 +69,10 @@ class Session:
     ):  # fmt: skip
         self._stack = ExitStack()
         try:
-            made = assemble(package, Options(record=tuple(internals)), self._stack, Findings(), only)
-            assert made is not None
-            self.structure, self.system, self._bound = made.network.structure, made.system, made.values
-            load_instances(made.instances, self._stack, log)
+            assembly = assemble(package, Options(record=tuple(internals)), self._stack, Findings(), only)
+            assert assembly is not None
+            self.structure, self.system, self._bound = assembly.network.structure, assembly.system, assembly.values
+            load_instances(assembly.instances, self._stack, log)
             self._initialise = Initialiser(self.system)
         except BaseException:
             self._stack.close()
@@ -125,15 +125,15 @@ class Session:
     def values(self, changes: Mapping[str, Any] | None = None) -> dict[str, Any]:
         """Every parameter and start value in force with these changes, by component.variable."""
         instances = self.system.instances
-        found = {
+        in_force = {
             f"{c}.{v.name}": value
             for c, instance in instances.items()
             for v in instance.description.modelVariables
             if v.start is not None and instance.settable(v.name) and (value := instance.start(v.name)) is not None
         }
         for v in [*self._bound, *resolve((changes or {}).items(), instances, "", self.system)]:
-            found[f"{v.component}.{v.variable}" if v.component else v.variable] = v.value
-        return found
+            in_force[f"{v.component}.{v.variable}" if v.component else v.variable] = v.value
+        return in_force
 
     def run(
         self,
@@ -262,7 +262,7 @@ class Session:
         outputs = [j for j, (is_output, _) in enumerate(wanted) if is_output]
         inputs = [j for j, (is_output, _) in enumerate(wanted) if not is_output]
         detected = tuple(
-            (n, o, *found) for n, s in self.system.instances.items() for o, found in s.detected_feedthrough.items()
+            (n, o, *inputs) for n, s in self.system.instances.items() for o, inputs in s.detected_feedthrough.items()
         )
         key = (method, driven, frozenset(self.system.values.inputs_without_value), self.system.writer.watched, detected)
         if key not in self._programs:

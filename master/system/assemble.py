@@ -20,7 +20,7 @@ from .instances import check_single, foreign_connectors, of_component, read_alon
 from .package import read_package, with_parameters
 from .recordable import internals
 from .start_values import Value, bound_values, expanded, given_values, resolve
-from .structural import configure
+from .structural_parameters import configure
 from .system import System
 
 Prepare = Callable[[FlatSystem, dict[str, FmuInstance]], dict[str, FmuInstance]]
@@ -36,7 +36,7 @@ class Assembly:
     built: System | None = None
     values: list[Value] = field(default_factory=list)
     """Start values and parameters in the order in which they are set: of the package, then of the options."""
-    sizes: list[Value] = field(default_factory=list)
+    structural_values: list[Value] = field(default_factory=list)
     """The same for structural parameters, which the instances have been given already."""
     incomplete: bool = False
     """Whether parts of the package are not in `network`, for they could not be read or connected."""
@@ -79,12 +79,12 @@ def assemble(
         findings.attempt(check_single, assembly.instances)
     input_changes = [c for c in options.changes if c[0] in assembly.network.inputs]
     other_changes = _expanded(assembly, [c for c in options.changes if c not in input_changes], if_complete)
-    sizes_hold = _set_sizes(assembly, other_changes, findings, if_complete)
+    sizes_known = _set_structural_parameters(assembly, other_changes, findings, if_complete)
     assembly.instances = prepare(assembly.network, assembly.instances)
     if assembly.network.structure.step_size is None:
         suggested = replace(assembly.network.structure, step_size=smallest_step(assembly.network, assembly.instances))
         assembly.network = replace(assembly.network, structure=suggested)
-    if assembly.has_all and sizes_hold:
+    if assembly.has_all and sizes_known:
         _connect(assembly, input_changes, (*options.record, *options.plot), findings, if_complete)
     return assembly
 
@@ -136,14 +136,16 @@ def _expanded(assembly: Assembly, changes: Sequence[tuple[str, str]], findings: 
     return reached
 
 
-def _set_sizes(assembly: Assembly, changes: list[tuple[str, str]], findings: Findings, if_complete: Findings) -> bool:
+def _set_structural_parameters(
+    assembly: Assembly, changes: list[tuple[str, str]], findings: Findings, if_complete: Findings
+) -> bool:
     """Structural parameters first, then the values that the package binds and that the user changes.
 
     Returns whether the sizes of arrays are as they are meant; where not, no connection can be judged.
     """
     network, instances = assembly.network, assembly.instances
     configured = findings.attempt(configure, network, instances, changes)
-    assembly.network, changes, assembly.sizes = configured or (network, changes, [])
+    assembly.network, changes, assembly.structural_values = configured or (network, changes, [])
     assembly.values = bound_values(assembly.network, instances, findings)
     for change in changes:
         names = (*network.inputs, *network.connectors)

@@ -10,7 +10,7 @@ from deepsea_cosim.core.errors import SimulationError
 from deepsea_cosim.master.engine import crew, loop, runner
 from deepsea_cosim.master.options import Options
 from deepsea_cosim.master.simulation.interrupts import Interrupts
-from deepsea_cosim.master.simulation.plan import plan
+from deepsea_cosim.master.simulation.make_plan import make_plan
 from deepsea_cosim.master.simulation.run import run
 
 from benchmarks import native
@@ -124,7 +124,7 @@ def test_what_goes_wrong_in_a_thread_is_told_as_ever(tmp_path, always, trouble, 
 def test_levels_keep_what_each_gets(tmp_path):
     fmu = native.linear(tmp_path, 2, through=False)
     with ExitStack() as stack:
-        made = plan(row(tmp_path / "row", fmu, 5, **STATE), Options(), stack, Interrupts())
+        made = make_plan(row(tmp_path / "row", fmu, 5, **STATE), Options(), stack, Interrupts())
         levels = made.system.writer.levels
         assert levels(["a", "b", "c", "d"]) == [["a"], ["b", "c"], ["d"]]
         assert levels(["d", "c", "b", "a"]) == [["d", "c", "b", "a"]]  # each takes what there was before the step
@@ -139,7 +139,7 @@ def test_fmus_that_run_in_python_get_processes(tmp_path):
         run(path, tmp_path / str(parallel), Options(method="jacobi", parallel=parallel))
         results.append((tmp_path / str(parallel) / "results.csv").read_bytes())
         with ExitStack() as stack:
-            instances = plan(path, Options(method="jacobi", parallel=parallel), stack, Interrupts()).instances
+            instances = make_plan(path, Options(method="jacobi", parallel=parallel), stack, Interrupts()).instances
             assert all((type(s).__name__ == "IsolatedInstance") == parallel for s in instances.values())
     assert results[0] == results[1]
     assert len(results[0].splitlines()) == 22

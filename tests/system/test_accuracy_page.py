@@ -7,7 +7,7 @@ from pathlib import Path
 
 import pytest
 from deepsea_cosim.fmus.build import SYSTEMS, system_folder
-from deepsea_cosim.master.algorithms import chosen
+from deepsea_cosim.master.algorithms import choose_method
 
 PAGE = Path(__file__).parents[2] / "docs" / "accuracy.md"
 SHIPPED = [(system, path.stem) for system in SYSTEMS for path in sorted(system_folder(system).glob("*.ssv"))]
@@ -24,7 +24,7 @@ def suggested(system):
     text = (system_folder(system) / "SystemStructure.ssd").read_text()
     (master,) = re.findall(r"<Master [^>]*>", text)
     method = re.search(r'method="([^"]+)"', master)
-    return chosen(None, method and method[1]), float(re.search(r'stepSize="([^"]+)"', master)[1])
+    return choose_method(None, method and method[1]), float(re.search(r'stepSize="([^"]+)"', master)[1])
 
 
 def test_there_is_no_row_too_many():

@@ -27,8 +27,8 @@ def configure(
         variable = instance.variables.get(name) if instance is not None else None
         return variable is not None and variable.causality == "structuralParameter"
 
-    sizes = [s for s in network.settings if structural(s.component, s.variable)]
-    values = bound_values(replace(network, settings=tuple(sizes)), instances, Findings())
+    settings = [s for s in network.settings if structural(s.component, s.variable)]
+    values = bound_values(replace(network, settings=tuple(settings)), instances, Findings())
     changes_left = []
     for address, value in changes:
         component, name = split(address, instances)
