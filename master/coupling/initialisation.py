@@ -19,7 +19,7 @@ from ..engine.runner import Runner
 from ..engine.values import TEXT, Signal
 from ..slaves.base import FmuInstance
 from ..slaves.variables import AFTER_STEPS, ALWAYS, BEFORE_INPUTS, INITIALISED
-from ..system.start_values import Value
+from ..system.start_values import StartValue
 from ..system.strongly_connected import in_order
 from ..system.system import System
 from ..system.value_conversion import converted
@@ -67,7 +67,7 @@ class Initialiser:
         system.writer.show(shown)
         self._shown = Runner(shown)
 
-    def __call__(self, values: Sequence[Value], start: float, stop: float) -> None:
+    def __call__(self, values: Sequence[StartValue], start: float, stop: float) -> None:
         """Set start values, initialise all instances, and leave inputs and outputs consistent at the start time."""
         system = self.system
         buffer, inputs_without_start = system.buffer, dict(system.values.inputs_without_start)
@@ -101,7 +101,7 @@ class Initialiser:
             raise refused.error from None
         self._loop = AlgebraicLoop(self.system, self._order)
 
-    def _initialise(self, values: Sequence[Value], start: float, stop: float) -> None:
+    def _initialise(self, values: Sequence[StartValue], start: float, stop: float) -> None:
         system = self.system
         system.buffer.ended[:] = 0
         system.stop = stop

@@ -18,7 +18,7 @@ from ..slaves.base import FmuInstance
 from ..system.assemble import Assembly, assemble
 from ..system.findings import Findings
 from ..system.instances import mixed_libraries
-from ..system.start_values import Value, idle
+from ..system.start_values import StartValue, idle
 from ..system.system import System
 from . import stimuli
 from .plan import check_categories, check_coupling, check_options, check_saving, set_substeps, step_remarks
@@ -32,7 +32,7 @@ class Checked(Findings):
     collects: bool = True
     network: FlatSystem | None = None
     system: System | None = None
-    values: list[Value] = field(default_factory=list)
+    values: list[StartValue] = field(default_factory=list)
     """What would be set before a run, in that order."""
     incomplete: bool = False
     """Whether parts of the package are not in `network`, for they could not be read or connected."""

@@ -26,7 +26,7 @@ from ..system.assemble import assemble
 from ..system.findings import Findings
 from ..system.instances import mixed_libraries, smallest_step
 from ..system.parameters import parameters_in_force
-from ..system.start_values import Value, idle
+from ..system.start_values import StartValue, idle
 from ..system.system import System
 from . import stimuli
 from .interrupts import Interrupts
@@ -45,9 +45,9 @@ class Plan:
     network: FlatSystem
     instances: dict[str, FmuInstance]
     system: System
-    values: list[Value]
+    values: list[StartValue]
     """Start values and parameters in the order in which they are set: of the package, then of the options."""
-    structural_values: list[Value]
+    structural_values: list[StartValue]
     """Values of structural parameters, likewise; the instances have them already."""
     drives: list[stimuli.Drive]
     layout: Layout

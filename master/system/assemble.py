@@ -19,7 +19,7 @@ from .findings import Findings
 from .instances import check_single, foreign_connectors, of_component, read_alone, smallest_step
 from .package import read_package, with_parameters
 from .recordable import internals
-from .start_values import Value, bound_values, expanded, given_values, resolve
+from .start_values import StartValue, bound_values, expanded, given_values, resolve
 from .structural_parameters import configure
 from .system import System
 
@@ -34,9 +34,9 @@ class Assembly:
     network: FlatSystem
     instances: dict[str, FmuInstance]
     built: System | None = None
-    values: list[Value] = field(default_factory=list)
+    values: list[StartValue] = field(default_factory=list)
     """Start values and parameters in the order in which they are set: of the package, then of the options."""
-    structural_values: list[Value] = field(default_factory=list)
+    structural_values: list[StartValue] = field(default_factory=list)
     """The same for structural parameters, which the instances have been given already."""
     incomplete: bool = False
     """Whether parts of the package are not in `network`, for they could not be read or connected."""

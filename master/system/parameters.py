@@ -9,7 +9,7 @@ from typing import Any
 from ...core.errors import CosimError
 from ...ssp.flat_system import End
 from ..slaves.base import FmuInstance
-from .start_values import Value
+from .start_values import StartValue
 from .system import System
 
 FMU, CONNECTION = "FMU", "connection"
@@ -47,7 +47,7 @@ def _plain(value: Any) -> Any:
 
 
 def parameters_in_force(
-    system: System, values: Iterable[Value], brought: Mapping[End, Any] | None = None
+    system: System, values: Iterable[StartValue], brought: Mapping[End, Any] | None = None
 ) -> list[ParameterInForce]:
     """All parameters of a system's components, in their order, and what else has been given a start value.
 
@@ -81,7 +81,7 @@ def _listed(instance: FmuInstance, with_values: set[str]) -> Iterator[str]:
             yield name
 
 
-def _stated(system: System, v: Value) -> ParameterInForce:
+def _stated(system: System, v: StartValue) -> ParameterInForce:
     if v.component:
         unit = system.quantities.unit_name(v.component, v.variable)
     else:

@@ -22,7 +22,7 @@ PACKAGE, MAPPING, COMMAND = "package", "mapping", "command line"
 
 
 @dataclass(frozen=True)
-class Value:
+class StartValue:
     """A checked value, in the variable's type and unit; component '' is an input of the whole system."""
 
     component: str
@@ -41,7 +41,7 @@ def resolve(
     prefix: str = "--set ",
     system: System | None = None,
     connectors: Iterable[str] = (),
-) -> list[Value]:
+) -> list[StartValue]:
     """Checked values of (address, value) pairs; a bare name applies to every component that has it.
 
     With `system`, the name of one of its own inputs means that input; `connectors` are such names to hint at.
@@ -142,10 +142,10 @@ def _item(hops: Sequence[Hop], value: Any) -> str:
     return numbers.get(str(value), str(value))
 
 
-def _checked(instance: FmuInstance, name: str, value: Any, where: str) -> Value:
+def _checked(instance: FmuInstance, name: str, value: Any, where: str) -> StartValue:
     if not instance.settable(name):
         raise UnknownNameError(_not_settable(instance, name, where))
-    return Value(instance.name, name, instance.checked(name, value, where), where)
+    return StartValue(instance.name, name, instance.checked(name, value, where), where)
 
 
 def _not_settable(instance: FmuInstance, name: str, where: str) -> str:
@@ -161,12 +161,12 @@ HINTS = 5
 """Names without a variable for which a similar one is looked for: a set of parameters may be meant for many FMUs."""
 
 
-def bound_values(network: FlatSystem, instances: Mapping[str, FmuInstance], findings: Findings) -> list[Value]:
+def bound_values(network: FlatSystem, instances: Mapping[str, FmuInstance], findings: Findings) -> list[StartValue]:
     """Values of the package's parameter bindings, in the variables' units. What cannot be set is remarked.
 
     Those of components that are not among the instances are left out.
     """
-    bound: list[Value] = []
+    bound: list[StartValue] = []
     hints = HINTS
     settings = [s for s in network.settings if s.component in instances]
     existing = {(s.where, s.name) for s in settings if s.variable in instances[s.component].variables}
@@ -192,7 +192,7 @@ def bound_values(network: FlatSystem, instances: Mapping[str, FmuInstance], find
     return bound
 
 
-def _bound(network: FlatSystem, instance: FmuInstance, s: Setting, remarks: list[str]) -> Value | None:
+def _bound(network: FlatSystem, instance: FmuInstance, s: Setting, remarks: list[str]) -> StartValue | None:
     """The checked value of a binding; None, with a remark, where it cannot be set."""
     if instance.variables[s.variable].type not in instance.forms:
         kind = instance.variables[s.variable].type
@@ -208,14 +208,14 @@ def _bound(network: FlatSystem, instance: FmuInstance, s: Setting, remarks: list
     return _from(s, _checked(instance, s.variable, value, s.where))
 
 
-def _from(s: Setting, value: Value) -> Value:
+def _from(s: Setting, value: StartValue) -> StartValue:
     """The value with what gives it."""
     if s.by_user:
         return value
     return replace(value, by=MAPPING if s.mapped else PACKAGE, mapped=s.mapped)
 
 
-def idle(network: FlatSystem, values: Iterable[Value]) -> list[str]:
+def idle(network: FlatSystem, values: Iterable[StartValue]) -> list[str]:
     """Remarks on inputs at the end of ways that nothing drives and that have not been given a value."""
     with_values = {(v.component, v.variable) for v in values}
     return [text for end, text in network.undriven.items() if end not in with_values]
@@ -234,7 +234,7 @@ def _quantity(s: Setting) -> Quantity:
     return Quantity(s.type.kind, s.type.unit, s.type.enumeration, f"'{s.variable}'")
 
 
-def given_values(network: FlatSystem, system: System, remark: Callable[[str], None] = lambda _: None) -> list[Value]:
+def given_values(network: FlatSystem, system: System, remark: Callable[[str], None] = lambda _: None) -> list[StartValue]:
     """Values that the package binds to inputs of the whole system."""
     values = []
     for s in network.input_settings:
@@ -243,8 +243,8 @@ def given_values(network: FlatSystem, system: System, remark: Callable[[str], No
     return values
 
 
-def _input_value(system: System, name: str, value: Any, where: str) -> Value:
+def _input_value(system: System, name: str, value: Any, where: str) -> StartValue:
     """The checked value of an input of the whole system."""
     checked = system.values.checked_input(name, value, where)
     system.values.check_reached(name, checked, where)
-    return Value("", name, checked, where)
+    return StartValue("", name, checked, where)

@@ -10,12 +10,12 @@ from ...ssp.flat_system import FlatSystem, Setting
 from ..slaves.base import FmuInstance
 from .addresses import split
 from .findings import Findings
-from .start_values import Value, bound_values, resolve
+from .start_values import StartValue, bound_values, resolve
 
 
 def configure(
     network: FlatSystem, instances: Mapping[str, FmuInstance], changes: Iterable[tuple[str, Any]] = ()
-) -> tuple[FlatSystem, list[tuple[str, Any]], list[Value]]:
+) -> tuple[FlatSystem, list[tuple[str, Any]], list[StartValue]]:
     """Hand structural parameters to the instances, before sizes are asked for; what the network and the changes have
     left, and the values.
 
