@@ -32,7 +32,7 @@ class Hop:
     type: Type | None = None
     """Type of the connector that is reached, where the package gives one."""
     where: str = ""
-    between: str = ""
+    reached_name: str = ""
     """What is reached, for messages; '' for a component's connector, whose FMU knows its type and size."""
 
     @property

@@ -221,9 +221,9 @@ class _Flattener:
 
     def join(self, source: Node, sink: Node, where: str) -> None:
         """Lead one node to another, as by a connection."""
-        between = Connection(("", ""), ("", ""), where=where)
-        self.drivers.setdefault(sink, {})[()] = _Edge(source, between)
-        self.drives.setdefault(source, []).append((sink, between))
+        joint = Connection(("", ""), ("", ""), where=where)
+        self.drivers.setdefault(sink, {})[()] = _Edge(source, joint)
+        self.drives.setdefault(source, []).append((sink, joint))
 
     def register(self, node: Node, connector: Connector) -> None:
         if connector.clocked:
@@ -528,7 +528,7 @@ class _Flattener:
         """Everything that a system's connector leads to."""
         type = self.types.get(node)
         if type is not None:
-            hops = (*hops[:-1], replace(hops[-1] if hops else Hop(), type=type, between=_what(node)))
+            hops = (*hops[:-1], replace(hops[-1] if hops else Hop(), type=type, reached_name=_what(node)))
         for sink, connection in self.drives.get(node, ()):
             if connection.start_indices or connection.end_indices:
                 continue  # values of parameters and starts are given to all of a variable

@@ -95,9 +95,9 @@ class Connections:
         return self._of_system_inputs.get(name, [])
 
     def _build(
-        self, make: Callable[[FlatConnection], SignalConnection], between: Iterable[FlatConnection]
+        self, make: Callable[[FlatConnection], SignalConnection], flat_connections: Iterable[FlatConnection]
     ) -> list[SignalConnection]:
-        links = (self._findings.attempt(make, flat_connection) for flat_connection in between)
+        links = (self._findings.attempt(make, flat_connection) for flat_connection in flat_connections)
         return [link for link in links if link is not None]
 
     def _check_aliases(self) -> None:

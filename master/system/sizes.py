@@ -42,7 +42,7 @@ def check_sizes(source: Extent, hops: Sequence[Hop], target: Extent | None, wher
 
     def passed() -> Iterator[tuple[Extent | None, str]]:
         for hop in hops:
-            yield (stated(hop.type, hop.between) if hop.between else None), hop.where or where
+            yield (stated(hop.type, hop.reached_name) if hop.reached_name else None), hop.where or where
         yield target, where
 
     for extent, place in passed():

@@ -16,7 +16,7 @@ from .addresses import targets
 from .findings import Findings
 from .sizes import Extent, check_sizes, stated
 from .system import System
-from .value_conversion import Quantity, between, converted, parsed
+from .value_conversion import Quantity, converted, parsed, quantity_at
 
 PACKAGE, MAPPING, COMMAND = "package", "mapping", "command line"
 
@@ -107,7 +107,7 @@ def expanded(
             instance, reached = instances[component], value
             where = f"{prefix}{address}={value}"
             instance.variable(name)
-            at = between(hops[0]) if hops else None
+            at = quantity_at(hops[0]) if hops else None
             if at is not None or any(hop.transformation is not None for hop in hops):
                 target = _target(network, instance, name)
                 tables = (h.transformation for h in hops if isinstance(h.transformation, Table))

@@ -77,8 +77,8 @@ def _on_the_way(flat_connection: FlatConnection) -> str:
             texts.append(f"{t.factor:g} x {'+' if t.offset >= 0 else '-'} {abs(t.offset):g}")
         elif t is not None:
             texts.append(f"{t.kind.lower()}s " + listed([f"{a!s} -> {b!s}" for a, b in t.entries.items()]))
-        if hop.between:
-            texts.append(hop.between + _unit(hop.type))
+        if hop.reached_name:
+            texts.append(hop.reached_name + _unit(hop.type))
     return f"  ({'; '.join(texts)})" if texts else ""
 
 

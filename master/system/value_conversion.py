@@ -174,7 +174,7 @@ def value_conversion(
                 remarks.append(f"{shown}: unit '{unit.name}' is defined in two ways; the value is passed on as it is")
         if reached is not None or hop.suppress_unit_conversion:
             unit = reached
-        at = between(hop)
+        at = quantity_at(hop)
         takes = at or (target if last else replace(current, shown=target.shown))
         steps += _transformation(hop, current, replace(takes, items=items), target, place)
         current = _transformed(current, hop, items)
@@ -243,11 +243,11 @@ def _shifts_in_doubt(hop: Hop, unit: Unit | None, reached: Unit | None, target: 
     return unit.name != target.unit.name and not alike(unit, target.unit)
 
 
-def between(hop: Hop) -> Quantity | None:
+def quantity_at(hop: Hop) -> Quantity | None:
     """What a hop reaches, if that is a connector of a system or an entry of a dictionary and its type is given."""
-    if not hop.between or hop.type is None:
+    if not hop.reached_name or hop.type is None:
         return None
-    return Quantity(hop.type.kind, hop.type.unit, hop.type.enumeration, hop.between)
+    return Quantity(hop.type.kind, hop.type.unit, hop.type.enumeration, hop.reached_name)
 
 
 def _transformation(hop: Hop, source: Quantity, takes: Quantity, target: Quantity, where: str) -> list[Step]:
@@ -256,7 +256,7 @@ def _transformation(hop: Hop, source: Quantity, takes: Quantity, target: Quantit
     if t is None:
         return []
     if isinstance(t, Linear):
-        whole = next((q for q in (takes, target) if q.family != REAL), None) if between(hop) else (
+        whole = next((q for q in (takes, target) if q.family != REAL), None) if quantity_at(hop) else (
             target if target.family != REAL else None)  # fmt: skip
         if whole is not None:
             raise PackageError(f"{where}: a linear transformation needs real numbers; {whole.shown} is {whole.type}")
@@ -364,7 +364,7 @@ def converted(
         return _item(value, source, hops, target, where)
     _check_sizes(value, hops, where)
     if target.family == TEXT or source.family == TEXT:
-        for at in filter(None, map(between, hops)):
+        for at in filter(None, map(quantity_at, hops)):
             if at.type != source.type and not (at.type == "Enumeration" and target.type == "Enumeration"):
                 raise ParameterError(f"{where}: the value is {source.type}, {at.shown} is {at.type}")
         if any(h.transformation is not None for h in hops):
