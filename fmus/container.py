@@ -42,7 +42,7 @@ def starts_of(package: Path, table: VariableTable) -> dict[str, float]:
     _check_connections(package, network)
     known = {v.name: v for v in table}
     made = {}
-    for s in network.settings:
+    for s in network.bound_parameters:
         name = f"{s.component}.{s.variable}"
         if name not in known:
             raise PackageError(f"{s.where}: the machine has no parameter '{name}'")

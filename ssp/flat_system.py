@@ -71,8 +71,9 @@ class FlatConnection:
 
 
 @dataclass(frozen=True)
-class Setting:
-    """A parameter or start value: `value` has the type `type` and passes the hops before it reaches the variable."""
+class BoundParameter:
+    """A parameter or start value that the package or the user binds: `value` has the type `type` and passes the hops
+    before it reaches the variable."""
 
     component: str
     variable: str
@@ -110,9 +111,9 @@ class FlatSystem:
     """What the top-level system's outputs show; the end is ('', connector)."""
     inputs: dict[str, Connector]
     """The top-level system's inputs."""
-    settings: tuple[Setting, ...]
-    """In the order in which they are made; later ones win."""
-    input_settings: tuple[Setting, ...]
+    bound_parameters: tuple[BoundParameter, ...]
+    """In the order in which they are set; later ones win."""
+    bound_inputs: tuple[BoundParameter, ...]
     """The same for inputs of the top-level system: the component is ''."""
     connectors: dict[str, tuple[Target, ...]] = field(default_factory=dict)
     """What a value for a connector of a system sets, by its name with the path of its system; not for system inputs."""
@@ -164,5 +165,5 @@ class FlatSystem:
             flat_connections=tuple(filter(is_inside, self.flat_connections)),
             parameter_connections=tuple(filter(is_inside, self.parameter_connections)),
             outputs=tuple(filter(is_inside, self.outputs)),
-            settings=tuple(s for s in self.settings if s.component in paths),
+            bound_parameters=tuple(s for s in self.bound_parameters if s.component in paths),
         )

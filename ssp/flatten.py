@@ -12,7 +12,7 @@ from typing import Any
 
 from ..core.errors import PackageError, did_you_mean
 from ..core.units import alike
-from .flat_system import At, End, FlatConnection, FlatSystem, Hop, Part, Setting, Target, shown_at
+from .flat_system import At, BoundParameter, End, FlatConnection, FlatSystem, Hop, Part, Target, shown_at
 from .model import (
     Binding,
     Component,
@@ -102,9 +102,9 @@ class _Flattener:
         root = self.structure.system
         self.walk(root, "", {})
         self.decide()
-        settings: list[Setting] = []
-        input_settings: list[Setting] = []
-        self.bind(root, "", settings, input_settings)
+        bound_parameters: list[BoundParameter] = []
+        bound_inputs: list[BoundParameter] = []
+        self.bind(root, "", bound_parameters, bound_inputs)
         flat_connections: list[FlatConnection] = []
         parameter_connections: list[FlatConnection] = []
         takes = ("input", "inout", "unspecified")
@@ -130,18 +130,20 @@ class _Flattener:
                     ))  # fmt: skip
         driving = {w.start[1] for w in flat_connections if not w.start[0]}
         inputs = {name: c for name, c in candidates.items() if c.kind == "input" or name in driving}
-        self.calculated(parameter_connections, settings)
+        self.calculated(parameter_connections, bound_parameters)
         return FlatSystem(
             self.structure, self.parts, tuple(flat_connections), tuple(parameter_connections), tuple(outputs), inputs,
-            tuple(settings), tuple(input_settings),
+            tuple(bound_parameters), tuple(bound_inputs),
             {name: tuple(self.behind(node, ())) for name, node in self.names().items() if name not in inputs},
             (*self.structure.remarks, *self.structure.notes, *self.remarks), self.undriven,
         )  # fmt: skip
 
-    def calculated(self, parameter_connections: Sequence[FlatConnection], settings: Sequence[Setting]) -> None:
+    def calculated(
+        self, parameter_connections: Sequence[FlatConnection], bound_parameters: Sequence[BoundParameter]
+    ) -> None:
         """Remark values that are bound to parameters which other components calculate."""
         by_end = {connection.end: connection for connection in parameter_connections if connection.start[0]}
-        for s in settings:
+        for s in bound_parameters:
             if (connection := by_end.get((s.component, s.variable))) is not None:
                 self.remarks.append(
                     f"{s.where}: '{s.component}.{s.variable}' is bound, and connected to "
@@ -439,31 +441,33 @@ class _Flattener:
 
     # parameters
 
-    def bind(self, system: System, path: str, settings: list[Setting], input_settings: list[Setting]) -> None:
-        """Settings of a system: those of its elements first, its own override them."""
+    def bind(
+        self, system: System, path: str, bound_parameters: list[BoundParameter], bound_inputs: list[BoundParameter]
+    ) -> None:
+        """Bound parameters of a system: those of its elements first, its own override them."""
         for element in system.elements:
             inner = f"{path}{element.name}"
             if isinstance(element, Component):
                 for binding in element.bindings:
-                    for setting in self.values(binding):
-                        settings.append(replace(setting, component=inner))
+                    for bound in self.values(binding):
+                        bound_parameters.append(replace(bound, component=inner))
             elif isinstance(element, System):
-                self.bind(element, f"{inner}.", settings, input_settings)
-        direct: list[Setting] = []
-        connected: list[Setting] = []
+                self.bind(element, f"{inner}.", bound_parameters, bound_inputs)
+        direct: list[BoundParameter] = []
+        connected: list[BoundParameter] = []
         for binding in system.bindings:
-            for setting in self.values(binding):
-                targets = list(self.targets(system, path, setting.variable, setting.hops))
-                if not targets and not any(setting.variable.startswith(f"{name}.") for name in system.broken):
-                    self.remarks.append(f"{setting.where}: {self.unbound(system, path, setting.variable)}")
+            for bound in self.values(binding):
+                targets = list(self.targets(system, path, bound.variable, bound.hops))
+                if not targets and not any(bound.variable.startswith(f"{name}.") for name in system.broken):
+                    self.remarks.append(f"{bound.where}: {self.unbound(system, path, bound.variable)}")
                 for component, variable, hops in targets:
-                    target_setting = replace(setting, component=component, variable=variable, hops=hops)
-                    chosen = connected if hops[len(setting.hops) :] else direct
-                    (chosen if component else input_settings).append(target_setting)
+                    bound_target = replace(bound, component=component, variable=variable, hops=hops)
+                    chosen = connected if hops[len(bound.hops) :] else direct
+                    (chosen if component else bound_inputs).append(bound_target)
         self.prefer(connected, direct)
-        settings += [*direct, *connected]
+        bound_parameters += [*direct, *connected]
 
-    def prefer(self, connected: Sequence[Setting], direct: Sequence[Setting]) -> None:
+    def prefer(self, connected: Sequence[BoundParameter], direct: Sequence[BoundParameter]) -> None:
         """Remark values that a system binds to what one of its connections brings another value to, which counts."""
         brought = {(s.component, s.variable): s for s in connected}
         for s in direct:
@@ -485,12 +489,12 @@ class _Flattener:
             reason = "leads to single elements of arrays"
         return f"the system's connector '{path}{name}' {reason}; the value is ignored"
 
-    def values(self, binding: Binding) -> Iterator[Setting]:
+    def values(self, binding: Binding) -> Iterator[BoundParameter]:
         """The values of a binding under the names it gives them in its element; with a mapping, of what it maps."""
         parameters = {f"{binding.prefix}{p.name}": p for p in binding.parameters}
         if binding.mapping is None:
             for name, p in parameters.items():
-                yield Setting("", name, p.value, p.type, (), p.where, name)
+                yield BoundParameter("", name, p.value, p.type, (), p.where, name)
             return
         entries: dict[str, list[MappingEntry]] = {}
         targets: dict[str, str] = {}
@@ -505,7 +509,7 @@ class _Flattener:
         for name, p in parameters.items():
             for entry in entries.get(name, ()):
                 hop = Hop(entry.transformation, entry.suppress_unit_conversion, None, entry.where)
-                yield Setting("", entry.target, p.value, p.type, (hop,), p.where, entry.target, entry.where)
+                yield BoundParameter("", entry.target, p.value, p.type, (hop,), p.where, entry.target, entry.where)
         if unmapped := [name for name in parameters if name not in entries]:
             shown = ", ".join(unmapped[:5]) + (f" and {len(unmapped) - 5} more" if len(unmapped) > 5 else "")
             self.remarks.append(f"{binding.where}: not applied, for the mapping does not name them: {shown}")

@@ -19,7 +19,7 @@ from .findings import Findings
 from .instances import check_single, foreign_connectors, of_component, read_alone, smallest_step
 from .package import read_package, with_parameters
 from .recordable import internals
-from .start_values import StartValue, bound_values, expanded, given_values, resolve
+from .start_values import StartValue, bound_input_values, bound_values, expanded, resolve
 from .structural_parameters import configure
 from .system import System
 
@@ -164,7 +164,7 @@ def _connect(
     if system is None:
         return
     findings.warnings += system.remarks
-    values = findings.attempt(given_values, assembly.network, system, findings.warnings.append) or []
+    values = findings.attempt(bound_input_values, assembly.network, system, findings.warnings.append) or []
     assembly.values = [*values, *assembly.values]
     for change in input_changes:
         assembly.values += if_complete.attempt(resolve, [change], assembly.instances, system=system) or []

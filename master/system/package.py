@@ -10,7 +10,7 @@ from pathlib import Path
 
 from ...core.errors import PackageError, UnknownNameError, UsageError, did_you_mean
 from ...core.units import Unit
-from ...ssp.flat_system import FlatSystem, Setting
+from ...ssp.flat_system import BoundParameter, FlatSystem
 from ...ssp.flatten import flatten
 from ...ssp.model import Component, Connection, Connector, LinearFunction, System, SystemStructure
 from ...ssp.osp import FILE as OSP_FILE
@@ -108,19 +108,29 @@ class _Fmus:
 
 def with_parameters(network: FlatSystem, files: Iterable[Path]) -> FlatSystem:
     """The network with parameter sets (.ssv) of the user's, named like --set, which win over the package's bindings."""
-    settings, input_settings, remarks = list(network.settings), list(network.input_settings), list(network.remarks)
+    bound_parameters, bound_inputs, remarks = (
+        list(network.bound_parameters),
+        list(network.bound_inputs),
+        list(network.remarks),
+    )
     for file in files:
         for p in read_set(file, remarks.append):
             if p.name in network.inputs:
-                input_settings.append(Setting("", p.name, p.value, p.type, (), p.where, by_user=True))
+                bound_inputs.append(BoundParameter("", p.name, p.value, p.type, (), p.where, by_user=True))
                 continue
             if network.connectors.get(p.name):
                 reached = network.connectors[p.name]
-                settings += [Setting(c, v, p.value, p.type, h, p.where, by_user=True) for c, v, h in reached]
+                bound_parameters += [
+                    BoundParameter(c, v, p.value, p.type, h, p.where, by_user=True) for c, v, h in reached
+                ]
                 continue
             meant = splits(p.name, network.parts)
             if not meant:
                 hint = did_you_mean(p.name.partition(".")[0], list(network.parts))
                 raise UnknownNameError(f"{p.where}: '{p.name}' names no component of the package{hint}")
-            settings += [Setting(c, v, p.value, p.type, (), p.where, p.name, by_user=True) for c, v in meant]
-    return replace(network, settings=tuple(settings), input_settings=tuple(input_settings), remarks=tuple(remarks))
+            bound_parameters += [
+                BoundParameter(c, v, p.value, p.type, (), p.where, p.name, by_user=True) for c, v in meant
+            ]
+    return replace(
+        network, bound_parameters=tuple(bound_parameters), bound_inputs=tuple(bound_inputs), remarks=tuple(remarks)
+    )

@@ -8,7 +8,7 @@ from difflib import get_close_matches
 from typing import Any
 
 from ...core.errors import ParameterError, UnknownNameError, UsageError
-from ...ssp.flat_system import FlatSystem, Hop, Setting
+from ...ssp.flat_system import BoundParameter, FlatSystem, Hop
 from ...ssp.model import Table
 from ..engine.values import TEXT
 from ..slaves.base import FmuInstance
@@ -168,10 +168,10 @@ def bound_values(network: FlatSystem, instances: Mapping[str, FmuInstance], find
     """
     bound: list[StartValue] = []
     hints = HINTS
-    settings = [s for s in network.settings if s.component in instances]
-    existing = {(s.where, s.name) for s in settings if s.variable in instances[s.component].variables}
+    bound_parameters = [s for s in network.bound_parameters if s.component in instances]
+    existing = {(s.where, s.name) for s in bound_parameters if s.variable in instances[s.component].variables}
     wrong: set[tuple[str, str]] = set()
-    for s in settings:
+    for s in bound_parameters:
         instance = instances[s.component]
         if (s.where, s.name) in wrong:
             continue
@@ -192,7 +192,7 @@ def bound_values(network: FlatSystem, instances: Mapping[str, FmuInstance], find
     return bound
 
 
-def _bound(network: FlatSystem, instance: FmuInstance, s: Setting, remarks: list[str]) -> StartValue | None:
+def _bound(network: FlatSystem, instance: FmuInstance, s: BoundParameter, remarks: list[str]) -> StartValue | None:
     """The checked value of a binding; None, with a remark, where it cannot be set."""
     if instance.variables[s.variable].type not in instance.forms:
         kind = instance.variables[s.variable].type
@@ -208,7 +208,7 @@ def _bound(network: FlatSystem, instance: FmuInstance, s: Setting, remarks: list
     return _from(s, _checked(instance, s.variable, value, s.where))
 
 
-def _from(s: Setting, value: StartValue) -> StartValue:
+def _from(s: BoundParameter, value: StartValue) -> StartValue:
     """The value with what gives it."""
     if s.by_user:
         return value
@@ -230,14 +230,16 @@ def _target(network: FlatSystem, instance: FmuInstance, name: str) -> Quantity:
     return Quantity(instance.variables[name].type, unit, instance.items(name), shown, instance.relative(name))
 
 
-def _quantity(s: Setting) -> Quantity:
+def _quantity(s: BoundParameter) -> Quantity:
     return Quantity(s.type.kind, s.type.unit, s.type.enumeration, f"'{s.variable}'")
 
 
-def given_values(network: FlatSystem, system: System, remark: Callable[[str], None] = lambda _: None) -> list[StartValue]:
+def bound_input_values(
+    network: FlatSystem, system: System, remark: Callable[[str], None] = lambda _: None
+) -> list[StartValue]:
     """Values that the package binds to inputs of the whole system."""
     values = []
-    for s in network.input_settings:
+    for s in network.bound_inputs:
         value = converted(s.value, _quantity(s), s.hops, system.quantities.input_quantity(s.variable), s.where, remark)
         values.append(_from(s, _input_value(system, s.variable, value, s.where)))
     return values

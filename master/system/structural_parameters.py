@@ -6,7 +6,7 @@ from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import replace
 from typing import Any
 
-from ...ssp.flat_system import FlatSystem, Setting
+from ...ssp.flat_system import BoundParameter, FlatSystem
 from ..slaves.base import FmuInstance
 from .addresses import split
 from .findings import Findings
@@ -27,8 +27,8 @@ def configure(
         variable = instance.variables.get(name) if instance is not None else None
         return variable is not None and variable.causality == "structuralParameter"
 
-    settings = [s for s in network.settings if structural(s.component, s.variable)]
-    values = bound_values(replace(network, settings=tuple(settings)), instances, Findings())
+    bound_parameters = [s for s in network.bound_parameters if structural(s.component, s.variable)]
+    values = bound_values(replace(network, bound_parameters=tuple(bound_parameters)), instances, Findings())
     changes_left = []
     for address, value in changes:
         component, name = split(address, instances)
@@ -42,17 +42,21 @@ def configure(
             changes_left.append((address, value))
     for v in values:
         instances[v.component].configure(v.variable, v.value)
-    settings = [s for s in network.settings if not structural(s.component, s.variable)]
-    return replace(network, settings=tuple(_in_force(settings, instances, changes_left))), changes_left, values
+    bound_parameters = [s for s in network.bound_parameters if not structural(s.component, s.variable)]
+    return (
+        replace(network, bound_parameters=tuple(_in_force(bound_parameters, instances, changes_left))),
+        changes_left,
+        values,
+    )
 
 
 def _in_force(
-    settings: Sequence[Setting], instances: Mapping[str, FmuInstance], changes: Iterable[tuple[str, Any]]
-) -> Iterator[Setting]:
-    """The settings without those of arrays that others win over, which may be of a size that is not theirs any more."""
+    bound_parameters: Sequence[BoundParameter], instances: Mapping[str, FmuInstance], changes: Iterable[tuple[str, Any]]
+) -> Iterator[BoundParameter]:
+    """The bound parameters without those of arrays that others win over, for their size may not be right any more."""
     changed = {split(address, instances) for address, _ in changes}
-    winning = {(s.component, s.variable): s for s in settings}
-    for s in settings:
+    winning = {(s.component, s.variable): s for s in bound_parameters}
+    for s in bound_parameters:
         end = s.component, s.variable
         variable = instances[s.component].variables.get(s.variable) if s.component in instances else None
         if variable is None or not variable.dimensions or (winning[end] is s and end not in changed):

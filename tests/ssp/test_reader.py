@@ -64,7 +64,7 @@ def test_bindings_inline_external_prefix_and_component(tmp_path):
         a__fmu="x",
         v__ssv=values,
     )
-    settings = flatten(read(package, tmp_path / "out")).settings
+    settings = flatten(read(package, tmp_path / "out")).bound_parameters
     assert [(s.component, s.variable, s.value) for s in settings] == [("a", "k", 4), ("a", "k", 3)]
 
 
