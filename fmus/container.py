@@ -29,7 +29,7 @@ def starts_of(package: Path, table: VariableTable) -> dict[str, float]:
     """Start values by name that a scenario's package sets. Raises `PackageError` for what is no such scenario."""
     with tempfile.TemporaryDirectory() as scratch:
         network = flatten(read(package, Path(scratch) / "ssp"))
-        found = {path: part.component.source for path, part in network.parts.items()}
+        found = {path: flat_component.component.source for path, flat_component in network.components.items()}
         if {path: source.name for path, source in found.items()} != SOURCES:
             parts = " and ".join(PARTS)
             raise PackageError(f"{package}: is no scenario of the deep-sea machine, which consists of {parts}")

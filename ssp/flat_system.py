@@ -90,7 +90,7 @@ class BoundParameter:
 
 
 @dataclass(frozen=True)
-class Part:
+class FlatComponent:
     """A component of the flattened system."""
 
     path: str
@@ -102,7 +102,7 @@ class FlatSystem:
     """A system of FMUs without hierarchy."""
 
     structure: SystemStructure
-    parts: dict[str, Part]
+    components: dict[str, FlatComponent]
     flat_connections: tuple[FlatConnection, ...]
     """To inputs, during a run; a start at path '' is an input of the whole system."""
     parameter_connections: tuple[FlatConnection, ...]
@@ -153,15 +153,15 @@ class FlatSystem:
     def only(self, paths: list[str]) -> FlatSystem:
         """The network with some of its components only."""
         for path in paths:
-            if path not in self.parts:
-                raise UnknownNameError(f"no component '{path}'{did_you_mean(path, list(self.parts))}")
+            if path not in self.components:
+                raise UnknownNameError(f"no component '{path}'{did_you_mean(path, list(self.components))}")
 
         def is_inside(flat_connection: FlatConnection) -> bool:
             return all(path == "" or path in paths for path in (flat_connection.start[0], flat_connection.end[0]))
 
         return replace(
             self,
-            parts={path: part for path, part in self.parts.items() if path in paths},
+            components={path: flat_component for path, flat_component in self.components.items() if path in paths},
             flat_connections=tuple(filter(is_inside, self.flat_connections)),
             parameter_connections=tuple(filter(is_inside, self.parameter_connections)),
             outputs=tuple(filter(is_inside, self.outputs)),

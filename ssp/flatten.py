@@ -12,7 +12,7 @@ from typing import Any
 
 from ..core.errors import PackageError, did_you_mean
 from ..core.units import alike
-from .flat_system import At, BoundParameter, End, FlatConnection, FlatSystem, Hop, Part, Target, shown_at
+from .flat_system import At, BoundParameter, End, FlatComponent, FlatConnection, FlatSystem, Hop, Target, shown_at
 from .model import (
     Binding,
     Component,
@@ -75,7 +75,7 @@ class _Flattener:
     structure: SystemStructure
     causality: Causality
     errors: list[str] | None = None
-    parts: dict[str, Part] = field(default_factory=dict)
+    components: dict[str, FlatComponent] = field(default_factory=dict)
     types: dict[Node, Type | None] = field(default_factory=dict)
     kinds: dict[Node, str] = field(default_factory=dict)
     drivers: dict[Node, dict[At, _Edge]] = field(default_factory=dict)
@@ -132,8 +132,8 @@ class _Flattener:
         inputs = {name: c for name, c in candidates.items() if c.kind == "input" or name in driving}
         self.calculated(parameter_connections, bound_parameters)
         return FlatSystem(
-            self.structure, self.parts, tuple(flat_connections), tuple(parameter_connections), tuple(outputs), inputs,
-            tuple(bound_parameters), tuple(bound_inputs),
+            self.structure, self.components, tuple(flat_connections), tuple(parameter_connections), tuple(outputs),
+            inputs, tuple(bound_parameters), tuple(bound_inputs),
             {name: tuple(self.behind(node, ())) for name, node in self.names().items() if name not in inputs},
             (*self.structure.remarks, *self.structure.notes, *self.remarks), self.undriven,
         )  # fmt: skip
@@ -167,9 +167,9 @@ class _Flattener:
         for element in system.elements:
             inner = f"{path}{element.name}"
             if isinstance(element, Component):
-                if inner in self.parts:
+                if inner in self.components:
                     raise PackageError(f"{element.where}: two components have the path '{inner}'")
-                self.parts[inner] = Part(inner, element)
+                self.components[inner] = FlatComponent(inner, element)
                 for connector in element.connectors:
                     self.register(("component", inner, connector.name), connector)
             elif isinstance(element, System):
@@ -290,7 +290,7 @@ class _Flattener:
             connector = self.named(target.connectors, name)
         kind = connector.kind if connector is not None else "unspecified"
         if node[0] == "component" and kind not in GIVES and kind not in TAKES:
-            kind = self.causality(self.parts[inner].component, name) or kind
+            kind = self.causality(self.components[inner].component, name) or kind
         return node, "gives" if kind in GIVES else "takes" if kind in TAKES else "either"
 
     def connect(

@@ -57,9 +57,9 @@ def check(package: Path, wanted: Options | None = None) -> Checked:
         report.values = [*assembly.structural_values, *assembly.values]
         if_complete = report.muted_if(assembly.incomplete)  # what may follow from parts that are missing is not told
         times = _times(report, assembly, wanted)
-        for path, part in assembly.network.parts.items():
+        for path, flat_component in assembly.network.components.items():
             if path in assembly.instances:
-                _connectors(report, part.component, assembly.instances[path], path)
+                _connectors(report, flat_component.component, assembly.instances[path], path)
         if assembly.has_all:
             if_complete.attempt(set_substeps, wanted, assembly.instances)
             if_complete.attempt(check_categories, wanted, assembly.instances)

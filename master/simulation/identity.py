@@ -69,7 +69,7 @@ def _components(plan: Plan) -> Iterator[tuple[str, Any]]:
     content = cache(digest)  # an FMU may be that of many components
     carrying = plan.method.carrying(plan.instances.values())
     for name, instance in plan.instances.items():
-        component = plan.network.parts[name].component
+        component = plan.network.components[name].component
         if component.function is not None:
             yield f"function of component '{name}'", repr(component.function)
         else:

@@ -30,7 +30,7 @@ def digest(path: Path) -> str:
 
 def manifest(package: Path, network: FlatSystem, options: Options) -> dict[str, Any]:
     """Inputs with their hashes, options, versions, and the command that repeats the run."""
-    files = sorted({part.component.source for part in network.parts.values()})
+    files = sorted({flat_component.component.source for flat_component in network.components.values()})
     root = network.structure.file.parent
     names = [path.relative_to(root).as_posix() if path.is_relative_to(root) else path.name for path in files]
     whole = network.structure.file if package.is_dir() else package

@@ -50,7 +50,7 @@ class Assembly:
     @property
     def has_all(self) -> bool:
         """Whether every component's FMU could be read."""
-        return bool(self.instances) and len(self.instances) == len(self.network.parts)
+        return bool(self.instances) and len(self.instances) == len(self.network.components)
 
 
 def assemble(
@@ -73,7 +73,7 @@ def assemble(
     assembly.network = if_complete.attempt(with_parameters, assembly.network, options.parameters) or assembly.network
     _tell_remarks(assembly.network, findings)
     assembly.network, assembly.instances = _described(assembly.network, findings)
-    if not assembly.network.parts and not findings.errors:
+    if not assembly.network.components and not findings.errors:
         findings.refuse("the system has no components")
     if assembly.has_all and not options.isolate:
         findings.attempt(check_single, assembly.instances)
@@ -101,13 +101,13 @@ def _described(network: FlatSystem, findings: Findings) -> tuple[FlatSystem, dic
     """Instances by component path, not loaded yet, from the package's FMUs; the network without what these refute."""
     instances: dict[str, FmuInstance] = {}
     lacking: set[End] = set()
-    for path, part in network.parts.items():
-        instance = findings.attempt(of_component, path, part.component)
+    for path, flat_component in network.components.items():
+        instance = findings.attempt(of_component, path, flat_component.component)
         if instance is None:
-            instance = read_alone(path, part.component)
+            instance = read_alone(path, flat_component.component)
         if instance is not None:
             instances[path] = instance
-            lacking |= _lacking(part.component, instance, network, findings)
+            lacking |= _lacking(flat_component.component, instance, network, findings)
     return network.without(lacking), instances
 
 

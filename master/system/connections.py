@@ -124,8 +124,8 @@ class Connections:
     def _check_dimensions(self, network: FlatSystem) -> set[End]:
         """Arrays are as large as their connectors say; those that are not, which no connection can be judged by."""
         wrong: set[End] = set()
-        for path, part in network.parts.items():
-            for connector in part.component.connectors:
+        for path, flat_component in network.components.items():
+            for connector in flat_component.component.connectors:
                 type = connector.type
                 if type is None or type.count is None:
                     continue

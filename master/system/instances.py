@@ -55,7 +55,7 @@ def smallest_step(network: FlatSystem, instances: Mapping[str, FmuInstance]) -> 
     """The smallest macro step [s] that suits what the package hints for components, or else their FMUs suggest."""
     steps = []
     for path, instance in instances.items():
-        step = network.parts[path].component.step_hint or instance.suggested("stepSize") or 0.0
+        step = network.components[path].component.step_hint or instance.suggested("stepSize") or 0.0
         if step > 0.0:
             steps.append(instance.ratio * step)
     return min(steps, default=None)

@@ -124,9 +124,9 @@ def with_parameters(network: FlatSystem, files: Iterable[Path]) -> FlatSystem:
                     BoundParameter(c, v, p.value, p.type, h, p.where, by_user=True) for c, v, h in reached
                 ]
                 continue
-            meant = splits(p.name, network.parts)
+            meant = splits(p.name, network.components)
             if not meant:
-                hint = did_you_mean(p.name.partition(".")[0], list(network.parts))
+                hint = did_you_mean(p.name.partition(".")[0], list(network.components))
                 raise UnknownNameError(f"{p.where}: '{p.name}' names no component of the package{hint}")
             bound_parameters += [
                 BoundParameter(c, v, p.value, p.type, (), p.where, p.name, by_user=True) for c, v in meant

@@ -22,8 +22,8 @@ class Quantities:
         self._own = {name: self._own_quantity(name) for name in network.inputs}
         self._said = {
             (path, c.name): c.type.unit
-            for path, part in network.parts.items()
-            for c in part.component.connectors
+            for path, flat_component in network.components.items()
+            for c in flat_component.component.connectors
             if c.type is not None and c.type.unit is not None
         }
         """Units that the package's connectors state."""

@@ -36,8 +36,8 @@ def internals(network: FlatSystem, instances: Mapping[str, FmuInstance], pattern
 
 
 def _connectors(network: FlatSystem, instances: Mapping[str, FmuInstance]) -> Iterator[End]:
-    for path, part in network.parts.items():
-        for connector in part.component.connectors:
+    for path, flat_component in network.components.items():
+        for connector in flat_component.component.connectors:
             v = instances[path].variables.get(connector.name) if path in instances else None
             if v is not None and connector.kind == "output" and v.causality not in ("input", "output"):
                 yield path, connector.name

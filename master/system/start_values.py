@@ -223,7 +223,7 @@ def idle(network: FlatSystem, values: Iterable[StartValue]) -> list[str]:
 
 def _target(network: FlatSystem, instance: FmuInstance, name: str) -> Quantity:
     """What a component's variable is; a unit that its connector states counts before the FMU's."""
-    connectors = network.parts[instance.name].component.connectors
+    connectors = network.components[instance.name].component.connectors
     type = next((c.type for c in connectors if c.name == name), None)
     unit = instance.meant(type.unit if type is not None else None, name)
     shown = f"'{instance.name}.{name}'"
