@@ -10,13 +10,13 @@ from ..core.errors import UnknownNameError, did_you_mean
 from ..core.units import Unit
 from .model import Component, Connector, SystemStructure, Transformation, Type, Value
 
-At = tuple[int, ...]
+ElementIndices = tuple[int, ...]
 """Indices of one element of an array, the first 1; () for all of a connector."""
 
 
-def shown_at(at: At) -> str:
+def indices_text(indices: ElementIndices) -> str:
     """The indices of an element as they stand behind a name."""
-    return f"[{','.join(map(str, at))}]" if at else ""
+    return f"[{','.join(map(str, indices))}]" if indices else ""
 
 
 End = tuple[str, str]
@@ -60,9 +60,9 @@ class FlatConnection:
     unit: Unit | None = None
     """Unit at the start, where the package gives one."""
     enumeration: dict[str, int] | None = None
-    start_at: At = ()
+    start_indices: ElementIndices = ()
     """The element of the start that is meant, and of the end."""
-    end_at: At = ()
+    end_indices: ElementIndices = ()
 
     @property
     def where(self) -> str:

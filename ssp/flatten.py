@@ -12,7 +12,17 @@ from typing import Any
 
 from ..core.errors import PackageError, did_you_mean
 from ..core.units import alike
-from .flat_system import At, BoundParameter, End, FlatComponent, FlatConnection, FlatSystem, Hop, Target, shown_at
+from .flat_system import (
+    BoundParameter,
+    ElementIndices,
+    End,
+    FlatComponent,
+    FlatConnection,
+    FlatSystem,
+    Hop,
+    Target,
+    indices_text,
+)
 from .model import (
     Binding,
     Component,
@@ -56,17 +66,17 @@ def flatten(
 class _Edge:
     source: Node
     connection: Connection
-    at: At = ()
+    indices: ElementIndices = ()
     """The element of the source that is meant."""
 
 
 @dataclass(frozen=True)
 class _Way:
-    """How a value comes to a node: from `start`, through `hops`, to the element `end_at` of the node."""
+    """How a value comes to a node: from `start`, through `hops`, to the element `end_indices` of the node."""
 
     start: Node
-    start_at: At = ()
-    end_at: At = ()
+    start_indices: ElementIndices = ()
+    end_indices: ElementIndices = ()
     hops: tuple[Hop, ...] = ()
 
 
@@ -78,7 +88,7 @@ class _Flattener:
     components: dict[str, FlatComponent] = field(default_factory=dict)
     types: dict[Node, Type | None] = field(default_factory=dict)
     kinds: dict[Node, str] = field(default_factory=dict)
-    drivers: dict[Node, dict[At, _Edge]] = field(default_factory=dict)
+    drivers: dict[Node, dict[ElementIndices, _Edge]] = field(default_factory=dict)
     """What drives a node: all of it, or some elements of an array."""
     drives: dict[Node, list[tuple[Node, Connection]]] = field(default_factory=dict)
     entries: dict[Node, Node] = field(default_factory=dict)
@@ -311,10 +321,10 @@ class _Flattener:
         parted = connection.start_indices or connection.end_indices
         if parted and any(self.kinds.get(node) in PARAMETER_KINDS for node in (start, end)):
             raise PackageError(f"{where}: connections of single elements of parameters are not supported")
-        for node, at, name in (
+        for node, indices, name in (
             (start, connection.start_indices, "startIndices"), (end, connection.end_indices, "endIndices")
         ):  # fmt: skip
-            self.check_element(node, at, f'{where}: {name}="{" ".join(map(str, at))}"')
+            self.check_element(node, indices, f'{where}: {name}="{" ".join(map(str, indices))}"')
         if a == b:
             self.undecided.append((start, end, connection))
         elif a == "gives" or b == "takes":
@@ -342,28 +352,28 @@ class _Flattener:
             except PackageError as error:
                 self.refused(error)
 
-    def check_element(self, node: Node, at: At, where: str) -> None:
+    def check_element(self, node: Node, indices: ElementIndices, where: str) -> None:
         """Refuse the indices of what is not an element of an array that may be connected."""
-        if not at:
+        if not indices:
             return
         if node in self.entries:
             raise PackageError(f"{where}: single elements of an entry that its reference has in another unit are not "
                                "supported")  # fmt: skip
-        if min(at) < 1:
+        if min(indices) < 1:
             raise PackageError(f"{where}: indices begin with 1")
         type = self.types.get(node)
         if type is None or not type.dimensions:
             return  # its FMU knows
-        beyond = any(isinstance(d, int) and k > d for k, d in zip(at, type.dimensions, strict=False))
-        if beyond or len(at) != len(type.dimensions):
+        beyond = any(isinstance(d, int) and k > d for k, d in zip(indices, type.dimensions, strict=False))
+        if beyond or len(indices) != len(type.dimensions):
             raise PackageError(f"{where}: '{'.'.join(filter(None, node[1:]))}' is {type.shape} in size")
 
     def lead(self, source: Node, sink: Node, connection: Connection, back: bool = False) -> None:
         """Have a connection bring the value of one node to another; `back`: from its end to its start."""
         where = connection.where
-        source_at, sink_at = connection.start_indices, connection.end_indices
+        source_indices, sink_indices = connection.start_indices, connection.end_indices
         if back:
-            source_at, sink_at = sink_at, source_at
+            source_indices, sink_indices = sink_indices, source_indices
         if source in self.entries and source not in self.drivers:
             self.join(self.entries[source], source, where)
         entry = self.entries.get(sink)
@@ -372,47 +382,53 @@ class _Flattener:
             del self.drivers[sink]
         for node in filter(None, (sink, entry)):
             edges = self.drivers.get(node, {})
-            other = edges.get(sink_at) or edges.get(()) or (next(iter(edges.values()), None) if not sink_at else None)
+            other = (
+                edges.get(sink_indices)
+                or edges.get(())
+                or (next(iter(edges.values()), None) if not sink_indices else None)
+            )
             if other is not None:
                 raise PackageError(
-                    f"{where}: {_what(node, sink_at)} is already driven by the connection in "
+                    f"{where}: {_what(node, sink_indices)} is already driven by the connection in "
                     f"{_line(other.connection.where, where)}"
                 )
-        self.drivers.setdefault(sink, {})[sink_at] = _Edge(source, connection, source_at)
+        self.drivers.setdefault(sink, {})[sink_indices] = _Edge(source, connection, source_indices)
         self.drives.setdefault(source, []).append((sink, connection))
         if entry is not None:
             self.join(sink, entry, where)
 
-    def hop(self, node: Node, connection: Connection, at: At = ()) -> Hop:
+    def hop(self, node: Node, connection: Connection, indices: ElementIndices = ()) -> Hop:
         """What a value meets on a connection that ends at a node, or at one element of it."""
         type = self.types.get(node)
         return Hop(
             connection.transformation, connection.suppress_unit_conversion,
-            replace(type, dimensions=()) if type is not None and at else type, connection.where,
+            replace(type, dimensions=()) if type is not None and indices else type, connection.where,
             _what(node) if node[0] != "component" else "",
         )  # fmt: skip
 
-    def ways(self, node: Node, at: At, passed: tuple[tuple[Node, At], ...] = ()) -> Iterator[_Way]:
+    def ways(
+        self, node: Node, indices: ElementIndices, passed: tuple[tuple[Node, ElementIndices], ...] = ()
+    ) -> Iterator[_Way]:
         """How values come to a node or one element of it: one way, or one for each element that has a driver."""
         edges = self.drivers.get(node, {})
-        if not edges or (at and at not in edges and () not in edges):
-            yield _Way(node, at)
+        if not edges or (indices and indices not in edges and () not in edges):
+            yield _Way(node, indices)
             return
         for element, edge in edges.items():
-            if at and element and element != at:
+            if indices and element and element != indices:
                 continue
             if len(passed) > MOST_CONNECTORS:
                 raise PackageError(f"{edge.connection.where}: more than {MOST_CONNECTORS} connectors in a row; refused")
             if (node, element) in passed:
                 raise PackageError(f"{edge.connection.where}: the connections lead back to {_what(node)}")
-            if at and not element and edge.at:
+            if indices and not element and edge.indices:
                 raise PackageError(f"{edge.connection.where}: one element drives all of {_what(node)}")
-            for way in self.ways(edge.source, edge.at or (() if element else at), (*passed, (node, element))):
-                if element and way.end_at:
+            for way in self.ways(edge.source, edge.indices or (() if element else indices), (*passed, (node, element))):
+                if element and way.end_indices:
                     raise PackageError(f"{edge.connection.where}: an array drives one element, {_what(node, element)}")
-                reached = at or element or way.end_at
+                reached = indices or element or way.end_indices
                 hop = self.hop(node, edge.connection, reached)
-                yield _Way(way.start, way.start_at, () if at else reached, (*way.hops, hop))
+                yield _Way(way.start, way.start_indices, () if indices else reached, (*way.hops, hop))
 
     def trace(self, sink: Node) -> list[FlatConnection]:
         """The flat connections that end at a node; none from what nothing gives a value."""
@@ -428,14 +444,14 @@ class _Flattener:
             if node == sink:
                 continue
             if node[0] in ("dictionary", "border") or (node[0] == "system" and node[1] != ""):
-                text = f"{_what(node, way.start_at)} leads to {_what(sink, way.end_at)}, but nothing gives it a value"
-                self.undriven[end] = f"{way.hops[0].where}: {text}"
+                ends = f"{_what(node, way.start_indices)} leads to {_what(sink, way.end_indices)}"
+                self.undriven[end] = f"{way.hops[0].where}: {ends}, but nothing gives it a value"
                 continue
             type = self.types.get(node)
             start = (node[1] if node[0] == "component" else "", node[2])
             flat_connections.append(FlatConnection(
-                start, end, way.hops, type.unit if type else None, type.enumeration if type else None, way.start_at,
-                way.end_at,
+                start, end, way.hops, type.unit if type else None, type.enumeration if type else None,
+                way.start_indices, way.end_indices,
             ))  # fmt: skip
         return flat_connections
 
@@ -547,8 +563,8 @@ def _shown(end: tuple[str | None, str]) -> str:
     return end[1] if end[0] is None else f"{end[0]}.{end[1]}"
 
 
-def _what(node: Node, at: At = ()) -> str:
-    name = f"{node[2]}{shown_at(at)}"
+def _what(node: Node, indices: ElementIndices = ()) -> str:
+    name = f"{node[2]}{indices_text(indices)}"
     if node[0] == "component":
         return f"input '{node[1]}.{name}'"
     if node[0] in ("dictionary", "reference"):

@@ -213,11 +213,7 @@ def step_remarks(network: FlatSystem, instances: dict[str, FmuInstance], times: 
 def _other_steps(network: FlatSystem, instances: dict[str, FmuInstance], step: float) -> list[str]:
     """Macro steps that the package or its FMUs suggest, and that are not taken."""
     smallest = smallest_step(network, instances)
-    if (
-        smallest
-        and smallest > step
-        and any(flat_component.component.step_hint for flat_component in network.components.values())
-    ):
+    if smallest and smallest > step and any(c.component.step_hint for c in network.components.values()):
         smallest = None  # who hints at steps of components means multiples of the macro step
     suggested = dict.fromkeys(s for s in (network.structure.step_size, smallest) if s and abs(s - step) > 1e-6 * step)
     return [f"the step is {step:g} s; the package or its FMUs suggest {s:g} s" for s in suggested]

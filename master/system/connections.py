@@ -8,7 +8,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from ...core.errors import CosimError, PackageError, did_you_mean
-from ...ssp.flat_system import At, End, FlatConnection, FlatSystem, shown_at
+from ...ssp.flat_system import ElementIndices, End, FlatConnection, FlatSystem, indices_text
 from ..engine.program import SlotConversion
 from ..engine.values import TEXT, Signal
 from ..slaves.base import FmuInstance
@@ -163,7 +163,7 @@ class Connections:
                         f"drive the parameter '{'.'.join(flat_connection.end)}'"
                     )
                 target = self.instances[flat_connection.end[0]].variables[flat_connection.end[1]]
-                if flat_connection.start_at or flat_connection.end_at:
+                if flat_connection.start_indices or flat_connection.end_indices:
                     raise PackageError("connections of single elements of parameters are not supported")
                 if target.causality == "structuralParameter":
                     raise PackageError(
@@ -215,9 +215,9 @@ class Connections:
             flat_connection.start, flat_connection.unit, flat_connection.enumeration
         )
 
-    def _part(self, signal: Signal, at: At, where: str) -> Signal:
+    def _part(self, signal: Signal, indices: ElementIndices, where: str) -> Signal:
         """One value of an array, which its indices name; () for all of a signal."""
-        if not at:
+        if not indices:
             return signal
         shown = f"'{signal.address}'"
         if signal.component:
@@ -227,10 +227,10 @@ class Connections:
             shape, why = (extent.shape if extent else None) or (), "has no sizes in the package (<ssc:Dimension size=>)"
         if not shape:
             raise PackageError(f"{where}: {shown} {why}, but indices are given for it")
-        if len(at) != len(shape) or not all(1 <= k <= size for k, size in zip(at, shape, strict=True)):
+        if len(indices) != len(shape) or not all(1 <= k <= size for k, size in zip(indices, shape, strict=True)):
             sizes = " x ".join(map(str, shape))
-            raise PackageError(f"{where}: {shown} is {sizes} in size and has no element {shown_at(at)}")
-        return signal.part(int(np.ravel_multi_index([k - 1 for k in at], shape)))
+            raise PackageError(f"{where}: {shown} is {sizes} in size and has no element {indices_text(indices)}")
+        return signal.part(int(np.ravel_multi_index([k - 1 for k in indices], shape)))
 
     def _apart(self, links: list[SignalConnection]) -> list[SignalConnection]:
         """Links of whole arrays in single values where others carry single values of the same source."""
@@ -246,10 +246,12 @@ class Connections:
 
     def _link(self, flat_connection: FlatConnection) -> SignalConnection:
         target = self._part(
-            self._variable(flat_connection, flat_connection.end, "input"), flat_connection.end_at, flat_connection.where
+            self._variable(flat_connection, flat_connection.end, "input"),
+            flat_connection.end_indices,
+            flat_connection.where,
         )
         source, gives = self._source(flat_connection)
-        source = self._part(source, flat_connection.start_at, flat_connection.where)
+        source = self._part(source, flat_connection.start_indices, flat_connection.where)
         takes = self._quantities.quantity(flat_connection.end)
         way = value_conversion(gives, flat_connection.hops, takes, flat_connection.where)
         self.remarks += way.remarks
@@ -268,7 +270,7 @@ class Connections:
     def _shown(self, flat_connection: FlatConnection) -> SignalConnection:
         name = flat_connection.end[1]
         source, gives = self._source(flat_connection)
-        source = self._part(source, flat_connection.start_at, flat_connection.where)
+        source = self._part(source, flat_connection.start_indices, flat_connection.where)
         last = flat_connection.hops[-1] if flat_connection.hops else None
         type = self._quantities.connector(name).type
         kind = type.kind if type is not None else gives.type
@@ -279,12 +281,12 @@ class Connections:
         conversion = SlotConversion() if takes.family == TEXT else way.over_slots(gives, takes, flat_connection.where)
         target = self.system_outputs.get(name)
         if target is None:
-            size = (type.count if type is not None else None) or 1 if flat_connection.end_at else source.size
+            size = (type.count if type is not None else None) or 1 if flat_connection.end_indices else source.size
             place = self._layout.place(takes.family, size)
-            target = Signal("", name, kind, takes.family, 0, place, size, bool(flat_connection.end_at))
+            target = Signal("", name, kind, takes.family, 0, place, size, bool(flat_connection.end_indices))
             self.system_outputs[name] = target
         return SignalConnection(
-            source, self._part(target, flat_connection.end_at, flat_connection.where), conversion, flat_connection
+            source, self._part(target, flat_connection.end_indices, flat_connection.where), conversion, flat_connection
         )
 
     def passed_on(self, name: str) -> set[int]:

@@ -76,13 +76,13 @@ class SignalLayout:
         """An input of the whole system; the sizes of an array are the package's, else those of what it leads to."""
         type = network.inputs[name].type
         leads = network.from_inputs.get(name, [])
-        parted = any(w.start_at for w in leads)
+        parted = any(w.start_indices for w in leads)
         size = type.count if type is not None else None
         if size is not None:
             if size > MOST_VALUES:
                 raise PackageError(f"{network.inputs[name].where}: '{name}' has {size:.1e} values; refused")
         else:
-            ends = (w.end for w in leads if not w.end_at)
+            ends = (w.end for w in leads if not w.end_indices)
             sizes = [instances[c].size(v) for c, v in ends if c in instances and v in instances[c].variables]
             size = sizes[0] if sizes else 1
         return Signal("", name, quantity.type, quantity.family, 0, self.place(quantity.family, size), size, parted)

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable
 
-from ...ssp.flat_system import FlatConnection, FlatSystem, shown_at
+from ...ssp.flat_system import FlatConnection, FlatSystem, indices_text
 from ...ssp.model import Binding, Component, Linear, Record, SignalDictionaryReference, Type
 from ...ssp.model import System as Tree
 from ..engine.program import listed
@@ -46,8 +46,8 @@ def _title(record: Record) -> str:
 
 def _flat(flat_connection: FlatConnection) -> str:
     start, end = (".".join(filter(None, side)) for side in (flat_connection.start, flat_connection.end))
-    source = f"{start}{shown_at(flat_connection.start_at)}"
-    return f"  {source} -> {end}{shown_at(flat_connection.end_at)}{_on_the_way(flat_connection)}"
+    source = f"{start}{indices_text(flat_connection.start_indices)}"
+    return f"  {source} -> {end}{indices_text(flat_connection.end_indices)}{_on_the_way(flat_connection)}"
 
 
 def _sets(bindings: Iterable[Binding], indent: str) -> list[str]:
