@@ -35,8 +35,8 @@ from .model import (
     Type,
 )
 
-GIVES = ("output", "calculatedParameter", "local", "constant")
-TAKES = ("input", "parameter", "structuralParameter")
+SOURCE_KINDS = ("output", "calculatedParameter", "local", "constant")
+SINK_KINDS = ("input", "parameter", "structuralParameter")
 PARAMETER_KINDS = ("parameter", "structuralParameter", "calculatedParameter")
 """Kinds of connectors of parameters, whose values flow before a run begins."""
 
@@ -117,8 +117,8 @@ class _Flattener:
         self.bind(root, "", bound_parameters, bound_inputs)
         flat_connections: list[FlatConnection] = []
         parameter_connections: list[FlatConnection] = []
-        takes = ("input", "inout", "unspecified")
-        candidates = {c.name: c for c in root.connectors if c.kind in takes and not _is_clock(c)}
+        kinds = ("input", "inout", "unspecified")
+        candidates = {c.name: c for c in root.connectors if c.kind in kinds and not _is_clock(c)}
         for node in list(self.drivers):
             if node[0] == "component":
                 for flat_connection in self.trace(node):
@@ -129,7 +129,7 @@ class _Flattener:
         outputs: list[FlatConnection] = []
         for connector in root.connectors:
             node = ("system", "", connector.name)
-            if connector.kind in (*GIVES, "inout", "unspecified") and node in self.drivers:
+            if connector.kind in (*SOURCE_KINDS, "inout", "unspecified") and node in self.drivers:
                 for flat_connection in self.trace(node):
                     if flat_connection.start[0] or flat_connection.start[1] in candidates:
                         outputs.append(flat_connection)
@@ -162,8 +162,8 @@ class _Flattener:
 
     def names(self) -> dict[str, Node]:
         """Connectors of systems that can be given a value, by hierarchical name."""
-        takes = (*TAKES, "inout", "unspecified")
-        return {f"{n[1]}{n[2]}": n for n, kind in self.kinds.items() if n[0] == "system" and kind in takes}
+        kinds = (*SINK_KINDS, "inout", "unspecified")
+        return {f"{n[1]}{n[2]}": n for n, kind in self.kinds.items() if n[0] == "system" and kind in kinds}
 
     # the graph
 
@@ -222,14 +222,14 @@ class _Flattener:
             kind, outer = connector.kind, system.outer.get(connector.name)
             if not _differ(outer, connector.type):
                 continue
-            if kind not in GIVES and kind not in TAKES:
+            if kind not in SOURCE_KINDS and kind not in SINK_KINDS:
                 raise PackageError(
                     f"{connector.where}: connector '{path}{connector.name}' is of kind {kind} and has another unit "
                     "where its component is defined; it has to be an input or an output"
                 )
             inside, outside = ("system", path, connector.name), ("border", path, connector.name)
             self.types[outside], self.kinds[outside] = outer, kind
-            self.join(*((outside, inside) if kind in TAKES else (inside, outside)), connector.where)
+            self.join(*((outside, inside) if kind in SINK_KINDS else (inside, outside)), connector.where)
 
     def join(self, source: Node, sink: Node, where: str) -> None:
         """Lead one node to another, as by a connection."""
@@ -253,7 +253,7 @@ class _Flattener:
     def end(
         self, system: System, path: str, used: dict[str, tuple[str, dict[str, Type]]], connection: Connection, side: str
     ) -> tuple[Node, str]:
-        """(node, 'gives', 'takes' or 'either') of one end of a connection, seen from inside the system."""
+        """(node, 'source', 'sink' or 'either') of one end of a connection, seen from inside the system."""
         element, name = getattr(connection, side)
         if element is None:
             connector = self.named(system.connectors, name)
@@ -263,7 +263,8 @@ class _Flattener:
                     f"{connection.where}: the system has no connector '{name}'{did_you_mean(name, names)}"
                 )
             node = ("system", path, name)
-            return node, "gives" if connector.kind in TAKES else "takes" if connector.kind in GIVES else "either"
+            kind = connector.kind
+            return node, "source" if kind in SINK_KINDS else "sink" if kind in SOURCE_KINDS else "either"
         inner = f"{path}{element}"
         if element in used:
             dictionary, entries = used[element]
@@ -299,9 +300,9 @@ class _Flattener:
                 node = ("component", inner, name)
             connector = self.named(target.connectors, name)
         kind = connector.kind if connector is not None else "unspecified"
-        if node[0] == "component" and kind not in GIVES and kind not in TAKES:
+        if node[0] == "component" and kind not in SOURCE_KINDS and kind not in SINK_KINDS:
             kind = self.causality(self.components[inner].component, name) or kind
-        return node, "gives" if kind in GIVES else "takes" if kind in TAKES else "either"
+        return node, "source" if kind in SOURCE_KINDS else "sink" if kind in SINK_KINDS else "either"
 
     def connect(
         self, system: System, path: str, used: dict[str, tuple[str, dict[str, Type]]], connection: Connection
@@ -316,8 +317,10 @@ class _Flattener:
         if start == end:
             raise PackageError(f"{where}: {names} are the same")
         if a == b and a != "either":
-            both = "give a value" if a == "gives" else "take one"
-            raise PackageError(f"{where}: {names} both {both}; a connection needs one that gives and one that takes")
+            both = "outputs" if a == "source" else "inputs"
+            of_system = None in (connection.start[0], connection.end[0])
+            inside = ", seen from inside the system" if of_system else ""
+            raise PackageError(f"{where}: {names} are both {both}{inside}; a connection needs an output and an input")
         parted = connection.start_indices or connection.end_indices
         if parted and any(self.kinds.get(node) in PARAMETER_KINDS for node in (start, end)):
             raise PackageError(f"{where}: connections of single elements of parameters are not supported")
@@ -327,7 +330,7 @@ class _Flattener:
             self.check_element(node, indices, f'{where}: {name}="{" ".join(map(str, indices))}"')
         if a == b:
             self.undecided.append((start, end, connection))
-        elif a == "gives" or b == "takes":
+        elif a == "source" or b == "sink":
             self.lead(start, end, connection)
         else:
             self.lead(end, start, connection, back=True)
@@ -500,7 +503,7 @@ class _Flattener:
             hint = did_you_mean(name, [c.name for c in system.connectors])
             hint = hint or did_you_mean(name.partition(".")[0], [e.name for e in system.elements])
             return f"nothing is called '{path}{name}'; the value is ignored{hint}"
-        reason = "is an output" if kind in GIVES else "leads nowhere"
+        reason = "is an output" if kind in SOURCE_KINDS else "leads nowhere"
         if any(c.start_indices or c.end_indices for _, c in self.drives.get(("system", path, name), ())):
             reason = "leads to single elements of arrays"
         return f"the system's connector '{path}{name}' {reason}; the value is ignored"

@@ -357,7 +357,7 @@ def test_same_package_twice_is_bitwise_the_same(oscillator, tmp_path):
         (("nobody.x -> m.F",), "no component 'nobody'"),
         (("m.y -> m.F",), "no variable 'y'"),
         (("m.F -> m.F",), "are the same"),
-        (("m.x -> m.v",), "both give a value"),
+        (("m.x -> m.v",), "are both outputs"),
         (("m.x -> m.F", "m.v -> m.F"), "already driven"),
     ],
 )
