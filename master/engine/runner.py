@@ -146,7 +146,7 @@ class Runner:
         values = (buffer.reals if width == loop.F32 else buffer.integers)[place : place + count]
         staged = buffer.stages[width][stage : stage + count]
         k = int(np.argmax(~np.isfinite(staged) if width == loop.F32 else staged != values))
-        signals = [s for g in instance.input_groups for s in g.signals if g.form.width == width]
+        signals = [s for g in instance.input_groups for s in g.signals if g.fmi_type.width == width]
         signal = next(s for s in signals if s.place <= place + k < s.place + s.size)
         return f"component '{instance.name}': {values[k]:g} does not fit into '{signal.name}', which is {signal.type}"
 

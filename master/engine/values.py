@@ -35,11 +35,11 @@ WIDTHS = {I8: np.int8, U8: np.uint8, I16: np.int16, U16: np.uint16, I32: np.int3
 
 
 @dataclass(frozen=True)
-class Form:
+class FmiType:
     """How values of an FMI type are exchanged: the name in Get/Set calls, the family, and the width where that is not
     the 8 bytes of a slot."""
 
-    verb: str
+    call_suffix: str
     family: str
     width: int | None = None
 
@@ -89,10 +89,10 @@ class Signal:
 class Group:
     """Signals of one type that are exchanged in one call: references, first slot (or text) and number of values."""
 
-    form: Form
+    fmi_type: FmiType
     references: np.ndarray
     place: int
     count: int
     stage: int
-    """Place in the staging area of the form's width."""
+    """Place in the staging area of the width of the type."""
     signals: list[Signal]

@@ -30,8 +30,8 @@ class SignalBytes:
     """The values of some groups of signals in a buffer, as bytes: slots first, then texts."""
 
     def __init__(self, groups: Sequence[Group]):
-        self._slots = [slice(8 * g.place, 8 * (g.place + g.count)) for g in groups if g.form.family != TEXT]
-        self._texts = [slice(g.place, g.place + g.count) for g in groups if g.form.family == TEXT]
+        self._slots = [slice(8 * g.place, 8 * (g.place + g.count)) for g in groups if g.fmi_type.family != TEXT]
+        self._texts = [slice(g.place, g.place + g.count) for g in groups if g.fmi_type.family == TEXT]
 
     def pack(self, buffer: ValueBuffer) -> bytes:
         """The values as they are now."""

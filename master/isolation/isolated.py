@@ -53,7 +53,7 @@ class IsolatedInstance(FmuInstance):
         """saves: the state is wanted where the run is asked to end (`interrupt`)."""
         self._patience = LAST_CALL if saves else 0.0
         super().__init__(real.name, real.folder, real.description)
-        self.forms, self.version, self.limits = real.forms, real.version, real.limits  # type: ignore[misc]
+        self.types, self.version, self.limits = real.types, real.version, real.limits  # type: ignore[misc]
         self._structural = real._structural
         self._kind, self._real = type(real), real
         self.negated = real.negated
@@ -121,10 +121,10 @@ class IsolatedInstance(FmuInstance):
         """How large the worker's buffer has to be: slots, texts and staging areas up to the end of each group."""
         sizes: dict[str, dict[int, int]] = {"slots": {0: 0}, "texts": {0: 0}, "stages": {}}
         for g in (*self.input_groups, *self.output_groups):
-            kind = "texts" if g.form.family == "text" else "slots"
+            kind = "texts" if g.fmi_type.family == "text" else "slots"
             sizes[kind][0] = max(sizes[kind][0], g.place + g.count)
-            if g.form.width is not None:
-                sizes["stages"][g.form.width] = max(sizes["stages"].get(g.form.width, 0), g.stage + g.count)
+            if g.fmi_type.width is not None:
+                sizes["stages"][g.fmi_type.width] = max(sizes["stages"].get(g.fmi_type.width, 0), g.stage + g.count)
         sizes["stages"][U8] = max(sizes["stages"].get(U8, 0), self.told + 16)
         return sizes
 

@@ -83,4 +83,4 @@ def _kind(system: System, p: ParameterInForce) -> str:
         return kind_of(signal.type, signal.family)
     instance = system.instances[p.component]
     type = instance.variables[p.variable].type
-    return kind_of(type, instance.forms[type].family)
+    return kind_of(type, instance.types[type].family)

@@ -123,8 +123,8 @@ def _starts(path: str, instance: FmuInstance) -> list[str]:
     """Start values of the model description that are beyond its own limits."""
     warnings = []
     for v in instance.description.modelVariables:
-        form = instance.forms.get(v.type)
-        if v.start in (None, "") or form is None or form.family == TEXT or v.dimensions:
+        fmi_type = instance.types.get(v.type)
+        if v.start in (None, "") or fmi_type is None or fmi_type.family == TEXT or v.dimensions:
             continue
         try:
             instance.checked(v.name, v.start, "")

@@ -9,21 +9,22 @@ from typing import Any
 from ...core.errors import PackageError
 from ..engine import loop
 from ..engine.loop import I32, U8
-from ..engine.values import INTEGER, REAL, TEXT, Form
+from ..engine.values import INTEGER, REAL, TEXT, FmiType
 from .base import Log, address_of
 from .description import description_tree
 from .library import LibraryInstance
 
-FORMS = {
-    "Real": Form("Real", REAL), "Integer": Form("Integer", INTEGER, I32), "Enumeration": Form("Integer", INTEGER, I32),
-    "Boolean": Form("Boolean", INTEGER, U8), "String": Form("String", TEXT),
+TYPES = {
+    "Real": FmiType("Real", REAL), "Integer": FmiType("Integer", INTEGER, I32),
+    "Enumeration": FmiType("Integer", INTEGER, I32), "Boolean": FmiType("Boolean", INTEGER, U8),
+    "String": FmiType("String", TEXT),
 }  # fmt: skip
 
 
 class Fmi1Instance(LibraryInstance):
     """An FMU of FMI 1.0."""
 
-    forms = FORMS
+    types = TYPES
     version = "1.0"
     step_code = loop.STEP_1
 
@@ -41,9 +42,9 @@ class Fmi1Instance(LibraryInstance):
                 setattr(self.description.coSimulation, able, capabilities.get(able) in ("true", "1"))
         found = [v.get("name") for v in root.iter("ScalarVariable") if v.get("alias") == "negatedAlias"]
         for variable in [self.variables[name] for name in found if name in self.variables]:
-            if variable.causality == "local" and self.forms[variable.type].family != REAL:
+            if variable.causality == "local" and self.types[variable.type].family != REAL:
                 del self.variables[variable.name]
-            elif variable.causality == "input" or self.forms[variable.type].family != REAL:
+            elif variable.causality == "input" or self.types[variable.type].family != REAL:
                 raise PackageError(
                     f"component '{self.name}': '{variable.name}' is a negated alias; only real outputs and parameters "
                     "may be one"
@@ -60,7 +61,7 @@ class Fmi1Instance(LibraryInstance):
 
     def settable(self, name: str) -> bool:
         v = self.variables.get(name)
-        if v is None or v.type not in self.forms or v.variability == "constant" or v.causality in ("output", "none"):
+        if v is None or v.type not in self.types or v.variability == "constant" or v.causality in ("output", "none"):
             return False
         return super().settable(name) or v.start is not None  # an internal variable with a start value
 
@@ -114,8 +115,8 @@ class Fmi1Instance(LibraryInstance):
     def _address(self, name: str) -> int:
         return address_of(getattr(self._fmu.dll, f"{self.description.coSimulation.modelIdentifier}_{name}"))
 
-    def exchange_address(self, verb: str, form: Form) -> int:
-        return self._address(f"fmi{verb}{form.verb}")
+    def exchange_address(self, verb: str, fmi_type: FmiType) -> int:
+        return self._address(f"fmi{verb}{fmi_type.call_suffix}")
 
     def step_address(self) -> int:
         return self._address("fmiDoStep")

@@ -8,20 +8,21 @@ from typing import Any
 from ...core.errors import SimulationError
 from ..engine import loop
 from ..engine.loop import I32
-from ..engine.values import INTEGER, REAL, TEXT, Form
+from ..engine.values import INTEGER, REAL, TEXT, FmiType
 from .base import address_of
 from .library import LibraryInstance
 
-FORMS = {
-    "Real": Form("Real", REAL), "Integer": Form("Integer", INTEGER, I32), "Enumeration": Form("Integer", INTEGER, I32),
-    "Boolean": Form("Boolean", INTEGER, I32), "String": Form("String", TEXT),
+TYPES = {
+    "Real": FmiType("Real", REAL), "Integer": FmiType("Integer", INTEGER, I32),
+    "Enumeration": FmiType("Integer", INTEGER, I32), "Boolean": FmiType("Boolean", INTEGER, I32),
+    "String": FmiType("String", TEXT),
 }  # fmt: skip
 
 
 class Fmi2Instance(LibraryInstance):
     """An FMU of FMI 2.0."""
 
-    forms = FORMS
+    types = TYPES
     version = "2.0"
     step_code = loop.STEP_2
 
@@ -39,8 +40,8 @@ class Fmi2Instance(LibraryInstance):
         self.call(self._fmu.enterInitializationMode, doing="enterInitializationMode")
         self._state = "initialising"
 
-    def exchange_address(self, verb: str, form: Form) -> int:
-        return address_of(getattr(self._fmu.dll, f"fmi2{verb}{form.verb}"))
+    def exchange_address(self, verb: str, fmi_type: FmiType) -> int:
+        return address_of(getattr(self._fmu.dll, f"fmi2{verb}{fmi_type.call_suffix}"))
 
     def step_address(self) -> int:
         return address_of(self._fmu.dll.fmi2DoStep)

@@ -11,23 +11,24 @@ import numpy as np
 from ..engine import loop
 from ..engine.loop import F32, I8, I16, I32, U8, U16, U32
 from ..engine.program import Program
-from ..engine.values import INTEGER, LIMITS, REAL, TEXT, Form, Signal
+from ..engine.values import INTEGER, LIMITS, REAL, TEXT, FmiType, Signal
 from .base import address_of
 from .library import LibraryInstance, text
 
-FORMS = {
-    "Float64": Form("Float64", REAL), "Float32": Form("Float32", REAL, F32), "Int8": Form("Int8", INTEGER, I8),
-    "UInt8": Form("UInt8", INTEGER, U8), "Int16": Form("Int16", INTEGER, I16), "UInt16": Form("UInt16", INTEGER, U16),
-    "Int32": Form("Int32", INTEGER, I32), "UInt32": Form("UInt32", INTEGER, U32), "Int64": Form("Int64", INTEGER),
-    "UInt64": Form("UInt64", INTEGER), "Enumeration": Form("Int64", INTEGER), "Boolean": Form("Boolean", INTEGER, U8),
-    "String": Form("String", TEXT), "Binary": Form("Binary", TEXT),
+TYPES = {
+    "Float64": FmiType("Float64", REAL), "Float32": FmiType("Float32", REAL, F32),
+    "Int8": FmiType("Int8", INTEGER, I8), "UInt8": FmiType("UInt8", INTEGER, U8),
+    "Int16": FmiType("Int16", INTEGER, I16), "UInt16": FmiType("UInt16", INTEGER, U16),
+    "Int32": FmiType("Int32", INTEGER, I32), "UInt32": FmiType("UInt32", INTEGER, U32),
+    "Int64": FmiType("Int64", INTEGER), "UInt64": FmiType("UInt64", INTEGER), "Enumeration": FmiType("Int64", INTEGER),
+    "Boolean": FmiType("Boolean", INTEGER, U8), "String": FmiType("String", TEXT), "Binary": FmiType("Binary", TEXT),
 }  # fmt: skip
 
 
 class Fmi3Instance(LibraryInstance):
     """An FMU of FMI 3.0."""
 
-    forms = FORMS
+    types = TYPES
     version = "3.0"
     set_code, get_code, step_code = loop.SET_3, loop.GET_3, loop.STEP_3
     limits: ClassVar[dict[str, tuple[int, int]]] = {**LIMITS, "Enumeration": LIMITS["Int64"]}
@@ -48,8 +49,8 @@ class Fmi3Instance(LibraryInstance):
         told = ", ".join(f"{name} = {value}" for name, value in self._structural.items())
         self.call(self._fmu.enterConfigurationMode, doing=f"configuration ({told})")
         for name, value in self._structural.items():
-            verb = self.forms[self.variables[name].type].verb
-            set_values, reference = getattr(self._fmu, f"set{verb}"), self.variables[name].valueReference
+            suffix = self.types[self.variables[name].type].call_suffix
+            set_values, reference = getattr(self._fmu, f"set{suffix}"), self.variables[name].valueReference
             self.call(set_values, [reference], [value], doing=f"setting the structural parameter {name} = {value}")
         self.call(self._fmu.exitConfigurationMode, doing=f"configuration ({told})")
 
@@ -69,8 +70,8 @@ class Fmi3Instance(LibraryInstance):
         if self._structural:
             self._configure()
 
-    def exchange_address(self, verb: str, form: Form) -> int:
-        return address_of(getattr(self._fmu.dll, f"fmi3{verb}{form.verb}"))
+    def exchange_address(self, verb: str, fmi_type: FmiType) -> int:
+        return address_of(getattr(self._fmu.dll, f"fmi3{verb}{fmi_type.call_suffix}"))
 
     def step_address(self) -> int:
         return address_of(self._fmu.dll.fmi3DoStep)

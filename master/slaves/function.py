@@ -8,16 +8,16 @@ from typing import Any
 
 from ...ssp.model import LinearFunction
 from ..engine.program import Program, SlotConversion
-from ..engine.values import REAL, Form
+from ..engine.values import REAL, FmiType
 from .base import FmuInstance, Log
 
-FORMS = {"Real": Form("Real", REAL)}
+TYPES = {"Real": FmiType("Real", REAL)}
 
 
 class FunctionInstance(FmuInstance):
     """Its outputs answer to its inputs at once, and it says so, as an FMU would in its model description."""
 
-    forms = FORMS
+    types = TYPES
     version = "2.0"  # it has an initialisation mode
     is_foreign = False
 

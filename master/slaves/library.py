@@ -18,7 +18,7 @@ import numpy as np
 from ...core.errors import PackageError, SimulationError
 from ..engine import loop
 from ..engine.program import Program, listed
-from ..engine.values import TEXT, Form, Group, Signal
+from ..engine.values import TEXT, FmiType, Group, Signal
 from .base import FmuInstance, Log
 from .message_log import ERROR, FATAL, STATUS
 from .siblings import Siblings
@@ -161,7 +161,7 @@ class LibraryInstance(FmuInstance):
     def _exchange(self, verb: str, name: str, *rest: Any, doing: str) -> Any:
         """fmpy's getXXX or setXXX for one variable."""
         variable = self.variables[name]
-        function = getattr(self._fmu, f"{verb}{self.forms[variable.type].verb}")
+        function = getattr(self._fmu, f"{verb}{self.types[variable.type].call_suffix}")
         return self.call(function, [variable.valueReference], *rest, doing=f"{doing} '{name}'")
 
     def set_start(self, name: str, value: Any) -> None:
@@ -192,8 +192,8 @@ class LibraryInstance(FmuInstance):
     # what happens in every step
 
     @abstractmethod
-    def exchange_address(self, verb: str, form: Form) -> int:
-        """Address of the function that gets or sets values ("Get", "Set") of a form."""
+    def exchange_address(self, verb: str, fmi_type: FmiType) -> int:
+        """Address of the function that gets or sets values ("Get", "Set") of a type."""
 
     @abstractmethod
     def step_address(self) -> int:
@@ -215,24 +215,24 @@ class LibraryInstance(FmuInstance):
 
     def _write_exchange(self, program: Program, groups: Sequence[Group], verb: str, doing: str) -> None:
         for g in groups:
-            if g.form.family == TEXT:
+            if g.fmi_type.family == TEXT:
                 if any(s.name in self.texts for s in g.signals):
                     self._write_texts(program, g, verb, doing)
                 continue
-            if g.form.width is None:
+            if g.fmi_type.width is None:
                 buffer = program.buffer.address(g.place)
             else:
-                stage = program.buffer.stages[g.form.width]
+                stage = program.buffer.stages[g.fmi_type.width]
                 buffer = int(stage.ctypes.data) + g.stage * stage.itemsize
                 if verb == "Set":
-                    program.add(self, doing, loop.STAGE, g.form.width, g.place, g.stage, g.count)
+                    program.add(self, doing, loop.STAGE, g.fmi_type.width, g.place, g.stage, g.count)
             told = f"{doing} ({listed([s.name for s in g.signals])})"
             code = self.set_code if verb == "Set" else self.get_code
-            address = self.exchange_address(verb, g.form)
+            address = self.exchange_address(verb, g.fmi_type)
             references = int(g.references.ctypes.data)
             program.add(self, told, code, address, self.instance, references, len(g.references), buffer, g.count)
-            if g.form.width is not None and verb == "Get":
-                program.add(self, doing, loop.UNSTAGE, g.form.width, g.place, g.stage, g.count)
+            if g.fmi_type.width is not None and verb == "Get":
+                program.add(self, doing, loop.UNSTAGE, g.fmi_type.width, g.place, g.stage, g.count)
             for s in g.signals:
                 if s.name in self.negated:
                     program.add(self, doing, loop.LINEAR, s.place, s.place, 1, program.constant(-1.0, 0.0))

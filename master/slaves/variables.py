@@ -11,7 +11,7 @@ import numpy as np
 from ...core.errors import PackageError, ParameterError, UnknownNameError, did_you_mean
 from ...core.unit_names import named
 from ...core.units import BASE, Unit
-from ..engine.values import LIMITS, MOST_VALUES, REAL, TEXT, Form
+from ..engine.values import LIMITS, MOST_VALUES, REAL, TEXT, FmiType
 
 ALWAYS, BEFORE_INPUTS, INITIALISED, AFTER_STEPS = range(4)
 """When an FMU lets itself be read: after its inputs are set as well, only before that, only before that once it is
@@ -21,7 +21,7 @@ initialised, only after a step. All do after a step."""
 class FmuVariables:
     """The variables of an FMU, by name."""
 
-    forms: ClassVar[dict[str, Form]]
+    types: ClassVar[dict[str, FmiType]]
     version: ClassVar[str]
     limits: ClassVar[dict[str, tuple[int, int]]] = LIMITS
     """Least and greatest value of the types of whole numbers."""
@@ -64,9 +64,9 @@ class FmuVariables:
             raise UnknownNameError(f"component '{self.name}' has no {what} '{name}'{did_you_mean(name, known)}")
         return variable
 
-    def form(self, name: str) -> Form | None:
+    def fmi_type(self, name: str) -> FmiType | None:
         """How a variable's values are exchanged; None for a type that is not supported."""
-        return self.forms.get(self.variables[name].type)
+        return self.types.get(self.variables[name].type)
 
     def unit_name(self, name: str) -> str | None:
         """Name of a variable's unit, its own or that of its declared type."""
@@ -129,7 +129,7 @@ class FmuVariables:
     def settable(self, name: str) -> bool:
         """Whether a value may be given before the initialisation."""
         v = self.variables.get(name)
-        if v is None or v.variability == "constant" or v.type not in self.forms:
+        if v is None or v.variability == "constant" or v.type not in self.types:
             return False
         return v.causality in ("parameter", "input", "structuralParameter") or v.initial in ("exact", "approx")
 
@@ -169,7 +169,7 @@ class FmuVariables:
         """
         self.variable(name)
         size = self.size(name)
-        family = self.forms[self.variables[name].type].family
+        family = self.types[self.variables[name].type].family
         if isinstance(value, str) and self.variables[name].dimensions and family != TEXT:
             value = tuple(value.replace(",", " ").split())
         elif isinstance(value, str) and self.variables[name].dimensions and value.startswith("["):
@@ -210,7 +210,7 @@ class FmuVariables:
         variable = self.variables[name]
         shown = f"{where}: " if where else ""
         address = f"{self.name}.{name}"
-        family = self.forms[variable.type].family
+        family = self.types[variable.type].family
         if variable.type == "Boolean":
             told = {"true": True, "1": True, "1.0": True, "false": False, "0": False, "0.0": False}
             try:
@@ -252,7 +252,7 @@ class FmuVariables:
         size than its start value has.
         """
         variable = self.variables[name]
-        if variable.start is None or (variable.start == "" and self.forms[variable.type].family != TEXT):
+        if variable.start is None or (variable.start == "" and self.types[variable.type].family != TEXT):
             return None
         text = variable.start
         if isinstance(text, (list, tuple)) and not variable.dimensions:

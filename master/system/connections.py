@@ -154,7 +154,7 @@ class Connections:
                     if end[0] not in self.instances:
                         raise PackageError(f"{flat_connection.where}: component '{end[0]}' cannot be used")
                     self.instances[end[0]].variable(end[1])
-                    if self.instances[end[0]].form(end[1]) is None:
+                    if self.instances[end[0]].fmi_type(end[1]) is None:
                         raise PackageError(f"{flat_connection.where}: '{'.'.join(end)}': its type is not supported")
                 source = self.instances[flat_connection.start[0]].variables[flat_connection.start[1]]
                 if not self._is_parameter(flat_connection.start) and source.variability not in ("constant", "fixed"):
@@ -195,7 +195,7 @@ class Connections:
         if variable is None:
             hint = did_you_mean(end[1], list(instance.variables))
             raise PackageError(f"{where}: component '{end[0]}' has no variable '{end[1]}'{hint}")
-        if variable.type not in instance.forms:
+        if variable.type not in instance.types:
             raise PackageError(f"{where}: '{end[0]}.{end[1]}': type {variable.type} is not supported")
         if causality == "input" and variable.causality != "input":
             raise PackageError(f"{where}: '{end[0]}.{end[1]}' is not an input, its causality is '{variable.causality}'")

@@ -32,25 +32,25 @@ class SignalLayout:
 
     def lay_out(self, instance: FmuInstance, recorded: Collection[str]) -> None:
         """Give the inputs of an instance their places, and its outputs, with others that are `recorded`."""
-        inputs = [v for v in instance.variables.values() if v.causality == "input" and v.type in instance.forms]
+        inputs = [v for v in instance.variables.values() if v.causality == "input" and v.type in instance.types]
         outputs = [
             v for v in instance.variables.values()
-            if (v.causality == "output" or v.name in recorded) and v.type in instance.forms
+            if (v.causality == "output" or v.name in recorded) and v.type in instance.types
         ]  # fmt: skip
         places: dict[tuple[str, int], int] = {}  # aliases are one input
         for chosen, signals, groups in (
             (inputs, instance.inputs, instance.input_groups),
             (outputs, instance.outputs, instance.output_groups),
         ):
-            for kind in instance.forms:
-                form = instance.forms[kind]
+            for kind in instance.types:
+                fmi_type = instance.types[kind]
                 members = []
                 for v in (v for v in chosen if v.type == kind):
-                    size, key = instance.size(v.name), (form.verb, v.valueReference)
+                    size, key = instance.size(v.name), (fmi_type.call_suffix, v.valueReference)
                     is_alias = chosen is inputs and key in places
-                    place = places[key] if is_alias else self.place(form.family, size)
+                    place = places[key] if is_alias else self.place(fmi_type.family, size)
                     signal = Signal(
-                        instance.name, v.name, kind, form.family, v.valueReference, place, size, bool(v.dimensions)
+                        instance.name, v.name, kind, fmi_type.family, v.valueReference, place, size, bool(v.dimensions)
                     )
                     signals.append(signal)
                     if not is_alias:
@@ -60,11 +60,11 @@ class SignalLayout:
                     continue
                 count = sum(m.size for m in members)
                 stage = 0
-                if form.width is not None:
-                    stage = self._staged.get(form.width, 0)
-                    self._staged[form.width] = stage + count
+                if fmi_type.width is not None:
+                    stage = self._staged.get(fmi_type.width, 0)
+                    self._staged[fmi_type.width] = stage + count
                 references = np.array([m.reference for m in members], np.uint32)
-                groups.append(Group(form, references, members[0].place, count, stage, members))
+                groups.append(Group(fmi_type, references, members[0].place, count, stage, members))
         if instance.version != "1.0":
             begin = -(-self._staged.get(U8, 0) // 8) * 8
             instance.told = begin

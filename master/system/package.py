@@ -65,7 +65,7 @@ def alone(fmu: Path) -> SystemStructure:
         instance = describe(fmu.stem, fmu)
     except PackageError as error:
         raise PackageError(str(error).replace(fmu.name, str(fmu), 1)) from None
-    inputs = [v.name for v in instance.variables.values() if v.causality == "input" and v.type in instance.forms]
+    inputs = [v.name for v in instance.variables.values() if v.causality == "input" and v.type in instance.types]
     links = tuple(Connection((None, name), (fmu.stem, name), where=fmu.name) for name in inputs)
     connectors = tuple(Connector(name, "input", None, where=fmu.name) for name in inputs)
     component = Component(fmu.stem, fmu, connectors=connectors, where=fmu.name)

@@ -77,7 +77,7 @@ def parameters_in_force(
 def _listed(instance: FmuInstance, with_values: set[str]) -> Iterator[str]:
     """Names of what is a parameter or has been given a value, in the order of the model description."""
     for name, v in instance.variables.items():
-        if name in with_values or (v.causality in KINDS and v.type in instance.forms):
+        if name in with_values or (v.causality in KINDS and v.type in instance.types):
             yield name
 
 

@@ -23,7 +23,7 @@ def internals(network: FlatSystem, instances: Mapping[str, FmuInstance], pattern
     for component, instance in instances.items():
         for name, v in instance.variables.items():
             end = component, name
-            if v.type not in instance.forms:
+            if v.type not in instance.types:
                 continue
             if v.causality in ("input", "output") or end in ends or end in recorded:
                 usual.append(f"{component}.{name}")

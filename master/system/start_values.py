@@ -187,14 +187,14 @@ def bound_values(network: FlatSystem, instances: Mapping[str, FmuInstance], find
         value = findings.attempt(_bound, network, instance, s, findings.warnings)
         if value is not None:
             bound.append(value)
-        elif instance.settable(s.variable) or instance.variables[s.variable].type not in instance.forms:
+        elif instance.settable(s.variable) or instance.variables[s.variable].type not in instance.types:
             wrong.add((s.where, s.name))
     return bound
 
 
 def _bound(network: FlatSystem, instance: FmuInstance, s: BoundParameter, remarks: list[str]) -> StartValue | None:
     """The checked value of a binding; None, with a remark, where it cannot be set."""
-    if instance.variables[s.variable].type not in instance.forms:
+    if instance.variables[s.variable].type not in instance.types:
         kind = instance.variables[s.variable].type
         raise ParameterError(f"{s.where}: '{s.component}.{s.variable}': type {kind} is not supported")
     if not instance.settable(s.variable):
