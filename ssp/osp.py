@@ -17,7 +17,7 @@ from ..core.errors import PackageError, did_you_mean
 from ..core.units import Unit, alike
 from .document import Document, local
 from .model import Binding, Component, Connection, LinearFunction, Parameter, Scalar, System, SystemStructure, Type
-from .osp_groups import Group, groups_of, paired
+from .osp_groups import VariableGroup, groups_of, paired
 
 FILE = "OspSystemStructure.xml"
 STEP = 0.1
@@ -78,7 +78,7 @@ class _Reader:
         self.space = self.document.root.tag.rpartition("}")[0] + "}" if "}" in self.document.root.tag else ""
         self.parts: dict[str, Component] = {}
         self.steps: dict[str, float] = {}
-        self.groups: dict[str, dict[str, Group]] = {}
+        self.groups: dict[str, dict[str, VariableGroup]] = {}
         self.notes: list[str] = []
         self.broken: set[str] = set()
         """Simulators and functions that could not be read, where what is wrong is collected."""
@@ -222,7 +222,7 @@ class _Reader:
                 raise document.error(element, f"'{name}' has {count * len(tails)} inputs; most are {MOST_SIGNALS}")
             function = LinearFunction({f"out{t}": tuple((f"in[{k}]{t}", 1.0) for k in range(count)) for t in tails})
             self.groups[name] = {
-                group: Group(group, "", tuple((f"{group}{t}") for t in tails))
+                group: VariableGroup(group, "", tuple((f"{group}{t}") for t in tails))
                 for group in ("out", *(f"in[{k}]" for k in range(count)))
             }
         self._add(element, Component(name, self.path, where=document.where(element), function=function))
@@ -261,7 +261,7 @@ class _Reader:
             raise self.document.error(element, f"there is no {of} '{name}'{did_you_mean(name, names)}")
         return name, self.document.name(element)
 
-    def _group(self, element: etree._Element, end: End) -> Group:
+    def _group(self, element: etree._Element, end: End) -> VariableGroup:
         """A group of variables: of a function, or as the FMU's OspModelDescription says."""
         name, group = end
         if name not in self.groups:

@@ -13,16 +13,16 @@ from .document import Document, local
 
 
 @dataclass(frozen=True)
-class Group:
+class VariableGroup:
     """A group: its variables, and groups inside it, in their order."""
 
     name: str
     kind: str
     """What it is in OSP's words, as Force or LinearMechanicalPort; empty for a function's."""
     variables: tuple[str, ...]
-    inner: tuple[Group, ...] = ()
+    inner: tuple[VariableGroup, ...] = ()
 
-    def all(self) -> Iterator[Group]:
+    def all(self) -> Iterator[VariableGroup]:
         """This group and all inside it."""
         yield self
         for group in self.inner:
@@ -31,7 +31,7 @@ class Group:
 
 def groups_of(
     fmu: Path, folder: Path, model_name: str | None, element: etree._Element, asking: Document
-) -> dict[str, Group]:
+) -> dict[str, VariableGroup]:
     """The groups of an FMU by name, those inside others too.
 
     They stand in <model name>_OspModelDescription.xml beside the FMU, or in the folder of the structure. `element` of
@@ -50,17 +50,17 @@ def groups_of(
     return {g.name: g for top in top_level for g in top.all()} | outer
 
 
-def _group(document: Document, element: etree._Element) -> Group:
+def _group(document: Document, element: etree._Element) -> VariableGroup:
     variables, inner = [], []
     for child in element:
         if local(child) == "Variable":
             variables.append(child.get("ref") or document.name(child))
         else:
             inner.append(_group(document, child))
-    return Group(document.name(element), local(element), tuple(variables), tuple(inner))
+    return VariableGroup(document.name(element), local(element), tuple(variables), tuple(inner))
 
 
-def paired(first: Group, second: Group, where: str, notes: list[str]) -> list[tuple[str, str]]:
+def paired(first: VariableGroup, second: VariableGroup, where: str, notes: list[str]) -> list[tuple[str, str]]:
     """The variables of two groups that belong together: by their order, those of groups inside likewise."""
     if len(first.variables) != len(second.variables) or len(first.inner) != len(second.inner):
         sizes = [f"'{g.name}' has {len(g.variables)} variables and {len(g.inner)} groups" for g in (first, second)]

@@ -46,13 +46,13 @@ class HeldInputs:
     """Follows every link that carries a continuous real which may be averaged (`ProgramWriter.is_averaged`)."""
 
     def __init__(
-        self, system: System, outputs: Sequence[int], inputs: Sequence[int], sloped: Collection[str] = (),
+        self, system: System, outputs: Sequence[int], inputs: Sequence[int], interpolating: Collection[str] = (),
         second: bool = False,
     ):  # fmt: skip
         """outputs, inputs: slots of a row's columns, the outputs first.
 
-        sloped: components that carry their inputs on through a step, along the slope of the last change; second: how
-        far inputs would be off with a method of second order is followed, too.
+        interpolating: components that carry their inputs on through a step, along the slope of the last change; second:
+        how far inputs would be off with a method of second order is followed, too.
         """
         out = {place: i for i, place in enumerate(outputs)}
         into = {place: len(outputs) + i for i, place in enumerate(inputs)}
@@ -63,7 +63,7 @@ class HeldInputs:
         self._targets = np.array([into[link.target.place + i] for link, i in spread], np.int64)
         self._factors = np.array([link.conversion.factor for link, _ in spread])
         self._offsets = np.array([link.conversion.offset for link, _ in spread])
-        self._sloped = np.array([link.target.component in sloped for link, _ in spread], bool)
+        self._interpolating = np.array([link.target.component in interpolating for link, _ in spread], bool)
         self._starts = [elements(link.source)[i] for link, i in spread]
         self.names = [elements(link.target)[i] for link, i in spread]
         """Of the inputs, component.variable."""
@@ -92,7 +92,7 @@ class HeldInputs:
             return
         bend = (y[3:] - y[2:-1] - y[1:-2] + y[:-3]) / 24.0
         mean = 0.5 * (y[1:-2] + y[2:-1]) - bend
-        held = u[1:-2] + np.where(self._sloped, 0.5 * (u[1:-2] - u[:-3]), 0.0)
+        held = u[1:-2] + np.where(self._interpolating, 0.5 * (u[1:-2] - u[:-3]), 0.0)
         errors = np.stack([held - mean, bend], axis=1) if len(self._most) > 1 else (held - mean)[:, None]
         off = np.concatenate([self._off, np.abs(errors)])
         self._off = off[len(off) - min(len(off), IN_A_ROW - 1) :].copy()

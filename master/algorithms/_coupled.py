@@ -72,7 +72,7 @@ class Stepper:
         self.instance = instance
         program = system.writer.program()
         program.set_inputs(instance)
-        program.do_step(instance, returns=True)
+        program.do_step(instance, may_be_restored=True)
         program.get_outputs(instance)
         self._runner = Runner(program)
         self._give, self._take = handles(system, instance.name)

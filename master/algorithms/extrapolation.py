@@ -21,17 +21,17 @@ def write(system: System, program: Program) -> None:
     carried = {
         s.name: [link for link in system.writer.links_to(s.name) if system.writer.is_averaged(link)] for s in instances
     }
-    ahead = {link.source.place: link.source for s in instances if not s.takes_slopes for link in carried[s.name]}
+    ahead = {link.source.place: link.source for s in instances if not s.interpolates_inputs for link in carried[s.name]}
     instead = {place: carry_on(system, program, s, MIDDLE)[0] for place, s in ahead.items()}
     for s in instances:
         for link in system.writer.links_to(s.name):
-            line = link in carried[s.name] and not s.takes_slopes
+            line = link in carried[s.name] and not s.interpolates_inputs
             system.writer.pass_on(program, link, instead if line else None)
-    changes = {s.name: _changes(system, program, s.name, carried[s.name]) for s in instances if s.takes_slopes}
+    changes = {s.name: _changes(system, program, s.name, carried[s.name]) for s in instances if s.interpolates_inputs}
     for s in instances:
         program.set_inputs(s)
         if (first := changes.get(s.name)) is not None:
-            program.set_slopes(s, [link.target.reference for link in carried[s.name]], first)
+            program.set_input_derivatives(s, [link.target.reference for link in carried[s.name]], first)
     program.step_all(instances)
     refresh(system, program)
 

@@ -201,7 +201,7 @@ class _Jacobian:
         signals = [self.coupling.ends[i][0] for i in outputs]
         if any(s.size > 1 or s.element is not None for s in (*signals, self.coupling.ends[j][1])):
             return None
-        return instance.derivatives([s.reference for s in signals], self.coupling.ends[j][1].reference)
+        return instance.directional_derivatives([s.reference for s in signals], self.coupling.ends[j][1].reference)
 
     def solve(self, u_now: np.ndarray, held: np.ndarray) -> np.ndarray:
         """The inputs that agree with the outputs they will cause."""

@@ -33,6 +33,6 @@ class Method:
     input_derivatives: bool = False
     """FMUs that can are told how fast their inputs move."""
 
-    def carrying(self, instances: Iterable[FmuInstance]) -> list[str]:
+    def interpolating(self, instances: Iterable[FmuInstance]) -> list[str]:
         """Components that carry their inputs on through a step, along the slope of the last change."""
-        return [s.name for s in instances if self.input_derivatives and s.takes_slopes]
+        return [s.name for s in instances if self.input_derivatives and s.interpolates_inputs]

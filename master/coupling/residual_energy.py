@@ -156,9 +156,9 @@ class CouplingOscillation:
         return summary
 
 
-def _held(u: np.ndarray, sloped: bool) -> np.ndarray:
+def _held(u: np.ndarray, interpolating: bool) -> np.ndarray:
     """Means of an input over the steps (n - 1,) from its values at their starts (n,)."""
-    if not sloped:
+    if not interpolating:
         return u[:-1]
     before = np.concatenate([u[:1], u[:-2]])
     means: np.ndarray = u[:-1] + 0.5 * (u[:-1] - before)
@@ -170,14 +170,16 @@ class ResidualEnergy:
 
     def __init__(
         self, bonds: list[Bond], outputs: Sequence[int], inputs: Sequence[int],
-        feedthrough_slopes: Sequence[tuple[float, float]], sloped: Collection[str] = (),
+        feedthrough_slopes: Sequence[tuple[float, float]], interpolating: Collection[str] = (),
     ):  # fmt: skip
         """outputs, inputs: slots of a row's columns, the outputs first.
 
-        sloped: components that carry their inputs on through a step, along the slope of the last change.
+        interpolating: components that carry their inputs on through a step, along the slope of the last change.
         """
         self.bonds = bonds
-        self._sloped = [(b.back.target.component in sloped, b.forth.target.component in sloped) for b in bonds]
+        self._interpolating = [
+            (b.back.target.component in interpolating, b.forth.target.component in interpolating) for b in bonds
+        ]
         out = {place: i for i, place in enumerate(outputs)}
         into = {place: len(outputs) + i for i, place in enumerate(inputs)}
         self._columns = [
@@ -213,7 +215,9 @@ class ResidualEnergy:
             outputs = np.stack([y_a, y_b])
             self._low[i] = np.minimum(self._low[i], outputs.min(axis=1))
             self._high[i] = np.maximum(self._high[i], outputs.max(axis=1))
-            held = [_held(u, sloped) for u, sloped in zip((u_a, u_b), self._sloped[i], strict=True)]
+            held = [
+                _held(u, interpolating) for u, interpolating in zip((u_a, u_b), self._interpolating[i], strict=True)
+            ]
             mean = [0.5 * (y[1:] + y[:-1]) for y in (y_a, y_b)]
             left = (bond.gear * mean[0] * held[0] * h)[fresh]
             right = (bond.gear * held[1] * mean[1] * h)[fresh]

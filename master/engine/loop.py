@@ -32,7 +32,7 @@ DRIVE, DRIVE_INTEGER = 13, 14
 START, END = range(2)
 STAGE, UNSTAGE = 15, 16
 """width, slot, place in the staging area of that width, count: from the buffer to it, and back."""
-DERIVATIVES = 17
+INPUT_DERIVATIVES = 17
 """address, component, references, count, orders, slot: the inputs' changes over a step, which lie from the slot on, go
 to the FMU as slopes (fmi2SetRealInputDerivatives)."""
 LINE = 19
@@ -95,7 +95,7 @@ def run(
     # One long function: split by kinds of operations (calls, values on the buffer, steps), with all of it inlined, the
     # loop took 1.25 us a step of two native FMUs instead of 1.06.
     spec = np.zeros(2, np.int64)
-    where, told = spec.ctypes.data, u8.ctypes.data
+    where, u8_address = spec.ctypes.data, u8.ctypes.data
     whole = driven.view(np.int64)
     begin = _now(clock, where, spec)
     for k in range(count):
@@ -123,7 +123,7 @@ def run(
                     reals[o[1] + j] = constants[o[4]] * reals[o[2] + j] + constants[o[4] + 1]
             elif code in (STEP_2, STEP_1, STEP_3):
                 before = _now(clock, where, spec)
-                status = _step(o, t, step, u8, told)
+                status = _step(o, t, step, u8, u8_address)
                 if status == ENDS:
                     ended[0], ended[1], status = o[3] + 1, o[2], 0
                 seconds[o[3]] += _now(clock, where, spec) - before
@@ -149,12 +149,12 @@ def run(
                 reals[o[1]] = driven[k + o[3], o[2]]
             elif code == DRIVE_INTEGER:
                 integers[o[1]] = whole[k + o[3], o[2]]
-            elif code == DERIVATIVES:
+            elif code == INPUT_DERIVATIVES:
                 if o[2] == ended[1]:
                     continue
                 for j in range(o[4]):
                     reals[o[6] + j] /= h  # the last step had that length, if this one is shorter
-                status = native.derivatives(o[1], o[2], o[3], o[4], o[5], reals.ctypes.data + 8 * o[6])
+                status = native.input_derivatives(o[1], o[2], o[3], o[4], o[5], reals.ctypes.data + 8 * o[6])
             elif code == MIX:
                 mixed = 0.0
                 for j in range(o[4]):
@@ -208,7 +208,7 @@ def run(
 
 
 @inlined
-def _step(o: np.ndarray, t: float, step: float, u8: np.ndarray, told: int) -> Any:
+def _step(o: np.ndarray, t: float, step: float, u8: np.ndarray, u8_address: int) -> Any:
     """An FMU's steps in a macro step from t on; the status, or `ENDS`."""
     part, status = step / o[4], 0
     for j in range(o[4]):
@@ -221,14 +221,22 @@ def _step(o: np.ndarray, t: float, step: float, u8: np.ndarray, told: int) -> An
         if o[0] == STEP_2:
             status = native.step_2(o[1], o[2], now, part, no_return)
             if status == DISCARD and o[6] != 0:
-                native.boolean_status(o[6], o[2], TERMINATED, told + o[5])
+                native.boolean_status(o[6], o[2], TERMINATED, u8_address + o[5])
                 if u8[o[5]] != 0:
                     return ENDS
         elif o[0] == STEP_1:
             status = native.step_1(o[1], o[2], now, part, 1)
         else:
             status = native.step_3(
-                o[1], o[2], now, part, no_return, told + o[5], told + o[5] + 1, told + o[5] + 2, told + o[5] + 8
+                o[1],
+                o[2],
+                now,
+                part,
+                no_return,
+                u8_address + o[5],
+                u8_address + o[5] + 1,
+                u8_address + o[5] + 2,
+                u8_address + o[5] + 8,
             )
             if 0 <= status <= DISCARD and u8[o[5] + 1] != 0:
                 return ENDS

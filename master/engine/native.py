@@ -76,7 +76,7 @@ def step_3(
 
 
 @_intrinsic
-def derivatives(_typing: Any, fn: Any, c: Any, references: Any, n: Any, orders: Any, values: Any) -> Any:
+def input_derivatives(_typing: Any, fn: Any, c: Any, references: Any, n: Any, orders: Any, values: Any) -> Any:
     """fmi2SetRealInputDerivatives(c, references, n, orders, values)."""
     return _signature(*_DERIVATIVES), c_call(*_DERIVATIVES)
 

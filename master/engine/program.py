@@ -11,7 +11,7 @@ import numpy as np
 
 from ...core.errors import CosimError, SimulationError
 from . import loop
-from .values import INTEGER, REAL, WIDTHS, Group
+from .values import INTEGER, REAL, WIDTHS, ExchangeGroup
 
 CALLBACK = ctypes.CFUNCTYPE(ctypes.c_int, ctypes.c_double, ctypes.c_double)
 
@@ -111,7 +111,7 @@ class EngineInstance(Protocol):
     """What the engine needs of an FMU: it writes its own part of a program, and knows what its statuses mean."""
 
     name: str
-    input_groups: list[Group]
+    input_groups: list[ExchangeGroup]
 
     def write_inputs(self, program: Program) -> None:
         """Write down: the inputs in the buffer are handed to it."""
@@ -119,10 +119,10 @@ class EngineInstance(Protocol):
     def write_outputs(self, program: Program) -> None:
         """Write down: its outputs are read into the buffer."""
 
-    def write_step(self, program: Program, returns: bool) -> None:
-        """Write down: it steps; `returns`: a state from before the step may be set after it."""
+    def write_step(self, program: Program, may_be_restored: bool) -> None:
+        """Write down: it steps; `may_be_restored`: a state from before the step may be set after it."""
 
-    def write_slopes(self, program: Program, references: Sequence[int], changes: int) -> None:
+    def write_input_derivatives(self, program: Program, references: Sequence[int], changes: int) -> None:
         """Write down: it is told the slopes of inputs."""
 
     def hear_warning(self, doing: str) -> None:
@@ -302,13 +302,13 @@ class Program:
 
         self.python(copy)
 
-    def do_step(self, instance: EngineInstance, returns: bool = False) -> None:
-        """Advance the FMU over the macro step; `returns`: a state from before the step may be set after it."""
-        instance.write_step(self, returns)
+    def do_step(self, instance: EngineInstance, may_be_restored: bool = False) -> None:
+        """Advance the FMU over the macro step; `may_be_restored`: a state from before the step may be set after it."""
+        instance.write_step(self, may_be_restored)
 
-    def set_slopes(self, instance: EngineInstance, references: Sequence[int], changes: int) -> None:
+    def set_input_derivatives(self, instance: EngineInstance, references: Sequence[int], changes: int) -> None:
         """Hand the slopes of inputs to the FMU; their changes over the last step lie from the slot `changes` on."""
-        instance.write_slopes(self, references, changes)
+        instance.write_input_derivatives(self, references, changes)
 
     def advance(self, instances: Sequence[EngineInstance]) -> None:
         """Hand all of them their inputs, have all step, read all outputs."""

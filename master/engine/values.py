@@ -86,7 +86,7 @@ class Signal:
 
 
 @dataclass
-class Group:
+class ExchangeGroup:
     """Signals of one type that are exchanged in one call: references, first slot (or text) and number of values."""
 
     fmi_type: FmiType

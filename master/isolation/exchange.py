@@ -11,7 +11,7 @@ import struct
 from collections.abc import Sequence
 
 from ..engine.program import ValueBuffer
-from ..engine.values import TEXT, Group
+from ..engine.values import TEXT, ExchangeGroup
 
 SET, STEP, GET = b"s", b"d", b"g"
 """Operations: give the inputs, do a step, read the outputs."""
@@ -29,7 +29,7 @@ REPLY = struct.Struct("<c?6xd")
 class SignalBytes:
     """The values of some groups of signals in a buffer, as bytes: slots first, then texts."""
 
-    def __init__(self, groups: Sequence[Group]):
+    def __init__(self, groups: Sequence[ExchangeGroup]):
         self._slots = [slice(8 * g.place, 8 * (g.place + g.count)) for g in groups if g.fmi_type.family != TEXT]
         self._texts = [slice(g.place, g.place + g.count) for g in groups if g.fmi_type.family == TEXT]
 

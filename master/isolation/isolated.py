@@ -36,7 +36,7 @@ LAST_CALL = 4.0
 """Time that the call under way has once the run is asked to end, where its state is wanted [s]: a little less than the
 master waits for FMUs in its own process."""
 
-LOOKS = 100
+POLL_MS = 100
 """Time after which it is looked whether the run is to end [ms]."""
 
 ENDING = 5.0
@@ -59,17 +59,17 @@ class IsolatedInstance(FmuInstance):
         self.negated = real.negated
         self._timeout, self._interrupt = step_timeout, interrupt if interrupt is not None else []
         self._process: subprocess.Popen[bytes] | None = None
-        self._doing, self._time = "being loaded", 0.0
+        self._current_call, self._time = "being loaded", 0.0
+        # what the worker has not been told yet, for it is woken once for a step
         self._operations, self._inputs = b"", b""
-        self._span = 0.0, 0.0
-        """What the worker has not been told yet, for it is woken once for a step: operations, inputs, start and length
-        of the step [s]."""
-        self._asked = False
+        self._step_interval = 0.0, 0.0
+        """Start and length of the step [s]."""
+        self._outputs_requested = False
         """Whether the outputs after a step have been asked for, and not been read."""
 
-    # talking
+    # messages
 
-    def set_out(self) -> None:
+    def start_process(self) -> None:
         self._start()
 
     def load(self, log: Log) -> None:
@@ -102,22 +102,23 @@ class IsolatedInstance(FmuInstance):
         self._pipe: Connection = ours
         self._poll = select.poll()
         self._poll.register(ours, select.POLLIN)
-        order = {
+        setup = {
             "kind": self._kind, "name": self.name, "folder": self.folder, "structural": self._structural,
-            "ratio": self.ratio, "inputs": self.input_groups, "outputs": self.output_groups, "told": self.told,
-            "limits": self._limits(), "texts": self.texts, "message_log": self.message_log,
+            "substeps": self.substeps, "inputs": self.input_groups, "outputs": self.output_groups,
+            "out_parameters": self.out_parameters, "buffer_sizes": self._buffer_sizes(), "texts": self.texts,
+            "message_log": self.message_log,
         }  # fmt: skip
-        self._pipe.send_bytes(pickle.dumps(order))
+        self._pipe.send_bytes(pickle.dumps(setup))
 
     def _await_loaded(self) -> None:
         if self._process is None:
             self._start()
         try:
-            self._answer(START_UP)
+            self._receive(START_UP)
         except SimulationError as error:
             raise PackageError(str(error)) from None
 
-    def _limits(self) -> dict[str, dict[int, int]]:
+    def _buffer_sizes(self) -> dict[str, dict[int, int]]:
         """How large the worker's buffer has to be: slots, texts and staging areas up to the end of each group."""
         sizes: dict[str, dict[int, int]] = {"slots": {0: 0}, "texts": {0: 0}, "stages": {}}
         for g in (*self.input_groups, *self.output_groups):
@@ -125,24 +126,26 @@ class IsolatedInstance(FmuInstance):
             sizes[kind][0] = max(sizes[kind][0], g.place + g.count)
             if g.fmi_type.width is not None:
                 sizes["stages"][g.fmi_type.width] = max(sizes["stages"].get(g.fmi_type.width, 0), g.stage + g.count)
-        sizes["stages"][U8] = max(sizes["stages"].get(U8, 0), self.told + 16)
+        sizes["stages"][U8] = max(sizes["stages"].get(U8, 0), self.out_parameters + 16)
         return sizes
 
-    def _answer(self, timeout: float | None, heed: bool = True) -> Any:
-        """The worker's next answer; its messages on the way go to the log. heed: an interrupt is not waited out."""
+    def _receive(self, timeout: float | None, interruptible: bool = True) -> Any:
+        """The worker's next answer; its messages on the way go to the log. interruptible: an interrupt is not
+        waited out."""
         end = None if timeout is None else monotonic() + timeout
         asked = None
         while True:
             try:
-                while not self._poll.poll(LOOKS):
+                while not self._poll.poll(POLL_MS):
                     if end is not None and monotonic() > end:
                         self._kill()
-                        doing = f"{self._doing} within {timeout:g} s{self._at()}"
+                        doing = f"{self._current_call} within {timeout:g} s{self._at()}"
                         raise SimulationError(f"component '{self.name}' did not come back from {doing}", self._when())
                     asked = monotonic() if self._interrupt and asked is None else asked
-                    if heed and asked is not None and monotonic() - asked >= self._patience:
+                    if interruptible and asked is not None and monotonic() - asked >= self._patience:
                         self._kill()
-                        raise Interrupted(f"interrupted while component '{self.name}' was in {self._doing}", self._time)
+                        where = f"component '{self.name}' was in {self._current_call}"
+                        raise Interrupted(f"interrupted while {where}", self._time)
                 message = self._pipe.recv_bytes()
                 if exchange.is_step(message):
                     return message
@@ -159,7 +162,7 @@ class IsolatedInstance(FmuInstance):
                 return content
 
     def _when(self) -> float | None:
-        return self._time if self._doing == "doStep" else None
+        return self._time if self._current_call == "doStep" else None
 
     def _at(self) -> str:
         return "" if (t := self._when()) is None else f" at t = {t:g} s"
@@ -172,7 +175,8 @@ class IsolatedInstance(FmuInstance):
         if code < 0:
             with contextlib.suppress(ValueError):
                 how = f"({signal.Signals(-code).name})"
-        return SimulationError(f"component '{self.name}' crashed {how} in {self._doing}{self._at()}", self._when())
+        where = f"in {self._current_call}{self._at()}"
+        return SimulationError(f"component '{self.name}' crashed {how} {where}", self._when())
 
     def _kill(self) -> None:
         if self._process is not None:
@@ -187,7 +191,7 @@ class IsolatedInstance(FmuInstance):
         except OSError:
             raise self._died() from None
 
-    def _tell(self, *message: Any) -> None:
+    def _send_message(self, *message: Any) -> None:
         """Send a message, and before it what was waiting."""
         self._flush()
         self._send(pickle.dumps(message))
@@ -195,24 +199,24 @@ class IsolatedInstance(FmuInstance):
     def _flush(self, operation: bytes = b"") -> None:
         """Let the worker do what was waiting, and one operation more."""
         if operations := self._operations + operation:
-            message = exchange.request(operations, *self._span, self._inputs)
+            message = exchange.request(operations, *self._step_interval, self._inputs)
             self._operations, self._inputs = b"", b""
             self._send(message)
 
-    def _add(self, operation: bytes) -> None:
+    def _queue(self, operation: bytes) -> None:
         """Let an operation wait; one that waits already has to be done before."""
         if operation in self._operations:
             self._flush()
         self._operations += operation
 
-    def _ask(self, method: str, *arguments: Any) -> Any:
-        if self._asked:  # what a run that has failed did not read any more
-            self._asked = False
+    def _call(self, method: str, *arguments: Any) -> Any:
+        if self._outputs_requested:  # what a run that has failed did not read any more
+            self._outputs_requested = False
             with contextlib.suppress(CosimError):
-                self._answer(START_UP)
-        self._doing = method
-        self._tell("call", method, arguments)
-        return self._answer(START_UP)
+                self._receive(START_UP)
+        self._current_call = method
+        self._send_message("call", method, arguments)
+        return self._receive(START_UP)
 
     # what the engine does
 
@@ -220,22 +224,22 @@ class IsolatedInstance(FmuInstance):
         buffer, values = program.buffer, exchange.SignalBytes(self.input_groups)
 
         def send(_t: float, _h: float) -> int:
-            self._doing = "setting the inputs"
-            self._add(exchange.SET)
+            self._current_call = "setting the inputs"
+            self._queue(exchange.SET)
             self._inputs = values.pack(buffer)
             return 0
 
         program.python(send, None, "setting the inputs")
 
-    def write_step(self, program: Program, returns: bool) -> None:
+    def write_step(self, program: Program, may_be_restored: bool) -> None:
         """Whether it did step is known when its outputs are read."""
 
         def send(t: float, h: float) -> int:
-            self._doing, self._time = "doStep", t
-            self._add(exchange.STEP)
-            self._span = t, h
+            self._current_call, self._time = "doStep", t
+            self._queue(exchange.STEP)
+            self._step_interval = t, h
             self._flush(exchange.GET)
-            self._asked = True
+            self._outputs_requested = True
             return 0
 
         program.python(send, None, "doStep")
@@ -244,51 +248,51 @@ class IsolatedInstance(FmuInstance):
         buffer, number, values = program.buffer, program.number(self), exchange.SignalBytes(self.output_groups)
 
         def receive(_t: float, _h: float) -> int:
-            if not self._asked:
+            if not self._outputs_requested:
                 self._flush(exchange.GET)
-            self._asked = False
-            ended, seconds, content = exchange.read_reply(self._answer(self._timeout))
+            self._outputs_requested = False
+            ended, seconds, content = exchange.read_reply(self._receive(self._timeout))
             if ended:
                 buffer.ended[0] = number + 1
             self.seconds += seconds
             values.unpack(content, buffer)
-            self._doing = "reading the outputs"
+            self._current_call = "reading the outputs"
             return 0
 
         program.python(receive, None, "reading the outputs")
 
     def last_successful_time(self) -> float | None:
-        time: float | None = self._ask("last_successful_time")
+        time: float | None = self._call("last_successful_time")
         return time
 
     # the life of an instance
 
     def set_start(self, name: str, value: Any) -> None:
-        self._ask("set_start", name, value)
+        self._call("set_start", name, value)
 
     def get(self, name: str) -> Any:
-        return self._ask("get", name)
+        return self._call("get", name)
 
     def enter_initialisation(self, start: float, stop: float) -> None:
-        self._ask("enter_initialisation", start, stop)
+        self._call("enter_initialisation", start, stop)
         self._state = "initialising"
 
     def exit_initialisation(self) -> None:
-        self._ask("exit_initialisation")
+        self._call("exit_initialisation")
         self._state = "running"
 
     def reset(self) -> None:
-        self._ask("reset")
+        self._call("reset")
         self._state = "instantiated"
 
     def free(self) -> None:
         if self._process is None:
             return
         if self._state not in ("new", "lost", "freed"):
-            self._doing = "being ended"
+            self._current_call = "being ended"
             try:
-                self._tell("free")
-                self.ending = self._answer(ENDING, heed=False)
+                self._send_message("free")
+                self.ending = self._receive(ENDING, interruptible=False)
             except SimulationError as error:
                 self.ending = str(error)
         with contextlib.suppress(subprocess.TimeoutExpired, OSError):
@@ -305,20 +309,20 @@ class IsolatedInstance(FmuInstance):
         return self._real.lacks_serialising
 
     def save(self) -> Any:
-        return self._ask("save")  # its number: the state itself stays where it is
+        return self._call("save")  # its number: the state itself stays where it is
 
     def restore(self, state: Any) -> None:
-        self._ask("restore", state)
+        self._call("restore", state)
 
     def drop(self, state: Any) -> None:
-        self._ask("drop", state)
+        self._call("drop", state)
 
     def serialise(self, state: Any) -> bytes:
-        content: bytes = self._ask("serialise", state)
+        content: bytes = self._call("serialise", state)
         return content
 
     def deserialise(self, content: bytes) -> Any:
-        return self._ask("deserialise", content)
+        return self._call("deserialise", content)
 
     def settable(self, name: str) -> bool:
         return self._real.settable(name)

@@ -40,22 +40,22 @@ def drop_rights() -> None:
 class Worker:
     """One FMU and the pipe to its master."""
 
-    def __init__(self, pipe: Connection, order: dict[str, Any]):
+    def __init__(self, pipe: Connection, setup: dict[str, Any]):
         self.pipe = pipe
-        self.instance = describe_folder(order["name"], order["folder"])
-        self.instance._structural = order["structural"]
-        self.instance.ratio, self.instance.told = order["ratio"], order["told"]
-        self.instance.input_groups, self.instance.output_groups = order["inputs"], order["outputs"]
-        self.instance.texts = order["texts"]
-        self.instance.message_log = order["message_log"]
+        self.instance = describe_folder(setup["name"], setup["folder"])
+        self.instance._structural = setup["structural"]
+        self.instance.substeps, self.instance.out_parameters = setup["substeps"], setup["out_parameters"]
+        self.instance.input_groups, self.instance.output_groups = setup["inputs"], setup["outputs"]
+        self.instance.texts = setup["texts"]
+        self.instance.message_log = setup["message_log"]
         self.time: float | None = None
         """Start of the step that is under way [s]; None before the initialisation."""
         if self.instance.message_log is not None:
             self.instance.message_log.clock = lambda: self.time
-        sizes = order["limits"]
+        sizes = setup["buffer_sizes"]
         self.buffer = ValueBuffer(sizes["slots"][0], sizes["texts"][0], sizes["stages"])
-        self.inputs = exchange.SignalBytes(order["inputs"])
-        self.outputs = exchange.SignalBytes(order["outputs"])
+        self.inputs = exchange.SignalBytes(setup["inputs"])
+        self.outputs = exchange.SignalBytes(setup["outputs"])
         self.runners: dict[bytes, Runner] = {}
         """By the operations that it does."""
         self.fault: CosimError | None = None
@@ -115,7 +115,7 @@ class Worker:
         ended, self.buffer.ended[0] = bool(self.buffer.ended[0]), 0
         self.pipe.send_bytes(exchange.reply(ended, seconds, self.outputs.pack(self.buffer)))
 
-    def obey(self, message: tuple[Any, ...]) -> None:
+    def call(self, message: tuple[Any, ...]) -> None:
         """A call of one of the instance's functions."""
         if message[1] in ("save", "deserialise"):
             number = max(self.states, default=-1) + 1
@@ -136,9 +136,9 @@ def main() -> None:
     """Obey until the master is gone."""
     pipe = Connection(int(sys.argv[1]))
     drop_rights()
-    order = pickle.loads(pipe.recv_bytes())
+    setup = pickle.loads(pipe.recv_bytes())
     try:
-        worker = Worker(pipe, order)
+        worker = Worker(pipe, setup)
         worker.load()
         worker.send("done", None)
         while True:
@@ -148,7 +148,7 @@ def main() -> None:
                 break
             try:
                 if message:
-                    worker.obey(message)
+                    worker.call(message)
                 else:
                     worker.step(content)
             except CosimError as error:
@@ -157,7 +157,7 @@ def main() -> None:
         os._exit(0)  # the master is gone
     except Exception as error:
         reason = str(error) if isinstance(error, CosimError) else f"{type(error).__name__}: {error}"
-        text = f"component '{order['name']}': {reason}"
+        text = f"component '{setup['name']}': {reason}"
         with suppress(OSError):
             pipe.send_bytes(pickle.dumps(("error", (type(error).__name__, text, True))))
         os._exit(1)

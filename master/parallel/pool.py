@@ -76,7 +76,7 @@ class Abandoned(Exception):
 GRACE = 0.5
 """Time that processes have to clean up once they are told to end [s]."""
 
-LOOKS = 0.2
+STOP_POLL = 0.2
 """Time after which it is looked whether to stop [s]."""
 
 DIED = "the simulation's process died; an FMU may have crashed"
@@ -303,7 +303,7 @@ class Pool:
             if stop():
                 self._abandoned = True
                 raise Abandoned
-            done, pending = wait(pending, LOOKS, FIRST_COMPLETED)
+            done, pending = wait(pending, STOP_POLL, FIRST_COMPLETED)
             yield from done
 
     def each(

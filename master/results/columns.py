@@ -43,7 +43,7 @@ def kind_of(type: str, family: str) -> str:
     return {"Boolean": "boolean", "UInt64": "unsigned"}.get(type, "integer")
 
 
-class Layout:
+class RecordLayout:
     """Which values a run keeps: all outputs and inputs, per component, and then the system's own."""
 
     def __init__(self, system: System):
@@ -93,19 +93,20 @@ class Layout:
             found.update(matching)
         return sorted(found)
 
-    def keep_texts(self, which: Sequence[int]) -> None:
+    def keep_texts(self, recorded: Sequence[int]) -> None:
         """Have the FMUs give the strings among those columns at every step; they do not know of it before loading."""
-        wanted = {self.columns[i].name for i in which if self.columns[i].type == "text"}
+        wanted = {self.columns[i].name for i in recorded if self.columns[i].type == "text"}
         for instance in self.system.instances.values():
             instance.texts.update(s.name for s in instance.outputs if not wanted.isdisjoint(elements(s)))
         self.keeps_texts = bool(wanted)
 
     def cut(
-        self, which: Sequence[int], time: np.ndarray, rows: np.ndarray, texts: list[tuple[list[object], list[object]]]
-    ) -> list[np.ndarray | list[object]]:
+        self, recorded: Sequence[int], time: np.ndarray, rows: np.ndarray,
+        texts: list[tuple[list[object], list[object]]],
+    ) -> list[np.ndarray | list[object]]:  # fmt: skip
         """Columns of rows (n, outputs + inputs) and of the texts at the start and at the end of each step."""
         table: list[np.ndarray | list[object]] = []
-        for i in which:
+        for i in recorded:
             where, place = self._cuts[i]
             if where == "time":
                 table.append(time)

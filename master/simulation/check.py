@@ -13,7 +13,7 @@ from ..algorithms import choose_method
 from ..coupling.algebraic_loops import loops
 from ..engine.values import TEXT
 from ..options import Options
-from ..results.columns import Layout
+from ..results.columns import RecordLayout
 from ..slaves.base import FmuInstance
 from ..system.assemble import Assembly, assemble
 from ..system.findings import Findings
@@ -88,7 +88,7 @@ def _run(findings: Findings, if_complete: Findings, assembly: Assembly, wanted: 
     """What a run of the system would meet."""
     system = assembly.system
     if_no_errors = findings.muted_if(bool(findings.errors))  # what follows from an error is not told
-    layout = if_no_errors.attempt(Layout, system)
+    layout = if_no_errors.attempt(RecordLayout, system)
     if layout is not None:
         if_no_errors.attempt(layout.chosen, wanted.record)
         if_no_errors.attempt(layout.chosen, wanted.plot, "--plot")

@@ -67,15 +67,15 @@ def _machine(plan: Plan) -> Iterator[tuple[str, Any]]:
 
 def _components(plan: Plan) -> Iterator[tuple[str, Any]]:
     content = cache(digest)  # an FMU may be that of many components
-    carrying = plan.method.carrying(plan.instances.values())
+    interpolating = plan.method.interpolating(plan.instances.values())
     for name, instance in plan.instances.items():
         component = plan.network.components[name].component
         if component.function is not None:
             yield f"function of component '{name}'", repr(component.function)
         else:
             yield f"FMU of component '{name}', SHA-256", content(component.source)
-        yield f"--substeps of component '{name}'", instance.ratio
-        if name in carrying:
+        yield f"--substeps of component '{name}'", instance.substeps
+        if name in interpolating:
             yield f"slopes of inputs are given to component '{name}' (--isolate)", True
 
 

@@ -17,7 +17,7 @@ from ..engine import crew
 from ..isolation.isolated import IsolatedInstance
 from ..options import Options
 from ..results import check_writable
-from ..results.columns import Layout
+from ..results.columns import RecordLayout
 from ..results.constants import chosen_parameters
 from ..slaves.base import FmuInstance
 from ..slaves.message_log import LEVELS
@@ -50,8 +50,8 @@ class Plan:
     structural_values: list[StartValue]
     """Values of structural parameters, likewise; the instances have them already."""
     drives: list[stimuli.Drive]
-    layout: Layout
-    which: list[int]
+    layout: RecordLayout
+    recorded_columns: list[int]
     """Columns of the layout that are recorded."""
     times: Times
     """Start, stop and macro step [s], and the number of steps."""
@@ -99,14 +99,14 @@ def make_plan(package: Path, options: Options, stack: ExitStack, interrupt: Inte
     times = times_of(network.structure, options.stop_time, step)
     if not options.isolate:
         remarks += mixed_libraries(instances)
-    elif method.carrying(instances.values()):
+    elif method.interpolating(instances.values()):
         remarks.append("--isolate: no slopes of inputs are handed over; without it the results differ a little")
     remarks += [*idle(network, assembly.values), *step_remarks(network, instances, times)]
     remarks += _overruled([c for c in options.changes if c[0] not in network.inputs], system)
-    layout = Layout(system)
-    which = layout.chosen(options.record)
+    layout = RecordLayout(system)
+    recorded_columns = layout.chosen(options.record)
     layout.chosen(options.plot, "--plot")
-    layout.keep_texts(which if options.results else ())
+    layout.keep_texts(recorded_columns if options.results else ())
     if options.record_parameters:
         chosen_parameters(
             parameters_in_force(system, [*assembly.structural_values, *assembly.values]), options.record_parameters
@@ -121,7 +121,7 @@ def make_plan(package: Path, options: Options, stack: ExitStack, interrupt: Inte
     bonds = check_coupling(system, name, options.isolate)
     return Plan(
         options, method, network, instances, system, assembly.values, assembly.structural_values, drives, layout,
-        which, times, bonds, remarks, resumed,
+        recorded_columns, times, bonds, remarks, resumed,
     )  # fmt: skip
 
 
@@ -198,7 +198,7 @@ def set_substeps(options: Options, instances: dict[str, FmuInstance]) -> None:
             raise UsageError(f"--substeps {component}={ratio}: there is no component '{component}'")
         if not 1 <= ratio <= 1_000_000:
             raise UsageError(f"--substeps {component}={ratio}: it has to be from 1 to a million")
-        instances[component].ratio = ratio
+        instances[component].substeps = ratio
 
 
 def step_remarks(network: FlatSystem, instances: dict[str, FmuInstance], times: Times) -> list[str]:
@@ -237,11 +237,11 @@ def _inner(instances: dict[str, FmuInstance], step: float) -> list[str]:
     remarks = []
     for name, instance in instances.items():
         own = getattr(instance.description.coSimulation, "fixedInternalStepSize", None)
-        count = step / instance.ratio / float(own) if own else 1.0
+        count = step / instance.substeps / float(own) if own else 1.0
         if own and (abs(count - round(count)) > 1e-6 * count or round(count) < 1):
             remarks.append(
-                f"component '{name}' has an inner step of {float(own):g} s; its step of {step / instance.ratio:g} s is "
-                "no multiple of that"
+                f"component '{name}' has an inner step of {float(own):g} s; its step of {step / instance.substeps:g} s "
+                "is no multiple of that"
             )
     return remarks
 

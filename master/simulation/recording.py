@@ -14,7 +14,7 @@ from ...core.errors import OutputError
 from ..accuracy.held_inputs import HeldInputs
 from ..coupling.residual_energy import ResidualEnergy
 from ..results import open_writer
-from ..results.columns import Layout
+from ..results.columns import RecordLayout
 from ..results.constants import Constant
 from ..results.format import Writer
 from ..system.system import System
@@ -36,17 +36,17 @@ PATIENCE, SHARE = 0.5, 0.1
 
 
 class Recording:
-    """The record of a run. Rows come from the engine by `rows` and `took`."""
+    """The record of a run. Rows come from the engine by `rows` and `add_rows`."""
 
     def __init__(
-        self, system: System, layout: Layout, which: Sequence[int], file: Path | None, every: int,
+        self, system: System, layout: RecordLayout, recorded_columns: Sequence[int], file: Path | None, every: int,
         energy: ResidualEnergy, held: HeldInputs, stride: int, constants: Sequence[Constant] = (), begin: int = 0,
     ):  # fmt: skip
         """every: of the rows that are written, the first being number `begin` of the run that it goes on with."""
-        self.system, self.layout, self.which, self.every, self.energy = system, layout, which, every, energy
-        self.held = held
+        self.system, self.layout, self.recorded_columns, self.every = system, layout, recorded_columns, every
+        self.energy, self.held = energy, held
         self._constants, self._begin = constants, begin
-        self.columns = [*(layout.columns[i] for i in which), *(c.column for c in constants)]
+        self.columns = [*(layout.columns[i] for i in recorded_columns), *(c.column for c in constants)]
         """Of the result file."""
         self._writer: Writer | None = open_writer(file, self.columns) if file else None
         width = len(layout.outputs) + len(layout.inputs)
@@ -133,7 +133,10 @@ class Recording:
         self, times: np.ndarray, rows: np.ndarray, texts: list[tuple[list[object], list[object]]]
     ) -> list[np.ndarray | list[object]]:
         """The columns of the file."""
-        return [*self.layout.cut(self.which, times, rows, texts), *(c.rows(len(times)) for c in self._constants)]
+        return [
+            *self.layout.cut(self.recorded_columns, times, rows, texts),
+            *(c.rows(len(times)) for c in self._constants),
+        ]
 
     def _keep(self, first: int, times: np.ndarray, rows: np.ndarray) -> None:
         """The sample and the extremes of a block."""

@@ -115,15 +115,15 @@ class _Run:
                 slopes = [feedthrough_slopes(plan.system, bond) for bond in bonds]
                 if self.interrupt:
                     raise Interrupted("interrupted before the first step", plan.times[0])
-                carrying = self.method.carrying(plan.instances.values())
+                interpolating = self.method.interpolating(plan.instances.values())
                 layout = plan.layout
-                self.energy = ResidualEnergy(bonds, layout.outputs, layout.inputs, slopes, carrying)
-                held = HeldInputs(plan.system, layout.outputs, layout.inputs, carrying, options.check_step)
+                self.energy = ResidualEnergy(bonds, layout.outputs, layout.inputs, slopes, interpolating)
+                held = HeldInputs(plan.system, layout.outputs, layout.inputs, interpolating, options.check_step)
                 self.file = self.folder / options.results if options.results else None
                 self.stride = stride or sample_stride(count, len(layout.columns))
-                taken = [layout.columns[i] for i in plan.which]
+                taken = [layout.columns[i] for i in plan.recorded_columns]
                 self.recording = Recording(
-                    plan.system, layout, plan.which, self.file, options.record_every, self.energy, held,
+                    plan.system, layout, plan.recorded_columns, self.file, options.record_every, self.energy, held,
                     self.stride, constants(plan.system, self.parameters, options.record_parameters, taken), plan.first,
                 )  # fmt: skip
                 if plan.resumed is not None and options.resume is not None:
@@ -367,10 +367,10 @@ class _Run:
         instance = next((s for s in self.plan.instances.values() if s.in_call), None)
         who = f"component '{instance.name}'" if instance else "an FMU"
         where = f"{phase} ({instance.in_call})" if instance else phase
-        which = "" if instance else "; --isolate says which"
+        hint = "" if instance else "; --isolate says which"
         if lost:
-            return SimulationError(f"{who} {lost} in {where}{which}")
-        return Interrupted(f"{who} does not come back from {where}{which}")
+            return SimulationError(f"{who} {lost} in {where}{hint}")
+        return Interrupted(f"{who} does not come back from {where}{hint}")
 
     def _end_process(self, error: CosimError) -> None:
         assert self._on_hang is not None  # else nobody watches

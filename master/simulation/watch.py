@@ -25,7 +25,7 @@ class Watch:
     def warnings(self, t: np.ndarray, rows: np.ndarray, method: str) -> list[str]:
         """Of the session's last run, which recorded rows (n, len(record)) at times t (n,)."""
         instances = self.session.system.instances.values()
-        carrying = method_named(method).carrying(instances)
-        energy = ResidualEnergy(self.bonds, *self._slots, [(0.0, 0.0)] * len(self.bonds), carrying)
+        interpolating = method_named(method).interpolating(instances)
+        energy = ResidualEnergy(self.bonds, *self._slots, [(0.0, 0.0)] * len(self.bonds), interpolating)
         energy.add(t, rows)
         return list(dict.fromkeys([*said(instances), *energy.warnings()]))

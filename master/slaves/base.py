@@ -20,7 +20,7 @@ import numpy as np
 
 from ...core.errors import SimulationError
 from ..engine.program import Program
-from ..engine.values import Group, Signal
+from ..engine.values import ExchangeGroup, Signal
 from .message_log import FATAL, STATUS, MessageLog
 from .variables import FmuVariables
 
@@ -47,16 +47,16 @@ class FmuInstance(FmuVariables, ABC):
         """How many until the run began."""
         self.seconds = 0.0
         """Wall time spent in the FMU's calls outside of steps [s]."""
-        self.ratio = 1
+        self.substeps = 1
         """Steps of the FMU in a macro step."""
         self.inputs: list[Signal] = []
         self.outputs: list[Signal] = []
-        self.input_groups: list[Group] = []
-        self.output_groups: list[Group] = []
+        self.input_groups: list[ExchangeGroup] = []
+        self.output_groups: list[ExchangeGroup] = []
         self.texts: set[str] = set()
         """Strings and binaries that are handed over at every step: of the inputs those that something drives (the
         others are set once, before the run), of the outputs those that are connected or recorded."""
-        self.told = 0
+        self.out_parameters = 0
         """Place of doStep's out parameters, or of its status, among the bytes of the staging area."""
         self.reached = np.full(1, np.nan)
         """Where doStep of FMI 3.0 says that the FMU has come to [s]."""
@@ -71,8 +71,8 @@ class FmuInstance(FmuVariables, ABC):
 
     # life
 
-    def set_out(self) -> None:
-        """Begin with what goes on by itself until `load`, where there is something."""
+    def start_process(self) -> None:
+        """Start the process that the FMU lives in, where it has one; it goes on by itself until `load`."""
 
     @abstractmethod
     def load(self, log: Log) -> None:
@@ -114,13 +114,13 @@ class FmuInstance(FmuVariables, ABC):
         """Write down: the outputs of the FMU are read into the buffer."""
 
     @abstractmethod
-    def write_step(self, program: Program, returns: bool) -> None:
-        """Write down: the FMU advances over the macro step, in as many steps of its own as its ratio says.
+    def write_step(self, program: Program, may_be_restored: bool) -> None:
+        """Write down: the FMU advances over the macro step, in as many steps of its own as `substeps` says.
 
-        returns: a state from before the step may be set after it.
+        may_be_restored: a state from before the step may be set after it.
         """
 
-    def write_slopes(self, program: Program, references: Sequence[int], changes: int) -> None:
+    def write_input_derivatives(self, program: Program, references: Sequence[int], changes: int) -> None:
         """Write down: the slopes of inputs are handed to the FMU, whose changes over the last step lie from the slot
         `changes` on."""
         raise NotImplementedError
@@ -130,11 +130,11 @@ class FmuInstance(FmuVariables, ABC):
         return None
 
     @property
-    def takes_slopes(self) -> bool:
+    def interpolates_inputs(self) -> bool:
         """Whether the FMU carries its real inputs on through a step when it is told their slopes."""
         return False
 
-    def derivatives(self, outputs: Sequence[int], input: int) -> list[float] | None:
+    def directional_derivatives(self, outputs: Sequence[int], input: int) -> list[float] | None:
         """What outputs answer at once to a change of an input, by value references; None where the FMU does not say."""
         return None
 

@@ -121,5 +121,5 @@ class Fmi1Instance(LibraryInstance):
     def step_address(self) -> int:
         return self._address("fmiDoStep")
 
-    def slopes_address(self) -> int:
+    def input_derivatives_address(self) -> int:
         return self._address("fmiSetRealInputDerivatives")

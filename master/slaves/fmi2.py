@@ -57,7 +57,7 @@ class Fmi2Instance(LibraryInstance):
         except SimulationError:
             return None
 
-    def slopes_address(self) -> int:
+    def input_derivatives_address(self) -> int:
         return address_of(self._fmu.dll.fmi2SetRealInputDerivatives)
 
     def save(self) -> Any:

@@ -76,10 +76,10 @@ class Fmi3Instance(LibraryInstance):
     def step_address(self) -> int:
         return address_of(self._fmu.dll.fmi3DoStep)
 
-    def write_step(self, program: Program, returns: bool) -> None:
-        self.reached = program.buffer.stages[U8][self.told + 8 : self.told + 16].view(np.float64)
+    def write_step(self, program: Program, may_be_restored: bool) -> None:
+        self.reached = program.buffer.stages[U8][self.out_parameters + 8 : self.out_parameters + 16].view(np.float64)
         self.reached[0] = np.nan
-        super().write_step(program, returns)
+        super().write_step(program, may_be_restored)
 
     def last_successful_time(self) -> float | None:
         return float(self.reached[0]) if np.isfinite(self.reached[0]) else None

@@ -49,7 +49,7 @@ class FunctionInstance(FmuInstance):
     def write_inputs(self, program: Program) -> None:
         """The inputs are where they are needed."""
 
-    def write_step(self, program: Program, returns: bool) -> None:
+    def write_step(self, program: Program, may_be_restored: bool) -> None:
         """It has no time."""
 
     def write_outputs(self, program: Program) -> None:
@@ -59,7 +59,7 @@ class FunctionInstance(FmuInstance):
             if self.function.offset != 0.0:
                 program.convert(places[output], places[output], 1, SlotConversion(1.0, self.function.offset))
 
-    def derivatives(self, outputs: Sequence[int], input: int) -> list[float] | None:
+    def directional_derivatives(self, outputs: Sequence[int], input: int) -> list[float] | None:
         names = {v.valueReference: v.name for v in self.description.modelVariables}
         return [dict(self.function.outputs[names[reference]]).get(names[input], 0.0) for reference in outputs]
 

@@ -18,7 +18,7 @@ import numpy as np
 from ...core.errors import PackageError, SimulationError
 from ..engine import loop
 from ..engine.program import Program, listed
-from ..engine.values import TEXT, FmiType, Group, Signal
+from ..engine.values import TEXT, ExchangeGroup, FmiType, Signal
 from .base import FmuInstance, Log
 from .message_log import ERROR, FATAL, STATUS
 from .siblings import Siblings
@@ -203,7 +203,7 @@ class LibraryInstance(FmuInstance):
         """Address of what tells, after a discarded step, whether the FMU wants to end the run; 0 where nothing does."""
         return 0
 
-    def slopes_address(self) -> int:
+    def input_derivatives_address(self) -> int:
         """Address of SetRealInputDerivatives."""
         raise NotImplementedError
 
@@ -213,7 +213,7 @@ class LibraryInstance(FmuInstance):
     def write_outputs(self, program: Program) -> None:
         self._write_exchange(program, self.output_groups, "Get", "reading the outputs")
 
-    def _write_exchange(self, program: Program, groups: Sequence[Group], verb: str, doing: str) -> None:
+    def _write_exchange(self, program: Program, groups: Sequence[ExchangeGroup], verb: str, doing: str) -> None:
         for g in groups:
             if g.fmi_type.family == TEXT:
                 if any(s.name in self.texts for s in g.signals):
@@ -237,7 +237,7 @@ class LibraryInstance(FmuInstance):
                 if s.name in self.negated:
                     program.add(self, doing, loop.LINEAR, s.place, s.place, 1, program.constant(-1.0, 0.0))
 
-    def _write_texts(self, program: Program, group: Group, verb: str, doing: str) -> None:
+    def _write_texts(self, program: Program, group: ExchangeGroup, verb: str, doing: str) -> None:
         def exchange(_t: float, _h: float) -> int:
             try:
                 self.exchange_texts(verb, group.signals, program.buffer.texts)
@@ -248,25 +248,25 @@ class LibraryInstance(FmuInstance):
 
         program.python(exchange, self, doing)
 
-    def write_step(self, program: Program, returns: bool) -> None:
+    def write_step(self, program: Program, may_be_restored: bool) -> None:
         number, ends = program.number(self), self.ends_address()
-        program.add(self, "doStep", self.step_code, self.step_address(), self.instance, number, self.ratio, self.told,
-                    ends, int(returns))  # fmt: skip
+        program.add(self, "doStep", self.step_code, self.step_address(), self.instance, number, self.substeps,
+                    self.out_parameters, ends, int(may_be_restored))  # fmt: skip
 
-    def write_slopes(self, program: Program, references: Sequence[int], changes: int) -> None:
+    def write_input_derivatives(self, program: Program, references: Sequence[int], changes: int) -> None:
         kept = np.array(references, np.uint32), np.ones(len(references), np.int32)
         program.keep(kept)
         first, orders = (int(a.ctypes.data) for a in kept)
-        program.add(self, "setting the inputs' slopes", loop.DERIVATIVES, self.slopes_address(), self.instance, first,
-                    len(references), orders, changes)  # fmt: skip
+        program.add(self, "setting the inputs' slopes", loop.INPUT_DERIVATIVES, self.input_derivatives_address(),
+                    self.instance, first, len(references), orders, changes)  # fmt: skip
 
     @property
-    def takes_slopes(self) -> bool:
+    def interpolates_inputs(self) -> bool:
         # within a step of several own ones it is not defined from where on the slope counts
         able = bool(getattr(self.description.coSimulation, "canInterpolateInputs", False))
-        return able and self.version != "3.0" and self.ratio == 1
+        return able and self.version != "3.0" and self.substeps == 1
 
-    def derivatives(self, outputs: Sequence[int], input: int) -> list[float] | None:
+    def directional_derivatives(self, outputs: Sequence[int], input: int) -> list[float] | None:
         if not getattr(self.description.coSimulation, "providesDirectionalDerivative", False):
             return None
         function = self._fmu.getDirectionalDerivative

@@ -57,7 +57,7 @@ def smallest_step(network: FlatSystem, instances: Mapping[str, FmuInstance]) -> 
     for path, instance in instances.items():
         step = network.components[path].component.step_hint or instance.suggested("stepSize") or 0.0
         if step > 0.0:
-            steps.append(instance.ratio * step)
+            steps.append(instance.substeps * step)
     return min(steps, default=None)
 
 
@@ -103,6 +103,6 @@ def load_instances(instances: Mapping[str, FmuInstance], stack: ExitStack, log: 
 
     for instance in instances.values():
         stack.callback(instance.free)
-        instance.set_out()
+        instance.start_process()
     for instance in instances.values():
         instance.load(on_log)

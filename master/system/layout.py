@@ -10,7 +10,7 @@ from ...core.errors import PackageError
 from ...ssp.flat_system import FlatSystem
 from ..engine.loop import U8
 from ..engine.program import ValueBuffer
-from ..engine.values import MOST_VALUES, TEXT, Group, Signal
+from ..engine.values import MOST_VALUES, TEXT, ExchangeGroup, Signal
 from ..slaves.base import FmuInstance
 from .value_conversion import Quantity
 
@@ -64,10 +64,10 @@ class SignalLayout:
                     stage = self._staged.get(fmi_type.width, 0)
                     self._staged[fmi_type.width] = stage + count
                 references = np.array([m.reference for m in members], np.uint32)
-                groups.append(Group(fmi_type, references, members[0].place, count, stage, members))
+                groups.append(ExchangeGroup(fmi_type, references, members[0].place, count, stage, members))
         if instance.version != "1.0":
             begin = -(-self._staged.get(U8, 0) // 8) * 8
-            instance.told = begin
+            instance.out_parameters = begin
             self._staged[U8] = begin + 16
 
     def system_input(
