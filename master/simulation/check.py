@@ -22,7 +22,7 @@ from ..system.start_values import StartValue, idle
 from ..system.system import System
 from . import stimuli
 from .plan import check_categories, check_coupling, check_options, check_saving, set_substeps, step_remarks
-from .time_grid import Times, times_of
+from .time_grid import TimeGrid, time_grid
 
 
 @dataclass
@@ -76,15 +76,17 @@ def check(package: Path, wanted: Options | None = None) -> Checked:
     return report
 
 
-def _times(findings: Findings, assembly: Assembly, wanted: Options) -> Times | None:
+def _times(findings: Findings, assembly: Assembly, wanted: Options) -> TimeGrid | None:
     structure = assembly.network.structure
     if structure.stop_time is None and wanted.stop_time is None:
         findings.notes.append("the package has no stop time; a run needs --stop-time")
         return None
-    return findings.attempt(times_of, structure, wanted.stop_time, wanted.step)
+    return findings.attempt(time_grid, structure, wanted.stop_time, wanted.step)
 
 
-def _run(findings: Findings, if_complete: Findings, assembly: Assembly, wanted: Options, times: Times | None) -> None:
+def _run(
+    findings: Findings, if_complete: Findings, assembly: Assembly, wanted: Options, times: TimeGrid | None
+) -> None:
     """What a run of the system would meet."""
     system = assembly.system
     if_no_errors = findings.muted_if(bool(findings.errors))  # what follows from an error is not told
@@ -140,14 +142,14 @@ def _fits(said: str, own: str) -> bool:
     return same.get(said, said) == same.get(own, own)
 
 
-def _driven(findings: Findings, system: System, wanted: Options, times: Times | None) -> set[tuple[str, str]]:
+def _driven(findings: Findings, system: System, wanted: Options, times: TimeGrid | None) -> set[tuple[str, str]]:
     """Check what a table drives; the inputs that it drives."""
     if wanted.stimuli is None:
         return set()
     path = wanted.stimuli
     drives: list[stimuli.Drive] = findings.attempt(stimuli.read, path, system) or []
     if times is not None:
-        findings.warnings += stimuli.remarks(path, drives, system, times[0], times[1])
+        findings.warnings += stimuli.remarks(path, drives, system, times.start, times.stop)
     return {(d.signal.component, d.signal.name) for d in drives}
 
 

@@ -36,7 +36,7 @@ def check_resumed(plan: Plan, now: Mapping[str, Any], folder: Path) -> list[str]
         return []
     if (mismatch := difference(state.identity, now)) is not None:
         raise UsageError(f"--resume {given}: {mismatch}")
-    stop, n = plan.times[1], plan.times[3]
+    stop, n = plan.times.stop, plan.times.steps
     if n <= state.done:
         raise UsageError(f"--resume {given}: it is at t = {state.time:g} s; the stop time, {stop:g} s, is not later")
     if state_file(given).resolve().parent == folder.resolve():
@@ -61,8 +61,8 @@ def difference(then: Mapping[str, Any], now: Mapping[str, Any]) -> str | None:
 def _machine(plan: Plan) -> Iterator[tuple[str, Any]]:
     yield "platform", f"{platform.system()} {platform.machine()}"
     yield "--method", plan.options.method
-    yield "step [s]", plan.times[2]
-    yield "start time [s]", plan.times[0]
+    yield "step [s]", plan.times.step
+    yield "start time [s]", plan.times.start
 
 
 def _components(plan: Plan) -> Iterator[tuple[str, Any]]:

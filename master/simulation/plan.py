@@ -32,7 +32,7 @@ from . import stimuli
 from .interrupts import Interrupts
 from .run_folder import LOG_SUFFIXES
 from .saved_state import SavedState, read_state
-from .time_grid import Times, times_of
+from .time_grid import TimeGrid, time_grid
 
 
 @dataclass
@@ -53,7 +53,7 @@ class Plan:
     layout: RecordLayout
     recorded_columns: list[int]
     """Columns of the layout that are recorded."""
-    times: Times
+    times: TimeGrid
     """Start, stop and macro step [s], and the number of steps."""
     bonds: list[Bond]
     """Power bonds."""
@@ -62,14 +62,14 @@ class Plan:
     """What the run begins with, instead of the start."""
 
     @property
-    def first(self) -> int:
+    def steps_before(self) -> int:
         """Macro steps that an earlier run has taken already."""
         return self.resumed.done if self.resumed is not None else 0
 
     @property
-    def begin(self) -> float:
+    def first_time(self) -> float:
         """Time of the first communication point [s]."""
-        return self.resumed.time if self.resumed is not None else self.times[0]
+        return self.resumed.time if self.resumed is not None else self.times.start
 
 
 def make_plan(package: Path, options: Options, stack: ExitStack, interrupt: Interrupts) -> Plan:
@@ -96,7 +96,7 @@ def make_plan(package: Path, options: Options, stack: ExitStack, interrupt: Inte
     step = options.step
     if resumed is not None and step is None and network.structure.step_size is None:
         step = resumed.step  # which would hang on the stop time
-    times = times_of(network.structure, options.stop_time, step)
+    times = time_grid(network.structure, options.stop_time, step)
     if not options.isolate:
         remarks += mixed_libraries(instances)
     elif method.interpolating(instances.values()):
@@ -113,7 +113,7 @@ def make_plan(package: Path, options: Options, stack: ExitStack, interrupt: Inte
         )
     drives = stimuli.read(options.stimuli, system) if options.stimuli is not None else []
     if options.stimuli is not None:
-        remarks += stimuli.remarks(options.stimuli, drives, system, times[0], times[1])
+        remarks += stimuli.remarks(options.stimuli, drives, system, times.start, times.stop)
     for drive in drives:
         if drive.texts and drive.signal.component:
             instances[drive.signal.component].texts.add(drive.signal.name)
@@ -201,7 +201,7 @@ def set_substeps(options: Options, instances: dict[str, FmuInstance]) -> None:
         instances[component].substeps = ratio
 
 
-def step_remarks(network: FlatSystem, instances: dict[str, FmuInstance], times: Times) -> list[str]:
+def step_remarks(network: FlatSystem, instances: dict[str, FmuInstance], times: TimeGrid) -> list[str]:
     """Where the steps are others than are suggested, or than suit the FMUs."""
     start, stop, step, n = times
     return [

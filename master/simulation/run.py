@@ -104,7 +104,7 @@ class _Run:
     def start(self, stack: ExitStack, log: Callable[[str, str, str], None], stride: int | None) -> None:
         """Load and initialise everything; what is loaded goes with the stack."""
         plan, options = self.plan, self.options
-        count = plan.times[3] - plan.first
+        count = plan.times.steps - plan.steps_before
         try:
             self._begin_log(stack)
             with self.interrupt.away(self._abandon_start):
@@ -114,7 +114,7 @@ class _Run:
                 bonds = plan.bonds
                 slopes = [feedthrough_slopes(plan.system, bond) for bond in bonds]
                 if self.interrupt:
-                    raise Interrupted("interrupted before the first step", plan.times[0])
+                    raise Interrupted("interrupted before the first step", plan.times.start)
                 interpolating = self.method.interpolating(plan.instances.values())
                 layout = plan.layout
                 self.energy = ResidualEnergy(bonds, layout.outputs, layout.inputs, slopes, interpolating)
@@ -124,7 +124,8 @@ class _Run:
                 taken = [layout.columns[i] for i in plan.recorded_columns]
                 self.recording = Recording(
                     plan.system, layout, plan.recorded_columns, self.file, options.record_every, self.energy, held,
-                    self.stride, constants(plan.system, self.parameters, options.record_parameters, taken), plan.first,
+                    self.stride, constants(plan.system, self.parameters, options.record_parameters, taken),
+                    plan.steps_before,
                 )  # fmt: skip
                 if plan.resumed is not None and options.resume is not None:
                     restore(plan.resumed, options.resume, plan.system, program)
@@ -157,7 +158,7 @@ class _Run:
     def _initialised(self) -> Program:
         """Bring the system to its start; what a macro step consists of."""
         system, drives, coupling = self.plan.system, self.plan.drives, self.method
-        start, stop = self.plan.times[:2]
+        start, stop = self.plan.times.start, self.plan.times.stop
         program = system.writer.program()
         driven = {(drive.signal.component, drive.signal.name) for drive in drives}
         values = [v for v in self.plan.values if (v.component, v.variable) not in driven]
@@ -187,7 +188,7 @@ class _Run:
         failure: CosimError | None = None
         try:
             self.loop.run(*self.plan.times, progress, self.interrupt, self._abandon)
-            self.remarks += self.loop.ending(self.plan.times[1])
+            self.remarks += self.loop.ending(self.plan.times.stop)
             self.remarks += self.saver.remarks() if self.saver is not None else []
             self.recording.flush()
             self.recording.finish()
@@ -252,7 +253,7 @@ class _Run:
 
     def _summary(self, status: str, error: object) -> dict[str, Any]:
         plan, loop = self.plan, self.loop
-        start, step = plan.begin, plan.times[2]
+        start, step = plan.first_time, plan.times.step
         wall = perf_counter() - self._started
         simulated = loop.time - start
         instances = plan.instances
@@ -342,7 +343,7 @@ class _Run:
         self._end_process(error)
 
     def _abandon(self, runner: Runner, lost: str) -> None:
-        start, _, step, _ = self.plan.times
+        start, step = self.plan.times.start, self.plan.times.step
         why = self.loop.abandon(runner, start, step, lost)
         self._write_and_end(SimulationError(why, self.loop.time) if lost else Interrupted(why, self.loop.time), lost)
 

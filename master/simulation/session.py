@@ -29,7 +29,7 @@ from ..system.findings import Findings
 from ..system.instances import load_instances
 from ..system.start_values import Value, resolve
 from .stimuli import Drive, check_series, driven_column, means
-from .time_grid import times_of
+from .time_grid import time_grid
 
 MOST_VALUES = 3e8
 """Values that a run may record: a few GB."""

@@ -50,11 +50,11 @@ class Loop:
         self._finite = finite
         self.ended_by: FmuInstance | None = None
         """The FMU that has asked to end the run before its time."""
-        self.first = plan.first
+        self.first = plan.steps_before
         """Steps that an earlier run has taken."""
         self.done = self.first
-        self.time = plan.begin
-        self._h, self._stepping = plan.times[2], False
+        self.time = plan.first_time
+        self._h, self._stepping = plan.times.step, False
 
     def run(
         self, start: float, stop: float, h: float, n: int, progress: Callable[[int, int], None], interrupt: Interrupts,

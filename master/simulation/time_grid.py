@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from typing import NamedTuple
+
 import numpy as np
 
 from ...core.errors import UsageError
@@ -10,11 +12,17 @@ from ...ssp.model import SystemStructure
 DEFAULT_STEPS = 1000
 """Steps of a run where neither the package and its FMUs nor the user says how long one is."""
 
-Times = tuple[float, float, float, int]
-"""Start, stop and macro step [s], and the number of steps."""
+
+class TimeGrid(NamedTuple):
+    """Start, stop and macro step of a run [s], and the number of `steps`."""
+
+    start: float
+    stop: float
+    step: float
+    steps: int
 
 
-def times_of(structure: SystemStructure, stop: float | None = None, step: float | None = None) -> Times:
+def time_grid(structure: SystemStructure, stop: float | None = None, step: float | None = None) -> TimeGrid:
     """Start, stop, step [s] and number of steps; the last one is shorter when the step does not divide the time.
 
     stop, step: instead of the package's. Raises `UsageError` for what makes no run.
@@ -43,4 +51,4 @@ def times_of(structure: SystemStructure, stop: float | None = None, step: float 
         raise UsageError(f"step {step:g} s would take {count:.1e} steps; choose a longer one")
     rounding = max(1e-6, 4.0 * np.finfo(float).eps * max(abs(start), abs(stop)) / step)
     n = round(count) if abs(count - round(count)) < rounding else int(count) + 1
-    return start, stop, step, n
+    return TimeGrid(start, stop, step, n)

@@ -23,7 +23,7 @@ from ...master.simulation import stimuli
 from ...master.simulation.manifest import digest as digest_of_file
 from ...master.simulation.session import Session
 from ...master.simulation.stimuli import Drive
-from ...master.simulation.time_grid import times_of
+from ...master.simulation.time_grid import time_grid
 from ...master.simulation.watch import Watch
 from ...master.system.system import System
 from .cases import Case
@@ -61,7 +61,7 @@ def measure(package: str, task: Task) -> dict[str, Any]:
     try:
         watch = Watch(running)
         record = [*watch.record, *dict.fromkeys(m.connector for m in s.metrics)]
-        _, stop, step, _ = times_of(running.structure, s.stop, s.step)
+        _, stop, step, _ = time_grid(running.structure, s.stop, s.step)
         drives = _driving(running.system, s.stimuli) if s.stimuli is not None else ()
         t, rows = running.run(record, stop, step, {**s.fixed, **task.case}, method=s.method, drives=drives)
         warnings = watch.warnings(t, rows[:, : len(watch.record)], s.method)
@@ -95,7 +95,7 @@ def check(session: Session, case: Case, settings: Settings, others: Iterable[Map
 
     others: what may stand in place of some of the case's values.
     """
-    start, stop, _, _ = times_of(session.structure, settings.stop, settings.step)
+    start, stop, _, _ = time_grid(session.structure, settings.stop, settings.step)
     if not settings.metrics:
         raise UsageError("no connected output is a number; say with --metric what is to be measured")
     for m in settings.metrics:

@@ -115,7 +115,7 @@ def _plan(options: argparse.Namespace) -> _Plan:
         kind, cases = _cases(axes, options)
         fixed = {name: value(name, text) for name, text in texts.items()}
         metrics = metrics or default_metrics(session)
-        _, stop, step, _ = times_of(session.structure, options.stop_time, options.step)
+        _, stop, step, _ = time_grid(session.structure, options.stop_time, options.step)
         table_of_inputs = options.stimuli and options.stimuli.resolve()
         method = chosen(options.method, session.structure.method)
         settings = Settings(metrics, step, stop, method, fixed, table_of_inputs)

@@ -12,7 +12,7 @@ from deepsea_cosim.master.engine.runner import last_step
 from deepsea_cosim.master.simulation.check import check
 from deepsea_cosim.master.simulation.run import Options, run, simulate
 from deepsea_cosim.master.simulation.session import Session
-from deepsea_cosim.master.simulation.time_grid import times_of
+from deepsea_cosim.master.simulation.time_grid import time_grid
 from deepsea_cosim.ssp.archive import extract
 
 from benchmarks import native
@@ -163,7 +163,7 @@ def test_late_times_have_no_step_of_length_zero():
     class Structure:
         start_time, stop_time, step_size = 1e9, 1e9 + 0.1, 0.01
 
-    assert times_of(Structure())[3] == 10
+    assert time_grid(Structure()).steps == 10
 
 
 @pytest.mark.parametrize("isolate", [False, True])
