@@ -19,7 +19,7 @@ import tempfile
 from itertools import count
 from pathlib import Path
 
-from deepsea_cosim.master.engine import crew
+from deepsea_cosim.master.engine import step_threads
 from deepsea_cosim.master.isolation.isolated import IsolatedInstance
 from deepsea_cosim.master.simulation.run import Options, run
 
@@ -91,7 +91,7 @@ def pin() -> None:
     own = sorted(os.sched_getaffinity(0))
     load = IsolatedInstance.load
 
-    class Thread(crew.Thread):  # type: ignore[misc]
+    class Thread(step_threads.Thread):  # type: ignore[misc]
         def run(self) -> None:
             os.sched_setaffinity(0, {own[next(numbers) % len(own)] if len(own) > 2 else own[-1]})
             super().run()
@@ -103,7 +103,7 @@ def pin() -> None:
         assert self._process is not None
         os.sched_setaffinity(self._process.pid, {own[next(numbers) % len(own)]})
 
-    crew.Thread, crew.cores, IsolatedInstance.load = Thread, lambda: len(own), loaded  # type: ignore
+    step_threads.Thread, step_threads.cores, IsolatedInstance.load = Thread, lambda: len(own), loaded  # type: ignore
     os.sched_setaffinity(0, {own[0]})
 
 

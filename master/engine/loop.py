@@ -60,9 +60,9 @@ RETURNED_EARLY, TOO_LARGE, ENDS, UNDERWAY = 1001, 1002, 1003, 1004
 the run with its step; a thread has not come back from a step yet."""
 
 THREADS, NEXT, UNTIL, STOP, POST, WAIT, TRY, WORK, WORKED, STATUS = range(10)
-"""What threads have in common (`crew`): how many there are beside the loop; the next operation and the end of those to
-be taken; whether to stop; addresses of sem_post, sem_wait and sem_trywait, and of the semaphores of work to do and of
-work done; and from STATUS on the status of each operation."""
+"""What threads have in common (`threads`): how many there are beside the loop; the next operation and the end of those
+to be taken; whether to stop; addresses of sem_post, sem_wait and sem_trywait, and of the semaphores of work to do and
+of work done; and from STATUS on the status of each operation."""
 
 GAIN = 5e-5
 """Time that threads have to save in a macro step to be woken for it [s]."""
@@ -80,7 +80,7 @@ def run(
     i8: np.ndarray, u8: np.ndarray, i16: np.ndarray, u16: np.ndarray, i32: np.ndarray, u32: np.ndarray,
     f32: np.ndarray, driven: np.ndarray, rows: np.ndarray, outputs: np.ndarray, inputs: np.ndarray,
     finite: np.ndarray, seconds: np.ndarray, start: float, h: float, first: int, count: int, total: int, last: float,
-    clock: int, budget: float, ended: np.ndarray, report: np.ndarray, crew: np.ndarray, spans: np.ndarray,
+    clock: int, budget: float, ended: np.ndarray, report: np.ndarray, threads: np.ndarray, spans: np.ndarray,
 ) -> None:  # fmt: skip
     """Take the steps first, ..., first + count - 1 of h [s] from `start`; step total - 1 takes `last` [s].
 
@@ -90,7 +90,7 @@ def run(
     clock_gettime or 0. Comes back early when more than `budget` seconds have passed, or after a step in which `ended`
     got the number + 1 of an instance, and its instance, which is given nothing any more. report: why it came back,
     steps done, operation, status, and number + 1 and step of the first operation that ended with a warning, or 0; while
-    it runs, steps done and operation are already there. crew, spans: see `THREADS` and `_gains`.
+    it runs, steps done and operation are already there. threads, spans: see `THREADS` and `_gains`.
     """
     # One long function: split by kinds of operations (calls, values on the buffer, steps), with all of it inlined, the
     # loop took 1.25 us a step of two native FMUs instead of 1.06.
@@ -128,12 +128,12 @@ def run(
                     ended[0], ended[1], status = o[3] + 1, o[2], 0
                 seconds[o[3]] += _now(clock, where, spec) - before
             elif code == FORK:
-                if _gains(program, i, seconds, crew, spans, clock):
+                if _gains(program, i, seconds, threads, spans, clock):
                     after = i + 1 + o[1]
-                    _fork(program, i + 1, after, t, step, u8, seconds, crew, spans, clock, where, spec)
+                    _fork(program, i + 1, after, t, step, u8, seconds, threads, spans, clock, where, spec)
                     while i + 1 < after and 0 <= status <= 1:
                         i += 1
-                        status = crew[STATUS + i]
+                        status = threads[STATUS + i]
                         if status == ENDS:
                             ended[0], ended[1], status = program[i, 3] + 1, program[i, 2], 0
                         if status == WARNING and report[4] == 0:
@@ -249,15 +249,15 @@ def _step(o: np.ndarray, t: float, step: float, u8: np.ndarray, u8_address: int)
 
 @kernel
 def _gains(
-    program: np.ndarray, fork: int, seconds: np.ndarray, crew: np.ndarray, spans: np.ndarray, clock: int
+    program: np.ndarray, fork: int, seconds: np.ndarray, threads: np.ndarray, spans: np.ndarray, clock: int
 ) -> Any:  # fmt: skip
     """Whether threads save time with the steps behind a fork.
 
     spans (3, instances): the seconds of each instance when that was asked last, the mean time that it takes for a step,
     and what threads are told, time and step.
     """
-    if crew[THREADS] == 0 or clock == 0:
-        return crew[THREADS] > 0
+    if threads[THREADS] == 0 or clock == 0:
+        return threads[THREADS] > 0
     whole, longest = 0.0, 0.0
     for j in range(fork + 1, fork + 1 + program[fork, 1]):
         instance = program[j, 3]
@@ -265,66 +265,66 @@ def _gains(
         spans[0, instance] = seconds[instance]
         whole += spans[1, instance]
         longest = max(longest, spans[1, instance])
-    return whole - max(longest, whole / (crew[THREADS] + 1)) > GAIN
+    return whole - max(longest, whole / (threads[THREADS] + 1)) > GAIN
 
 
 @kernel
 def _fork(
     program: np.ndarray, first: int, end: int, t: float, step: float, u8: np.ndarray, seconds: np.ndarray,
-    crew: np.ndarray, spans: np.ndarray, clock: int, where: int, spec: np.ndarray,
+    threads: np.ndarray, spans: np.ndarray, clock: int, where: int, spec: np.ndarray,
 ) -> None:  # fmt: skip
     """Take steps side by side, and wait for all of them."""
     spans[2, 0], spans[2, 1] = t, step
-    crew[NEXT], crew[UNTIL] = first, end
+    threads[NEXT], threads[UNTIL] = first, end
     for j in range(first, end):
-        crew[STATUS + j] = UNDERWAY
-    helpers = min(crew[THREADS], end - first - 1)
+        threads[STATUS + j] = UNDERWAY
+    helpers = min(threads[THREADS], end - first - 1)
     for _ in range(helpers):
-        native.semaphore(crew[POST], crew[WORK])
-    _take(program, u8, seconds, crew, spans, clock, where, spec)
+        native.semaphore(threads[POST], threads[WORK])
+    _take(program, u8, seconds, threads, spans, clock, where, spec)
     for _ in range(helpers):
-        _wait(crew, WORKED, clock, where, spec)
+        _wait(threads, WORKED, clock, where, spec)
 
 
 @kernel
-def _wait(crew: np.ndarray, which: int, clock: int, where: int, spec: np.ndarray) -> None:
+def _wait(threads: np.ndarray, which: int, clock: int, where: int, spec: np.ndarray) -> None:
     """Wait for a semaphore, awake for a while."""
     begin = _now(clock, where, spec)
     while clock != 0 and _now(clock, where, spec) - begin < SPIN:
         for _ in range(16):
-            if native.semaphore(crew[TRY], crew[which]) == 0:
+            if native.semaphore(threads[TRY], threads[which]) == 0:
                 return
-    while native.semaphore(crew[WAIT], crew[which]) != 0:
+    while native.semaphore(threads[WAIT], threads[which]) != 0:
         pass  # a signal came in between
 
 
 @kernel
 def _take(
-    program: np.ndarray, u8: np.ndarray, seconds: np.ndarray, crew: np.ndarray, spans: np.ndarray, clock: int,
+    program: np.ndarray, u8: np.ndarray, seconds: np.ndarray, threads: np.ndarray, spans: np.ndarray, clock: int,
     where: int, spec: np.ndarray,
 ) -> None:  # fmt: skip
     """Take one step after the other of those that no other thread has taken."""
     while True:
-        i = native.take_next(crew.ctypes.data + 8 * NEXT)
-        if i >= crew[UNTIL]:
+        i = native.take_next(threads.ctypes.data + 8 * NEXT)
+        if i >= threads[UNTIL]:
             return
         before = _now(clock, where, spec)
-        crew[STATUS + i] = _step(program[i], spans[2, 0], spans[2, 1], u8, u8.ctypes.data)
+        threads[STATUS + i] = _step(program[i], spans[2, 0], spans[2, 1], u8, u8.ctypes.data)
         seconds[program[i, 3]] += _now(clock, where, spec) - before
 
 
 @free_kernel
-def help_out(
-    program: np.ndarray, u8: np.ndarray, seconds: np.ndarray, crew: np.ndarray, spans: np.ndarray, clock: int
+def worker_thread(
+    program: np.ndarray, u8: np.ndarray, seconds: np.ndarray, threads: np.ndarray, spans: np.ndarray, clock: int
 ) -> None:  # fmt: skip
     """What a thread beside the loop does: wait for work, until it is to stop."""
     spec = np.zeros(2, np.int64)
     while True:
-        _wait(crew, WORK, clock, spec.ctypes.data, spec)
-        if crew[STOP] != 0:
+        _wait(threads, WORK, clock, spec.ctypes.data, spec)
+        if threads[STOP] != 0:
             return
-        _take(program, u8, seconds, crew, spans, clock, spec.ctypes.data, spec)
-        native.semaphore(crew[POST], crew[WORKED])
+        _take(program, u8, seconds, threads, spans, clock, spec.ctypes.data, spec)
+        native.semaphore(threads[POST], threads[WORKED])
 
 
 @kernel

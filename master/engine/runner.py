@@ -11,8 +11,8 @@ import numpy as np
 
 from ...core.errors import SimulationError
 from . import loop
-from .crew import NOBODY, Crew
 from .program import EngineInstance, Program
+from .step_threads import NO_THREADS, StepThreads
 from .values import Signal
 
 
@@ -52,7 +52,7 @@ class Runner:
         self.seconds = np.zeros(max(1, program.numbered))
         """Wall time in doStep of the instances, as far as the program has them step [s]."""
         forked = any(row[0] == loop.FORK for row in program.rows)
-        self._crew = Crew(self._operations, program.numbered) if forked else NOBODY
+        self._threads = StepThreads(self._operations, program.numbered) if forked else NO_THREADS
         self._report = np.zeros(6, np.int64)
         self._nothing = np.zeros((1, 0))
         self.timed = True
@@ -80,13 +80,13 @@ class Runner:
         buffer, stages = self.program.buffer, self.program.buffer.stages
         self._report[:] = 0
         clock = _clock() if self.timed else 0
-        self._crew.begin(self._operations, stages[loop.U8], self.seconds, clock)
+        self._threads.begin(self._operations, stages[loop.U8], self.seconds, clock)
         loop.run(
             self._operations, self._constants, self._tables, buffer.reals, buffer.integers,
             stages[loop.I8], stages[loop.U8], stages[loop.I16], stages[loop.U16], stages[loop.I32], stages[loop.U32],
             stages[loop.F32], self._nothing if driven is None else driven, rows, self._outputs, self._inputs,
             self._finite, self.seconds, start, h, first, count, total, last_step(start, h, total, stop),
-            clock, budget, buffer.ended, self._report, self._crew.control, self._crew.spans,
+            clock, budget, buffer.ended, self._report, self._threads.control, self._threads.spans,
         )  # fmt: skip
         reason, done, operation, status, warned, when = (int(x) for x in self._report)
         self.taken = done
@@ -118,17 +118,17 @@ class Runner:
         """While `run` is under way: the steps that are complete."""
         return int(self._report[1])
 
-    def stuck(self, lost: str = "") -> tuple[int, str]:
+    def stuck(self, crash: str = "") -> tuple[int, str]:
         """For another thread, while `run` does not come back: the rows that are complete, and who does not.
 
         lost: what an FMU did to the process.
         """
         done, operation = int(self._report[1]), int(self._report[2])
         if self.program.rows[operation][0] == loop.FORK:
-            operation += 1 + int(np.argmax(self._crew.control[loop.STATUS + operation + 1 :] == loop.UNDERWAY))
+            operation += 1 + int(np.argmax(self._threads.control[loop.STATUS + operation + 1 :] == loop.UNDERWAY))
         instance, doing = self.program.labels[operation]
         who = f"component '{instance.name}'" if instance is not None else "the master"
-        return done, f"{who} {lost} in {doing}" if lost else f"{who} does not come back from {doing}"
+        return done, f"{who} {crash} in {doing}" if crash else f"{who} does not come back from {doing}"
 
     @property
     def ended(self) -> EngineInstance | None:

@@ -147,7 +147,7 @@ def _driven(findings: Findings, system: System, wanted: Options, times: TimeGrid
     if wanted.stimuli is None:
         return set()
     path = wanted.stimuli
-    drives: list[stimuli.Drive] = findings.attempt(stimuli.read, path, system) or []
+    drives: list[stimuli.InputSeries] = findings.attempt(stimuli.read, path, system) or []
     if times is not None:
         findings.warnings += stimuli.remarks(path, drives, system, times.start, times.stop)
     return {(d.signal.component, d.signal.name) for d in drives}

@@ -14,17 +14,17 @@ from pathlib import Path
 from time import monotonic
 from typing import Any
 
-KINDS = (signal.SIGINT, signal.SIGTERM)
+SIGNALS = (signal.SIGINT, signal.SIGTERM)
 
 PATIENCE = 5.0
 """How long a call of an FMU may take once the run was asked to end [s]."""
 
-ENDED = 250
+EXITED = 250
 """What `ending.c` says of a process that ends by exit(); of one that crashes it says the signal's number."""
 
 CRASHES = (signal.SIGSEGV, signal.SIGFPE, signal.SIGILL, signal.SIGABRT, getattr(signal, "SIGBUS", signal.SIGSEGV))
 
-Rescue = Callable[[str], object]
+OnHang = Callable[[str], object]
 """Has to end the process. Is told what the FMU did to it: "crashed (SIGSEGV)"; "" for one that does not come back."""
 
 
@@ -36,22 +36,22 @@ class Interrupts(list[int]):
 
     def __init__(self) -> None:
         super().__init__()
-        self._rescue: Rescue | None = None
+        self._on_hang: OnHang | None = None
         self._lock = threading.Lock()
 
     @contextmanager
-    def away(self, rescue: Rescue) -> Iterator[None]:
-        """Where FMUs are called: if one does not come back or ends the process, another thread calls `rescue`."""
-        self.go(rescue)
+    def watching(self, on_hang: OnHang) -> Iterator[None]:
+        """Where FMUs are called: if one does not come back or ends the process, another thread calls `on_hang`."""
+        self.watch_until_end(on_hang)
         try:
             yield
         finally:
-            with self._lock:  # for ever, once somebody rescues
-                self._rescue = None
+            with self._lock:  # for ever, once `on_hang` is called
+                self._on_hang = None
 
-    def go(self, rescue: Rescue) -> None:
-        """As `away`, to the end of the run."""
-        self._rescue = rescue
+    def watch_until_end(self, on_hang: OnHang) -> None:
+        """As `watching`, to the end of the run."""
+        self._on_hang = on_hang
 
     def watch(self, signals: socket.socket) -> None:
         """Wait for a signal, and then for `PATIENCE` seconds, or until the other end is closed."""
@@ -64,22 +64,22 @@ class Interrupts(list[int]):
                 got = bytes(1)
             if not got:
                 return
-            if up == float("inf") and any(number in KINDS for number in got):
+            if up == float("inf") and any(number in SIGNALS for number in got):
                 up = monotonic() + PATIENCE
             with self._lock:
-                if self._rescue is not None and (lost := _lost(got)):
+                if self._on_hang is not None and (crash := _crash(got)):
                     _ending().heard()
-                    self._rescue(lost)
-                if self._rescue is not None and monotonic() >= up:
-                    self._rescue("")
+                    self._on_hang(crash)
+                if self._on_hang is not None and monotonic() >= up:
+                    self._on_hang("")
 
 
-def _lost(got: bytes) -> str:
+def _crash(got: bytes) -> str:
     """What an FMU did to the process, of the numbers that came."""
     crashes = [signal.Signals(number).name for number in got if number in CRASHES]
     if crashes:
         return f"crashed ({crashes[0]})"
-    return "ended the whole process" if ENDED in got else ""
+    return "ended the whole process" if EXITED in got else ""
 
 
 @cache
@@ -100,12 +100,12 @@ def interrupts(watched: bool = False) -> Iterator[Interrupts]:
     if threading.current_thread() is not threading.main_thread():
         yield asked
         return
-    before = [signal.signal(kind, lambda number, _frame: asked.append(number)) for kind in KINDS]
+    before = [signal.signal(kind, lambda number, _frame: asked.append(number)) for kind in SIGNALS]
     try:
         with _watched(asked) if watched else nullcontext():
             yield asked
     finally:
-        for kind, handler in zip(KINDS, before, strict=True):
+        for kind, handler in zip(SIGNALS, before, strict=True):
             signal.signal(kind, handler)
 
 

@@ -13,7 +13,7 @@ from ..algorithms import check_method, choose_method, method_named
 from ..algorithms.method import Method
 from ..coupling.initialisation import parameter_order
 from ..coupling.power_bonds import Bond, find_bonds
-from ..engine import crew
+from ..engine import step_threads
 from ..isolation.isolated import IsolatedInstance
 from ..options import Options
 from ..results import check_writable
@@ -49,7 +49,7 @@ class Plan:
     """Start values and parameters in the order in which they are set: of the package, then of the options."""
     structural_values: list[StartValue]
     """Values of structural parameters, likewise; the instances have them already."""
-    drives: list[stimuli.Drive]
+    drives: list[stimuli.InputSeries]
     layout: RecordLayout
     recorded_columns: list[int]
     """Columns of the layout that are recorded."""
@@ -117,7 +117,7 @@ def make_plan(package: Path, options: Options, stack: ExitStack, interrupt: Inte
     for drive in drives:
         if drive.texts and drive.signal.component:
             instances[drive.signal.component].texts.add(drive.signal.name)
-    system.writer.forks = options.parallel and crew.able()
+    system.writer.forks = options.parallel and step_threads.supported()
     bonds = check_coupling(system, name, options.isolate)
     return Plan(
         options, method, network, instances, system, assembly.values, assembly.structural_values, drives, layout,

@@ -64,7 +64,7 @@ class Recording:
         self._stride = stride
         self._extremes: np.ndarray | None = None
 
-    def room(self) -> int:
+    def free_rows(self) -> int:
         """Steps that may be taken until the block is full."""
         return self._block - self._filled
 
@@ -72,12 +72,12 @@ class Recording:
         """Where the engine puts its rows."""
         return self._rows[self._filled : self._filled + count]
 
-    def took(self, start: float, h: float, first: int, count: int) -> None:
+    def add_rows(self, start: float, h: float, first: int, count: int) -> None:
         """So many rows have been filled, of the steps first, first + 1, ..."""
         self._times[self._filled : self._filled + count] = start + (first + np.arange(count)) * h
         self._filled += count
 
-    def last(self, time: float) -> None:
+    def add_final_row(self, time: float) -> None:
         """The point at the end, from the buffer."""
         reals = self.system.buffer.reals
         self._rows[self._filled] = reals[[*self.layout.outputs, *self.layout.inputs]]

@@ -41,7 +41,7 @@ from .result import Result
 from .run_folder import result_folder, write_summary
 from .saved_state import FILE as STATE
 from .state_saver import StateSaver, recall_feedthrough, restore
-from .stepping import Loop
+from .stepping import MacroSteps
 
 OnHang = Callable[[CosimError], object]
 
@@ -107,9 +107,9 @@ class _Run:
         count = plan.times.steps - plan.steps_before
         try:
             self._begin_log(stack)
-            with self.interrupt.away(self._abandon_start):
+            with self.interrupt.watching(self._abandon_start):
                 load_instances(plan.instances, stack, log)
-                stack.callback(self.interrupt.go, self._abandon_end)
+                stack.callback(self.interrupt.watch_until_end, self._abandon_end)
                 program = self._initialised()
                 bonds = plan.bonds
                 slopes = [feedthrough_slopes(plan.system, bond) for bond in bonds]
@@ -136,9 +136,11 @@ class _Run:
         self._started = perf_counter()
         self.saver = None
         if options.saves:
-            guarded = partial(self.interrupt.away, self._abandon_saving)
+            guarded = partial(self.interrupt.watching, self._abandon_saving)
             self.saver = StateSaver(self.folder / STATE, plan, program, self._identity, guarded)
-        self.loop = Loop(plan, program, self.recording, self.method.input_hold == MEAN, options.realtime, self.saver)
+        self.loop = MacroSteps(
+            plan, program, self.recording, self.method.input_hold == MEAN, options.realtime, self.saver
+        )
         if self.message_log is not None:
             self.message_log.clock = self.loop.under_way
 
@@ -166,7 +168,7 @@ class _Run:
             {v.variable for v in values if not v.component} | {n for c, n in driven if not c}
         )
         for column, drive in enumerate(drives):
-            mean = len(drives) + column if coupling.input_hold == MEAN and drive.straight else None
+            mean = len(drives) + column if coupling.input_hold == MEAN and drive.interpolated else None
             if drive.texts:
                 program.drive_text(drive.place, column, drive.texts, system.layout.scratch())
             else:
@@ -215,7 +217,7 @@ class _Run:
         """Add to the summary what FMUs show that may be asked in any way now, for no step follows."""
         if self.loop.ended_by is not None:
             return
-        with self.interrupt.away(self._abandon_end):
+        with self.interrupt.watching(self._abandon_end):
             warnings = loops_that_came_up(self.plan.system)
         self._add_warnings(warnings)
 
@@ -337,40 +339,40 @@ class _Run:
                 self.folder, {"package": str(self.package), "status": status, "error": str(error), "steps": 0}
             )
 
-    def _abandon_start(self, lost: str) -> None:
-        error = self._hang_error("being loaded and initialised", lost)
-        self._write_failed_start("failed" if lost else "interrupted", error)
+    def _abandon_start(self, crash: str) -> None:
+        error = self._hang_error("being loaded and initialised", crash)
+        self._write_failed_start("failed" if crash else "interrupted", error)
         self._end_process(error)
 
-    def _abandon(self, runner: Runner, lost: str) -> None:
+    def _abandon(self, runner: Runner, crash: str) -> None:
         start, step = self.plan.times.start, self.plan.times.step
-        why = self.loop.abandon(runner, start, step, lost)
-        self._write_and_end(SimulationError(why, self.loop.time) if lost else Interrupted(why, self.loop.time), lost)
+        why = self.loop.abandon(runner, start, step, crash)
+        self._write_and_end(SimulationError(why, self.loop.time) if crash else Interrupted(why, self.loop.time), crash)
 
-    def _abandon_saving(self, lost: str) -> None:
-        self._write_and_end(self._hang_error("giving its state", lost), lost)
+    def _abandon_saving(self, crash: str) -> None:
+        self._write_and_end(self._hang_error("giving its state", crash), crash)
 
-    def _write_and_end(self, error: SimulationError, lost: str) -> None:
+    def _write_and_end(self, error: SimulationError, crash: str) -> None:
         """Write what there is, and end the process."""
         try:
             self.recording.flush()
             self.recording.close()
-            write_summary(self.folder, self._summary("failed" if lost else "interrupted", error))
+            write_summary(self.folder, self._summary("failed" if crash else "interrupted", error))
         finally:
             self._end_process(error)
 
-    def _abandon_end(self, lost: str) -> None:
-        error = self._hang_error("being ended", lost)
+    def _abandon_end(self, crash: str) -> None:
+        error = self._hang_error("being ended", crash)
         self._end_process(type(error)(f"{error}; what was simulated is written"))
 
-    def _hang_error(self, phase: str, lost: str) -> SimulationError:
+    def _hang_error(self, phase: str, crash: str) -> SimulationError:
         """What to say of an FMU that does not come back, or has taken the process with it, outside of steps."""
         instance = next((s for s in self.plan.instances.values() if s.in_call), None)
         who = f"component '{instance.name}'" if instance else "an FMU"
         where = f"{phase} ({instance.in_call})" if instance else phase
         hint = "" if instance else "; --isolate says which"
-        if lost:
-            return SimulationError(f"{who} {lost} in {where}{hint}")
+        if crash:
+            return SimulationError(f"{who} {crash} in {where}{hint}")
         return Interrupted(f"{who} does not come back from {where}{hint}")
 
     def _end_process(self, error: CosimError) -> None:
@@ -383,7 +385,7 @@ def _check_step(
     progress: Callable[[int, int], None], on_hang: OnHang | None,
 ) -> None:  # fmt: skip
     """Run once more with half the step, and put what that tells into the summary."""
-    from .step_check import judge, unjudged
+    from .step_check import add_estimate, add_failure
 
     step = 0.5 * result.summary["step_s"]
     quiet = replace(options, results="", log="", log_level=None, log_categories=(), record_parameters=())
@@ -392,9 +394,9 @@ def _check_step(
         with tempfile.TemporaryDirectory(prefix="cosim_") as scratch:
             again = run(package, Path(scratch), half, log, progress, 2 * result.stride, on_hang)
     except CosimError as error:
-        unjudged(result, step, error)
+        add_failure(result, step, error)
     else:
-        judge(result, again)
+        add_estimate(result, again)
     write_summary(result.folder, result.summary)
 
 

@@ -143,7 +143,7 @@ class Session:
         changes: Mapping[str, Any] | None = None,
         inputs: Mapping[str, Series] | None = None,
         method: str | None = None,
-        drives: Sequence[Drive] = (),
+        drives: Sequence[InputSeries] = (),
     ) -> tuple[np.ndarray, np.ndarray]:
         """Times (n,) and recorded signals (n, len(record)) of a run from the package's start time to `stop` [s].
 

@@ -14,7 +14,7 @@ from ..coupling.residual_energy import TRUSTED
 from .result import Result
 
 
-def unjudged(result: Result, step: float, error: CosimError) -> None:
+def add_failure(result: Result, step: float, error: CosimError) -> None:
     """The repetition, with a step in s, did not come to its end."""
     ended = "interrupted" if isinstance(error, Interrupted) else "failed"
     result.summary["step_check"] = {"step_s": step, "errors": {}, "status": ended, "error": str(error)}
@@ -23,7 +23,7 @@ def unjudged(result: Result, step: float, error: CosimError) -> None:
     )
 
 
-def judge(result: Result, again: Result) -> None:
+def add_estimate(result: Result, again: Result) -> None:
     """Put estimated errors, advice and warnings into the summary; `again` is the repetition."""
     assert result.sample is not None
     assert again.sample is not None
@@ -38,7 +38,7 @@ def judge(result: Result, again: Result) -> None:
         "step_s": again.summary["step_s"], "errors": {n: e for n, e in errors.items() if n in outputs}, "status": "ok",
         "advice": asdict(told) if told is not None else None,
     }  # fmt: skip
-    _allay(summary, method.order, errors)
+    _withdraw_doubt_warning(summary, method.order, errors)
     summary["warnings"] += told.warning(name, method.order) if told is not None else []
     found = worst(summary["step_check"]["errors"])
     if found is not None and found[1]["relative"] > TRUSTED:
@@ -48,7 +48,7 @@ def judge(result: Result, again: Result) -> None:
         )
 
 
-def _allay(summary: dict[str, Any], order: int, errors: dict[str, dict[str, float | None]]) -> None:
+def _withdraw_doubt_warning(summary: dict[str, Any], order: int, errors: dict[str, dict[str, float | None]]) -> None:
     """Take the warning of a doubt back that the repetition did not bear out; the doubt itself stays in the summary."""
     told = summary["doubt"]
     off = errors.get(told["signal"], {}).get("relative") if told else None

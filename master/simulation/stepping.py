@@ -27,7 +27,7 @@ LISTEN = 0.1
 """Wall time after which waiting for the clock is interrupted for the same [s]."""
 
 
-class Loop:
+class MacroSteps:
     """The macro steps, a slice of time at once."""
 
     def __init__(
@@ -61,7 +61,7 @@ class Loop:
         abandon: Callable[[Runner, str], None],
     ) -> None:  # fmt: skip
         """Take those left of n steps of h from start, the last one to stop; `abandon` is for an FMU that does not come
-        back: see `interrupts.Rescue`."""
+        back: see `interrupts.OnHang`."""
         recording = self.recording
         self._h = h
         progress(0, n - self.first)
@@ -69,7 +69,7 @@ class Loop:
         self._save(self._is_due())
         begin = perf_counter() - self.first * h
         while self.done < n:
-            count = min(recording.room(), n - self.done)
+            count = min(recording.free_rows(), n - self.done)
             if self._saver is not None:
                 count = min(count, self._saver.until(self.done))
             if self.realtime:
@@ -81,16 +81,16 @@ class Loop:
                 t = np.minimum(start + (self.done + np.arange(count + 1)) * h, stop)
                 driven = stimuli.driven_rows(self.drives, t, self.averaged)
             try:
-                with interrupt.away(partial(abandon, self.runner)), self._in_steps():
+                with interrupt.watching(partial(abandon, self.runner)), self._in_steps():
                     self.runner.run(recording.rows(count), start, h, self.done, count, n, stop, driven, SLICE)
             except SimulationError as error:
                 failed_in_step = self.runner._report[0] == 1
-                recording.took(start, h, self.done, self.runner.taken + failed_in_step)
+                recording.add_rows(start, h, self.done, self.runner.taken + failed_in_step)
                 self._reach(start, stop, h, n)
                 if error.time is None:
                     raise type(error)(f"{error} at t = {self.time:g} s", self.time) from None
                 raise
-            recording.took(start, h, self.done, self.runner.taken)
+            recording.add_rows(start, h, self.done, self.runner.taken)
             self._reach(start, stop, h, n)
             if recording.due():
                 recording.flush()
@@ -104,9 +104,9 @@ class Loop:
             self._wait(begin + self.time - start, interrupt)
         for drive in self.drives:
             self.system.values.put(drive.signal, drive.value(stop), drive.element)
-        with interrupt.away(partial(abandon, self._exchange)):
+        with interrupt.watching(partial(abandon, self._exchange)):
             self._exchange.once()
-        recording.last(self.time)
+        recording.add_final_row(self.time)
         progress(n - self.first, n - self.first)
 
     @contextmanager
@@ -121,14 +121,14 @@ class Loop:
         """Start of the step that is under way [s], for what an FMU says in it."""
         return self.time + self.runner.complete * self._h if self._stepping else self.time
 
-    def abandon(self, runner: Runner, start: float, h: float, lost: str) -> str:
+    def abandon(self, runner: Runner, start: float, h: float, crash: str) -> str:
         """Take what is complete of the steps that do not end, and say who it is that does not come back."""
-        complete, why = runner.stuck(lost)
-        self.recording.took(start, h, self.done, complete)
+        complete, why = runner.stuck(crash)
+        self.recording.add_rows(start, h, self.done, complete)
         self.done += complete
         if complete:
             self.time = start + self.done * h
-        if lost:
+        if crash:
             return f"{why} at t = {self.time:g} s; --isolate keeps the others from it"
         return f"{why} at t = {self.time:g} s; --isolate with --step-timeout ends such a run by itself"
 

@@ -14,11 +14,11 @@ from ...core.errors import UsageError, did_you_mean
 from ..engine.values import REAL, TEXT, Signal
 from ..results.columns import elements
 from ..system.system import System
-from .stimuli_column import Column
+from .stimuli_column import StimuliColumn
 
 
 @dataclass(frozen=True)
-class Drive:
+class InputSeries:
     """An input and its series: times [s] (n,), values (n,), joined by straight lines or held.
 
     element: which value of an array it is; texts: what the values stand for where the input takes strings. Whole
@@ -29,7 +29,7 @@ class Drive:
     element: int
     times: np.ndarray
     values: np.ndarray
-    straight: bool
+    interpolated: bool
     texts: tuple[str, ...] = ()
 
     @property
@@ -48,7 +48,7 @@ class Drive:
         apart = np.diff(self.times)
         least = float(np.min(apart[apart > 0.0], initial=np.inf))
         slack = min(1e-9, 1e-3 * least) + 4.0 * np.finfo(float).eps * np.abs(t)
-        if self.straight:
+        if self.interpolated:
             near = self.times[np.searchsorted(self.times, t - slack).clip(0, len(self.times) - 1)]
             values: np.ndarray = np.interp(np.where(np.abs(near - t) <= slack, near, t), self.times, self.values)
             return values
@@ -59,10 +59,10 @@ class Drive:
 
     def mean(self, t: np.ndarray) -> np.ndarray:
         """Means (m - 1,) between times (m,); a series that is held counts as what it is at the start."""
-        return means(self.times, self.values, t) if self.straight else self.at(t)[:-1]
+        return interval_means(self.times, self.values, t) if self.interpolated else self.at(t)[:-1]
 
 
-def means(times: np.ndarray, values: np.ndarray, t: np.ndarray) -> np.ndarray:
+def interval_means(times: np.ndarray, values: np.ndarray, t: np.ndarray) -> np.ndarray:
     """Means (m - 1,) of a series over the spans between the times t (m,), which increase.
 
     times, values (n,): joined by straight lines, held beyond the ends; a jump is two values at one time.
@@ -90,24 +90,24 @@ def check_series(address: str, series: Any) -> tuple[np.ndarray, np.ndarray]:
     return times, values
 
 
-def driven_column(values: np.ndarray) -> np.ndarray:
+def as_slots(values: np.ndarray) -> np.ndarray:
     """Values (m,) as a program is driven with them: whole numbers as their 64 bits among the reals."""
     bits: np.ndarray = values.view(np.float64)
     return bits
 
 
-def driven_rows(drives: Sequence[Drive], t: np.ndarray, averaged: bool) -> np.ndarray:
+def driven_rows(drives: Sequence[InputSeries], t: np.ndarray, averaged: bool) -> np.ndarray:
     """What a program is driven with in the steps between the times t (m,): a column for each drive, its values there.
 
     averaged: then as many columns with the means over the steps; the last row of these is not used.
     """
-    columns = [driven_column(d.at(t)) for d in drives]
+    columns = [as_slots(d.at(t)) for d in drives]
     if averaged:
         columns += [np.append(d.mean(t), 0.0) for d in drives]
     return np.stack(columns, axis=1)
 
 
-def read(path: Path, system: System) -> list[Drive]:
+def read(path: Path, system: System) -> list[InputSeries]:
     """The series of a file for inputs of the system, or inputs of components that nothing drives."""
     try:
         with path.open(newline="", encoding="utf-8-sig") as file:
@@ -131,7 +131,7 @@ def read(path: Path, system: System) -> list[Drive]:
     for row, line in zip(rows[1:], lines[1:], strict=True):
         if len(row) != len(names):
             raise UsageError(f"{path}, line {line}: {len(row)} values for {len(names)} columns")
-    columns = [Column(path, name, cells, lines[1:]) for name, *cells in zip(names, *rows[1:], strict=True)]
+    columns = [StimuliColumn(path, name, cells, lines[1:]) for name, *cells in zip(names, *rows[1:], strict=True)]
     times = columns[0].reals()
     if np.any(np.diff(times) < 0.0):
         line = lines[int(np.argmax(np.diff(times) < 0.0)) + 2]
@@ -146,7 +146,7 @@ def read(path: Path, system: System) -> list[Drive]:
             values = np.array([texts[cell] for cell in column.cells], np.int64)
         else:
             values = column.whole_numbers(signal, _items(signal, system))
-        made.append(Drive(signal, element, times, values, _straight(signal, system), tuple(texts)))
+        made.append(InputSeries(signal, element, times, values, _is_interpolated(signal, system), tuple(texts)))
     for k, name in enumerate(names):
         if name in names[:k]:
             raise UsageError(f"{path}: column '{name}' stands twice")
@@ -157,7 +157,7 @@ def read(path: Path, system: System) -> list[Drive]:
     return made
 
 
-def remarks(path: Path, drives: Sequence[Drive], system: System, start: float, stop: float) -> Iterator[str]:
+def remarks(path: Path, drives: Sequence[InputSeries], system: System, start: float, stop: float) -> Iterator[str]:
     """What is hardly meant: a table beside the time of the run, or an input that is held and need not be."""
     if not drives:
         yield f"{path}: has no column but time, so it drives nothing"
@@ -168,7 +168,7 @@ def remarks(path: Path, drives: Sequence[Drive], system: System, start: float, s
             f"{path}: its times, {first:g} to {last:g} s, are all {'before' if last < start else 'after'} the run from "
             f"{start:g} to {stop:g} s, in which its inputs are constant"
         )
-    for signal in dict.fromkeys(d.signal for d in drives if d.signal.family == REAL and not d.straight):
+    for signal in dict.fromkeys(d.signal for d in drives if d.signal.family == REAL and not d.interpolated):
         ends = _ends(signal, system)
         smooth = [s.address for s in ends if _is_continuous(s, system)]
         if smooth and len(smooth) < len(ends):
@@ -208,7 +208,7 @@ def _target(path: Path, name: str, system: System) -> tuple[Signal, int]:
     return signal, element
 
 
-def _straight(signal: Signal, system: System) -> bool:
+def _is_interpolated(signal: Signal, system: System) -> bool:
     """Whether a signal is continuous: joined by straight lines, else held."""
     return signal.family == REAL and all(_is_continuous(s, system) for s in _ends(signal, system))
 

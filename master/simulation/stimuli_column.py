@@ -16,7 +16,7 @@ N = TypeVar("N", int, float)
 
 
 @dataclass(frozen=True)
-class Column:
+class StimuliColumn:
     """A column of the file: the name above it, its cells, and the line of each."""
 
     path: Path

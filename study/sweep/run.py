@@ -22,9 +22,9 @@ from ...master.parallel.pool import session as opened
 from ...master.simulation import stimuli
 from ...master.simulation.manifest import digest as digest_of_file
 from ...master.simulation.session import Session
-from ...master.simulation.stimuli import Drive
+from ...master.simulation.session_warnings import SessionWarnings
+from ...master.simulation.stimuli import InputSeries
 from ...master.simulation.time_grid import time_grid
-from ...master.simulation.watch import Watch
 from ...master.system.system import System
 from .cases import Case
 from .metrics import Metric
@@ -59,7 +59,7 @@ def measure(package: str, task: Task) -> dict[str, Any]:
     s = task.settings
     running = opened(package)  # if it cannot be, no case can
     try:
-        watch = Watch(running)
+        watch = SessionWarnings(running)
         record = [*watch.record, *dict.fromkeys(m.connector for m in s.metrics)]
         _, stop, step, _ = time_grid(running.structure, s.stop, s.step)
         drives = _driving(running.system, s.stimuli) if s.stimuli is not None else ()
@@ -75,13 +75,13 @@ def measure(package: str, task: Task) -> dict[str, Any]:
     return {"values": values, "warnings": warnings}
 
 
-def _driving(system: System, file: Path) -> tuple[Drive, ...]:
+def _driving(system: System, file: Path) -> tuple[InputSeries, ...]:
     """The series of a table, which is read once for many cases of this process."""
     return _read(system, file, changed(file))
 
 
 @lru_cache(maxsize=4)
-def _read(system: System, file: Path, when: int) -> tuple[Drive, ...]:
+def _read(system: System, file: Path, when: int) -> tuple[InputSeries, ...]:
     return tuple(stimuli.read(file, system))
 
 

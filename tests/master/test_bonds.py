@@ -7,7 +7,7 @@ import pytest
 from deepsea_cosim.master.coupling.power_bonds import _apart, find_bonds
 from deepsea_cosim.master.simulation.run import Options, run
 from deepsea_cosim.master.simulation.session import Session
-from deepsea_cosim.master.simulation.watch import Watch
+from deepsea_cosim.master.simulation.session_warnings import SessionWarnings
 
 from benchmarks import native
 
@@ -116,7 +116,7 @@ def test_arrays_make_a_bond_with_each_element(tmp_path, method):
         assert bond["exchanged_energy_J"] == pytest.approx(0.1 * np.abs(left + right).sum() / 2.0)
     with Session(path) as session:
         assert len(find_bonds(session.system)) == 3
-        assert Watch(session).record == []
+        assert SessionWarnings(session).record == []
 
 
 @pytest.mark.parametrize(

@@ -7,7 +7,7 @@ from contextlib import ExitStack
 import numpy as np
 import pytest
 from deepsea_cosim.core.errors import SimulationError
-from deepsea_cosim.master.engine import crew, loop, runner
+from deepsea_cosim.master.engine import loop, runner, step_threads
 from deepsea_cosim.master.options import Options
 from deepsea_cosim.master.simulation.interrupts import Interrupts
 from deepsea_cosim.master.simulation.make_plan import make_plan
@@ -17,29 +17,29 @@ from benchmarks import native
 from benchmarks.parallel import circle, python_fmu, row
 
 needs_compiler = pytest.mark.skipif(native.compiler is None, reason="there is no C compiler here")
-needs_threads = pytest.mark.skipif(not crew.able(), reason="no threads are woken here for a step")
+needs_threads = pytest.mark.skipif(not step_threads.supported(), reason="no threads are woken here for a step")
 STATE = {"A[1,1]": -1.0, "A[1,2]": 1.0, "A[2,1]": -2.0, "B[1,1]": 1.0, "B[1,2]": 0.5, "C[1,1]": 1.0, "x0[1]": 1.0}
 
 
 @pytest.fixture
 def always(monkeypatch):
-    """Three threads that take every step, however fast it is; gives the crews."""
+    """Three threads that take every step, however fast it is; gives them."""
     made = []
-    begin = crew.Crew.begin
+    begin = step_threads.StepThreads.begin
 
     def kept(self, *arguments):
         begin(self, *arguments)
         made.append(self)
 
-    monkeypatch.setattr(crew, "cores", lambda: 3)
+    monkeypatch.setattr(step_threads, "cores", lambda: 3)
     monkeypatch.setattr(runner, "_clock", lambda: 0)
-    monkeypatch.setattr(crew.Crew, "begin", kept)
+    monkeypatch.setattr(step_threads.StepThreads, "begin", kept)
     return made
 
 
-def taken(crews):
+def taken(threads):
     """Whether threads had something to do."""
-    return any(c.control[loop.THREADS] > 0 and c.control[loop.NEXT] > 0 for c in crews)
+    return any(c.control[loop.THREADS] > 0 and c.control[loop.NEXT] > 0 for c in threads)
 
 
 @needs_compiler
@@ -68,7 +68,7 @@ def test_threads_give_the_same_to_the_last_bit(tmp_path, always, method, version
 @pytest.mark.parametrize("clock", [True, False])
 def test_slow_fmus_really_are_in_their_steps_at_once(tmp_path, monkeypatch, clock):
     """Each comes back only once the other has been called, too."""
-    monkeypatch.setattr(crew, "cores", lambda: 2)
+    monkeypatch.setattr(step_threads, "cores", lambda: 2)
     if not clock:
         monkeypatch.setattr(runner, "_clock", lambda: 0)
     fmu = native.linear(tmp_path, 2, through=False)
@@ -86,9 +86,9 @@ def test_slow_fmus_really_are_in_their_steps_at_once(tmp_path, monkeypatch, cloc
 @needs_threads
 def test_threads_are_woken_once_fmus_have_turned_out_to_be_slow(tmp_path, monkeypatch):
     made = []
-    begin = crew.Crew.begin
-    monkeypatch.setattr(crew, "cores", lambda: 2)
-    monkeypatch.setattr(crew.Crew, "begin", lambda self, *a: (begin(self, *a), made.append(self)))
+    begin = step_threads.StepThreads.begin
+    monkeypatch.setattr(step_threads, "cores", lambda: 2)
+    monkeypatch.setattr(step_threads.StepThreads, "begin", lambda self, *a: (begin(self, *a), made.append(self)))
     fmu = native.linear(tmp_path, 2, through=False)
     fast = circle(tmp_path / "fast", fmu, 50, **STATE)
     run(fast, tmp_path / "out", Options(method="jacobi", parallel=True))

@@ -27,7 +27,7 @@ def _semaphores() -> tuple[int, ...] | None:
     return tuple(int(ctypes.cast(function, ctypes.c_void_p).value or 0) for function in functions)
 
 
-def able() -> bool:
+def supported() -> bool:
     """Whether there can be threads here that are woken for every step."""
     return _semaphores() is not None
 
@@ -37,7 +37,7 @@ def cores() -> int:
     return len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
 
 
-class Crew:
+class StepThreads:
     """The threads of one program; they end with it."""
 
     def __init__(self, operations: np.ndarray, instances: int):
@@ -45,7 +45,7 @@ class Crew:
         self.control = np.zeros(loop.STATUS + len(operations), np.int64)
         self.spans = np.zeros((3, max(2, instances)))
         counts = operations[operations[:, 0] == loop.FORK, 1]
-        self._threads = min(cores(), int(counts.max(initial=0))) - 1 if able() else 0
+        self._threads = min(cores(), int(counts.max(initial=0))) - 1 if supported() else 0
         self._begun = False
 
     def begin(self, operations: np.ndarray, u8: np.ndarray, seconds: np.ndarray, clock: int) -> None:
@@ -69,13 +69,13 @@ class Crew:
         weakref.finalize(self, _end, self.control, threads)
 
 
-NOBODY = Crew(np.zeros((0, loop.OPERANDS), np.int64), 0)
+NO_THREADS = StepThreads(np.zeros((0, loop.OPERANDS), np.int64), 0)
 """Of programs that have nothing to share."""
 
 
 def _help(_room: np.ndarray, *arguments: object) -> None:
     """A thread; it keeps the semaphores' room."""
-    loop.help_out(*arguments)
+    loop.worker_thread(*arguments)
 
 
 def _end(control: np.ndarray, threads: list[Thread]) -> None:

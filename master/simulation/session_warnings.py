@@ -10,7 +10,7 @@ from ..coupling.residual_energy import ResidualEnergy, said
 from .session import Session
 
 
-class Watch:
+class SessionWarnings:
     """What there is to say against the runs of a session."""
 
     def __init__(self, session: Session):
