@@ -228,16 +228,9 @@ def _step(o: np.ndarray, t: float, step: float, u8: np.ndarray, u8_address: int)
             status = native.step_1(o[1], o[2], now, part, 1)
         else:
             status = native.step_3(
-                o[1],
-                o[2],
-                now,
-                part,
-                no_return,
-                u8_address + o[5],
-                u8_address + o[5] + 1,
-                u8_address + o[5] + 2,
+                o[1], o[2], now, part, no_return, u8_address + o[5], u8_address + o[5] + 1, u8_address + o[5] + 2,
                 u8_address + o[5] + 8,
-            )
+            )  # fmt: skip
             if 0 <= status <= DISCARD and u8[o[5] + 1] != 0:
                 return ENDS
             if 0 <= status <= 1 and u8[o[5] + 2] != 0:

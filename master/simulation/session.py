@@ -27,8 +27,8 @@ from ..system.addresses import split, targets
 from ..system.assemble import assemble
 from ..system.findings import Findings
 from ..system.instances import load_instances
-from ..system.start_values import Value, resolve
-from .stimuli import Drive, check_series, driven_column, means
+from ..system.start_values import StartValue, resolve
+from .stimuli import InputSeries, as_slots, check_series, interval_means
 from .time_grid import time_grid
 
 MOST_VALUES = 3e8
@@ -45,14 +45,14 @@ class _Driven:
     signal: Signal
     at: np.ndarray
     """Its values at all points in time (n + 1,)."""
-    means: np.ndarray | None
+    interval_means: np.ndarray | None
     """Its means over the steps (n + 1,), the last unused, where the method holds these."""
 
 
 def _matrix(driven: Sequence[_Driven]) -> np.ndarray | None:
     """What a runner is given of them: a column each, then those of the means."""
-    columns = [driven_column(d.at) for d in driven]
-    averages = [d.means for d in driven if d.means is not None]
+    columns = [as_slots(d.at) for d in driven]
+    averages = [d.interval_means for d in driven if d.interval_means is not None]
     return np.stack([*columns, *averages], axis=1) if driven else None
 
 
@@ -156,9 +156,9 @@ class Session:
         """
         if self._closed:
             raise UsageError("the session is closed: run inside its `with` block")
-        start, stop, step, n = times_of(self.structure, as_time("stop", stop), as_time("step", step))
+        start, stop, step, n = time_grid(self.structure, as_time("stop", stop), as_time("step", step))
         record = as_texts("record", record)
-        method = chosen(None if method is None else as_text("method", method), self.structure.method)
+        method = choose_method(None if method is None else as_text("method", method), self.structure.method)
         for instance in self.system.instances.values():
             if instance.is_lost:
                 raise SimulationError(f"component '{instance.name}' was lost in an earlier run; open a new session")
@@ -170,9 +170,9 @@ class Session:
         driven = self._driven(inputs or {}, drives, times, method_named(method).input_hold == MEAN)
         self._begin(self._start_values(changes or {}, driven), driven, start, stop)
         detect_feedthrough(self.system, loops_only=method_named(method).newest_values)
-        self.system.steps.watched = None
+        self.system.writer.watched = None
         if all(is_output and s.component for is_output, s in wanted):
-            self.system.steps.watched = frozenset((s.component, s.name) for _, s in wanted)
+            self.system.writer.watched = frozenset((s.component, s.name) for _, s in wanted)
         runner, order = self._runner(method, tuple(wanted), tuple(d.signal for d in driven))
         runner.program.begin()
         rows = np.empty((n + 1, len(record)))
@@ -197,7 +197,7 @@ class Session:
         return wanted
 
     def _driven(
-        self, inputs: Mapping[str, Series], drives: Sequence[Drive], times: np.ndarray, holds_mean: bool
+        self, inputs: Mapping[str, Series], drives: Sequence[InputSeries], times: np.ndarray, holds_mean: bool
     ) -> list[_Driven]:
         """What is driven, at these times."""
         connected = {link.target.place for link in self.system.links}
@@ -210,7 +210,7 @@ class Session:
             if signal.family == TEXT or signal.size > 1:
                 raise UsageError(f"'{address}' is not a single number and cannot be driven here")
             at = np.interp(times, t, y)
-            held = np.append(means(t, y, times), 0.0) if holds_mean else None
+            held = np.append(interval_means(t, y, times), 0.0) if holds_mean else None
             driven.append(_Driven(signal, at if signal.family == REAL else at.astype(np.int64), held))
         for d in drives:
             if d.texts:
@@ -219,7 +219,7 @@ class Session:
             driven.append(_Driven(signal, d.at(times), np.append(d.mean(times), 0.0) if holds_mean else None))
         return driven
 
-    def _start_values(self, changes: Mapping[str, Any], driven: Sequence[_Driven]) -> list[Value]:
+    def _start_values(self, changes: Mapping[str, Any], driven: Sequence[_Driven]) -> list[StartValue]:
         """Parameters and start values of a run, but for what is driven."""
         system = self.system
         values = [*self._bound, *resolve(changes.items(), system.instances, "", system, system.network.inputs)]
@@ -228,10 +228,10 @@ class Session:
                 raise UsageError(f"'{v.component}.{v.variable}' gives arrays their size and cannot change in a session")
         taken = {(d.signal.component, d.signal.name) for d in driven}
         values = [v for v in values if (v.component, v.variable) not in taken]
-        system.values.mute({v.variable for v in values if not v.component} | {n for c, n in taken if not c})
+        system.values.set_given_inputs({v.variable for v in values if not v.component} | {n for c, n in taken if not c})
         return values
 
-    def _begin(self, values: list[Value], driven: Sequence[_Driven], start: float, stop: float) -> None:
+    def _begin(self, values: list[StartValue], driven: Sequence[_Driven], start: float, stop: float) -> None:
         """Initialise the FMUs, which are as new."""
         if not self._fresh:
             for instance in self.system.instances.values():
@@ -239,7 +239,7 @@ class Session:
         self._fresh = False
         self.system.values.reset_inputs()
         for d in driven:
-            self.system.values.begin_with(d.signal, d.at[0])
+            self.system.values.set_driven(d.signal, d.at[0])
         self._initialise(values, start, stop)
 
     def _finish(self, rows: np.ndarray, wanted: Sequence[tuple[bool, Signal]], driven: Sequence[_Driven]) -> None:

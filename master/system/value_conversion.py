@@ -163,7 +163,7 @@ def value_conversion(
         if _shifts_in_doubt(hop, unit, reached, target):
             assert unit is not None
             remarks.append(
-                f"{place}: {hop.between} does not say its unit, nor does what it leads to at once; the "
+                f"{place}: {hop.reached_name} does not say its unit, nor does what it leads to at once; the "
                 f"transformation's offset is taken to be in {unit.name}"
             )
         steps: list[Step] = []

@@ -104,7 +104,7 @@ def _plan(options: argparse.Namespace) -> _Plan:
         raise UsageError("--case-time: a process of a Dask cluster cannot be ended from here; leave one of them out")
     from ...master.algorithms import chosen
     from ...master.simulation.session import Session
-    from ...master.simulation.time_grid import times_of
+    from ...master.simulation.time_grid import time_grid
     from .run import Settings, check, default_metrics, units, value_of
 
     metrics = tuple(parse_metric(text) for text in options.metric)
