@@ -125,7 +125,7 @@ class EngineInstance(Protocol):
     def write_input_derivatives(self, program: Program, references: Sequence[int], changes: int) -> None:
         """Write down: it is told the slopes of inputs."""
 
-    def hear_warning(self, doing: str) -> None:
+    def on_warning(self, doing: str) -> None:
         """Be told that a call ended with a warning."""
 
     def failure(self, doing: str, status: int, t: float | None = None) -> SimulationError:

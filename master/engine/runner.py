@@ -93,7 +93,7 @@ class Runner:
         if warned:
             instance, doing = self.program.labels[warned - 1]
             if instance is not None:
-                instance.hear_warning(f"{doing} at t = {start + (first + when) * h:g} s" if h > 0.0 else doing)
+                instance.on_warning(f"{doing} at t = {start + (first + when) * h:g} s" if h > 0.0 else doing)
         if reason in (loop.DONE, loop.TIME_IS_UP, loop.ENDED):
             return done
         t = start + (first + done) * h if first + done < total else stop

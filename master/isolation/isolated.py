@@ -292,9 +292,9 @@ class IsolatedInstance(FmuInstance):
             self._current_call = "being ended"
             try:
                 self._send_message("free")
-                self.ending = self._receive(ENDING, interruptible=False)
+                self.termination_error = self._receive(ENDING, interruptible=False)
             except SimulationError as error:
-                self.ending = str(error)
+                self.termination_error = str(error)
         with contextlib.suppress(subprocess.TimeoutExpired, OSError):
             self._process.kill()
             self._process.wait(ENDING)

@@ -86,7 +86,7 @@ class Worker:
         return self.runners[operations]
 
     def log(self, component: str, status: str, text: str) -> None:
-        self.instance.take(status, text)
+        self.instance.keep_message(status, text)
         self.send("log", (component, status, text))
 
     def step(self, message: bytes) -> None:
@@ -163,7 +163,7 @@ def main() -> None:
         os._exit(1)
     worker.instance.free()
     with suppress(OSError):
-        worker.send("done", worker.instance.ending)
+        worker.send("done", worker.instance.termination_error)
     os._exit(0)
 
 

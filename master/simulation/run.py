@@ -224,7 +224,7 @@ class _Run:
     def warn_of_termination(self) -> None:
         """Add to the summary what the FMUs said, and what went wrong, as they were ended."""
         instances = self.plan.instances.values()
-        self._add_warnings([*said(instances), *(instance.ending for instance in instances if instance.ending)])
+        self._add_warnings([*said(instances), *filter(None, (instance.termination_error for instance in instances))])
 
     def _add_warnings(self, late: Sequence[str]) -> None:
         """Add warnings to a summary that has been written, those that it does not have."""

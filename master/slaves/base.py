@@ -41,7 +41,7 @@ class FmuInstance(FmuVariables, ABC):
         """Gets all messages, notes too; set before `load`."""
         self.messages: deque[tuple[str, str]] = deque(maxlen=100)
         """The last log messages: (status, text)."""
-        self.heard = 0
+        self.message_count = 0
         """How many there have been."""
         self._begun = 0
         """How many until the run began."""
@@ -64,7 +64,7 @@ class FmuInstance(FmuVariables, ABC):
         """Variables that are the negative of what their value reference stands for; only FMI 1.0 has some."""
         self.in_call = ""
         """The call that the FMU is in, outside of steps."""
-        self.ending = ""
+        self.termination_error = ""
         """What went wrong as the FMU was ended, once it is."""
         self._state = "new"
         self._keep: list[Any] = []
@@ -101,7 +101,7 @@ class FmuInstance(FmuVariables, ABC):
 
     @abstractmethod
     def free(self) -> None:
-        """Terminate and free; safe to call in any state, and never raises: what goes wrong stands in `ending`."""
+        """Terminate and free; safe to call in any state, and never raises: `termination_error` has what goes wrong."""
 
     # what the engine does
 
@@ -184,36 +184,36 @@ class FmuInstance(FmuVariables, ABC):
 
     def call(self, function: Callable[..., Any], *args: Any, doing: str, **kwargs: Any) -> Any:
         """Call a function of fmpy; a failure becomes a `SimulationError` with the FMU's own message."""
-        begin, known = perf_counter(), self.heard
+        begin, known = perf_counter(), self.message_count
         self.in_call = doing
         try:
             return function(*args, **kwargs)
         except Exception as error:
-            self.note(getattr(error, "status", None))
+            self.note_status(getattr(error, "status", None))
             reason = self._last_since(known) or str(error)
             raise SimulationError(f"component '{self.name}', {doing}: {' '.join(reason.split())}") from None
         finally:
             self.in_call = ""
             self.seconds += perf_counter() - begin
 
-    def take(self, status: str, text: str) -> None:
+    def keep_message(self, status: str, text: str) -> None:
         """Keep a message."""
         self.messages.append((status, text))
-        self.heard += 1
+        self.message_count += 1
 
-    def hear_warning(self, doing: str) -> None:
+    def on_warning(self, doing: str) -> None:
         """Be told that a call ended with a warning; kept where the FMU has not said a word of it."""
         if not any(kind == "warning" for kind, _ in self.messages):
             self._log(self.name, "warning", f"{doing} ended with a warning and no word of why")
 
     def begin(self) -> None:
         """The run begins: what was told before is no reason for what goes wrong in it."""
-        self._begun = self.heard
+        self._begun = self.message_count
         self._state = "running"
 
     def _last_since(self, known: int) -> str | None:
         """The last message that is more than a warning, of those after the first `known`."""
-        fresh = list(self.messages)[max(0, len(self.messages) - (self.heard - known)) :]
+        fresh = list(self.messages)[max(0, len(self.messages) - (self.message_count - known)) :]
         return next((text for kind, text in reversed(fresh) if kind != "warning"), None)
 
     @property
@@ -226,14 +226,14 @@ class FmuInstance(FmuVariables, ABC):
         """Whether the FMU has returned an error: it may only be put back to a saved state, reset or freed."""
         return self._state == "failed"
 
-    def note(self, status: int | None) -> None:
+    def note_status(self, status: int | None) -> None:
         """What a status means for the calls that are still allowed: after fmiFatal none."""
         if status == FATAL:
             self._state = "lost"
 
     def failure(self, doing: str, status: int, t: float | None = None) -> SimulationError:
         """The error of a call that returned a status, with the FMU's last message."""
-        self.note(status)
+        self.note_status(status)
         known = 0 <= status < len(STATUS)
         told = f"{self.prefix}{STATUS[status].capitalize()}" if known else f"{status}, which is no status of FMI"
         reason = self._last_since(self._begun) or f"the FMU returned {told}"

@@ -37,7 +37,7 @@ class Fmi3Instance(LibraryInstance):
         from fmpy.fmi3 import FMU3Slave
 
         def on_log(_env: Any, status: int, category: bytes, message: bytes) -> None:
-            self.hear(status, category, message)
+            self.on_message(status, category, message)
 
         self._keep.append(on_log)
         self._make(FMU3Slave, self.description.instantiationToken)

@@ -125,7 +125,7 @@ class LibraryInstance(FmuInstance):
         self._keep.append(callbacks)
         return callbacks
 
-    def hear(self, status: int, category: bytes | None, message: bytes | None) -> None:
+    def on_message(self, status: int, category: bytes | None, message: bytes | None) -> None:
         """Hand a message of the FMU to the log, unless all is well, and to the message log in any case."""
         if status <= 0 and self.message_log is None:
             return
@@ -149,14 +149,14 @@ class LibraryInstance(FmuInstance):
 
         return re.sub(r"#(?:([ribs])(\d+))?#", name, message)
 
-    def note(self, status: int | None) -> None:
+    def note_status(self, status: int | None) -> None:
         """After fmiError only its state may be set; after fmiFatal no instance of the FMU is touched again."""
         if status == FATAL:
             for instance in [s for s in _live.values() if s.folder == self.folder]:
                 instance._state = "lost"
         elif status == ERROR and self._state == "running":
             self._state = "failed"
-        super().note(status)
+        super().note_status(status)
 
     def _exchange(self, verb: str, name: str, *rest: Any, doing: str) -> Any:
         """fmpy's getXXX or setXXX for one variable."""
@@ -185,7 +185,7 @@ class LibraryInstance(FmuInstance):
                 try:
                     self.call(function, doing=function.__name__)
                 except SimulationError as error:
-                    self.ending = self.ending or str(error)
+                    self.termination_error = self.termination_error or str(error)
             self._state = "freed"
         _live.pop(getattr(self, "_number", 0), None)  # what is said on the way is heard
 
@@ -242,7 +242,7 @@ class LibraryInstance(FmuInstance):
             try:
                 self.exchange_texts(verb, group.signals, program.buffer.texts)
             except Exception as error:
-                self.take("error", str(error))
+                self.keep_message("error", str(error))
                 return 3
             return 0
 
@@ -317,7 +317,7 @@ def _receiver() -> Any:
         found = _live.get(owner or 0) or next((s for s in instances if s.is_instance(owner)), None)
         found = found or next((s for s in instances if s.instance_name == called), instances[0] if instances else None)
         if found is not None:
-            found.hear(status, category, message)
+            found.on_message(status, category, message)
 
     kind = ctypes.CFUNCTYPE(None, ctypes.c_void_p, ctypes.c_char_p, ctypes.c_int, ctypes.c_char_p, ctypes.c_char_p)
     return kind(hear)

@@ -98,7 +98,7 @@ def load_instances(instances: Mapping[str, FmuInstance], stack: ExitStack, log: 
 
     def on_log(component: str, status: str, text: str) -> None:
         if component in instances:
-            instances[component].take(status, text)
+            instances[component].keep_message(status, text)
         log(component, status, text)
 
     for instance in instances.values():
