@@ -6,7 +6,7 @@ from typing import Any
 
 import numpy as np
 
-from ..coupling.loop_solver import handles
+from ..coupling.loop_solver import input_output_runners
 from ..engine.program import Program
 from ..engine.runner import Runner
 from ..slaves.base import FmuInstance
@@ -14,7 +14,7 @@ from ..system.connections import SignalConnection
 from ..system.system import System
 
 
-class Coupling:
+class AveragedConnections:
     """The links of a system that carry means, element by element: u = factor * y + offset."""
 
     def __init__(self, system: System):
@@ -57,7 +57,7 @@ class Coupling:
         u: np.ndarray = self.factors * y + self.offsets
         return u
 
-    def pass_others(self, program: Program) -> None:
+    def pass_on_others(self, program: Program) -> None:
         """Write the exchange of all other links."""
         coupled = set(map(id, self.links))
         for link in self.system.links:
@@ -65,7 +65,7 @@ class Coupling:
                 self.system.writer.pass_on(program, link)
 
 
-class Stepper:
+class RepeatableStep:
     """One instance's step from its inputs to its outputs, to be taken and taken back by Python code."""
 
     def __init__(self, system: System, instance: FmuInstance):
@@ -75,7 +75,7 @@ class Stepper:
         program.do_step(instance, may_be_restored=True)
         program.get_outputs(instance)
         self._runner = Runner(program)
-        self._give, self._take = handles(system, instance.name)
+        self._give, self._take = input_output_runners(system, instance.name)
         self._rows = np.zeros((1, 0))
 
     @property

@@ -13,12 +13,12 @@ from typing import Any
 import numpy as np
 
 from ...core.errors import CosimError, SimulationError
-from ..coupling.loop_solver import at_end, refresh, stale
+from ..coupling.loop_solver import driven_at_end, outdated_components, refresh
 from ..engine.program import Memory, Program
 from ..engine.runner import Runner
 from ..engine.values import REAL
 from ..system.system import System
-from ._coupled import Coupling, Stepper
+from ._coupled import AveragedConnections, RepeatableStep
 from .method import Method
 
 MOST = 100
@@ -36,25 +36,25 @@ def takes_back(system: System) -> list[str]:
 
 def write(system: System, program: Program) -> None:
     """Write the macro step."""
-    coupling = Coupling(system)
-    driven = at_end(system, program, stale(system)[0])
+    coupling = AveragedConnections(system)
+    driven = driven_at_end(system, program, outdated_components(system)[0])
     refresh_program = system.writer.program()
     refresh(system, refresh_program, driven)
     for memory in refresh_program.memories:
         program.remember(memory)
     iteration = _FixedPoint(system, coupling, Runner(refresh_program) if len(refresh_program) else None)
     program.remember(iteration.memory)
-    coupling.pass_others(program)
+    coupling.pass_on_others(program)
     program.python(iteration.settle)
 
 
 class _FixedPoint:
     """The iteration of a system's steps, and what it remembers from step to step."""
 
-    def __init__(self, system: System, coupling: Coupling, agree: Runner | None):
+    def __init__(self, system: System, coupling: AveragedConnections, agree: Runner | None):
         """agree: makes outputs that follow from inputs at once agree with these."""
         self._system, self._coupling, self._agree = system, coupling, agree
-        self._steppers = [Stepper(system, system.instances[name]) for name in takes_back(system)]
+        self._steppers = [RepeatableStep(system, system.instances[name]) for name in takes_back(system)]
         self._size = self._last = np.zeros(0)
 
     @property

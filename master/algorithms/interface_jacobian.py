@@ -26,12 +26,12 @@ from collections.abc import Mapping, Sequence
 import numpy as np
 
 from ...core.errors import SimulationError
-from ..coupling.loop_solver import refresh, stale
+from ..coupling.loop_solver import outdated_components, refresh
 from ..coupling.perturbation import perturbed
 from ..engine.program import Memory, Program
 from ..slaves.base import FmuInstance
 from ..system.system import System
-from ._coupled import Coupling, Stepper
+from ._coupled import AveragedConnections, RepeatableStep
 from .method import Method
 
 EVERY = 500
@@ -47,15 +47,15 @@ MATRICES = ("change", "through", "inverse", "half", "lasting", "known")
 
 def takes_back(system: System) -> list[str]:
     """Components whose steps are taken back: those that take and give."""
-    coupling = Coupling(system)
+    coupling = AveragedConnections(system)
     return sorted(set(coupling.takers) & set(coupling.givers))
 
 
 def write(system: System, program: Program) -> None:
     """Write the macro step."""
-    coupling = Coupling(system)
-    steppers = {n: Stepper(system, system.instances[n]) for n in takes_back(system)}
-    jacobian = _Jacobian(coupling, steppers, set(steppers) & set(stale(system)[0]))
+    coupling = AveragedConnections(system)
+    repeatable = {n: RepeatableStep(system, system.instances[n]) for n in takes_back(system)}
+    jacobian = _Jacobian(coupling, repeatable, set(repeatable) & set(outdated_components(system)[0]))
     before = held = np.zeros(0)
     count, whole = 0, 0.0
 
@@ -94,7 +94,7 @@ def write(system: System, program: Program) -> None:
         system.buffer.reals[coupling.targets] = u
         return 0
 
-    coupling.pass_others(program)
+    coupling.pass_on_others(program)
     program.python(solve)
     program.advance([system.instances[name] for name in system.order])
     refresh(system, program)
@@ -103,9 +103,11 @@ def write(system: System, program: Program) -> None:
 class _Jacobian:
     """How outputs answer to inputs, and the linear system that makes; matrices (outputs, inputs)."""
 
-    def __init__(self, coupling: Coupling, steppers: dict[str, Stepper], with_feedthrough: set[str]):
+    def __init__(
+        self, coupling: AveragedConnections, repeatable: dict[str, RepeatableStep], with_feedthrough: set[str]
+    ):
         """with_feedthrough: instances with direct feedthrough."""
-        self.coupling, self.steppers, self.with_feedthrough = coupling, steppers, with_feedthrough
+        self.coupling, self.repeatable, self.with_feedthrough = coupling, repeatable, with_feedthrough
         self._change = np.zeros((len(coupling), len(coupling)))  # S
         self._through = np.eye(len(coupling))  # (1 - T F)^-1
         self._inverse: np.ndarray = self._through  # (1 - F D / 2)^-1
@@ -141,32 +143,32 @@ class _Jacobian:
         S, T = np.zeros((2, len(c), len(c)))
         E = self._lasting.copy()
         steps = 2 if t + 2.5 * h < c.system.stop else 1  # FMUs need not step beyond the end that they were told
-        for name, stepper in self.steppers.items():
-            state = stepper.save()
+        for name, one_step in self.repeatable.items():
+            state = one_step.save()
             outputs = [i for i, giver in enumerate(c.givers) if giver == name]
             inputs = [j for j, taker in enumerate(c.takers) if taker == name]
             try:
-                base, _ = self._steps(stepper, t, h, steps, outputs)
+                base, _ = self._steps(one_step, t, h, steps, outputs)
                 for j in inputs if name in self.with_feedthrough else ():
-                    slopes = self._declared_slopes(stepper.instance, outputs, j)
+                    slopes = self._declared_slopes(one_step.instance, outputs, j)
                     if slopes is None:
-                        if stepper.instance.has_failed:
-                            stepper.restore(state)
-                            self._steps(stepper, t, h, steps, outputs)
+                        if one_step.instance.has_failed:
+                            one_step.restore(state)
+                            self._steps(one_step, t, h, steps, outputs)
                         with perturbed(c.system, c.ends[j][1], int(c.targets[j]), PERTURBATION) as perturbation:
-                            stepper.answer()
+                            one_step.answer()
                         slopes = (c.outputs[outputs] - base[-1]) / (perturbation or np.inf)
                     T[outputs, j] = slopes
                 for j in inputs:
-                    stepper.restore(state)
-                    perturbed_steps, perturbation = self._steps(stepper, t, h, steps, outputs, j)
+                    one_step.restore(state)
+                    perturbed_steps, perturbation = self._steps(one_step, t, h, steps, outputs, j)
                     answers = (np.array(perturbed_steps) - base) / (perturbation or np.inf)
                     S[outputs, j] = answers[0]
                     if steps == 2:
                         E[outputs, j] = _lasting(*answers)
-                stepper.restore(state)
+                one_step.restore(state)
             finally:
-                stepper.instance.drop(state)
+                one_step.instance.drop(state)
         identity = np.eye(len(c))
         try:
             self._through = np.linalg.inv(identity - T * c.factors)
@@ -180,19 +182,19 @@ class _Jacobian:
         self._change, self._lasting = S, E
 
     def _steps(
-        self, stepper: Stepper, t: float, h: float, steps: int, outputs: Sequence[int], j: int | None = None
+        self, one_step: RepeatableStep, t: float, h: float, steps: int, outputs: Sequence[int], j: int | None = None
     ) -> tuple[list[np.ndarray], float]:
         """What the outputs are after each of the steps, with input j perturbed in them; the perturbation."""
         c = self.coupling
         outputs_after, perturbation = [], 0.0
         for k in range(steps):
             if j is None:
-                stepper.step(t + k * h, h)
+                one_step.step(t + k * h, h)
             else:
                 with perturbed(c.system, c.ends[j][1], int(c.targets[j]), PERTURBATION) as perturbation:
-                    stepper.step(t + k * h, h)
-                if stepper.instance.name in self.with_feedthrough:
-                    stepper.answer()
+                    one_step.step(t + k * h, h)
+                if one_step.instance.name in self.with_feedthrough:
+                    one_step.answer()
             outputs_after.append(c.outputs[outputs])
         return outputs_after, perturbation
 

@@ -11,7 +11,7 @@ of the step: those of sources that have not stepped yet lie on the straight line
 
 from __future__ import annotations
 
-from ..coupling.loop_solver import at_end, refresh, renew, stale
+from ..coupling.loop_solver import driven_at_end, outdated_components, refresh, refresh_in_order
 from ..engine.program import Program, SlotConversion
 from ..system.system import System
 from ._history import END, MIDDLE, carry_on
@@ -21,8 +21,8 @@ from .method import Method
 def write(system: System, program: Program) -> None:
     """Write the macro step."""
     order = {name: i for i, name in enumerate(system.order)}
-    stale_components = stale(system)[0]
-    driven = at_end(system, program, stale_components)
+    outdated = outdated_components(system)[0]
+    driven = driven_at_end(system, program, outdated)
     start: dict[int, int] = {}  # slots of outputs as they are at the step's start
     middle: dict[int, int] = {}  # and as they are foretold for its middle and its end
     final: dict[int, int] = {}
@@ -61,11 +61,11 @@ def write(system: System, program: Program) -> None:
         for name in names:
             at_its_end[name] = hand_over(name)
         program.advance([system.instances[name] for name in names])
-        for name in (n for n in names if n in stale_components):
+        for name in (n for n in names if n in outdated):
             links = [
                 link for link in system.writer.links_to(name) if link in lines[name] or link.source.place in driven
             ]
-            renew(system, program, [name], links, at_its_end[name])
+            refresh_in_order(system, program, [name], links, at_its_end[name])
     refresh(system, program, driven)
 
 

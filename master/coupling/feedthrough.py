@@ -18,7 +18,7 @@ from ..system.execution_order import component_order
 from ..system.strongly_connected import strongly_connected_components
 from ..system.system import System
 from .algebraic_loops import Node, graph, loops
-from .loop_solver import drives_itself, handles
+from .loop_solver import drives_itself, input_output_runners
 from .perturbation import perturbed
 from .power_bonds import Bond, singles
 
@@ -61,7 +61,7 @@ def detect_feedthrough(system: System, loops_only: bool) -> list[str]:
             state = instance.save()
         except SimulationError:
             continue
-        give, take = handles(system, name)
+        give, take = input_output_runners(system, name)
         try:
             give.once()
             take.once()
@@ -102,7 +102,7 @@ def loops_that_came_up(system: System) -> list[str]:
         if instance.readable != ALWAYS or not outputs or not inputs:
             continue
         with suppress(SimulationError):
-            way = handles(system, component)
+            way = input_output_runners(system, component)
             for step in way:
                 step.once()
             for output, names in _measure_feedthrough(system, instance, None, outputs, list(inputs), way).items():
@@ -207,7 +207,7 @@ def _slope(system: System, output: SignalConnection, link: SignalConnection) -> 
     """dy/du of one output of the component that a link ends at, u in SI units; NaN if that cannot be had."""
     unit = system.instances[link.target.component].unit(link.target.name)
     reals, y = system.buffer.reals, output.source.place
-    way = handles(system, link.target.component)
+    way = input_output_runners(system, link.target.component)
     try:
         with perturbed(system, link.target, link.target.place, PERTURBATION) as perturbation:
             for step in way:

@@ -24,7 +24,7 @@ from ..system.strongly_connected import in_order
 from ..system.system import System
 from ..system.value_conversion import converted
 from .algebraic_loops import ANY
-from .loop_solver import AlgebraicLoop, in_turn, reader
+from .loop_solver import AlgebraicLoop, reader, visit_order
 
 
 def parameter_order(system: System) -> list[str]:
@@ -244,7 +244,7 @@ class Initialiser:
             order = in_order(graph)
         except CycleError:
             return None
-        return in_turn(node for node in order if node in system.outputs)
+        return visit_order(node for node in order if node in system.outputs)
 
 
 def _late_remark(instance: FmuInstance) -> str:

@@ -44,7 +44,7 @@ SMALL = 1.5e-8
 """Share of a value by which it is changed to see what follows."""
 
 
-def handles(system: System, name: str) -> tuple[Runner, Runner]:
+def input_output_runners(system: System, name: str) -> tuple[Runner, Runner]:
     """What hands a component the inputs in the buffer, and what then reads its outputs, if it lets itself be read."""
     inputs, instance = system.writer.program(), system.instances[name]
     inputs.set_inputs(instance)
@@ -58,7 +58,7 @@ def reader(system: System, name: str) -> Runner:
     return Runner(outputs)
 
 
-def in_turn(nodes: Iterable[End]) -> list[str]:
+def visit_order(nodes: Iterable[End]) -> list[str]:
     """Components to visit so that these outputs are read one after the other."""
     names: list[str] = []
     for component, _ in nodes:
@@ -79,7 +79,7 @@ class AlgebraicLoop:
                 program = system.writer.program()
                 system.writer.pass_on(program, link)
                 links.append((link, Runner(program)))
-            self.visits[name] = links, *handles(system, name)
+            self.visits[name] = links, *input_output_runners(system, name)
         everything = [*system.outputs.values(), *system.inputs.values()]
         self._signals = [s for s in everything if s.family == REAL]
         self._reals = _slots(self._signals)
@@ -345,10 +345,10 @@ def _slots(signals: Iterable[Signal]) -> np.ndarray:
     return np.array([s.place + k for s in signals for k in range(s.size)], np.int64)
 
 
-def stale(system: System) -> tuple[list[str], bool]:
+def outdated_components(system: System) -> tuple[list[str], bool]:
     """(components in the order in which to bring them up to date, whether some depend on each other in a loop)."""
     driven = {link.end for link in system.links if system.values.has_value(link)}
-    stale_outputs = {
+    outdated_outputs = {
         end for end in system.outputs
         if system.writer.is_read(end)
         and any((end[0], name) in driven for name in system.instances[end[0]].direct_feedthrough(end[1]) or ())
@@ -356,9 +356,9 @@ def stale(system: System) -> tuple[list[str], bool]:
     try:
         order = in_order(graph(system, doubtful=False))
     except CycleError:
-        members = {component for component, _ in stale_outputs}
+        members = {component for component, _ in outdated_outputs}
         return [name for name in system.order if name in members], True
-    return in_turn(node for node in order if node in stale_outputs), False
+    return visit_order(node for node in order if node in outdated_outputs), False
 
 
 def drives_itself(system: System, name: str) -> bool:
@@ -366,7 +366,7 @@ def drives_itself(system: System, name: str) -> bool:
     return any(link.source.component == name for link in system.writer.links_to(name))
 
 
-def at_end(system: System, program: Program, names: Iterable[str]) -> dict[int, int]:
+def driven_at_end(system: System, program: Program, names: Iterable[str]) -> dict[int, int]:
     """Write: what stimuli drive these components with at the end of the step, in slots of its own; slot: that slot."""
     signals = [s for name in names for s in system.instances[name].inputs]
     signals += [link.source for name in names for link in system.writer.links_to(name)]
@@ -383,10 +383,10 @@ def refresh(system: System, program: Program, driven: dict[int, int] | None = No
     """Write: outputs agree with the present inputs; the inputs that were held stay in the buffer, for the record.
 
     What stimuli drive has the value that it has at the end of the step, which stands in `driven` if another program
-    has written it (`at_end`). loops_only: where there is no algebraic loop, only components that drive themselves are
-    brought up to date, which no order of the components does.
+    has written it (`driven_at_end`). loops_only: where there is no algebraic loop, only components that drive
+    themselves are brought up to date, which no order of the components does.
     """
-    names, in_loop = stale(system)
+    names, in_loop = outdated_components(system)
     if loops_only and not in_loop:
         names = [name for name in names if drives_itself(system, name)]
     if not names:
@@ -395,9 +395,9 @@ def refresh(system: System, program: Program, driven: dict[int, int] | None = No
         link for name in dict.fromkeys(names) for link in system.writer.links_to(name) if link.target.family != TEXT
     ]
     if driven is None:
-        driven = at_end(system, program, names)
+        driven = driven_at_end(system, program, names)
     if not in_loop:
-        renew(system, program, names, links, driven)
+        refresh_in_order(system, program, names, links, driven)
         return
     with _preserved(
         system, program, [*((slot, 1) for slot in driven), *((link.target.place, link.target.size) for link in links)]
@@ -414,7 +414,7 @@ def refresh(system: System, program: Program, driven: dict[int, int] | None = No
         program.python(solve)
 
 
-def renew(
+def refresh_in_order(
     system: System, program: Program, names: Sequence[str], links: Sequence[SignalConnection], instead: dict[int, int]
 ) -> None:
     """Write: in this order, the components get what these links carry now, and are read again; then all inputs are as

@@ -63,14 +63,14 @@ class SlotConversion:
         """Whether it copies."""
         return self.factor == 1.0 and self.offset == 0.0 and not self.whole and not self.from_integer
 
-    def forth(self, value: float) -> float:
+    def apply(self, value: float) -> float:
         """The value at the target; one that is refused on the way is kept."""
         for step in self.whole:
             if isinstance(step, Mapped):
                 value = dict(step.entries).get(int(value), value)
         return value if self.factor == 1.0 and self.offset == 0.0 else self.factor * float(value) + self.offset
 
-    def back(self, value: float) -> float | None:
+    def inverse(self, value: float) -> float | None:
         """The value at the source, of several the first; None where none leads to it."""
         if self.factor != 1.0 or self.offset != 0.0:
             if self.factor == 0.0:

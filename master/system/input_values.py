@@ -81,7 +81,7 @@ class InputValues:
             else:
                 values = reals if link.target.family == REAL else integers
                 for i, value in enumerate(values[target_slots].tolist(), source_slots.start):
-                    if (start := link.conversion.back(value)) is not None:
+                    if (start := link.conversion.inverse(value)) is not None:
                         (reals if link.source.family == REAL else integers)[i] = start
 
     def checked_input(self, name: str, value: object, where: str) -> object:
@@ -102,5 +102,5 @@ class InputValues:
         for link in self._connections.of_input(name) if source.family != TEXT else ():
             values = value if isinstance(value, tuple) else (value,)
             for element in values if link.source.element is None else (values[link.source.element],):
-                reached = link.conversion.forth(element)
+                reached = link.conversion.apply(element)
                 self._instances[link.target.component]._scalar(link.target.name, reached, where)
