@@ -194,8 +194,9 @@ def _table(summary: dict[str, Any], result: Any) -> str:
             )
         if (hint := summary["step_check"].get("advice")) is not None:
             coupling.append(
-                f"  it comes in at {hint['input']}, held up to {hint['off']:.1e} of its range off {hint['source']}; "
-                f"--method {hint['method']} --step {hint['step']:.3g} would halve it, in {hint['cost']:.2g} x the steps"
+                f"  largest coupling error: input {hint['input']}, off from {hint['source']} by up to "
+                f"{hint['off']:.1e} of its range; --method {hint['method']} --step {hint['step']:.3g} would halve it, "
+                f"in {hint['cost']:.2g} x the steps"
             )
     if not coupling and result.connected:
         coupling.append("  no power bond found: nothing says how much error the coupling makes, but --check-step does")

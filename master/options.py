@@ -129,7 +129,7 @@ def _count(name: str, value: Any) -> int:
 def _switch(name: str, value: Any) -> bool:
     if isinstance(value, (bool, np.bool_)) or (isinstance(value, (int, np.integer)) and value in (0, 1)):
         return bool(value)
-    _wrong(name, value, "truth value")
+    _wrong(name, value, "boolean")
 
 
 def as_text(name: str, value: Any) -> str:

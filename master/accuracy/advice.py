@@ -41,8 +41,8 @@ class Advice:
             return []
         return [
             f"{self.input} is off by {self.off:.2g} of its range, and with half the step by {2.0**-self.order:.2g} of "
-            f"that: --method {method} does not have its order {order} here, for what {self.source} gives bends within "
-            "the steps"
+            f"that: --method {method} does not have its order {order} here, because {self.source} is not smooth within "
+            "a step"
         ]
 
 

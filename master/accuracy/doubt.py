@@ -52,6 +52,6 @@ def warning(most: dict[str, Any] | None, order: int, step: float) -> list[str]:
     return [
         f"{most['signal']} may be off by {most['signal_off']:.0%} of its range: from t = {most['from_s']:.4g} s on it "
         f"leaves a rest by itself, differences grow {most['growth']:.2g}-fold by {most['to_s']:.4g} s, and "
-        f"{most['input']} was held up to {most['input_off']:.2g} of its range off; take {other}--step {step / 2:g}, "
-        "and --check-step to see what that changes"
+        f"the input {most['input']} was off by up to {most['input_off']:.2g} of its range; take {other}--step "
+        f"{step / 2:g}, and --check-step to see what that changes"
     ]

@@ -79,8 +79,8 @@ def detect_feedthrough(system: System, loops_only: bool) -> list[str]:
         return []
     names = f"component{'s' if len(silent_components) > 1 else ''} {', '.join(map(repr, silent_components))}"
     return [
-        f"{names}: what the outputs depend on is not said, and none was found to answer to an input at once; where one "
-        "does, it is a step late"
+        f"{names}: no output dependencies are declared in the model description, and perturbing the inputs showed no "
+        "direct feedthrough; where there is some, those outputs are a step late"
     ]
 
 
@@ -109,9 +109,9 @@ def loops_that_came_up(system: System) -> list[str]:
                 measured[component, output] = {(component, name) for name in names}
     known_loops = {frozenset(members) for members in loops(system)}
     return [
-        f"{' -> '.join(members)}: an algebraic loop that the FMUs do not tell of, and that was none at the start or "
-        "could not be seen there: values on it are a step late and may be far off, or swing up; its FMUs have to say "
-        "what their outputs depend on, for it to be solved"
+        f"{' -> '.join(members)}: an algebraic loop that the FMUs do not declare and that was not detected at the "
+        "start: its values are a step late and may be wrong or oscillate; have the FMUs declare what their outputs "
+        "depend on, so that it is solved"
         for members in loops(system, more=measured) if frozenset(members) not in known_loops
     ]  # fmt: skip
 
@@ -159,7 +159,7 @@ def _measure_feedthrough(
                         pass
                 if instance.is_lost:
                     raise SimulationError(
-                        f"component '{instance.name}' does not say what its outputs depend on, and a change of "
+                        f"component '{instance.name}' does not declare what its outputs depend on, and a change of "
                         f"'{target.name}' by {PERTURBATION:g} to find out is fatal to it; --method gauss-seidel does "
                         "not ask"
                     )

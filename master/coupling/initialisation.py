@@ -253,6 +253,6 @@ def _late_remark(instance: FmuInstance) -> str:
     if instance.readable == AFTER_STEPS:
         starts = "what its modelDescription.xml has as their starts, else 0"
     return (
-        f"component '{instance.name}' cannot be read between an input and the step that follows: at the start its "
-        f"outputs are {starts}, and one that answers to an input at once is a step late"
+        f"component '{instance.name}' refuses getXXX between setting an input and the next doStep: at the start its "
+        f"outputs are {starts}, and one with direct feedthrough is a step late"
     )

@@ -106,7 +106,7 @@ def restore(state: SavedState, path: Path, system: System, program: Program) -> 
     """
     memories = {m.name: m for m in program.memories}
     if other := sorted(set(memories) ^ set(state.memories)):
-        told = f"the coupling remembers something else here ({other[0]}): drive the same inputs"
+        told = f"the coupling's internal state differs ({other[0]}): connect and drive the same inputs"
         raise UsageError(f"--resume {path}: {told}")
     if set(state.fmus) != set(system.instances) or len(state.texts) != len(system.buffer.texts):
         raise UsageError(f"--resume {path}: it is damaged")
