@@ -14,7 +14,7 @@ from ..core.errors import UsageError, did_you_mean
 
 @dataclass(frozen=True)
 class Options:
-    """What a run may be told. `changes` are (address, value) pairs, address = component.parameter or parameter."""
+    """Options of a run. `changes` are (address, value) pairs, address = component.parameter or parameter."""
 
     step: float | None = None
     stop_time: float | None = None

@@ -28,7 +28,7 @@ MAX_RATIO, LARGE = 1000.0, 64 * 1024**2
 
 @dataclass
 class Budget:
-    """What may still be unpacked."""
+    """Bytes and entries that may still be unpacked."""
 
     size: int | None = None
     entries: int = MAX_ENTRIES

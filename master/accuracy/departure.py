@@ -48,7 +48,7 @@ class Departure:
     end: float
     """Time until which it does [s]."""
     factor: float
-    """Of the rates, and so of differences."""
+    """Growth of the rates, and so of differences."""
     change: float
     """How far the signal gets until it is slow again, as a share of its range over the run."""
 

@@ -63,7 +63,7 @@ def constants(
 
 
 def _names(p: ParameterInForce, value: Any = None) -> list[str]:
-    """Of the columns of a parameter."""
+    """Names of the columns of a parameter."""
     value = p.value if value is None else value
     return [f"{p.address}[{k + 1}]" for k in range(len(value))] if isinstance(value, tuple) else [p.address]
 

@@ -36,7 +36,7 @@ PATIENCE, SHARE = 0.5, 0.1
 
 
 class Recording:
-    """The record of a run. Rows come from the engine by `rows` and `add_rows`."""
+    """Records a run. Rows come from the engine by `rows` and `add_rows`."""
 
     def __init__(
         self, system: System, layout: RecordLayout, recorded_columns: Sequence[int], file: Path | None, every: int,

@@ -1,4 +1,4 @@
-"""What there is to say against a run, by what it exchanged."""
+"""Warnings about a session's runs, by what these exchanged."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from .session import Session
 
 
 class SessionWarnings:
-    """What there is to say against the runs of a session."""
+    """Warnings about the runs of a session."""
 
     def __init__(self, session: Session):
         self.session = session

@@ -14,7 +14,7 @@ from .value_conversion import Quantity
 
 
 class Quantities:
-    """Of the variables of components, and of the whole system's inputs and outputs."""
+    """Type, unit and enumeration of each signal: of components' variables, and of the system's inputs and outputs."""
 
     def __init__(self, network: FlatSystem, instances: Mapping[str, FmuInstance], remarks: list[str]):
         self.network, self.instances, self.remarks = network, instances, remarks

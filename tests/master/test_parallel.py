@@ -10,7 +10,7 @@ from deepsea_cosim.core.errors import SimulationError
 from deepsea_cosim.master.engine import loop, runner, step_threads
 from deepsea_cosim.master.options import Options
 from deepsea_cosim.master.simulation.interrupts import Interrupts
-from deepsea_cosim.master.simulation.make_plan import make_plan
+from deepsea_cosim.master.simulation.plan import make_plan
 from deepsea_cosim.master.simulation.run import run
 
 from benchmarks import native
