@@ -40,7 +40,7 @@ SINK_KINDS = ("input", "parameter", "structuralParameter")
 PARAMETER_KINDS = ("parameter", "structuralParameter", "calculatedParameter")
 """Kinds of connectors of parameters, whose values flow before a run begins."""
 
-MOST_CONNECTORS = 300
+MAX_CONNECTORS = 300
 """Most connectors that a value may pass on its way."""
 
 Node = tuple[str, str, str]
@@ -420,8 +420,8 @@ class _Flattener:
         for element, edge in edges.items():
             if indices and element and element != indices:
                 continue
-            if len(passed) > MOST_CONNECTORS:
-                raise PackageError(f"{edge.connection.where}: more than {MOST_CONNECTORS} connectors in a row; refused")
+            if len(passed) > MAX_CONNECTORS:
+                raise PackageError(f"{edge.connection.where}: more than {MAX_CONNECTORS} connectors in a row; refused")
             if (node, element) in passed:
                 raise PackageError(f"{edge.connection.where}: the connections lead back to {_what(node)}")
             if indices and not element and edge.indices:

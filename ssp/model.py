@@ -14,7 +14,7 @@ from ..core.units import Unit
 
 FLOATS = ("Real", "Float64", "Float32")
 INTEGERS = ("Integer", "Int8", "UInt8", "Int16", "UInt16", "Int32", "UInt32", "Int64", "UInt64")
-KINDS = (*FLOATS, *INTEGERS, "Boolean", "String", "Enumeration", "Binary", "Clock")
+TYPE_KINDS = (*FLOATS, *INTEGERS, "Boolean", "String", "Enumeration", "Binary", "Clock")
 """Types of SSP 1.0 and 2.0."""
 
 Scalar = float | int | bool | str | bytes

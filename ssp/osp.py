@@ -19,11 +19,11 @@ from .document import Document, local
 from .model import Binding, Component, Connection, LinearFunction, Parameter, Scalar, System, SystemStructure, Type
 from .osp_groups import VariableGroup, groups_of, paired
 
-FILE = "OspSystemStructure.xml"
+OSP_FILE = "OspSystemStructure.xml"
 STEP = 0.1
 """What libcosim takes where the file tells no BaseStepSize [s]."""
 
-MOST_SIGNALS = 100_000
+MAX_SIGNALS = 100_000
 """Most inputs of a function."""
 
 SECTIONS = (
@@ -36,7 +36,7 @@ ENDS = {
 }  # fmt: skip
 """Kinds of connections, and what their two ends are."""
 
-KINDS: dict[str, Callable[[str], Scalar]] = {"Real": float, "Integer": int, "Enumeration": int, "String": str}
+OSP_TYPES: dict[str, Callable[[str], Scalar]] = {"Real": float, "Integer": int, "Enumeration": int, "String": str}
 
 T = TypeVar("T")
 
@@ -195,7 +195,7 @@ class _Reader:
 
     def _value(self, element: etree._Element) -> Parameter:
         name = self.document.name(element, "variable")
-        typed = list(self.document.children(element, [self.space + kind for kind in (*KINDS, "Boolean")]))
+        typed = list(self.document.children(element, [self.space + kind for kind in (*OSP_TYPES, "Boolean")]))
         if len(typed) != 1:
             raise self.document.error(element, f"initial value of '{name}': one value is needed")
         kind, text = local(typed[0]), self.document.attribute(typed[0], "value")
@@ -203,7 +203,7 @@ class _Reader:
             value: Scalar = self.document.truth(typed[0], "value")
         else:
             try:
-                value = KINDS[kind](text)
+                value = OSP_TYPES[kind](text)
             except ValueError:
                 raise self.document.error(typed[0], f'value="{text}" of \'{name}\' is no {kind}') from None
         kind = "Integer" if kind == "Enumeration" else kind
@@ -218,8 +218,8 @@ class _Reader:
         else:
             count = self._count(element, "inputCount")
             tails = [f"[{k}]" for k in range(self._count(element, "dimension"))] if kind == "VectorSum" else [""]
-            if count * len(tails) > MOST_SIGNALS:
-                raise document.error(element, f"'{name}' has {count * len(tails)} inputs; most are {MOST_SIGNALS}")
+            if count * len(tails) > MAX_SIGNALS:
+                raise document.error(element, f"'{name}' has {count * len(tails)} inputs; most are {MAX_SIGNALS}")
             function = LinearFunction({f"out{t}": tuple((f"in[{k}]{t}", 1.0) for k in range(count)) for t in tails})
             self.groups[name] = {
                 group: VariableGroup(group, "", tuple((f"{group}{t}") for t in tails))

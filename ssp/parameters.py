@@ -17,7 +17,7 @@ from ..core.errors import PackageError, did_you_mean
 from .annotations import Unused
 from .document import MAX_XML, SSC, SSD, SSM, SSV, Document, version, violations
 from .encoding import encoding_of, name_in
-from .model import KINDS, Binding, MappingEntry, Parameter
+from .model import TYPE_KINDS, Binding, MappingEntry, Parameter
 from .values import TRANSFORMATIONS, Definitions, transformation_of, typed_as, value_of
 
 SSV_TYPE = "application/x-ssp-parameter-set"
@@ -183,7 +183,7 @@ class Bindings:
                 if name in parameters:
                     parameters[name] = replace(parameters[name], again=document.where(element))
                     continue
-                tags = [f"{SSV}{kind}" for kind in KINDS]
+                tags = [f"{SSV}{kind}" for kind in TYPE_KINDS]
                 typed = [e for e in document.children(element, (*tags, f"{SSC}Dimension")) if e.tag in tags]
                 if not typed:
                     raise document.error(element, f"parameter '{name}' has no value")

@@ -41,7 +41,7 @@ CONNECTOR_KINDS = (
 )  # fmt: skip
 
 DEFAULT = "SystemStructure.ssd"
-MOST_LEVELS = 32
+MAX_LEVELS = 32
 """Deepest nesting of packages in packages."""
 
 
@@ -165,8 +165,8 @@ class _Reader:
         shown = self.prefix + (self.folder / name).resolve().relative_to(self.root.resolve()).as_posix()
         if shown in self.open:
             raise PackageError(f"{shown}: the system contains itself ({' -> '.join([*self.open, shown])})")
-        if len(self.open) + self.depth > MOST_LEVELS:
-            raise PackageError(f"{shown}: nested more than {MOST_LEVELS} levels deep; refused")
+        if len(self.open) + self.depth > MAX_LEVELS:
+            raise PackageError(f"{shown}: nested more than {MAX_LEVELS} levels deep; refused")
         self.documents[name] = document = Document(self.folder / name, shown)
         root = document.root
         if root.tag != f"{SSD}SystemStructureDescription":
@@ -203,8 +203,8 @@ class _Reader:
         )
 
     def system(self, document: Document, element: etree._Element, definitions: Definitions, level: int = 0) -> System:
-        if level > MOST_LEVELS:
-            raise document.error(element, f"systems are nested more than {MOST_LEVELS} levels deep; refused")
+        if level > MAX_LEVELS:
+            raise document.error(element, f"systems are nested more than {MAX_LEVELS} levels deep; refused")
         name = element.get("name", "") if level == 0 else document.name(element)
         sections = ("Connectors", "ParameterBindings", "Elements", "Connections", "SignalDictionaries")
         list(document.children(element, [f"{SSD}{s}" for s in sections]))
@@ -319,8 +319,8 @@ class _Reader:
         return reader.description(path.name).system
 
     def _package(self, document: Document, element: etree._Element, name: str, path: Path, fragment: str) -> System:
-        if self.depth + 1 > MOST_LEVELS:
-            raise document.error(element, f"packages are nested more than {MOST_LEVELS} levels deep; refused")
+        if self.depth + 1 > MAX_LEVELS:
+            raise document.error(element, f"packages are nested more than {MAX_LEVELS} levels deep; refused")
         folder = path.with_name(f"{path.name}.unpacked")
         if self.scratch is not None:
             folder = self.scratch / f"{blake2b(bytes(path.resolve()), digest_size=8).hexdigest()}.unpacked"
@@ -353,8 +353,8 @@ class _Reader:
         key = f"{document.shown}#{id}"
         if key in self.open:
             raise document.error(element, f"component '{name}': the system '{id}' contains itself")
-        if len(self.open) + self.depth > MOST_LEVELS:
-            raise document.error(element, f"nested more than {MOST_LEVELS} levels deep; refused")
+        if len(self.open) + self.depth > MAX_LEVELS:
+            raise document.error(element, f"nested more than {MAX_LEVELS} levels deep; refused")
         with self._opened(key):
             inner = self.system(document, systems[0], definitions)
         return self._as_element(document, element, definitions, name, inner, None)

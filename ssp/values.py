@@ -10,7 +10,7 @@ from lxml import etree
 from ..core.unit_names import named
 from ..core.units import BASE, Unit
 from .document import SSC, Document, local, truth
-from .model import FLOATS, INTEGERS, KINDS, Linear, Scalar, Table, Transformation, Type, Value
+from .model import FLOATS, INTEGERS, TYPE_KINDS, Linear, Scalar, Table, Transformation, Type, Value
 
 MAPPED = "integer"
 """What a mapping of integers is between: those of all types."""
@@ -21,7 +21,7 @@ _RANGES = {
     "Integer": (-(2**31), 2**31 - 1), MAPPED: (-(2**63), 2**64 - 1),
 }  # fmt: skip
 
-TYPES = tuple(f"{SSC}{kind}" for kind in KINDS)
+TYPES = tuple(f"{SSC}{kind}" for kind in TYPE_KINDS)
 TRANSFORMATIONS = tuple(
     f"{SSC}{name}Transformation" for name in ("Linear", "BooleanMapping", "IntegerMapping", "EnumerationMapping")
 )
@@ -117,7 +117,7 @@ def typed_as(
 ) -> Type:  # fmt: skip
     """The type that an element such as <Real unit="m"/> states, with the dimensions of its owner."""
     kind = local(element)
-    if kind not in KINDS:
+    if kind not in TYPE_KINDS:
         raise document.error(element, f"type {kind} is not supported")
     if kind == "Clock" and not clocks:
         raise document.error(element, "clocks are not supported")

@@ -18,7 +18,7 @@ import numpy as np
 
 from ..coupling.residual_energy import STILL
 
-POINTS, MOST_WINDOWS = 8, 500
+POINTS, MAX_WINDOWS = 8, 500
 """Rates are compared as the greatest ones of windows of time: so many points at least, so many windows about."""
 
 JUMP = 4.0
@@ -58,7 +58,7 @@ def departures(time: np.ndarray, table: np.ndarray) -> list[Departure]:
 
     time: (n,) in s, rising; table: (n, columns), the outputs of one component, in any units.
     """
-    width = max(POINTS, len(time) // MOST_WINDOWS)
+    width = max(POINTS, len(time) // MAX_WINDOWS)
     count = (len(time) - 1) // width
     if count <= LEAST_WINDOWS or not table.shape[1]:
         return []

@@ -10,7 +10,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
-BEYOND = 1e9
+MIN_GROWTH = 1e9
 """Multiple of what a signal began with, or of its nominal value, beyond which nothing physical goes."""
 DOUBLINGS = 12
 """Doublings in the second half of a run that nothing but an exponential makes."""
@@ -29,7 +29,7 @@ def divergence(names: Sequence[str], nominals: Sequence[float], t: np.ndarray, y
         size = np.where(np.isfinite(y), np.abs(y), 0.0)
     began, most = np.maximum(nominals, size[0]), size.max(axis=0)
     half = size[: len(t) // 2].max(axis=0)
-    away = (most >= BEYOND * began) & (most >= 2.0**DOUBLINGS * half)
+    away = (most >= MIN_GROWTH * began) & (most >= 2.0**DOUBLINGS * half)
     if not away.any():
         return []
     k = int(np.argmax(np.where(away, most / began, 0.0)))

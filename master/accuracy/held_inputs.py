@@ -19,7 +19,7 @@ import numpy as np
 from ..results.columns import elements
 from ..system.system import System
 
-SMALL = 1e-3
+MIN_RANGE = 1e-3
 """Range of a signal, as a share of its largest value, below which how far an input is off is compared with that share
 of the value: the pressure of a tank that changes by a few pascals is as good as constant."""
 
@@ -128,5 +128,5 @@ class HeldInputs:
     def _shares(self) -> np.ndarray:
         """How far inputs were off, and would be with a method of second order, as shares of ranges (2, inputs)."""
         with np.errstate(all="ignore"):
-            span = np.maximum(self._high - self._low, SMALL * np.maximum(np.abs(self._low), np.abs(self._high)))
+            span = np.maximum(self._high - self._low, MIN_RANGE * np.maximum(np.abs(self._low), np.abs(self._high)))
             return np.where(self._most > 0.0, self._most / span, 0.0)

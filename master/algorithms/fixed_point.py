@@ -25,7 +25,7 @@ MOST = 100
 TOLERANCE = 1e-9
 """Relative change of the inputs between two repetitions at which they count as settled."""
 
-SMALL = 1e-4
+MIN_SIZE = 1e-4
 """Size of an input, in its nominal value, below which changes are compared with that: at rest it is rounding."""
 
 
@@ -64,7 +64,7 @@ class _FixedPoint:
 
     def _begin(self) -> None:
         self._last = self._coupling.inputs_from(self._coupling.outputs)
-        self._size = np.maximum(np.abs(self._last), SMALL * self._coupling.nominals())
+        self._size = np.maximum(np.abs(self._last), MIN_SIZE * self._coupling.nominals())
 
     def _restore(self, kept: Mapping[str, np.ndarray]) -> None:
         self._size, self._last = kept["size"].copy(), kept["last"].copy()

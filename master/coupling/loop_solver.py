@@ -34,13 +34,13 @@ ROUNDING = 1e-15
 FEW_SWEEPS = 5
 """A loop that takes more than these is worth being learned."""
 
-MOST_LEARNED = 64
+MAX_LEARNED = 64
 """Inputs of such a loop: each has to be changed once."""
 
-PATIENCE = 20
+RELEARN_AFTER = 20
 """Points in time after which a loop whose slopes have not helped since is learned anew."""
 
-SMALL = 1.5e-8
+CHANGE = 1.5e-8
 """Share of a value by which it is changed to see what follows."""
 
 
@@ -96,7 +96,7 @@ class AlgebraicLoop:
             self._round_trip, [link.source.component for link in ends], [link.target.component for link in ends]
         )
         all_reals = len(self._round) + len(self._given) == len(every)
-        self._learns = all_reals and 0 < len(self._targets) <= MOST_LEARNED
+        self._learns = all_reals and 0 < len(self._targets) <= MAX_LEARNED
         self.forget()
 
     def forget(self) -> None:
@@ -277,7 +277,7 @@ class AlgebraicLoop:
     def _learn(self, scale: np.ndarray) -> None:
         """Keep the slopes of a loop that is settled but took long to, for the steps to come; see `solve` for scale."""
         self._tries += 1
-        if not self._learns or (self._inverse is not None and 1 < self._tries < PATIENCE):
+        if not self._learns or (self._inverse is not None and 1 < self._tries < RELEARN_AFTER):
             return
         self._largest[self._reals] = np.fmax(self._largest[self._reals], np.where(scale < 1e12, scale, 0.0))
         x, largest = self.system.buffer.reals[self._targets].copy(), self._largest[self._targets]
@@ -315,7 +315,7 @@ class AlgebraicLoop:
         size = self._usual(size, size > ROUNDING * size.max())
 
         def slopes(x: np.ndarray) -> np.ndarray:
-            shifted = self._beside(x * size, SMALL * np.maximum(np.abs(x), 1.0) * size) / size
+            shifted = self._beside(x * size, CHANGE * np.maximum(np.abs(x), 1.0) * size) / size
             returned = self._round_trip(x * size)
             residual_here = finite(returned - x * size) / size
             shifted_residuals = self._single.residuals(

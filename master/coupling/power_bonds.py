@@ -19,7 +19,7 @@ Line = tuple[float, float]
 
 _POWER = {"kg": 1, "m": 2, "s": -3}
 
-MOST_ELEMENTS = 24
+MAX_ELEMENTS = 24
 """Of an array of which nothing says that it makes bonds: a field of thousands of values is no list of forces."""
 
 
@@ -65,7 +65,7 @@ def singles(links: Iterable[SignalConnection], declared: Iterable[str] = ()) -> 
             continue
         if link.source.size == 1:
             yield link
-        elif link.source.size <= MOST_ELEMENTS or link.source.address in declared:
+        elif link.source.size <= MAX_ELEMENTS or link.source.address in declared:
             for k in range(link.source.size):
                 yield replace(link, source=link.source.part(k), target=link.target.part(k))
 

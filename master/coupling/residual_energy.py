@@ -37,7 +37,7 @@ AT_ONCE = 0.02
 """Share of an output's answer that may be to a position rather than a speed, for a damping to be told: what comes with
 a jump of the position is not in the products of the bond."""
 
-BEYOND = 1e100
+OVERFLOW = 1e100
 """Sums of energies and squares that are larger belong to a run that has exploded."""
 
 STILL = 1e-10
@@ -47,10 +47,10 @@ CHANGED = 0.5
 """Share by which a swing's energy has to change through a run to be warned of; in logarithms, at least half of the
 change has to be what the coupling would do alone."""
 
-MOST_EXPONENT = 200.0
+MAX_EXPONENT = 200.0
 """Of the growth that is told."""
 
-PIECES, FINE, MOST_PIECES = 8, 64, 256
+PIECES, FINE, MAX_PIECES = 8, 64, 256
 """Pieces of time in which a swing is followed: those of a block of rows as long as they are few, how many are few (each
 later block is one), and how many there may be before neighbours are put together."""
 
@@ -94,7 +94,7 @@ class CouplingOscillation:
             energy = [x[part].sum() for x in (lost, *drift, h)]
             self.pieces.append(np.array([a @ a, b @ b, a.sum(), b.sum(), *energy, end - begin]))
             begin = end
-        if len(self.pieces) > MOST_PIECES:
+        if len(self.pieces) > MAX_PIECES:
             self.pieces = [np.sum(self.pieces[k : k + 2], axis=0) for k in range(0, len(self.pieces), 2)]
 
     def answer(self, i: int) -> float | None:
@@ -113,7 +113,7 @@ class CouplingOscillation:
         summary: dict[str, float | None] = dict.fromkeys(
             ("omega_h", "numerical_damping", "energy_ratio", "energy_ratio_by_coupling"))  # fmt: skip
         pieces = np.reshape(self.pieces, (-1, 9))
-        if not np.abs([*self.sums.ravel(), *pieces.sum(axis=0)]).max() < BEYOND:
+        if not np.abs([*self.sums.ravel(), *pieces.sum(axis=0)]).max() < OVERFLOW:
             return summary
         a, b = self.answer(0), self.answer(1)
         seconds, count = pieces[:, 7:].sum(axis=0)
@@ -151,7 +151,7 @@ class CouplingOscillation:
                 if before > 0.0 and after > 0.0:
                     summary["energy_ratio"] = after / before
                     summary["energy_ratio_by_coupling"] = float(
-                        np.exp(np.clip(rate * far, -MOST_EXPONENT, MOST_EXPONENT))
+                        np.exp(np.clip(rate * far, -MAX_EXPONENT, MAX_EXPONENT))
                     )
         return summary
 
@@ -243,7 +243,7 @@ class ResidualEnergy:
             moves = self.moves(i)
             swing = self.swings[i].summary()
             share = 0.0
-            if not self.absolute[i] + self.exchanged[i] < BEYOND:
+            if not self.absolute[i] + self.exchanged[i] < OVERFLOW:
                 share = float("inf")
             elif moves and self.exchanged[i] > 0.0:
                 share = float(self.absolute[i] / self.exchanged[i])

@@ -28,7 +28,7 @@ def of_slot(number: int, kind: str) -> int:
     return number + 2**64 if number < 0 and kind == "UInt64" else number
 
 
-MOST_VALUES = 10_000_000
+MAX_ARRAY_VALUES = 10_000_000
 """Most values of an array."""
 
 WIDTHS = {I8: np.int8, U8: np.uint8, I16: np.int16, U16: np.uint16, I32: np.int32, U32: np.uint32, F32: np.float32}

@@ -14,7 +14,7 @@ from ..system.parameters import ParameterInForce
 from ..system.system import System
 from .columns import Column, kind_of
 
-KINDS = {"float": np.float64, "integer": np.int64, "unsigned": np.uint64, "boolean": np.bool_}
+COLUMN_TYPES = {"float": np.float64, "integer": np.int64, "unsigned": np.uint64, "boolean": np.bool_}
 
 
 @dataclass(frozen=True)
@@ -26,7 +26,7 @@ class Constant:
 
     def rows(self, count: int) -> np.ndarray | list[object]:
         """So many rows of it."""
-        kind = KINDS.get(self.column.type)
+        kind = COLUMN_TYPES.get(self.column.type)
         return [self.value] * count if kind is None else np.full(count, self.value, kind)
 
 

@@ -16,7 +16,7 @@ from typing import Any
 
 SIGNALS = (signal.SIGINT, signal.SIGTERM)
 
-PATIENCE = 5.0
+HANG_TIMEOUT = 5.0
 """How long a call of an FMU may take once the run was asked to end [s]."""
 
 EXITED = 250
@@ -54,7 +54,7 @@ class Interrupts(list[int]):
         self._on_hang = on_hang
 
     def watch(self, signals: socket.socket) -> None:
-        """Wait for a signal, and then for `PATIENCE` seconds, or until the other end is closed."""
+        """Wait for a signal, and then for `HANG_TIMEOUT` seconds, or until the other end is closed."""
         up = float("inf")
         while True:
             signals.settimeout(None if up == float("inf") else max(0.01, up - monotonic()))
@@ -65,7 +65,7 @@ class Interrupts(list[int]):
             if not got:
                 return
             if up == float("inf") and any(number in SIGNALS for number in got):
-                up = monotonic() + PATIENCE
+                up = monotonic() + HANG_TIMEOUT
             with self._lock:
                 if self._on_hang is not None and (crash := _crash(got)):
                     _ending().heard()

@@ -21,10 +21,10 @@ import numpy as np
 if TYPE_CHECKING:
     from .result import Result
 
-MOST_PANELS, MOST_LINES = 6, 8
+MAX_PANELS, MAX_LINES = 6, 8
 """Panels of an overview, and lines in a panel."""
 
-MOST_PANELS_ASKED, MOST_LINES_ASKED = 12, 20
+MAX_PANELS_ASKED, MAX_LINES_ASKED = 12, 20
 """The same where the user has said what to show; there are 10 colours."""
 
 SHOWN = {
@@ -77,7 +77,7 @@ def panels(
     groups: dict[str, list[str]] = {}
     for name in numbers:
         groups.setdefault(units.get(name, "1"), []).append(name)
-    lines, most = (MOST_LINES_ASKED, MOST_PANELS_ASKED) if asked else (MOST_LINES, MOST_PANELS)
+    lines, most = (MAX_LINES_ASKED, MAX_PANELS_ASKED) if asked else (MAX_LINES, MAX_PANELS)
     made = []
     for unit, group in list(groups.items())[:most]:
         wanted = [n for n in group if asked or n in drives or "[" not in n] or group

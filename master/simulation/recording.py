@@ -31,7 +31,7 @@ def sample_stride(steps: int, columns: int) -> int:
     return max(1, steps // min(SAMPLE, max(2, SAMPLE_BYTES // (8 * columns))))
 
 
-PATIENCE, SHARE = 0.5, 0.1
+FLUSH_AFTER, FLUSH_SHARE = 0.5, 0.1
 """Wall time after which rows are written though the block is not full [s], and the most of it that writing may take."""
 
 
@@ -102,7 +102,9 @@ class Recording:
 
     def due(self) -> bool:
         """Whether it is time to write."""
-        return self._filled >= self._block or perf_counter() - self._written > max(PATIENCE, self._taken / SHARE)
+        return self._filled >= self._block or perf_counter() - self._written > max(
+            FLUSH_AFTER, self._taken / FLUSH_SHARE
+        )
 
     def flush(self) -> None:
         """Hand on the rows of the block that are complete."""

@@ -39,7 +39,7 @@ from .plan import Plan, make_plan
 from .recording import Recording, sample_stride
 from .result import Result
 from .run_folder import result_folder, write_summary
-from .saved_state import FILE as STATE
+from .saved_state import STATE_FILE
 from .state_saver import StateSaver, recall_feedthrough, restore
 from .stepping import MacroSteps
 
@@ -137,7 +137,7 @@ class _Run:
         self.saver = None
         if options.saves:
             guarded = partial(self.interrupt.watching, self._abandon_saving)
-            self.saver = StateSaver(self.folder / STATE, plan, program, self._identity, guarded)
+            self.saver = StateSaver(self.folder / STATE_FILE, plan, program, self._identity, guarded)
         self.loop = MacroSteps(
             plan, program, self.recording, self.method.input_hold == MEAN, options.realtime, self.saver
         )
@@ -300,7 +300,7 @@ class _Run:
         if (resumed := self.plan.resumed) is not None:
             states["resumed"] = {"from": str(self.options.resume), "time_s": resumed.time, "steps": resumed.done}
         if self.saver is not None and (saved := self.saver.saved) is not None:
-            states["saved_state"] = {"file": STATE, "time_s": saved.time, "steps": saved.done}
+            states["saved_state"] = {"file": STATE_FILE, "time_s": saved.time, "steps": saved.done}
         return states
 
     def _reals(self) -> Reals:

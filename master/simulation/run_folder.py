@@ -13,9 +13,9 @@ from typing import Any
 from ...core.errors import OutputError
 from ...core.files import held, make_folder, writing
 from ..results import by_suffix
-from .saved_state import FILE as STATE
+from .saved_state import STATE_FILE
 
-FILES = ("results.csv", "summary.json", "manifest.json", "overview.png", STATE)
+FILES = ("results.csv", "summary.json", "manifest.json", "overview.png", STATE_FILE)
 LOG_SUFFIXES = (".log", ".txt", ".tsv")
 """Of names of message logs."""
 

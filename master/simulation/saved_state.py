@@ -20,7 +20,7 @@ import numpy as np
 from ...core.errors import UsageError
 from ...core.files import writing
 
-FILE = "state.zip"
+STATE_FILE = "state.zip"
 """Its name in a result folder."""
 
 SCHEMA = 1
@@ -99,7 +99,7 @@ def read_state(path: Path) -> SavedState:
                 {name: archive.read(f"fmu/{i}.bin") for i, name in enumerate(head["fmus"])},
             )  # fmt: skip
     except FileNotFoundError:
-        reason = f"there is no {FILE} in it" if path.is_dir() else "no such file"
+        reason = f"there is no {STATE_FILE} in it" if path.is_dir() else "no such file"
         raise UsageError(f"--resume {path}: {reason}; a run with --save-state makes one") from None
     except OSError as error:
         raise UsageError(f"--resume {path}: cannot be read ({error.strerror or error})") from None
@@ -109,7 +109,7 @@ def read_state(path: Path) -> SavedState:
 
 def state_file(path: Path) -> Path:
     """The file that a path means, which may be a result folder."""
-    return path / FILE if path.is_dir() else path
+    return path / STATE_FILE if path.is_dir() else path
 
 
 def _packed(array: np.ndarray) -> bytes:

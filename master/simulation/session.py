@@ -31,7 +31,7 @@ from ..system.start_values import StartValue, resolve
 from .stimuli import InputSeries, as_slots, check_series, interval_means
 from .time_grid import time_grid
 
-MOST_VALUES = 3e8
+MAX_RECORDED_VALUES = 3e8
 """Values that a run may record: a few GB."""
 
 Series = tuple[np.ndarray, np.ndarray]
@@ -163,7 +163,7 @@ class Session:
             if instance.is_lost:
                 raise SimulationError(f"component '{instance.name}' was lost in an earlier run; open a new session")
         wanted = self._recorded(record)
-        if n * (len(record) + len(inputs or {}) + 1) > MOST_VALUES:
+        if n * (len(record) + len(inputs or {}) + 1) > MAX_RECORDED_VALUES:
             raise UsageError(f"a run of {n:.1e} steps would not fit into memory: take longer steps or a shorter run")
         times = start + np.arange(n + 1) * step
         times[n] = stop

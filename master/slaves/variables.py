@@ -11,7 +11,7 @@ import numpy as np
 from ...core.errors import PackageError, ParameterError, UnknownNameError, did_you_mean
 from ...core.unit_names import named
 from ...core.units import BASE, Unit
-from ..engine.values import LIMITS, MOST_VALUES, REAL, TEXT, FmiType
+from ..engine.values import LIMITS, MAX_ARRAY_VALUES, REAL, TEXT, FmiType
 
 ALWAYS, BEFORE_INPUTS, INITIALISED, AFTER_STEPS = range(4)
 """When an FMU lets itself be read: after its inputs are set as well, only before that, only before that once it is
@@ -117,9 +117,9 @@ class FmuVariables:
         count = 1
         for size in sizes:
             count *= size
-            if not 0 <= size <= MOST_VALUES or count > MOST_VALUES:
+            if not 0 <= size <= MAX_ARRAY_VALUES or count > MAX_ARRAY_VALUES:
                 shown = " x ".join(map(str, sizes))
-                raise PackageError(f"component '{self.name}': '{name}' has {shown} values; most are {MOST_VALUES}")
+                raise PackageError(f"component '{self.name}': '{name}' has {shown} values; most are {MAX_ARRAY_VALUES}")
         return tuple(sizes)
 
     def size(self, name: str) -> int:

@@ -16,7 +16,7 @@ PLACE = re.compile(r"(.*?, line \d+): (.*)", re.DOTALL)
 WHOSE = re.compile(r"^(component '[^']*'|'[^']*' -> '[^']*')")
 """What a text begins with where it says of whom it is; what one file lacks, all components of that file do."""
 
-MOST_PLACES = 5
+MAX_PLACES = 5
 """Places that are named of one error."""
 
 
@@ -86,6 +86,6 @@ def _also(places: list[str]) -> str:
     if len(places) < 2:
         return ""
     file = places[0].rpartition(", ")[0]
-    shown = [p.removeprefix(f"{file}, ") for p in places[1 : MOST_PLACES + 1]]
+    shown = [p.removeprefix(f"{file}, ") for p in places[1 : MAX_PLACES + 1]]
     more = len(places) - 1 - len(shown)
     return f" (also {', '.join(shown)}{f' and {more} more' if more else ''})"

@@ -10,7 +10,7 @@ from ...core.errors import PackageError
 from ...ssp.flat_system import FlatSystem
 from ..engine.loop import U8
 from ..engine.program import ValueBuffer
-from ..engine.values import MOST_VALUES, TEXT, ExchangeGroup, Signal
+from ..engine.values import MAX_ARRAY_VALUES, TEXT, ExchangeGroup, Signal
 from ..slaves.base import FmuInstance
 from .value_conversion import Quantity
 
@@ -79,7 +79,7 @@ class SignalLayout:
         parted = any(w.start_indices for w in leads)
         size = type.count if type is not None else None
         if size is not None:
-            if size > MOST_VALUES:
+            if size > MAX_ARRAY_VALUES:
                 raise PackageError(f"{network.inputs[name].where}: '{name}' has {size:.1e} values; refused")
         else:
             ends = (w.end for w in leads if not w.end_indices)

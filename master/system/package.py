@@ -13,8 +13,7 @@ from ...core.units import Unit
 from ...ssp.flat_system import BoundParameter, FlatSystem
 from ...ssp.flatten import flatten
 from ...ssp.model import Component, Connection, Connector, LinearFunction, System, SystemStructure
-from ...ssp.osp import FILE as OSP_FILE
-from ...ssp.osp import read_osp
+from ...ssp.osp import OSP_FILE, read_osp
 from ...ssp.parameters import read_set
 from ...ssp.reader import read, read_folder
 from ..slaves.base import FmuInstance

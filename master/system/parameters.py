@@ -13,7 +13,7 @@ from .start_values import StartValue
 from .system import System
 
 FMU, CONNECTION = "FMU", "connection"
-KINDS = ("parameter", "structuralParameter")
+SHOWN_CAUSALITIES = ("parameter", "structuralParameter")
 
 
 @dataclass(frozen=True)
@@ -77,7 +77,7 @@ def parameters_in_force(
 def _listed(instance: FmuInstance, with_values: set[str]) -> Iterator[str]:
     """Names of what is a parameter or has been given a value, in the order of the model description."""
     for name, v in instance.variables.items():
-        if name in with_values or (v.causality in KINDS and v.type in instance.types):
+        if name in with_values or (v.causality in SHOWN_CAUSALITIES and v.type in instance.types):
             yield name
 
 

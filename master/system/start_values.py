@@ -78,7 +78,7 @@ def hint(name: str, instances: Mapping[str, FmuInstance], component: str = "", c
     )
     near = name if name in everywhere else _nearest(name, [*addresses, *everywhere])
     owners = [c for c, of_component in names.items() if near in of_component]
-    whose = f"{', '.join(map(repr, owners[:MOST_OWNERS]))}{' and others' if len(owners) > MOST_OWNERS else ''}"
+    whose = f"{', '.join(map(repr, owners[:MAX_OWNERS]))}{' and others' if len(owners) > MAX_OWNERS else ''}"
     if near == name and owners:
         return f"; '{near}' is a parameter of {whose}"
     return f"; did you mean '{near}'{f' of {whose}' if owners else ''}?" if near else ""
@@ -154,7 +154,7 @@ def _not_settable(instance: FmuInstance, name: str, where: str) -> str:
     return f"{where}: '{instance.name}.{name}' cannot be set: {kind}"
 
 
-MOST_OWNERS = 5
+MAX_OWNERS = 5
 """Components that a hint names."""
 
 HINTS = 5

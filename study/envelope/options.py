@@ -17,7 +17,7 @@ from ..sweep.metrics import Metric, parse_metric
 FINEST = 1e-9
 """Least `within`, as a share of the axis."""
 
-MOST_DESIGNS = 10_000
+MAX_DESIGNS = 10_000
 """Most combinations of choices."""
 
 
@@ -118,8 +118,8 @@ def read(path: Path | None = None) -> Options:
     )  # fmt: skip
     if not made.requirements or not made.groups:
         raise UsageError(f"{where}: at least one [[require]] and one [[group]] are needed")
-    if (count := prod(len(g.choices) for g in made.groups)) > MOST_DESIGNS:
-        raise UsageError(f"{where}: {count} combinations of choices; at most {MOST_DESIGNS}")
+    if (count := prod(len(g.choices) for g in made.groups)) > MAX_DESIGNS:
+        raise UsageError(f"{where}: {count} combinations of choices; at most {MAX_DESIGNS}")
     labels = {r.metric.label: str(r.metric) for r in made.requirements}
     for r in made.requirements:
         if labels[r.metric.label] != str(r.metric):

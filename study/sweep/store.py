@@ -17,7 +17,7 @@ from typing import Any
 
 from ...core.files import held, make_folder, writing
 
-FILE = "cases.jsonl"
+CASES_FILE = "cases.jsonl"
 
 
 def digest(content: Mapping[str, Any]) -> str:
@@ -37,7 +37,7 @@ class Store:
         make_folder(self.folder)
         self._lock = ExitStack()
         self._lock.enter_context(held(self.folder, "another sweep"))
-        path = self.folder / FILE
+        path = self.folder / CASES_FILE
         whole = end = 0
         with writing(path):
             for line in path.read_bytes().splitlines(keepends=True) if path.exists() else ():
@@ -55,7 +55,7 @@ class Store:
     def __exit__(
         self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
     ) -> None:
-        with self._lock, writing(self.folder / FILE):  # what a full disk did not take is tried once more
+        with self._lock, writing(self.folder / CASES_FILE):  # what a full disk did not take is tried once more
             self._file.close()
 
     def get(self, name: str) -> dict[str, Any] | None:
@@ -66,7 +66,7 @@ class Store:
         """Keep the entry; on disk when this returns."""
         self._known[name] = dict(entry)
         line = json.dumps({"case": name, **entry}, allow_nan=False)
-        with writing(self.folder / FILE):
+        with writing(self.folder / CASES_FILE):
             self._file.write(line.encode() + b"\n")
             self._file.flush()
             os.fsync(self._file.fileno())

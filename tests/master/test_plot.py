@@ -87,4 +87,4 @@ def test_panels_of_a_run_with_few_signals():
     rows = np.stack([T, T, 2 * T], axis=1)
     made = panels(["time", "a.v", "a.F"], {"a.v": "m/s", "a.F": "N"}, ["a.F"], rows, False)
     assert made == ([Panel("N", ("a.F",)), Panel("m/s", ("a.v",))], {})
-    assert plot.MOST_LINES == 8
+    assert plot.MAX_LINES == 8

@@ -22,7 +22,7 @@ from ..format import Format
 ROWS = 100_000
 """Rows of a row group."""
 
-MOST_PARTS = 256
+MAX_PARTS = 256
 """Parts of one tier that are joined into one of the next when there are as many."""
 
 
@@ -43,7 +43,7 @@ class ParquetWriter:
                 for c in columns
             ]
         )
-        self._most, self._parts = MOST_PARTS, 0
+        self._most, self._parts = MAX_PARTS, 0
         self._tiers: list[list[str]] = [[]]
         """Names of the parts, those of written blocks first, then of what they have been joined into."""
         with writing(path):

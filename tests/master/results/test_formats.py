@@ -81,7 +81,7 @@ def exchange(one, other):
         swap(one, other)
     os.kill(os.getpid(), signal.SIGKILL)
 parquet.exchange = exchange
-parquet.MOST_PARTS = {most}
+parquet.MAX_PARTS = {most}
 writer = open_writer(path, COLUMNS)
 for k in range(20):
     writer.write(rows(10, 10 * k))

@@ -21,7 +21,7 @@ def rows(n, first):
 def test_rows_are_joined_tier_by_tier(tmp_path, monkeypatch, linked):
     from deepsea_cosim.master.results.formats import parquet as format
 
-    monkeypatch.setattr(format, "MOST_PARTS", 4)
+    monkeypatch.setattr(format, "MAX_PARTS", 4)
     monkeypatch.setattr(format, "ROWS", 100)
     if not linked:
         monkeypatch.setattr(format.Path, "hardlink_to", lambda *_: (_ for _ in ()).throw(OSError()))

@@ -25,7 +25,7 @@ from deepsea_cosim.study.sweep.cases import grid, sample
 from deepsea_cosim.study.sweep.metrics import parse_metric
 from deepsea_cosim.study.sweep.run import Settings, Task, check, default_metrics, measure, sweep
 from deepsea_cosim.study.sweep.sensitivity import sensitivities
-from deepsea_cosim.study.sweep.store import FILE, Store
+from deepsea_cosim.study.sweep.store import CASES_FILE, Store
 
 from benchmarks import native
 
@@ -175,18 +175,18 @@ def test_one_sweep_at_a_time_writes_to_a_folder(tmp_path):
 def test_a_line_that_was_cut_is_dropped_and_written_over(tmp_path, rest):
     with Store(tmp_path) as store:
         store.put("a", {"values": {"m": 0.1}})
-    whole = (tmp_path / FILE).read_bytes()
-    (tmp_path / FILE).write_bytes(whole + rest)
+    whole = (tmp_path / CASES_FILE).read_bytes()
+    (tmp_path / CASES_FILE).write_bytes(whole + rest)
     with Store(tmp_path) as store:
         assert store.get("a") == {"values": {"m": 0.1}}
         store.put("b", {"failed": "x"})
-    assert (tmp_path / FILE).read_bytes() == whole + b'{"case": "b", "failed": "x"}\n'
+    assert (tmp_path / CASES_FILE).read_bytes() == whole + b'{"case": "b", "failed": "x"}\n'
 
 
 @pytest.mark.parametrize("strange", ['{"case": "x"}', '{"case": "x", "values": 3}', "[]", "none", '{"case": 5}'])
 def test_a_strange_line_is_passed_over(tmp_path, strange):
     good = [json.dumps({"case": name, "values": {"m": 0.1}}) for name in "ab"]
-    (tmp_path / FILE).write_text("\n".join([good[0], strange, good[1], ""]))
+    (tmp_path / CASES_FILE).write_text("\n".join([good[0], strange, good[1], ""]))
     with Store(tmp_path) as store:
         assert store.get("a") == store.get("b") == {"values": {"m": 0.1}}
         assert store.get("x") is None
@@ -204,12 +204,12 @@ def test_a_killed_sweep_goes_on_and_its_table_is_the_same_bitwise(doubled, tmp_p
     process = subprocess.Popen(line, stderr=subprocess.DEVNULL, stdout=subprocess.DEVNULL, start_new_session=True)
     deadline = time.monotonic() + 60
     while time.monotonic() < deadline and process.poll() is None:
-        if (killed / FILE).exists() and (killed / FILE).read_bytes().count(b"\n") >= 5:
+        if (killed / CASES_FILE).exists() and (killed / CASES_FILE).read_bytes().count(b"\n") >= 5:
             break
         time.sleep(0.01)
     os.killpg(process.pid, signal.SIGKILL)
     process.wait()
-    done = (killed / FILE).read_bytes().count(b"\n")
+    done = (killed / CASES_FILE).read_bytes().count(b"\n")
     assert 5 <= done < 60
     assert not (killed / "sweep.parquet").exists()
     assert main([*command(doubled, killed), "--quiet"]) == 0
@@ -267,7 +267,7 @@ def test_texts_are_as_they_are_written_and_numbers_as_the_parameter_is(doubled, 
     line = ["sweep", str(doubled), "--metric", "end=final(b.y1)", "--quiet", "--out", str(tmp_path / "numbers")]
     assert main([*line, "--vary", f"{GAIN}=1,2"]) == 0
     assert main([*line, "--vary", f"{GAIN}=1:3:1", "--step", "0.01"]) == 0  # the package's step: the same cases
-    assert (tmp_path / "numbers" / FILE).read_bytes().count(b"\n") == 3
+    assert (tmp_path / "numbers" / CASES_FILE).read_bytes().count(b"\n") == 3
 
 
 def test_items_of_an_enumeration_keep_their_names(doubled, tmp_path):
@@ -470,7 +470,7 @@ def test_what_cannot_be_meant_is_one_line(doubled, tmp_path, capsys, vary, other
 
 
 def test_a_list_of_cases_that_is_a_folder_is_one_line(tmp_path):
-    (tmp_path / FILE).mkdir()
+    (tmp_path / CASES_FILE).mkdir()
     with pytest.raises(OutputError), Store(tmp_path):
         pass
 
