@@ -27,7 +27,7 @@ MAX_RATIO, LARGE = 1000.0, 64 * 1024**2
 
 
 @dataclass
-class Budget:
+class UnpackLimits:
     """Bytes and entries that may still be unpacked."""
 
     size: int | None = None
@@ -66,11 +66,11 @@ class Budget:
         self.size, self.entries = remaining - size, self.entries - len(entries)
 
 
-def extract(archive: Path, folder: Path, budget: Budget | None = None) -> Path:
+def extract(archive: Path, folder: Path, limits: UnpackLimits | None = None) -> Path:
     """Extract a zip archive into `folder` and return it.
 
     Raises `PackageError` when the file is missing, is not a zip, is damaged, holds a path that leaves the folder or a
-    link, or would unpack to more than what the budget has left. What was unpacked until then stays in the folder.
+    link, or would unpack to more than what the limits leave. What was unpacked until then stays in the folder.
     """
     if not archive.exists():
         raise PackageError(f"{archive}: no such file")
@@ -81,7 +81,7 @@ def extract(archive: Path, folder: Path, budget: Budget | None = None) -> Path:
     try:
         with zipfile.ZipFile(archive) as package:
             entries = package.infolist()
-            (budget or Budget()).take(archive, entries)
+            (limits or UnpackLimits()).take(archive, entries)
             root = folder.resolve()
             for entry in entries:
                 entry.filename = name_in(entry)

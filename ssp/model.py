@@ -184,7 +184,7 @@ class System:
 
 
 @dataclass(frozen=True)
-class Record:
+class Metadata:
     """Something that a package tells beside what is simulated: a file of SSP Traceability, meta data."""
 
     place: str
@@ -217,6 +217,6 @@ class SystemStructure:
     """The coupling that the package suggests, by its name in the master."""
     unused: tuple[str, ...] = ()
     """Annotations of other tools that mean nothing here: type, elements and place."""
-    records: tuple[Record, ...] = ()
+    metadata: tuple[Metadata, ...] = ()
     notes: tuple[str, ...] = ()
     """What it asks for that is done in another way than it says."""

@@ -13,8 +13,9 @@ from lxml import etree
 from ..core.errors import PackageError, UsageError, did_you_mean
 from ..core.units import conversion
 from .annotations import STEP_ANNOTATION, Unused, step_hint, step_of_others
-from .archive import Budget, extract
+from .archive import UnpackLimits, extract
 from .document import SSB, SSC, SSD, Document, local, version, violations
+from .metadata import read_metadata
 from .model import (
     Component,
     Connection,
@@ -25,7 +26,6 @@ from .model import (
     Type,
 )
 from .parameters import Bindings, inside, nearest, opened_at
-from .records import records
 from .values import TRANSFORMATIONS, TYPES, Definitions, transformation_of, type_of
 
 FMU = "application/x-fmu-sharedlibrary"
@@ -53,9 +53,9 @@ def read(
     Raises `PackageError` naming file, line and remedy when the package is damaged or uses what is not supported; with a
     list `errors`, what is wrong with an element or a connection goes there, and the others are read.
     """
-    budget = Budget()
-    extract(package, folder, budget)
-    return _Reader(folder, budget, errors=errors).read(variant, f"{package}: ")
+    limits = UnpackLimits()
+    extract(package, folder, limits)
+    return _Reader(folder, limits, errors=errors).read(variant, f"{package}: ")
 
 
 def read_folder(
@@ -65,7 +65,7 @@ def read_folder(
 
     scratch: where packages that lie in it are unpacked, for nothing is written into the folder itself.
     """
-    return _Reader(folder, Budget(), errors=errors, scratch=scratch).read(variant, f"{folder}: ")
+    return _Reader(folder, UnpackLimits(), errors=errors, scratch=scratch).read(variant, f"{folder}: ")
 
 
 def no_package(files: Collection[str]) -> str:
@@ -86,11 +86,11 @@ class _Reader:
     """A folder of an extracted package; other folders, and packages inside it, get readers of their own."""
 
     def __init__(
-        self, folder: Path, budget: Budget, depth: int = 0, remarks: list[str] | None = None,
+        self, folder: Path, limits: UnpackLimits, depth: int = 0, remarks: list[str] | None = None,
         outer: _Reader | None = None, prefix: str = "", errors: list[str] | None = None, scratch: Path | None = None,
         unused: Unused | None = None,
     ):  # fmt: skip
-        self.folder, self.budget, self.depth = folder, budget, depth
+        self.folder, self.limits, self.depth = folder, limits, depth
         self.errors = errors
         self.scratch: Path | None = outer.scratch if outer is not None else scratch
         """Where packages inside are unpacked; None: beside themselves."""
@@ -151,8 +151,8 @@ class _Reader:
     def _whole(self, name: str, variants: list[str]) -> SystemStructure:
         """The description with what belongs to the package as a whole."""
         structure = self.description(name)
-        package_records = () if self.depth else records(self.folder, self.dictionaries_read, self.documents[name])
-        return replace(structure, variants=tuple(variants), records=package_records)
+        metadata = () if self.depth else read_metadata(self.folder, self.dictionaries_read, self.documents[name])
+        return replace(structure, variants=tuple(variants), metadata=metadata)
 
     def _title(self, name: str) -> str | None:
         with suppress(PackageError):  # one that is damaged has none; it need not be the one that is meant
@@ -214,7 +214,7 @@ class _Reader:
         if section is not None:
             tags = [f"{SSD}{t}" for t in ("Component", "System", "SignalDictionaryReference")]
             for child in document.children(section, tags):
-                self.budget.element(document.where(child))
+                self.limits.element(document.where(child))
                 try:
                     if child.tag == f"{SSD}System":
                         elements.append(self.system(document, child, definitions, level + 1))
@@ -299,7 +299,7 @@ class _Reader:
         if fragment and kind != PACKAGE:
             raise document.error(element, f"component '{name}': '#{fragment}' of another file is not supported")
         if kind == FMU:
-            self.budget.look_into(path)
+            self.limits.look_into(path)
             bindings = self.bindings.read(document, element, definitions, path)
             return Component(
                 name, path, implementation, connectors, bindings, document.where(element),
@@ -314,7 +314,7 @@ class _Reader:
     def _beside(self, path: Path) -> System:
         """A description in this or another folder of the package."""
         reader = self if path.parent == self.folder.resolve() else _Reader(
-            path.parent, self.budget, self.depth, self.remarks, self, errors=self.errors, unused=self.unused
+            path.parent, self.limits, self.depth, self.remarks, self, errors=self.errors, unused=self.unused
         )  # fmt: skip
         return reader.description(path.name).system
 
@@ -326,7 +326,7 @@ class _Reader:
             folder = self.scratch / f"{blake2b(bytes(path.resolve()), digest_size=8).hexdigest()}.unpacked"
         if not folder.is_dir():
             try:
-                extract(path, folder, self.budget)
+                extract(path, folder, self.limits)
             except PackageError as error:
                 raise document.error(
                     element, f"component '{name}': {str(error).replace(f'{path.parent}/', '')}"
@@ -334,7 +334,7 @@ class _Reader:
         try:
             prefix = f"{self.prefix}{path.name}/"
             inner = _Reader(
-                folder, self.budget, self.depth + 1, self.remarks, prefix=prefix, errors=self.errors, unused=self.unused
+                folder, self.limits, self.depth + 1, self.remarks, prefix=prefix, errors=self.errors, unused=self.unused
             )
             return inner.read(fragment or None).system
         except PackageError as error:

@@ -18,13 +18,12 @@ rate P, is a numerical damping ratio of -P / (2 omega E), negative where the cou
 
 from __future__ import annotations
 
-from collections.abc import Collection, Iterable, Sequence
+from collections.abc import Collection, Sequence
 from dataclasses import dataclass, field
 from typing import Any
 
 import numpy as np
 
-from ..slaves.base import FmuInstance
 from .power_bonds import Bond
 
 CERTAIN = 0.5
@@ -286,8 +285,3 @@ class ResidualEnergy:
                     "long to follow it"
                 )
         return lines
-
-
-def said(instances: Iterable[FmuInstance]) -> list[str]:
-    """What FMUs warned of although their run came to its end."""
-    return [f"{i.name}: {text}" for i in instances for kind, text in i.messages if kind == "warning"]

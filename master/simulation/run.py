@@ -23,12 +23,13 @@ from ..accuracy.held_inputs import HeldInputs
 from ..algorithms.method import MEAN
 from ..coupling.feedthrough import detect_feedthrough, feedthrough_slopes, loops_that_came_up
 from ..coupling.initialisation import Initialiser
-from ..coupling.residual_energy import ResidualEnergy, said
+from ..coupling.residual_energy import ResidualEnergy
 from ..engine.program import Program
 from ..engine.runner import Runner
 from ..options import Options, as_path, options_of
 from ..results.columns import elements
 from ..results.constants import constants
+from ..slaves.base import fmu_warnings
 from ..slaves.message_log import MessageLog
 from ..system.instances import load_instances
 from ..system.parameters import parameters_in_force
@@ -224,7 +225,9 @@ class _Run:
     def warn_of_termination(self) -> None:
         """Add to the summary what the FMUs said, and what went wrong, as they were ended."""
         instances = self.plan.instances.values()
-        self._add_warnings([*said(instances), *filter(None, (instance.termination_error for instance in instances))])
+        self._add_warnings(
+            [*fmu_warnings(instances), *filter(None, (instance.termination_error for instance in instances))]
+        )
 
     def _add_warnings(self, late: Sequence[str]) -> None:
         """Add warnings to a summary that has been written, those that it does not have."""
@@ -263,7 +266,7 @@ class _Run:
         in_doubt = self._doubt(reals)
         doubts = warning(in_doubt, self.method.order, step)
         runaway = self._divergence(reals)
-        warnings = [*said(instances.values()), *self.energy.warnings(), *runaway, *doubts, *self.remarks]
+        warnings = [*fmu_warnings(instances.values()), *self.energy.warnings(), *runaway, *doubts, *self.remarks]
         if self.message_log is not None and self.message_log.fault is not None:
             warnings.append(self.message_log.fault)
         return {

@@ -6,7 +6,8 @@ import numpy as np
 
 from ..algorithms import method_named
 from ..coupling.power_bonds import find_bonds
-from ..coupling.residual_energy import ResidualEnergy, said
+from ..coupling.residual_energy import ResidualEnergy
+from ..slaves.base import fmu_warnings
 from .session import Session
 
 
@@ -28,4 +29,4 @@ class SessionWarnings:
         interpolating = method_named(method).interpolating(instances)
         energy = ResidualEnergy(self.bonds, *self._slots, [(0.0, 0.0)] * len(self.bonds), interpolating)
         energy.add(t, rows)
-        return list(dict.fromkeys([*said(instances), *energy.warnings()]))
+        return list(dict.fromkeys([*fmu_warnings(instances), *energy.warnings()]))

@@ -10,7 +10,7 @@ from __future__ import annotations
 import ctypes
 from abc import ABC, abstractmethod
 from collections import deque
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterable, Sequence
 from pathlib import Path
 from time import perf_counter
 from types import FunctionType
@@ -250,6 +250,11 @@ class FmuInstance(FmuVariables, ABC):
     def prefix(self) -> str:
         """What names of its FMI version begin with."""
         return f"fmi{self.version[0]}" if self.version != "1.0" else "fmi"
+
+
+def fmu_warnings(instances: Iterable[FmuInstance]) -> list[str]:
+    """What FMUs warned of although their run came to its end."""
+    return [f"{i.name}: {text}" for i in instances for kind, text in i.messages if kind == "warning"]
 
 
 def address_of(function: Any) -> int:

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterable
 
 from ...ssp.flat_system import FlatConnection, FlatSystem, indices_text
-from ...ssp.model import Binding, Component, Linear, Record, SignalDictionaryReference, Type
+from ...ssp.model import Binding, Component, Linear, Metadata, SignalDictionaryReference, Type
 from ...ssp.model import System as Tree
 from ..engine.program import listed
 from .system import System
@@ -32,16 +32,16 @@ def tree(network: FlatSystem, system: System | None = None) -> str:
     lines += map(_flat, network.outputs)
     if structure.unused:
         lines += ["", "annotations that are not used", *(f"  {annotation}" for annotation in structure.unused)]
-    if structure.records:
+    if structure.metadata:
         lines += ["", "told beside it, and not carried out"]
-    for record in structure.records:
-        lines.append(f"  {record.place}: {record.kind}{_title(record)}")
-        lines += [f"    {line}" for line in record.lines]
+    for metadata in structure.metadata:
+        lines.append(f"  {metadata.place}: {metadata.kind}{_title(metadata)}")
+        lines += [f"    {line}" for line in metadata.lines]
     return "\n".join(lines)
 
 
-def _title(record: Record) -> str:
-    return f" '{record.title}'" if record.title else ""
+def _title(metadata: Metadata) -> str:
+    return f" '{metadata.title}'" if metadata.title else ""
 
 
 def _flat(flat_connection: FlatConnection) -> str:

@@ -59,7 +59,7 @@ def test_they_are_read_and_do_no_harm(fmus, tmp_path):
     path = traced(tmp_path, fmus)
     found = check(path)
     assert not found.errors
-    told = {r.place: r for r in found.network.structure.records}
+    told = {r.place: r for r in found.network.structure.metadata}
     assert told["extra/task.stmd"].title == "Pump trial"
     analysis, design = told["extra/task.stmd"].lines
     assert analysis.startswith("AnalysisPhase: AnalyzeSimulationTaskAndObjectives (wanted.txt, https://example.org")

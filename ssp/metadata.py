@@ -11,18 +11,18 @@ from lxml import etree
 
 from ..core.errors import PackageError
 from .document import SSC, Document, local
-from .model import Record
+from .model import Metadata
 
 TRACEABILITY = {".stmd": "simulation task", ".srmd": "simulation resource"}
 """Simulation Task Meta-Data and Simulation Resource Meta-Data, by suffix."""
 
 
-def records(folder: Path, named: Collection[Path], document: Document) -> tuple[Record, ...]:
+def read_metadata(folder: Path, named: Collection[Path], document: Document) -> tuple[Metadata, ...]:
     """Those of an unpacked package; `named` are the signal dictionaries in use, `document` describes the system.
 
     A file that cannot be read is one of them, with the reason: nothing that is simulated depends on it.
     """
-    package_records = list(_meta_data(document, folder))
+    found = list(_meta_data(document, folder))
     for path in sorted(p for p in folder.rglob("*") if p.suffix.lower() in (*TRACEABILITY, ".ssb") and p.is_file()):
         if path.resolve() in named:
             continue
@@ -31,15 +31,15 @@ def records(folder: Path, named: Collection[Path], document: Document) -> tuple[
         try:
             content = Document(path, shown)
         except PackageError as error:
-            package_records.append(Record(shown, kind, "", (str(error).removeprefix(f"{shown}: "),)))
+            found.append(Metadata(shown, kind, "", (str(error).removeprefix(f"{shown}: "),)))
             continue
         traced = path.suffix.lower() in TRACEABILITY
         lines = [*_phases(content, folder), *_classified(content.root)] if traced else _entries(content)
-        package_records.append(Record(shown, kind, content.root.get("name", ""), tuple(lines)))
-    return tuple(package_records)
+        found.append(Metadata(shown, kind, content.root.get("name", ""), tuple(lines)))
+    return tuple(found)
 
 
-def _meta_data(document: Document, folder: Path) -> Iterator[Record]:
+def _meta_data(document: Document, folder: Path) -> Iterator[Metadata]:
     """Meta data that elements of the system's description refer to, or have inside."""
     for element in document.root.iter(f"{SSC}MetaData"):
         owner = element.getparent()
@@ -47,7 +47,7 @@ def _meta_data(document: Document, folder: Path) -> Iterator[Record]:
         of = f"of {local(owner)}" + (f" '{owner.get('name')}'" if owner.get("name") else "")
         title = f"meta data ({element.get('kind', 'general')}) {of}"
         shown = "inside" if source is None else _shown(source, Path(str(document.path)).parent, folder)
-        yield Record(document.where(element), title, "", (f"{element.get('type', '')} {shown}".strip(),))
+        yield Metadata(document.where(element), title, "", (f"{element.get('type', '')} {shown}".strip(),))
 
 
 def _phases(document: Document, folder: Path) -> Iterator[str]:
