@@ -90,9 +90,9 @@ def command() -> NoReturn:
 
 
 def _last() -> None:
-    from ..master.cli import forget_unpacked
+    from ..master.cli import remove_unpacked
 
-    forget_unpacked()
+    remove_unpacked()
     atexit._run_exitfuncs()  # or the pool's semaphores are told to be lost
 
 

@@ -344,23 +344,23 @@ def _simulate(options: argparse.Namespace, settings: Options, folder: Path) -> t
 def _on_hang(error: CosimError) -> NoReturn:
     """The run was asked to end, and an FMU does not come back to let it; or one ends this process."""
     from ..core.errors import Interrupted
-    from .slaves.fmu import forget_unpacked
+    from .slaves.unpacked import remove_unpacked
 
     by_user = isinstance(error, Interrupted)
     print(f"cosim-master: {'interrupted: ' if by_user else ''}{error}", file=sys.stderr, flush=True)
-    forget_unpacked()
+    remove_unpacked()
     os._exit(130 if by_user else 1)
 
 
-def forget_unpacked() -> None:
+def remove_unpacked() -> None:
     """Remove the folders of the FMUs that were loaded, if any were."""
-    if fmu := sys.modules.get(f"{__package__}.slaves.fmu"):
-        fmu.forget_unpacked()
+    if unpacked := sys.modules.get(f"{__package__}.slaves.unpacked"):
+        unpacked.remove_unpacked()
 
 
 def command() -> NoReturn:
     """The console script."""
-    end_with(main, forget_unpacked)
+    end_with(main, remove_unpacked)
 
 
 if __name__ == "__main__":

@@ -31,7 +31,7 @@ from ...core.files import changed
 from ...core.scripts import check_script, end_if_loaded_again, unguarded
 from ..algorithms import DEFAULT
 from ..simulation.session import Series, Session
-from ..slaves.fmu import also_forget, forget_unpacked
+from ..slaves.unpacked import remove_at_exit, remove_unpacked
 
 
 @dataclass(frozen=True)
@@ -141,7 +141,7 @@ def _free_sessions() -> None:
 
 def _end_cleanly(*_: object) -> None:
     _free_sessions()
-    forget_unpacked()
+    remove_unpacked()
     os._exit(143)
 
 
@@ -152,7 +152,7 @@ def _settle_in(scratch: str) -> None:
 
     sys.path[:] = [os.path.abspath(place) for place in sys.path]
     folder = tempfile.mkdtemp(prefix="worker_", dir=scratch)
-    also_forget(Path(folder))
+    remove_at_exit(Path(folder))
     os.chdir(folder)
     tempfile.tempdir = os.environ["TMPDIR"] = folder
     mark_instances(f"_{os.getpid()}")
@@ -170,7 +170,7 @@ def _quiet_worker(scratch: str) -> None:
     def follow() -> None:
         if parent is not None:
             parent.join()
-            forget_unpacked()
+            remove_unpacked()
             os._exit(0)
 
     threading.Thread(target=follow, daemon=True).start()
@@ -225,7 +225,7 @@ class Pool:
         check_script()
         if not self._scratch:
             self._scratch = tempfile.mkdtemp(prefix="cosim_pool_")
-            self._forgotten = also_forget(Path(self._scratch))
+            self._forgotten = remove_at_exit(Path(self._scratch))
         for name in ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS"):
             os.environ.setdefault(name, "1")
         context = multiprocessing.get_context("spawn")

@@ -1,65 +1,22 @@
-"""An FMU file as an instance: unpacked and read once per process, and examined before anything of it is loaded."""
+"""An FMU file as an instance: read once per process, and examined before anything of it is loaded."""
 
 from __future__ import annotations
 
-import atexit
-import hashlib
 import re
-import shutil
-import tempfile
-from collections.abc import Callable
 from functools import lru_cache
 from pathlib import Path
 from typing import Any
 
 from ...core.errors import PackageError
 from ...core.files import changed
-from ...ssp.archive import extract
 from .base import FmuInstance
 from .description import description_tree, read_description
 from .fmi1 import Fmi1Instance
 from .fmi2 import Fmi2Instance
 from .fmi3 import Fmi3Instance
+from .unpacked import unpack
 
 VERSIONS: dict[str, type[FmuInstance]] = {"1.0": Fmi1Instance, "2.0": Fmi2Instance, "3.0": Fmi3Instance}
-
-_unpacked: dict[str, Path] = {}
-"""Where this process has unpacked FMUs, by the hash of their content."""
-
-
-def unpack(fmu: Path) -> Path:
-    """Unpack an FMU once per process and content, and return its folder.
-
-    A library that is loaded from ever new places stays in memory each time (many libraries cannot be unloaded), so a
-    process that runs a package a thousand times would grow. `forget_unpacked` removes the folders.
-    """
-    content = hashlib.sha256(fmu.read_bytes()).hexdigest()
-    if content not in _unpacked or not _unpacked[content].is_dir():
-        folder = Path(tempfile.mkdtemp(prefix=f"fmu_{_plain(fmu.stem)}_"))
-        try:
-            extract(fmu, folder)
-        except BaseException:
-            shutil.rmtree(folder, ignore_errors=True)
-            raise
-        _unpacked[content] = folder
-    return _unpacked[content]
-
-
-def also_forget(folder: Path) -> Callable[[], object]:
-    """Have `forget_unpacked` remove this folder too, if the process ends before its owner; what takes that back."""
-    _unpacked[str(folder)] = folder
-    return lambda: _unpacked.pop(str(folder), None)
-
-
-@atexit.register
-def forget_unpacked() -> None:
-    """Remove the folders of unpacked FMUs; called when Python shuts down, and by whoever ends the process sooner."""
-    while _unpacked:
-        shutil.rmtree(_unpacked.popitem()[1], ignore_errors=True)
-
-
-def _plain(name: str) -> str:
-    return re.sub(r"[^A-Za-z0-9]", "_", name)[:40]
 
 
 def _tree(folder: Path, shown: str) -> Any:

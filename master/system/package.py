@@ -17,7 +17,8 @@ from ...ssp.osp import OSP_FILE, read_osp
 from ...ssp.parameters import read_set
 from ...ssp.reader import read, read_folder
 from ..slaves.base import FmuInstance
-from ..slaves.fmu import also_forget, describe
+from ..slaves.fmu import describe
+from ..slaves.unpacked import remove_at_exit
 from .addresses import splits
 from .instances import read_alone
 
@@ -32,7 +33,7 @@ def read_package(
     there instead of being raised.
     """
     scratch = Path(stack.enter_context(tempfile.TemporaryDirectory(prefix="cosim_", ignore_cleanup_errors=True)))
-    stack.callback(also_forget(scratch))
+    stack.callback(remove_at_exit(scratch))
     fmus = _Fmus()
     return flatten(_structure(package, scratch, variant, errors, fmus), fmus.causality, errors)
 
