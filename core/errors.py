@@ -12,7 +12,7 @@ CosimError
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from difflib import get_close_matches
 
 
@@ -61,3 +61,9 @@ def did_you_mean(name: str, known: Sequence[str]) -> str:
     """A hint `; did you mean 'x'?` with the nearest of the known names, or an empty string."""
     close = get_close_matches(name, known, n=1, cutoff=0.6)
     return f"; did you mean '{close[0]}'?" if close else ""
+
+
+def first_few(names: Iterable[str], count: int = 4) -> str:
+    """Names for a message: the first few, and how many more there are."""
+    known = list(names)
+    return ", ".join(known[:count]) + (f" and {len(known) - count} more" if len(known) > count else "")

@@ -10,7 +10,7 @@ from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, field, replace
 from typing import Any
 
-from ..core.errors import PackageError, did_you_mean
+from ..core.errors import PackageError, did_you_mean, first_few
 from ..core.units import alike
 from .flat_system import (
     BoundParameter,
@@ -530,8 +530,8 @@ class _Flattener:
                 hop = Hop(entry.transformation, entry.suppress_unit_conversion, None, entry.where)
                 yield BoundParameter("", entry.target, p.value, p.type, (hop,), p.where, entry.target, entry.where)
         if unmapped := [name for name in parameters if name not in entries]:
-            shown = ", ".join(unmapped[:5]) + (f" and {len(unmapped) - 5} more" if len(unmapped) > 5 else "")
-            self.remarks.append(f"{binding.where}: not applied, for the mapping does not name them: {shown}")
+            names = first_few(unmapped, 5)
+            self.remarks.append(f"{binding.where}: not applied, for the mapping does not name them: {names}")
 
     def targets(self, system: System, path: str, name: str, hops: tuple[Hop, ...]) -> Iterator[Target]:
         """(component, variable, hops) of everything that a hierarchical name of a system stands for."""

@@ -102,11 +102,6 @@ class Memory:
     """Takes what `read` gave."""
 
 
-def listed(names: Sequence[str]) -> str:
-    """Names for a message: the first few."""
-    return ", ".join(names[:4]) + (f" and {len(names) - 4} more" if len(names) > 4 else "")
-
-
 class EngineInstance(Protocol):
     """What the engine needs of an FMU: it writes its own part of a program, and knows what its statuses mean."""
 

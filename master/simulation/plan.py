@@ -2,12 +2,12 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Iterable, Mapping
 from contextlib import ExitStack
 from dataclasses import dataclass, replace
 from pathlib import Path
 
-from ...core.errors import UsageError, did_you_mean
+from ...core.errors import UsageError, did_you_mean, first_few
 from ...ssp.flat_system import FlatSystem
 from ..algorithms import check_method, choose_method, method_named
 from ..algorithms.method import Method
@@ -253,8 +253,8 @@ def _clocked(instances: dict[str, FmuInstance]) -> list[str]:
         if not instance.clocks:
             continue
         hanging = [v.name for v in instance.variables.values() if v.type != "Clock" and v.clocks]
-        on = f"what hangs on them ({_first(hanging)})" if hanging else "what hangs on them"
-        named = f"component '{name}' has clocks ({_first([v.name for v in instance.clocks])})"
+        on = f"what hangs on them ({first_few(map(repr, hanging), 3)})" if hanging else "what hangs on them"
+        named = f"component '{name}' has clocks ({first_few((repr(v.name) for v in instance.clocks), 3)})"
         if instance.needs_event_mode:
             remarks.append(
                 f"{named} and needs event mode for them, which is not supported: it may refuse its first step, or {on} "
@@ -263,11 +263,6 @@ def _clocked(instances: dict[str, FmuInstance]) -> list[str]:
         else:
             remarks.append(f"{named}; none is ticked here, so {on} runs only if the FMU sees to it")
     return remarks
-
-
-def _first(names: Sequence[str]) -> str:
-    """Some of the names."""
-    return ", ".join(map(repr, names[:3])) + (", ..." if len(names) > 3 else "")
 
 
 def _overruled(changes: Iterable[tuple[str, str]], system: System) -> list[str]:

@@ -15,9 +15,9 @@ from typing import Any, ClassVar
 
 import numpy as np
 
-from ...core.errors import PackageError, SimulationError
+from ...core.errors import PackageError, SimulationError, first_few
 from ..engine import loop
-from ..engine.program import Program, listed
+from ..engine.program import Program
 from ..engine.values import TEXT, ExchangeGroup, FmiType, Signal
 from .base import FmuInstance, Log
 from .message_log import ERROR, FATAL, STATUS
@@ -226,7 +226,7 @@ class LibraryInstance(FmuInstance):
                 buffer = int(stage.ctypes.data) + g.stage * stage.itemsize
                 if verb == "Set":
                     program.add(self, doing, loop.STAGE, g.fmi_type.width, g.place, g.stage, g.count)
-            told = f"{doing} ({listed([s.name for s in g.signals])})"
+            told = f"{doing} ({first_few(s.name for s in g.signals)})"
             code = self.set_code if verb == "Set" else self.get_code
             address = self.exchange_address(verb, g.fmi_type)
             references = int(g.references.ctypes.data)

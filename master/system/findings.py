@@ -7,7 +7,7 @@ from collections.abc import Callable
 from dataclasses import dataclass, field
 from typing import ParamSpec, TypeVar
 
-from ...core.errors import CosimError, PackageError
+from ...core.errors import CosimError, PackageError, first_few
 
 P = ParamSpec("P")
 T = TypeVar("T")
@@ -86,6 +86,5 @@ def _also(places: list[str]) -> str:
     if len(places) < 2:
         return ""
     file = places[0].rpartition(", ")[0]
-    shown = [p.removeprefix(f"{file}, ") for p in places[1 : MAX_PLACES + 1]]
-    more = len(places) - 1 - len(shown)
-    return f" (also {', '.join(shown)}{f' and {more} more' if more else ''})"
+    shown = [p.removeprefix(f"{file}, ") for p in places[1:]]
+    return f" (also {first_few(shown, MAX_PLACES)})"

@@ -7,7 +7,7 @@ from dataclasses import dataclass, replace
 from difflib import get_close_matches
 from typing import Any
 
-from ...core.errors import ParameterError, UnknownNameError, UsageError
+from ...core.errors import ParameterError, UnknownNameError, UsageError, first_few
 from ...ssp.flat_system import BoundParameter, FlatSystem, Hop
 from ...ssp.model import Table
 from ..engine.values import TEXT
@@ -78,7 +78,7 @@ def hint(name: str, instances: Mapping[str, FmuInstance], component: str = "", c
     )
     near = name if name in everywhere else _nearest(name, [*addresses, *everywhere])
     owners = [c for c, of_component in names.items() if near in of_component]
-    whose = f"{', '.join(map(repr, owners[:MAX_OWNERS]))}{' and others' if len(owners) > MAX_OWNERS else ''}"
+    whose = first_few(map(repr, owners), MAX_OWNERS)
     if near == name and owners:
         return f"; '{near}' is a parameter of {whose}"
     return f"; did you mean '{near}'{f' of {whose}' if owners else ''}?" if near else ""

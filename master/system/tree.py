@@ -4,10 +4,10 @@ from __future__ import annotations
 
 from collections.abc import Iterable
 
+from ...core.errors import first_few
 from ...ssp.flat_system import FlatConnection, FlatSystem, indices_text
 from ...ssp.model import Binding, Component, Linear, Metadata, SignalDictionaryReference, Type
 from ...ssp.model import System as Tree
-from ..engine.program import listed
 from .system import System
 
 
@@ -54,7 +54,7 @@ def _sets(bindings: Iterable[Binding], indent: str) -> list[str]:
     lines = []
     for binding in bindings:
         names = [f"{binding.prefix}{p.name} = {_brief(p.value)}{_unit(p.type)}" for p in binding.parameters]
-        lines.append(f"{indent}sets: {listed(names)}")
+        lines.append(f"{indent}sets: {first_few(names)}")
     return lines
 
 
@@ -76,7 +76,7 @@ def _on_the_way(flat_connection: FlatConnection) -> str:
         if isinstance(t, Linear):
             texts.append(f"{t.factor:g} x {'+' if t.offset >= 0 else '-'} {abs(t.offset):g}")
         elif t is not None:
-            texts.append(f"{t.kind.lower()}s " + listed([f"{a!s} -> {b!s}" for a, b in t.entries.items()]))
+            texts.append(f"{t.kind.lower()}s " + first_few([f"{a!s} -> {b!s}" for a, b in t.entries.items()]))
         if hop.reached_name:
             texts.append(hop.reached_name + _unit(hop.type))
     return f"  ({'; '.join(texts)})" if texts else ""
