@@ -17,6 +17,13 @@ INTEGERS = ("Integer", "Int8", "UInt8", "Int16", "UInt16", "Int32", "UInt32", "I
 TYPE_KINDS = (*FLOATS, *INTEGERS, "Boolean", "String", "Enumeration", "Binary", "Clock")
 """Types of SSP 1.0 and 2.0."""
 
+INTEGER_RANGES = {
+    "Integer": (-(2**31), 2**31 - 1),
+    **{f"Int{n}": (-(2 ** (n - 1)), 2 ** (n - 1) - 1) for n in (8, 16, 32, 64)},
+    **{f"UInt{n}": (0, 2**n - 1) for n in (8, 16, 32, 64)},
+}
+"""Least and greatest value of the types of whole numbers."""
+
 Scalar = float | int | bool | str | bytes
 Value = Scalar | tuple[Scalar, ...]
 """A parameter's value; a tuple for an array, in row-major order."""

@@ -10,16 +10,12 @@ from lxml import etree
 from ..core.unit_names import named
 from ..core.units import BASE, Unit
 from .document import SSC, Document, local, truth
-from .model import FLOATS, INTEGERS, TYPE_KINDS, Linear, Scalar, Table, Transformation, Type, Value
+from .model import FLOATS, INTEGER_RANGES, INTEGERS, TYPE_KINDS, Linear, Scalar, Table, Transformation, Type, Value
 
 MAPPED = "integer"
 """What a mapping of integers is between: those of all types."""
 
-_RANGES = {
-    "Int8": (-(2**7), 2**7 - 1), "UInt8": (0, 2**8 - 1), "Int16": (-(2**15), 2**15 - 1), "UInt16": (0, 2**16 - 1),
-    "Int32": (-(2**31), 2**31 - 1), "UInt32": (0, 2**32 - 1), "Int64": (-(2**63), 2**63 - 1), "UInt64": (0, 2**64 - 1),
-    "Integer": (-(2**31), 2**31 - 1), MAPPED: (-(2**63), 2**64 - 1),
-}  # fmt: skip
+_RANGES = {**INTEGER_RANGES, MAPPED: (INTEGER_RANGES["Int64"][0], INTEGER_RANGES["UInt64"][1])}
 
 TYPES = tuple(f"{SSC}{kind}" for kind in TYPE_KINDS)
 TRANSFORMATIONS = tuple(

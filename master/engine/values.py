@@ -6,16 +6,14 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from ...ssp.model import INTEGER_RANGES
 from .loop import F32, I8, I16, I32, U8, U16, U32
 
 REAL, INTEGER, TEXT = "real", "integer", "text"
 """Families: how a signal's values are kept."""
 
-LIMITS = {
-    "Integer": (-(2**31), 2**31 - 1), "Enumeration": (-(2**31), 2**31 - 1),
-    **{f"Int{n}": (-(2 ** (n - 1)), 2 ** (n - 1) - 1) for n in (8, 16, 32, 64)},
-    **{f"UInt{n}": (0, 2**n - 1) for n in (8, 16, 32, 64)},
-}  # fmt: skip
+LIMITS = {**INTEGER_RANGES, "Enumeration": INTEGER_RANGES["Int32"]}
+"""Least and greatest value of the types of FMI 1.0 and 2.0, and of FMI 3.0 but for its enumerations."""
 
 
 def in_slot(number: int) -> int:
