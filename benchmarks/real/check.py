@@ -17,10 +17,10 @@ from pathlib import Path
 import numpy as np
 from deepsea_cosim.core.errors import SimulationError
 from deepsea_cosim.gap.campaign import read as reader
-from deepsea_cosim.gap.campaign.catalogue import Parameter, Sensor
+from deepsea_cosim.gap.campaign.catalogue import Parameter, SensorEffect
 from deepsea_cosim.gap.campaign.read_catalogue import load_from_package
 from deepsea_cosim.gap.problem.noise import estimate_channel_noise
-from deepsea_cosim.gap.problem.sensors import Sensor as Reading
+from deepsea_cosim.gap.problem.sensors import Sensor
 from deepsea_cosim.gap.settings import NoiseSettings
 from deepsea_cosim.master.simulation.session import Session
 from scipy.optimize import least_squares
@@ -50,7 +50,7 @@ class Problem:
             self.span[c.connector] = float(np.ptp(np.concatenate(series)))
         self.jitter = {c.connector: c.clock_jitter for c in self.campaign.outputs if c.clock_jitter is not None}
 
-    def parameters(self, name: str) -> tuple[Parameter | Sensor, ...]:
+    def parameters(self, name: str) -> tuple[Parameter | SensorEffect, ...]:
         """Of an effect, or of a sensor's effect written as id(connector)."""
         if effect := self.catalogue.effect(name):
             return effect.parameters
@@ -62,13 +62,13 @@ class Problem:
         return [e.id for e in self.catalogue.effects] + sensors
 
     def residuals(
-        self, use: str, values: Mapping[str, float], readings: Mapping[str, Reading]
+        self, use: str, values: Mapping[str, float], readings: Mapping[str, Sensor]
     ) -> dict[str, np.ndarray]:
         """Model less measurement of each output over the runs of that use, in its unit."""
         return {c: error for c, (error, _) in self.deviations(use, values, readings).items()}
 
     def deviations(
-        self, use: str, values: Mapping[str, float], readings: Mapping[str, Reading]
+        self, use: str, values: Mapping[str, float], readings: Mapping[str, Sensor]
     ) -> dict[str, tuple[np.ndarray, np.ndarray]]:
         """Model less measurement of each output over the runs of that use, and its noise (n,), in its unit."""
         made: dict[str, list[np.ndarray]] = {c: [] for c in self.outputs}
@@ -80,7 +80,7 @@ class Problem:
             inputs = {c.connector: run.series[c.connector] for c in self.campaign.inputs}
             t, rows = self.session.run(self.outputs, stop, step, {**values, **run.parameters}, inputs)
             models = {
-                c: readings.get(c, Reading()).observe(t, rows[:, k], run.series[c][0])
+                c: readings.get(c, Sensor()).observe(t, rows[:, k], run.series[c][0])
                 for k, c in enumerate(self.outputs)
                 if c in run.series
             }
@@ -107,7 +107,7 @@ class Problem:
             made[c][0] -= up / down * slope
         return made
 
-    def values(self, names: Sequence[str], u: Sequence[float]) -> tuple[dict[str, float], dict[str, Reading]]:
+    def values(self, names: Sequence[str], u: Sequence[float]) -> tuple[dict[str, float], dict[str, Sensor]]:
         """Parameters and sensors at a point: base first, then the effects' parameters in order."""
         values = {a: self.start[a] * (1.0 + tol * x) for (a, tol), x in zip(self.base.items(), u, strict=False)}
         rest = iter(u[len(self.base) :])
@@ -121,9 +121,9 @@ class Problem:
                     connector = name.partition("(")[2][:-1]
                     size = self.span[connector] if p.quantity == "bias" else 1.0
                     sensors.setdefault(connector, {})[p.quantity] = x * size
-        return values, {c: Reading(**q) for c, q in sensors.items()}
+        return values, {c: Sensor(**q) for c, q in sensors.items()}
 
-    def fit(self, names: Sequence[str], evaluations: int = 12) -> tuple[dict[str, float], dict[str, Reading]]:
+    def fit(self, names: Sequence[str], evaluations: int = 12) -> tuple[dict[str, float], dict[str, Sensor]]:
         """The best point over all starts of the shapes."""
         parameters = [p for name in names for p in self.parameters(name)]
         low = [-REACH] * len(self.base) + [(p.low - p.neutral) / p.prior for p in parameters]
@@ -149,7 +149,7 @@ class Problem:
                 best = found
         return self.values(names, best.x)
 
-    def row(self, title: str, values: Mapping[str, float], readings: Mapping[str, Reading]) -> str:
+    def row(self, title: str, values: Mapping[str, float], readings: Mapping[str, Sensor]) -> str:
         """One line: RMS on the held-out runs, and what was found."""
         errors = self.deviations("holdout", values, readings)
         rms = {c: float(np.sqrt(np.mean(e * e))) for c, (e, _) in errors.items()}
