@@ -102,7 +102,7 @@ def _plan(options: argparse.Namespace) -> _Plan:
             raise UsageError(f"--vary {axis.name}=...: the table has a column of that name; name its component, too")
     if options.dask is not None and options.case_time is not None:
         raise UsageError("--case-time: a process of a Dask cluster cannot be ended from here; leave one of them out")
-    from ...master.algorithms import chosen
+    from ...master.algorithms import choose_method
     from ...master.simulation.session import Session
     from ...master.simulation.time_grid import time_grid
     from .run import Settings, check, default_metrics, units, value_of
@@ -117,7 +117,7 @@ def _plan(options: argparse.Namespace) -> _Plan:
         metrics = metrics or default_metrics(session)
         _, stop, step, _ = time_grid(session.structure, options.stop_time, options.step)
         table_of_inputs = options.stimuli and options.stimuli.resolve()
-        method = chosen(options.method, session.structure.method)
+        method = choose_method(options.method, session.structure.method)
         settings = Settings(metrics, step, stop, method, fixed, table_of_inputs)
         check(session, cases[0], settings, _ends(axes))
         plan = _Plan(axes, kind, cases, settings, units(session, [a.name for a in axes], metrics))

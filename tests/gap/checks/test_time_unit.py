@@ -41,7 +41,7 @@ def problem(f: float, lag: float = 0.5, stated: str | None = None, scenario: flo
         settings=DEFAULT, campaign=campaign, macro_step=STEP, scenario_stop=scenario, connectors=("m.x",),
         runs=[SimpleNamespace(stop=float(t[-1]), inputs={"m.u": (t, COMMAND)})],
         observations=gather([RawBlock(0, 0, "m.x", t, y, 0.01, None, True)]),
-        discretisation=SimpleNamespace(method=None), changes=lambda run, point: {},
+        discretisation=SimpleNamespace(method=None), overrides=lambda run, point: {},
         simulator=SimpleNamespace(simulate=lambda jobs: [follow(job, lag) for job in jobs]),
     )  # fmt: skip
 
