@@ -25,7 +25,7 @@ class Structure:
 
 
 def _features(problem: Problem, rows: list[np.ndarray], step: float) -> tuple[list[str], np.ndarray]:
-    """Names and values (n, features) at every entry of the long vector, from the rows of a simulation."""
+    """Names and values (n, features) at every reading, from the rows of a simulation."""
     names = [*problem.connectors, *(f"rate of {c}" for c in problem.connectors)]
     values = np.empty((len(problem.observations), len(names)))
     for b in problem.observations.blocks:

@@ -35,7 +35,7 @@ class _Suspect:
 def check_units(problem: Problem, nominal: np.ndarray) -> list[str]:
     """Raise `CampaignError` for what is likelier in another unit; returns warnings of what may be.
 
-    nominal: the long vector (n,) of the model as delivered.
+    nominal: the prediction (n,) of the model as delivered.
     """
     settings = problem.settings.sanity
     suspects = [x for k in range(len(problem.campaign.outputs)) if (x := _suspect(problem, k, nominal)) is not None]

@@ -14,7 +14,7 @@ from ..problem.parameters import EstimatedParameter, Point, penalty, point_of
 
 @dataclass(frozen=True, eq=False)
 class Fit:
-    """Parameters (k), their normalised values (k,), the model's long vector (n,), its derivative (n, k), the rest."""
+    """Parameters (k), their normalised values (k,), the model's prediction (n,), its derivative (n, k), the rest."""
 
     parameters: tuple[EstimatedParameter, ...]
     normalised: np.ndarray
@@ -76,14 +76,14 @@ class SimulationRequest(NamedTuple):
 
 
 class SimulationAnswer(NamedTuple):
-    """Their long vectors (n,); None where a run failed."""
+    """Their predictions (n,); None where a run failed."""
 
     at_fit_step: list[np.ndarray | None]
     exact: list[np.ndarray | None]
 
 
 FitTask = Generator[SimulationRequest, SimulationAnswer, Fit]
-"""Yields points, is sent their long vectors, returns a fit."""
+"""Yields points, is sent their predictions, returns a fit."""
 
 
 class FitFailed(Exception):

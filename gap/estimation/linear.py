@@ -33,7 +33,7 @@ class LinearisedModel:
         cls, problem: Problem, u: np.ndarray, model: np.ndarray, jacobian: np.ndarray, nuisance_jacobian: np.ndarray,
         rows: slice | np.ndarray = slice(None), weights: np.ndarray | float = 1.0,
     ) -> LinearisedModel:  # fmt: skip
-        """At normalised parameters u (k,) with the model's long vector (n,) and its derivative (n, k).
+        """At normalised parameters u (k,) with the model's prediction (n,) and its derivative (n, k).
 
         rows: the readings that count; weights: by how much each of them counts.
         """
@@ -93,7 +93,7 @@ def profile_nuisances(
     problem: Problem, model: np.ndarray, nuisance_jacobian: np.ndarray, dispersion: float,
     weights: np.ndarray | float = 1.0,
 ) -> ProfiledPoint:  # fmt: skip
-    """Nuisances and residual of the model's long vector (n,), of which each reading counts with its weight."""
+    """Nuisances and residual of the model's prediction (n,), of which each reading counts with its weight."""
     no_columns = np.zeros((len(model), 0))
     linearised = LinearisedModel.around(problem, np.zeros(0), model, no_columns, nuisance_jacobian, weights=weights)
     q = linearised.step((), dispersion, np.zeros(0)).q

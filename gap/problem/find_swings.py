@@ -40,7 +40,7 @@ Input = tuple[np.ndarray, np.ndarray]
 def compare_swings(problem: Problem, nominal: np.ndarray) -> Problem:
     """The problem with what swings compared by trend, amplitude and frequency: the same one where nothing does.
 
-    nominal: the long vector of the model as delivered (n,).
+    nominal: the prediction of the model as delivered (n,).
     """
     observations = problem.observations
     inputs = [list(r.inputs.values()) for r in problem.runs]
@@ -205,7 +205,7 @@ def _with_swings(observations: Observations, swings_of_blocks: Sequence[Sequence
 
 
 def as_compared(problem: Problem, samples: np.ndarray) -> np.ndarray:
-    """The long vector (n,) of a problem from one of all samples as they were recorded."""
+    """The prediction (n,) of a problem's readings from one of all samples as they were recorded."""
     if problem.recorded is None:
         return samples
     whole = {(b.run, b.channel): b for b in problem.recorded.blocks if b.event is None}

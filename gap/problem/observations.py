@@ -1,4 +1,4 @@
-"""The measurements of a campaign as one long vector, and the model's answer to each of its entries.
+"""The measurements of a campaign stacked into one vector, and what the model predicts of each.
 
 Entries are grouped in blocks, one per run and channel. Everything is in the unit of the FMU's variable; residuals are
 divided by the noise of each entry, so they are dimensionless: normalised.
@@ -60,7 +60,7 @@ class EventObservation:
 
 @dataclass(frozen=True, eq=False)
 class Block:
-    """The samples of one channel in one run: times [s], readings, noise, and their place in the long vector.
+    """The samples of one channel in one run: times [s], readings, noise, and their place in that vector.
 
     With an `event` it is a single reading: a duration. With a `feature` its readings describe a swing.
     """
@@ -155,7 +155,7 @@ class Observations:
         return readings
 
     def whiten(self, model: np.ndarray) -> np.ndarray:
-        """Readings minus a long vector, divided by the noise: the normalised residual (n,)."""
+        """Readings minus a prediction of all of them (n,), divided by the noise: the normalised residual (n,)."""
         residual: np.ndarray = (self.y - model) / self.noise_std
         return residual
 
@@ -195,7 +195,7 @@ class Observations:
         return {b.connector: b for b in self.series if b.run == run}
 
     def entries(self, runs: Sequence[int]) -> np.ndarray:
-        """Where the readings of some runs stand in the long vector (m,)."""
+        """Where the readings of some runs stand among all readings (m,)."""
         places: np.ndarray = np.flatnonzero(np.isin(self.run, runs))
         return places
 
@@ -235,7 +235,7 @@ class Observations:
         return np.asarray(np.unique(place, return_inverse=True)[1])
 
     def slope(self, model: np.ndarray) -> np.ndarray:
-        """Rate of change [unit/s] of a long vector along each block."""
+        """Rate of change [unit/s] of a prediction along each block."""
         slopes = np.zeros(len(self.y))
         for b in self.blocks:
             if b.event is None and b.takes_bias and len(b.t) > 1:
@@ -301,7 +301,7 @@ def average_neighbours(t: np.ndarray, y: np.ndarray, most: int) -> tuple[np.ndar
 
 
 class RawBlock(NamedTuple):
-    """A block before it has its place in the long vector: see `Block`."""
+    """A block before it has its place among all readings: see `Block`."""
 
     run: int
     channel: int

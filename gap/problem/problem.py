@@ -239,13 +239,13 @@ class Problem:
         return self.observations.observe(grids, rows, columns, self.sensors(point))
 
     def evaluate(self, points: Sequence[Point]) -> list[np.ndarray | None]:
-        """The model's long vectors at the points from runs at the fit's step; None where a run failed."""
+        """The model's predictions at the points from runs at the fit's step; None where a run failed."""
         return self.evaluate_both(points, [])[0]
 
     def evaluate_both(
         self, coarse: Sequence[Point], exact: Sequence[Point]
     ) -> tuple[list[np.ndarray | None], list[np.ndarray | None]]:
-        """The long vectors of some points at the fit's step, and of others as `exact` gives them, run side by side."""
+        """The predictions of some points at the fit's step, and of others as `exact` gives them, run side by side."""
         k, n, d = len(coarse), len(exact), self.discretisation
         double = n if d.richardson_order else 0
         points = [*coarse, *exact, *exact[:double]]
@@ -261,12 +261,12 @@ class Problem:
         return vectors[:k], exact_vectors
 
     def exact(self, points: Sequence[Point]) -> list[np.ndarray | None]:
-        """The long vectors with the macro step's error extrapolated away, from runs at the macro step and at twice
+        """The predictions with the macro step's error extrapolated away, from runs at the macro step and at twice
         that; None where a run failed."""
         return self.evaluate_both([], points)[1]
 
     def at_step(self, point: Point, step: float) -> np.ndarray | None:
-        """The long vector of a run at a macro step [s], as it is."""
+        """The prediction of a run at a macro step [s], as it is."""
         rows = self.rows([point], step, package_tolerances=True)[0]
         return None if rows is None else self.observe(point, rows, step)
 

@@ -54,7 +54,7 @@ def _swing(blocks: Sequence[Block], models: dict[str, np.ndarray]) -> dict[str, 
 
 
 def _described(blocks: Sequence[Block], model: np.ndarray | None) -> dict[str, Any]:
-    """Frequency, and the amplitude's middle without the noise's part; model: a long vector (n,), None for readings."""
+    """Frequency, and the amplitude's middle without the noise's part; model: a prediction (n,), None for readings."""
     description: dict[str, Any] = {"swings": False, "frequency": None, "amplitude": 0.0}
     for b in blocks:
         assert b.feature is not None

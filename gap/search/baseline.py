@@ -23,7 +23,7 @@ from .starts import FitStart, fit_proposals, hypotheses_at
 def nominal_hypothesis(
     problem: Problem, nominal: np.ndarray, coarse: np.ndarray, nuisance_jacobian: np.ndarray
 ) -> Hypothesis:
-    """The model as delivered, without derivatives: its long vector from exact runs and from those at the fit's step."""
+    """The model as delivered, without derivatives: its prediction from exact runs and from those at the fit's step."""
     q, residual = profile_nuisances(problem, nominal, nuisance_jacobian, 1.0)
     count, dispersion = len(problem.base), estimate_dispersion(problem, residual)
     fit = Fit(

@@ -52,7 +52,7 @@ class ResponseBank:
 
     point: Point
     model: np.ndarray
-    """The model's long vector at the point (n,)."""
+    """The model's prediction at the point (n,)."""
     correction: np.ndarray
     """Exact runs less those at the long step, at the point (n,)."""
     candidates: tuple[EffectCandidate, ...]
@@ -83,7 +83,7 @@ def build_bank(
 ) -> ResponseBank:  # fmt: skip
     """The bank at a point that has some effects, each other one at its usual size and at a second one.
 
-    coarse: the long vector there (n,) at the long step; correction: exact runs less that.
+    coarse: the prediction there (n,) at the long step; correction: exact runs less that.
     """
     bank = jacobian_at(problem, point, coarse, correction, candidates)
     variants_to_run: list[Variant] = [(c, {}) for c in candidates]

@@ -73,7 +73,7 @@ def exact_hypotheses_at(
 
 
 def start_at(problem: Problem, start: FitStart, coarse: np.ndarray, nuisance_jacobian: np.ndarray) -> QuickFit:
-    """A fit that begins at a place, derivatives that are not known 0; coarse: the long vector there (n,) at the fit's
+    """A fit that begins at a place, derivatives that are not known 0; coarse: the prediction there (n,) at the fit's
     step."""
     parameters = (*problem.base, *(x for c in start.candidates for x in c.parameters))
     u = np.array([start.point.get(x.name, 0.0) for x in parameters])

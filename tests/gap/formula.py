@@ -15,7 +15,7 @@ from deepsea_cosim.gap.problem.stop import StopToken
 from deepsea_cosim.gap.settings import DEFAULT, Settings
 
 Model = Callable[[Point, float], np.ndarray | None]
-"""The long vector at a point from runs at a macro step [s]; None where they have to stop."""
+"""The prediction at a point from runs at a macro step [s]; None where they have to stop."""
 
 STEP = 1.0
 """Macro step of exact runs [s] unless a test says otherwise."""
@@ -96,7 +96,7 @@ class FormulaProblem:
         return self.evaluate_both(points, [])[0]
 
     def exact(self, points: Sequence[Point]) -> list[np.ndarray | None]:
-        """Exact long vectors."""
+        """Exact predictions."""
         return self.evaluate_both([], points)[1]
 
 

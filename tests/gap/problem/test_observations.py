@@ -1,4 +1,4 @@
-"""Measurements as one long vector, moments as readings, and the energy that residuals share."""
+"""Measurements stacked into one vector, events as readings, and the energy that residuals share."""
 
 import numpy as np
 import pytest
