@@ -14,7 +14,7 @@ from ..problem.parameters import Point
 from ..problem.problem import Problem
 from ..selection.hypothesis import Hypothesis, is_adequate
 from .polish import polish
-from .response_bank import jacobian_at
+from .response_bank import begin_bank
 from .sets import Proposal
 from .sizes import grid, variants
 from .starts import FitStart, fit_proposals, hypotheses_at
@@ -113,7 +113,7 @@ def _improve(problem: Problem, nuisance_jacobian: np.ndarray, incumbent: Hypothe
     settings = problem.settings.search
     for _ in range(settings.baseline_rounds):
         fit = incumbent.fit
-        bank = jacobian_at(problem, fit.point, fit.model - fit.correction, fit.correction)
+        bank = begin_bank(problem, fit.point, fit.model - fit.correction, fit.correction)
         start = Proposal((), fit.point, 0.0)
         refined = fit_proposals(problem, bank, [start], nuisance_jacobian, settings.quick_fit_steps)
         if not refined or refined[0].penalised_deviance > incumbent.penalised_deviance - settings.min_round_gain:

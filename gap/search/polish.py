@@ -113,8 +113,7 @@ def _starts_without(
     problem: Problem, pairs: Sequence[tuple[Hypothesis, EffectCandidate]], nuisance_jacobian: np.ndarray
 ) -> list[FitStart]:
     """Where hypotheses stand without an effect each: with all else as it is, or where the derivatives say that all else
-    goes, whichever leaves less: from the former alone no quick fit may come back.
-    """
+    goes, whichever leaves less: from the former alone no quick fit may come back."""
     starts = []
     for h, dropped in pairs:
         candidates, point = tuple(c for c in h.candidates if c is not dropped), point_with(h.fit.point, dropped, {})

@@ -85,7 +85,7 @@ def build_bank(
 
     coarse: the prediction there (n,) at the long step; correction: exact runs less that.
     """
-    bank = jacobian_at(problem, point, coarse, correction, candidates)
+    bank = begin_bank(problem, point, coarse, correction, candidates)
     variants_to_run: list[Variant] = [(c, {}) for c in candidates]
     labels = {c.label for c in candidates}
     settings = problem.settings.search
@@ -153,11 +153,11 @@ def _shows(responses: Sequence[Response], settings: SearchSettings) -> bool:
     return whole >= settings.min_response_rms and differs
 
 
-def jacobian_at(
+def begin_bank(
     problem: Problem, point: Point, coarse: np.ndarray, correction: np.ndarray,
     candidates: Sequence[EffectCandidate] = (),
 ) -> ResponseBank:  # fmt: skip
-    """Only the derivatives by base parameters and the point's own effects."""
+    """A bank without responses yet: the derivatives by base parameters and the point's own effects."""
     parameters = (*problem.base, *(x for c in candidates for x in c.parameters))
     share = problem.settings.search.derivative_step
     turn = problem.settings.search.period_difference
