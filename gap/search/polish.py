@@ -3,18 +3,14 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 import numpy as np
 
-from ..estimation.fit import Fit
-from ..estimation.linear import LinearisedModel
-from ..problem.parameters import EffectCandidate, point_of
 from ..problem.problem import Problem
 from ..selection.hypothesis import Hypothesis
 from .quasi_newton import QuickFit, as_hypothesis, begin_fit, differentiate, iterate
-from .response_bank import point_with, response_rows
-from .starts import FitStart, fit_from, hypotheses_at
+from .response_bank import response_rows
 
 
 @dataclass(eq=False)
@@ -88,52 +84,4 @@ def _begin_from(problem: Problem, h: Hypothesis, exact: np.ndarray, nuisance_jac
     correction = exact - (fit.model - fit.correction)
     return begin_fit(
         problem, h.candidates, fit.parameters, fit.normalised, exact, correction, fit.jacobian, nuisance_jacobian
-    )  # fmt: skip
-
-
-def drop_effects(
-    problem: Problem, pairs: Sequence[tuple[Hypothesis, EffectCandidate]], nuisance_jacobian: np.ndarray
-) -> list[Hypothesis | None]:
-    """Hypotheses without one of their effects each, fitted side by side, to the end where that may come near them; None
-    where the model does not run."""
-    settings = problem.settings.search
-    fitted = fit_from(problem, _starts_without(problem, pairs, nuisance_jacobian), nuisance_jacobian)
-    for near, rounds in ((True, settings.polish_rounds), (False, 0)):
-        chosen = [
-            (k, h) for k, h in enumerate(fitted)
-            if h is not None and (h.fit.rms < settings.max_drop_ratio * pairs[k][0].fit.rms) is near
-        ]  # fmt: skip
-        polished = polish(problem, [h for _, h in chosen], nuisance_jacobian, rounds)
-        for (k, _), h in zip(chosen, polished, strict=True):
-            fitted[k] = h
-    return fitted
-
-
-def _starts_without(
-    problem: Problem, pairs: Sequence[tuple[Hypothesis, EffectCandidate]], nuisance_jacobian: np.ndarray
-) -> list[FitStart]:
-    """Where hypotheses stand without an effect each: with all else as it is, or where the derivatives say that all else
-    goes, whichever leaves less: from the former alone no quick fit may come back."""
-    starts = []
-    for h, dropped in pairs:
-        candidates, point = tuple(c for c in h.candidates if c is not dropped), point_with(h.fit.point, dropped, {})
-        predicted = predict_without(problem, h.fit, dropped.parameters, nuisance_jacobian)
-        moved = {**point, **point_of(predicted.parameters, predicted.normalised)}
-        starts += [FitStart(candidates, at, h.fit.correction, h.fit) for at in (point, moved)]
-    standing = hypotheses_at(problem, starts, nuisance_jacobian)
-    costs = np.array([np.inf if s is None else s.penalised_deviance for s in standing]).reshape(-1, 2)
-    return [starts[2 * k + int(best)] for k, best in enumerate(costs.argmin(axis=1))]
-
-
-def predict_without(problem: Problem, fit: Fit, dropped: Sequence[object], nuisance_jacobian: np.ndarray) -> Fit:
-    """The fit without some parameters as the derivatives foretell it: these go back to nothing, the others follow."""
-    is_kept = np.array([x not in dropped for x in fit.parameters])
-    model = fit.model - fit.jacobian[:, ~is_kept] @ fit.normalised[~is_kept]
-    parameters = tuple(x for x, keep in zip(fit.parameters, is_kept, strict=True) if keep)
-    u, jacobian = fit.normalised[is_kept], fit.jacobian[:, is_kept]
-    linearised = LinearisedModel.around(problem, u, model, jacobian, nuisance_jacobian)
-    step = linearised.step(parameters, fit.dispersion, np.full(len(u), np.inf))
-    return replace(
-        fit, parameters=parameters, normalised=u + step.d, model=model + jacobian @ step.d, jacobian=jacobian,
-        nuisances=step.q, residual=linearised.predicted_residual(step), unfinished=True,
     )  # fmt: skip

@@ -11,7 +11,8 @@ from ..problem.parameters import EffectCandidate
 from ..problem.problem import Problem
 from ..selection.hypothesis import Hypothesis, is_adequate
 from ..settings import SCORING
-from .polish import drop_effects, polish
+from .polish import polish
+from .removal import drop_effects, falls_behind
 from .response_bank import build_bank
 from .sets import Proposal, propose_sets, shares_alone
 from .starts import fit_proposals
@@ -164,7 +165,8 @@ def fit_leaders(problem: Problem, hypotheses: Sequence[Hypothesis], nuisance_jac
 def drop_each_effect(
     problem: Problem, hypotheses: Sequence[Hypothesis], nuisance_jacobian: np.ndarray
 ) -> list[Hypothesis]:
-    """With the best one fitted without each of its effects, from where it stands.
+    """With the best one fitted without each of its effects, from where it stands, and the baseline from the best of
+    these that has one effect.
 
     An effect must not win because the fit without it has stopped on its way. A set may so give way to a smaller one,
     and that to another.
@@ -180,4 +182,18 @@ def drop_each_effect(
         current = best_of_each_set(current)
         if current[0] is best:
             break
-    return current
+    return best_of_each_set([*current, *_refit_baseline(problem, current, nuisance_jacobian)])
+
+
+def _refit_baseline(
+    problem: Problem, hypotheses: Sequence[Hypothesis], nuisance_jacobian: np.ndarray
+) -> list[Hypothesis]:
+    """The baseline from the best fit of one of the best set's effects, if derivatives there foretell a better one."""
+    best, baseline = hypotheses[0], next(h for h in hypotheses if not h.candidates)
+    single = next((h for h in hypotheses if len(h.candidates) == 1 and h.key < best.key and not h.quick), None)
+    if single is None or problem.stop_requested:
+        return []
+    (effect,) = single.candidates
+    if not falls_behind(problem, baseline, single, effect, nuisance_jacobian):
+        return []
+    return [h for h in drop_effects(problem, [(single, effect)], nuisance_jacobian) if h is not None]

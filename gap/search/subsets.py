@@ -10,7 +10,7 @@ import numpy as np
 from ..problem.problem import Problem
 from ..selection.evidence import RankedHypothesis, rank_hypotheses
 from ..selection.hypothesis import Hypothesis
-from .polish import drop_effects, predict_without
+from .removal import drop_effects, predict_without
 
 Labels = frozenset[str]
 

@@ -114,6 +114,9 @@ class SearchSettings:
     max_drop_ratio: float = 3.0
     """Times what a set leaves up to which it is fitted to the end without one of its effects: with derivatives over
     wide steps fits were seen to stop at twice of what was to be had (case 21)."""
+    squeeze: tuple[float, ...] = (0.5, 0.2)
+    """Shares of its size that an effect may keep, one after the other, before it is taken away from a fit that has come
+    less far without it than derivatives foretell (seed 20261128, case 7: 17 noises left at once, 1.02 this way)."""
     wide_leaders: int = 3
     """Best sets whose derivatives are taken over wide steps, too, for refits without a fold of the data."""
     min_round_gain: float = 3.0
