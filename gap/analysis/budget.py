@@ -3,7 +3,8 @@
 Calibration comes first and apart. What it leaves, as squared normalised residual above the noise, is divided among the
 effects of every hypothesis that is plausible (`shapley`), and the hypotheses are averaged with their probabilities. The
 parts add up to 1. Intervals come from a moving-block bootstrap over stretches of the held-out residuals, in which the
-hypotheses are drawn, too.
+hypotheses are drawn, too, and what a part of a set's effects leaves: the machine has these in another form than the
+catalogue, and what one of them misses another takes up.
 """
 
 from __future__ import annotations
@@ -115,13 +116,14 @@ def split(alternatives: Sequence[Alternative], mask: np.ndarray | slice = slice(
 
 def budget(
     observations: Observations, alternatives: Sequence[Alternative], groups: Mapping[str, str],
-    settings: BootstrapSettings,
+    settings: BootstrapSettings, form_error: float = 0.0,
 ) -> Budget:  # fmt: skip
-    """The budget on all readings; groups: of each effect by its label."""
+    """The budget on all readings; groups: of each effect by its label; form_error: share of what calibration leaves
+    (rms) that right effects miss or take up because the machine has them in another form."""
     whole = split(alternatives)
     draws = _draws(observations, alternatives[0].residuals[frozenset()], settings)
     rng = np.random.default_rng(settings.seed)
-    drawn = [_drawn_shares(observations, a, draws, settings) for a in alternatives]
+    drawn = [_drawn_shares(observations, a, draws, settings, form_error, rng) for a in alternatives]
     probability = np.array([a.probability for a in alternatives])
     parts = {}
     for group in dict.fromkeys(groups[label] for label in whole.effects):
@@ -156,10 +158,18 @@ def _draws(observations: Observations, residual: np.ndarray, settings: Bootstrap
     return np.stack([np.bincount(data[0][0], minlength=count) for data in bootstrap.bootstrap(settings.draws)])
 
 
-def _drawn_shares(observations: Observations, a: Alternative, draws: np.ndarray, settings: BootstrapSettings) -> _Drawn:
+def _drawn_shares(
+    observations: Observations, a: Alternative, draws: np.ndarray, settings: BootstrapSettings, form_error: float,
+    rng: np.random.Generator,
+) -> _Drawn:  # fmt: skip
     place = observations.stretches(settings.bin)
     count = draws @ np.bincount(place)
     energies = {s: draws @ np.bincount(place, r**2) for s, r in a.residuals.items()}
+    level = np.sqrt(_excess(energies[frozenset()] / count))
+    for s in sorted(energies, key=sorted):  # in the same order in every process, for hashes are not
+        if s and s != a.labels:
+            left = np.sqrt(_excess(energies[s] / count)) + form_error * level * rng.normal(size=len(draws))
+            energies[s] = count * (1.0 + np.maximum(left, 0.0) ** 2)
     return _Drawn(*_shares(_game(a, energies, count)))
 
 

@@ -132,6 +132,21 @@ def test_intervals_cover_the_share_of_the_machine(seed):
     assert held >= 34
 
 
+def test_intervals_allow_for_the_form_that_effects_have_in_the_machine():
+    """What either effect of a pair leaves without the other is uncertain, and both shares depend on both; a single
+    effect shares with none."""
+    pair = [alternative(PAIR)]
+    exact, wide = budget(ONE, pair, GROUPS, SETTINGS), budget(ONE, pair, GROUPS, SETTINGS, form_error=0.04)
+    assert {g: p.share for g, p in wide.groups.items()} == {g: p.share for g, p in exact.groups.items()}
+    assert wide.unexplained.ci95 == pytest.approx(exact.unexplained.ci95, abs=1e-9)
+    low, high = wide.groups["first"].ci95
+    left = {s: PAIR[s] ** 0.5 for s in ("a", "b")}
+    spread = 1.96 * 0.04 * (PAIR[""] * sum(x**2 for x in left.values())) ** 0.5 / PAIR[""]
+    assert (low, high) == pytest.approx((0.6 - spread, 0.6 + spread), abs=0.15 * spread)
+    single = [alternative({"": 10.0, "a": 3.0})]
+    assert budget(ONE, single, GROUPS, SETTINGS, form_error=0.04).groups["first"].ci95 == pytest.approx((0.7, 0.7))
+
+
 def test_the_same_data_give_the_same_intervals():
     rng = np.random.default_rng(2)
     made = {frozenset(s): rng.normal(0.0, sd, len(T)) for s, sd in {"": 3.0, "a": 1.5}.items()}
