@@ -34,18 +34,28 @@ def find_period(problem: Problem, x: EstimatedParameter, point: Point) -> float:
     tried = [u + k * spacing for k in range(-count, count + 1)]
     while True:
         window = min(window, search.end)
-        best = search.best(tried, window)[: settings.periods_kept]
+        best = _apart(search.best(tried, window), 1.5 * spacing)[: settings.periods_kept]
         if not best or problem.stop_requested:
             return u
         if window == search.end:
             break
         window *= 2.0
+        spacing = x.shift(best[0], window, settings.period_spacing)
         tried = [v + k * x.shift(v, window, settings.period_spacing) for v in best for k in (-1.0, 0.0, 1.0)]
     u = best[0]
     for part in (0.5, 0.25):
         step = part * x.shift(u, search.end, settings.period_spacing)
         u = next(iter(search.best([u - step, u, u + step], search.end)), u)
     return u
+
+
+def _apart(ordered: Sequence[float], distance: float) -> list[float]:
+    """Values without those beside one that comes before them: these are in the same minimum."""
+    apart: list[float] = []
+    for v in ordered:
+        if all(abs(v - w) > distance for w in apart):
+            apart.append(v)
+    return apart
 
 
 class _OneRun:
