@@ -14,6 +14,7 @@ PIPELINE = (
     Stage("finite differences", preparation.prepare_fits),
     Stage("refitting the base parameters", search.fit_baseline),
     Stage("what an earlier diagnosis has found", search.resume_search, when=lambda s: s.earlier is not None),
+    Stage("a first look at sets of effects", search.look_at_sets, when=lambda s: s.earlier is None),
     Stage("comparing sets of effects", search.compare_sets_quickly, when=lambda s: s.earlier is None),
     Stage("fitting the best of them", search.fit_best_sets, when=lambda s: s.quick_round is not None),
     Stage("trying similar effects in place of those found", search.swap_relatives, when=search.has_relatives),

@@ -19,6 +19,7 @@ from ..search.rounds import (
     drop_each_effect,
     drop_needless_sets,
     fit_leaders,
+    look_first,
     next_start,
     polish_round,
     run_quick_round,
@@ -71,14 +72,23 @@ def resume_search(state: State) -> State:
     )  # fmt: skip
 
 
-def compare_sets_quickly(state: State) -> State:
-    """Quick fits of sets of effects, from a bank where the search begins: the first that can be said."""
-    first = run_quick_round(state.problem, state.nuisance_jacobian, state.start_or_baseline)
+def look_at_sets(state: State) -> State:
+    """A few steps of sets of effects that look best once each was run at its usual size: the first that can be said."""
+    first = look_first(state.problem, state.nuisance_jacobian, state.start_or_baseline)
     hypotheses = best_of_each_set([*state.hypotheses, *first.hypotheses])
-    fitted = tuple(h for h in hypotheses if h.candidates)
     return replace(
-        state, quick_round=first, fitted_sets=fitted, shares_alone=first.shares_alone,
-        progress=describe_progress(state, hypotheses),
+        state, first_look=first, fitted_sets=tuple(h for h in hypotheses if h.candidates),
+        shares_alone=first.shares_alone, progress=describe_progress(state, hypotheses),
+    )  # fmt: skip
+
+
+def compare_sets_quickly(state: State) -> State:
+    """Quick fits of sets of effects, from a bank where the search begins."""
+    quick = run_quick_round(state.problem, state.nuisance_jacobian, state.start_or_baseline, state.first_look)
+    hypotheses = best_of_each_set([*state.hypotheses, *quick.hypotheses])
+    return replace(
+        state, first_look=None, quick_round=quick, fitted_sets=tuple(h for h in hypotheses if h.candidates),
+        shares_alone=quick.shares_alone, progress=describe_progress(state, hypotheses),
     )  # fmt: skip
 
 

@@ -48,6 +48,6 @@ def run_pipeline(
         state = replace(state, seconds={**state.seconds, stage.name: time.perf_counter() - begin})
         if state.progress != last_progress:
             on_finding(state.progress)
-            if not state.first_answer and (state.fitted_sets or state.quick_round):
+            if not state.first_answer and (state.fitted_sets or state.first_look):
                 state = replace(state, first_answer=sum(state.seconds.values()))
     return state

@@ -23,7 +23,7 @@ from ..problem.parameters import EffectCandidate
 from ..problem.problem import Problem
 from ..problem.stop import StopToken
 from ..search.earlier import EarlierDiagnosis, transferable_sets
-from ..search.rounds import Round
+from ..search.rounds import FirstLook, Round
 from ..selection.evidence import RankedHypothesis
 from ..selection.hypothesis import Hypothesis, is_adequate
 from ..settings import DEFAULT, Settings
@@ -107,8 +107,10 @@ class State:
     """The model as delivered, or its refit: the one of the two at which there has been no bank."""
     bank_sets: tuple[frozenset[str], ...] = ()
     """Sets at which there has been one, by their effects' labels."""
+    first_look: FirstLook | None = None
+    """What a first look at sets of effects has found, until all are compared."""
     quick_round: Round | None = None
-    """What the first look at sets of effects has found, until the best of it is fitted to the end."""
+    """What the first comparison of sets has found, until the best of it is fitted to the end."""
     fitted_sets: tuple[Hypothesis, ...] = ()
     """Fits of sets of effects, of each set the best."""
     shares_alone: Mapping[str, float] = field(default_factory=dict)
@@ -193,7 +195,7 @@ class State:
 
     @property
     def required_quick_round(self) -> Round:
-        """The first look; a stage that comes before it has no use of it."""
+        """The first comparison; a stage that comes before it has no use of it."""
         if self.quick_round is None:
             raise ValueError("no sets have been looked at yet")
         return self.quick_round

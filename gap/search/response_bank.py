@@ -85,18 +85,35 @@ def build_bank(
 
     coarse: the prediction there (n,) at the long step; correction: exact runs less that.
     """
+    return complete_bank(problem, bank_of_usual_sizes(problem, point, coarse, correction, candidates))
+
+
+def bank_of_usual_sizes(
+    problem: Problem, point: Point, coarse: np.ndarray, correction: np.ndarray,
+    candidates: Sequence[EffectCandidate] = (),
+) -> ResponseBank:  # fmt: skip
+    """The same with each effect at its usual size only, a sensor's at all."""
     bank = begin_bank(problem, point, coarse, correction, candidates)
-    variants_to_run: list[Variant] = [(c, {}) for c in candidates]
-    labels = {c.label for c in candidates}
-    settings = problem.settings.search
+    return add_responses(problem, bank, _first_variants(problem, bank))
+
+
+def complete_bank(problem: Problem, bank: ResponseBank) -> ResponseBank:
+    """A bank of usual sizes with the second ones."""
+    first = _first_variants(problem, bank)
+    second = _second_variants(problem, bank, first)
+    bank = add_responses(problem, bank, second)
+    return add_responses(problem, bank, _further_variants(problem, bank, [*first, *second]))
+
+
+def _first_variants(problem: Problem, bank: ResponseBank) -> list[Variant]:
+    """Each of the point's own effects taken away, each other one at its usual size, a sensor's at all."""
+    first: list[Variant] = [(c, {}) for c in bank.candidates]
+    settings, labels = problem.settings.search, {c.label for c in bank.candidates}
     for c in problem.candidates:
         if c.label not in labels:
             sizes = (grid if c.main.kind == "sensor" else usual_sizes)(c.main, settings)
-            variants_to_run += [(c, values) for values in variants(c, sizes, settings)]
-    bank = add_responses(problem, bank, variants_to_run)
-    second = _second_variants(problem, bank, variants_to_run)
-    bank = add_responses(problem, bank, second)
-    return add_responses(problem, bank, _further_variants(problem, bank, [*variants_to_run, *second]))
+            first += [(c, values) for values in variants(c, sizes, settings)]
+    return first
 
 
 def _second_variants(problem: Problem, bank: ResponseBank, run_variants: Sequence[Variant]) -> list[Variant]:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
 
@@ -13,7 +14,7 @@ from ..selection.hypothesis import Hypothesis, is_adequate
 from ..settings import SCORING
 from .polish import polish
 from .removal import drop_effects, falls_behind
-from .response_bank import build_bank
+from .response_bank import ResponseBank, bank_of_usual_sizes, complete_bank
 from .sets import Proposal, propose_sets, shares_alone
 from .starts import fit_proposals
 
@@ -27,20 +28,50 @@ class Round:
     """By label."""
 
 
+class FirstLook(NamedTuple):
+    """A bank of usual sizes, to be completed, and fits of the sets that look best in it."""
+
+    bank: ResponseBank
+    hypotheses: list[Hypothesis]
+    shares_alone: dict[str, float]
+    """As of a round."""
+
+
 def search_round(problem: Problem, nuisance_jacobian: np.ndarray, incumbent: Hypothesis) -> Round:
     """A bank at a hypothesis, and fits of the sets that it proposes, the best of them fitted to the end."""
     return polish_round(problem, nuisance_jacobian, run_quick_round(problem, nuisance_jacobian, incumbent))
 
 
-def run_quick_round(problem: Problem, nuisance_jacobian: np.ndarray, incumbent: Hypothesis) -> Round:
-    """A bank at a hypothesis, and quick fits of the sets that it proposes, the best first."""
-    settings, fit = problem.settings.search, incumbent.fit
-    bank = build_bank(problem, fit.point, fit.model - fit.correction, fit.correction, incumbent.candidates)
+def look_first(problem: Problem, nuisance_jacobian: np.ndarray, incumbent: Hypothesis) -> FirstLook:
+    """Half of a bank at a hypothesis, and a few steps of the best sets: what is likely, said soon."""
+    settings = problem.settings.search
+    bank = _bank_at(problem, incumbent)
+    proposals = [p for p in propose_sets(problem, bank, nuisance_jacobian, rounds=1)[1] if p.candidates]
+    fits = fit_proposals(problem, bank, proposals[: settings.first_sets], nuisance_jacobian, settings.first_fit_steps)
+    return FirstLook(bank, _without_idle(problem, fits), shares_alone(problem, bank, nuisance_jacobian))
+
+
+def run_quick_round(
+    problem: Problem, nuisance_jacobian: np.ndarray, incumbent: Hypothesis, first: FirstLook | None = None
+) -> Round:
+    """A bank at a hypothesis, and quick fits of the sets that it proposes, the best first; with what a first look there
+    has found."""
+    settings = problem.settings.search
+    bank = complete_bank(problem, first.bank if first else _bank_at(problem, incumbent))
     bank, proposals = propose_sets(problem, bank, nuisance_jacobian)
     chosen = choose_proposals(proposals, incumbent, settings.sets_per_round)
-    hypotheses = fit_proposals(problem, bank, chosen, nuisance_jacobian, settings.quick_fit_steps)
-    hypotheses = sorted((h for h in hypotheses if not idle_effects(h, settings.negligible)), key=search_cost)
+    fits = _without_idle(problem, fit_proposals(problem, bank, chosen, nuisance_jacobian, settings.quick_fit_steps))
+    hypotheses = best_of_each_set([*fits, *first.hypotheses]) if first else sorted(fits, key=search_cost)
     return Round(tuple(hypotheses), shares_alone(problem, bank, nuisance_jacobian))
+
+
+def _bank_at(problem: Problem, h: Hypothesis) -> ResponseBank:
+    fit = h.fit
+    return bank_of_usual_sizes(problem, fit.point, fit.model - fit.correction, fit.correction, h.candidates)
+
+
+def _without_idle(problem: Problem, hypotheses: Sequence[Hypothesis]) -> list[Hypothesis]:
+    return [h for h in hypotheses if not idle_effects(h, problem.settings.search.negligible)]
 
 
 def polish_round(problem: Problem, nuisance_jacobian: np.ndarray, first: Round) -> Round:

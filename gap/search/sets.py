@@ -158,24 +158,26 @@ def _scaled(response: Response, t: float) -> Mapping[str, float]:
 
 
 def propose_sets(
-    problem: Problem, bank: ResponseBank, nuisance_jacobian: np.ndarray
+    problem: Problem, bank: ResponseBank, nuisance_jacobian: np.ndarray, rounds: int | None = None
 ) -> tuple[ResponseBank, list[Proposal]]:
-    """The best sets of effects, each once, the cheapest first, and the bank with the sizes that they asked for.
+    """The best sets of effects, each once, the cheapest first, and the bank with the sizes that they asked for in so
+    many rounds, of which the last asks for none.
 
     The dispersion is that of what the best set is expected to leave, as far as the first look goes.
     """
     settings = problem.settings.search
+    rounds = rounds or settings.size_rounds
     residual = profile_nuisances(problem, bank.model, nuisance_jacobian, 1.0).residual
     first = estimate_dispersion(problem, residual)
     whole, dispersion = float(residual @ residual), first
     proposals: list[Proposal] = []
-    for look in range(settings.size_rounds):
+    for look in range(rounds):
         projected = ProjectedBank(problem, bank, nuisance_jacobian, dispersion)
         best_sets = _best_sets(projected, settings)
         rest = min(cost for cost, _, _ in best_sets.values()) * dispersion / max(whole, 1e-300)
         dispersion = max(1.0, first * float(np.clip(rest, settings.least_left, 1.0)))
         missing = _missing_variants(bank, list(best_sets.values())[: settings.sets_asking], settings)
-        if look + 1 == settings.size_rounds or (look and not missing):
+        if look + 1 == rounds or (look and not missing):
             proposals = [projected.proposal(chosen, t, cost) for cost, chosen, t in best_sets.values()]
             break
         bank = add_responses(problem, bank, missing)

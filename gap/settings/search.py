@@ -76,6 +76,12 @@ class SearchSettings:
     negligible: float = 0.01
     """Normalised size of an effect that is as good as absent."""
 
+    # a first look
+    first_sets: int = 6
+    """Sets that are fitted as soon as every effect has been run at its usual size."""
+    first_fit_steps: int = 4
+    """Quasi-Newton steps of these fits."""
+
     # quick fits of the proposed sets
     sets_per_round: int = 12
     """Sets that are fitted in a round."""

@@ -185,7 +185,10 @@ def stopped(toys, folder, stage):
     return data
 
 
-@pytest.mark.parametrize("stage", ["fitting the best to the end", "judging the hypotheses"])
+AFTER_EFFECTS = ["comparing sets of effects", "fitting the best to the end", "judging the hypotheses"]
+
+
+@pytest.mark.parametrize("stage", AFTER_EFFECTS)
 def test_what_has_been_found_is_judged_when_time_is_up(toys, tmp_path, stage):
     data = stopped(toys, tmp_path, stage)
     assert data["hypotheses"][0]["effects"] == ["friction"]
@@ -194,7 +197,10 @@ def test_what_has_been_found_is_judged_when_time_is_up(toys, tmp_path, stage):
     assert data["budget"]["parts"][0]["share"] > 0.9
 
 
-@pytest.mark.parametrize("stage", ["finite differences", "refitting the base parameters", "comparing sets of effects"])
+BEFORE_EFFECTS = ["finite differences", "refitting the base parameters", "a first look at sets of effects"]
+
+
+@pytest.mark.parametrize("stage", BEFORE_EFFECTS)
 def test_nothing_is_named_that_was_not_looked_for(toys, tmp_path, stage):
     data = stopped(toys, tmp_path, stage)
     assert named(data) == []

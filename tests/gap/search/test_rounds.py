@@ -14,7 +14,9 @@ from deepsea_cosim.gap.search.rounds import (
     drop_each_effect,
     fit_leaders,
     idle_effects,
+    look_first,
     next_start,
+    run_quick_round,
     search_cost,
     search_round,
 )
@@ -53,6 +55,22 @@ def finds(machine, truth, candidates, tolerance=0.03, rounds=1):
 
 def test_the_exact_pair_of_a_linear_formula():
     finds(moving(LINEAR), {"a": 0.6, "p": 0.7, "r": -2.2}, EFFECTS, 0.06)
+
+
+def test_a_first_look_finds_what_is_plain_with_half_of_the_runs_and_none_is_run_again():
+    p, nuisance_jacobian = posed(moving(LINEAR), {"a": 0.6, "p": 0.7, "r": -2.2}, EFFECTS)
+    nominal = simulate_nominal(p, nuisance_jacobian)
+    p.asked.clear()
+    first = look_first(p, nuisance_jacobian, nominal)
+    soon = sum(len(coarse) for coarse, _ in p.asked)
+    assert min(first.hypotheses, key=search_cost).ids == ("p", "r")
+    found = run_quick_round(p, nuisance_jacobian, nominal, first)
+    asked = [tuple(sorted(point.items())) for coarse, _ in p.asked for point in coarse]
+    assert best(found).ids == ("p", "r")
+    assert soon < 0.5 * len(asked)
+    in_bank = {(x.candidate.label, x.size) for x in first.bank.responses}
+    again = [point for point in asked[soon:] if len(point) == 1 and point[0] in in_bank]
+    assert not again, "what the bank has"
 
 
 def test_no_effect_is_better_than_some_where_nothing_is_to_be_found():
