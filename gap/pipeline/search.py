@@ -83,9 +83,11 @@ def look_at_sets(state: State) -> State:
 
 
 def compare_sets_quickly(state: State) -> State:
-    """Quick fits of sets of effects, from a bank where the search begins."""
-    quick = run_quick_round(state.problem, state.nuisance_jacobian, state.start_or_baseline, state.first_look)
-    hypotheses = best_of_each_set([*state.hypotheses, *quick.hypotheses])
+    """Quick fits of sets of effects, from a bank where the search begins; what was said before is forgotten, for these
+    were begun from more than usual sizes."""
+    bank = state.first_look.bank if state.first_look else None
+    quick = run_quick_round(state.problem, state.nuisance_jacobian, state.start_or_baseline, bank)
+    hypotheses = best_of_each_set([state.required_baseline, *quick.hypotheses])
     return replace(
         state, first_look=None, quick_round=quick, fitted_sets=tuple(h for h in hypotheses if h.candidates),
         shares_alone=quick.shares_alone, progress=describe_progress(state, hypotheses),

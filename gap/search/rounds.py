@@ -47,21 +47,22 @@ def look_first(problem: Problem, nuisance_jacobian: np.ndarray, incumbent: Hypot
     settings = problem.settings.search
     bank = _bank_at(problem, incumbent)
     proposals = [p for p in propose_sets(problem, bank, nuisance_jacobian, rounds=1)[1] if p.candidates]
-    fits = fit_proposals(problem, bank, proposals[: settings.first_sets], nuisance_jacobian, settings.first_fit_steps)
+    chosen = choose_proposals(proposals, incumbent, settings.first_sets)
+    fits = fit_proposals(problem, bank, chosen, nuisance_jacobian, settings.first_fit_steps)
     return FirstLook(bank, _without_idle(problem, fits), shares_alone(problem, bank, nuisance_jacobian))
 
 
 def run_quick_round(
-    problem: Problem, nuisance_jacobian: np.ndarray, incumbent: Hypothesis, first: FirstLook | None = None
+    problem: Problem, nuisance_jacobian: np.ndarray, incumbent: Hypothesis, bank: ResponseBank | None = None
 ) -> Round:
-    """A bank at a hypothesis, and quick fits of the sets that it proposes, the best first; with what a first look there
-    has found."""
+    """A bank at a hypothesis, and quick fits of the sets that it proposes, the best first; bank: that of a first look
+    there."""
     settings = problem.settings.search
-    bank = complete_bank(problem, first.bank if first else _bank_at(problem, incumbent))
+    bank = complete_bank(problem, bank or _bank_at(problem, incumbent))
     bank, proposals = propose_sets(problem, bank, nuisance_jacobian)
     chosen = choose_proposals(proposals, incumbent, settings.sets_per_round)
-    fits = _without_idle(problem, fit_proposals(problem, bank, chosen, nuisance_jacobian, settings.quick_fit_steps))
-    hypotheses = best_of_each_set([*fits, *first.hypotheses]) if first else sorted(fits, key=search_cost)
+    hypotheses = fit_proposals(problem, bank, chosen, nuisance_jacobian, settings.quick_fit_steps)
+    hypotheses = sorted(_without_idle(problem, hypotheses), key=search_cost)
     return Round(tuple(hypotheses), shares_alone(problem, bank, nuisance_jacobian))
 
 

@@ -64,7 +64,7 @@ def test_a_first_look_finds_what_is_plain_with_half_of_the_runs_and_none_is_run_
     first = look_first(p, nuisance_jacobian, nominal)
     soon = sum(len(coarse) for coarse, _ in p.asked)
     assert min(first.hypotheses, key=search_cost).ids == ("p", "r")
-    found = run_quick_round(p, nuisance_jacobian, nominal, first)
+    found = run_quick_round(p, nuisance_jacobian, nominal, first.bank)
     asked = [tuple(sorted(point.items())) for coarse, _ in p.asked for point in coarse]
     assert best(found).ids == ("p", "r")
     assert soon < 0.5 * len(asked)
