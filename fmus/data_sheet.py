@@ -380,19 +380,32 @@ def _flow(Q: float) -> str:
 
 def scales(machine: Machine) -> dict[str, float]:
     """By how much the usual sizes of effects are those of the paper's machine times, by address of the catalogue."""
-    p = machine.full
+    p, arm, paper_arm = machine.full, ARM.parameters(machine.arm), ARM.parameters({})
     A_1, paper = areas(p["cylinder.D_h"], p["cylinder.d_h"])[0], areas(PAPER["cylinder.D_h"], PAPER["cylinder.d_h"])[0]
-    force = A_1 * p["relief.p_crack"] / (paper * PAPER["relief.p_crack"])
+    pressure = p["relief.p_crack"] / PAPER["relief.p_crack"]
+    force = A_1 / paper * pressure
     flow = p["valve.q_rated"] / PAPER["valve.q_rated"]
     pump = p["pump.displacement"] * p["pump.speed"] / (PAPER["pump.displacement"] * PAPER["pump.speed"])
-    effects = {
+    weight = _weight(arm) / _weight(paper_arm)
+    length = arm["beam_length"] / paper_arm["beam_length"]
+    hydraulics = {
         "cylinder_coulomb_friction.F_c": force, "cylinder_stribeck_friction.F_extra": force,
         "cylinder_presliding.F_c": force, "seal_pressure_friction.k_p": A_1 / paper,
         "valve_leakage.c": flow, "external_leakage.c": sqrt(A_1 / paper),
-        "relief_override.R": p["relief.p_crack"] / PAPER["relief.p_crack"] / pump,
+        "relief_override.R": pressure / pump, "counterbalance_valve.p_set": pressure,
+        "compensator_trapped_air.volume": A_1 / paper * p["cylinder.stroke"] / PAPER["cylinder.stroke"],
     }  # fmt: skip
-    made = {f"hydraulics.effect.{name}": scale for name, scale in effects.items()}
+    of_arm = {
+        "joint_friction.tau_c": weight * length, "buoyancy_error.force": weight, "tether.stiffness": weight / length,
+    }  # fmt: skip
+    made = {f"hydraulics.effect.{name}": scale for name, scale in hydraulics.items()}
+    made |= {f"arm.effect.{name}": scale for name, scale in of_arm.items()}
     return {address: scale for address, scale in made.items() if abs(scale - 1.0) > 1e-9}
+
+
+def _weight(arm: dict[str, float]) -> float:
+    """Weight [N] of an arm's load and beam, about: the beam's as in air."""
+    return arm["load_weight"] + 9.81 * arm["beam_mass"]
 
 
 def scaled_catalogue(text: str, factors: dict[str, float]) -> str:

@@ -18,13 +18,13 @@ def _effect(name: str, start: float, unit: str, low: float, high: float, text: s
 
 
 EFFECTS = (
-    _effect("joint_friction.tau_c", 0.0, "N.m", 0.0, 1e5, "Coulomb friction of the pivot"),
+    _effect("joint_friction.tau_c", 0.0, "N.m", 0.0, 1e8, "Coulomb friction of the pivot"),
     _effect("joint_friction.viscous", 0.0, "N.m.s/rad", 0.0, 1e6, "viscous friction of the pivot"),
     _effect("joint_friction.omega_0", 5e-3, "rad/s", 1e-6, 1.0, "angular velocity over which friction turns"),
     _effect("joint_friction.uneven", 0.0, "1", -1.0, 1.0, "share by which its Coulomb part is greater upwards"),
     _effect("payload_error.scale", 1.0, "1", 0.0, 100.0, "factor on the load's mass and weight"),
     _effect("payload_error.along", 0.0, "m", -10.0, 10.0, "how far beyond the beam's end the load hangs"),
-    _effect("buoyancy_error.force", 0.0, "N", -1e5, 1e5, "additional upward force at the beam's middle"),
+    _effect("buoyancy_error.force", 0.0, "N", -1e7, 1e7, "additional upward force at the beam's middle"),
     _effect("marine_growth.thickness", 0.0, "m", 0.0, 0.5, "thickness of neutrally buoyant growth on beam and barrel"),
     _effect("marine_growth.part", 1.0, "1", 0.0, 1.0, "share of the beam, from its end, that is grown over"),
     _effect("drag_coefficient.scale", 1.0, "1", 0.0, 100.0, "factor on the drag coefficient"),
@@ -44,7 +44,7 @@ EFFECTS = (
     _effect("base_motion.pitch", 0.0, "rad", 0.0, 1.5, "amplitude of the base's rotation about the pivot"),
     _effect("base_motion.frequency", 0.12, "1/s", 0.0, 10.0, "frequency of both"),
     _effect("base_motion.phase", 0.0, "rad", -7.0, 7.0, "phase of both at t = 0"),
-    _effect("tether.stiffness", 0.0, "N/m", 0.0, 1e5, "spring that pulls the beam's end back to where it was"),
+    _effect("tether.stiffness", 0.0, "N/m", 0.0, 1e7, "spring that pulls the beam's end back to where it was"),
     _effect("tether.drag", 0.0, "kg/m", 0.0, 1e5, "drag of a tether on the beam's end, per square of its speed"),
     _effect("ambient_pressure_error.scale", 1.0, "1", 0.1, 10.0, "factor on the ambient pressure"),
 )  # fmt: skip

@@ -14,6 +14,7 @@ from deepsea_cosim.hydraulics_fmu.steady import steady_state
 from deepsea_cosim.hydraulics_fmu.variables import HYDRAULICS
 from deepsea_cosim.master.simulation.check import check
 from deepsea_cosim.master.simulation.run import Options, run
+from deepsea_cosim.mechanics.variables import ARM
 
 REPOSITORY = Path(__file__).parents[2]
 SHEET = REPOSITORY / "examples" / "machine.toml"
@@ -191,7 +192,14 @@ def test_effects_are_usual_in_the_size_of_the_machine(tmp_path):
     path = tmp_path / "effects.toml"
     path.write_text(scaled_catalogue(CATALOGUE.read_text(), scales(machine)))
     plain, scaled = load(CATALOGUE), load(path)
-    for id, factor in (("cylinder_coulomb_friction", force), ("valve_leakage", 4.0), ("entrained_air", 1.0)):
+    usual = {"cylinder_coulomb_friction": force, "valve_leakage": 4.0, "entrained_air": 1.0}
+    arm, paper = ({**ARM.parameters({}), **made} for made in (machine.arm, {}))
+    weight, paper_weight = (a["load_weight"] + 9.81 * a["beam_mass"] for a in (arm, paper))
+    usual["joint_friction"] = weight / paper_weight * arm["beam_length"] / paper["beam_length"]
+    usual["buoyancy_error"] = weight / paper_weight
+    stroke = machine.full["cylinder.stroke"] / PAPER["cylinder.stroke"]
+    usual["compensator_trapped_air"] = stroke * (0.063 / 0.045) ** 2
+    for id, factor in usual.items():
         one, other = plain.effect(id).main, scaled.effect(id).main
         assert other.prior == pytest.approx(factor * one.prior, rel=1e-3)
         assert (other.low, other.high) == pytest.approx((factor * one.low, factor * one.high), rel=1e-3)
@@ -207,9 +215,10 @@ def test_effects_of_large_and_small_machines_stay_in_the_ranges_of_the_fmu(tmp_p
     path = tmp_path / "effects.toml"
     path.write_text(scaled_catalogue(CATALOGUE.read_text(), factors))
     parameters = [x for e in load(path).effects for x in e.all_parameters if x.address in factors]
-    assert len(parameters) == len(factors) == 7
+    assert {x.address for x in parameters} == set(factors)
     for x in parameters:
-        allowed = HYDRAULICS[x.address.removeprefix("hydraulics.")]
+        component, _, name = x.address.partition(".")
+        allowed = {"hydraulics": HYDRAULICS, "arm": ARM}[component][name]
         assert allowed.min <= x.low < x.high <= allowed.max, x.address
 
 
