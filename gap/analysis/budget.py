@@ -3,8 +3,8 @@
 Calibration comes first and apart. What it leaves, as squared normalised residual above the noise, is divided among the
 effects of every hypothesis that is plausible (`shapley`), and the hypotheses are averaged with their probabilities. The
 parts add up to 1. Intervals come from a moving-block bootstrap over stretches of the held-out residuals, in which the
-hypotheses are drawn, too, and what a part of a set's effects leaves: the machine has these in another form than the
-catalogue, and what one of them misses another takes up.
+hypotheses are drawn, too, and what each set of effects leaves: the machine has these in another form than the
+catalogue, so a right one leaves something, and what one of them misses another takes up.
 """
 
 from __future__ import annotations
@@ -167,7 +167,7 @@ def _drawn_shares(
     energies = {s: draws @ np.bincount(place, r**2) for s, r in a.residuals.items()}
     level = np.sqrt(_excess(energies[frozenset()] / count))
     for s in sorted(energies, key=sorted):  # in the same order in every process, for hashes are not
-        if s and s != a.labels:
+        if s:
             left = np.sqrt(_excess(energies[s] / count)) + form_error * level * rng.normal(size=len(draws))
             energies[s] = count * (1.0 + np.maximum(left, 0.0) ** 2)
     return _Drawn(*_shares(_game(a, energies, count)))
