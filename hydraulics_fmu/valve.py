@@ -68,15 +68,30 @@ def spool_acceleration(x_v: float, w: float, x_c: float, T: float, damping: floa
 
 
 @kernel
+def turbulent_share(x: float, transition: float) -> float:
+    """Flow through an orifice over that of the printed equation, x = 2 lam/lam_crit; x itself where it is laminar.
+
+    transition 0: tanh x (Amesim); -1: sharper, x/(1 + x^4)^(1/4), which is dp/(dp^2 + dp_crit^2)^(1/4) (Simscape);
+    1: more gradual, x/(1 + x^2)^(1/2); between them a mean of two.
+    """
+    if transition == 0.0:
+        return tanh(x)
+    other = x / sqrt(1.0 + x * x) if transition > 0.0 else x / sqrt(sqrt(1.0 + x * x * x * x))
+    return tanh(x) + abs(transition) * (other - tanh(x))
+
+
+@kernel
 def land_flow(
     opening: float, P_from: float, P_to: float,
     k_q: float, diameter: float, lam_crit: float, rho: float, eta0: float, alpha: float, law: float = 0.0,
+    transition: float = 0.0,
 ) -> float:  # fmt: skip
     """Flow [m3/s] through one land of relative `opening` (0..1) from pressure P_from to P_to [Pa] (Eqs. 8, 9).
 
     Q = k_q opening sqrt(dp) tanh(2 lam/lam_crit), with the flow number lam = (d/nu) sqrt(2 dp/rho), nu at the mean
     of the two pressures and d = diameter sqrt(opening). lam_crit = 0 gives the printed equation, whose square root is
-    made linear below 100 Pa. Negative when P_to is the higher one.
+    made linear below 100 Pa. `transition` puts another law in tanh's place, see `turbulent_share`. Negative when P_to
+    is the higher one.
     """
     dp = P_from - P_to
     size = abs(dp)
@@ -84,7 +99,7 @@ def land_flow(
         root = sqrt(size)
         nu = viscosity(0.5 * (P_from + P_to), eta0, alpha, law) / rho
         lam = diameter * sqrt(opening) / nu * root * sqrt(2.0 / rho)
-        flow = k_q * opening * root * tanh(2.0 * lam / lam_crit)
+        flow = k_q * opening * root * turbulent_share(2.0 * lam / lam_crit, transition)
     else:
         flow = k_q * opening * size / sqrt(sqrt(dp * dp + SMOOTHING * SMOOTHING))
     return flow if dp >= 0.0 else -flow
@@ -169,7 +184,7 @@ def land(opening: float, P_from: float, P_to: float, c: object) -> float:
         k_q, rho = k_q / sqrt(more), rho * more
     return land_flow(
         opening, P_from, P_to, k_q, valve.land_diameter, valve.lam_crit, rho, oil.eta0, oil.alpha,
-        c.effect.viscosity_law.share,
+        c.effect.viscosity_law.share, c.effect.orifice_flow_number.transition,
     )  # fmt: skip
 
 

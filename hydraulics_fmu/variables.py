@@ -65,6 +65,8 @@ EFFECTS = (
     _effect("valve_flow_gain.scale", 1.0, "1", 0.05, 10.0, "factor on the valve's rated flow"),
     _effect("valve_flow_gain.retraction", 1.0, "1", -2.0, 3.0, "share of its error that retraction has"),
     _effect("valve_flow_gain.notch", 1.0, "1", 0.01, 1.0, "opening up to which it is wrong, its slope right beyond"),
+    _effect("orifice_flow_number.transition", 0.0, "1", -1.0, 1.0, "of the lands from laminar to turbulent: -1 "
+            "sharper, 0 as a tanh, 1 more gradual"),
     *(_effect(f"valve_metering_curve.y{k}", 0.0, "1", -1.0, 1.0, f"what the lands open further with the spool at "
               f"{x:g} of its stroke") for k, x in enumerate(knots(), 1)),
     _effect("piston_leakage.scale", 1.0, "1", 0.0, 1e3, "factor on the piston's leakage"),

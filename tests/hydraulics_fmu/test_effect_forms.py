@@ -8,7 +8,8 @@ from deepsea_cosim.hydraulics_fmu.curves import knots, on_curve
 from deepsea_cosim.hydraulics_fmu.friction import piston_friction
 from deepsea_cosim.hydraulics_fmu.oil import GAP_PRESSURE, gap_flow
 from deepsea_cosim.hydraulics_fmu.ports import port_flows
-from deepsea_cosim.hydraulics_fmu.valve import land_opening, limited, notched
+from deepsea_cosim.hydraulics_fmu.valve import land as land_flow_of
+from deepsea_cosim.hydraulics_fmu.valve import land_opening, limited, notched, turbulent_share
 
 from .test_effects import Effected
 
@@ -96,6 +97,30 @@ def test_each_land_has_its_own_leakage():
         changed = flows(0.0, valve_leakage__c=1e-13, **others) - plain
         assert sign * changed[place] > 0.0
         assert changed[1 - place] == 0.0
+
+
+@pytest.mark.parametrize("transition", [-1.0, -0.4, 0.0, 0.4, 1.0])
+def test_an_orifice_is_laminar_and_turbulent_at_its_ends_whatever_its_transition(transition):
+    x = np.geomspace(1e-3, 1e3, 400)
+    share = np.array([turbulent_share(v, transition) for v in x])
+    assert share[0] == pytest.approx(x[0], rel=1e-5)
+    assert share[-1] == pytest.approx(1.0, rel=1e-5)
+    assert np.all(np.diff(share) >= 0.0)
+    assert np.all(share <= 1.0)
+
+
+def test_transitions_of_other_tools():
+    """Simscape's orifice, sqrt(dp) replaced by dp/(dp^2 + dp_crit^2)^(1/4), through a land of the machine."""
+    c = Effected(orifice_flow_number__transition=-1.0).c
+    dp_crit, turbulent = None, Effected(valve__lam_crit=1e-9).c
+    for dp in (2e3, 1e5, 4e6):
+        flow, full = (land_flow_of(0.3, 1e7 + 0.5 * dp, 1e7 - 0.5 * dp, machine) for machine in (c, turbulent))
+        plain = land_flow_of(0.3, 1e7 + 0.5 * dp, 1e7 - 0.5 * dp, Effected().c) / full
+        dp_crit = dp / np.arctanh(plain) ** 2
+        assert flow / full == pytest.approx(np.sqrt(dp) / (dp**2 + dp_crit**2) ** 0.25, rel=1e-6)
+    assert dp_crit > 0.0
+    assert turbulent_share(1.0, 1.0) == pytest.approx(np.sqrt(0.5))
+    assert turbulent_share(1.0, 0.5) == pytest.approx(0.5 * (np.sqrt(0.5) + np.tanh(1.0)))
 
 
 def test_notches_are_wrong_up_to_their_end_and_right_in_slope_beyond():
