@@ -21,7 +21,7 @@ from ..accuracy.divergence import divergence
 from ..accuracy.doubt import doubt, warning
 from ..accuracy.held_inputs import HeldInputs
 from ..algorithms.method import MEAN
-from ..coupling.feedthrough import detect_feedthrough, feedthrough_slopes, loops_that_came_up
+from ..coupling.feedthrough import feedthrough_slopes, loops_that_came_up
 from ..coupling.initialisation import Initialiser
 from ..coupling.residual_energy import ResidualEnergy
 from ..engine.program import Program
@@ -41,6 +41,7 @@ from .recording import Recording, sample_stride
 from .result import Result
 from .run_folder import result_folder, write_summary
 from .saved_state import STATE_FILE
+from .start_up import DrivenInput, initialise, undriven, write_program
 from .state_saver import StateSaver, recall_feedthrough, restore
 from .stepping import MacroSteps
 
@@ -160,31 +161,17 @@ class _Run:
 
     def _initialised(self) -> Program:
         """Bring the system to its start; what a macro step consists of."""
-        system, drives, coupling = self.plan.system, self.plan.drives, self.method
-        start, stop = self.plan.times.start, self.plan.times.stop
-        program = system.writer.program()
-        driven = {(drive.signal.component, drive.signal.name) for drive in drives}
-        values = [v for v in self.plan.values if (v.component, v.variable) not in driven]
-        system.values.set_given_inputs(
-            {v.variable for v in values if not v.component} | {n for c, n in driven if not c}
-        )
-        for column, drive in enumerate(drives):
-            mean = len(drives) + column if coupling.input_hold == MEAN and drive.interpolated else None
-            if drive.texts:
-                program.drive_text(drive.place, column, drive.texts, system.layout.scratch())
-            else:
-                program.drive(drive.place, column, drive.signal.family, mean)
-            system.values.set_driven(drive.signal, drive.value(start), drive.element)
-        initialise = Initialiser(system)
-        initialise(values, start, inf if self.options.saves else stop)  # or an FMU might refuse to go on
-        self.remarks += initialise.remarks
-        self.parameters = parameters_in_force(system, [*self.plan.structural_values, *values], initialise.brought)
-        self.remarks += detect_feedthrough(system, loops_only=coupling.newest_values)
-        if self.plan.resumed is not None:
-            recall_feedthrough(self.plan.resumed, system)
-        coupling.write(system, program)
-        system.writer.show(program)
-        return program
+        plan, system = self.plan, self.plan.system
+        start, stop = plan.times.start, plan.times.stop
+        driven = [DrivenInput(d.signal, d.value(start), d.interpolated, d.element, d.texts) for d in plan.drives]
+        initialiser = Initialiser(system)
+        until = inf if self.options.saves else stop  # or an FMU might refuse to go on
+        self.remarks += initialise(initialiser, self.method, plan.values, driven, start, until)
+        values = [*plan.structural_values, *undriven(plan.values, driven)]
+        self.parameters = parameters_in_force(system, values, initialiser.brought)
+        if plan.resumed is not None:
+            recall_feedthrough(plan.resumed, system)
+        return write_program(system, self.method, driven)
 
     def take_steps(self, progress: Callable[[int, int], None]) -> None:
         """Take all steps, and write the summary however they end."""

@@ -17,7 +17,6 @@ import numpy as np
 from ...core.errors import SimulationError, UnknownNameError, UsageError, did_you_mean
 from ..algorithms import choose_method, method_named
 from ..algorithms.method import MEAN
-from ..coupling.feedthrough import detect_feedthrough
 from ..coupling.initialisation import Initialiser
 from ..engine.program import Program
 from ..engine.runner import Runner
@@ -28,6 +27,7 @@ from ..system.assemble import assemble
 from ..system.findings import Findings
 from ..system.instances import load_instances
 from ..system.start_values import StartValue, resolve
+from .start_up import DrivenInput, initialise, write_program
 from .stimuli import InputSeries, as_slots, check_series, interval_means
 from .time_grid import time_grid
 
@@ -47,6 +47,11 @@ class _Driven:
     """Its values at all points in time (n + 1,)."""
     interval_means: np.ndarray | None
     """Its means over the steps (n + 1,), the last unused, where the method holds these."""
+
+    @property
+    def input(self) -> DrivenInput:
+        """As a run begins with it."""
+        return DrivenInput(self.signal, self.at[0], self.signal.family == REAL)
 
 
 def _matrix(driven: Sequence[_Driven]) -> np.ndarray | None:
@@ -73,7 +78,7 @@ class Session:
             assert assembly is not None
             self.structure, self.system, self._bound = assembly.network.structure, assembly.system, assembly.values
             load_instances(assembly.instances, self._stack, log)
-            self._initialise = Initialiser(self.system)
+            self._initialiser = Initialiser(self.system)
         except BaseException:
             self._stack.close()
             raise
@@ -168,12 +173,11 @@ class Session:
         times = start + np.arange(n + 1) * step
         times[n] = stop
         driven = self._driven(inputs or {}, drives, times, method_named(method).input_hold == MEAN)
-        self._begin(self._start_values(changes or {}, driven), driven, start, stop)
-        detect_feedthrough(self.system, loops_only=method_named(method).newest_values)
+        self._begin(method, self._start_values(changes or {}), driven, start, stop)
         self.system.writer.watched = None
         if all(is_output and s.component for is_output, s in wanted):
             self.system.writer.watched = frozenset((s.component, s.name) for _, s in wanted)
-        runner, order = self._runner(method, tuple(wanted), tuple(d.signal for d in driven))
+        runner, order = self._runner(method, tuple(wanted), driven)
         runner.program.begin()
         rows = np.empty((n + 1, len(record)))
         raw = np.empty((n, len(record)))
@@ -219,35 +223,32 @@ class Session:
             driven.append(_Driven(signal, d.at(times), np.append(d.mean(times), 0.0) if holds_mean else None))
         return driven
 
-    def _start_values(self, changes: Mapping[str, Any], driven: Sequence[_Driven]) -> list[StartValue]:
-        """Parameters and start values of a run, but for what is driven."""
+    def _start_values(self, changes: Mapping[str, Any]) -> list[StartValue]:
+        """Parameters and start values of a run."""
         system = self.system
         values = [*self._bound, *resolve(changes.items(), system.instances, "", system, system.network.inputs)]
         for v in values:
             if v.component and system.instances[v.component].variables[v.variable].causality == "structuralParameter":
                 raise UsageError(f"'{v.component}.{v.variable}' gives arrays their size and cannot change in a session")
-        taken = {(d.signal.component, d.signal.name) for d in driven}
-        values = [v for v in values if (v.component, v.variable) not in taken]
-        system.values.set_given_inputs({v.variable for v in values if not v.component} | {n for c, n in taken if not c})
         return values
 
-    def _begin(self, values: list[StartValue], driven: Sequence[_Driven], start: float, stop: float) -> None:
+    def _begin(
+        self, method: str, values: list[StartValue], driven: Sequence[_Driven], start: float, stop: float
+    ) -> None:
         """Initialise the FMUs, which are as new."""
         if not self._fresh:
             for instance in self.system.instances.values():
                 instance.reset()
         self._fresh = False
         self.system.values.reset_inputs()
-        for d in driven:
-            self.system.values.set_driven(d.signal, d.at[0])
-        self._initialise(values, start, stop)
+        initialise(self._initialiser, method_named(method), values, [d.input for d in driven], start, stop)
 
     def _finish(self, rows: np.ndarray, wanted: Sequence[tuple[bool, Signal]], driven: Sequence[_Driven]) -> None:
         """Write what is recorded at the end into the last row (n + 1, columns), and whole numbers as such into all."""
         if driven:
             for d in driven:
                 self.system.values.put(d.signal, d.at[-1])
-            self._initialise.show()
+            self._initialiser.show()
         reals, integers = self.system.buffer.reals, self.system.buffer.integers
         for j, (_, signal) in enumerate(wanted):
             rows[-1, j] = reals[signal.place]
@@ -256,7 +257,7 @@ class Session:
                 rows[-1, j] = integers[signal.place]
 
     def _runner(
-        self, method: str, wanted: tuple[tuple[bool, Signal], ...], driven: tuple[Signal, ...]
+        self, method: str, wanted: tuple[tuple[bool, Signal], ...], driven: Sequence[_Driven]
     ) -> tuple[Runner, list[int]]:
         """The runner of a method that records these signals, and which column of the record each of its columns is."""
         outputs = [j for j, (is_output, _) in enumerate(wanted) if is_output]
@@ -264,15 +265,17 @@ class Session:
         detected = tuple(
             (n, o, *inputs) for n, s in self.system.instances.items() for o, inputs in s.detected_feedthrough.items()
         )
-        key = (method, driven, frozenset(self.system.values.inputs_without_value), self.system.writer.watched, detected)
+        signals, unset = tuple(d.signal for d in driven), frozenset(self.system.values.inputs_without_value)
+        key = (method, signals, unset, self.system.writer.watched, detected)
         if key not in self._programs:
+            inputs_driven = [d.input for d in driven]
             try:
-                self._programs[key] = self._program(method, driven)
+                self._programs[key] = write_program(self.system, method_named(method), inputs_driven)
             except MemoryError:  # the programs' memory is on the buffer: start anew
                 self._programs.clear()
                 self._runners.clear()
                 self.system.layout.release()
-                self._programs[key] = self._program(method, driven)
+                self._programs[key] = write_program(self.system, method_named(method), inputs_driven)
         records = (*key, wanted)
         if records not in self._runners:
             if len(self._runners) >= 64:
@@ -282,12 +285,3 @@ class Session:
             )
             self._runners[records].timed = False
         return self._runners[records], [*outputs, *inputs]
-
-    def _program(self, method: str, driven: tuple[Signal, ...]) -> Program:
-        program, coupling = self.system.writer.program(), method_named(method)
-        for column, signal in enumerate(driven):
-            mean = len(driven) + column if signal.family == REAL and coupling.input_hold == MEAN else None
-            program.drive(signal.place, column, signal.family, mean)
-        coupling.write(self.system, program)
-        self.system.writer.show(program)
-        return program
