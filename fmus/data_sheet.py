@@ -20,6 +20,7 @@ from pathlib import Path
 from typing import Any
 
 from ..core.errors import CosimError, PackageError, UsageError
+from ..core.sea import GRAVITY
 from ..core.toml_tables import Tables
 from ..core.unit_names import named
 from ..core.units import conversion, unit
@@ -405,7 +406,7 @@ def scales(machine: Machine) -> dict[str, float]:
 
 def _weight(arm: dict[str, float]) -> float:
     """Weight [N] of an arm's load and beam, about: the beam's as in air."""
-    return arm["load_weight"] + 9.81 * arm["beam_mass"]
+    return arm["load_weight"] + GRAVITY * arm["beam_mass"]
 
 
 def scaled_catalogue(text: str, factors: dict[str, float]) -> str:

@@ -32,20 +32,26 @@ def drop_effects(
     """Hypotheses without one of their effects each, fitted side by side, to the end where that may come near them; None
     where the model does not run."""
     levels = [h.fit.rms for h, _ in removals]
-    fitted = _fit_without(problem, removals, levels, nuisance_jacobian)
+    predicted = _predicted(problem, removals, nuisance_jacobian)
+    fitted = _fit_without(problem, removals, predicted, levels, nuisance_jacobian)
     behind = [
-        k for k, ((h, dropped), f) in enumerate(zip(removals, fitted, strict=True))
-        if f is not None and falls_behind(problem, f, h, dropped, nuisance_jacobian)
+        k for k, (f, expected) in enumerate(zip(fitted, predicted, strict=True))
+        if f is not None and falls_behind(problem, f, expected)
     ]  # fmt: skip
     if not behind or problem.stop_requested:
         return fitted
     squeezed = _squeeze_out(problem, [removals[k] for k in behind], nuisance_jacobian)
-    refits = _fit_without(problem, squeezed, [levels[k] for k in behind], nuisance_jacobian)
+    predicted = _predicted(problem, squeezed, nuisance_jacobian)
+    refits = _fit_without(problem, squeezed, predicted, [levels[k] for k in behind], nuisance_jacobian)
     for k, again in zip(behind, refits, strict=True):
         before = fitted[k]
         if again is not None and before is not None and again.penalised_deviance < before.penalised_deviance:
             fitted[k] = again
     return fitted
+
+
+def _predicted(problem: Problem, removals: Sequence[Removal], nuisance_jacobian: np.ndarray) -> list[Fit]:
+    return [predict_without(problem, h.fit, dropped.parameters, nuisance_jacobian) for h, dropped in removals]
 
 
 def predict_without(
@@ -73,20 +79,19 @@ def _follow(
     )  # fmt: skip
 
 
-def falls_behind(
-    problem: Problem, fitted: Hypothesis, h: Hypothesis, dropped: EffectCandidate, nuisance_jacobian: np.ndarray
-) -> bool:
+def falls_behind(problem: Problem, fitted: Hypothesis, predicted: Fit) -> bool:
     """Whether a fit without an effect has come less far than the derivatives where the effect was in foretell."""
-    predicted = replace(fitted, fit=predict_without(problem, h.fit, dropped.parameters, nuisance_jacobian))
-    return fitted.penalised_deviance > predicted.penalised_deviance + problem.settings.search.min_round_gain
+    expected = replace(fitted, fit=predicted).penalised_deviance
+    return fitted.penalised_deviance > expected + problem.settings.search.min_round_gain
 
 
 def _fit_without(
-    problem: Problem, removals: Sequence[Removal], levels: Sequence[float], nuisance_jacobian: np.ndarray
-) -> list[Hypothesis | None]:
+    problem: Problem, removals: Sequence[Removal], predicted: Sequence[Fit], levels: Sequence[float],
+    nuisance_jacobian: np.ndarray,
+) -> list[Hypothesis | None]:  # fmt: skip
     """The effects taken away at once; levels: the normalised RMS with them, near which a fit goes on to the end."""
     settings = problem.settings.search
-    fitted = fit_from(problem, _starts_without(problem, removals, nuisance_jacobian), nuisance_jacobian)
+    fitted = fit_from(problem, _starts_without(problem, removals, predicted, nuisance_jacobian), nuisance_jacobian)
     for near, rounds in ((True, settings.polish_rounds), (False, 0)):
         chosen = [
             (k, h) for k, h in enumerate(fitted)
@@ -98,14 +103,15 @@ def _fit_without(
     return fitted
 
 
-def _starts_without(problem: Problem, removals: Sequence[Removal], nuisance_jacobian: np.ndarray) -> list[FitStart]:
+def _starts_without(
+    problem: Problem, removals: Sequence[Removal], predicted: Sequence[Fit], nuisance_jacobian: np.ndarray
+) -> list[FitStart]:
     """Where hypotheses stand without an effect each: with all else as it is, or where the derivatives say that all else
     goes, whichever leaves less: from the former alone no quick fit may come back."""
     choices = []
-    for h, dropped in removals:
+    for (h, dropped), moved in zip(removals, predicted, strict=True):
         candidates, point = tuple(c for c in h.candidates if c is not dropped), point_with(h.fit.point, dropped, {})
-        moved = predict_without(problem, h.fit, dropped.parameters, nuisance_jacobian).point
-        choices.append([FitStart(candidates, at, h.fit.correction, h.fit) for at in (point, {**point, **moved})])
+        choices.append([FitStart(candidates, at, h.fit.correction, h.fit) for at in (point, {**point, **moved.point})])
     return _nearest_starts(problem, choices, nuisance_jacobian)
 
 

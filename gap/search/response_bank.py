@@ -77,28 +77,20 @@ def evaluate_in_batches(problem: Problem, points: Sequence[Point]) -> Iterable[n
         yield from problem.evaluate(points[k : k + step])
 
 
-def build_bank(
-    problem: Problem, point: Point, coarse: np.ndarray, correction: np.ndarray,
-    candidates: Sequence[EffectCandidate] = (),
-) -> ResponseBank:  # fmt: skip
-    """The bank at a point that has some effects, each other one at its usual size and at a second one.
-
-    coarse: the prediction there (n,) at the long step; correction: exact runs less that.
-    """
-    return complete_bank(problem, bank_of_usual_sizes(problem, point, coarse, correction, candidates))
-
-
 def bank_of_usual_sizes(
     problem: Problem, point: Point, coarse: np.ndarray, correction: np.ndarray,
     candidates: Sequence[EffectCandidate] = (),
 ) -> ResponseBank:  # fmt: skip
-    """The same with each effect at its usual size only, a sensor's at all."""
+    """The bank at a point that has some effects, each other one at its usual size only, a sensor's at all.
+
+    coarse: the prediction there (n,) at the long step; correction: exact runs less that.
+    """
     bank = begin_bank(problem, point, coarse, correction, candidates)
     return add_responses(problem, bank, _first_variants(problem, bank))
 
 
 def complete_bank(problem: Problem, bank: ResponseBank) -> ResponseBank:
-    """A bank of usual sizes with the second ones."""
+    """A bank of usual sizes with the second ones, and all sizes of what has shown nothing."""
     first = _first_variants(problem, bank)
     second = _second_variants(problem, bank, first)
     bank = add_responses(problem, bank, second)

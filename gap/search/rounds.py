@@ -13,7 +13,7 @@ from ..problem.problem import Problem
 from ..selection.hypothesis import Hypothesis, is_adequate
 from ..settings import SCORING
 from .polish import polish
-from .removal import drop_effects, falls_behind
+from .removal import drop_effects, falls_behind, predict_without
 from .response_bank import ResponseBank, bank_of_usual_sizes, complete_bank
 from .sets import Proposal, propose_sets, shares_alone
 from .starts import fit_proposals
@@ -226,6 +226,7 @@ def _refit_baseline(
     if single is None or problem.stop_requested:
         return []
     (effect,) = single.candidates
-    if not falls_behind(problem, baseline, single, effect, nuisance_jacobian):
+    predicted = predict_without(problem, single.fit, effect.parameters, nuisance_jacobian)
+    if not falls_behind(problem, baseline, predicted):
         return []
     return [h for h in drop_effects(problem, [(single, effect)], nuisance_jacobian) if h is not None]

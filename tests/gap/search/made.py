@@ -6,10 +6,12 @@ from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
 
 import numpy as np
+from deepsea_cosim.gap.estimation.fit import Fit
 from deepsea_cosim.gap.estimation.linear import profile_nuisances
 from deepsea_cosim.gap.estimation.nuisances import nuisance_jacobian_at
 from deepsea_cosim.gap.problem.parameters import EffectCandidate, EstimatedParameter, Point
 from deepsea_cosim.gap.search.baseline import simulate_nominal
+from deepsea_cosim.gap.search.response_bank import ResponseBank, bank_of_usual_sizes, complete_bank
 from deepsea_cosim.gap.search.rounds import Round, search_round
 from deepsea_cosim.gap.selection.hypothesis import Hypothesis
 
@@ -71,3 +73,18 @@ def start(p: FormulaProblem, nuisance_jacobian: np.ndarray, candidates: Sequence
         nuisances=q, correction=exact - coarse, jacobian=np.zeros((len(exact), len(u))),
     )  # fmt: skip
     return Hypothesis(tuple(candidates), fit)
+
+
+LINEAR = {name: (lambda u: 0.1 * u) for name in ("p", "q")}
+P, Q = effect("p"), effect("q")
+"""Two effects that act in proportion to their size."""
+
+
+def bank_at(p: FormulaProblem, fit: Fit) -> ResponseBank:
+    """The whole bank at a fit that has no effects."""
+    return complete_bank(p, bank_of_usual_sizes(p, fit.point, fit.model - fit.correction, fit.correction))
+
+
+def moved(p: FormulaProblem, calls: Sequence[int]) -> list[int]:
+    """How many runs each of these calls for derivatives had: those with a point for every parameter."""
+    return [n for n in calls if n >= len(p.base) + 1]

@@ -9,7 +9,6 @@ import pytest
 from deepsea_cosim.gap.problem.parameters import EstimatedParameter
 from deepsea_cosim.gap.search.baseline import simulate_nominal
 from deepsea_cosim.gap.search.polish import polish
-from deepsea_cosim.gap.search.response_bank import build_bank
 from deepsea_cosim.gap.search.sets import Proposal
 from deepsea_cosim.gap.search.starts import FitStart, fit_proposals, hypotheses_at
 from deepsea_cosim.gap.selection.hypothesis import Hypothesis, penalised_deviance
@@ -17,10 +16,7 @@ from scipy.optimize import lsq_linear, minimize
 
 from tests.gap.formula import FormulaProblem, at_any_step, measured
 
-from .made import BASE, T, effect, moving, pitch, posed, start
-
-LINEAR = {name: (lambda u: 0.1 * u) for name in ("p", "q")}
-P, Q = effect("p"), effect("q")
+from .made import BASE, LINEAR, P, Q, T, bank_at, effect, moved, moving, pitch, posed, start
 
 
 def cost_at(p, nuisance_jacobian, parameters, u):
@@ -75,7 +71,7 @@ def test_proposals_are_fitted_side_by_side_and_those_that_do_not_run_are_left_ou
     truth = {"a": 0.4, "p": 0.8, "q": -0.6}
     p, nuisance_jacobian = posed(moving(LINEAR), truth, [P, Q])
     fit = simulate_nominal(p, nuisance_jacobian).fit
-    bank = build_bank(p, fit.point, fit.model - fit.correction, fit.correction)
+    bank = bank_at(p, fit)
     stops = replace(p, model=at_any_step(lambda x: None if x.get("p", 0.0) > 2.0 else moving(LINEAR)(x)), asked=[])
     proposals = [
         Proposal((P, Q), {"a": 0.0, "p": 1.0, "q": -0.3}, 0.0), Proposal((P,), {"a": 0.0, "p": 3.0}, 0.0),
@@ -103,11 +99,6 @@ def test_runs_of_a_polish_are_exact():
     assert found.fit.point["p"] == pytest.approx(0.7, abs=0.03)
     assert found.fit.correction == pytest.approx(-0.09 * np.cos(T))
     assert found.fit.rms == pytest.approx(1.0, abs=0.1)
-
-
-def moved(p, calls):
-    """How many runs each of these calls for derivatives had: those with a point for every parameter."""
-    return [n for n in calls if n >= len(p.base) + 1]
 
 
 def test_derivatives_are_taken_anew_after_a_look_that_gained_much_only():
@@ -166,7 +157,7 @@ def test_shapes_are_fitted_with_their_effect():
 
     p, nuisance_jacobian = posed(machine, {"d": 0.8, "d.v": 0.9}, [droop], ())
     fit = simulate_nominal(p, nuisance_jacobian).fit
-    bank = build_bank(p, fit.point, fit.model - fit.correction, fit.correction)
+    bank = bank_at(p, fit)
     assert {x.shape for x in bank.responses} == {(-0.5,), (0.5,)}
     (found,) = fit_proposals(p, bank, [Proposal((droop,), {"d": 0.9, "d.v": 0.5}, 0.0)], nuisance_jacobian, 8)
     (found,) = polish(p, [found], nuisance_jacobian, 3)

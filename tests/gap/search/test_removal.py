@@ -11,8 +11,7 @@ from deepsea_cosim.gap.search.removal import drop_effects
 
 from tests.gap.formula import at_any_step
 
-from .made import T, effect, moving, posed, start
-from .test_polish import LINEAR, P, Q, moved
+from .made import LINEAR, P, Q, T, effect, moved, moving, posed, start
 
 
 def test_without_an_effect_the_others_begin_where_the_derivatives_say_that_they_go():

@@ -9,14 +9,14 @@ import numpy as np
 import pytest
 from deepsea_cosim.gap.problem.parameters import EstimatedParameter
 from deepsea_cosim.gap.search.baseline import simulate_nominal
-from deepsea_cosim.gap.search.response_bank import Response, ResponseBank, build_bank
+from deepsea_cosim.gap.search.response_bank import Response, ResponseBank
 from deepsea_cosim.gap.search.sets import ProjectedBank, propose_sets, shares_alone
 from deepsea_cosim.gap.settings import SCORING
 from scipy.optimize import lsq_linear
 
 from tests.gap.formula import FormulaProblem, at_any_step, one_channel
 
-from .made import BASE, T, effect, moving, pitch, posed
+from .made import BASE, T, bank_at, effect, moving, pitch, posed
 
 N, DISPERSION, NOISE = 120, 2.5, 0.3
 
@@ -89,7 +89,7 @@ def test_an_effect_that_is_taken_away_earns_its_price():
 def bank_of(machine, truth, candidates):
     p, nuisance_jacobian = posed(machine, truth, candidates)
     fit = simulate_nominal(p, nuisance_jacobian).fit
-    return p, nuisance_jacobian, build_bank(p, fit.point, fit.model - fit.correction, fit.correction)
+    return p, nuisance_jacobian, bank_at(p, fit)
 
 
 LINEAR = {name: (lambda u: 0.1 * u) for name in ("p", "q", "r", "s")}
