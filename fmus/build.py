@@ -19,7 +19,8 @@ import sysconfig
 import tempfile
 import uuid
 import zipfile
-from collections.abc import Callable, Iterable, Mapping
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
 from importlib import metadata
 from pathlib import Path
@@ -351,13 +352,21 @@ def _add_front(
         say("there is no front library here (no C compiler, or not Linux): faults will be fmi2Fatal")
 
 
+def build_fmus(
+    models: Sequence[Model], folder: Path, say: Callable[[str], None] = lambda text: None, way: Way | None = None
+) -> Iterator[Path]:
+    """`build_fmu` of each, side by side, for the kernels of each are compiled in a process of its own."""
+    with ThreadPoolExecutor(max(1, min(len(models), os.cpu_count() or 1))) as pool:
+        yield from pool.map(lambda model: build_fmu(model, folder, say, way), models)
+
+
 def build(folder: Path, say: Callable[[str], None] = lambda text: None, way: Way | None = None) -> list[Path]:
     """Build all FMUs and all scenarios into `folder`; `say` gets a line per file. Returns the files."""
     make_folder(folder)
     made = []
-    for model in MODELS:
-        made.append(build_fmu(model, folder, say, way))
-        say(f"{made[-1]}  {made[-1].stat().st_size / 1024:.0f} kB")
+    for path in build_fmus(MODELS, folder, say, way):
+        made.append(path)
+        say(f"{path}  {path.stat().st_size / 1024:.0f} kB")
     fmus = {f"resources/{path.name}": path for path in made}
     for name in SYSTEMS:
         system = system_folder(name)

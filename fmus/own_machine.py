@@ -13,7 +13,7 @@ from ..core.variables import VariableTable
 from ..hydraulics_fmu.variables import HYDRAULICS
 from ..mechanics.variables import ARM
 from ..ssp import packer
-from .build import MODELS, Way, build_fmu, system_folder
+from .build import MODELS, Way, build_fmus, system_folder
 from .data_sheet import Machine, kilometres, read, scaled_catalogue, scales
 
 HEAD = """<?xml version="1.0" encoding="UTF-8"?>
@@ -49,14 +49,12 @@ def build_machine(
     make_folder(folder)
     system = system_folder("deepsea")
     with tempfile.TemporaryDirectory() as place:
-        scratch, fmus = Path(place), {}
-        for model in (m for m in MODELS if m.name != "DeepseaSupply"):
-            there = folder / f"{model.name}.fmu"
-            if way is None and there.is_file() and is_ours(there, model):
-                fmus[f"resources/{model.name}.fmu"] = there
-            else:
-                fmus[f"resources/{model.name}.fmu"] = build_fmu(model, folder, say, way)
-                say(str(there))
+        scratch = Path(place)
+        needed = {folder / f"{model.name}.fmu": model for model in MODELS if model.name != "DeepseaSupply"}
+        fmus = {f"resources/{path.name}": path for path in needed}
+        old = [m for path, m in needed.items() if way is not None or not (path.is_file() and is_ours(path, m))]
+        for path in build_fmus(old, folder, say, way):
+            say(str(path))
         catalogue = scratch / "effects.toml"
         shipped = (system / "effects.toml").read_text(encoding="utf-8")
         catalogue.write_text(scaled_catalogue(shipped, scales(machine)), encoding="utf-8")
