@@ -9,6 +9,7 @@ integrators: scipy's LSODA moves both circuits, both arms and the supply at once
 from __future__ import annotations
 
 import sys
+from collections.abc import Mapping
 from itertools import pairwise
 from pathlib import Path
 
@@ -130,13 +131,17 @@ def monolith(values: dict[str, float], stop: float) -> np.ndarray:
     return np.array(rows)
 
 
-def errors(package: Path, stop: float = STOP, runs: tuple[tuple[str, float], ...] = RUNS) -> list[np.ndarray]:
-    """Largest differences (SIGNALS,) of each run of the package from the monolith."""
+def errors(
+    package: Path, stop: float = STOP, runs: tuple[tuple[str, float], ...] = RUNS,
+    changes: Mapping[str, float] | None = None,
+) -> list[np.ndarray]:  # fmt: skip
+    """Largest differences (SIGNALS,) of each run of the package, with these parameters changed, from the monolith."""
     made = []
     with Session(package) as session:
-        exact = monolith(session.values(), stop)
+        changed = dict(changes or {})
+        exact = monolith({**session.values(), **changed}, stop)
         for method, step in runs:
-            rows = np.array(session.run(SIGNALS, stop, step, {}, {}, method=method)[1])[:: round(ROW / step)]
+            rows = np.array(session.run(SIGNALS, stop, step, changed, method=method)[1])[:: round(ROW / step)]
             made.append(np.abs(rows[: len(exact)] - exact).max(axis=0))
     return made
 

@@ -54,6 +54,9 @@ class Job:
 ALARM = getattr(signal, "SIGALRM", 14)
 """The signal that ends a process whose run takes too long."""
 
+CONNECT_TIMEOUT = "10s"
+"""How long a Dask scheduler may take to answer."""
+
 
 @dataclass(frozen=True)
 class Failure:
@@ -192,7 +195,7 @@ def cluster(address: str | None) -> Iterator[Executor | None]:
         raise UsageError(f"--dask needs the extra 'distributed': {install('distributed')}") from None
     connect: Any = Client
     try:
-        client = connect(address, timeout="10s")
+        client = connect(address, timeout=CONNECT_TIMEOUT)
     except (OSError, ValueError) as error:
         raise UsageError(f"--dask {address}: no scheduler answers there ({error})") from None
     with client:

@@ -24,7 +24,8 @@ def splits(address: str, instances: Iterable[str]) -> list[tuple[str, str]]:
 def targets(address: str, instances: Mapping[str, FmuInstance], system: System | None = None) -> list[tuple[str, str]]:
     """(component, variable) of all that an address means: a bare name, every component's that has it to be set.
 
-    With `system`, the name of one of its own inputs means that input, of component ''.
+    A name that nothing has may be the end of one: 'target' is command.target where no other name ends so. With
+    `system`, the name of one of its own inputs means that input, of component ''.
     """
     if system is not None and address in system.system_inputs:
         return [("", address)]
@@ -33,7 +34,18 @@ def targets(address: str, instances: Mapping[str, FmuInstance], system: System |
     component, name = split(address, instances)
     if component:
         return [(component, name)]
-    return [(c, address) for c, instance in instances.items() if instance.settable(address)]
+    if exact := [(c, address) for c, instance in instances.items() if instance.settable(address)]:
+        return exact
+    ending = ending_in(address, instances)
+    return ending if len({name for _, name in ending}) == 1 else []
+
+
+def ending_in(end: str, instances: Mapping[str, FmuInstance]) -> list[tuple[str, str]]:
+    """(component, variable) of what can be set and has a name that ends in a dot and this."""
+    return [
+        (c, name) for c, instance in instances.items() for name in instance.variables
+        if name.endswith(f".{end}") and instance.settable(name)
+    ]  # fmt: skip
 
 
 def matches(name: str, pattern: str) -> bool:

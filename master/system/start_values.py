@@ -12,8 +12,9 @@ from ...ssp.flat_system import BoundParameter, FlatSystem, Hop
 from ...ssp.model import Table
 from ..engine.values import TEXT
 from ..slaves.base import FmuInstance
-from .addresses import targets
+from .addresses import ending_in, targets
 from .findings import Findings
+from .number_with_unit import in_unit_of
 from .sizes import Extent, check_sizes, stated
 from .system import System
 from .value_conversion import Quantity, converted, parsed, quantity_at
@@ -58,10 +59,24 @@ def resolve(
                 has = f"component '{component}' has no parameter '{name}'"
                 raise UnknownNameError(f"{where}: {has}{hint(name, instances, component)}")
             if component:
-                values.append(_checked(instances[component], name, value, where))
+                instance = instances[component]
+                given = in_unit_of(value, _of_instance(instance, name), _is_array(instance, name), where)
+                values.append(_checked(instance, name, given, where))
             elif system is not None:
-                values.append(_input_value(system, name, value, where))
+                quantity = system.quantities.input_quantity(name)
+                given = in_unit_of(value, quantity, system.system_inputs[name].size > 1, where)
+                values.append(_input_value(system, name, given, where))
     return values
+
+
+def _of_instance(instance: FmuInstance, name: str) -> Quantity:
+    """What an FMU says of its variable."""
+    kind, shown = instance.variables[name].type, f"'{instance.name}.{name}'"
+    return Quantity(kind, instance.unit(name), instance.items(name), shown, instance.relative(name))
+
+
+def _is_array(instance: FmuInstance, name: str) -> bool:
+    return bool(instance.variables[name].dimensions)
 
 
 def hint(name: str, instances: Mapping[str, FmuInstance], component: str = "", connectors: Iterable[str] = ()) -> str:
@@ -69,6 +84,9 @@ def hint(name: str, instances: Mapping[str, FmuInstance], component: str = "", c
 
     connectors: names of the system's own, which may be meant where no component is named.
     """
+    ending = [] if component else [f"'{c}.{n}'" for c, n in ending_in(name, instances)]
+    if len(ending) > 1:
+        return f"; it may be {first_few(ending, MAX_OWNERS)}"
     names = {c: [n for n in instance.variables if instance.settable(n)] for c, instance in instances.items()}
     everywhere = list(dict.fromkeys(n for of_component in names.values() for n in of_component))
     if component and name not in everywhere and (near := _nearest(name, names[component])):
@@ -114,10 +132,12 @@ def expanded(
                 named = next((table.entries for table in tables if table.kind == "Enumeration"), None)
                 known_items = target.items if named is None else None
                 if named is None and at is not None:
+                    as_is = at.unit is None and not any(hop.transformation for hop in hops)
+                    own, is_array = replace(at, unit=target.unit) if as_is else at, _is_array(instance, name)
                     at = replace(at, unit=None, items=at.items or known_items)
-                    parts = _parts(value, bool(instance.variables[name].dimensions) and at.family != TEXT)
+                    parts = _parts(in_unit_of(value, own, is_array, where), is_array and at.family != TEXT)
                     values = [parsed(part, at, at.shown, where) for part in parts]
-                    start = tuple(values) if len(values) > 1 or instance.variables[name].dimensions else values[0]
+                    start = tuple(values) if len(values) > 1 or is_array else values[0]
                 elif named is None:
                     start = instance.checked(name, value, where, limited=False)
                 elif (start := _item(hops, value)) not in {*named, *(target.items or {})}:  # mapped by its name

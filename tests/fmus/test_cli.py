@@ -21,6 +21,7 @@ def test_cross_check_fails_where_an_importer_does(built, tmp_path, capsys, monke
     def breaks(fmu, c, folder):
         raise OSError("no binary\nfor this platform")
 
+    monkeypatch.setattr(cross_check, "STOP", 0.1)
     absent = cross_check.Outcome(remark="not installed", absent=True)
     monkeypatch.setattr(cross_check, "IMPORTERS", {"FMPy": cross_check.through_fmpy, "other": lambda *_: absent})
     line = ["cross-check", str(built / "DeepseaArm.fmu"), "--out", str(tmp_path)]

@@ -16,6 +16,7 @@ import numpy as np
 import pandas as pd
 import pytest
 from deepsea_cosim.core.errors import CosimError, OutputError, UnknownNameError, UsageError
+from deepsea_cosim.master.parallel import pool
 from deepsea_cosim.master.parallel.pool import DIED, Pool
 from deepsea_cosim.master.simulation.session import Session
 from deepsea_cosim.study.cli import main
@@ -87,9 +88,9 @@ def test_a_crash_takes_its_own_case_only(doubled, tmp_path):
 def test_a_case_that_hangs_takes_its_own_time_only(doubled, tmp_path):
     """An FMU that never comes back from its step; the process ends, the others' cases go on."""
     begin = time.perf_counter()
-    found = run(doubled, tmp_path, "b.trouble=0,4", f"{GAIN}=1,2", limit=5.0)
-    assert [e["values"]["end"] for e in found[:2]] == pytest.approx([1.0, 2.0])
-    assert [e["failed"] for e in found[2:]] == ["it takes longer than 5 s"] * 2
+    found = run(doubled, tmp_path, "b.trouble=4,0", f"{GAIN}=1,2", limit=3.0)
+    assert [e["failed"] for e in found[:2]] == ["it takes longer than 3 s"] * 2
+    assert [e["values"]["end"] for e in found[2:]] == pytest.approx([1.0, 2.0])
     assert time.perf_counter() - begin < 60.0
 
 
@@ -242,7 +243,8 @@ def test_the_command_tells_what_came_out(doubled, tmp_path, capsys):
      ["--vary", "b.D[1,1]=1:2", "--sample", "lhs:3", "--seed", "-1"], ["--vary", "b.D[1,1]=1", "--case-time", "0"],
      ["--vary", "b.D[1,1]=1", "--case-time", "9", "--dask", "tcp://127.0.0.1:1"]],
 )  # fmt: skip
-def test_bad_arguments_are_one_line(doubled, tmp_path, capsys, arguments):
+def test_bad_arguments_are_one_line(doubled, tmp_path, capsys, arguments, monkeypatch):
+    monkeypatch.setattr(pool, "CONNECT_TIMEOUT", "1s")
     assert code(main, ["sweep", str(doubled), *arguments, "--out", str(tmp_path / "out")]) == 2
     told = capsys.readouterr().err.strip().splitlines()
     assert len(told) == 1
