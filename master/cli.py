@@ -6,15 +6,14 @@ import argparse
 import os
 import sys
 from collections.abc import Sequence
-from math import isnan
 from pathlib import Path
-from time import perf_counter
-from typing import TYPE_CHECKING, Any, NoReturn
+from typing import TYPE_CHECKING, NoReturn
 
 from ..core.cli import OneLineParser, add_version, end_with, exit_code, folder, positive, seconds
 from .algorithms import DEFAULT, NAMES
 
 if TYPE_CHECKING:
+    from ..core.display_units import DisplayUnits
     from ..core.errors import CosimError
     from .options import Options
     from .simulation.result import Result
@@ -34,11 +33,6 @@ EXAMPLES = """examples:
 exit codes: 0 done, 1 the simulation had to stop (what was recorded is kept), 2 bad input (or --check found errors),
 130 interrupted
 """
-
-SHOWN, FILLED = 30, 12
-"""Most signals in the table at the end: those that are connected, and what the system gives; and lines up to which it
-is filled with outputs that nobody reads."""
-
 
 def _substeps(text: str) -> tuple[str, int]:
     component, equals, ratio = text.rpartition("=")
@@ -149,77 +143,12 @@ def _add_results(results: argparse._ArgumentGroup) -> None:
         "--log-category", metavar="NAME", action="append", default=[],
         help="write notes of that category of the FMUs only, and switch it on; may be repeated",
     )  # fmt: skip
+    results.add_argument(
+        "--units", metavar="LIST",
+        help="what tables and plots show: metric, si, us, or units like mm,bar,L/min,deg (default: what your "
+        "units.toml says, else metric); files keep the FMUs' units",
+    )  # fmt: skip
     results.add_argument("--no-plot", action="store_true", help="do not draw overview.png")
-
-
-class _Progress:
-    """A progress bar that appears once a run takes longer than a second, on a terminal only."""
-
-    def __init__(self, quiet: bool):
-        self._quiet = quiet or not sys.stderr.isatty()
-        self._begin = perf_counter()
-        self._bar: Any = None
-
-    def __call__(self, done: int, total: int) -> None:
-        if self._quiet or (self._bar is None and (perf_counter() - self._begin < 1.0 or done == total)):
-            return
-        if self._bar is None:
-            from tqdm import tqdm
-
-            self._bar = tqdm(total=total, unit="step", unit_scale=True, leave=False)
-        self._bar.update(done - self._bar.n)
-        if done == total:
-            self._bar.close()
-
-
-def _table(summary: dict[str, Any], result: Any) -> str:
-    coupling = []
-    for bond in summary["coupling"]:
-        swing = f", omega h {bond['omega_h']:.2g}" if bond["omega_h"] is not None else ""
-        if bond["numerical_damping"] is not None:
-            swing += f", numerical damping {bond['numerical_damping']:+.1e}"
-        coupling.append(
-            f"  residual {bond['residual_energy_J']:.3g} J of {bond['exchanged_energy_J']:.4g} J exchanged "
-            f"({100 * bond['relative']:.2g} %){swing}  {bond['bond']}"
-        )
-    fmus = ", ".join(f"{name} {seconds:.2f} s" for name, seconds in summary["fmu_time_s"].items())
-    if "step_check" in summary:
-        from .accuracy.step_error import worst
-
-        top = worst(summary["step_check"]["errors"])
-        if top is not None:
-            coupling.append(
-                f"  half the step: greatest estimated error {top[1]['relative']:.1e} of its range, {top[0]} "
-                f"({top[1]['error']:.2g} {result.units.get(top[0], '')})".rstrip()
-            )
-        if (hint := summary["step_check"].get("advice")) is not None:
-            coupling.append(
-                f"  largest coupling error: input {hint['input']}, off from {hint['source']} by up to "
-                f"{hint['off']:.1e} of its range; --method {hint['method']} --step {hint['step']:.3g} would halve it, "
-                f"in {hint['cost']:.2g} x the steps"
-            )
-    if not coupling and result.connected:
-        coupling.append("  no power bond found: nothing says how much error the coupling makes, but --check-step does")
-    lines = [
-        f"{Path(summary['package']).stem}: {summary['stop_time_s'] - summary['start_time_s']:g} s in "
-        f"{summary['steps']} steps of {summary['step_s']:g} s, {summary['method']}",
-        f"  wall time {summary['wall_time_s']:.2f} s ({summary['real_time_factor']:.1f} x real time) after "
-        f"{summary['setup_time_s']:.2f} s of set-up; {fmus}",
-        *coupling,
-        "",
-        f"  {'signal':<28}{'unit':>7}{'start':>13}{'least':>13}{'greatest':>13}{'end':>13}",
-    ]
-    places = {name: i for i, name in enumerate(result.names)}
-    shown = dict.fromkeys((*result.connected, *result.system_outputs))
-    other_outputs = [name for name in result.outputs if name not in shown and "[" not in name]
-    numbers = [name for name in (*shown, *other_outputs) if not isnan(result.extremes[0][places[name]])]
-    count = min(SHOWN, max(FILLED, len(shown)))
-    for name in numbers[:count]:
-        values = "".join(f"{row[places[name]]:>13.6g}" for row in result.extremes)
-        lines.append(f"  {name:<28}{result.units.get(name, ''):>7}{values}")
-    if len(numbers) > count:
-        lines.append(f"  and {len(numbers) - count} more signals")
-    return "\n".join(lines)
 
 
 def main(arguments: Sequence[str] | None = None) -> int:
@@ -255,7 +184,9 @@ def _look(options: argparse.Namespace, settings: Options) -> int:
 
 
 def _run(options: argparse.Namespace) -> int:
+    from ..core.display_units import display_units
     from ..core.errors import PackageError, UsageError
+    from .terminal import report
 
     try:
         exists = options.package.exists()
@@ -265,18 +196,16 @@ def _run(options: argparse.Namespace) -> int:
         raise PackageError(f"{options.package}: no such file")
     if None in options.parameters and not options.info:
         raise UsageError("--parameters: give a file, or --info to list the parameters in force")
-    settings = _settings(options)
+    settings, display = _settings(options), display_units(options.units)
     if options.check or options.info:
         return _look(options, settings)
     folder = options.out or Path("results") / options.package.stem
-    result, files = _simulate(options, settings, folder)
+    result, files = _simulate(options, settings, folder, display)
     if not options.quiet:
         for warning in result.summary["warnings"]:
             print(f"cosim-master: warning: {warning}", file=sys.stderr)
-        print(_table(result.summary, result))
-        print()
-        for name in files:
-            print(f"  {folder / name}")
+        print(report(result, display))
+        print(f"\n{folder}: {', '.join(files)}")
     return {"failed": 1, "interrupted": 130}.get(result.summary.get("step_check", {}).get("status"), 0)
 
 
@@ -312,16 +241,19 @@ def _settings(options: argparse.Namespace) -> Options:
     )
 
 
-def _simulate(options: argparse.Namespace, settings: Options, folder: Path) -> tuple[Result, list[str]]:
+def _simulate(
+    options: argparse.Namespace, settings: Options, folder: Path, display: DisplayUnits
+) -> tuple[Result, list[str]]:
     """The result of the run, and the names of the files that it has left in the folder."""
     from contextlib import ExitStack
 
     from .simulation.plot import Plotter
     from .simulation.run import run
+    from .terminal import Progress
 
     with ExitStack() as stack:
         plotter: list[Plotter] = []
-        show = _Progress(options.quiet)
+        show = Progress(options.quiet)
 
         def progress(done: int, total: int) -> None:
             if done == 0 and not options.no_plot:  # get ready while the simulation runs
@@ -333,7 +265,7 @@ def _simulate(options: argparse.Namespace, settings: Options, folder: Path) -> t
         files = [*filter(None, (options.results, options.log)), "summary.json", "manifest.json", *states]
         if plotter:
             title = f"{options.package.stem} ({result.summary['method']}, step {result.summary['step_s']:g} s)"
-            problem = plotter[0].draw(folder / "overview.png", title, result, options.plot)
+            problem = plotter[0].draw(folder / "overview.png", title, result, display, options.plot)
             if problem:
                 print(f"cosim-master: overview.png was not drawn: {problem}", file=sys.stderr)
             else:

@@ -8,16 +8,39 @@ from dataclasses import dataclass, field
 from lxml import etree
 
 from .document import SSC, SSD, Document, local
+from .model import AnswersAsked, AnswerSentence, AnswerValue
 
 STEP_ANNOTATION = "org.deepsea-cosim.master"
 """Annotation of DefaultExperiment: <Master stepSize="..." method="..."/> suggests the macro step [s] and the coupling,
 <Bond a="..." b="..."/> in it names two outputs whose product is a power."""
+
+ANSWERS_ANNOTATION = "org.deepsea-cosim.answers"
+"""Annotation of DefaultExperiment: <Answers> with <Value name="..." is="formula" unit="..."/> and
+<Say if="formula">text with {names}</Say> is what the package wants said after a run (master/simulation/answers.py)."""
+
+OURS = (STEP_ANNOTATION, ANSWERS_ANNOTATION)
 
 OTHER_STEPS = {"FixedStepMaster": "stepSize", "FixedStepAlgorithm": "baseStepSize"}
 """Elements in annotations of OMSimulator, Vico and the Open Simulation Platform, and where they tell the step."""
 
 STEP_HINT, HINT = "StepSizeHint", "value"
 """The element in a component's annotation by which OSP and Vico tell that component's own step, and where."""
+
+
+def answers_asked(document: Document, annotation: etree._Element) -> AnswersAsked:
+    """What an annotation of the type `ANSWERS_ANNOTATION` holds."""
+    values, sentences = [], []
+    for element in annotation.iterfind("{*}Answers/*"):
+        where = document.where(element)
+        if local(element) == "Value":
+            name, formula = document.name(element), document.name(element, "is")
+            values.append(AnswerValue(name, formula, element.get("unit", ""), where))
+        elif local(element) == "Say":
+            text = " ".join("".join(map(str, element.itertext())).split())
+            sentences.append(AnswerSentence(text, element.get("if", ""), where))
+        else:
+            raise document.error(element, f"<{local(element)}> is no part of <Answers>: expected <Value> or <Say>")
+    return AnswersAsked(tuple(values), tuple(sentences))
 
 
 def step_of_others(document: Document, owners: Iterable[etree._Element]) -> float | None:
@@ -52,7 +75,7 @@ class Unused:
         """Look through a file's elements."""
         for annotation in root.iter(f"{SSC}Annotation"):
             unread = [local(e) for e in annotation if not any(_used(part) for part in e.iter())]
-            if annotation.get("type") != STEP_ANNOTATION and (unread or not len(annotation)):
+            if annotation.get("type") not in OURS and (unread or not len(annotation)):
                 names = f" ({', '.join(dict.fromkeys(unread))})" if unread else ""
                 self.places.setdefault(f"{annotation.get('type', '')}{names}", {})[document.where(annotation)] = None
 

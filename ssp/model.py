@@ -203,6 +203,35 @@ class Metadata:
 
 
 @dataclass(frozen=True)
+class AnswerValue:
+    """A number that a package wants computed after a run: a formula of its signals and parameters."""
+
+    name: str
+    formula: str
+    unit: str
+    """Of the number; empty where it has none."""
+    where: str
+
+
+@dataclass(frozen=True)
+class AnswerSentence:
+    """What it wants said: a text with {names of values}, told where its condition, a formula, holds."""
+
+    text: str
+    condition: str
+    """Empty: always."""
+    where: str
+
+
+@dataclass(frozen=True)
+class AnswersAsked:
+    """What a package wants said after a run of it."""
+
+    values: tuple[AnswerValue, ...] = ()
+    sentences: tuple[AnswerSentence, ...] = ()
+
+
+@dataclass(frozen=True)
 class SystemStructure:
     """A system structure description: the root system and how it is meant to be run."""
 
@@ -227,3 +256,4 @@ class SystemStructure:
     metadata: tuple[Metadata, ...] = ()
     notes: tuple[str, ...] = ()
     """What it asks for that is done in another way than it says."""
+    answers: AnswersAsked = field(default_factory=AnswersAsked)

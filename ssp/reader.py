@@ -12,11 +12,12 @@ from lxml import etree
 
 from ..core.errors import PackageError, UsageError, did_you_mean
 from ..core.units import conversion
-from .annotations import STEP_ANNOTATION, Unused, step_hint, step_of_others
+from .annotations import ANSWERS_ANNOTATION, STEP_ANNOTATION, Unused, answers_asked, step_hint, step_of_others
 from .archive import UnpackLimits, extract
 from .document import SSB, SSC, SSD, Document, local, version, violations
 from .metadata import read_metadata
 from .model import (
+    AnswersAsked,
     Component,
     Connection,
     Connector,
@@ -185,6 +186,7 @@ class _Reader:
         experiment = document.child(root, f"{SSD}DefaultExperiment")
         start = stop = step = method = None
         bonds: list[tuple[str, str]] = []
+        answers = AnswersAsked()
         if experiment is not None:
             start, stop = document.number(experiment, "startTime"), document.number(experiment, "stopTime")
             for annotation in experiment.iterfind(f"{SSD}Annotations/{SSC}Annotation"):
@@ -192,6 +194,8 @@ class _Reader:
                     step, method = document.number(annotation[0], "stepSize"), annotation[0].get("method")
                     for bond in annotation[0]:
                         bonds.append((document.name(bond, "a"), document.name(bond, "b")))
+                elif annotation.get("type") == ANSWERS_ANNOTATION:
+                    answers = answers_asked(document, annotation)
         if step is None and experiment is not None:  # the schema has none there, but some tools do
             step = document.number(experiment, "stepSize")
         if step is None:
@@ -199,7 +203,7 @@ class _Reader:
         title = system.name or root.get("name") or "system"
         return SystemStructure(
             title, of, self.folder / name, system, start or 0.0, stop, step, (name,), tuple(bonds), tuple(self.remarks),
-            method, self.unused.lines(),
+            method, self.unused.lines(), answers=answers,
         )
 
     def system(self, document: Document, element: etree._Element, definitions: Definitions, level: int = 0) -> System:

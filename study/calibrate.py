@@ -26,11 +26,11 @@ from ..hydraulics_fmu.memory import new_memory, remembering
 from ..hydraulics_fmu.steady import steady_state
 from ..hydraulics_fmu.variables import HYDRAULICS
 from ..hydraulics_fmu.workspace import new_workspace
+from ..master.results.measures import reaches
 from ..mechanics.arm import Arm
 from ..mechanics.linkage import linkage
 from ..mechanics.variables import ARM
 from .paper.cases import STOP, T_DOWN, T_START, TARGET, TIMES, WITHIN
-from .sweep.metrics import reaches
 
 NAMES = ("beam_length", "rod_eye_radius", "theta0", "base_x", "base_y")
 PROTOTYPE = np.array([1.58, 0.216, 0.384, 0.304, -0.370])

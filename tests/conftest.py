@@ -38,6 +38,11 @@ def pytest_configure(config: pytest.Config) -> None:
         config.option.loadscopereorder = False
 
 
+def pytest_xdist_auto_num_workers(config: pytest.Config) -> int:
+    """One more than there are processors: some tests wait for what hangs, or for what another worker makes."""
+    return (os.cpu_count() or 1) + 1
+
+
 def made_once(factory: pytest.TempPathFactory, name: str, make: Callable[[Path], object]) -> Path:
     """A folder that `make` has filled; the workers of one test run share it, and the first of them makes it."""
     if "PYTEST_XDIST_WORKER" not in os.environ:

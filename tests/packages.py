@@ -105,13 +105,17 @@ def unit(name: str, space: str = "ssc", **base: object) -> str:
     return f'<ssc:Unit name="{name}"><ssc:BaseUnit{attributes(base)}/></ssc:Unit>'
 
 
-def description(root: str, version: str = "1.0", after: str = "", stop: float | None = 1.0, step: float = 0.1) -> str:
-    """A whole system structure description; `after` are enumerations and units."""
+def description(
+    root: str, version: str = "1.0", after: str = "", stop: float | None = 1.0, step: float = 0.1, answers: str = ""
+) -> str:
+    """A whole system structure description; `after` are enumerations and units, `answers` <Value> and <Say>."""
     experiment = ""
+    if answers:
+        answers = f'<ssc:Annotation type="org.deepsea-cosim.answers"><Answers>{answers}</Answers></ssc:Annotation>'
     if stop is not None:
         experiment = (
             f'<ssd:DefaultExperiment startTime="0" stopTime="{stop}"><ssd:Annotations><ssc:Annotation '
-            f'type="org.deepsea-cosim.master"><Master stepSize="{step}"/></ssc:Annotation></ssd:Annotations>'
+            f'type="org.deepsea-cosim.master"><Master stepSize="{step}"/></ssc:Annotation>{answers}</ssd:Annotations>'
             "</ssd:DefaultExperiment>"
         )
     return (

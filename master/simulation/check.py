@@ -21,7 +21,7 @@ from ..system.instances import mixed_libraries
 from ..system.start_values import StartValue, idle
 from ..system.system import System
 from . import stimuli
-from .plan import check_categories, check_coupling, check_options, check_saving, set_substeps, step_remarks
+from .plan import answers_of, check_categories, check_coupling, check_options, check_saving, set_substeps, step_remarks
 from .time_grid import TimeGrid, time_grid
 
 
@@ -94,6 +94,7 @@ def _run(
     if layout is not None:
         if_no_errors.attempt(layout.chosen, wanted.record)
         if_no_errors.attempt(layout.chosen, wanted.plot, "--plot")
+        findings.warnings += answers_of(assembly, layout)[1]
     method = if_no_errors.attempt(choose_method, wanted.method, assembly.network.structure.method)
     if method is not None:
         if_complete.attempt(check_coupling, system, method, wanted.isolate)

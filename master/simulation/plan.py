@@ -4,11 +4,12 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Mapping
 from contextlib import ExitStack
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 
 from ...core.errors import UsageError, did_you_mean, first_few
 from ...ssp.flat_system import FlatSystem
+from ...ssp.model import AnswersAsked
 from ..algorithms import check_method, choose_method, method_named
 from ..algorithms.method import Method
 from ..coupling.initialisation import parameter_order
@@ -22,13 +23,14 @@ from ..results.constants import chosen_parameters
 from ..slaves.base import FmuInstance
 from ..slaves.message_log import LEVELS
 from ..system.addresses import targets
-from ..system.assemble import assemble
+from ..system.assemble import Assembly, assemble
 from ..system.findings import Findings
 from ..system.instances import mixed_libraries, smallest_step
 from ..system.parameters import parameters_in_force
 from ..system.start_values import StartValue, idle
 from ..system.system import System
 from . import stimuli
+from .answers import sound
 from .interrupts import Interrupts
 from .run_folder import LOG_SUFFIXES
 from .saved_state import SavedState, read_state
@@ -60,6 +62,8 @@ class Plan:
     remarks: list[str]
     resumed: SavedState | None = None
     """What the run begins with, instead of the start."""
+    answers: AnswersAsked = field(default_factory=AnswersAsked)
+    """What the package wants said after it."""
 
     @property
     def steps_before(self) -> int:
@@ -111,6 +115,8 @@ def make_plan(package: Path, options: Options, stack: ExitStack, interrupt: Inte
         chosen_parameters(
             parameters_in_force(system, [*assembly.structural_values, *assembly.values]), options.record_parameters
         )
+    asked, unsound = answers_of(assembly, layout)
+    remarks += unsound
     drives = stimuli.read(options.stimuli, system) if options.stimuli is not None else []
     if options.stimuli is not None:
         remarks += stimuli.remarks(options.stimuli, drives, system, times.start, times.stop)
@@ -121,8 +127,17 @@ def make_plan(package: Path, options: Options, stack: ExitStack, interrupt: Inte
     bonds = check_coupling(system, name, options.isolate)
     return Plan(
         options, method, network, instances, system, assembly.values, assembly.structural_values, drives, layout,
-        recorded_columns, times, bonds, remarks, resumed,
+        recorded_columns, times, bonds, remarks, resumed, asked,
     )  # fmt: skip
+
+
+def answers_of(assembly: Assembly, layout: RecordLayout) -> tuple[AnswersAsked, list[str]]:
+    """What the package wants said after a run and can be; remarks on what cannot."""
+    asked = assembly.network.structure.answers
+    if not asked.values and not asked.sentences:
+        return asked, []
+    in_force = parameters_in_force(assembly.system, [*assembly.structural_values, *assembly.values])
+    return sound(asked, [*(c.name for c in layout.columns), *(p.address for p in in_force)])
 
 
 def check_options(options: Options) -> None:

@@ -18,6 +18,8 @@ from typing import TYPE_CHECKING, Any, BinaryIO
 
 import numpy as np
 
+from ...core.display_units import DisplayUnits
+
 if TYPE_CHECKING:
     from .result import Result
 
@@ -26,15 +28,6 @@ MAX_PANELS, MAX_LINES = 6, 8
 
 MAX_PANELS_ASKED, MAX_LINES_ASKED = 12, 20
 """The same where the user has said what to show; there are 10 colours."""
-
-SHOWN = {
-    "Pa": ("MPa", 1e-6), "m3/s": ("L/min", 6e4), "m3": ("L", 1e3), "m": ("mm", 1e3), "m/s": ("mm/s", 1e3),
-    "N": ("kN", 1e-3),
-}  # fmt: skip
-"""Units that are shown in another one, where the numbers are of a size for that."""
-
-USUAL = 0.1, 1e5
-"""Least and greatest size of numbers for which it is taken."""
 
 LEGEND = 104
 """Letters in a row of a legend, with 6 for a line and the gap before it."""
@@ -98,11 +91,13 @@ def draw(
     connected: Sequence[str],
     rows: np.ndarray,
     asked: bool = False,
+    display: DisplayUnits | None = None,
 ) -> None:
     """Write the figure; rows are (n, columns) with the time in the first; see `panels`."""
     from matplotlib.backends.backend_agg import FigureCanvasAgg
     from matplotlib.figure import Figure
 
+    display = display or DisplayUnits()
     chosen, others = panels(names, units, connected, rows, asked)
     count = max(len(chosen), 1)
     columns = 1 if count == 1 else 2
@@ -120,7 +115,7 @@ def draw(
     figure.suptitle(_plain(title + note), fontsize=11 if note else 12, y=1.0 - 0.08 / height)
     axes = figure.subplots(lines, columns, squeeze=False).ravel()
     for axis, panel in zip(axes, chosen, strict=False):
-        _draw_panel(axis, panel, names, rows)
+        _draw_panel(axis, panel, names, rows, display)
     if not chosen:
         axes[0].text(0.5, 0.5, "no numbers to draw", ha="center", transform=axes[0].transAxes)
     for axis in axes[count:]:
@@ -130,14 +125,14 @@ def draw(
     figure.savefig(target, pil_kwargs={"compress_level": 3})
 
 
-def _draw_panel(axis: Any, panel: Panel, names: Sequence[str], rows: np.ndarray) -> None:
+def _draw_panel(
+    axis: Any, panel: Panel, names: Sequence[str], rows: np.ndarray, display: DisplayUnits
+) -> None:
     table = rows[:, [names.index(name) for name in panel.names]]
-    unit, factor = SHOWN.get(panel.unit, (panel.unit, 1.0))
-    if not USUAL[0] <= factor * np.nanmax(np.abs(table)) <= USUAL[1]:
-        unit, factor = panel.unit, 1.0
+    unit, factor, offset = display.of(panel.unit, float(np.nanmax(np.abs(table))))
     for k, name in enumerate(panel.names):
         style = "-" if k < 10 else "--"
-        axis.plot(rows[:, 0], table[:, k] * factor, style, label=_plain(name), linewidth=1.2)
+        axis.plot(rows[:, 0], table[:, k] * factor + offset, style, label=_plain(name), linewidth=1.2)
     if panel.more:
         axis.plot([], [], " ", label=f"and {panel.more} more")
     axis.set_ylabel(_plain(f"[{unit}]"))
@@ -173,7 +168,9 @@ class Plotter:
             self._process.kill()
         self._process.wait()
 
-    def draw(self, target: Path, title: str, result: Result, patterns: Sequence[str] = ()) -> str | None:
+    def draw(
+        self, target: Path, title: str, result: Result, display: DisplayUnits, patterns: Sequence[str] = ()
+    ) -> str | None:
         """Draw and wait; None when all went well, else the reason why not.
 
         patterns: what to show; without, the outputs that change, those that drive something first (see `panels`).
@@ -188,6 +185,7 @@ class Plotter:
         request = {
             "target": str(target), "title": title, "names": chosen, "units": result.units,
             "connected": result.connected, "rows": str(data), "asked": bool(shown),
+            "display": [display.chosen, display.usual],
         }  # fmt: skip
         try:
             with data.open("wb") as file:
@@ -213,6 +211,7 @@ def _serve() -> None:
     request = json.loads(text)
     rows = np.load(request.pop("rows"))
     request["target"] = Path(request["target"])
+    request["display"] = DisplayUnits(*map(tuple, request["display"]))
     draw(rows=rows, **request)
 
 

@@ -11,6 +11,7 @@ import numpy as np
 
 from ...core.errors import UsageError
 from ..accuracy.held_inputs import HeldInputs
+from .answers import Answers
 
 
 @dataclass
@@ -39,6 +40,8 @@ class Result:
     """Distance of the sampled points [steps]."""
     held: HeldInputs | None = None
     """How far inputs were off in the steps."""
+    answers: Answers | None = None
+    """What the package wants said of the run."""
 
     @property
     def frame(self) -> Any:

@@ -33,6 +33,7 @@ from ..slaves.base import fmu_warnings
 from ..slaves.message_log import MessageLog
 from ..system.instances import load_instances
 from ..system.parameters import parameters_in_force
+from .answers import Answers, answers
 from .identity import check_resumed, identity
 from .interrupts import Interrupts, interrupts
 from .manifest import manifest, write_manifest
@@ -102,6 +103,7 @@ class _Run:
         self.interrupt, self._on_hang, self._begin = interrupt, on_hang, begin
         self.method = plan.method
         self.remarks = list(plan.remarks)
+        self.answers: Answers | None = None
 
     def start(self, stack: ExitStack, log: Callable[[str, str, str], None], stride: int | None) -> None:
         """Load and initialise everything; what is loaded goes with the stack."""
@@ -241,6 +243,7 @@ class _Run:
             [c.name for c in self.recording.columns if c.type == "boolean"],
             self.stride,
             self.recording.held,
+            self.answers,
         )
 
     def _summary(self, status: str, error: object) -> dict[str, Any]:
@@ -253,6 +256,7 @@ class _Run:
         in_doubt = self._doubt(reals)
         doubts = warning(in_doubt, self.method.order, step)
         runaway = self._divergence(reals)
+        told = self._answers() if status in ("ok", "ended") else None
         warnings = [*fmu_warnings(instances.values()), *self.energy.warnings(), *runaway, *doubts, *self.remarks]
         if self.message_log is not None and self.message_log.fault is not None:
             warnings.append(self.message_log.fault)
@@ -282,7 +286,19 @@ class _Run:
             "versions": versions(),
             "machine": {"system": platform.system(), "cpus": os.cpu_count()},
             **self._states(),
+            **({"answers": told.summary()} if told is not None else {}),
         }
+
+    def _answers(self) -> Answers | None:
+        """What the package wants said of the run, if that is all of it."""
+        asked, recording = self.plan.answers, self.recording
+        if not asked.values or self.plan.resumed is not None or recording.extremes() is None:
+            return None
+        sample, columns = recording.sampled(), self.plan.layout.columns
+        signals = {c.name: sample[:, i] for i, c in enumerate(columns)}
+        self.answers = answers(asked, sample[:, 0], signals, {p.address: p.value for p in self.parameters})
+        self.remarks += self.answers.problems
+        return self.answers
 
     def _states(self) -> dict[str, Any]:
         """What of the run's summary is about states, where it has to do with some."""

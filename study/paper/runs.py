@@ -11,8 +11,8 @@ import numpy as np
 
 from ...core.errors import CosimError, SimulationError, UsageError
 from ...master.parallel.pool import Failure, Job
+from ...master.results.measures import reaches
 from ...master.simulation.session import Session
-from ..sweep.metrics import reaches
 from .cases import DEEPEST, RAMP, RECORD, STOP, T_DOWN, T_START, Case, all_cases
 from .choices import OURS, Choices
 

@@ -76,6 +76,7 @@ def test_the_form_has_a_share_within_that_of_its_effect(uneven):
     assert plain["held_out_rms"] > 2.0 > 1.1 > uneven["budget"]["explained"]
 
 
+@pytest.mark.slow
 def test_with_a_run_held_out_the_share_is_what_the_plain_form_leaves_there(toys, tmp_path):
     """Simulated there before the processes end: written after, the whole diagnosis was lost."""
     data = diagnosed(toys, tmp_path, 0.5, held_out="run1.csv")

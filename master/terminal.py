@@ -1,0 +1,127 @@
+"""What the command prints: progress, and at the end what the run answers, how far to trust it, and a table."""
+
+from __future__ import annotations
+
+import sys
+from collections.abc import Iterator
+from math import isnan
+from pathlib import Path
+from time import perf_counter
+from typing import Any
+
+from ..core.display_units import DisplayUnits
+from .accuracy.step_error import worst
+from .simulation.result import Result
+
+SHOWN, FILLED = 30, 12
+"""Most signals in the table: those that are connected, and what the system gives; and lines up to which it is filled
+with outputs that nobody reads."""
+
+BONDS = 3
+"""Most power bonds that are listed, the worst first."""
+
+
+class Progress:
+    """A progress bar that appears once a run takes longer than a second, on a terminal only."""
+
+    def __init__(self, quiet: bool):
+        self._quiet = quiet or not sys.stderr.isatty()
+        self._begin = perf_counter()
+        self._bar: Any = None
+
+    def __call__(self, done: int, total: int) -> None:
+        if self._quiet or (self._bar is None and (perf_counter() - self._begin < 1.0 or done == total)):
+            return
+        if self._bar is None:
+            from tqdm import tqdm
+
+            self._bar = tqdm(total=total, unit="step", unit_scale=True, leave=False)
+        self._bar.update(done - self._bar.n)
+        if done == total:
+            self._bar.close()
+
+
+def report(result: Result, display: DisplayUnits) -> str:
+    """The text at the end of a run."""
+    summary = result.summary
+    told = result.answers.texts(display) if result.answers is not None else []
+    fmus = ", ".join(f"{name} {seconds:.2f} s" for name, seconds in summary["fmu_time_s"].items())
+    simulated = summary["stop_time_s"] - summary["start_time_s"]
+    lines = [
+        *told, trust(result), "",
+        f"{Path(summary['package']).stem}: {simulated:g} s in {summary['steps']} steps of {summary['step_s']:g} s, "
+        f"{summary['method']}",
+        f"  wall time {summary['wall_time_s']:.2f} s ({summary['real_time_factor']:.1f} x real time) after "
+        f"{summary['setup_time_s']:.2f} s of set-up; {fmus}",
+        *_bonds(summary["coupling"]), *_step_check(result, display), "", *_table(result, display),
+    ]  # fmt: skip
+    return "\n".join(lines)
+
+
+def trust(result: Result) -> str:
+    """One line on how far the numbers can be trusted."""
+    summary = result.summary
+    if warnings := summary["warnings"]:
+        what = "a warning" if len(warnings) == 1 else f"{len(warnings)} warnings"
+        return f"Trust: see {what} above before you use the numbers."
+    if (errors := summary.get("step_check", {}).get("errors")) and (top := worst(errors)) is not None:
+        share = 100 * top[1]["relative"]
+        return f"Trust: no warning; the step's error is {share:.2g} % of a signal's range at the most ({top[0]})."
+    shares = [bond["relative"] for bond in summary["coupling"] if bond["relative"] is not None]
+    if shares:
+        return (
+            f"Trust: no warning; the coupling made up {100 * max(shares):.2g} % of the energy that went through it. "
+            "--check-step estimates the error of every signal."
+        )
+    if result.connected:
+        return "Trust: no warning; nothing says how large the coupling's error is, but --check-step estimates it."
+    return "Trust: no warning."
+
+
+def _bonds(coupling: list[dict[str, Any]]) -> Iterator[str]:
+    ranked = sorted(coupling, key=lambda bond: -(bond["relative"] or 0.0))
+    for bond in ranked[:BONDS]:
+        swing = f", omega h {bond['omega_h']:.2g}" if bond["omega_h"] is not None else ""
+        if bond["numerical_damping"] is not None:
+            swing += f", numerical damping {bond['numerical_damping']:+.1e}"
+        yield (
+            f"  residual {bond['residual_energy_J']:.3g} J of {bond['exchanged_energy_J']:.4g} J exchanged "
+            f"({100 * bond['relative']:.2g} %){swing}  {bond['bond']}"
+        )
+    if len(ranked) > BONDS:
+        yield f"  and {len(ranked) - BONDS} more power bonds with less"
+
+
+def _step_check(result: Result, display: DisplayUnits) -> Iterator[str]:
+    """What half the step has told."""
+    found = result.summary.get("step_check", {})
+    if found and (top := worst(found["errors"])) is not None:
+        unit, factor, _ = display.of(result.units.get(top[0], ""), top[1]["error"])
+        yield (
+            f"  half the step: greatest estimated error {top[1]['relative']:.1e} of its range, {top[0]} "
+            f"({factor * top[1]['error']:.2g} {unit})"
+        ).rstrip()
+    if (hint := found.get("advice")) is not None:
+        yield (
+            f"  largest coupling error: input {hint['input']}, off from {hint['source']} by up to "
+            f"{hint['off']:.1e} of its range; --method {hint['method']} --step {hint['step']:.3g} would halve it, "
+            f"in {hint['cost']:.2g} x the steps"
+        )
+
+
+def _table(result: Result, display: DisplayUnits) -> Iterator[str]:
+    """Start, least, greatest and end of what is connected, of what the system gives, and of some other outputs."""
+    assert result.extremes is not None
+    yield f"  {'signal':<28}{'unit':>7}{'start':>13}{'least':>13}{'greatest':>13}{'end':>13}"
+    places = {name: i for i, name in enumerate(result.names)}
+    shown = dict.fromkeys((*result.connected, *result.system_outputs))
+    other_outputs = [name for name in result.outputs if name not in shown and "[" not in name]
+    numbers = [name for name in (*shown, *other_outputs) if not isnan(result.extremes[0][places[name]])]
+    count = min(SHOWN, max(FILLED, len(shown)))
+    for name in numbers[:count]:
+        values = [float(row[places[name]]) for row in result.extremes]
+        unit, factor, offset = display.of(result.units.get(name, ""), max(map(abs, values)))
+        cells = "".join(f"{factor * value + offset:>13.6g}" for value in values)
+        yield f"  {name:<28}{unit:>7}{cells}"
+    if len(numbers) > count:
+        yield f"  and {len(numbers) - count} more signals"
