@@ -22,9 +22,12 @@ def link_packages() -> None:
     folders = tomllib.loads((REPOSITORY / "pyproject.toml").read_text())["tool"]["setuptools"]["package-dir"]
     tree = REPOSITORY / "build" / "types" / "deepsea_cosim"
     tree.mkdir(parents=True, exist_ok=True)
-    for folder in {path.split("/")[0] for path in folders.values()}:
-        if not (tree / folder).exists():
-            (tree / folder).symlink_to(REPOSITORY / folder, target_is_directory=True)
+    door = folders.pop("deepsea_cosim")
+    places = {path.split("/")[0]: REPOSITORY / path.split("/")[0] for path in folders.values()}
+    places |= {path.name: path for path in (REPOSITORY / door).glob("*.py")}
+    for name, path in places.items():
+        if not (tree / name).exists():
+            (tree / name).symlink_to(path, target_is_directory=path.is_dir())
 
 
 if __name__ == "__main__":

@@ -97,7 +97,7 @@ def packed(split: Split, folder: Path) -> Path:
 
 def trajectory(split: Split, path: Path, method: str, h: float) -> tuple[np.ndarray, np.ndarray]:
     """Times (n,) and states (n, k) of a run, those of the mass first."""
-    frame = run(path, path.parent / "out", Options(method=method, step=h)).frame
+    frame = run(path, path.parent / "out", Options(method=method, step=h)).frame()
     names = ["mass.y1", "mass.y2", *(f"spring.y{i + 2}" for i in range(len(split.spring[0])))]
     return frame["time"].to_numpy(), frame[names].to_numpy()
 

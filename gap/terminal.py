@@ -7,40 +7,24 @@ import signal
 import sys
 import time
 
-from ..core.cli import need
-from ..core.files import make_folder
-
 
 def diagnose_command(options: argparse.Namespace) -> int:
     """Run the diagnosis and print it; returns the exit code."""
-    need("gap", "scipy", "sklearn", "arch", "ruptures", *(() if options.no_report else ("jinja2",)))
-    from ..master.parallel.pool import cluster
-    from .campaign.read import read
-    from .diagnose import diagnose
+    from .diagnosed import diagnose_into
     from .problem.stop import StopToken
-    from .report.collect import collect
-    from .result.read import load_earlier
-    from .result.write import write
     from .summary import lines
 
-    campaign = read(options.campaign)
-    earlier_folder = options.out if options.resume is True else options.resume
-    earlier = None if earlier_folder is None else load_earlier(earlier_folder)
-    make_folder(options.out)
     show = _Progress(options.quiet)
-    with _StopCondition(options.time_limit) as stop_condition, cluster(options.dask) as executor:
-        d = diagnose(campaign, executor, show.stage, show.run, options.processes, StopToken(stop_condition.ended),
-                     on_finding=show.known, earlier=earlier)  # fmt: skip
-    show.clear()
-    data = write(d, options.out)
-    signals = collect(d.state)
-    if not options.no_report:
-        from .report import write_report
-
-        write_report(data, signals, options.out)
+    with _StopCondition(options.time_limit) as stop_condition:
+        found = diagnose_into(
+            options.campaign, options.out, processes=options.processes, dask=options.dask,
+            resume=options.out if options.resume is True else options.resume, report=not options.no_report,
+            stop=StopToken(stop_condition.ended), on_stage=show.stage, progress=show.run, on_finding=show.known,
+            on_end=show.clear,
+        )  # fmt: skip
     if not options.quiet:
-        names = ["diagnosis.json", "calibrated.ssv"] + ([] if options.no_report else ["report.html"])
-        print("\n".join(lines(data, signals, sys.stdout.encoding, f"{options.out}: {', '.join(names)}")))
+        files = f"{found.folder}: {', '.join(found.files)}"
+        print("\n".join(lines(found.summary, found.signals, sys.stdout.encoding, files)))
     return 130 if stop_condition.interrupted else 0
 
 

@@ -10,7 +10,10 @@ import pytest
 from deepsea_cosim.gap.diagnose import NEEDED_LATE
 
 REPOSITORY = Path(__file__).parent.parent
-PACKAGES = ("core", "hydraulics_fmu", "mechanics", "fmus", "ssp", "master", "gap", "study")
+PACKAGES = ("core", "hydraulics_fmu", "mechanics", "fmus", "ssp", "master", "gap", "study", "api")
+
+DOOR = "api"
+"""The folder that is `deepsea_cosim` itself: what users import."""
 
 ALLOWED = {
     "core": set(),
@@ -21,6 +24,7 @@ ALLOWED = {
     "master": {"core", "ssp"},
     "gap": {"core", "ssp", "master"},
     "study": {"core", "hydraulics_fmu", "mechanics", "fmus", "ssp", "master"},
+    "api": {"core", "fmus", "master", "gap", "study"},
 }
 """What each package may import of ours. `master`, `ssp` and `gap` never import physics."""
 
@@ -45,7 +49,8 @@ TABLES = {"SCHEMA", "TIME_UNITS"}
 
 def imported_packages(path: Path, package: str) -> set[str]:
     """Our packages that a module imports, relative or absolute."""
-    depth = len(path.relative_to(REPOSITORY).parts) - 1  # folders between the repository and the module
+    parts = path.relative_to(REPOSITORY).parts
+    depth = len(parts) - 1 if parts[0] != DOOR else 0  # packages between the distribution's and the module
     found = set()
     for node in ast.walk(ast.parse(path.read_text())):
         if isinstance(node, ast.ImportFrom) and node.level > depth:
@@ -54,7 +59,8 @@ def imported_packages(path: Path, package: str) -> set[str]:
             found.add(node.module.split(".")[1])
         elif isinstance(node, ast.Import):
             found |= {a.name.split(".")[1] for a in node.names if a.name.startswith("deepsea_cosim.")}
-    return found - {package}
+    own = {p.stem for p in (REPOSITORY / DOOR).glob("*.py")} if parts[0] == DOOR else {package}
+    return found - own - {""}
 
 
 @pytest.mark.parametrize("package", PACKAGES)
@@ -67,13 +73,14 @@ def test_imports_go_one_way(package):
 
 
 def test_every_folder_with_code_is_in_the_distribution():
-    listed = tomllib.loads((REPOSITORY / "pyproject.toml").read_text())["tool"]["setuptools"]["packages"]
+    setuptools = tomllib.loads((REPOSITORY / "pyproject.toml").read_text())["tool"]["setuptools"]
+    listed, places = setuptools["packages"], {folder: name for name, folder in setuptools["package-dir"].items()}
     elsewhere = {"benchmarks", "tests", "build", "dist"}
     for init in REPOSITORY.rglob("__init__.py"):
         parts = init.parent.relative_to(REPOSITORY).parts
         if parts[0] not in elsewhere and not parts[0].startswith("."):
-            assert "deepsea_cosim." + ".".join(parts) in listed
-    assert set(PACKAGES) == {name.split(".")[1] for name in listed}
+            assert places["/".join(parts)] in listed
+    assert set(PACKAGES) == {setuptools["package-dir"][name].split("/")[0] for name in listed}
 
 
 def test_modules_stay_small():

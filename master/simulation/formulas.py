@@ -10,7 +10,7 @@ from __future__ import annotations
 
 import ast
 import operator
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from math import isfinite
 from typing import Any
 
@@ -65,7 +65,7 @@ def _names(node: ast.AST, depth: int) -> list[str]:
     """The addresses in a formula, all of whose parts are allowed."""
     if depth > DEEPEST:
         raise FormulaError(f"its parts are nested more than {DEEPEST} deep")
-    inner: list[ast.AST]
+    inner: Sequence[ast.AST]
     match node:
         case ast.Constant(value=bool() | int() | float()):
             return []
@@ -112,11 +112,11 @@ def _value(node: ast.AST, times: np.ndarray, values: Mapping[str, Number]) -> Nu
         return _value(part, times, values)
 
     match node:
-        case ast.Constant(value=value):
+        case ast.Constant(value=bool() | int() | float() as value):
             return float(value)
         case ast.Name() | ast.Attribute():
             return _known(_address(node), values)
-        case ast.Call(func=ast.Name(id="signal"), args=[ast.Constant(value=address)]):
+        case ast.Call(func=ast.Name(id="signal"), args=[ast.Constant(value=str() as address)]):
             return _known(address, values)
         case ast.Call(func=ast.Name(id="missing"), args=[part]):
             return float(of(part) is None)

@@ -19,8 +19,11 @@ from typing import TYPE_CHECKING, Any, BinaryIO
 import numpy as np
 
 from ...core.display_units import DisplayUnits
+from ...core.errors import UsageError, did_you_mean
 
 if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+
     from .result import Result
 
 MAX_PANELS, MAX_LINES = 6, 8
@@ -83,8 +86,27 @@ def _changes(column: np.ndarray) -> bool:
     return bool(np.ptp(finite) > 1e-12 * np.max(np.abs(finite)))
 
 
-def draw(
-    target: Path | BinaryIO,
+def signals_to_draw(result: Result, patterns: Sequence[str]) -> tuple[list[str], bool]:
+    """The time and the names of the signals that a figure of a run is to show, and whether patterns asked for them.
+
+    Without patterns that match all outputs. Raises `UsageError` for a pattern that matches nothing.
+    """
+    from ..system.addresses import matches
+
+    names = result.names[1:]
+    for pattern in patterns:
+        if not any(matches(name, pattern) for name in names):
+            raise UsageError(f"no signal matches '{pattern}'{did_you_mean(pattern, names)}")
+    shown = [n for n in names if any(matches(n, p) for p in patterns)]
+    return ["time", *(shown or [n for n in result.outputs if n in names])], bool(shown)
+
+
+def draw(target: Path | BinaryIO, *what: Any, **more: Any) -> None:
+    """Write a `figure` into a file."""
+    figure(*what, **more).savefig(target, pil_kwargs={"compress_level": 3})
+
+
+def figure(
     title: str,
     names: Sequence[str],
     units: Mapping[str, str],
@@ -92,8 +114,8 @@ def draw(
     rows: np.ndarray,
     asked: bool = False,
     display: DisplayUnits | None = None,
-) -> None:
-    """Write the figure; rows are (n, columns) with the time in the first; see `panels`."""
+) -> Figure:
+    """The figure; rows are (n, columns) with the time in the first; see `panels`."""
     from matplotlib.backends.backend_agg import FigureCanvasAgg
     from matplotlib.figure import Figure
 
@@ -103,17 +125,17 @@ def draw(
     columns = 1 if count == 1 else 2
     lines = -(-count // columns)
     head = 0.14 * max((panel.rows_of_legend for panel in chosen), default=1)  # inches for the legend above each panel
-    figure = Figure(figsize=(6.4 * columns, (2.9 + head) * lines + 0.3), dpi=100)
-    FigureCanvasAgg(figure)
-    width, height = figure.get_size_inches()
+    made = Figure(figsize=(6.4 * columns, (2.9 + head) * lines + 0.3), dpi=100)
+    FigureCanvasAgg(made)
+    width, height = made.get_size_inches()
     more = ", ".join(f"{n} in {unit}" for unit, n in others.items())
     note = f"\nnot drawn: {sum(others.values())} more signals ({more})" if others else ""
     top = (0.6 if note else 0.5) + head
-    figure.subplots_adjust(
+    made.subplots_adjust(
         0.85 / width, 0.55 / height, 1.0 - 0.2 / width, 1.0 - top / height, 0.18, (0.55 + head) / 2.3
     )  # fmt: skip
-    figure.suptitle(_plain(title + note), fontsize=11 if note else 12, y=1.0 - 0.08 / height)
-    axes = figure.subplots(lines, columns, squeeze=False).ravel()
+    made.suptitle(_plain(title + note), fontsize=11 if note else 12, y=1.0 - 0.08 / height)
+    axes = made.subplots(lines, columns, squeeze=False).ravel()
     for axis, panel in zip(axes, chosen, strict=False):
         _draw_panel(axis, panel, names, rows, display)
     if not chosen:
@@ -122,7 +144,7 @@ def draw(
         axis.set_visible(False)
     for axis in axes[max(count - columns, 0) : count]:
         axis.set_xlabel("time [s]")
-    figure.savefig(target, pil_kwargs={"compress_level": 3})
+    return made
 
 
 def _draw_panel(
@@ -175,16 +197,12 @@ class Plotter:
 
         patterns: what to show; without, the outputs that change, those that drive something first (see `panels`).
         """
-        from ..system.addresses import matches
-
         assert result.sample is not None
         data = target.with_suffix(".npy.tmp")
-        names = result.names[1:]
-        shown = [n for n in names if any(matches(n, p) for p in patterns)]
-        chosen = ["time", *(shown or [n for n in result.outputs if n in names])]
+        chosen, asked = signals_to_draw(result, patterns)
         request = {
             "target": str(target), "title": title, "names": chosen, "units": result.units,
-            "connected": result.connected, "rows": str(data), "asked": bool(shown),
+            "connected": result.connected, "rows": str(data), "asked": asked,
             "display": [display.chosen, display.usual],
         }  # fmt: skip
         try:

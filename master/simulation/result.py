@@ -9,6 +9,7 @@ from typing import Any
 
 import numpy as np
 
+from ...core.display_units import display_units
 from ...core.errors import UsageError
 from ..accuracy.held_inputs import HeldInputs
 from .answers import Answers
@@ -43,9 +44,11 @@ class Result:
     answers: Answers | None = None
     """What the package wants said of the run."""
 
-    @property
     def frame(self) -> Any:
-        """The record as a pandas frame, read from its file; units are in frame.attrs["units"]."""
+        """The record as a pandas frame, read from its file; units by column are in its `attrs["units"]`.
+
+        Raises `UsageError` where the run kept no record.
+        """
         from ..results.frame import frame
 
         if self.file is None:
@@ -53,3 +56,18 @@ class Result:
         made = frame(self.file, self.texts, self.truths)
         made.attrs["units"] = dict(self.units)
         return made
+
+    def plot(self, *patterns: str, units: str | None = None) -> Any:
+        """A matplotlib figure of the signals that match, a panel a unit; without patterns that of overview.png.
+
+        units: what `--units` takes. It is drawn from `sample`, some thousands of points. Raises `UsageError` where
+        nothing matches.
+
+        >>> result.plot("arm.x_h", "*.P?", units="bar,mm").savefig("stroke.png")   # doctest: +SKIP
+        """
+        from .plot import figure, signals_to_draw
+
+        chosen, asked = signals_to_draw(self, patterns)
+        assert self.sample is not None
+        rows = self.sample[:, [self.names.index(name) for name in chosen]]
+        return figure(self.folder.name, chosen, self.units, self.connected, rows, asked, display_units(units))

@@ -26,7 +26,7 @@ from ..coupling.initialisation import Initialiser
 from ..coupling.residual_energy import ResidualEnergy
 from ..engine.program import Program
 from ..engine.runner import Runner
-from ..options import Options, as_path, options_of
+from ..options import Options
 from ..results.columns import elements
 from ..results.constants import constants
 from ..slaves.base import fmu_warnings
@@ -404,22 +404,3 @@ def _check_step(
     else:
         add_estimate(result, again)
     write_summary(result.folder, result.summary)
-
-
-def simulate(path: str | Path, out: str | Path | None = None, **options: Any) -> Result:
-    """Run a package from Python; the options are those of the command, with their defaults (see `Options`).
-
-    step, stop_time [s]; method; changes: parameters by address, what --set takes; parameters: .ssv files; variant;
-    stimuli: a CSV file; record: patterns of columns; record_every; results: name of the file, "" for none; log: name of
-    a file for what FMUs say; log_level; log_categories; substeps: by component; check_step, realtime, isolate,
-    parallel and save_state: True or False; step_timeout, save_state_every [s]; resume: a saved state, or the folder
-    that has one; record_parameters: patterns of parameters.
-
-    >>> result = simulate("deepsea_11km.ssp", changes={"arm.load_weight": 1000})   # doctest: +SKIP
-    >>> result.frame["arm.x_h"].plot()                                              # doctest: +SKIP
-
-    Without `out` the results go to results/<name of the package>, as those of the command do.
-    """
-    package = as_path("package", path)
-    folder = as_path("out", out) if out is not None else Path("results") / package.stem
-    return run(package, folder, options_of(options))

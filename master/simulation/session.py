@@ -21,13 +21,14 @@ from ..coupling.initialisation import Initialiser
 from ..engine.program import Program
 from ..engine.runner import Runner
 from ..engine.values import REAL, TEXT, Signal
-from ..options import Options, as_text, as_texts, as_time
+from ..options import Options, as_path, as_text, as_texts, as_time
 from ..system.addresses import split, targets
 from ..system.assemble import assemble
 from ..system.findings import Findings
 from ..system.instances import load_instances
 from ..system.start_values import StartValue, resolve
 from .start_up import DrivenInput, initialise, write_program
+from .stepped_run import SteppedRun
 from .stimuli import InputSeries, as_slots, check_series, interval_means
 from .time_grid import time_grid
 
@@ -69,12 +70,13 @@ class Session:
     """
 
     def __init__(
-        self, package: Path, log: Callable[[str, str, str], None] = lambda *_: None, only: Sequence[str] = (),
+        self, package: str | Path, log: Callable[[str, str, str], None] = lambda *_: None, only: Sequence[str] = (),
         internals: Sequence[str] = (),
     ):  # fmt: skip
         self._stack = ExitStack()
         try:
-            assembly = assemble(package, Options(record=tuple(internals)), self._stack, Findings(), only)
+            path, options = as_path("package", package), Options(record=tuple(internals))
+            assembly = assemble(path, options, self._stack, Findings(), only)
             assert assembly is not None
             self.structure, self.system, self._bound = assembly.network.structure, assembly.system, assembly.values
             load_instances(assembly.instances, self._stack, log)
@@ -83,6 +85,7 @@ class Session:
             self._stack.close()
             raise
         self._closed = False
+        self._under_way: SteppedRun | None = None
         self._fresh = True
         self._programs: dict[tuple[Any, ...], Program] = {}
         self._runners: dict[tuple[Any, ...], Runner] = {}
@@ -99,6 +102,7 @@ class Session:
         """Free the FMUs; what leaving the `with` block does."""
         self._stack.close()
         self._closed = True
+        self._under_way = None
 
     @property
     def is_lost(self) -> bool:
@@ -159,14 +163,10 @@ class Session:
         likewise, as `stimuli.read` has them from a file. Raises
         `SimulationError` when an FMU fails or a recorded value is not finite; the session can be used again afterwards.
         """
-        if self._closed:
-            raise UsageError("the session is closed: run inside its `with` block")
+        self._check_usable()
         start, stop, step, n = time_grid(self.structure, as_time("stop", stop), as_time("step", step))
         record = as_texts("record", record)
         method = choose_method(None if method is None else as_text("method", method), self.structure.method)
-        for instance in self.system.instances.values():
-            if instance.is_lost:
-                raise SimulationError(f"component '{instance.name}' was lost in an earlier run; open a new session")
         wanted = self._recorded(record)
         if n * (len(record) + len(inputs or {}) + 1) > MAX_RECORDED_VALUES:
             raise UsageError(f"a run of {n:.1e} steps would not fit into memory: take longer steps or a shorter run")
@@ -191,6 +191,56 @@ class Session:
             k, i = np.argwhere(~np.isfinite(rows))[0]
             raise SimulationError(f"'{record[i]}' is not finite at t = {times[k]:g} s", float(times[k]))
         return times, rows
+
+    def start(
+        self,
+        record: Sequence[str],
+        step: float | None = None,
+        inputs: Mapping[str, float] | None = None,
+        changes: Mapping[str, Any] | None = None,
+        method: str | None = None,
+    ) -> SteppedRun:
+        """Begin a run that the caller takes on, some steps at a time: a controller, a learning loop, a test bench.
+
+        record: signals whose values its `step` returns; step: the macro step [s], None: the package's; inputs: what
+        unconnected inputs begin with, by address: those may be driven; changes: parameters; method: see `run`.
+        """
+        self._check_usable()
+        begin, step = self.structure.start_time, self._macro_step(step)
+        wanted = self._recorded(as_texts("record", record))
+        method = choose_method(None if method is None else as_text("method", method), self.structure.method)
+        held = {name: as_time(name, value) for name, value in (inputs or {}).items()}
+        holds_mean = method_named(method).input_hold == MEAN
+        constant = {name: (np.array([begin]), np.array([value])) for name, value in held.items()}
+        driven = self._driven(constant, (), np.array([begin, begin + step]), holds_mean)
+        self._begin(method, self._start_values(changes or {}), driven, begin, np.inf)
+        self.system.writer.watched = None
+        runner, _ = self._runner(method, tuple(wanted), driven)
+        runner.program.begin()
+        signals = dict(zip(held, (d.signal for d in driven), strict=True))
+        made = SteppedRun(
+            runner, [s for _, s in wanted], signals, held, holds_mean, begin, step, lambda run: run is self._under_way
+        )
+        self._under_way = made
+        return made
+
+    def _macro_step(self, step: float | None) -> float:
+        """The step that is asked for, else the package's [s]."""
+        chosen = self.structure.step_size if step is None else as_time("step", step)
+        if chosen is None:
+            raise UsageError("the package suggests no step: give one")
+        if not (np.isfinite(chosen) and chosen > 0.0):
+            raise UsageError(f"step {chosen:g} s: it has to be positive")
+        return chosen
+
+    def _check_usable(self) -> None:
+        """Raise where no run may begin; one that somebody else takes on is over now."""
+        self._under_way = None
+        if self._closed:
+            raise UsageError("the session is closed: run inside its `with` block")
+        for instance in self.system.instances.values():
+            if instance.is_lost:
+                raise SimulationError(f"component '{instance.name}' was lost in an earlier run; open a new session")
 
     def _recorded(self, record: Sequence[str]) -> list[tuple[bool, Signal]]:
         """(is an output, signal) of each of these; all are single numbers."""

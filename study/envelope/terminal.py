@@ -74,8 +74,8 @@ def envelope_command(options: argparse.Namespace) -> int:
 def _checked_values(options: argparse.Namespace, wanted: Any, mapped: Any) -> dict[str, Any]:
     """Values of --set by address. All that is asked is checked against the package."""
     from ...master.simulation.session import Session
+    from ..sweep.request import fixed_values
     from ..sweep.run import check, check_distinct, value_of
-    from ..sweep.terminal import fixed_values
     from .options import designs
     from .search import settings
 

@@ -18,11 +18,16 @@ FEW = 8
 """Values of a second parameter that are drawn as lines of their own; more make a map."""
 
 
-def picture(
-    path: Path, axes: Sequence[Axis], sampled: bool, table: Sequence[Mapping[str, Any]], label: str,
+def picture(path: Path, *what: Any) -> None:
+    """Write the `figure_of` one metric into a file."""
+    figure_of(*what).savefig(path, dpi=130)
+
+
+def figure_of(
+    axes: Sequence[Axis], sampled: bool, table: Sequence[Mapping[str, Any]], label: str,
     indices: Mapping[str, Any] | None = None, units: Mapping[str, str] | None = None,
-) -> None:
-    """Write the picture of one metric; units: of the axes, by name, and of the metric, by label."""
+) -> Figure:  # fmt: skip
+    """The picture of one metric; units: of the axes, by name, and of the metric, by label."""
     names = [a.name for a in axes]
     units = units or {}
     shown = {name: f"{name} [{units[name]}]" if units.get(name, "1") != "1" else name for name in (*names, label)}
@@ -33,7 +38,7 @@ def picture(
         figure = Figure(figsize=(7.0, 4.2), layout="constrained")
         _over(figure, figure.add_subplot(), axes, table, label, shown)
     FigureCanvasAgg(figure)
-    figure.savefig(path, dpi=130)
+    return figure
 
 
 def _over(

@@ -32,9 +32,9 @@ def test_validation_finds_nothing(machine):
 def test_it_is_bitwise_the_coupled_run(machine, built, tmp_path):
     """Also with parameters set, and the arm's beginning of the stroke."""
     change = (("arm.load_weight", "900"), ("hydraulics.oil.nu0", "3e-5"))
-    coupled = run(built / "deepsea_6km.ssp", tmp_path / "two", Options(stop_time=3.0, changes=change)).frame
+    coupled = run(built / "deepsea_6km.ssp", tmp_path / "two", Options(stop_time=3.0, changes=change)).frame()
     path = package(tmp_path / "p.ssp", {"m": machine}, stop=3.0, step=1e-3)
-    one = run(path, tmp_path / "one", Options(changes=tuple((f"m.{name}", value) for name, value in change))).frame
+    one = run(path, tmp_path / "one", Options(changes=tuple((f"m.{name}", value) for name, value in change))).frame()
     names = [v.name for v in DeepseaMachine.table.of("output")]
     assert np.ptp(coupled["arm.x_h"]) > 0.01
     for name in names:
@@ -43,8 +43,8 @@ def test_it_is_bitwise_the_coupled_run(machine, built, tmp_path):
 
 def test_a_longer_step_is_cut(machine, tmp_path):
     soon = Options(changes=(("m.hydraulics.command.t_start", "0"),))
-    fine = run(package(tmp_path / "a.ssp", {"m": machine}, stop=2.0, step=1e-3), tmp_path / "a", soon).frame
-    long = run(package(tmp_path / "b.ssp", {"m": machine}, stop=2.0, step=1e-2), tmp_path / "b", soon).frame
+    fine = run(package(tmp_path / "a.ssp", {"m": machine}, stop=2.0, step=1e-3), tmp_path / "a", soon).frame()
+    long = run(package(tmp_path / "b.ssp", {"m": machine}, stop=2.0, step=1e-2), tmp_path / "b", soon).frame()
     assert np.ptp(fine["m.arm.x_h"]) > 0.01
     assert long["m.arm.x_h"].to_numpy() == pytest.approx(fine["m.arm.x_h"].to_numpy()[::10], abs=1e-12)
 

@@ -243,7 +243,7 @@ def test_the_example_builds_and_runs(built, tmp_path, capsys):
     assert (tmp_path / "grab_0km.ssp").exists()
     assert not check(package).errors
     assert len(load_from_package(package).effects) > 50
-    frame = run(package, tmp_path / "out", Options(step=4e-3)).frame
+    frame = run(package, tmp_path / "out", Options(step=4e-3)).frame()
     error = (frame["hydraulics.x_cmd"] - frame["arm.x_h"])[: frame[frame["hydraulics.x_cmd"] > 0.3499].index[-1]]
     assert -error.iloc[-1] == pytest.approx(_offset(read(SHEET), 3000.0, 0.35, 4e-3 * error.sum()), abs=2e-4)
     assert frame["arm.x_h"].iloc[-1] == pytest.approx(0.0, abs=2e-3)

@@ -67,7 +67,7 @@ def test_both_versions_compute_the_same(arm, built, tmp_path):
     """Both in one process, each with its own copy of the code."""
     fmus = {"two": built / "DeepseaArm.fmu", "three": arm.rename(arm.with_name("Three.fmu"))}
     path = package(tmp_path / "p.ssp", fmus, stop=0.5, step=1e-3)
-    frame = run(path, tmp_path / "out", Options(changes=(("two.F_h", "6800"), ("three.F_h", "6800")))).frame
+    frame = run(path, tmp_path / "out", Options(changes=(("two.F_h", "6800"), ("three.F_h", "6800")))).frame()
     names = [v.name for v in ARM.of("output")]
     a, b = (frame[[f"{which}.{name}" for name in names]].to_numpy() for which in ("two", "three"))
     assert np.abs(a - b).max() <= 1e-12 * np.abs(a).max()

@@ -56,7 +56,7 @@ def test_importers_that_are_not_python_compute_the_same(package, tmp_path):
 
 def test_two_cylinders_move_boom_and_stick(package, tmp_path):
     assert not check(package).errors
-    frame = run(package, tmp_path / "out", Options(step=4e-3, stop_time=9.0)).frame
+    frame = run(package, tmp_path / "out", Options(step=4e-3, stop_time=9.0)).frame()
     assert frame["arm.boom_cylinder.x"].iloc[-1] == pytest.approx(0.15, abs=2e-3)
     assert frame["arm.stick_cylinder.x"].iloc[-1] == pytest.approx(0.12, abs=2e-3)
     still = frame[frame["time"] < 1.9]

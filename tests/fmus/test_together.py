@@ -52,8 +52,8 @@ def test_versions_and_foreign_fmus_do_not_touch_each_other(built, toys, tmp_path
     links = ("mass.x -> spring.x", "mass.v -> spring.v", "spring.F -> mass.F")
     path = package(tmp_path / "all.ssp", fmus, links, stop=0.2, step=1e-3)
     force = (("ours.F_h", "1000"), ("later.F_h", "1000"))
-    together = run(path, tmp_path / "together", Options(changes=force)).frame
-    apart = run(path, tmp_path / "apart", Options(changes=force, isolate=True)).frame  # a process for each
+    together = run(path, tmp_path / "together", Options(changes=force)).frame()
+    apart = run(path, tmp_path / "apart", Options(changes=force, isolate=True)).frame()  # a process for each
     assert together.equals(apart)
     assert together["ours.x_h"].iloc[-1] != together["later.x_h"].iloc[-1]
 

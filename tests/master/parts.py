@@ -75,7 +75,7 @@ def two(path, fmu, trouble=0.0, when=1e300, stop=1.0, step=0.01):
 
 
 def last(tmp_path, path, column, **options):
-    frame = run(path, tmp_path / "out", Options(**options)).frame
+    frame = run(path, tmp_path / "out", Options(**options)).frame()
     return frame[column].iloc[-1]
 
 

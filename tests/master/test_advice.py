@@ -48,8 +48,8 @@ def told(path, out, **options):
 
 def error(path, out, column, **options):
     """The greatest error of an output, against steps of a hundredth."""
-    fine = run(path, out, Options(method="nepce", step=STEP / 64)).frame[column].to_numpy()
-    frame = run(path, out, Options(**options)).frame
+    fine = run(path, out, Options(method="nepce", step=STEP / 64)).frame()[column].to_numpy()
+    frame = run(path, out, Options(**options)).frame()
     every = round(options["step"] / (STEP / 64)) if "step" in options else 64
     return np.abs(frame[column].to_numpy()[:-1] - fine[: (len(frame) - 1) * every : every]).max()
 

@@ -109,8 +109,8 @@ def test_arrays_make_a_bond_with_each_element(tmp_path, method):
     told = result.summary["coupling"]
     assert [b["bond"] for b in told] == [f"mass.array_out[{k}] x spring.array_out[{k}]" for k in (1, 2, 3)]
     for k, bond in enumerate(told, 1):
-        v, f = (result.frame[f"{name}.array_out[{k}]"].to_numpy() for name in units)
-        held_f, held_v = (result.frame[f"{name}.array_in[{k}]"].to_numpy()[:-1] for name in units)
+        v, f = (result.frame()[f"{name}.array_out[{k}]"].to_numpy() for name in units)
+        held_f, held_v = (result.frame()[f"{name}.array_in[{k}]"].to_numpy()[:-1] for name in units)
         left, right = (v[1:] + v[:-1]) / 2.0 * held_f, (f[1:] + f[:-1]) / 2.0 * (held_v - 1.0) / 0.5
         assert bond["residual_energy_J"] == pytest.approx(0.1 * np.abs(left - right).sum())
         assert bond["exchanged_energy_J"] == pytest.approx(0.1 * np.abs(left + right).sum() / 2.0)

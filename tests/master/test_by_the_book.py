@@ -77,7 +77,7 @@ def test_an_input_without_unit_that_leads_to_two_says_which_is_taken(metres, tmp
     a, b = (component(n, "resources/L.fmu", connector("u1", "input", unit=u)) for n, u in (("a", "mm"), ("b", "km")))
     root = system("root", a, b, made=(connector("in", "input"),), links=(link("in", "a.u1"), link("in", "b.u1")))
     path = package(tmp_path / "p.ssp", root, {"resources/L.fmu": metres}, after=UNITS)
-    frame = run(path, tmp_path / "out", Options(changes=(("in", "2000000"),))).frame
+    frame = run(path, tmp_path / "out", Options(changes=(("in", "2000000"),))).frame()
     assert (frame["a.u1"].iloc[-1], frame["b.u1"].iloc[-1]) == pytest.approx((2e6, 2.0))
     assert any("leads to mm, km; taken to be in mm" in text for text in told(path))
 
@@ -162,7 +162,7 @@ def test_a_name_that_means_several_variables_sets_all_of_them(fmus, tmp_path):
             made=(connector("tank.valve.k", "parameter"),), bindings=bindings(binding(values({"tank.valve.k": 3.0}))),
         )  # fmt: skip
         path = package(tmp_path / f"{name}.ssp", root, {**with_fmu(fmus), "resources/V.fmu": v, "resources/K.fmu": k})
-        frame = run(path, tmp_path / "out", Options(changes=(("tank.u1", "2"), ("tank.valve.u1", "2")))).frame
+        frame = run(path, tmp_path / "out", Options(changes=(("tank.u1", "2"), ("tank.valve.u1", "2")))).frame()
         assert (frame["tank.y1"].iloc[-1], frame["tank.valve.y1"].iloc[-1]) == sizes
         assert not told(path)
         mine = tmp_path / "mine.ssv"
@@ -275,7 +275,7 @@ def test_a_description_inside_may_have_other_units_than_its_component(fmus, tmp_
         links=(link("c.y1", "S.in"), link("S.out", "o")),
     )  # fmt: skip
     files = {**with_fmu(fmus), "sub.ssd": description(inner, after=UNITS)}
-    frame = run(package(tmp_path / "p.ssp", root, files, after=UNITS), tmp_path / "out").frame
+    frame = run(package(tmp_path / "p.ssp", root, files, after=UNITS), tmp_path / "out").frame()
     assert frame["S.a.u1"].iloc[-1] == pytest.approx(expected)
     assert frame["o"].iloc[-1] == pytest.approx(2000.0)
 
@@ -323,7 +323,7 @@ def test_several_values_without_a_dimension_are_an_array(fmus, tmp_path):
 
     told = "parameter 'array_in' has 3 values and no <ssc:Dimension>; taken for an array"
     result = run(path("array_in"), tmp_path / "out")
-    assert result.frame["a.array_out[3]"].iloc[-1] == 3.0
+    assert result.frame()["a.array_out[3]"].iloc[-1] == 3.0
     assert any(told in warning for warning in result.summary["warnings"])
     assert any(told in error for error in check(path("array_in")).errors)
     with pytest.raises(CosimError):
@@ -394,7 +394,7 @@ def test_clocks_that_nothing_is_connected_to_do_no_harm(fmus, tmp_path):
     path = ticked(fmus, tmp_path)
     assert not check(path).errors
     assert last(tmp_path, path, "a.y1") == 6.0
-    assert "clk" not in run(path, tmp_path / "out").frame.columns
+    assert "clk" not in run(path, tmp_path / "out").frame().columns
 
 
 @pytest.mark.parametrize("ends", [("clk", "a.clk"), ("c.y1", "a.u2")])
@@ -474,10 +474,10 @@ def test_strings_are_read_where_somebody_wants_them(fmus, tmp_path, monkeypatch,
     given = bindings(binding(parameter_set(parameter("string_in", "String", "äöü"))))
     a = component("a", "resources/L.fmu", connector("y1", "output"), *ends, bindings=given)
     path = package(tmp_path / "p.ssp", system("root", a), with_fmu(fmus), stop=1.0, step=0.01)
-    found = run(path, tmp_path / "some", Options(record=("a.y1",), isolate=isolate)).frame
+    found = run(path, tmp_path / "some", Options(record=("a.y1",), isolate=isolate)).frame()
     assert "a.string_out" not in found.columns
     assert seen.count("Get") == 0
-    found = run(path, tmp_path / "all", Options(isolate=isolate)).frame
+    found = run(path, tmp_path / "all", Options(isolate=isolate)).frame()
     assert set(found["a.string_out"]) == {"äöü"}
     assert isolate or seen.count("Get") >= 100
 
@@ -487,7 +487,7 @@ def test_the_frame_has_the_same_types_whatever_the_file_is(fmus, tmp_path, suffi
     pytest.importorskip("h5py" if suffix == ".h5" else "pyarrow" if suffix == ".parquet" else "csv")
     part = gain("a", 2.0, connector("boolean_out", "output", "Boolean"), connector("boolean_in", "input", "Boolean"))
     path = package(tmp_path / "p.ssp", system("root", part), with_fmu(fmus))
-    frame = run(path, tmp_path / "out", Options(changes=(("a.boolean_in", "true"),), results=f"r{suffix}")).frame
+    frame = run(path, tmp_path / "out", Options(changes=(("a.boolean_in", "true"),), results=f"r{suffix}")).frame()
     assert frame["a.boolean_out"].dtype == bool
     assert frame["a.boolean_out"].all()
     assert frame["a.y1"].dtype == float

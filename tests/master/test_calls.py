@@ -88,7 +88,7 @@ def test_an_isolated_fmu_has_the_dependencies_that_it_declares(made, tmp_path, m
                      bindings=bindings(binding(values({"A[1,2]": 1.0, "x0[2]": 1.0, "C[1,1]": 1.0}))))  # fmt: skip
     path = packed(tmp_path, made("direct", 1, direct=True), ramp, gain("a", 2.0), links=(link("r.y1", "a.u1"),))
     for isolate in (False, True):
-        frame = run(path, tmp_path / "out", Options(method=method, isolate=isolate)).frame
+        frame = run(path, tmp_path / "out", Options(method=method, isolate=isolate)).frame()
         assert frame["a.y1"].iloc[-1] == pytest.approx(2.0)
 
 
@@ -172,7 +172,7 @@ def test_only_items_that_exist_are_tried(made, tmp_path, method):
                   '<ssv:Parameter name="item_in"><ssv:Integer value="3"/></ssv:Parameter>'))))  # fmt: skip
     b = component("b", "resources/L.fmu", connector("item_in", "input", None), connector("item_out", "output", None))
     path = packed(tmp_path, fmu, a, b, links=(link("a.item_out", "b.item_in"),))
-    assert run(path, tmp_path / "out", Options(method=method)).frame["b.item_out"].iloc[-1] == 3
+    assert run(path, tmp_path / "out", Options(method=method)).frame()["b.item_out"].iloc[-1] == 3
 
 
 @pytest.mark.parametrize(("h", "n", "ratio"), [(0.1, 100, 2), (0.1, 100, 6), (0.1, 1000, 7)])
@@ -219,7 +219,7 @@ def test_libraries_of_one_name_are_told(made, tmp_path):
 
 def test_functions_that_nobody_calls_may_be_missing(made, tmp_path):
     fmu = made("less", 3, ("MISSING(GetNominalsOfContinuousStates)", ""))
-    assert run(packed(tmp_path, fmu, constant("a", 2.0)), tmp_path / "out").frame["a.y1"].iloc[-1] == 2.0
+    assert run(packed(tmp_path, fmu, constant("a", 2.0)), tmp_path / "out").frame()["a.y1"].iloc[-1] == 2.0
 
 
 def test_a_function_that_is_needed_may_not(made, tmp_path):
@@ -278,7 +278,7 @@ def test_libraries_beside_an_fmu_are_found(made, tmp_path, where, named, isolate
             archive.write(tmp_path / f"lib{name}{tmp_path.name}.so", f"{where}/lib{name}{tmp_path.name}.so")
     path = packed(tmp_path, fmu, constant("a", 2.0))
     if named or isolate:
-        frame = run(path, tmp_path / "out", Options(isolate=isolate)).frame
+        frame = run(path, tmp_path / "out", Options(isolate=isolate)).frame()
         assert frame["a.y1"].iloc[-1] == 6.0
     else:
         with pytest.raises(CosimError, match=rf"libhelper{tmp_path.name}\.so.*: --isolate has it found"):

@@ -89,7 +89,7 @@ def test_a_parameter_set_wins_over_the_packages_and_gives_way_to_set(fmus, tmp_p
 
     def end(**options):
         result = run(path, tmp_path / "out", Options(parameters=(mine,), **options))
-        return result.frame["a.y1"].iloc[-1]
+        return result.frame()["a.y1"].iloc[-1]
 
     assert end() == 10.0
     assert end(changes=(("a.D[1,1]", "7"),)) == 14.0

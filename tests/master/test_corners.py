@@ -46,7 +46,7 @@ def test_a_session_remembers_nothing_of_an_earlier_run(tmp_path, method):
     with Session(path) as session:
         first, second, third = (session.run(["i.y1"], 1.0, 0.1, method=method)[1] for _ in range(3))
     assert first.tolist() == second.tolist() == third.tolist()
-    assert run(path, tmp_path / "out", Options(method=method)).frame["i.y1"].tolist() == first[:, 0].tolist()
+    assert run(path, tmp_path / "out", Options(method=method)).frame()["i.y1"].tolist() == first[:, 0].tolist()
 
 
 def test_a_session_takes_any_number_of_records(fmus, tmp_path):
@@ -65,7 +65,7 @@ def test_a_session_shortens_its_last_step_as_a_run_does(tmp_path, method):
     parts = linear("a", A=[[0]], B=[[-9.0]], C=[[1]], x0=[1]), linear("b", A=[[0]], B=[[1.0]], C=[[1]], x0=[0])
     root = system("root", *parts, links=(link("a.y1", "b.u1"), link("b.y1", "a.u1")))
     path = package(tmp_path / "p.ssp", root, {"resources/L.fmu": fmu})
-    alone = run(path, tmp_path / "out", Options(method=method, step=0.03, stop_time=1.0)).frame
+    alone = run(path, tmp_path / "out", Options(method=method, step=0.03, stop_time=1.0)).frame()
     with Session(path) as session:
         t, rows = session.run(["a.y1"], 1.0, 0.03, method=method)
     assert t.tolist() == alone["time"].tolist()
@@ -81,7 +81,7 @@ def test_discrete_reals_are_passed_on_as_they_are(tmp_path, method):
     clock = linear("clock", "resources/G.fmu", A=[[0, 10], [0, 0]], C=[[1, 0]], x0=[0, 1])
     root = system("root", clock, linear("i", **INTEGRATOR), links=(link("clock.y1", "i.u1"),))
     path = package(tmp_path / "p.ssp", root, {"resources/L.fmu": fmu, "resources/G.fmu": gears})
-    frame = run(path, tmp_path / "out", Options(method=method)).frame
+    frame = run(path, tmp_path / "out", Options(method=method)).frame()
     assert frame["i.u1"].to_numpy() == pytest.approx(frame["i.u1"].round().to_numpy(), abs=1e-9)
 
 
@@ -92,7 +92,7 @@ def test_loops_of_whole_numbers(fmus, tmp_path):
                       connector("integer_out", "output", "Integer"), bindings=given) for n in "ab"]  # fmt: skip
     links = (link("a.integer_out", "b.integer_in"), link("b.integer_out", "a.integer_in"))
     path = package(tmp_path / "p.ssp", system("root", *pair, links=links), {"resources/L.fmu": fmus[2]})
-    assert run(path, tmp_path / "out").frame["a.integer_out"].tolist() == [-1] * 11
+    assert run(path, tmp_path / "out").frame()["a.integer_out"].tolist() == [-1] * 11
 
 
 def test_an_output_does_not_drive_a_parameter(fmus, tmp_path):
@@ -115,7 +115,7 @@ def test_a_short_last_step_has_the_slope_of_the_others(tmp_path):
     fmu = native.linear(tmp_path / "f", 2, through=False, slopes=True)
     root = system("root", linear("clock", **CLOCK), linear("i", **INTEGRATOR), links=(link("clock.y1", "i.u1"),))
     path = package(tmp_path / "p.ssp", root, {"resources/L.fmu": fmu})
-    x = run(path, tmp_path / "out", Options(method="extrapolation", step=0.3)).frame["i.y1"].iloc[-1]
+    x = run(path, tmp_path / "out", Options(method="extrapolation", step=0.3)).frame()["i.y1"].iloc[-1]
     assert x == pytest.approx(0.5 - 0.3**2 / 2.0, rel=1e-12)
 
 
@@ -124,7 +124,7 @@ def test_fmi_1_tells_what_its_outputs_depend_on(tmp_path):
     root = system("root", linear("clock", **CLOCK), linear("gain", D=[[2.0]]), linear("i", **INTEGRATOR),
                   links=(link("clock.y1", "gain.u1"), link("gain.y1", "i.u1")))  # fmt: skip
     frame = run(package(tmp_path / "p.ssp", root, {"resources/L.fmu": fmu}), tmp_path / "out",
-                Options(method="jacobi")).frame  # fmt: skip
+                Options(method="jacobi")).frame()  # fmt: skip
     assert frame["gain.y1"].tolist() == pytest.approx((2.0 * frame["time"]).tolist())
 
 
@@ -220,7 +220,7 @@ def test_connectors_of_components_that_are_systems(fmus, tmp_path, outer, inner,
     root, files = nested(outer, inner)
     path = package(tmp_path / "p.ssp", root, {"resources/L.fmu": fmus[2], **files})
     if not isinstance(message, str):
-        assert run(path, tmp_path / "out").frame["sub.a.u1"].iloc[-1] == pytest.approx(message)
+        assert run(path, tmp_path / "out").frame()["sub.a.u1"].iloc[-1] == pytest.approx(message)
     else:
         with pytest.raises(CosimError, match=message):
             run(path, tmp_path / "out")
@@ -276,7 +276,7 @@ def test_second_order_behind_an_fmu_that_answers_at_once(fmus, tmp_path, method)
                   links=(link("clock.y1", "a.u1"), link("a.y1", "b.u1"), link("b.y1", "i.u1")))  # fmt: skip
     path = package(tmp_path / "p.ssp", root, {"resources/L.fmu": fmus[2]})
     errors = [
-        abs(run(path, tmp_path / "out", Options(method=method, step=h)).frame["i.y1"].iloc[-1] - 1.0 / 3.0)
+        abs(run(path, tmp_path / "out", Options(method=method, step=h)).frame()["i.y1"].iloc[-1] - 1.0 / 3.0)
         for h in (0.05, 0.025)
     ]
     assert errors[0] / errors[1] > 3.5
@@ -289,7 +289,7 @@ def test_stimuli_are_those_of_the_row(fmus, tmp_path):
                   links=(link("clock.y1", "add.u1"), link("in", "add.u2")))  # fmt: skip
     path = package(tmp_path / "p.ssp", root, {"resources/L.fmu": fmus[2]})
     (tmp_path / "s.csv").write_text("time,in\n0,0\n1,-1\n")
-    frame = run(path, tmp_path / "out", Options(stimuli=tmp_path / "s.csv", method="jacobi")).frame
+    frame = run(path, tmp_path / "out", Options(stimuli=tmp_path / "s.csv", method="jacobi")).frame()
     assert frame["in"].tolist() == pytest.approx((-frame["time"]).tolist())
     assert frame["add.y1"].tolist() == pytest.approx([0.0] * len(frame), abs=1e-12)
 
@@ -305,7 +305,7 @@ def test_a_short_last_step_is_foretold_as_far_as_it_is_long(tmp_path, method):
     if method == "nepce":
         links.append(link("i.y1", "clock.u2"))
     path = package(tmp_path / "p.ssp", system("root", *parts, links=tuple(links)), {"resources/L.fmu": fmu})
-    frame = run(path, tmp_path / "out", Options(method=method, step=0.3)).frame
+    frame = run(path, tmp_path / "out", Options(method=method, step=0.3)).frame()
     assert frame["i.y1"].iloc[-1] == pytest.approx(0.5 - 0.3**2 / 2.0, rel=1e-12)
 
 

@@ -43,7 +43,7 @@ def end(fmus, tmp_path, root, *names, **options):
     """The values of columns at the end; the package has no fault that --check would find."""
     path = package_of(fmus, tmp_path, root)
     assert not check(path).errors
-    return run(path, tmp_path / "out", Options(**options)).frame[list(names)].iloc[-1].tolist()
+    return run(path, tmp_path / "out", Options(**options)).frame()[list(names)].iloc[-1].tolist()
 
 
 ALL = ("b.array_out[1]", "b.array_out[2]", "b.array_out[3]")
@@ -187,6 +187,6 @@ def test_an_output_of_the_system_with_elements_of_its_inputs_beside_those_of_com
     links = (link("clock.y1", "o", endIndices="1"), link("in", "o", endIndices="2"))
     path = package_of(fmus, tmp_path, system("root", clock, made=made, links=links))
     (tmp_path / "in.csv").write_text("time,in\n0,0\n1,10\n")
-    frame = run(path, tmp_path / "out", Options(method=method, stimuli=tmp_path / "in.csv")).frame
+    frame = run(path, tmp_path / "out", Options(method=method, stimuli=tmp_path / "in.csv")).frame()
     assert frame["o[1]"].tolist() == frame["clock.y1"].tolist() == pytest.approx(frame["time"].tolist())
     assert frame["o[2]"].tolist() == frame["in"].tolist() == pytest.approx((10.0 * frame["time"]).tolist())

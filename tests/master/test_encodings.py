@@ -54,7 +54,7 @@ def test_names_without_the_flag(fmus, tmp_path, encoding, form):
         pytest.skip("cp437 has no combining letters")
     files = {unicodedata.normalize(form, name): content for name, content in umlauts(fmus).items()}
     path = zipped(tmp_path / "p.ssp", files, encoding)
-    assert (run(path, tmp_path / "out").frame["a.y1"] == 4.0).all()
+    assert (run(path, tmp_path / "out").frame()["a.y1"] == 4.0).all()
 
 
 def test_names_in_another_encoding_are_told_with_it(fmus, tmp_path):
@@ -70,7 +70,7 @@ def test_a_parameter_set_inside_an_fmu_with_such_a_name(fmus, tmp_path):
     sets = bindings(binding(source="extra/Größe.ssv", sourceBase="component"))
     root = system("root", component("a", "resources/L.fmu", connector("y1", "output"), bindings=sets))
     path = package(tmp_path / "p.ssp", root, {"resources/L.fmu": fmu})
-    assert (run(path, tmp_path / "out").frame["a.y1"] == 4.0).all()
+    assert (run(path, tmp_path / "out").frame()["a.y1"] == 4.0).all()
 
 
 FILES = {  # declared, written: whether that is what is declared
@@ -93,7 +93,7 @@ def test_a_description_is_read_in_the_encoding_that_it_has(fmus, tmp_path, decla
     files = {"SystemStructure.ssd": encoded(text, declared, written), "resources/L.fmu": fmus[2]}
     path = pack(tmp_path / "p.ssp", files)
     result = run(path, tmp_path / "out")
-    assert (result.frame["Größe.y1"] == 4.0).all()
+    assert (result.frame()["Größe.y1"] == 4.0).all()
     told = any("encoding" in text for text in result.summary["warnings"])
     assert told != FILES[declared, written]
     assert bool(check(path).errors) == told
@@ -108,7 +108,7 @@ def test_a_model_description_is_read_in_the_encoding_that_it_has(fmus, tmp_path,
     fmu = pack(tmp_path / "M.fmu", {**files, "modelDescription.xml": encoded(text, declared, written)})
     sets = bindings(binding(values({"C[1,1]": 1.0, "x0[1]": 4.0})))
     root = system("root", component("a", "resources/M.fmu", connector("Länge", "output"), bindings=sets))
-    frame = run(package(tmp_path / "p.ssp", root, {"resources/M.fmu": fmu}), tmp_path / "out").frame
+    frame = run(package(tmp_path / "p.ssp", root, {"resources/M.fmu": fmu}), tmp_path / "out").frame()
     assert (frame["a.Länge"] == 4.0).all()
 
 
@@ -144,4 +144,4 @@ def test_a_model_description_is_put_right_in_any_folder(fmus, tmp_path, monkeypa
     files["modelDescription.xml"] = encoded(native.description(2), "UTF-16", "utf-16")
     fmu = pack(tmp_path / "M.fmu", files)
     path = package(tmp_path / "p.ssp", system("root", constant("a", 4.0)), {"resources/L.fmu": fmu})
-    assert (run(path, tmp_path / "out").frame["a.y1"] == 4.0).all()
+    assert (run(path, tmp_path / "out").frame()["a.y1"] == 4.0).all()

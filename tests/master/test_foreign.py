@@ -37,7 +37,7 @@ def test_an_fmu_that_cannot_be_read_before_it_steps(fmus, tmp_path, version, tro
     """Between steps FMI 2.0 lets it refuse that (14); some do so from the first value on that is set (15)."""
     options = Options(method=method, isolate=isolate)
     runs = [run(lag_of(tmp_path, fmus, version, t), tmp_path / f"out{t:g}", options) for t in (trouble, 0.0)]
-    strict, lenient = (r.frame["lag.y1"].to_numpy() for r in runs)
+    strict, lenient = (r.frame()["lag.y1"].to_numpy() for r in runs)
     assert strict[0] == start
     assert strict[1:] == pytest.approx(lenient[1:], abs=1e-12)
     told = [text for text in runs[0].summary["warnings"] if "'lag' refuses getXXX" in text]
@@ -76,7 +76,7 @@ def test_a_component_that_drives_itself(tmp_path, version, through, right, told,
     path = package(tmp_path / "p.ssp", root, {"resources/L.fmu": fmu}, stop=1.0, step=0.1)
     result = run(path, tmp_path / "out", Options(method=method))
     late = 0.5 * (1.0 - right) if method in ("extrapolation", "nepce") else 1.0 - right
-    assert result.frame["own.y2"].iloc[-1] == pytest.approx(1.0 - late, abs=1e-12)
+    assert result.frame()["own.y2"].iloc[-1] == pytest.approx(1.0 - late, abs=1e-12)
     assert any("component 'own'" in text and "a step late" in text for text in result.summary["warnings"]) == told
 
 
@@ -96,7 +96,7 @@ def test_a_loop_that_nothing_tells_of_is_solved_or_told(tmp_path, version, throu
     fmu = native.linear(tmp_path, version, through=through)
     path = package(tmp_path / "p.ssp", root, {"resources/L.fmu": fmu}, stop=1.0, step=0.1)
     result = run(path, tmp_path / "out", Options(method=method, isolate=isolate))
-    assert (result.frame["a.y1"].iloc[-1] == pytest.approx(-0.75, abs=1e-12)) == right
+    assert (result.frame()["a.y1"].iloc[-1] == pytest.approx(-0.75, abs=1e-12)) == right
     told = [text for text in result.summary["warnings"] if "an algebraic loop that the FMUs do not declare" in text]
     assert len(told) == (not right)
     assert all(text.startswith("a.u1 -> a.y1 -> b.u1 -> b.y1 -> a.u1:") for text in told)
@@ -111,5 +111,5 @@ def test_any_variable_of_fmi_1_with_a_start_takes_a_value(fmus, tmp_path, variab
     root = system("root", gain("twice", 2.0), linear("ramp", **RAMP), links=(link("ramp.y1", "twice.u1"),))
     path = package(tmp_path / "p.ssp", root, {"resources/L.fmu": fmu}, stop=1.0, step=0.1)
     result = run(path, tmp_path / "out", Options())
-    assert result.frame["twice.y1"].iloc[-1] == pytest.approx(2.0)
+    assert result.frame()["twice.y1"].iloc[-1] == pytest.approx(2.0)
     assert result.summary["parameters"]["twice.D[1,1]"]["value"] == 2.0

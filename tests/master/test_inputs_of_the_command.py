@@ -29,7 +29,7 @@ def unpacked(fmus, tmp_path):
 
 
 def columns(tmp_path, path, **options):
-    return run(path, tmp_path / "out", Options(**options)).frame
+    return run(path, tmp_path / "out", Options(**options)).frame()
 
 
 def test_a_folder_and_its_description_are_the_package(unpacked, tmp_path):

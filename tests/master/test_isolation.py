@@ -48,7 +48,7 @@ def test_what_answers_at_once_is_found_out_of_isolated_fmus_too(tmp_path, versio
     root = system("root", clock, linear("a", D=[[-3.0]]), linear("b", D=[[1.0, 1.0]]), links=(
         link("b.y1", "a.u1"), link("a.y1", "b.u1"), link("clock.y1", "b.u2"), link("a.y1", "clock.u1")))  # fmt: skip
     path = package(tmp_path / "p.ssp", root, silent)
-    here, apart = (run(path, tmp_path / "out", Options(method=method, isolate=i)).frame for i in (False, True))
+    here, apart = (run(path, tmp_path / "out", Options(method=method, isolate=i)).frame() for i in (False, True))
     assert apart["a.y1"].tolist() == pytest.approx((-0.75 * apart["time"]).tolist(), abs=1e-12)
     assert here.equals(apart)
 
@@ -73,7 +73,7 @@ def test_a_failing_fmu_is_named_with_its_time(fmus, tmp_path, fault, isolate):
 def test_a_warning_without_a_word_is_told_once(fmus, tmp_path, version, isolate):
     path = two(tmp_path / "p.ssp", fmus[version], FAULTS["warning"], 0.5)
     result = run(path, tmp_path / "out", Options(isolate=isolate))
-    assert result.frame["b.y1"].iloc[-1] == pytest.approx(2.0, abs=0.03)
+    assert result.frame()["b.y1"].iloc[-1] == pytest.approx(2.0, abs=0.03)
     told = [text for text in result.summary["warnings"] if "warning" in text]
     assert told == ["b: doStep at t = 0.5 s ended with a warning and no word of why"]
 

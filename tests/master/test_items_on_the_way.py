@@ -116,7 +116,7 @@ def test_texts_in_a_frame_are_as_they_are(fmus, tmp_path, text, results):
     ends = connector("string_in", "input", "String"), connector("string_out", "output", "String")
     path = package(tmp_path / "p.ssp", system("root", component("a", "resources/L.fmu", *ends)), with_fmu(fmus))
     options = Options(changes=(("a.string_in", text),), results=results)
-    frame = run(path, tmp_path / "out", options).frame
+    frame = run(path, tmp_path / "out", options).frame()
     assert frame["a.string_out"].tolist() == [text] * len(frame)
     assert frame["a.y1"].dtype == float
 
@@ -128,7 +128,7 @@ def test_stimuli_of_an_input_without_start_value_are_there_at_the_start(fmus, tm
     a = component("a", "resources/L.fmu", connector("u1", "input"), bindings=bindings(binding(values({"D[1,1]": 3.0}))))
     path = package(tmp_path / "p.ssp", system("root", a), {"resources/L.fmu": fmu})
     (tmp_path / "s.csv").write_text("time,a.u1\n0,2\n1,2\n")
-    frame = run(path, tmp_path / "out", Options(stimuli=tmp_path / "s.csv")).frame
+    frame = run(path, tmp_path / "out", Options(stimuli=tmp_path / "s.csv")).frame()
     assert frame["a.y1"].tolist() == [6.0] * len(frame)
 
 
@@ -212,7 +212,7 @@ def test_an_output_of_the_system_has_the_size_that_it_states(fmus, tmp_path):
 def test_an_array_of_one_value_is_an_array(fmus, tmp_path):
     a = component("a", "resources/L.fmu", connector("many_out", "output", "Float64"))
     path = package(tmp_path / "p.ssp", system("root", a), with_fmu(fmus, 3), version="2.0")
-    frame = run(path, tmp_path / "out", Options(changes=(("a.size", "1"),))).frame
+    frame = run(path, tmp_path / "out", Options(changes=(("a.size", "1"),))).frame()
     assert "a.many_out[1]" in frame.columns
     assert "a.many_out" not in frame.columns
 

@@ -31,7 +31,7 @@ def test_a_chain_of_gains_is_up_to_date(fmu, tmp_path, method):
     clock = linear("clock", A=[[0, 1], [0, 0]], C=[[1, 0]], x0=[0, 1])
     chain = [linear(n, D=[[g]]) for n, g in (("c", 5.0), ("b", 3.0), ("a", 2.0))]
     root = system("root", *chain, clock, links=(link("clock.y1", "a.u1"), link("a.y1", "b.u1"), link("b.y1", "c.u1")))
-    frame = run(package(tmp_path / "p.ssp", root, fmu), tmp_path / "out", Options(method=method)).frame
+    frame = run(package(tmp_path / "p.ssp", root, fmu), tmp_path / "out", Options(method=method)).frame()
     assert frame["c.y1"].tolist() == pytest.approx((30.0 * frame["time"]).tolist())
 
 
@@ -47,7 +47,7 @@ def test_a_chain_in_a_circle_is_a_step_old_at_most(tmp_path, through, listed):
     links = (link("m.y1", "a.u1"), link("a.y1", "b.u1"), link("b.y1", "m.u1"))
     fmu = {"resources/L.fmu": native.linear(tmp_path, 2, through=through)}
     path = package(tmp_path / "p.ssp", system("root", *(parts[n] for n in listed), links=links), fmu, step=0.02)
-    found = run(path, tmp_path / "out").frame["m.y1"].to_numpy()
+    found = run(path, tmp_path / "out").frame()["m.y1"].to_numpy()
     x, v, h, expected = 1.0, 0.0, 0.02, []
     for _ in found:
         expected.append(x)
@@ -90,7 +90,7 @@ def test_a_loop_is_solved_in_every_step(fmu, tmp_path, method, gain, offset):
     behind = linear("i", A=[[0]], B=[[1]], C=[[1]])
     root = loop(gain, offset).replace("</ssd:Elements>", f"{behind}</ssd:Elements>")
     root = root.replace("</ssd:Connections>", f"{link('a.y1', 'i.u1')}</ssd:Connections>")
-    frame = run(package(tmp_path / "p.ssp", root, fmu), tmp_path / "out", Options(method=method)).frame
+    frame = run(package(tmp_path / "p.ssp", root, fmu), tmp_path / "out", Options(method=method)).frame()
     exact = gain * offset / (1.0 - gain)
     assert (frame["a.y1"] / exact).tolist() == pytest.approx([1.0] * len(frame), rel=1e-7)
     assert frame["i.y1"].iloc[-1] / exact == pytest.approx(1.0, rel=1e-6)
@@ -105,7 +105,7 @@ def test_a_loop_is_found_where_the_fmus_do_not_say(tmp_path, version, method):
     root = system("root", clock, linear("a", D=[[-3.0]]), linear("b", D=[[1.0, 1.0]]), links=(
         link("b.y1", "a.u1"), link("a.y1", "b.u1"), link("clock.y1", "b.u2"), link("a.y1", "clock.u1")))  # fmt: skip
     path = package(tmp_path / "p.ssp", root, silent)
-    frame = run(path, tmp_path / "out", Options(method=method)).frame
+    frame = run(path, tmp_path / "out", Options(method=method)).frame()
     assert frame["a.y1"].tolist() == pytest.approx((-0.75 * frame["time"]).tolist(), abs=1e-12)
 
 
@@ -118,7 +118,7 @@ def test_a_loop_that_goes_on_from_step_to_step_is_learned(fmu, tmp_path, monkeyp
     root = system("root", clock, linear("a", D=[[gain]]), linear("b", D=[[1.0, 1.0]]),
                   links=(link("b.y1", "a.u1"), link("a.y1", "b.u1"), link("clock.y1", "b.u2")))  # fmt: skip
     path = package(tmp_path / "p.ssp", root, fmu, step=0.01)
-    first = run(path, tmp_path / "out").frame
+    first = run(path, tmp_path / "out").frame()
     assert first["a.y1"].to_numpy() == pytest.approx(gain / (1.0 - gain) * np.cos(3.0 * first["time"].to_numpy()))
     assert len(sweeps) < 800  # it was 40 to 200 a step
     with Session(path) as session:  # of which nothing is left in the next run
@@ -138,7 +138,7 @@ def test_what_is_zero_beside_a_loop_of_large_values_stays_in_its_range(fmu, tmp_
         "arm", source="resources/S.fmu", D=[[1.0]]) + "</ssd:Elements>")  # fmt: skip
     root = root.replace("</ssd:Connections>", f"{link('rest.y1', 'arm.u1')}</ssd:Connections>")
     fmus = {**fmu, "resources/S.fmu": ranged}
-    frame = run(package(tmp_path / "p.ssp", root, fmus), tmp_path / "out").frame
+    frame = run(package(tmp_path / "p.ssp", root, fmus), tmp_path / "out").frame()
     assert (frame["a.y1"] * (1.0 - gain) / (gain * 1e8)).tolist() == pytest.approx([1.0] * len(frame))
     least = np.min([np.where(np.abs(x) < 1e6, x, 0.0) for x in tried])
     assert -1e-6 <= least < 0.0
@@ -170,7 +170,7 @@ def test_a_loop_whose_values_pass_zero(fmu, tmp_path, method, zero, gains):
     ramp = {"A": [[0, 1], [0, 0]], "C": [[1, 0]]}
     a, b = linear("a", **ramp, D=[[p]], x0=[-zero, 1.0]), linear("b", **ramp, D=[[q]], x0=[zero, -1.0])
     path = package(tmp_path / "p.ssp", system("root", a, b, links=(link("a.y1", "b.u1"), link("b.y1", "a.u1"))), fmu)
-    frame = run(path, tmp_path / "out", Options(method=method)).frame
+    frame = run(path, tmp_path / "out", Options(method=method)).frame()
     t = frame["time"].to_numpy() - zero
     assert frame["a.y1"].to_numpy() == pytest.approx(t * (1.0 - p) / (1.0 - p * q), abs=1e-10)
 
@@ -193,7 +193,7 @@ def test_the_inputs_in_the_record_are_those_that_were_held(fmu, tmp_path):
     clock = linear("clock", A=[[0, 1], [0, 0]], C=[[1, 0]], x0=[0, 1])
     root = system("root", clock, linear("a", D=[[2.0]]), linear("b", D=[[1.0]]),
                   links=(link("clock.y1", "a.u1"), link("a.y1", "b.u1")))  # fmt: skip
-    frame = run(package(tmp_path / "p.ssp", root, fmu), tmp_path / "out", Options(method="jacobi")).frame
+    frame = run(package(tmp_path / "p.ssp", root, fmu), tmp_path / "out", Options(method="jacobi")).frame()
     assert frame["a.u1"].tolist() == pytest.approx(frame["time"].tolist())
     assert frame["a.y1"].tolist() == pytest.approx((2.0 * frame["time"]).tolist())
 
@@ -262,7 +262,7 @@ def test_of_two_solutions_the_one_nearer_to_the_start_counts(tmp_path, version, 
     fmu = {"resources/L.fmu": native.linear(tmp_path, version)}
     path = package(tmp_path / "p.ssp", system("root", linear("a", C=[[1]], x0=[-2.0]), linear("b", D=[[1.0]]),
                    links=(link("a.y1", "b.u1"), link("b.y1", "a.u1"))), fmu)  # fmt: skip
-    frame = run(path, tmp_path / "out", Options(changes={"a.square": 1.0, "a.u1": start})).frame
+    frame = run(path, tmp_path / "out", Options(changes={"a.square": 1.0, "a.u1": start})).frame()
     assert frame["a.y1"].tolist() == pytest.approx([root] * len(frame), rel=1e-9)
 
 
@@ -276,5 +276,5 @@ def test_a_solution_that_repetition_leaves_is_found_from_near_it(tmp_path, start
                    links=(link("a.y1", "b.u1"), link("b.y1", "a.u1"))), fmu)  # fmt: skip
     given = {"a.square": 1.0, "a.u1": start, "b.u1": start}
     result = run(path, tmp_path / "out", Options(changes=given))
-    assert result.frame["a.y1"].iloc[0] == pytest.approx(root, abs=1e-9)
+    assert result.frame()["a.y1"].iloc[0] == pytest.approx(root, abs=1e-9)
     assert any("more than one solution" in text for text in result.summary["warnings"]) == told

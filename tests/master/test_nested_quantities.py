@@ -67,7 +67,7 @@ def test_an_offset_in_a_unit_that_nothing_says_is_told(fmus, tmp_path, stated, e
                   bindings=bindings(binding(values({"in": 1000.0}))))  # fmt: skip
     path = package(tmp_path / "p.ssp", root, with_fmu(fmus), after=UNITS)
     result = run(path, tmp_path / "out")
-    assert result.frame["sub.a.y1"].iloc[-1] == pytest.approx(expected)
+    assert result.frame()["sub.a.y1"].iloc[-1] == pytest.approx(expected)
     message = "connector 'sub.u' does not say its unit, nor does what it leads to at once"
     assert (message in " ".join(result.summary["warnings"])) == (stated is None)
 

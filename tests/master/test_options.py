@@ -27,7 +27,7 @@ def test_the_end_is_kept_whatever_every_is(fmus, tmp_path):
     root = system("root", constant("a", 2.0))
     path = package(tmp_path / "p.ssp", root, with_fmu(fmus), stop=1.0, step=0.01)
     for every, last_before in ((1, 0.99), (7, 0.98), (50, 0.5), (1000, 0.0)):
-        times = run(path, tmp_path / "out", Options(record_every=every)).frame["time"].tolist()
+        times = run(path, tmp_path / "out", Options(record_every=every)).frame()["time"].tolist()
         assert times[-2:] == pytest.approx([last_before, 1.0])
         assert times == sorted(set(times))
 
@@ -35,7 +35,7 @@ def test_the_end_is_kept_whatever_every_is(fmus, tmp_path):
 def test_a_pattern_means_the_elements_of_an_array_too(fmus, tmp_path):
     array = connector("array_out", "output", None)
     path = package(tmp_path / "p.ssp", system("root", constant("a", 2.0, array)), with_fmu(fmus, 3))
-    frame = run(path, tmp_path / "out", Options(record=("*.array_out",))).frame
+    frame = run(path, tmp_path / "out", Options(record=("*.array_out",))).frame()
     assert list(frame) == ["time", *(f"a.array_out[{k}]" for k in (1, 2, 3))]
 
 
@@ -112,7 +112,7 @@ def test_options_from_python_may_be_written_as_in_the_shell(fmus, tmp_path):
     }  # fmt: skip
     result = simulate(path, tmp_path / "out", **given)
     assert result.summary["step_s"] == 0.25
-    assert result.frame["a.y1"].tolist() == [3.0] * 5
+    assert result.frame()["a.y1"].tolist() == [3.0] * 5
 
 
 @pytest.mark.skipif(sys.platform == "win32", reason="there is no SIGTERM")

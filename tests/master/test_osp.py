@@ -64,7 +64,7 @@ def structure(folder, fmu, *simulators, links=(), functions="", times="<BaseStep
 
 
 def frame(tmp_path, path, **options):
-    return run(path, tmp_path / "out", Options(**options)).frame
+    return run(path, tmp_path / "out", Options(**options)).frame()
 
 
 @pytest.mark.parametrize("version", [1, 2, 3])
@@ -235,8 +235,8 @@ def test_values_keep_their_numbers_whatever_their_units(fmus, tmp_path):
     folder = structure(tmp_path / "s", odd, a, simulator("b"), simulator("c"), links=links,
                        functions='<LinearTransformation name="mm" factor="1000"/>')  # fmt: skip
     result = run(folder, tmp_path / "out")
-    assert result.frame["b.u1"].iloc[-1] == 4.0
-    assert result.frame["c.u1"].iloc[-1] == 4000.0
+    assert result.frame()["b.u1"].iloc[-1] == 4.0
+    assert result.frame()["c.u1"].iloc[-1] == 4000.0
     assert [w for w in result.summary["warnings"] if " mm" in w and "'b.u1'" in w]
     assert not [w for w in result.summary["warnings"] if "c.u1" in w]
 

@@ -57,7 +57,7 @@ def test_threads_give_the_same_to_the_last_bit(tmp_path, always, method, version
         always.clear()
         after = run(path, folders[1], Options(method=method, parallel=True))
         assert (folders[0] / "results.csv").read_bytes() == (folders[1] / "results.csv").read_bytes()
-        assert np.ptp(before.frame["b.y1"]) > 0.1
+        assert np.ptp(before.frame()["b.y1"]) > 0.1
         assert after.summary["steps"] == 400
         if number == 0 or method not in ("gauss-seidel", "nepce"):  # of a circle, one has to wait for the other
             assert taken(always)

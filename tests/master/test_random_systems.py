@@ -139,7 +139,7 @@ def test_outputs_are_those_of_the_matrices(fmus, tmp_path_factory, graph, method
     result = run(ssp(folder / "p.ssp", fmus, parts, wires), folder / "out", Options(method=method))
     names = {name(parts, i): i for i in range(len(parts))}
     expected = exact(parts, wires, [names[n] for n in result.summary["order"]], method == "jacobi")
-    frame = result.frame
+    frame = result.frame()
     for i in range(len(parts)):
         for k in range(PORTS):
             found = frame[f"{name(parts, i)}.y{k + 1}"].to_numpy()
@@ -174,7 +174,7 @@ def test_methods_of_second_order_come_to_the_coupled_system(fmus, tmp_path_facto
     truth = coupled(parts, wires, H * STEPS)
     errors = []
     for h in (H / 16, H / 32):
-        frame = run(path, folder / "out", Options(method=method, step=h)).frame
+        frame = run(path, folder / "out", Options(method=method, step=h)).frame()
         found = [[frame[f"{name(parts, i)}.y{k + 1}"].iloc[-1] for k in range(PORTS)] for i in range(len(parts))]
         errors.append(np.abs(np.array(found) - truth).max())
     assert errors[1] <= 0.3 * errors[0] + 1e-6 * max(1.0, np.abs(truth).max()), errors
@@ -192,7 +192,7 @@ def test_methods_converge_to_the_coupled_system(fmus, tmp_path):
                           ("fixed-point", 2)):  # fmt: skip
         errors = []
         for h in (H / 4, H / 8, H / 16):
-            frame = run(path, tmp_path / "out", Options(method=method, step=h)).frame
+            frame = run(path, tmp_path / "out", Options(method=method, step=h)).frame()
             found = np.array([[frame[f"p{i}.y{k + 1}"].iloc[-1] for k in range(2)] for i in range(3)])
             errors.append(np.abs(found - truth).max())
         assert np.log2(np.array(errors[:-1]) / errors[1:]) == pytest.approx(order, abs=0.2), method

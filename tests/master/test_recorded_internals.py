@@ -43,7 +43,7 @@ def driven(path, fmu, *made):
 def test_a_connector_of_kind_output_is_recorded(fmus, tmp_path, version, method):
     fmu = with_locals(tmp_path, version, fmus[version])
     path = driven(tmp_path / "p.ssp", fmu, connector("y1", "output"), connector("y2", "output"))
-    frame = run(path, tmp_path / "out", Options(method=method)).frame
+    frame = run(path, tmp_path / "out", Options(method=method)).frame()
     assert "a.y3" not in frame
     assert frame["a.y1"].iloc[-1] > 1.7
     assert frame["a.y2"].tolist() == pytest.approx((2.5 * frame["a.y1"]).tolist(), abs=1e-12)
@@ -53,7 +53,7 @@ def test_a_connector_of_kind_output_is_recorded(fmus, tmp_path, version, method)
 @pytest.mark.parametrize("isolate", [False, True])
 def test_what_is_asked_for_by_name_is_recorded(fmus, tmp_path, isolate):
     path = driven(tmp_path / "p.ssp", with_locals(tmp_path, 2, fmus[2]))
-    frame = run(path, tmp_path / "out", Options(record=("a.y3", "a.D[2,1]", "a.y1"), isolate=isolate)).frame
+    frame = run(path, tmp_path / "out", Options(record=("a.y3", "a.D[2,1]", "a.y1"), isolate=isolate)).frame()
     assert set(frame) == {"time", "a.y1", "a.y3", "a.D[2,1]"}
     assert frame["a.y3"].tolist() == pytest.approx((3.5 * frame["a.y1"]).tolist(), abs=1e-12)
     assert (frame["a.D[2,1]"] == 5.0).all()
@@ -62,8 +62,8 @@ def test_what_is_asked_for_by_name_is_recorded(fmus, tmp_path, isolate):
 
 def test_a_pattern_brings_internals_only_where_it_means_nothing_else(fmus, tmp_path):
     path = driven(tmp_path / "p.ssp", with_locals(tmp_path, 2, fmus[2]))
-    assert "a.y2" not in run(path, tmp_path / "out", Options(record=("a.*",))).frame
-    assert {"a.y2", "r.y2"} < set(run(path, tmp_path / "out", Options(record=("*.y2",))).frame)
+    assert "a.y2" not in run(path, tmp_path / "out", Options(record=("a.*",))).frame()
+    assert {"a.y2", "r.y2"} < set(run(path, tmp_path / "out", Options(record=("*.y2",))).frame())
     with pytest.raises(CosimError, match=r"'a\.y99' matches nothing"):
         run(path, tmp_path / "out", Options(record=("a.y99",)))
 
@@ -74,9 +74,9 @@ def test_an_internal_array_is_recorded_whole_or_in_parts(fmus, tmp_path):
     files = {"resources/A.fmu": fmu, "resources/L.fmu": fmus[3]}
     a = component("a", "resources/A.fmu", bindings=bindings(binding(values({"array_in": 4.0}))))
     path = package(tmp_path / "p.ssp", system("root", a, constant("c", 1.0)), files)
-    whole = run(path, tmp_path / "out", Options(record=("a.array_out",))).frame
+    whole = run(path, tmp_path / "out", Options(record=("a.array_out",))).frame()
     assert list(whole) == ["time", "a.array_out[1]", "a.array_out[2]", "a.array_out[3]"]
-    part = run(path, tmp_path / "out", Options(record=("a.array_out[2]",))).frame
+    part = run(path, tmp_path / "out", Options(record=("a.array_out[2]",))).frame()
     assert list(part) == ["time", "a.array_out[2]"]
     assert part["a.array_out[2]"].iloc[-1] == whole["a.array_out[2]"].iloc[-1]
 

@@ -27,7 +27,7 @@ def test_parameters_are_columns_of_one_value(fmus, tmp_path, name):
     patterns = ("b.D[1,1]", "a.x0*")
     result = run(path, tmp_path / "out", Options(
         results=name, record=("b.y1",), record_parameters=patterns, changes={"b.D[1,1]": 2.5}))  # fmt: skip
-    made, plain = result.frame, run(path, tmp_path / "plain", Options(results=name, record=("b.y1",))).frame
+    made, plain = result.frame(), run(path, tmp_path / "plain", Options(results=name, record=("b.y1",))).frame()
     assert list(made) == ["time", "b.y1", *(f"a.x0[{k + 1}]" for k in range(6)), "b.D[1,1]"]
     assert len(made) == len(plain) == 101
     assert made["b.D[1,1]"].tolist() == [2.5] * 101
@@ -47,7 +47,7 @@ def test_types_and_units_are_the_parameters_own(fmus, tmp_path):
         tmp_path, 3, units={"x0[1]": "mm"})})  # fmt: skip
     patterns = ("a.*_in", "a.x0[1]", "a.size")
     result = run(path, tmp_path / "out", Options(record=("a.y1",), record_parameters=patterns, record_every=4))
-    made = result.frame
+    made = result.frame()
     row = made.iloc[-1]
     assert (row["a.string_in"], row["a.integer_in"], row["a.item_in"], row["a.size"]) == ("007", -3, 3, 2)
     assert made["a.boolean_in"].dtype == bool
@@ -67,7 +67,7 @@ def test_what_a_connection_brings_or_only_the_fmu_knows_is_there(fmus, tmp_path)
     path = package(tmp_path / "p.ssp", root, {"resources/C.fmu": calculates, "resources/L.fmu": fmus[2]})
     result = run(path, tmp_path / "out", Options(record_parameters=("b.D[1,1]",)))
     assert result.summary["parameters"]["b.D[1,1]"]["value"] == 6.0
-    assert result.frame["b.D[1,1]"].unique().tolist() == [6.0]
+    assert result.frame()["b.D[1,1]"].unique().tolist() == [6.0]
 
 
 def test_a_pattern_without_a_parameter_is_refused_before_the_run(fmus, tmp_path, capsys):

@@ -124,7 +124,7 @@ def test_other_columns_may_be_recorded_from_there(fmus, tmp_path):
     given = {"stimuli": tmp_path / "s.csv", "method": "nepce"}
     run(path, tmp_path / "a", Options(save_state=True, stop_time=0.5, record=("s.y1",), **given))
     here, whole = (
-        run(path, tmp_path / name, Options(resume=a, record=("*_out", "words"), **given)).frame
+        run(path, tmp_path / name, Options(resume=a, record=("*_out", "words"), **given)).frame()
         for name, a in (("b", tmp_path / "a"), ("whole", None))
     )
     assert here.equals(whole[whole["time"] >= 0.5].reset_index(drop=True))

@@ -66,7 +66,7 @@ def test_inputs_and_outputs_of_the_whole_system_with_stimuli(fmus, tmp_path):
                   links=(link("in", "a.u1"), link("a.y1", "out")))  # fmt: skip
     path = package(tmp_path / "p.ssp", root, with_fmu(fmus))
     (tmp_path / "s.csv").write_text("time,in\n0,0\n0.5,1\n1,1\n")
-    frame = run(path, tmp_path / "out", Options(stimuli=tmp_path / "s.csv")).frame
+    frame = run(path, tmp_path / "out", Options(stimuli=tmp_path / "s.csv")).frame()
     # the input at t_k is held from there on: the output at t_k answers to that of the step before
     assert frame["in"].tolist() == pytest.approx(np.interp(frame["time"] - 0.0, [0, 0.5, 1], [0, 1, 1]), abs=0.11)
     assert frame["out"].iloc[5] == pytest.approx(3.0 * 0.8)
@@ -78,7 +78,7 @@ def test_discrete_stimuli_are_held(fmus, tmp_path):
     root = system("root", whole, made=(connector("n", "input", "Integer"),), links=(link("n", "a.integer_in"),))
     path = package(tmp_path / "p.ssp", root, with_fmu(fmus))
     (tmp_path / "s.csv").write_text("time,n\n0,2\n0.5,7\n")
-    frame = run(path, tmp_path / "out", Options(stimuli=tmp_path / "s.csv")).frame
+    frame = run(path, tmp_path / "out", Options(stimuli=tmp_path / "s.csv")).frame()
     assert frame["a.integer_out"].tolist()[:6] == [2] * 6
     assert frame["a.integer_out"].tolist()[6:] == [7] * 5
 
@@ -98,7 +98,7 @@ def test_whole_numbers_of_stimuli_are_exact_to_the_ends_of_their_types(
     first, second, third = ends
     name = column.format(variable)
     (tmp_path / "s.csv").write_text(f"time,{name}\n0,{first}\n0.4, {second}\n0.8,{third}\n")
-    frame = run(path, tmp_path / "out", Options(stimuli=tmp_path / "s.csv", **options)).frame
+    frame = run(path, tmp_path / "out", Options(stimuli=tmp_path / "s.csv", **options)).frame()
     assert frame[name].tolist() == [first] * 4 + [second] * 4 + [third] * 3
     gives = frame[f"a.{variable}_out"].tolist()
     assert gives[1:4] == [first] * 3
@@ -126,7 +126,7 @@ def test_strings_of_stimuli_are_held(fmus, tmp_path, version, options, column):
         root = system("root", text, made=(connector("s", "input", "String"),), links=(link("s", "a.string_in"),))
     path = package(tmp_path / "p.ssp", root, with_fmu(fmus, version))
     (tmp_path / "s.csv").write_text(f'time,{column}\n0,down\n0.5," up, ""slowly"" now"\n0.9,\n', encoding="utf-8")
-    frame = run(path, tmp_path / "out", Options(stimuli=tmp_path / "s.csv", **options)).frame
+    frame = run(path, tmp_path / "out", Options(stimuli=tmp_path / "s.csv", **options)).frame()
     assert frame["a.string_out"].fillna("").tolist() == ["down"] * 6 + [' up, "slowly" now'] * 4 + [""]
     if "record" not in options:
         assert frame[column].fillna("").tolist() == ["down"] * 5 + [' up, "slowly" now'] * 4 + [""] * 2
@@ -429,7 +429,7 @@ def test_arrays_wide_integers_and_single_precision_of_fmi_3(fmus, tmp_path):
                                              ("array", "Float64"))))  # fmt: skip
     root = system("root", a, b, links=tuple(link(f"a.{k}_out", f"b.{k}_in") for k in ("wide", "single", "array")))
     path = package(tmp_path / "p.ssp", root, with_fmu(fmus, 3), version="2.0")
-    frame = run(path, tmp_path / "out").frame
+    frame = run(path, tmp_path / "out").frame()
     assert frame["b.wide_out"].iloc[-1] == 2**62 + 1  # more than a double can hold
     assert frame["b.single_out"].iloc[-1] == 0.5
     assert frame[[f"b.array_out[{k}]" for k in (1, 2, 3)]].iloc[-1].tolist() == [1.0, 2.0, 3.0]
@@ -440,7 +440,7 @@ def test_arrays_wide_integers_and_single_precision_of_fmi_3(fmus, tmp_path):
 
 def test_an_input_that_nobody_gives_a_value_leaves_start_values_alone(fmus, tmp_path):
     root = with_input(inner=binding(values({"u1": 4.0})))
-    frame = run(package(tmp_path / "p.ssp", root, with_fmu(fmus)), tmp_path / "out").frame
+    frame = run(package(tmp_path / "p.ssp", root, with_fmu(fmus)), tmp_path / "out").frame()
     assert frame["a.y1"].tolist() == [12.0] * len(frame)
 
 
@@ -453,7 +453,7 @@ def test_stimuli_win_over_bindings_from_the_start(fmus, tmp_path):
     root = with_input(bindings=bindings(binding(values({"in": 5.0}))))
     (tmp_path / "s.csv").write_text("time,in\n0,1\n1,1\n")
     path = package(tmp_path / "p.ssp", root, with_fmu(fmus))
-    frame = run(path, tmp_path / "out", Options(stimuli=tmp_path / "s.csv")).frame
+    frame = run(path, tmp_path / "out", Options(stimuli=tmp_path / "s.csv")).frame()
     assert frame["a.y1"].tolist() == [3.0] * len(frame)
 
 

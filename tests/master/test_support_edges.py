@@ -114,7 +114,7 @@ def test_an_array_that_a_higher_level_wins_over_need_not_have_the_size_that_coun
     assert [last(tmp_path, path, f"a.many_out[{k}]") for k in (1, 4)] == [5.0, 8.0]
     changes = (("a.size", "3"), ("a.many_in", "1 2 3"))
     assert not check(path, Options(changes=changes)).errors
-    frame = run(path, tmp_path / "out", Options(changes=changes)).frame
+    frame = run(path, tmp_path / "out", Options(changes=changes)).frame()
     assert frame[[f"a.many_out[{k}]" for k in (1, 2, 3)]].iloc[-1].tolist() == [1.0, 2.0, 3.0]
 
 
@@ -124,10 +124,10 @@ def test_arrays_as_inputs_and_outputs_of_the_whole_system(fmus, tmp_path):
     root = system("root", a, made=(connector("in", "input", "Float64"), connector("out", "output", "Float64")),
                   links=(link("in", "a.array_in"), link("a.array_out", "out")))  # fmt: skip
     path = package(tmp_path / "p.ssp", root, with_fmu(fmus, 3), version="2.0")
-    frame = run(path, tmp_path / "out", Options(changes=(("in", "4 5 6"),))).frame
+    frame = run(path, tmp_path / "out", Options(changes=(("in", "4 5 6"),))).frame()
     assert frame[["out[1]", "out[2]", "out[3]"]].iloc[-1].tolist() == [4.0, 5.0, 6.0]
     (tmp_path / "s.csv").write_text("time,in[1],in[2],in[3]\n0,0,1,2\n1,1,1,4\n")
-    frame = run(path, tmp_path / "out", Options(stimuli=tmp_path / "s.csv")).frame
+    frame = run(path, tmp_path / "out", Options(stimuli=tmp_path / "s.csv")).frame()
     assert frame[["in[1]", "in[2]", "in[3]"]].iloc[-1].tolist() == [1.0, 1.0, 4.0]
     assert frame[["out[1]", "out[2]", "out[3]"]].iloc[-1].tolist() == pytest.approx([0.9, 1.0, 3.8])
     for head, message in (("in", r"'in' is an array; give columns 'in\[1\]' to 'in\[3\]'"),
@@ -207,7 +207,7 @@ def test_a_unit_that_two_define_as_different_quantities_is_passed_on(fmus, tmp_p
     units = f"<ssd:Units>{unit('N', m=1)}</ssd:Units>"
     path = package(tmp_path / "p.ssp", root, {**with_fmu(fmus), "resources/N.fmu": fmu}, after=units)
     result = run(path, tmp_path / "out")
-    assert result.frame["a.y1"].iloc[-1] == 6.0
+    assert result.frame()["a.y1"].iloc[-1] == 6.0
     assert any("'N' is defined in two ways" in text for text in result.summary["warnings"])
 
 

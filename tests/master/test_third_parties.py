@@ -79,7 +79,7 @@ def test_an_alias_of_an_input_is_the_same_input(fmus, tmp_path, version):
                       bindings=bindings(binding(values({"D[1,1]": 3.0}))))  # fmt: skip
         path = package(tmp_path / "p.ssp", system("root", constant("c", 2.0), a, links=(link("c.y1", f"a.{name}"),)),
                        files)  # fmt: skip
-        frame = run(path, tmp_path / "out").frame
+        frame = run(path, tmp_path / "out").frame()
         assert frame[["a.u1", "a.u9", "a.y1"]].iloc[-1].tolist() == [2.0, 2.0, 6.0]
         alone = package(tmp_path / "q.ssp", system("root", a), files)
         assert last(tmp_path, alone, "a.y1", changes=((f"a.{name}", "5"),)) == 15.0
@@ -91,7 +91,7 @@ def test_an_alias_of_an_input_is_the_same_input(fmus, tmp_path, version):
 def test_an_input_without_a_start_value_keeps_what_its_fmu_has(fmus, tmp_path):
     fmu = redescribed(fmus[3], tmp_path / "M.fmu", ('causality="input" start="1 2"', 'causality="input"'))
     path = package(tmp_path / "p.ssp", system("root", component("a", "resources/M.fmu")), {"resources/M.fmu": fmu})
-    frame = run(path, tmp_path / "out").frame
+    frame = run(path, tmp_path / "out").frame()
     assert frame[["a.many_in[1]", "a.many_in[2]", "a.many_out[2]"]].iloc[-1].tolist() == [1.0, 2.0, 2.0]
 
 
@@ -99,7 +99,7 @@ def test_an_input_without_a_start_value_keeps_what_its_fmu_has(fmus, tmp_path):
 def test_outputs_of_the_system_are_there_from_the_first_row(fmus, tmp_path, method):
     root = system("root", constant("c", 7.0), made=(connector("out", "output"),), links=(link("c.y1", "out"),))
     path = package(tmp_path / "p.ssp", root, with_fmu(fmus))
-    assert run(path, tmp_path / "out", Options(method=method)).frame["out"].tolist() == [7.0] * 11
+    assert run(path, tmp_path / "out", Options(method=method)).frame()["out"].tolist() == [7.0] * 11
     with Session(path) as session:
         for value in (7.0, 9.0):
             _, rows = session.run(["c.y1", "out"], 1.0, 0.1, {"c.x0[1]": value}, method=method)
@@ -111,7 +111,7 @@ def test_an_output_of_the_system_that_shows_its_input_does_not_lag(fmus, tmp_pat
     root = root.replace("</ssd:Connections>", f"{link('in', 'out')}</ssd:Connections>")
     path = package(tmp_path / "p.ssp", root, with_fmu(fmus))
     (tmp_path / "s.csv").write_text("time,in\n0,1\n1,2\n")
-    frame = run(path, tmp_path / "out", Options(stimuli=tmp_path / "s.csv")).frame
+    frame = run(path, tmp_path / "out", Options(stimuli=tmp_path / "s.csv")).frame()
     assert frame["out"].tolist() == frame["in"].tolist()
     t = np.linspace(0.0, 1.0, 11)
     with Session(path) as session:
@@ -124,16 +124,16 @@ def test_an_input_of_the_system_that_nobody_gives_is_what_its_fmu_starts_with(tm
         'name="u1" valueReference="0" causality="input" variability="continuous"><Real start="0"/>',
         'name="u1" valueReference="0" causality="input" variability="continuous"><Real start="5"/>',
     ))  # fmt: skip
-    frame = run(package(tmp_path / "p.ssp", with_input(), {"resources/L.fmu": fmu}), tmp_path / "out").frame
+    frame = run(package(tmp_path / "p.ssp", with_input(), {"resources/L.fmu": fmu}), tmp_path / "out").frame()
     assert frame[["in", "a.u1", "a.y1"]].iloc[-1].tolist() == [5.0, 5.0, 15.0]
 
 
 def test_a_jump_comes_on_time_where_times_are_rounded_down(fmus, tmp_path):
     path = package(tmp_path / "p.ssp", with_input(), with_fmu(fmus), stop=2.0, step=0.01)
     (tmp_path / "s.csv").write_text("time,in\n0,0\n1.36,0\n1.36,1\n2,1\n")
-    frame = run(path, tmp_path / "out", Options(stimuli=tmp_path / "s.csv", method="jacobi")).frame
+    frame = run(path, tmp_path / "out", Options(stimuli=tmp_path / "s.csv", method="jacobi")).frame()
     assert frame["in"].tolist() == [0.0] * 136 + [1.0] * 65
-    frame = run(path, tmp_path / "out", Options(stimuli=tmp_path / "s.csv", step=0.34, method="jacobi")).frame
+    frame = run(path, tmp_path / "out", Options(stimuli=tmp_path / "s.csv", step=0.34, method="jacobi")).frame()
     assert frame["in"].tolist() == [0.0] * 4 + [1.0] * 3
 
 
@@ -145,8 +145,8 @@ def test_the_last_step_is_as_long_as_the_others_where_the_step_divides_the_time(
     root = system("root", component("a", "resources/L.fmu", bindings=strict))
     for version in (1, 2, 3):
         path = package(tmp_path / "p.ssp", root, with_fmu(fmus, version))
-        assert len(run(path, tmp_path / "out").frame) == 11
-        assert len(run(path, tmp_path / "out", Options(isolate=True)).frame) == 11
+        assert len(run(path, tmp_path / "out").frame()) == 11
+        assert len(run(path, tmp_path / "out", Options(isolate=True)).frame()) == 11
 
 
 @pytest.mark.parametrize("h", [0.1, 0.01, 1e-3, 0.3, 0.07])
@@ -177,8 +177,8 @@ def test_an_fmu_may_end_the_run(fmus, tmp_path, version, isolate):
         result = run(path, tmp_path / "out", Options(isolate=isolate))
         assert result.summary["status"] == "ended"
         assert result.summary["stop_time_s"] == pytest.approx(0.5)
-        assert result.frame["time"].iloc[-1] == pytest.approx(0.5)
-        assert result.frame["a.y1"].iloc[-1] == pytest.approx(reached)
+        assert result.frame()["time"].iloc[-1] == pytest.approx(0.5)
+        assert result.frame()["a.y1"].iloc[-1] == pytest.approx(reached)
         told = " ".join(result.summary["warnings"])
         assert "component 'a' ended the run at t = 0.5 s, before 1 s" in told
         assert ("came to t = 0.45 s in its last step" in told) == (trouble == 9.0)
@@ -197,7 +197,7 @@ def test_an_fmu_may_end_the_run_with_every_method(fmus, tmp_path, version, metho
     path = package(tmp_path / "p.ssp", system("root", a, gain("b", 0.5), links=links), with_fmu(fmus, version))
     result = run(path, tmp_path / "out", Options(method=method))
     assert result.summary["status"] == "ended"
-    assert result.frame["time"].iloc[-1] == pytest.approx(0.5)
+    assert result.frame()["time"].iloc[-1] == pytest.approx(0.5)
 
 
 def test_an_inner_step_that_does_not_fit_is_told(fmus, tmp_path):
@@ -477,7 +477,7 @@ def test_one_name_or_file_for_many(fmus, tmp_path):
     path = package(tmp_path / "p.ssp", system("root", gain("a", 3.0)), with_fmu(fmus))
     (tmp_path / "s.ssv").write_text(values({"a.u1": 2.0}))
     for given in (tmp_path / "s.ssv", str(tmp_path / "s.ssv"), [tmp_path / "s.ssv"]):
-        frame = simulate(path, tmp_path / "out", record="a.y1", plot="a.*", parameters=given).frame
+        frame = simulate(path, tmp_path / "out", record="a.y1", plot="a.*", parameters=given).frame()
         assert list(frame) == ["time", "a.y1"]
         assert frame["a.y1"].iloc[-1] == 6.0
 
@@ -502,7 +502,7 @@ def test_connectors_of_types_of_modelica_are_what_they_lead_to(fmus, tmp_path):
     found = check(path)
     assert not found.errors
     assert not found.warnings
-    assert run(path, tmp_path / "out").frame[["out", "s.a.y1"]].iloc[-1].tolist() == [15.0, 7.0]
+    assert run(path, tmp_path / "out").frame()[["out", "s.a.y1"]].iloc[-1].tolist() == [15.0, 7.0]
 
 
 @pytest.mark.parametrize(

@@ -142,7 +142,7 @@ def test_an_output_in_another_unit_than_the_fmus_is_told(tmp_path):
     kilo = f"<ssd:Units>{unit('kN', kg=1, m=1, s=-2, factor=1000)}</ssd:Units>"
     root = system("root", constant("c", 3.0, unit_out="kN"), gain("b", 1.0), links=(link("c.y1", "b.u1"),))
     result = run(package(tmp_path / "p.ssp", root, {"resources/L.fmu": fmu}, after=kilo), tmp_path / "out", Options())
-    assert result.frame["b.u1"].iloc[-1] == 3000.0
+    assert result.frame()["b.u1"].iloc[-1] == 3000.0
     assert result.units["c.y1"] == "kN"
     assert "the package says 'c.y1' is in kN, its FMU says N; the package's word counts" in result.summary["warnings"]
 

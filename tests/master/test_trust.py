@@ -59,8 +59,8 @@ def coupled(build, path, mass=("N", "m/s"), spring=("m/s", "N"), turned=False, f
     fmus = {"resources/mass.fmu": build(*mass), "resources/spring.fmu": build(*spring)}
     made = package(path / "p.ssp", root, fmus, stop=5.0, step=H)
     result = simulate(made, path / "out", method="jacobi")
-    v = result.frame["mass.y1"].to_numpy() * named(mass[1]).factor
-    F = result.frame["spring.y1"].to_numpy() * named(spring[1]).factor
+    v = result.frame()["mass.y1"].to_numpy() * named(mass[1]).factor
+    F = result.frame()["spring.y1"].to_numpy() * named(spring[1]).factor
     return result.summary["coupling"][0], v, F, result.summary["warnings"]
 
 

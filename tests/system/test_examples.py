@@ -28,7 +28,7 @@ def test_the_arm_alone_is_moved_by_a_table(built, tmp_path):
     found = check(path, options)
     (note,) = found.lines()
     assert "base.heave_rate" in note  # the arm's base stands still
-    frame = run(path, tmp_path / "out", options).frame
+    frame = run(path, tmp_path / "out", options).frame()
     force = np.interp(frame["time"], *np.loadtxt(EXAMPLE / "force.csv", delimiter=",", skiprows=1, unpack=True))
     assert frame["arm.F_h"].to_numpy() == pytest.approx(1e3 * force)
     assert frame["position"].to_numpy() == pytest.approx(1e3 * frame["arm.x_h"].to_numpy())
@@ -55,7 +55,7 @@ def test_the_arm_at_sea_moves_as_its_base_lets_it(built, tmp_path):
     made["main"]([str(tmp_path / "sea.csv"), "--pitch", "0", "--height", "0.5", "--stop-time", "20"])
     dry = (("hydraulics.command.target", "0"), ("arm.C_D", "0"), ("arm.rho_s", "0"), ("arm.load_weight", "500"))
     options = Options(stimuli=tmp_path / "sea.csv", stop_time=20.0, changes=dry)
-    frame = run(built / "deepsea_3km.ssp", tmp_path / "out", options).frame.iloc[5000:]
+    frame = run(built / "deepsea_3km.ssp", tmp_path / "out", options).frame().iloc[5000:]
     still = frame["arm.F_hold"].iloc[0]
     expected = still * (1.0 + frame["arm.base.heave_acceleration"] / 9.81)
     assert np.abs(frame["hydraulics.F_h"] - expected).max() < 0.02 * still

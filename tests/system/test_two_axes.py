@@ -22,7 +22,7 @@ def test_they_start_where_supply_and_valves_agree(built, tmp_path, name, value):
     """Their flows and the pressure that falls with them are an algebraic loop at the start,
     P_s = P_r + p_crack + R Q_rv - F Q_p."""
     options = Options(stop_time=0.05, changes=((f"supply.{name}", str(value)),))
-    first = run(built / "two_axes.ssp", tmp_path / "out", options).frame.iloc[0]
+    first = run(built / "two_axes.ssp", tmp_path / "out", options).frame().iloc[0]
     taken, pump = first["first_hydraulics.Qp"] + first["second_hydraulics.Qp"], 8e-6 * 1450 / 60
     override, loss = (value, 0.0) if name == "relief.override" else (0.02, value)
     thicker = np.exp(2.2e-8 * (30e6 + 10e6))

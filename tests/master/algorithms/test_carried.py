@@ -30,7 +30,7 @@ def test_order_two_on_a_spring_that_carries_its_input_on(toys, tmp_path, method,
     ).y[0, -1]
     errors = []
     for step in (4e-3, 2e-3, 1e-3):
-        frame = run(path, tmp_path / f"{step}", Options(step=step, method=method)).frame
+        frame = run(path, tmp_path / f"{step}", Options(step=step, method=method)).frame()
         errors.append(abs(frame["mass.x"].iloc[-1] - true))
     assert np.log2(errors[1] / errors[2]) > 1.8, errors
     assert errors[2] < 1e-3
@@ -45,6 +45,6 @@ def true(km):
 @pytest.mark.parametrize("method", ["extrapolation", "nepce", "interface-jacobian"])
 def test_the_machine_is_followed_more_closely_than_by_methods_of_first_order(built, tmp_path, method, km):
     """Gauss-Seidel is 0.038 mm off with this step (docs/accuracy.md)."""
-    frame = run(built / f"deepsea_{km}km.ssp", tmp_path, Options(step=2e-3, method=method)).frame
+    frame = run(built / f"deepsea_{km}km.ssp", tmp_path, Options(step=2e-3, method=method)).frame()
     x, _, _ = deviation({name: frame[name].to_numpy() for name in frame}, true(km))
     assert x < 2e-5

@@ -88,7 +88,7 @@ def test_order(fmus, tmp_path, name, method):
     columns = [f"{part}.y{i + 1}" for part, p in parts.items() for i in range(len(p["D"]))]
     errors = []
     for h in (0.01, 0.005):
-        frame = run(path, tmp_path / "out", Options(step=h, method=method)).frame
+        frame = run(path, tmp_path / "out", Options(step=h, method=method)).frame()
         errors.append(np.abs(frame[columns] - exact(parts, wires, frame["time"])).max().max())
     assert np.log2(errors[0] / errors[1]) == pytest.approx(method_named(method).order, abs=0.2)
 
@@ -100,7 +100,7 @@ def test_the_interface_jacobian_knows_that_an_inputs_effect_fades(fmus, tmp_path
     path = written(tmp_path / "p.ssp", fmus, parts, wires)
     errors = []
     for h in (0.04, 0.02):
-        frame = run(path, tmp_path / "out", Options(step=h, method="interface-jacobian")).frame
+        frame = run(path, tmp_path / "out", Options(step=h, method="interface-jacobian")).frame()
         errors.append(np.abs(frame["mass.y1"] - exact(parts, wires, frame["time"])[:, 0]).max())
     assert np.log2(errors[0] / errors[1]) == pytest.approx(2, abs=0.1)
 
@@ -123,7 +123,7 @@ def test_the_integral_of_a_table_is_exact(fmus, tmp_path, name, method):
     root = system("root", part, made=(connector("in", "input"),), links=(link("in", "a.u1"),))
     (tmp_path / "s.csv").write_text(f"time,in\n{rows}")
     path = package(tmp_path / "p.ssp", root, fmus, stop=1.0, step=0.1)
-    frame = run(path, tmp_path / "out", Options(method=method, stimuli=tmp_path / "s.csv")).frame
+    frame = run(path, tmp_path / "out", Options(method=method, stimuli=tmp_path / "s.csv")).frame()
     assert frame["a.y1"].iloc[-1] == pytest.approx(integral, rel=1e-12)
 
 
@@ -139,7 +139,7 @@ def test_order_behind_a_gain_that_a_table_drives(fmus, tmp_path, method):
     path = package(tmp_path / "p.ssp", root, fmus, stop=1.0, step=0.1)
     errors = []
     for h in (0.05, 0.025):
-        frame = run(path, tmp_path / "out", Options(step=h, method=method, stimuli=tmp_path / "s.csv")).frame
+        frame = run(path, tmp_path / "out", Options(step=h, method=method, stimuli=tmp_path / "s.csv")).frame()
         t = frame["time"]
         errors.append(np.abs(frame["b.y1"] - 3.0 * (t - 1.0 + np.exp(-t))).max())
         if method != "gauss-seidel":  # where a component's output belongs to its step
@@ -160,7 +160,7 @@ def test_the_interface_jacobian_takes_what_fmus_say_of_their_derivatives(tmp_pat
         path = written(folder / "p.ssp", files, parts, wires)
         for trouble in (0, 11, 12) if says else (0,):
             options = Options(step=0.01, method="interface-jacobian", changes=(("trouble", str(trouble)),))
-            made[says, trouble] = run(path, folder / "out", options).frame["lag.y1"].to_numpy()
+            made[says, trouble] = run(path, folder / "out", options).frame()["lag.y1"].to_numpy()
     assert made[True, 0] == pytest.approx(made[False, 0], abs=1e-10)
     assert np.array_equal(made[True, 11], made[False, 0])
     assert np.abs(made[True, 12] - made[False, 0]).max() > 1e-8

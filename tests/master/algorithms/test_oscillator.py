@@ -72,7 +72,7 @@ def test_order_where_a_table_drives_the_system(fmus, tmp_path, method):
     (tmp_path / "s.csv").write_text("\n".join(["time,mass.u2", *rows]))
     errors = []
     for h in (8e-3, 4e-3, 2e-3):
-        frame = run(path, tmp_path / "out", Options(step=h, method=method, stimuli=tmp_path / "s.csv")).frame
+        frame = run(path, tmp_path / "out", Options(step=h, method=method, stimuli=tmp_path / "s.csv")).frame()
         exact = (np.sin(nu * frame["time"]) - nu / OMEGA * np.sin(OMEGA * frame["time"])) / (k - nu**2)
         errors.append(np.abs(frame["mass.y1"] - exact).max())
     assert np.log2(errors[1] / errors[2]) == pytest.approx(method_named(method).order, abs=0.2)
@@ -83,7 +83,7 @@ def test_order(fmus, tmp_path, method):
     path = oscillator(tmp_path / "p.ssp", fmus)
     errors = []
     for h in (4e-3, 2e-3, 1e-3):
-        frame = run(path, tmp_path / "out", Options(step=h, method=method)).frame
+        frame = run(path, tmp_path / "out", Options(step=h, method=method)).frame()
         errors.append(np.abs(frame["mass.y1"] - np.cos(OMEGA * frame["time"])).max())
     orders, stated = np.log2(np.array(errors[:-1]) / errors[1:]), method_named(method).order
     if method in BETTER or stated == 2:
@@ -105,7 +105,7 @@ def test_numerical_damping(fmus, tmp_path, method, ratio):
     path = oscillator(tmp_path / "p.ssp", fmus, stop=20.0)
     h = 8e-3
     result = run(path, tmp_path / "out", Options(step=h, method=method))
-    assert growth(result.frame) == pytest.approx(ratio(OMEGA * h), abs=2e-5, rel=0.02)
+    assert growth(result.frame()) == pytest.approx(ratio(OMEGA * h), abs=2e-5, rel=0.02)
     told = result.summary["coupling"][0]
     assert told["omega_h"] == pytest.approx(OMEGA * h, rel=1e-6)
     assert told["numerical_damping"] == pytest.approx(ratio(OMEGA * h), abs=1e-3, rel=0.02)
@@ -133,7 +133,7 @@ def test_a_mass_that_rests_raises_no_alarm(fmus, tmp_path, method):
 def test_nepce_damps_less_than_the_straight_line(fmus, tmp_path):
     path = oscillator(tmp_path / "p.ssp", fmus, stop=20.0)
     found = {
-        m: growth(run(path, tmp_path / "out", Options(step=8e-3, method=m)).frame) for m in ("nepce", "extrapolation")
+        m: growth(run(path, tmp_path / "out", Options(step=8e-3, method=m)).frame()) for m in ("nepce", "extrapolation")
     }
     assert abs(found["nepce"]) < 0.6 * abs(found["extrapolation"])
 
@@ -142,7 +142,7 @@ def test_nepce_damps_less_than_the_straight_line(fmus, tmp_path):
 def test_stable_far_beyond_the_explicit_limit(fmus, tmp_path, method):
     path = oscillator(tmp_path / "p.ssp", fmus, stop=100.0)
     h = 0.5 if method == "interface-jacobian" else 0.25
-    frame = run(path, tmp_path / "out", Options(step=h, method=method)).frame
+    frame = run(path, tmp_path / "out", Options(step=h, method=method)).frame()
     energy = 0.5 * frame["mass.y2"] ** 2 + 0.5 * (frame["spring.y1"] / OMEGA) ** 2
     assert energy.iloc[2:].to_numpy() == pytest.approx(energy.iloc[2], rel=1e-5)
     # and an explicit one is not, and says so
@@ -162,7 +162,7 @@ def test_a_damper_is_a_loss_that_halving_the_step_confirms(fmus, tmp_path):
     """The error that --check-step foretells is that against the closed form."""
     path = oscillator(tmp_path / "p.ssp", fmus)
     result = run(path, tmp_path / "out", Options(step=4e-3, method="nepce", check_step=True))
-    frame = result.frame
+    frame = result.frame()
     true = np.abs(frame["mass.y1"] - np.cos(OMEGA * frame["time"])).max()
     assert result.summary["step_check"]["errors"]["mass.y1"]["error"] == pytest.approx(true, rel=0.05)
 
@@ -180,10 +180,10 @@ def test_a_straight_line_reaches_an_fmu_that_takes_slopes(tmp_path, version):
     root = system("root", ramp, body, links=(link("ramp.y1", "body.u1"),), bindings=bindings(binding(values(sets))))
     path = package(tmp_path / "p.ssp", root, {"resources/clock.fmu": clock, "resources/mass.fmu": mass}, step=0.1)
     h = 0.1
-    x = run(path, tmp_path / "out", Options(method="extrapolation")).frame["body.y1"].iloc[-1]
+    x = run(path, tmp_path / "out", Options(method="extrapolation")).frame()["body.y1"].iloc[-1]
     assert x == pytest.approx(1.0 / 6.0 - h**3 / 6.0 - h**2 / 2.0 * (1.0 - h), rel=1e-12)
     with_mean = run(path, tmp_path / "out", Options(method="extrapolation", substeps=(("body", 2),)))
-    assert with_mean.frame["body.y1"].iloc[-1] != pytest.approx(x, rel=1e-6)
+    assert with_mean.frame()["body.y1"].iloc[-1] != pytest.approx(x, rel=1e-6)
 
 
 @pytest.mark.parametrize(
@@ -195,7 +195,7 @@ def test_a_swing_that_the_coupling_drives_is_warned_of(fmus, tmp_path, method, h
     """Its energy grows like exp(2 |zeta| omega t), between the run's first and last quarters for 3 / 4 of its time."""
     result = run(oscillator(tmp_path / "p.ssp", fmus, stop=stop), tmp_path / "out", Options(step=h, method=method))
     told = result.summary["coupling"][0]
-    exponent = -2.0 * growth(result.frame) * OMEGA * 0.75 * stop
+    exponent = -2.0 * growth(result.frame()) * OMEGA * 0.75 * stop
     assert np.log(told["energy_ratio"]) == pytest.approx(exponent, rel=0.1)
     assert np.log(told["energy_ratio_by_coupling"]) == pytest.approx(exponent, rel=0.15)
     assert "grows" in " ".join(result.summary["warnings"])

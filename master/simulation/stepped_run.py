@@ -1,0 +1,81 @@
+"""A run that somebody else drives: a few steps at a time, with inputs that are held meanwhile."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping, Sequence
+
+import numpy as np
+
+from ...core.errors import SimulationError, UsageError, did_you_mean
+from ..engine.runner import Runner
+from ..engine.values import REAL, Signal
+
+ENDLESS = 2**40
+"""Steps of a run without an end: more than anybody takes."""
+
+
+class SteppedRun:
+    """A run under way, from `Session.start`: `step` takes it on. It ends where the session starts another run."""
+
+    def __init__(
+        self, runner: Runner, signals: Sequence[Signal], driven: Mapping[str, Signal], held: Mapping[str, float],
+        has_means: bool, start: float, step: float, is_current: Callable[[object], bool],
+    ):  # fmt: skip
+        self._runner, self._signals, self._driven = runner, list(signals), dict(driven)
+        self._held = {name: float(held[name]) for name in driven}
+        self._has_means, self._start, self.step_size = has_means, start, step
+        self._is_current = is_current
+        self.steps = 0
+        """Steps taken."""
+
+    @property
+    def time(self) -> float:
+        """Where it is [s]."""
+        return self._start + self.steps * self.step_size
+
+    def values(self) -> np.ndarray:
+        """What is recorded (len(record),), as it is now."""
+        buffer = self._runner.program.buffer
+        values = [(buffer.reals if s.family == REAL else buffer.integers)[s.place] for s in self._signals]
+        return np.array(values, float)
+
+    def step(self, inputs: Mapping[str, float] | None = None, count: int = 1) -> np.ndarray:
+        """Take `count` macro steps with these inputs, by address; one that is not named keeps its value.
+
+        Returns what is recorded at the end. Raises `UsageError` for an input that was not named at the start, and
+        `SimulationError` when an FMU fails, asks to end, or gives what is not finite.
+        """
+        if not self._is_current(self):
+            raise UsageError("this run is over: its session has been closed, or has started another one")
+        for name, value in (inputs or {}).items():
+            if name not in self._driven:
+                hint = did_you_mean(name, list(self._driven))
+                raise UsageError(f"'{name}' is not driven: name it as the run is started{hint}")
+            if not np.isfinite(value):
+                raise UsageError(f"'{name}' = {value} is not finite")
+            self._held[name] = float(value)
+        rows = np.empty((count, self._runner.width))
+        taken = self._runner.run(
+            rows, self._start, self.step_size, self.steps, count, ENDLESS, np.inf, self._matrix(count)
+        )
+        self.steps += taken
+        if taken < count and (instance := self._runner.ended) is not None:
+            why = f"component '{instance.name}' asks to end the simulation at t = {self.time:g} s"
+            raise SimulationError(why, self.time)
+        values = self.values()
+        if not np.isfinite(values).all():
+            wrong = self._signals[int(np.argmax(~np.isfinite(values)))].address
+            raise SimulationError(f"'{wrong}' is not finite at t = {self.time:g} s", self.time)
+        return values
+
+    def _matrix(self, count: int) -> np.ndarray | None:
+        """The inputs at each of the points (count + 1, columns), then, where the method holds these, their means."""
+        if not self._driven:
+            return None
+        columns = [
+            np.full(count + 1, value if self._driven[name].family == REAL else np.int64(value).view(np.float64))
+            for name, value in self._held.items()
+        ]
+        if self._has_means:
+            columns += [column for column, s in zip(columns, self._driven.values(), strict=True) if s.family == REAL]
+        return np.stack(columns, axis=1)
