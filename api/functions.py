@@ -85,13 +85,13 @@ def sweep(
     named = [f"{k}={v}" for k, v in metrics.items()] if isinstance(metrics, Mapping) else list(metrics)
     request = SweepRequest(
         as_path("package", package), tuple(f"{name}={_axis(values)}" for name, values in vary.items()), tuple(named),
-        tuple(f"{name}={value}" for name, value in (fixed or {}).items()), sample, seed, **_known(options, SWEEP),
+        tuple(f"{name}={value}" for name, value in (fixed or {}).items()), sample, seed, **_known(options, _SWEEP),
     )  # fmt: skip
     folder = as_path("out", out) if out is not None else request.usual_folder
     return run_sweep(request, make_plan(request), folder, progress, plots)
 
 
-SWEEP = ("step", "stop_time", "method", "stimuli", "processes", "dask", "case_time", "retry_failed")
+_SWEEP = ("step", "stop_time", "method", "stimuli", "processes", "dask", "case_time", "retry_failed")
 """Options of `sweep`, by the names that `SweepRequest` has."""
 
 
