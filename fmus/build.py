@@ -8,7 +8,6 @@ has a C compiler, the front library that turns faults into fmi2Error.
 from __future__ import annotations
 
 import hashlib
-import html
 import importlib.util
 import io
 import os
@@ -292,7 +291,7 @@ def _raw(
     model: Model, version: Version, package: str, packed: list[tuple[str, bytes]], scratch: Path
 ) -> dict[str, bytes]:
     """The files of the FMU as pythonfmu makes it."""
-    from .readme import readme
+    from .readme import page, readme
 
     needed = version.builder.partition(".")[0]
     if importlib.util.find_spec(needed) is None:
@@ -307,9 +306,7 @@ def _raw(
     documentation.mkdir()
     told = model.text or readme(model.name)
     (documentation / "README.md").write_text(told)
-    text = html.escape(told)
-    page = f'<!doctype html><meta charset="utf-8"><title>{model.name}</title><pre>{text}</pre>\n'
-    (documentation / "index.html").write_text(page, encoding="utf-8")
+    (documentation / "index.html").write_text(page(model.name, told), encoding="utf-8")
     # in a process of its own: the builder imports the script, and what it imports stays
     script_name, place, code, pages = (str(p) for p in (script, scratch, scratch / "code.zip", documentation))
     call = f"build_FMU({script_name!r}, {place!r}, [{code!r}], {pages!r})"

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import html
 from pathlib import Path
 
 from ..core.variables import VariableTable
@@ -23,6 +24,22 @@ def table_of(model: str) -> VariableTable:
     else:
         from ..mechanics.variables import ARM as table
     return table
+
+
+STYLE = (
+    "body{font:16px/1.5 system-ui,sans-serif;max-width:62rem;margin:2rem auto;padding:0 1rem;color:#222}"
+    "table{border-collapse:collapse;font-size:.85rem}td,th{border:1px solid #ccc;padding:.2rem .5rem;text-align:left}"
+    "pre,code{background:#f4f4f4;font-size:.9rem}pre{padding:.6rem;overflow:auto}"
+)
+
+
+def page(model: str, text: str) -> str:
+    """An FMU's README as the page that importers show (FMI: documentation/index.html)."""
+    import markdown
+
+    body = markdown.markdown(text, extensions=["tables", "fenced_code", "sane_lists"])
+    title = f"<title>{html.escape(model)}</title>"
+    return f'<!doctype html>\n<html lang="en"><meta charset="utf-8">{title}<style>{STYLE}</style>\n{body}\n</html>\n'
 
 
 def readme(model: str) -> str:

@@ -135,9 +135,14 @@ def test_every_variable_says_what_it_is(built, model):
 @pytest.mark.parametrize("model", MODELS)
 def test_readme_has_the_present_variables(built, model):
     """The README that travels in the FMU has the equations and every variable."""
-    text = zipfile.ZipFile(built / f"{model}.fmu").read("documentation/README.md").decode()
+    with zipfile.ZipFile(built / f"{model}.fmu") as archive:
+        text = archive.read("documentation/README.md").decode()
+        page = archive.read("documentation/index.html").decode()
     assert "## Equations" in text
-    assert all(f"`{v.name}`" in text for v in table_of(model))
+    assert "<h2>Equations</h2>" in page
+    for v in table_of(model):
+        assert f"`{v.name}`" in text
+        assert f"<code>{v.name}</code>" in page
 
 
 @pytest.mark.parametrize(("value", "shown"), [(-1.0, "-1"), (float("nan"), "nan"), (float("inf"), "inf")])
