@@ -34,9 +34,35 @@ class _Versions(argparse.Action):
         parser.exit()
 
 
+SHELLS = ("bash", "zsh", "tcsh")
+
+
+class _Completion(argparse.Action):
+    def __call__(self, parser: argparse.ArgumentParser, _namespace: object, shell: object, _option: object) -> NoReturn:
+        import shtab
+
+        _complete_files(parser, shtab.FILE)
+        print(shtab.complete(parser, str(shell)))
+        parser.exit()
+
+
+def _complete_files(parser: argparse.ArgumentParser, what: object) -> None:
+    """Let what takes a path, there and in commands below, complete names of files."""
+    for action in parser._actions:
+        if action.type in (Path, folder):
+            action.complete = what  # type: ignore[attr-defined]
+        if isinstance(action, argparse._SubParsersAction):
+            for below in action.choices.values():
+                _complete_files(below, what)
+
+
 def add_version(p: argparse.ArgumentParser) -> None:
-    """The option that prints what is installed."""
+    """The options that print what is installed, and a script that completes the command in a shell."""
     p.add_argument("--version", action=_Versions, nargs=0, help="print the versions and exit")
+    p.add_argument(
+        "--print-completion", action=_Completion, choices=SHELLS, metavar="SHELL",
+        help=f"print a script that completes this command in {', '.join(SHELLS)}, and exit",
+    )  # fmt: skip
 
 
 def folder(text: str) -> Path:

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import shutil
+import subprocess
 from importlib import import_module
 
 import pytest
@@ -48,3 +50,24 @@ def test_a_folder_without_a_name_is_refused(capsys):
         import_module("deepsea_cosim.fmus.cli").main(["build", "--out", ""])
     assert ended.value.code == 2
     assert "the name of the folder is empty" in capsys.readouterr().err
+
+
+@pytest.mark.skipif(shutil.which("bash") is None, reason="there is no bash here")
+@pytest.mark.parametrize(
+    ("command", "begun", "expected"),
+    [
+        ("gap", "di", {"diagnose"}),
+        ("master", "--sav", {"--save-state", "--save-state-every"}),
+        ("fmus", "bu", {"build"}),
+        ("study", "sw", {"sweep"}),
+    ],
+)
+def test_a_shell_completes_it(capsys, tmp_path, command, begun, expected):
+    with pytest.raises(SystemExit) as ended:
+        import_module(f"deepsea_cosim.{command}.cli").main(["--print-completion", "bash"])
+    assert ended.value.code == 0
+    script = tmp_path / "completion.bash"
+    script.write_text(capsys.readouterr().out)
+    ask = f"source {script}; COMP_WORDS=(cosim-{command} {begun}); COMP_CWORD=1; _shtab_cosim_{command}; "
+    done = subprocess.run(["bash", "-c", f'{ask} echo "${{COMPREPLY[@]}}"'], capture_output=True, text=True, check=True)
+    assert set(done.stdout.split()) == expected
