@@ -7,8 +7,17 @@ from dataclasses import dataclass, field
 
 from lxml import etree
 
+from ..core.errors import PackageError
 from .document import SSC, SSD, Document, local
-from .model import AnswersAsked, AnswerSentence, AnswerValue
+from .model import (
+    AnswersAsked,
+    AnswerSentence,
+    AnswerValue,
+    ReplayAsked,
+    ReplayColour,
+    ReplayLabel,
+    ReplayScale,
+)
 
 STEP_ANNOTATION = "org.deepsea-cosim.master"
 """Annotation of DefaultExperiment: <Master stepSize="..." method="..."/> suggests the macro step [s] and the coupling,
@@ -18,7 +27,12 @@ ANSWERS_ANNOTATION = "org.deepsea-cosim.answers"
 """Annotation of DefaultExperiment: <Answers> with <Value name="..." is="formula" unit="..."/> and
 <Say if="formula">text with {names}</Say> is what the package wants said after a run (master/simulation/answers.py)."""
 
-OURS = (STEP_ANNOTATION, ANSWERS_ANNOTATION)
+REPLAY_ANNOTATION = "org.deepsea-cosim.replay"
+"""Annotation of DefaultExperiment: <Replay> with <Scale name="..." text="..." unit="..." from="formula" to="formula"/>,
+<Colour component="..." geom="..." scale="..." is="formula"/> and <Label component="..." at="..." is="formula"
+unit="..."/>, which holds a text, are what a replay of a run shows beside the motion (master/replay)."""
+
+OURS = (STEP_ANNOTATION, ANSWERS_ANNOTATION, REPLAY_ANNOTATION)
 
 OTHER_STEPS = {"FixedStepMaster": "stepSize", "FixedStepAlgorithm": "baseStepSize"}
 """Elements in annotations of OMSimulator, Vico and the Open Simulation Platform, and where they tell the step."""
@@ -41,6 +55,34 @@ def answers_asked(document: Document, annotation: etree._Element) -> AnswersAske
         else:
             raise document.error(element, f"<{local(element)}> is no part of <Answers>: expected <Value> or <Say>")
     return AnswersAsked(tuple(values), tuple(sentences))
+
+
+def replay_asked(document: Document, annotation: etree._Element) -> ReplayAsked:
+    """What an annotation of the type `REPLAY_ANNOTATION` holds."""
+    scales, colours, labels = [], [], []
+    for element in annotation.iterfind("{*}Replay/*"):
+        where = document.where(element)
+
+        def needed(name: str, element: etree._Element = element) -> str:
+            return document.name(element, name)
+
+        if local(element) == "Scale":
+            least, greatest, unit = (element.get(name, "") for name in ("from", "to", "unit"))
+            scales.append(ReplayScale(needed("name"), element.get("text", ""), unit, least, greatest, where))
+        elif local(element) == "Colour":
+            colours.append(ReplayColour(needed("component"), needed("geom"), needed("scale"), needed("is"), where))
+        elif local(element) == "Label":
+            text = " ".join("".join(map(str, element.itertext())).split())
+            formula, unit = element.get("is", ""), element.get("unit", "")
+            labels.append(ReplayLabel(needed("component"), needed("at"), text, formula, unit, where))
+        else:
+            known = "<Scale>, <Colour> or <Label>"
+            raise document.error(element, f"<{local(element)}> is no part of <Replay>: expected {known}")
+    names = {scale.name for scale in scales}
+    for colour in colours:
+        if colour.scale not in names:
+            raise PackageError(f"{colour.where}: there is no <Scale> called '{colour.scale}'")
+    return ReplayAsked(tuple(scales), tuple(colours), tuple(labels))
 
 
 def step_of_others(document: Document, owners: Iterable[etree._Element]) -> float | None:

@@ -232,6 +232,55 @@ class AnswersAsked:
 
 
 @dataclass(frozen=True)
+class ReplayScale:
+    """A range of values that colours stand for in a replay; least and greatest are formulas of measures and parameters,
+    empty: those of the signals that it colours."""
+
+    name: str
+    text: str
+    unit: str
+    """Of the values; empty where they have none."""
+    least: str
+    greatest: str
+    where: str
+
+
+@dataclass(frozen=True)
+class ReplayColour:
+    """A part of a component's scene that is coloured by a formula of signals."""
+
+    component: str
+    geom: str
+    scale: str
+    """Name of the scale."""
+    formula: str
+    where: str
+
+
+@dataclass(frozen=True)
+class ReplayLabel:
+    """A text at a place of a component's scene, with the value of a formula in the place of {}."""
+
+    component: str
+    at: str
+    """A site, geom or body of the scene."""
+    text: str
+    formula: str
+    """Empty: the text has no value in it."""
+    unit: str
+    where: str
+
+
+@dataclass(frozen=True)
+class ReplayAsked:
+    """What a package adds to the scenes of its FMUs when a run of it is replayed."""
+
+    scales: tuple[ReplayScale, ...] = ()
+    colours: tuple[ReplayColour, ...] = ()
+    labels: tuple[ReplayLabel, ...] = ()
+
+
+@dataclass(frozen=True)
 class SystemStructure:
     """A system structure description: the root system and how it is meant to be run."""
 
@@ -257,3 +306,4 @@ class SystemStructure:
     notes: tuple[str, ...] = ()
     """What it asks for that is done in another way than it says."""
     answers: AnswersAsked = field(default_factory=AnswersAsked)
+    replay: ReplayAsked = field(default_factory=ReplayAsked)

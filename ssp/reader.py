@@ -12,7 +12,16 @@ from lxml import etree
 
 from ..core.errors import PackageError, UsageError, did_you_mean
 from ..core.units import conversion
-from .annotations import ANSWERS_ANNOTATION, STEP_ANNOTATION, Unused, answers_asked, step_hint, step_of_others
+from .annotations import (
+    ANSWERS_ANNOTATION,
+    REPLAY_ANNOTATION,
+    STEP_ANNOTATION,
+    Unused,
+    answers_asked,
+    replay_asked,
+    step_hint,
+    step_of_others,
+)
 from .archive import UnpackLimits, extract
 from .document import SSB, SSC, SSD, Document, local, version, violations
 from .metadata import read_metadata
@@ -21,6 +30,7 @@ from .model import (
     Component,
     Connection,
     Connector,
+    ReplayAsked,
     SignalDictionaryReference,
     System,
     SystemStructure,
@@ -186,7 +196,7 @@ class _Reader:
         experiment = document.child(root, f"{SSD}DefaultExperiment")
         start = stop = step = method = None
         bonds: list[tuple[str, str]] = []
-        answers = AnswersAsked()
+        answers, replay = AnswersAsked(), ReplayAsked()
         if experiment is not None:
             start, stop = document.number(experiment, "startTime"), document.number(experiment, "stopTime")
             for annotation in experiment.iterfind(f"{SSD}Annotations/{SSC}Annotation"):
@@ -196,6 +206,8 @@ class _Reader:
                         bonds.append((document.name(bond, "a"), document.name(bond, "b")))
                 elif annotation.get("type") == ANSWERS_ANNOTATION:
                     answers = answers_asked(document, annotation)
+                elif annotation.get("type") == REPLAY_ANNOTATION:
+                    replay = replay_asked(document, annotation)
         if step is None and experiment is not None:  # the schema has none there, but some tools do
             step = document.number(experiment, "stepSize")
         if step is None:
@@ -203,7 +215,7 @@ class _Reader:
         title = system.name or root.get("name") or "system"
         return SystemStructure(
             title, of, self.folder / name, system, start or 0.0, stop, step, (name,), tuple(bonds), tuple(self.remarks),
-            method, self.unused.lines(), answers=answers,
+            method, self.unused.lines(), answers=answers, replay=replay,
         )
 
     def system(self, document: Document, element: etree._Element, definitions: Definitions, level: int = 0) -> System:
