@@ -46,6 +46,9 @@ class Model:
     needs: tuple[str, ...]
     text: str = ""
     """Its README, where it has none of its own in `fmus`."""
+    scene: tuple[tuple[str, bytes], ...] = ()
+    """What a replay draws (docs/fmus.md): names in resources/replay and contents; else the files in `replay`, if
+    any."""
 
 
 MODELS = (
@@ -113,6 +116,12 @@ def _sources(model: Model, version: Version) -> dict[str, bytes]:
         files[f"fmus/{name}.py"] = (HERE / f"{name}.py").read_bytes()
     files["fmus/version.py"] = files["fmus/version.py"].replace(b"FMI = 2", b"FMI = %d" % version.fmi)
     return files
+
+
+def _scene(model: Model) -> tuple[tuple[str, bytes], ...]:
+    """The files with which a replay draws the model; they are no code, so its identity does not depend on them."""
+    shipped = sorted((HERE / "replay" / model.name).glob("*"))
+    return model.scene or tuple((path.name, path.read_bytes()) for path in shipped)
 
 
 def sources_of(model: Model) -> dict[str, bytes]:
@@ -273,6 +282,7 @@ def build_fmu(
         files["modelDescription.xml"] = (
             description[:start] + token + description[description.index('"', start) :]
         ).encode()
+        files |= {f"resources/replay/{name}": content for name, content in _scene(model)}
         if way.fmi == 2:
             files["resources/guid.txt"] = token.encode()
             _add_front(model, files, scratch, say, way)

@@ -50,6 +50,7 @@ def build_arm(
     from ..mechanics.own_arm.remarks import bare_bodies, loose_joints, not_acted_on, without_direction
     from ..mechanics.own_arm.simulation import OwnArm
     from ..mechanics.own_arm.variables import table_of
+    from .own_scene import scene_of
 
     arm = read(place(path), water, dry, name, pose, cylinders)
     at_rest = OwnArm(arm, table_of(arm).parameters({}))
@@ -71,7 +72,7 @@ def build_arm(
     text = TEXT.format(name=arm.name, joints=len(arm.joints), tendons=", ".join(arm.tendons), wet="\n".join(lines))
     model = Model(
         arm.name, ("own_arm", "arm_model"), ("core", "mechanics"), ("numpy", "numba", "mujoco"),
-        text + "\n" + variable_tables(table_of(arm)),
+        text + "\n" + variable_tables(table_of(arm)), scene_of(at_rest),
     )  # fmt: skip
     content = f"from __future__ import annotations\n\nDATA = {arm.as_data()!r}\n".encode()
     made = build_fmu(model, folder, say, way, sources={"fmus/arm_model.py": content})
