@@ -28,6 +28,7 @@ EXAMPLES = """examples:
   cosim-master plant.ssp --stop-time 20 --out b --resume a
   cosim-master plant.ssp --check
   cosim-master plant.ssp --info --parameters
+  cosim-master replay results/deepsea_11km    (the machine in motion; see cosim-master replay --help)
   cosim-master pump.fmu --stop-time 10 --step 0.001 --stimuli commands.csv
 
 exit codes: 0 done, 1 the simulation had to stop (what was recorded is kept), 2 bad input (or --check found errors),
@@ -153,6 +154,11 @@ def _add_results(results: argparse._ArgumentGroup) -> None:
 
 def main(arguments: Sequence[str] | None = None) -> int:
     """Entry point; returns the exit code."""
+    arguments = sys.argv[1:] if arguments is None else arguments
+    if arguments and arguments[0] == "replay":
+        from . import replay_cli
+
+        return replay_cli.main(arguments[1:])
     options = parser().parse_args(arguments)
     return exit_code("cosim-master", lambda: _run(options))
 

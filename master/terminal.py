@@ -24,7 +24,8 @@ BONDS = 3
 class Progress:
     """A progress bar that appears once a run takes longer than a second, on a terminal only."""
 
-    def __init__(self, quiet: bool):
+    def __init__(self, quiet: bool, unit: str = "step"):
+        self._unit = unit
         self._quiet = quiet or not sys.stderr.isatty()
         self._begin = perf_counter()
         self._bar: Any = None
@@ -35,7 +36,7 @@ class Progress:
         if self._bar is None:
             from tqdm import tqdm
 
-            self._bar = tqdm(total=total, unit="step", unit_scale=True, leave=False)
+            self._bar = tqdm(total=total, unit=self._unit, unit_scale=True, leave=False)
         self._bar.update(done - self._bar.n)
         if done == total:
             self._bar.close()

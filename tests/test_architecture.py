@@ -39,7 +39,7 @@ all."""
 MASTER = REPOSITORY / "master"
 ROOMS_OF_THE_MASTER = (
     "options", "engine", "slaves", "isolation", "system", "coupling", "results", "algorithms", "accuracy", "simulation",
-    "parallel",
+    "replay", "parallel",
 )  # fmt: skip
 
 MAX_LINES, MAX_LINES_OF_A_FUNCTION = 400, 60

@@ -2,49 +2,35 @@
 
 from __future__ import annotations
 
-import json
-import os
-import subprocess
-import sys
-import tempfile
 from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
-from ...core.errors import CosimError
+from ...master.replay.film import Eye, Film
+from ...master.replay.offscreen import pictures
 from ...mechanics.linkage import linkage
+from ...mechanics.mjcf import mjcf
 from ...mechanics.variables import ARM
 
 FRAMES, SHOWN = 110, 200
 """Frames of the animation, and the time of one [ms]: the run as fast as it was."""
 
-BACKENDS = ("egl", "osmesa", "glfw")
-
-
-class NoPictures(CosimError):
-    """Nothing here can draw."""
-
 
 def shots(parameters: Mapping[str, float], angles: Sequence[float], width: int, height: int) -> np.ndarray:
-    """Pictures (n, height, width, 3) of the arm at the beam's angles [rad].
+    """Pictures (n, height, width, 3) of the arm at the beam's angles [rad]."""
+    import mujoco
 
-    They are drawn in a process of its own: which driver MuJoCo draws with is settled when it is imported.
-    """
-    chosen = os.environ.get("MUJOCO_GL")
-    told = ""
-    with tempfile.TemporaryDirectory() as place:
-        order, answer = Path(place) / "order.json", Path(place) / "shots.npy"
-        order.write_text(json.dumps({"parameters": dict(parameters), "angles": list(angles), "size": [width, height]}))
-        for backend in [chosen] if chosen else BACKENDS:
-            command = [sys.executable, "-m", f"{__package__}.camera", str(order), str(answer)]
-            environment = {**os.environ, "MUJOCO_GL": backend}
-            done = subprocess.run(command, env=environment, capture_output=True, text=True)
-            if done.returncode == 0 and answer.exists():
-                return np.load(answer)
-            told = (done.stderr.strip().splitlines() or [f"code {done.returncode}"])[-1]
-    raise NoPictures(f"the arm cannot be drawn here ({told}); set MUJOCO_GL to egl or osmesa")
+    p = ARM.parameters(parameters)
+    states = []
+    for theta in angles:
+        length, _, _, phi, *_ = linkage.py_func(theta, p["rod_eye_radius"], p["base_x"], p["base_y"])
+        states.append((theta, phi, length))
+    size = p["beam_length"]
+    eye = Eye((0.45 * size, 0.0, 0.42 * size), 1.9 * size, 90.0, -4.0)
+    film = Film(mujoco.MjModel.from_xml_string(mjcf(p)), np.array(states))
+    return np.array(list(pictures(film, eye, width, height)))
 
 
 def angle(parameters: Mapping[str, float], x_h: float) -> float:

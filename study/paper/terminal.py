@@ -134,6 +134,7 @@ def _draw(
 ) -> tuple[dict[str, Path], list[str]]:  # fmt: skip
     """The pictures by figure number in the paper's order, those of the arm where its parameters are given, and what
     could not be drawn."""
+    from ...master.replay.offscreen import NoPictures
     from . import arm_pictures
     from .cases import DEEPEST
     from .figures import all_figures, save
@@ -151,6 +152,6 @@ def _draw(
                 arm_pictures.states(geometry, states)
                 arm_pictures.animation(geometry, runs[DEEPEST], animated)
             made |= {"10": states, "run": animated}
-        except arm_pictures.NoPictures as error:
+        except NoPictures as error:
             remark.append(f"Figure 10 and the animation are missing: {error}")
     return {n: made[n] for n in sorted(made, key=lambda n: 99 if n == "run" else int(n))}, remark

@@ -2,9 +2,10 @@
 
 import numpy as np
 import pytest
+from deepsea_cosim.master.replay.offscreen import NoPictures
 from deepsea_cosim.mechanics.linkage import linkage
 from deepsea_cosim.mechanics.variables import ARM
-from deepsea_cosim.study.paper.arm_pictures import NoPictures, angle, shots, states
+from deepsea_cosim.study.paper.arm_pictures import angle, shots, states
 
 
 @pytest.mark.parametrize("x_h", [0.0, 0.05, 0.2])
