@@ -108,7 +108,7 @@ def _replay(options: argparse.Namespace) -> int:
         print(f"cosim-master replay: {remark}", file=sys.stderr)
     if in_window:
         times = times_of(found.run, options.begin, options.end, options.speed / viewer.RATE)
-        viewer.show(found, times, options.speed, options.view)
+        viewer.show(found, times, display, options.speed, options.view)
     if options.video is not None:
         _write(options, found, display, options.video, VIDEO)
     if options.gif is not None:

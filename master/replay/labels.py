@@ -74,7 +74,20 @@ def labels(asked: ReplayAsked, stage: Stage, display: DisplayUnits) -> tuple[tup
             made.append(_label(told, place, part, display))
         except CosimError as error:
             remarks.append(f"{told.where}: not shown: {error}")
-    return tuple(made), remarks
+    return (*made, *_names(asked, stage)), remarks
+
+
+def _names(asked: ReplayAsked, stage: Stage) -> list[Label]:
+    """Names of components at their scenes, where there are several and the package says nothing of one."""
+    solid = [p for p in stage.parts if not p.ghost]
+    told = {label.component for label in asked.labels}
+    geoms = names(stage.model, "geom")
+    made = []
+    for part in solid if len(solid) > 1 else ():
+        place = next((k for name, k in geoms.items() if name.startswith(part.prefix)), None)
+        if part.scene.component not in told and place is not None:
+            made.append(Label(("geom", place), part.scene.component, part.run.times))
+    return made
 
 
 def _label(told: ReplayLabel, place: tuple[str, int], part: Part, display: DisplayUnits) -> Label:

@@ -70,7 +70,7 @@ class Lettering:
             wide = round(0.26 * width)
             left = width - wide - 2 * gap
             draw.rounded_rectangle((left - gap, top, width - gap, top + 3 * line + gap), gap, fill=SHADE)
-            name, least, greatest = _ends(scale, display)
+            name, least, greatest = ends(scale, display)
             draw.text((left, top + gap // 2), f"{scale.text or scale.name}", INK, self.font)
             self._ramp(image, (left, top + line + gap // 2, left + wide, top + 2 * line))
             draw.text((left, top + 2 * line + gap // 2), least, INK, self.font)
@@ -122,7 +122,7 @@ class Lettering:
         draw.text((x, y), text, INK, self.font, anchor="mm")
 
 
-def _ends(scale: Scale, display: DisplayUnits) -> tuple[str, str, str]:
+def ends(scale: Scale, display: DisplayUnits) -> tuple[str, str, str]:
     """Unit and both ends of a scale as they are shown."""
     largest = max(abs(scale.least), abs(scale.greatest))
     name, factor, offset = display.of(scale.unit, largest) if scale.unit else ("", 1.0, 0.0)

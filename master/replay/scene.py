@@ -101,8 +101,7 @@ def scene_of(component: str, fmu: Path) -> Scene | None:
         xml, rules = files.pop(SCENE).decode("utf-8-sig"), files.pop(RULES, b"").decode("utf-8-sig")
     except UnicodeDecodeError:
         raise PackageError(f"{where}{SCENE} and {RULES} have to be texts in UTF-8") from None
-    _check(xml, where, files)
-    return _scene(component, where, xml, rules, files)
+    return parsed(component, where, xml, rules, files)
 
 
 def _check(xml: str, where: str, files: Mapping[str, bytes]) -> None:
@@ -123,7 +122,9 @@ def _check(xml: str, where: str, files: Mapping[str, bytes]) -> None:
                 raise PackageError(f"{line}: '{element.get(name)}' is not in {FOLDER} of the FMU")
 
 
-def _scene(component: str, where: str, xml: str, rules: str, files: Mapping[str, bytes]) -> Scene:
+def parsed(component: str, where: str, xml: str, rules: str, files: Mapping[str, bytes]) -> Scene:
+    """A scene of the texts of its files and the others beside them; raises `PackageError` for what is none."""
+    _check(xml, where, files)
     place = f"{where}{RULES}"
     tables = Tables(PackageError)
     data = tables.parse(rules, place)

@@ -59,6 +59,7 @@ class Part:
     run: RecordedRun
     low: np.ndarray
     high: np.ndarray
+    ghost: bool = False
 
 
 @dataclass(frozen=True)
@@ -97,7 +98,7 @@ def build(scenes: Sequence[Scene], run: RecordedRun, ghosts: Sequence[tuple[Scen
             if front:
                 _as_ghost(spec)
             root.attach(spec, prefix=prefix, frame=root.worldbody.add_frame(pos=place))
-            parts.append(Part(prefix, own, of, low + place, high + place))
+            parts.append(Part(prefix, own, of, low + place, high + place, bool(front)))
     _add_floor(root, parts)
     try:
         return Stage(root.compile(), tuple(parts), view)
