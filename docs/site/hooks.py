@@ -97,6 +97,9 @@ def _commands() -> Iterator[str]:
     for name, package in COMMANDS.items():
         parser = import_module(f"deepsea_cosim.{package}.cli").parser()
         yield f"## {name}\n\n```text\n{parser.format_help()}```\n"
+        if name == "cosim-master":
+            replay = import_module("deepsea_cosim.master.replay_cli").parser()
+            yield f"### cosim-master replay\n\n```text\n{replay.format_help()}```\n"
         for action in parser._actions:
             if isinstance(action, argparse._SubParsersAction):
                 for command, inner in action.choices.items():

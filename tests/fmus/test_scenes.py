@@ -53,7 +53,7 @@ def test_the_place_of_the_load_is_that_of_the_beams_end():
     thetas = [0.0, 0.5, 1.2]
     p, run = arm_run(thetas)
     film = filmed(deepsea(), run, run.times)
-    known = {name: k for name, k in names(film.model, "geom").items()}
+    known = names(film.model, "geom")
     [load, pivot] = np.moveaxis(places(film, [("geom", known["arm/load"]), ("geom", known["arm/pivot"])]), 1, 0)
     wanted = p["beam_length"] * np.array([[np.cos(t), 0.0, np.sin(t)] for t in thetas])
     assert load - pivot == pytest.approx(wanted, abs=1e-9)

@@ -32,8 +32,12 @@ def test_the_ends_of_a_range_have_the_colours_of_its_ends(ends, times):
 
 @pytest.mark.parametrize(
     ("wrong", "told"),
-    [({"geom": "oli"}, "did you mean 'oil'"), ({"formula": "arm.pp"}, "recorded no 'arm.pp'"), ({"formula": "1 +"}, "no formula")],
-)  # fmt: skip
+    [
+        ({"geom": "oli"}, "did you mean 'oil'"),
+        ({"formula": "arm.pp"}, "recorded no 'arm.pp'"),
+        ({"formula": "1 +"}, "no formula"),
+    ],
+)
 def test_what_cannot_be_coloured_is_told(wrong, told):
     scales, coloured, remarks = colours(asked(**wrong), build([ram()], made_run()))
     assert (scales, coloured, len(remarks)) == ((), (), 1)

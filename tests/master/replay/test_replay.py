@@ -166,8 +166,9 @@ def test_an_annotation_of_a_replay_is_read_or_refused_with_its_line(toys, tmp_pa
     from ...packages import description, pack
 
     def asked(inside):
-        text = description(system("root", component("o", "resources/O.fmu")), answers="x").replace(
-            'org.deepsea-cosim.answers"><Answers>x</Answers>', f'org.deepsea-cosim.replay"><Replay>{inside}</Replay>')  # fmt: skip
+        text = description(system("root", component("o", "resources/O.fmu")), answers="x")
+        ours = f'org.deepsea-cosim.replay"><Replay>{inside}</Replay>'
+        text = text.replace('org.deepsea-cosim.answers"><Answers>x</Answers>', ours)
         path = pack(tmp_path / "p.ssp", {"SystemStructure.ssd": text, "resources/O.fmu": toys / "Oscillator.fmu"})
         return read(path, tmp_path / "out").replay
 

@@ -40,8 +40,9 @@ def test_turns_are_along_their_ways(way):
 
 
 def test_scenes_stand_side_by_side_and_ghosts_where_theirs_do():
-    run = made_run({f"{arm}.angle": [0.0, 1.0] for arm in ("a", "b")},
-                   {f"{arm}.{k}": v for arm in ("a", "b") for k, v in (("long", 1.0), ("foot", 0.4), ("lead", 0.0))})  # fmt: skip
+    sizes = {"long": 1.0, "foot": 0.4, "lead": 0.0}
+    parameters = {f"{arm}.{name}": value for arm in "ab" for name, value in sizes.items()}
+    run = made_run({f"{arm}.angle": [0.0, 1.0] for arm in "ab"}, parameters)
     stage = build([ram("a"), ram("b")], run, [(ram("b"), run)])
     a, b, ghost = stage.parts
     assert (a.prefix, b.prefix, ghost.prefix, ghost.ghost) == ("a/", "b/", "ghost b/", True)
