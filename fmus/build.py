@@ -27,6 +27,7 @@ from pathlib import Path
 from ..core.errors import PackageError, UsageError, install
 from ..core.files import make_folder
 from ..ssp import packer
+from .scenes import Files, scene_within, shipped_scene
 
 HERE = Path(__file__).parent
 ROOT = __package__.rpartition(".")[0]
@@ -46,20 +47,21 @@ class Model:
     needs: tuple[str, ...]
     text: str = ""
     """Its README, where it has none of its own in `fmus`."""
-    scene: tuple[tuple[str, bytes], ...] = ()
-    """What a replay draws (docs/fmus.md): names in resources/replay and contents; else the files in `replay`, if
-    any."""
+    scene: Files = ()
+    """What a replay draws (docs/fmus.md): names in resources/replay, and contents."""
 
 
 MODELS = (
     Model("DeepseaHydraulics", ("hydraulics",), ("core", "hydraulics_fmu"), ("numpy", "numba")),
-    Model("DeepseaArm", ("arm",), ("core", "mechanics"), ("numpy", "numba", "mujoco")),
+    Model(
+        "DeepseaArm", ("arm",), ("core", "mechanics"), ("numpy", "numba", "mujoco"), scene=shipped_scene("DeepseaArm")
+    ),
     Model("DeepseaSupply", ("supply",), ("core", "hydraulics_fmu"), ("numpy", "numba")),
 )
 
 CONTAINER = Model(
     "DeepseaMachine", ("machine", "hydraulics", "arm", "starts"), ("core", "hydraulics_fmu", "mechanics"),
-    ("numpy", "numba", "mujoco"),
+    ("numpy", "numba", "mujoco"), scene=scene_within("arm", "DeepseaArm"),
 )  # fmt: skip
 """Both in one; made by `container`."""
 
@@ -116,12 +118,6 @@ def _sources(model: Model, version: Version) -> dict[str, bytes]:
         files[f"fmus/{name}.py"] = (HERE / f"{name}.py").read_bytes()
     files["fmus/version.py"] = files["fmus/version.py"].replace(b"FMI = 2", b"FMI = %d" % version.fmi)
     return files
-
-
-def _scene(model: Model) -> tuple[tuple[str, bytes], ...]:
-    """The files with which a replay draws the model; they are no code, so its identity does not depend on them."""
-    shipped = sorted((HERE / "replay" / model.name).glob("*"))
-    return model.scene or tuple((path.name, path.read_bytes()) for path in shipped)
 
 
 def sources_of(model: Model) -> dict[str, bytes]:
@@ -282,7 +278,8 @@ def build_fmu(
         files["modelDescription.xml"] = (
             description[:start] + token + description[description.index('"', start) :]
         ).encode()
-        files |= {f"resources/replay/{name}": content for name, content in _scene(model)}
+        # no code: the identity does not depend on it
+        files |= {f"resources/replay/{name}": content for name, content in model.scene}
         if way.fmi == 2:
             files["resources/guid.txt"] = token.encode()
             _add_front(model, files, scratch, say, way)

@@ -15,6 +15,7 @@ from lxml import etree
 
 from ..mechanics.own_arm.description import Description
 from ..mechanics.own_arm.simulation import OwnArm
+from .scenes import Files
 
 BARREL, ROD = 0.95, 0.92
 """Lengths of barrel and rod as shares of the cylinder's least length in the run: so the piston stays in the barrel
@@ -48,7 +49,7 @@ class _Cylinder:
     radius: float
 
 
-def scene_of(arm: OwnArm) -> tuple[tuple[str, bytes], ...]:
+def scene_of(arm: OwnArm) -> Files:
     """The files that go into resources/replay of the FMU, by name, of the arm in its first pose."""
     root = etree.fromstring(arm.d.xml.encode())
     world, tendons = root.find("worldbody"), root.find("tendon")

@@ -5,7 +5,7 @@ from __future__ import annotations
 import argparse
 import math
 import sys
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -41,6 +41,17 @@ def _size(text: str) -> tuple[int, int]:
     return size
 
 
+def _ending(suffix: str) -> Callable[[str], Path]:
+    """A path whose name ends so, for what is written follows from the option."""
+
+    def path(text: str) -> Path:
+        if not text.lower().endswith(suffix):
+            raise argparse.ArgumentTypeError(f"'{text}': the name has to end in {suffix}")
+        return Path(text)
+
+    return path
+
+
 def _view(text: str) -> tuple[float, float]:
     try:
         azimuth, elevation = (float(part) for part in text.split(","))
@@ -69,8 +80,10 @@ def parser() -> argparse.ArgumentParser:
     )  # fmt: skip
     p.add_argument("run", metavar="DIR", type=Path, help="result folder of a run")
     p.add_argument("other", metavar="OTHER", type=Path, nargs="?", help="of another run, which is drawn as a ghost")
-    p.add_argument("--video", metavar="FILE.mp4", type=Path, help="write a video instead of opening the viewer")
-    p.add_argument("--gif", metavar="FILE.gif", type=Path, help="write a GIF instead; both is possible")
+    p.add_argument(
+        "--video", metavar="FILE.mp4", type=_ending(".mp4"), help="write a video instead of opening the viewer"
+    )
+    p.add_argument("--gif", metavar="FILE.gif", type=_ending(".gif"), help="write a GIF instead; both is possible")
     p.add_argument("--speed", metavar="X", type=_above_zero, default=1.0, help="times as fast as it was (default: 1)")
     p.add_argument("--from", metavar="S", type=float, dest="begin", help="begin at this time in seconds")
     p.add_argument("--to", metavar="S", type=float, dest="end", help="end at this time in seconds")

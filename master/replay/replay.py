@@ -28,6 +28,9 @@ from .stage import OPENING, Stage, build
 if TYPE_CHECKING:
     from PIL import Image
 
+MOST = 100_000
+"""Most pictures: an hour of 30 a second."""
+
 LOOKS = 60
 """Frames of the whole motion from which the camera's place is taken."""
 
@@ -71,9 +74,15 @@ def prepared(run: RecordedRun, display: DisplayUnits, other: RecordedRun | None 
     motions = tuple(Motion(stage.model, p.scene, p.run, p.prefix) for p in stage.parts)
     scales, coloured, remarks = colours(asked, stage)
     shown, more = labels(asked, stage, display)
-    legend = (f"solid: {run.folder}", f"translucent: {other.folder}") if other is not None else ()
+    legend = _legend(run.folder, other.folder) if other is not None else ()
     told = [*run.remarks, *(other.remarks if other is not None else ()), *remarks, *more]
     return Replay(run, stage, motions, scales, coloured, shown, legend, tuple(told))
+
+
+def _legend(solid: Path, translucent: Path) -> tuple[str, str]:
+    """Which run is which: names of the folders, or paths where the names are the same."""
+    one, other = (path.resolve().name for path in (solid, translucent))
+    return (f"solid: {one}", f"ghost: {other}") if one != other else (f"solid: {solid}", f"ghost: {translucent}")
 
 
 def _carried(run: RecordedRun) -> tuple[list[Scene], ReplayAsked]:
@@ -97,7 +106,12 @@ def times_of(run: RecordedRun, begin: float | None, end: float | None, every: fl
     start, stop = first if begin is None else begin, last if end is None else end
     if not first <= start <= stop <= last:
         raise UsageError(f"--from {start:g} --to {stop:g}: the run goes from {first:g} to {last:g} s")
-    return start + every * np.arange(int((stop - start) / every + 1e-6) + 1)
+    count = int((stop - start) / every + 1e-6) + 1
+    if count > MOST:
+        raise UsageError(
+            f"these would be {count} pictures: give a higher --speed, or a part of the run with --from and --to"
+        )
+    return start + every * np.arange(count)
 
 
 def drawn(

@@ -53,7 +53,8 @@ def write_gif(path: Path, pictures: Iterable[Image.Image], fps: float) -> None:
     from PIL import Image
 
     make_folder(path.parent)
-    frames = [picture.quantize(255, dither=Image.Dither.NONE) for picture in pictures]
+    way = Image.Quantize.MAXCOVERAGE  # or floor and water take all colours, and the scale has steps
+    frames = [picture.quantize(255, way, dither=Image.Dither.NONE) for picture in pictures]
     ends = [round((k + 1) / fps / TICK) for k in range(len(frames))]
     shown = [max(1, end - begin) * round(1000 * TICK) for begin, end in zip([0, *ends], ends, strict=False)]
     part = path.with_name(f".{path.stem}.part.gif")

@@ -7,7 +7,7 @@ from pathlib import Path
 import mujoco
 import numpy as np
 import pytest
-from deepsea_cosim.fmus.build import MODELS, _scene
+from deepsea_cosim.fmus.build import CONTAINER, MODELS
 from deepsea_cosim.fmus.own_scene import scene_of
 from deepsea_cosim.master.replay.motion import names, places
 from deepsea_cosim.master.replay.scene import parsed
@@ -28,7 +28,7 @@ def scene(files, component="arm"):
 
 
 def deepsea():
-    return scene(_scene(next(m for m in MODELS if m.name == "DeepseaArm")))
+    return scene(next(m.scene for m in MODELS if m.name == "DeepseaArm"))
 
 
 def arm_run(thetas, **changes):
@@ -47,6 +47,16 @@ def test_the_cylinder_of_the_arm_is_that_of_the_linkage(changes):
     in_barrel = site_distance(film, "arm/base", "arm/piston_back")
     assert in_barrel == pytest.approx(np.array(length) - p["rod_length"], abs=1e-9)
     assert 2.0 * film.model.geom("arm/beam").size[1] == pytest.approx(p["beam_length"])
+
+
+def test_the_arm_in_a_container_is_drawn_by_the_names_that_it_has_there():
+    _, run = arm_run([0.4, 1.2])
+    signals = {"m.arm.theta": run.signals["arm.theta"]}
+    inside = made_run(signals, {f"m.{name}": value for name, value in run.parameters.items()})
+    alone = site_distance(filmed(deepsea(), run, run.times), "arm/base", "arm/rod_eye")
+    assert site_distance(
+        filmed(scene(CONTAINER.scene, "m"), inside, run.times), "m/base", "m/rod_eye"
+    ) == pytest.approx(alone)
 
 
 def test_the_place_of_the_load_is_that_of_the_beams_end():

@@ -120,6 +120,8 @@ def test_mistakes_are_one_line(rig, tmp_path, capsys, monkeypatch):
     assert "holds no run" in told([tmp_path, *gif], capsys)
     assert "from 0 to 4 s" in told([rig / "plain", *gif, "--to", "5"], capsys)
     assert "no such file" in told([rig / "plain", *gif, "--package", tmp_path / "no.ssp"], capsys)
+    assert "higher --speed" in told([rig / "plain", *gif, "--speed", "1e-5"], capsys)
+    assert "end in .mp4" in told([rig / "plain", "--video", tmp_path / "x.avi"], capsys)
     assert "--size" in told([rig / "plain", *gif, "--size", "127x96"], capsys)
     monkeypatch.delenv("DISPLAY", raising=False)
     monkeypatch.delenv("WAYLAND_DISPLAY", raising=False)
