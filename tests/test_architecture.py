@@ -24,7 +24,7 @@ ALLOWED = {
     "master": {"core", "ssp"},
     "gap": {"core", "ssp", "master"},
     "study": {"core", "hydraulics_fmu", "mechanics", "fmus", "ssp", "master"},
-    "api": {"core", "fmus", "master", "gap", "study"},
+    "api": {"core", "fmus", "ssp", "master", "gap", "study"},
 }
 """What each package may import of ours. `master`, `ssp` and `gap` never import physics."""
 
