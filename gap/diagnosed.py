@@ -9,6 +9,7 @@ from pathlib import Path
 from typing import Any
 
 from ..core.cli import need
+from ..core.figures import in_notebooks
 from ..core.files import make_folder
 from .campaign.campaign import Campaign
 from .problem.stop import StopToken
@@ -63,7 +64,7 @@ class Diagnosed:
         axes.barh(parts.index, 100 * parts["share"], xerr=around, color="0.6", ecolor="0.2", capsize=3)
         axes.set_xlabel("share of what calibration leaves of the gap [%]")
         axes.set_xlim(0, None)
-        return made
+        return in_notebooks(made)
 
 
 def diagnose_into(
