@@ -7,17 +7,17 @@ once for every tier, and few files are there, however long the run.
 from __future__ import annotations
 
 import shutil
-from collections.abc import Collection, Sequence
+from collections.abc import Collection, Iterator, Sequence
 from contextlib import suppress
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
-from ....core.errors import OutputError
+from ....core.errors import OutputError, UsageError
 from ....core.files import exchange, writing
 from ..columns import Column
-from ..format import Format
+from ..format import Block, Format
 
 ROWS = 100_000
 """Rows of a row group."""
@@ -164,4 +164,21 @@ def read(path: Path, texts: Collection[str], truths: Collection[str]) -> Any:
     return pandas.read_parquet(path)
 
 
-FORMAT = Format((".parquet",), ParquetWriter, read, needs=("pyarrow",))
+def blocks(path: Path, texts: Collection[str]) -> Iterator[Block]:
+    """Blocks of rows; the file, or the folder of parts that a killed run has left, knows its types."""
+    import pyarrow
+    from pyarrow import dataset
+
+    try:
+        file = dataset.dataset(path, format="parquet")
+        words = {f.name for f in file.schema if pyarrow.types.is_string(f.type) or pyarrow.types.is_large_string(f.type)}
+        for batch in file.to_batches(batch_size=ROWS):
+            yield {
+                name: [str(v) for v in column.to_pylist()] if name in words else column.to_numpy(zero_copy_only=False)
+                for name, column in zip(batch.schema.names, batch.columns, strict=True)
+            }
+    except (pyarrow.ArrowException, OSError) as error:
+        raise UsageError(f"{path}: no result file ({str(error).splitlines()[0]})") from None
+
+
+FORMAT = Format((".parquet",), ParquetWriter, read, needs=("pyarrow",), blocks=blocks)
