@@ -6,6 +6,7 @@ import argparse
 import os
 import sys
 from collections.abc import Sequence
+from importlib import import_module
 from pathlib import Path
 from typing import TYPE_CHECKING, NoReturn
 
@@ -29,10 +30,19 @@ EXAMPLES = """examples:
   cosim-master plant.ssp --check
   cosim-master plant.ssp --info --parameters
   cosim-master pump.fmu --stop-time 10 --step 0.001 --stimuli commands.csv
+  cosim-master plant.ssp --html
+
+commands (where no file has that name; each has a --help of its own):
+  cosim-master open results/plant                       the run as an interactive page, in the browser
+  cosim-master compare results/plant runs/heavy         where and by how much two runs differ
 
 exit codes: 0 done, 1 the simulation had to stop (what was recorded is kept), 2 bad input (or --check found errors),
 130 interrupted
 """
+
+COMMANDS = {"open": ".page.command", "compare": ".comparison.command"}
+"""First words that are no package: the modules whose `main` they call."""
+
 
 def _substeps(text: str) -> tuple[str, int]:
     component, equals, ratio = text.rpartition("=")
@@ -149,10 +159,17 @@ def _add_results(results: argparse._ArgumentGroup) -> None:
         "units.toml says, else metric); files keep the FMUs' units",
     )  # fmt: skip
     results.add_argument("--no-plot", action="store_true", help="do not draw overview.png")
+    results.add_argument(
+        "--html", action="store_true",
+        help="write results.html too: the run as an interactive page, in one file that needs no network",
+    )  # fmt: skip
 
 
 def main(arguments: Sequence[str] | None = None) -> int:
     """Entry point; returns the exit code."""
+    arguments = sys.argv[1:] if arguments is None else arguments
+    if arguments and arguments[0] in COMMANDS and not os.path.lexists(arguments[0]):
+        return import_module(COMMANDS[arguments[0]], __package__).main(arguments[1:])
     options = parser().parse_args(arguments)
     return exit_code("cosim-master", lambda: _run(options))
 
@@ -196,11 +213,15 @@ def _run(options: argparse.Namespace) -> int:
         raise PackageError(f"{options.package}: no such file")
     if None in options.parameters and not options.info:
         raise UsageError("--parameters: give a file, or --info to list the parameters in force")
+    if options.html and not options.results:
+        raise UsageError("--html shows a result file: give --results a name")
     settings, display = _settings(options), display_units(options.units)
     if options.check or options.info:
         return _look(options, settings)
     folder = options.out or Path("results") / options.package.stem
     result, files = _simulate(options, settings, folder, display)
+    if options.html:
+        files += _page(folder, display)
     if not options.quiet:
         for warning in result.summary["warnings"]:
             print(f"cosim-master: warning: {warning}", file=sys.stderr)
@@ -271,6 +292,18 @@ def _simulate(
             else:
                 files.append("overview.png")
     return result, files
+
+
+def _page(folder: Path, display: DisplayUnits) -> list[str]:
+    """The name of the page, once it is written; what keeps it from that is told, for the run itself is done."""
+    from ..core.errors import CosimError
+    from .page.write import write_page
+
+    try:
+        return [write_page(folder, display).name]
+    except CosimError as error:
+        print(f"cosim-master: results.html was not written: {error}", file=sys.stderr)
+        return []
 
 
 def _on_hang(error: CosimError) -> NoReturn:

@@ -26,7 +26,7 @@ class RunRecord:
     @property
     def page(self) -> Path:
         """Where the page of the run stands."""
-        return self.folder / PAGE if self.folder is not None else self.file.with_suffix(".html")
+        return self.folder / PAGE if self.folder is not None else self.file.with_name(f"{self.file.name}.html")
 
     @property
     def name(self) -> str:

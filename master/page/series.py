@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from base64 import b64encode
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 from itertools import chain
 from typing import Any
@@ -57,23 +57,29 @@ class Series:
         }
 
 
-def read_series(record: RunRecord, limit: int | None = None) -> Series:
-    """Read a record in little memory, however long it is; limit: most points of a signal, else what a page holds.
+Codes = dict[str, dict[str, int]]
+"""Places of the texts of a column, by its name."""
 
-    Raises `UsageError` for a file that is no record.
-    """
-    found = blocks(record.file, record.texts)
+
+def read_series(record: RunRecord) -> Series:
+    """Read a record in little memory, however long it is. Raises `UsageError` for a file that is no record."""
+    return series_of(record, blocks(record.file, record.texts), VALUES, {})
+
+
+def series_of(record: RunRecord, found: Iterator[Block], numbers: int, codes: Codes) -> Series:
+    """The series of blocks of a record; numbers: most that it may have in all; codes: runs that are compared share
+    them. Raises `UsageError` for what is no record."""
     first = next(found, None)
-    names = list(first or {})
-    if first is None or not names or names[0] != "time":
-        raise UsageError(f"{record.file}: no result file (its first column is not 'time')")
+    if first is None or "time" not in first:
+        raise UsageError(f"{record.file}: no result file (it has no column 'time')")
+    names = ["time", *(name for name in first if name != "time")]
     if len(names) < 2:
         raise UsageError(f"{record.file}: it has no signals, only the time")
-    reducer = Reducer(len(names) - 1, limit or min(MOST_POINTS, VALUES // len(names)))
-    codes: dict[str, dict[str, int]] = {}
+    reducer = Reducer(len(names) - 1, min(MOST_POINTS, numbers // len(names)))
+    kinds: dict[str, bool] = {}
     before = -np.inf
     for block in chain([first], found):
-        times, values = _numbers(record, block, names, codes)
+        times, values = _numbers(record, block, names, codes, kinds)
         check_times(record, np.concatenate([[before], times]))
         before = times[-1] if len(times) else before
         reducer.add(times, values)
@@ -87,18 +93,24 @@ def check_times(record: RunRecord, times: np.ndarray) -> None:
 
 
 def _numbers(
-    record: RunRecord, block: Block, names: list[str], codes: dict[str, dict[str, int]]
+    record: RunRecord, block: Block, names: list[str], codes: Codes, kinds: dict[str, bool]
 ) -> tuple[np.ndarray, np.ndarray]:
-    """Times (n,) and a column (n,) for each other name; texts become their places among those of their column."""
+    """Times (n,) and a column (n,) for each other name; texts become their places among those of their column.
+
+    kinds: whether a column is one of texts, as its first rows are.
+    """
     times = block["time"]
     if isinstance(times, list):
         raise UsageError(f"{record.file}: no result file (its times are no numbers)")
     made = np.empty((len(times), len(names) - 1))
     for k, name in enumerate(names[1:]):
         column = block[name]
-        if name in codes and not isinstance(column, list):  # texts that happen to be numbers
+        is_text = kinds.setdefault(name, isinstance(column, list)) if len(times) else False
+        if is_text and not isinstance(column, list):  # texts that happen to be numbers
             column = [f"{v:g}" for v in column]
-        if isinstance(column, list):
+        if isinstance(column, list) and not is_text:
+            made[:, k] = np.nan  # a word among numbers is none
+        elif isinstance(column, list):
             known = codes.setdefault(name, {})
             for text in dict.fromkeys(column):
                 if text not in known and len(known) < ITEMS:

@@ -1,5 +1,5 @@
 /* A panel: the lines of one unit, drawn by uPlot from as many points as the screen has room for. */
-const HEIGHT = 190, POINTS_PER_PIXEL = 2.5, FONT = "12px system-ui, sans-serif";
+const HEIGHT = 190, POINTS_PER_PIXEL = 2.5, DOTS = 80, FONT = "12px system-ui, sans-serif";
 
 page.build = function () {
   page.panels.forEach((panel) => panel.plot.destroy());
@@ -26,13 +26,14 @@ function makePanel(group, box) {
       { font: FONT, size: 76, stroke: "#4b5563", grid: { stroke: "#eceff2" }, ticks: { stroke: "#cbd2d9", size: 5 }, space: 26, ...axisOf(signal) },
     ],
     series: [{}, ...group.lines.map((line) => ({
-      stroke: line.colour, width: 1.6, pxAlign: 0, dash: line.dash, points: { show: false },
+      stroke: line.colour, width: 1.6, pxAlign: 0, dash: line.dash,
+      points: { show: (u, i, first, last) => last - first < DOTS, size: 5 }, // rows show where there is room
       paths: line.signal.kind === "float" ? undefined : stepped,
     }))],
     cursor: cursorOf(panel),
     focus: { alpha: 0.2 },
     legend: { show: false },
-    padding: [8, 12, 0, 0],
+    padding: [8, 26, 0, 0],
     hooks: { setSelect: [(u) => selected(panel, u)], setCursor: [(u) => page.pointed(panel, u)], draw: [() => page.place_marks(panel)] },
   }, [[], ...group.lines.map(() => [])], place);
   page.listen(panel);
@@ -71,7 +72,7 @@ function axisOf(signal) {
 /* Draws the times in view. */
 page.draw = function (panel) {
   const [low, high] = page.range;
-  const most = POINTS_PER_PIXEL * Math.max(200, panel.plot.over.clientWidth);
+  const most = POINTS_PER_PIXEL * Math.max(200, panel.plot.width - 90); // the axis takes 90; uPlot lays out later
   panel.plot.setData(page.view(panel.lines, low, high, most));
 };
 

@@ -55,6 +55,7 @@ page.show_times = function () {
   }
   const dt = A !== null && B !== null ? B - A : null;
   field("dt").textContent = dt === null ? "" : "B − A  " + page.show(dt) + " s" + (dt ? "  (" + page.show(1 / Math.abs(dt), 4) + " Hz)" : "");
+  field("bar").classList.toggle("measuring", dt !== null); // the hint makes room
   field("clear").hidden = A === null && B === null;
   for (const panel of page.panels) {
     page.place_marks(panel);

@@ -28,7 +28,7 @@ page.reading = function (signal, span) {
 };
 
 /* The texts of a signal; runs that are compared share them. */
-page.items = (signal) => page.content.runs.map((r) => r.items[signal.name]).find((i) => i) || [];
+page.items = (signal) => page.content.runs.map((r) => r.items[signal.name] || []).sort((a, b) => b.length - a.length)[0];
 
 /* Panels of what is chosen: a unit each, or a signal where runs are compared. */
 page.groups = function () {

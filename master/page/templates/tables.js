@@ -95,14 +95,14 @@ page.write_comparison = function () {
   const section = document.getElementById("comparison"), told = page.content.comparison;
   section.hidden = !told;
   if (!told) return;
-  section.querySelector(".remark").textContent = told.remarks.join(" ");
+  section.querySelector(".remark").textContent = told.remarks.join(" ") + " Click a row to plot its signal.";
   const names = ["signal", "run", "apart at most#", "at t [s]#", "share of its range#", "apart first at t [s]#"];
   const rows = told.rows.map((r) => {
     const signal = page.byName.get(r.name);
     const unit = page.unit(signal);
     const most = r.difference === null ? "–" : page.show(signal.factor * r.difference, 4) + (unit ? " " + unit : "");
     return {
-      cells: [r.name, r.run, most, page.show(r.at), r.relative === null ? "–" : page.show(r.relative, 3), page.show(r.first)],
+      cells: [r.name, r.run, most, page.show(r.at), r.relative === null ? "–" : page.show(100 * r.relative, 3) + " %", page.show(r.first)],
       name: r.differs ? "off" : "", click: () => page.choose(r.name, !page.chosen.has(r.name)),
     };
   });
