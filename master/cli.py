@@ -169,7 +169,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
     """Entry point; returns the exit code."""
     arguments = sys.argv[1:] if arguments is None else arguments
     if arguments and arguments[0] in COMMANDS and not os.path.lexists(arguments[0]):
-        return import_module(COMMANDS[arguments[0]], __package__).main(arguments[1:])
+        return int(import_module(COMMANDS[arguments[0]], __package__).main(arguments[1:]))
     options = parser().parse_args(arguments)
     return exit_code("cosim-master", lambda: _run(options))
 

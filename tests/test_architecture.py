@@ -38,8 +38,8 @@ all."""
 
 MASTER = REPOSITORY / "master"
 ROOMS_OF_THE_MASTER = (
-    "options", "engine", "slaves", "isolation", "system", "coupling", "results", "algorithms", "accuracy", "simulation", "page",
-    "comparison", "parallel",
+    "options", "engine", "slaves", "isolation", "system", "coupling", "results", "algorithms", "accuracy", "simulation",
+    "page", "comparison", "parallel",
 )  # fmt: skip
 
 MAX_LINES, MAX_LINES_OF_A_FUNCTION = 400, 60

@@ -14,16 +14,16 @@ if TYPE_CHECKING:
     from ..page.record import RunRecord
 
 TOLERANCE = 1e-6
-"""Share of a signal's range: far above what rounding makes of a run, far below what its step or solver is accurate to."""
+"""Share of a signal's range: far above what rounding makes of a run, far below what its step or solver is good to."""
 
 EXAMPLES = """examples:
   cosim-master compare results/deepsea_11km runs/heavy
   cosim-master compare before.csv after.csv --tolerance 1e-3 --no-html
   cosim-master compare runs/a runs/b runs/c --units bar,mm --out abc.html
 
-The first run is compared with each of the others. A signal's range is its greatest less its least value of both runs (at
-least a millionth of its size); texts have to be equal. What only one of the runs has, signals or time, is told and does
-not count.
+The first run is compared with each of the others. A signal's range is its greatest less its least value of both runs
+(at least a millionth of its size); texts have to be equal. What only one of the runs has, signals or time, is told and
+does not count.
 
 exit codes: 0 the same within the tolerance, 1 different, 2 bad input
 """
@@ -42,9 +42,10 @@ def _tolerance(text: str) -> float:
 def parser() -> OneLineParser:
     """The command line."""
     p = OneLineParser(
-        prog="cosim-master compare", description="Tell where and by how much runs differ, and lay them over each other.",
+        prog="cosim-master compare",
+        description="Tell where and by how much runs differ, and lay them over each other.",
         epilog=EXAMPLES,
-    )  # fmt: skip
+    )
     p.add_argument(
         "runs", metavar="RUN", nargs="+", type=Path, help="two or more result folders, or files: .csv, .parquet, .h5"
     )

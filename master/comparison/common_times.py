@@ -35,21 +35,21 @@ class CommonTimes:
         that would make values that are none (switches, whole numbers), as it was held."""
         if self.same:
             return column
-        at = self._held(own)
+        as_held: np.ndarray = column[self._held(own)]
         if held:
-            return column[at]
+            return as_held
         # rows as they are, be it beside a value that is none
-        return np.where(self._is_row(own), column[at], np.interp(self.times, own, column))
+        return np.asarray(np.where(self._is_row(own), as_held, np.interp(self.times, own, column)))
 
     def texts(self, own: np.ndarray, column: Sequence[str]) -> list[str]:
         """Likewise of texts, which are held."""
         return list(column) if self.same else [column[k] for k in self._held(own)]
 
     def _is_row(self, own: np.ndarray) -> np.ndarray:
-        return np.abs(own[self._held(own)] - self.times) <= ROUNDING * _step(own)
+        return np.asarray(np.abs(own[self._held(own)] - self.times) <= ROUNDING * _step(own))
 
     def _held(self, own: np.ndarray) -> np.ndarray:
-        return np.maximum(np.searchsorted(own, self.times + ROUNDING * _step(own), side="right") - 1, 0)
+        return np.asarray(np.maximum(np.searchsorted(own, self.times + ROUNDING * _step(own), side="right") - 1, 0))
 
 
 def _step(times: np.ndarray) -> float:

@@ -9,7 +9,7 @@ from math import inf
 import numpy as np
 
 LEAST_RANGE = 1e-6
-"""Least range of a signal as a share of its greatest absolute value: what varies less is a constant but for rounding."""
+"""Least range of a signal as a share of its greatest absolute value: what varies less is constant but for rounding."""
 
 Value = float | str
 Column = np.ndarray | Sequence[str]
@@ -58,9 +58,7 @@ def range_of(*columns: np.ndarray) -> float:
     return max(high - low, LEAST_RANGE * max(abs(low), abs(high)))
 
 
-def difference(
-    name: str, unit: str, times: np.ndarray, a: np.ndarray, b: np.ndarray, tolerance: float
-) -> Difference:  # fmt: skip
+def difference(name: str, unit: str, times: np.ndarray, a: np.ndarray, b: np.ndarray, tolerance: float) -> Difference:
     """Of numbers a (n,) and b (n,) at the times (n,) [s]; tolerance: a share of the signal's range.
 
     Values that are no numbers, or infinite, equal each other where both are the same of these.
@@ -73,13 +71,13 @@ def difference(
         return Difference(name, unit, 0.0, 0.0)
     span = range_of(a, b)
     relative = apart / span if span else np.where(apart > 0.0, inf, 0.0)
-    beyond = np.flatnonzero(relative > tolerance)
-    k = int(np.argmax(apart))
+    beyond, k = np.flatnonzero(relative > tolerance), int(np.argmax(apart))
 
     def at(i: int) -> Moment:
         return Moment(float(times[i]), float(a[i]), float(b[i]))
 
-    return Difference(name, unit, float(apart[k]), float(relative[k]), at(int(beyond[0])) if len(beyond) else None, at(k))
+    first = at(int(beyond[0])) if len(beyond) else None
+    return Difference(name, unit, float(apart[k]), float(relative[k]), first, at(k))
 
 
 def difference_of_texts(name: str, times: np.ndarray, a: Sequence[str], b: Sequence[str]) -> Difference:

@@ -32,7 +32,7 @@ def comparison_content(comparisons: Sequence[Comparison], display: DisplayUnits)
         "about": [f"{run.label}: {title_of(run.record)}, {len(run.times):,} rows" for run in runs],
         "signals": listed,
         "chosen": sorted(worst, key=lambda name: -worst[name])[:PANELS]
-        or first_choice(runs[0].record, made[0], listed)[:PANELS],
+        or first_choice(runs[0].record, made[0], listed[: len(made[0].names)])[:PANELS],
         "sentences": [f"{run.label}: {text}" for run in runs for text in sentences(run.record, display)],
         "trust": "", "error": None, "warnings": [], "bonds": [], "components": [], "connections": [],
         "parameters": [

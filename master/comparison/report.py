@@ -85,11 +85,10 @@ def _parameter(value: Any, unit: str, display: DisplayUnits) -> str:
 def _table(off: list[Difference], display: DisplayUnits, a: str, b: str) -> Iterator[str]:
     width = max(len(d.name) for d in off[:SHOWN])
     a, b = (label if len(label) <= 12 else f"{label[:11]}…" for label in (a, b))
+    values = f"{'t [s]':>9} {a:>12} {b:>12}"
     yield ""
-    yield (
-        f"  {'':<{width}}  {'first apart':>35}   {'most apart':>35}   {'':>17}\n"
-        f"  {'signal':<{width}}  {'t [s]':>9} {a:>12} {b:>12}   {'t [s]':>9} {a:>12} {b:>12}   {'of range':>8} {'unit':>8}"
-    )
+    yield f"  {'':<{width}}  {'first apart':>35}   {'most apart':>35}"
+    yield f"  {'signal':<{width}}  {values}   {values}   {'of range':>8} {'unit':>8}"
     for d in off[:SHOWN]:
         if d.remark or d.first is None or d.most is None:
             yield f"  {d.name:<{width}}  cannot be compared: {d.remark}"

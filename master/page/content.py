@@ -100,7 +100,7 @@ def signals(
 
 
 def first_choice(record: RunRecord, series: Series, listed: Sequence[Mapping[str, Any]]) -> list[str]:
-    """What is shown at first: what drives something and what the system gives, else what changes, a few of each unit."""
+    """What is shown at first: what drives something, what the system gives, else what changes; a few of each unit."""
     drives = {start for start, _ in record.connections}
     given = {end for _, end in record.connections if not record.component_of(end)}
     changing = [s for s, changes in zip(listed, series.changes(), strict=True) if changes]

@@ -39,11 +39,11 @@ class Series:
     def largest(self) -> np.ndarray:
         """Greatest absolute finite value of each column (columns,), 0 where there is none."""
         sizes = np.abs(self.points.values)
-        return np.where(np.isfinite(sizes), sizes, 0.0).max(axis=0, initial=0.0)
+        return np.asarray(np.where(np.isfinite(sizes), sizes, 0.0).max(axis=0, initial=0.0))
 
     def changes(self) -> np.ndarray:
         """Whether a column has more than one value (columns,)."""
-        return (self.points.values != self.points.values[:1]).any(axis=0)
+        return np.asarray((self.points.values != self.points.values[:1]).any(axis=0))
 
     def content(self) -> dict[str, Any]:
         """For the page: times as float64, a column as its value if it has one only, else as float32;

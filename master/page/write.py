@@ -19,8 +19,8 @@ from .record import RunRecord, read_record
 from .series import read_series
 
 SCRIPTS = (
-    "numbers.js", "series.js", "state.js", "panel.js", "legend.js", "pointer.js", "choice.js", "diagram.js", "tables.js",
-    "main.js",
+    "numbers.js", "series.js", "state.js", "panel.js", "legend.js", "pointer.js", "choice.js", "diagram.js",
+    "tables.js", "main.js",
 )  # fmt: skip
 """In the order in which they stand in the page; each adds to one object, `page`."""
 

@@ -43,8 +43,7 @@ class Answers:
         return [PLACE.sub(shown, sentence) for sentence in self.sentences]
 
     def summary(self) -> dict[str, Any]:
-        """For summary.json: numbers in the units that the package gives them, and the sentences as they are shown and as
-        the package has them."""
+        """For summary.json: numbers in the package's units, and the sentences as they are shown and as it has them."""
         values = {name: {"value": value, "unit": unit or None} for name, (value, unit) in self.values.items()}
         return {"values": values, "sentences": self.texts(DisplayUnits()), "templates": list(self.sentences)}
 

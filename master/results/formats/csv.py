@@ -18,7 +18,6 @@ from ....core.files import writing
 from ..columns import Column
 from ..format import Block, Format
 
-
 BLOCK = 1 << 22
 """Bytes that are read at once, and the rest of their last line."""
 

@@ -171,7 +171,8 @@ def blocks(path: Path, texts: Collection[str]) -> Iterator[Block]:
 
     try:
         file = dataset.dataset(path, format="parquet")
-        words = {f.name for f in file.schema if pyarrow.types.is_string(f.type) or pyarrow.types.is_large_string(f.type)}
+        texts = {pyarrow.string(), pyarrow.large_string()}
+        words = {field.name for field in file.schema if field.type in texts}
         for batch in file.to_batches(batch_size=ROWS):
             yield {
                 name: [str(v) for v in column.to_pylist()] if name in words else column.to_numpy(zero_copy_only=False)
