@@ -106,13 +106,13 @@ def main() -> None:
     with tempfile.TemporaryDirectory() as scratch:
         folder = Path(scratch)
         make_folder(folder, options.rows, options.signals, options.format)
-        before, begin = getrusage(RUSAGE_SELF).ru_maxrss, perf_counter()
+        begin = perf_counter()
         path = write_page(folder)
-        took, more = perf_counter() - begin, getrusage(RUSAGE_SELF).ru_maxrss - before
+        took, memory = perf_counter() - begin, getrusage(RUSAGE_SELF).ru_maxrss / 1024
         size = (folder / f"results.{options.format}").stat().st_size
         print(f"{options.rows} rows x {options.signals} signals, {1e-6 * size:.0f} MB of {options.format}")
         print(f"  {'page':<40}{1e-6 * path.stat().st_size:>8.1f} MB")
-        print(f"  {'to make it':<40}{took:>8.1f} s, in {more / 1024:.0f} MB of memory")
+        print(f"  {'to make it':<40}{took:>8.1f} s, {memory:.0f} MB of memory at the most (with that of writing the results)")
         for what, milliseconds in (in_chromium(path) or {}).items():
             print(f"  {what:<40}{milliseconds:>8.1f} ms")
 

@@ -202,7 +202,7 @@ def _look(options: argparse.Namespace, settings: Options) -> int:
 
 def _run(options: argparse.Namespace) -> int:
     from ..core.display_units import display_units
-    from ..core.errors import PackageError, UsageError
+    from ..core.errors import PackageError, SimulationError, UsageError
     from .terminal import report
 
     try:
@@ -219,7 +219,12 @@ def _run(options: argparse.Namespace) -> int:
     if options.check or options.info:
         return _look(options, settings)
     folder = options.out or Path("results") / options.package.stem
-    result, files = _simulate(options, settings, folder, display)
+    try:
+        result, files = _simulate(options, settings, folder, display)
+    except SimulationError:
+        if options.html and (folder / options.results).exists():  # what was recorded shows why it had to stop
+            _page(folder, display)
+        raise
     if options.html:
         files += _page(folder, display)
     if not options.quiet:

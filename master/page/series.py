@@ -34,16 +34,16 @@ class Series:
 
     def column(self, name: str) -> np.ndarray:
         """Points (points,) of a column."""
-        return self.points.values[:, self.names.index(name)]
+        return np.asarray(self.points.values[self.names.index(name)])
 
     def largest(self) -> np.ndarray:
         """Greatest absolute finite value of each column (columns,), 0 where there is none."""
         sizes = np.abs(self.points.values)
-        return np.asarray(np.where(np.isfinite(sizes), sizes, 0.0).max(axis=0, initial=0.0))
+        return np.asarray(np.where(np.isfinite(sizes), sizes, 0.0).max(axis=1, initial=0.0))
 
     def changes(self) -> np.ndarray:
         """Whether a column has more than one value (columns,)."""
-        return np.asarray((self.points.values != self.points.values[:1]).any(axis=0))
+        return np.asarray((self.points.values != self.points.values[:, :1]).any(axis=1))
 
     def content(self) -> dict[str, Any]:
         """For the page: times as float64, a column as its value if it has one only, else as float32;
@@ -52,7 +52,7 @@ class Series:
             "rows": self.points.rows,
             "group": self.points.group,
             "t": _base64(self.points.times, "<f8"),
-            "columns": [_column(self.points.values[:, k]) for k in range(len(self.names))],
+            "columns": [_column(values) for values in self.points.values],
             "items": {name: list(items) for name, items in self.items.items()},
         }
 
@@ -95,29 +95,29 @@ def check_times(record: RunRecord, times: np.ndarray) -> None:
 def _numbers(
     record: RunRecord, block: Block, names: list[str], codes: Codes, kinds: dict[str, bool]
 ) -> tuple[np.ndarray, np.ndarray]:
-    """Times (n,) and a column (n,) for each other name; texts become their places among those of their column.
+    """Times (n,) and a row (n,) for each other name; texts become their places among those of their column.
 
     kinds: whether a column is one of texts, as its first rows are.
     """
     times = block["time"]
     if isinstance(times, list):
         raise UsageError(f"{record.file}: no result file (its times are no numbers)")
-    made = np.empty((len(times), len(names) - 1))
+    made = np.empty((len(names) - 1, len(times)))
     for k, name in enumerate(names[1:]):
         column = block[name]
         is_text = kinds.setdefault(name, isinstance(column, list)) if len(times) else False
         if is_text and not isinstance(column, list):  # texts that happen to be numbers
             column = [f"{v:g}" for v in column]
         if isinstance(column, list) and not is_text:
-            made[:, k] = np.nan  # a word among numbers is none
+            made[k] = np.nan  # a word among numbers is none
         elif isinstance(column, list):
             known = codes.setdefault(name, {})
             for text in dict.fromkeys(column):
                 if text not in known and len(known) < ITEMS:
                     known[text] = len(known)
-            made[:, k] = [known.get(text, np.nan) for text in column]
+            made[k] = [known.get(text, np.nan) for text in column]
         else:
-            made[:, k] = column
+            made[k] = column
     return np.asarray(times, float), made
 
 

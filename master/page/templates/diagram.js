@@ -1,5 +1,5 @@
 /* The system: a box a component with its connected inputs and outputs, lines between them, and the values at a time. */
-const MOST_BOXES = 40, MOST_WIRES = 400, ROW = 20, HEAD = 26, LANE = 9, NUMBER = 62, MARGIN = 14;
+const MOST_BOXES = 40, MOST_WIRES = 400, ROW = 20, HEAD = 26, LANE = 9, GAP = 26, MARGIN = 14;
 
 page.write_diagram = function () {
   const section = document.getElementById("system"), { components, connections } = page.content;
@@ -55,8 +55,8 @@ function wiresOf(boxes, connections) {
 
 const ruler = document.createElement("canvas").getContext("2d");
 
-function widthOf(text) {
-  ruler.font = "13px system-ui, sans-serif";
+function widthOf(text, weight = "") {
+  ruler.font = weight + " 13px system-ui, sans-serif";
   return ruler.measureText(text).width;
 }
 
@@ -66,7 +66,7 @@ function layOut(boxes, wires) {
   for (const box of boxes) {
     const widest = (ports) => Math.max(0, ...[...ports.values()].map((p) => widthOf(p.label)));
     box.value = Math.max(0, ...[...box.outputs.values()].map(roomOf));
-    box.width = Math.max(widthOf(box.name) + 50, widest(box.inputs) + widest(box.outputs) + box.value + 56);
+    box.width = Math.max(widthOf(box.name, "bold") + 40, widest(box.inputs) + widest(box.outputs) + box.value + 56);
     box.height = HEAD + ROW * Math.max(1, box.inputs.size, box.outputs.size) + 8;
     (layers[box.layer] ??= []).push(box);
   }
@@ -82,13 +82,13 @@ function layOut(boxes, wires) {
   let x = MARGIN, bottom = 0;
   filled.forEach((layer, i) => {
     x += before[i] ? 16 + LANE * before[i] : 0;
-    let y = MARGIN;
+    let y = MARGIN + (boxes.length > 2 && i % 2 ? ROW / 2 : 0); // so that no two wires lie on each other between layers
     const width = Math.max(...layer.map((b) => b.width));
     for (const box of layer) {
       Object.assign(box, { x, y, width });
-      y += box.height + 18;
+      y += box.height + GAP;
     }
-    bottom = Math.max(bottom, y - 18);
+    bottom = Math.max(bottom, y - GAP);
     x += width + (behind[i] ? 26 + LANE * behind[i] : 0);
   });
   return { width: x + MARGIN, bottom, height: bottom + 12 + LANE * below + MARGIN };
@@ -117,7 +117,7 @@ function drawing(boxes, wires, size) {
 /* For the value of an output, and its unit. */
 function roomOf(port) {
   const signal = recorded(port);
-  return signal === undefined ? 0 : signal.kind === "float" ? NUMBER + widthOf(page.unit(signal)) : NUMBER + 50;
+  return signal === undefined ? 0 : 12 + widthOf(signal.kind === "float" ? "−8.88e−88 " + page.unit(signal) : "fourteen chars", "bold");
 }
 
 /* The signal of a port, of an array that of its first value. */

@@ -1,6 +1,6 @@
 /* Above a panel: a row a line, with its values at the pointer and at both cursors, and their difference. */
 page.legend = function (panel) {
-  const table = page.make("table", "legend", undefined, panel.element);
+  const table = page.make("table", page.runs.some((r) => r.group > 1) ? "legend spans" : "legend", undefined, panel.element);
   const head = page.make("tr", "", undefined, page.make("thead", "", undefined, table));
   page.make("th", "unit", panel.title, head).scope = "col";
   for (const [name, text] of [["at", "at t"], ["a", "at A"], ["b", "at B"], ["d", "B − A"], ["x", ""]]) {

@@ -1,5 +1,5 @@
 /* A panel: the lines of one unit, drawn by uPlot from as many points as the screen has room for. */
-const HEIGHT = 190, POINTS_PER_PIXEL = 2.5, DOTS = 80, FONT = "12px system-ui, sans-serif";
+const HEIGHT = 190, POINTS_PER_PIXEL = 2.5, DOTS = 80, NOISY = 150, FONT = "12px system-ui, sans-serif";
 
 page.build = function () {
   page.panels.forEach((panel) => panel.plot.destroy());
@@ -73,8 +73,29 @@ function axisOf(signal) {
 page.draw = function (panel) {
   const [low, high] = page.range;
   const most = POINTS_PER_PIXEL * Math.max(200, panel.plot.width - 90); // the axis takes 90; uPlot lays out later
-  panel.plot.setData(page.view(panel.lines, low, high, most));
+  const data = page.view(panel.lines, low, high, most);
+  const noisy = travel(data) > NOISY;
+  panel.lines.forEach((line, i) => { // as thin as can be is drawn ten times as fast, and no dash can be seen there
+    Object.assign(panel.plot.series[i + 1], noisy ? { width: 1 / devicePixelRatio, dash: [] } : { width: 1.6, dash: line.dash });
+  });
+  panel.plot.setData(data);
 };
+
+/* How often the lines of a panel go up and down through all of its height, together. */
+function travel([, ...lines]) {
+  let low = Infinity, high = -Infinity, way = 0;
+  for (const values of lines) {
+    let before = null;
+    for (const v of values) {
+      if (v == null) continue;
+      if (v < low) low = v;
+      if (v > high) high = v;
+      if (before !== null) way += Math.abs(v - before);
+      before = v;
+    }
+  }
+  return high > low ? way / (high - low) : 0;
+}
 
 /* What has been dragged over: a range of time, of height, or both. */
 function selected(panel, u) {

@@ -22,9 +22,9 @@ page.unit = (signal) => (signal.shown === "" || signal.shown === "1" ? "" : sign
 page.reading = function (signal, span) {
   if (span === null) return "–";
   const items = page.items(signal);
-  const word = (v) => (signal.kind === "text" ? items[v] ?? "…" : signal.kind === "boolean" ? (v ? "true" : "false") : page.show(v));
-  const [low, high] = span.map(word);
-  return low === high ? low : low + " … " + high;
+  const word = (v, digits) => (signal.kind === "text" ? items[v] ?? "…" : signal.kind === "boolean" ? (v ? "true" : "false") : page.show(v, digits));
+  const [low, high] = span;
+  return word(low, 6) === word(high, 6) ? word(low, 6) : word(low, 4) + " … " + word(high, 4);
 };
 
 /* The texts of a signal; runs that are compared share them. */

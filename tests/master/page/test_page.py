@@ -145,6 +145,14 @@ def test_the_master_writes_it(toys, tmp_path):
     assert not (out / "results.html").exists()  # it would pass for this run's
 
 
+def test_a_run_that_had_to_stop_has_a_page(toys, tmp_path, capsys):
+    path = package(tmp_path / "p.ssp", {"b": toys / "Bomb.fmu"}, parameters={"b.t_bomb": 0.55}, stop=1.0, step=0.1)
+    assert code(main, [str(path), "--out", str(tmp_path / "out"), "--no-plot", "--quiet", "--html"]) == 1
+    told = content(tmp_path / "out" / "results.html")
+    assert told["error"]
+    assert 0.3 < times(told["runs"][0])[-1] < 0.7
+
+
 def test_html_needs_a_file(toys, tmp_path, capsys):
     path = package(tmp_path / "p.ssp", {"m": toys / "Mass.fmu"}, stop=0.5, step=0.1)
     assert code(main, [str(path), "--out", str(tmp_path / "out"), "--html", "--results", ""]) == 2

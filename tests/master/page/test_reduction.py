@@ -4,15 +4,16 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from deepsea_cosim.master.page.reduction import Reducer
+from deepsea_cosim.master.page.reduction import Reduced, Reducer
 
 
 def reduced(values, limit, block=1000):
     values = np.asarray(values, float).reshape(len(values), -1)
     reducer = Reducer(values.shape[1], limit)
     for k in range(0, len(values), block):
-        reducer.add(np.arange(k, min(k + block, len(values)), dtype=float), values[k : k + block])
-    return reducer.reduced()
+        reducer.add(np.arange(k, min(k + block, len(values)), dtype=float), values[k : k + block].T)
+    made = reducer.reduced()
+    return Reduced(made.times, made.values.T, made.rows, made.group)
 
 
 def test_few_rows_stay_as_they_are():
