@@ -112,7 +112,7 @@ def main() -> None:
         size = (folder / f"results.{options.format}").stat().st_size
         print(f"{options.rows} rows x {options.signals} signals, {1e-6 * size:.0f} MB of {options.format}")
         print(f"  {'page':<40}{1e-6 * path.stat().st_size:>8.1f} MB")
-        print(f"  {'to make it':<40}{took:>8.1f} s, {memory:.0f} MB of memory at the most (with that of writing the results)")
+        print(f"  {'to make it':<40}{took:>8.1f} s, {memory:.0f} MB of memory at the most")
         for what, milliseconds in (in_chromium(path) or {}).items():
             print(f"  {what:<40}{milliseconds:>8.1f} ms")
 

@@ -84,7 +84,7 @@ def _rows(comparison: Comparison) -> list[dict[str, Any]]:
         rows.append({
             "name": d.name, "run": comparison.b.label, "differs": d.differs,
             "difference": d.difference if isfinite(d.difference) and not d.remark else None,
-            "relative": d.relative if isfinite(d.relative) else None,
+            "relative": d.relative if isfinite(d.relative) and not d.remark else None,
             "at": told.most.time if told.most else None, "first": d.first.time if d.first else None,
         })  # fmt: skip
     return rows

@@ -117,7 +117,8 @@ def first_choice(record: RunRecord, series: Series, listed: Sequence[Mapping[str
 def _bonds(record: RunRecord) -> Iterator[dict[str, Any]]:
     """Power bonds, the worst first."""
     told = [bond for bond in record.listed("coupling") if isinstance(bond, Mapping)]
-    for bond in sorted(told, key=lambda bond: -(bond.get("relative") or 0.0)):
+    shares = {id(bond): bond.get("relative") for bond in told}
+    for bond in sorted(told, key=lambda bond: -share if isinstance(share := shares[id(bond)], float) else 0.0):
         yield {
             "name": bond.get("bond"), "residual": bond.get("residual_energy_J"),
             "exchanged": bond.get("exchanged_energy_J"), "relative": bond.get("relative"),

@@ -68,9 +68,16 @@ class RunRecord:
 
         Names of components may have dots in them, so the longest that fits is meant.
         """
-        if self.components:
-            return max((c for c in self.components if name.startswith(f"{c}.")), key=len, default="")
-        return name.partition(".")[0] if "." in name else ""
+        if not self.components:
+            return name.partition(".")[0] if "." in name else ""
+        dot = name.rfind(".")
+        while dot > 0 and name[:dot] not in self._known:
+            dot = name.rfind(".", 0, dot)
+        return name[:dot] if dot > 0 else ""
+
+    @cached_property
+    def _known(self) -> frozenset[str]:
+        return frozenset(self.components)
 
 
 def read_record(path: Path) -> RunRecord:

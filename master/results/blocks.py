@@ -24,10 +24,13 @@ def blocks(path: Path, texts: Collection[str] = ()) -> Iterator[Block]:
     for module in format.needs:
         if find_spec(module) is None:
             raise UsageError(f"{path}: {path.suffix} files need {module}: {install('results')}")
-    if format.blocks is not None:
-        yield from format.blocks(path, texts)
-        return
-    frame = format.read(path, texts, ())
+    try:
+        if format.blocks is not None:
+            yield from format.blocks(path, texts)
+            return
+        frame = format.read(path, texts, ())
+    except OSError as error:
+        raise UsageError(f"{path}: cannot be read ({error.strerror or error})") from None
     yield {str(name): _column(frame[name].to_numpy()) for name in frame}
 
 

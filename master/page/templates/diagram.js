@@ -6,10 +6,11 @@ page.write_diagram = function () {
   section.hidden = !connections.length;
   page.ports = [];
   if (!connections.length) return;
+  page.known = new Set(components);
   const boxes = makeBoxes(components, connections);
-  const shown = new Set([...boxes.keys()].slice(0, MOST_BOXES));
-  const wires = wiresOf(boxes, connections).filter((w) => shown.has(w.from.box.name) && shown.has(w.to.box.name)).slice(0, MOST_WIRES);
-  const used = [...boxes.values()].filter((b) => shown.has(b.name));
+  const seen = (port) => port.box.order < MOST_BOXES;
+  const wires = wiresOf(boxes, connections).filter((w) => seen(w.from) && seen(w.to)).slice(0, MOST_WIRES);
+  const used = [...boxes.values()].slice(0, MOST_BOXES);
   const size = layOut(used, wires);
   document.getElementById("diagram").append(drawing(used, wires, size));
   document.getElementById("diagram-more").textContent = wires.length === connections.length ? "" :
@@ -21,34 +22,33 @@ page.write_diagram = function () {
 const INPUTS = "inputs of the system", OUTPUTS = "outputs of the system";
 
 /* [box, name in it] of an end of a connection; components may have dots in their names. */
-function split(end, components, isStart) {
-  const mine = components.filter((c) => end.startsWith(c + ".")).sort((a, b) => b.length - a.length)[0];
-  return mine === undefined ? [isStart ? INPUTS : OUTPUTS, end] : [mine, end.slice(mine.length + 1)];
+function split(end, isStart) {
+  let dot = end.lastIndexOf(".");
+  while (dot > 0 && !page.known.has(end.slice(0, dot))) dot = end.lastIndexOf(".", dot - 1);
+  return dot > 0 ? [end.slice(0, dot), end.slice(dot + 1)] : [isStart ? INPUTS : OUTPUTS, end];
 }
 
 function makeBoxes(components, connections) {
-  const boxes = new Map(), ends = connections.map(([a, b]) => [split(a, components, true), split(b, components, false)]);
+  const boxes = new Map(), ends = connections.map(([a, b]) => [split(a, true), split(b, false)]);
   const linked = new Set(ends.flatMap(([a, b]) => [a[0], b[0]]));
   for (const name of [INPUTS, ...components, OUTPUTS]) {
-    if (linked.has(name)) boxes.set(name, { name, inputs: new Map(), outputs: new Map(), layer: 0 });
+    if (linked.has(name)) boxes.set(name, { name, order: boxes.size, inputs: new Map(), outputs: new Map(), layer: 0 });
   }
   return boxes;
 }
 
 function wiresOf(boxes, connections) {
-  const order = [...boxes.keys()];
   const port = (side, box, label, name) => {
     if (!box[side].has(name)) box[side].set(name, { box, label, name, row: box[side].size });
     return box[side].get(name);
   };
   const wires = connections.map(([a, b]) => {
-    const [from, start] = split(a, page.content.components, true), [to, end] = split(b, page.content.components, false);
+    const [from, start] = split(a, true), [to, end] = split(b, false);
     return { from: port("outputs", boxes.get(from), start, a), to: port("inputs", boxes.get(to), end, b) };
   });
-  for (const name of order) { // a layer after the last that drives it, but for what comes back
-    for (const { from, to } of wires) {
-      if (to.box.name === name && order.indexOf(from.box.name) < order.indexOf(name)) to.box.layer = Math.max(to.box.layer, from.box.layer + 1);
-    }
+  const forth = wires.filter(({ from, to }) => from.box.order < to.box.order); // the others come back
+  for (const { from, to } of forth.sort((a, b) => a.to.box.order - b.to.box.order)) {
+    to.box.layer = Math.max(to.box.layer, from.box.layer + 1); // a layer after the last that drives it
   }
   return wires;
 }

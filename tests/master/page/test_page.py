@@ -220,9 +220,10 @@ def files_of(tmp_path):
         "when.csv": "time,a\nnoon,1\n", "note.txt": "time,a\n",
         "bad.parquet": "x", "bad.h5": "x",
     }  # fmt: skip
+    (tmp_path / "folder.csv").mkdir()
     for name, text in bad.items():
         (tmp_path / name).write_bytes(text if isinstance(text, bytes) else text.encode())
-    return [tmp_path / "nosuch", empty, broken, listed, kept, *(tmp_path / name for name in bad)]
+    return [tmp_path / "nosuch", empty, broken, listed, kept, tmp_path / "folder.csv", *(tmp_path / name for name in bad)]
 
 
 def test_what_is_no_result_is_one_line(tmp_path, capsys):
