@@ -167,18 +167,19 @@ def read(path: Path, texts: Collection[str], truths: Collection[str]) -> Any:
 def blocks(path: Path, texts: Collection[str]) -> Iterator[Block]:
     """Blocks of rows; the file, or the folder of parts that a killed run has left, knows its types."""
     import pyarrow
-    from pyarrow import dataset
+    from pyarrow import parquet
 
+    words = {pyarrow.string(), pyarrow.large_string()}
     try:
-        file = dataset.dataset(path, format="parquet")
-        texts = {pyarrow.string(), pyarrow.large_string()}
-        words = {field.name for field in file.schema if field.type in texts}
-        for batch in file.to_batches(batch_size=ROWS):
-            yield {
-                name: [str(v) for v in column.to_pylist()] if name in words else column.to_numpy(zero_copy_only=False)
-                for name, column in zip(batch.schema.names, batch.columns, strict=True)
-            }
-    except (pyarrow.ArrowException, OSError) as error:
+        for part in sorted(path.glob("part-*.parquet")) if path.is_dir() else [path]:
+            with parquet.ParquetFile(part) as file:
+                for k in range(file.num_row_groups):  # in batches it would keep the whole of a large part
+                    table = file.read_row_group(k)
+                    yield {
+                        name: [str(v) for v in column.to_pylist()] if column.type in words else column.to_numpy()
+                        for name, column in zip(table.column_names, table.columns, strict=True)
+                    }
+    except pyarrow.ArrowException as error:
         raise UsageError(f"{path}: no result file ({str(error).splitlines()[0]})") from None
 
 

@@ -15,6 +15,8 @@ from deepsea_cosim.core.errors import OutputError, UsageError
 from deepsea_cosim.master.cli import main
 from deepsea_cosim.master.page import write
 from deepsea_cosim.master.page.write import SCRIPTS, write_page
+from deepsea_cosim.master.results import open_writer
+from deepsea_cosim.master.results.columns import TIME, Column
 
 from ...commands import code
 from ...toys import package
@@ -186,6 +188,17 @@ def test_open_shows_it_in_the_browser(tmp_path, monkeypatch, capsys):
     assert "no browser" in capsys.readouterr().err
 
 
+def test_parts_that_a_killed_run_has_left(tmp_path):
+    pytest.importorskip("pyarrow")
+    writer = open_writer(tmp_path / "r.parquet", [TIME, Column("a.x"), Column("a.s", "text")])
+    writer.write([np.arange(3.0), np.arange(3.0), ["u", "v", "u"]])
+    writer.write([np.arange(3.0, 5.0), np.arange(2.0), ["v", "v"]])
+    assert (tmp_path / "r.parquet").is_dir()
+    told = content(write_page(tmp_path / "r.parquet"))
+    assert values(told, "a.x").tolist() == [0.0, 1.0, 2.0, 0.0, 1.0]
+    assert values(told, "a.s").tolist() == [0.0, 1.0, 0.0, 1.0, 1.0]
+
+
 def test_a_file_on_its_own(tmp_path):
     path = record(tmp_path / "lone.csv", {"a.x": X, "b.s": (["007", *["on"] * (N - 1)], "text", None)})
     page = write_page(path)
@@ -223,7 +236,7 @@ def files_of(tmp_path):
     (tmp_path / "folder.csv").mkdir()
     for name, text in bad.items():
         (tmp_path / name).write_bytes(text if isinstance(text, bytes) else text.encode())
-    return [tmp_path / "nosuch", empty, broken, listed, kept, tmp_path / "folder.csv", *(tmp_path / name for name in bad)]
+    return [empty, broken, listed, kept, *(tmp_path / name for name in ("nosuch", "folder.csv", *bad))]
 
 
 def test_what_is_no_result_is_one_line(tmp_path, capsys):
