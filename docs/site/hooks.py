@@ -95,8 +95,12 @@ def _commands() -> Iterator[str]:
     os.environ["COLUMNS"] = "100"
     yield "# Commands\n"
     for name, package in COMMANDS.items():
-        parser = import_module(f"deepsea_cosim.{package}.cli").parser()
+        module = import_module(f"deepsea_cosim.{package}.cli")
+        parser = module.parser()
         yield f"## {name}\n\n```text\n{parser.format_help()}```\n"
+        for command, place in getattr(module, "COMMANDS", {}).items():  # words before which the parser is another
+            inner = import_module(place, f"deepsea_cosim.{package}").parser()
+            yield f"### {name} {command}\n\n```text\n{inner.format_help()}```\n"
         for action in parser._actions:
             if isinstance(action, argparse._SubParsersAction):
                 for command, inner in action.choices.items():
