@@ -47,10 +47,10 @@ def compose(
         add_connectors(component, one.description)
     connections = etree.SubElement(system, f"{SSD}Connections")
     for start, end in links:
-        places = {}
+        places: dict[str, str] = {}
         for side, address in (("start", start), ("end", end)):
-            component, variable = _found(known, address, ENDS[side])
-            places |= {f"{side}Element": component, f"{side}Connector": variable}
+            owner, variable = _found(known, address, ENDS[side])
+            places |= {f"{side}Element": owner, f"{side}Connector": variable}
         etree.SubElement(connections, f"{SSD}Connection", places)
     if not links:
         system.remove(connections)

@@ -53,7 +53,7 @@ What `import deepsea_cosim` gives; [From Python](python.md) shows it in use.
 """
 
 
-def on_config(config: Any) -> Any:
+def on_startup(**_: Any) -> None:
     """Copy the sources to where they are installed, for mkdocstrings does not know what pyproject.toml maps."""
     places = tomllib.loads((REPOSITORY / "pyproject.toml").read_text())["tool"]["setuptools"]["package-dir"]
     tree = REPOSITORY / "build" / "door"
@@ -63,7 +63,6 @@ def on_config(config: Any) -> Any:
         target.mkdir(parents=True, exist_ok=True)
         for path in (REPOSITORY / folder).glob("*.py"):
             shutil.copy(path, target)
-    return config
 
 
 def on_files(files: Files, config: Any) -> Files:
