@@ -43,6 +43,19 @@ def simulate(
     return run(path, folder, options_of(options), progress=progress)
 
 
+def write_page(folder: str | Path, units: str | None = None) -> Path:
+    """Write results.html, a run as an interactive page in one file, into its result folder; returns its path.
+
+    units: what `--units` takes ("si", "bar,mm"). Raises `CosimError` where the folder holds no result.
+
+    >>> write_page("results/deepsea_11km", units="bar")                             # doctest: +SKIP
+    """
+    from .core.display_units import display_units
+    from .master.page.write import write_page as made
+
+    return made(Path(folder), display_units(units))
+
+
 def compose(
     target: str | Path, fmus: Mapping[str, str | Path], links: Sequence[tuple[str, str]] = (),
     values: Mapping[str, Any] | None = None, *, stop: float = 10.0, step: float | None = None,

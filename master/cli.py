@@ -232,6 +232,8 @@ def _run(options: argparse.Namespace) -> int:
             print(f"cosim-master: warning: {warning}", file=sys.stderr)
         print(report(result, display))
         print(f"\n{folder}: {', '.join(files)}")
+        if options.results:
+            print(f"cosim-master open {folder}   shows it in a browser")
     return {"failed": 1, "interrupted": 130}.get(result.summary.get("step_check", {}).get("status"), 0)
 
 

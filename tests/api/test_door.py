@@ -18,7 +18,7 @@ pytestmark = pytest.mark.skipif(native.compiler is None, reason="there is no C c
 
 NAMES = {
     "Campaign", "CosimError", "Diagnosed", "Result", "Session", "Sweep", "build_fmus", "check", "compose",
-    "diagnose", "read_campaign", "simulate", "sweep",
+    "diagnose", "read_campaign", "simulate", "sweep", "write_page",
 }  # fmt: skip
 
 
