@@ -67,7 +67,7 @@ class Friction:
 
 
 class Hysteresis:
-    """Friction that gives way before it slides (Prandtl's element): a force up to F_h, turned round over a way of 2 x_h.
+    """Friction that gives way before it slides (Prandtl): a force up to F_h, turned round over a way of 2 x_h.
 
     It remembers the last position: ask it once a step.
     """

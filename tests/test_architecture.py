@@ -31,7 +31,7 @@ ALLOWED = {
 GAP = REPOSITORY / "gap"
 ROOMS = (
     "settings", "measurements", "campaign", "problem", "estimation", "checks", "selection", "search", "analysis",
-    "pipeline", "result", "report",
+    "pipeline", "result", "report", "onboarding",
 )  # fmt: skip
 """Of the diagnosis: each imports only those before it. What stands beside them (the commands, `diagnose`) may import
 all."""

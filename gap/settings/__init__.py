@@ -12,6 +12,7 @@ from dataclasses import asdict, dataclass, field
 from typing import Any
 
 from .measurements import FILE_LIMITS, FaultSettings, FileLimits, SanitySettings
+from .onboarding import CHECKS, ONBOARDING, CheckSettings, OnboardingSettings
 from .presentation import AnalysisSettings, ReportSettings, TerminalSettings
 from .problem import CurveSettings, NoiseSettings, NumericsSettings, ParameterSettings, SwingSettings
 from .search import FitSettings, SearchSettings
@@ -26,12 +27,15 @@ from .selection import (
 )
 
 __all__ = [
+    "CHECKS",
     "DEFAULT",
     "FILE_LIMITS",
+    "ONBOARDING",
     "SCORING",
     "AnalysisSettings",
     "BootstrapSettings",
     "BudgetSettings",
+    "CheckSettings",
     "CurveSettings",
     "EvidenceSettings",
     "FaultSettings",
@@ -39,6 +43,7 @@ __all__ = [
     "FitSettings",
     "NoiseSettings",
     "NumericsSettings",
+    "OnboardingSettings",
     "ParameterSettings",
     "PosteriorSettings",
     "ReportSettings",

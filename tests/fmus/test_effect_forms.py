@@ -117,6 +117,7 @@ def test_the_forms_work_in_an_fmu_and_begin_anew_with_each_run(rubbing):
 
     t = np.array([0.0, 0.5, 1.0])
     with Session(rubbing) as session:
+
         def ran(**changes):
             named = {f"Rubbing.{k.replace('__', '.')}": v for k, v in changes.items()}
             return session.run(["Rubbing.F", "Rubbing.x"], 1.0, 0.1, named, {"v": (t, np.array([0.0, 0.2, -0.2]))})[1]
