@@ -25,7 +25,8 @@ def check_readings(problem: Problem, nominal: np.ndarray) -> list[Finding]:
             continue
         grid, model = problem.grid(b.run, problem.macro_step), rows[b.run][:, problem.connectors.index(b.connector)]
         found += [Finding(run.name, channel.column, text) for text in _averaged(t, y)]
-        texts = (_clipped(y, np.interp(t, grid, model)), _slow(t, grid, model), _noisier(problem, channel, t, y))
+        at = np.interp(t, grid, model)
+        texts = (_clipped(y, at), _slow(t, grid, model), _noisier(problem, channel, t, y, at))
         found += [Finding(run.name, channel.column, text) for text in texts if text is not None]
     return [*found, *_below_noise(problem, nominal)]
 
@@ -85,13 +86,14 @@ def _averaged(t: np.ndarray, y: np.ndarray) -> list[str]:
     return [f"{len(y)} readings, of which the diagnosis takes {most} means: they lose what it does; cut shorter runs"]
 
 
-def _noisier(problem: Problem, channel: Channel, t: np.ndarray, y: np.ndarray) -> str | None:
-    """Where a stated noise is far less than that of the readings."""
+def _noisier(problem: Problem, channel: Channel, t: np.ndarray, y: np.ndarray, model: np.ndarray) -> str | None:
+    """Where a stated noise is far less than that of the readings, and a rough motion is not taken for noise."""
     if channel.noise_std is None:
         return None
     stated = channel.noise_std / unit(problem.units[channel.connector]).factor
     found = estimate_channel_noise(y, DEFAULT.noise, t)
-    if found < CHECKS.noisier_than_stated * stated:
+    rough = estimate_channel_noise(model, DEFAULT.noise, t)
+    if found < CHECKS.noisier_than_stated * np.hypot(stated, rough):
         return None
     to_channel = unit(problem.units[channel.connector]).factor / unit(channel.unit).factor
     return f"its readings scatter by {found * to_channel:.3g} {channel.unit}, more than noise_std says"

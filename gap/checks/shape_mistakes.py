@@ -35,7 +35,7 @@ def check_shapes(problem: Problem, nominal: np.ndarray, known: Collection[str] =
     for b in problem.observations.series:
         name, run = problem.campaign.outputs[b.channel].column, problem.runs[b.run].name
         model = nominal[b.place]
-        if (text := _rests(b, model) or _size(b, model) or _level(problem, b, model)) is not None:
+        if (text := _rests(b, model) or _size(b, model) or _level(problem, b, nominal)) is not None:
             if name not in known:
                 found.append(Finding(run, name, text))
             continue
@@ -72,10 +72,12 @@ def _size(b: Block, model: np.ndarray) -> str | None:
     return f"it moves {read / modelled:.3g} times as much as the model: is it that connector, and in that unit?"
 
 
-def _level(problem: Problem, b: Block, model: np.ndarray) -> str | None:
-    """What is said where readings stand farther from the model than both move."""
-    away = float(np.median(b.y) - np.median(model))
-    if abs(away) < max(CHECKS.off_level * max(float(np.ptp(b.y)), float(np.ptp(model))), 20.0 * b.noise_std):
+def _level(problem: Problem, b: Block, nominal: np.ndarray) -> str | None:
+    """What is said where readings stand farther from the model than they move, and than that does in any run."""
+    away = float(np.median(b.y) - np.median(nominal[b.place]))
+    of_channel = [nominal[x.place] for x in problem.observations.series if x.channel == b.channel]
+    moves = max(float(np.ptp(b.y)), float(np.ptp(np.concatenate(of_channel))))
+    if abs(away) < max(CHECKS.off_level * moves, 20.0 * b.noise_std):
         return None
     channel = problem.campaign.outputs[b.channel]
     shown = abs(away) * unit(problem.units[b.connector]).factor / unit(channel.unit).factor
@@ -123,7 +125,9 @@ def _other_places(problem: Problem, b: Block) -> Iterator[str]:
             yield f"it moves like {best} (correlation {scores[best]:.2f}), not like {b.connector}: another connector?"
             return
         own = Signal(t, rows[0][:, -1])
-        columns = {n: _follows(s, own) for n, s in _columns_of(problem, b.run).items() if n != channel.column}
+        known = {c.column for c in problem.campaign.inputs}  # what drives the model is like what that does
+        others = {n: s for n, s in _columns_of(problem, b.run).items() if n not in {channel.column, *known}}
+        columns = {n: _follows(s, own) for n, s in others.items()}
         name = max(columns, key=columns.__getitem__, default="")
         if name and columns[name] > CHECKS.follows:
             yield f"the column '{name}' moves like {b.connector} (correlation {columns[name]:.2f}), this one does not"

@@ -8,7 +8,6 @@ from collections.abc import Callable, Iterator
 from concurrent.futures import Executor, Future
 from dataclasses import dataclass, replace
 from functools import partial
-from pathlib import Path
 from textwrap import wrap
 from typing import Any
 
@@ -62,7 +61,10 @@ class Checked:
     """What a campaign may well have."""
 
 
-NOTES = ("was not measured in this run", "its clock jitters by", "is taken as 0 s of the model")
+NOTES = (
+    "was not measured in this run", "its clock jitters by", "is taken as 0 s of the model",
+    "changes nothing in the model as delivered",
+)  # fmt: skip
 """In what readers and checks tell: what a sound campaign may have, too."""
 
 
@@ -73,8 +75,8 @@ def check_command(options: argparse.Namespace) -> int:
         checked = check(read(file))
         make_folder(folder)
         name = PICTURE if not zipfile.is_zipfile(options.campaign) else f"{options.campaign.stem}_{PICTURE}"
-        draw(checked.problem, checked.nominal, folder / name)
-    print("\n".join(_lines(checked, folder / name)))
+        drawn = draw(checked.problem, checked.nominal, folder / name)
+    print("\n".join([*_lines(checked), f"drawn in {folder / name}" if drawn else "no channels to draw"]))
     return 1 if checked.findings else 0
 
 
@@ -144,7 +146,7 @@ def _merged(findings: list[Finding]) -> Iterator[Finding]:
         yield Finding(known[0] + more if known else "", channel, text)
 
 
-def _lines(checked: Checked, picture: Path) -> list[str]:
+def _lines(checked: Checked) -> list[str]:
     """What is printed: channels with their gaps, then what looks wrong."""
     problem, gap = checked.problem, gaps(checked.problem, checked.nominal)
     wide = max([len(c.column) for c in problem.campaign.outputs] + [7])
@@ -172,7 +174,7 @@ def _lines(checked: Checked, picture: Path) -> list[str]:
     lines += [f"noted: {_in_one_line(f)}" for f in checked.notes[: CHECKS.longest_notes]]
     if len(checked.notes) > CHECKS.longest_notes:
         lines.append(f"noted: and {len(checked.notes) - CHECKS.longest_notes} more like these")
-    return [*lines, f"drawn in {picture}"]
+    return lines
 
 
 def _in_one_line(f: Finding) -> str:

@@ -17,8 +17,8 @@ from .guess import spread
 MEASURED, MODELLED, DRIVES = "#0072b2", "#d55e00", "#555555"
 
 
-def draw(problem: Problem, nominal: np.ndarray, target: Path) -> None:
-    """Write the picture. Raises `OutputError`."""
+def draw(problem: Problem, nominal: np.ndarray, target: Path) -> bool:
+    """Write the picture; false where there is no channel. Raises `OutputError`."""
     from matplotlib.backends.backend_agg import FigureCanvasAgg
     from matplotlib.figure import Figure
 
@@ -26,7 +26,7 @@ def draw(problem: Problem, nominal: np.ndarray, target: Path) -> None:
     runs = spread(len(campaign.runs), CHECKS.drawn_runs)
     channels = [*campaign.outputs, *campaign.inputs][: CHECKS.drawn_channels]
     if not channels:
-        return
+        return False
     figure = Figure(figsize=(1.0 + 3.6 * len(runs), 0.9 + 1.7 * len(channels)), dpi=100)
     FigureCanvasAgg(figure)
     axes = figure.subplots(len(channels), len(runs), squeeze=False)
@@ -47,6 +47,7 @@ def draw(problem: Problem, nominal: np.ndarray, target: Path) -> None:
     figure.subplots_adjust(0.85 / width, 0.45 / height, 1.0 - 0.1 / width, 1.0 - 0.55 / height, 0.2, 0.3)
     with writing(target):
         figure.savefig(target, pil_kwargs={"compress_level": 3})
+    return True
 
 
 def _panel(axis: Any, problem: Problem, nominal: np.ndarray, c: Channel, r: int) -> None:

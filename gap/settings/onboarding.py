@@ -60,8 +60,8 @@ class OnboardingSettings:
 
 @dataclass(frozen=True, kw_only=True)
 class CheckSettings:
-    """What looks wrong in a campaign, before it is diagnosed. Chosen so that the examples, the real campaigns and what
-    `cosim-gap simulate` makes of them say nothing, while the slips in tests/gap/onboarding are told."""
+    """What looks wrong in a campaign, before it is diagnosed. Chosen so that the pool test and the campaigns of
+    benchmarks/real say nothing but what is so, while the slips in tests/gap/onboarding are told."""
 
     simulated_runs: int = 12
     """Runs of a campaign that are simulated; of more, so many from the first to the last."""
