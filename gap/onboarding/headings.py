@@ -12,7 +12,25 @@ from ...core.units import UNITS, Unit
 from ..measurements.table import split_unit
 
 TIME_WORDS = frozenset(
-    ("time", "t", "zeit", "temps", "tempo", "tiempo", "tijd", "timestamp", "zeitstempel", "elapsed", "datetime", "date")
+    (
+        "time",
+        "t",
+        "zeit",
+        "temps",
+        "tempo",
+        "tiempo",
+        "tijd",
+        "timestamp",
+        "zeitstempel",
+        "elapsed",
+        "datetime",
+        "date",
+        "uhrzeit",
+        "clock",
+        "heure",
+        "hora",
+        "ora",
+    )
 )
 """What the column of time is called."""
 

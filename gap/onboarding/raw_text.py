@@ -6,6 +6,7 @@ from __future__ import annotations
 import csv
 import gzip
 import io
+import re
 from dataclasses import dataclass
 from itertools import islice
 from pathlib import Path
@@ -36,8 +37,8 @@ class RawTable:
     """What is unusual about the file."""
     sampling_time: float | None = None
     """As a column of one number says it [s]."""
-    first_stamp: str | None = None
-    """The first time stamp, where times are written so: they are seconds since then."""
+    stamped: bool = False
+    """Whether times are written as time stamps: they are seconds since the first."""
 
 
 def read(path: Path) -> RawTable:
@@ -67,13 +68,16 @@ def read(path: Path) -> RawTable:
     cells = [[*row[:width], *[""] * (width - len(row))] for row in rows]
     keep = [j for j in range(width) if names[j] or any(row[j].strip() for row in cells)]
     names, units = [names[j] or f"column {j + 1}" for j in keep], [units[j] for j in keep]
-    values, stamps = _values([[row[j] for j in keep] for row in cells], number)
+    values, stamped = _values([[row[j] for j in keep] for row in cells], number)
+    clock = None if stamped is None else names[stamped[0]]
+    if stamped is not None:
+        remarks.append(f"the first time stamp, {stamped[1]}, is taken as 0 s")
     sampling, keep = _sampling_time(names, values)
     chosen = [names[j] for j in keep]
     values = values[:, keep]
     units = [units[j] for j in keep]
-    time = _time_column(chosen, units, values)
-    return RawTable(tuple(chosen), tuple(units), values, time, tuple(remarks), sampling, stamps)
+    time = chosen.index(clock) if clock is not None else _time_column(chosen, units, values)
+    return RawTable(tuple(chosen), tuple(units), values, time, tuple(remarks), sampling, stamped is not None)
 
 
 def _decoded(data: bytes, remarks: list[str]) -> str:
@@ -93,6 +97,15 @@ def _cells(lines: list[str], delimiter: str) -> list[list[str]]:
     return list(csv.reader(io.StringIO("\n".join(lines)), delimiter=delimiter))
 
 
+_DATE = re.compile(r"\d{1,4}[./-]\d{1,2}[./-]\d{1,4}")
+
+
+def _is_value(cell: str, number: NumberReader) -> bool:
+    """Whether a cell is one of a row: a number, a time stamp or a date."""
+    text = cell.strip()
+    return number.is_number(text) or parse_time_stamp(text) is not None or _DATE.fullmatch(text) is not None
+
+
 def _layout(lines: list[str]) -> tuple[str, int]:
     """What separates columns, and the line of the head: what cuts most lines into equally many cells with numbers."""
     sample = [line for line in islice(lines, ONBOARDING.preamble + 40) if line.strip()]
@@ -107,7 +120,7 @@ def _layout(lines: list[str]) -> tuple[str, int]:
         cells = [
             c for c in (line.split() if mark == " " else next(csv.reader([line], delimiter=mark), [])) if c.strip()
         ]
-        return bool(cells) and sum(number.is_number(c) for c in cells) >= max(1, len(cells) - 1)
+        return bool(cells) and sum(_is_value(c, number) for c in cells) >= max(1, len(cells) - 1)
 
     last = sample[-1]
     candidates = [m for m in (*DELIMITERS, " ") if is_row(last, m)] or [","]
@@ -124,7 +137,7 @@ def _names(rows: list[list[str]], number: NumberReader, remarks: list[str]) -> t
     """Names of the columns, each of its own, and the rows below them."""
     head = [cell.strip().lstrip("#%").strip() for cell in rows[0]]
     filled = [cell for cell in head if cell]
-    if filled and all(number.is_number(cell) or parse_time_stamp(cell) is not None for cell in filled):
+    if filled and all(_is_value(cell, number) for cell in filled):
         remarks.append("without names of its columns")
         return [f"column {j + 1}" for j in range(len(head))], rows
     for j, name in enumerate(head):
@@ -138,21 +151,22 @@ def _units(rows: list[list[str]], number: NumberReader, width: int) -> tuple[lis
     """Units of the columns where the first row has them, and the rows below that."""
     row = [cell.strip().strip("[]()").strip() for cell in rows[0]] if rows else []
     filled = [cell for cell in row if cell not in ("", "1", "-")]
-    if filled and not any(number.is_number(c) or parse_time_stamp(c) is not None for c in filled):
+    if filled and not any(_is_value(c, number) for c in filled):
         if any(campaign_unit(c) is not None for c in filled):
             return [*(campaign_unit(c) and c for c in row), *[None] * (width - len(row))][:width], rows[1:]
         return [None] * width, rows[1:]  # remarks on the columns
     return [None] * width, rows
 
 
-def _values(cells: list[list[str]], number: NumberReader) -> tuple[FloatArray, str | None]:
-    """Values (rows, columns), and the first time stamp where a column has such."""
-    columns, first = [], None
+def _values(cells: list[list[str]], number: NumberReader) -> tuple[FloatArray, tuple[int, str] | None]:
+    """Values (rows, columns), and the column that has time stamps with the first of them."""
+    columns: list[FloatArray] = []
+    first: tuple[int, str] | None = None
     for column in zip(*cells, strict=True):
         stamps = [parse_time_stamp(cell) for cell in column]
         known = [s for s in stamps if s is not None]
         if len(known) == len(stamps) and all(comparable(known[0], s) for s in known):
-            first = first or column[0].strip()
+            first = first or (len(columns), column[0].strip())
             columns.append(seconds_since_first(known))
             continue
         columns.append(np.array([number(c) if number.is_number(c) else np.nan for c in column]))

@@ -106,8 +106,7 @@ def _from_text(path: Path, rate: float | None, error: MeasurementError) -> Sourc
     }
     if not columns or len(time) < FILE_LIMITS.min_samples:
         raise MeasurementError(str(error) if str(path) in str(error) else f"{path}: has no columns of numbers")
-    stamped = table.first_stamp is not None and table.time is not None
-    unit = "s" if stamped else unit
+    unit = "s" if table.stamped else unit
     return Source(path, _stem(path), columns, unit, False, True, tuple(remarks), timeless)
 
 

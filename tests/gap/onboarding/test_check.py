@@ -116,6 +116,11 @@ def test_parameters_out_of_the_catalogue(campaign):
     assert any("o.F_c = 7.5 is outside the catalogue's bounds, 0 to 5 (friction)" in text for _, text in findings)
 
 
+def test_time_in_another_unit(campaign, capsys):
+    assert main(["check", str(campaign(column(0, lambda t: 1e3 * t)))]) == 1
+    assert "with time in ms" in " ".join(capsys.readouterr().out.split())
+
+
 def test_without_a_catalogue_it_says_so(rig, campaign):
     findings = told(campaign(system=rig.plain))
     assert any("no catalogue of effects" in text for _, text in findings)

@@ -64,6 +64,17 @@ def test_a_clock_in_ms_without_a_word_of_it(rig, written, tmp_path, capsys):
     assert same_readings(tmp_path / "out" / "campaign.toml", rig)
 
 
+def test_a_date_and_a_clock_time(rig, written, tmp_path, capsys):
+    file = written("run.csv", "Force [N];x [mm]", [(1, 1.0), (2, 1e3)], delimiter=";", decimal=",")
+    head, *rows = file.read_text().splitlines()
+    stamps = (f"01.02.2024;12:59:{k // 50 + 45:02d},{k % 50 * 20:03d}" for k in range(len(rows)))
+    lines = [f"Datum;Uhrzeit;{head}", *(f"{stamp};{row}" for stamp, row in zip(stamps, rows, strict=True))]
+    file.write_text("\n".join(lines) + "\n")
+    assert new(rig.packed, [file], tmp_path / "out") == 0
+    assert "12:59:45,000, is taken as 0 s" in capsys.readouterr().out
+    assert same_readings(tmp_path / "out" / "campaign.toml", rig)
+
+
 def test_a_clock_that_starts_late(rig, written, tmp_path):
     file = written("run.csv", "time,u,x_mm", USUAL, change=lambda table: table + np.array([100.0, 0.0, 0.0]))
     assert new(rig.packed, [file], tmp_path / "out", "--quiet") == 0
