@@ -10,6 +10,7 @@ import numpy as np
 from ...core.files import writing
 from ...core.units import unit
 from ..campaign.campaign import Channel, si
+from ..measurements.table import split_unit
 from ..problem.problem import Problem
 from ..settings import CHECKS
 from .guess import spread
@@ -39,7 +40,7 @@ def draw(problem: Problem, nominal: np.ndarray, target: Path) -> bool:
                 axes[i, j].set_title(_plain(campaign.runs[r].name), fontsize=9)
             if i == len(channels) - 1:
                 axes[i, j].set_xlabel("time [s]", fontsize=8)
-        axes[i, 0].set_ylabel(_plain(f"{c.column}\n[{c.unit}]"), fontsize=8)
+        axes[i, 0].set_ylabel(_plain(f"{split_unit(c.column)[0]}\n[{c.unit}]"), fontsize=8)
     handles, labels = axes[0, 0].get_legend_handles_labels()
     figure.legend(handles, labels, loc="upper right", ncols=3, fontsize=8, frameon=False)
     width, height = figure.get_size_inches()
