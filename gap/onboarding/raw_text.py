@@ -163,14 +163,22 @@ def _values(cells: list[list[str]], number: NumberReader) -> tuple[FloatArray, t
     columns: list[FloatArray] = []
     first: tuple[int, str] | None = None
     for column in zip(*cells, strict=True):
-        stamps = [parse_time_stamp(cell) for cell in column]
-        known = [s for s in stamps if s is not None]
-        if len(known) == len(stamps) and all(comparable(known[0], s) for s in known):
+        is_stamped = parse_time_stamp(column[0]) is not None
+        known = [s for cell in column if (s := parse_time_stamp(cell)) is not None] if is_stamped else []
+        if len(known) == len(column) and all(comparable(known[0], s) for s in known):
             first = first or (len(columns), column[0].strip())
             columns.append(seconds_since_first(known))
             continue
-        columns.append(np.array([number(c) if number.is_number(c) else np.nan for c in column]))
+        columns.append(np.array([_number(c, number) for c in column]))
     return np.stack(columns, axis=1), first
+
+
+def _number(cell: str, number: NumberReader) -> float:
+    """The number in a cell, NaN for anything else."""
+    try:
+        return number(cell)
+    except ValueError:
+        return np.nan
 
 
 def _sampling_time(names: list[str], values: FloatArray) -> tuple[float | None, list[int]]:

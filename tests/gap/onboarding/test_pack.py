@@ -77,3 +77,19 @@ def test_archives_that_are_none(tmp_path, capsys, names, part):
         assert part in error
         assert error.count("\n") == 1
     assert not (tmp_path / "out").exists()
+
+
+def test_diagnose_reads_an_archive(campaign, tmp_path, monkeypatch):
+    from deepsea_cosim.gap import terminal
+
+    target, seen = tmp_path / "one.zip", []
+
+    def diagnose(given, options):
+        assert given.system.is_file()
+        seen.append([r.name for r in given.runs])
+        return 0
+
+    monkeypatch.setattr(terminal, "_diagnose", diagnose)
+    assert main(["pack", str(campaign), "--out", str(target)]) == 0
+    assert main(["diagnose", str(target), "--out", str(tmp_path / "out")]) == 0
+    assert seen == [["run0", "run1"]]
