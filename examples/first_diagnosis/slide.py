@@ -1,6 +1,6 @@
 """A slide between springs that a measured force pushes, as an FMU: docs/first-diagnosis.md goes through it.
 
-    pythonfmu build -f slide.py effect_forms.py
+Built by `pythonfmu build -f slide.py effect_forms.py`.
 """
 
 from effect_forms import DeadZone, Delay, Friction, add

@@ -63,7 +63,7 @@ def _slow(t: np.ndarray, grid: np.ndarray, model: np.ndarray) -> str | None:
     inside = (grid >= t[0]) & (grid <= t[-1])
     missed = np.abs(model - np.interp(grid, t, np.interp(t, grid, model)))[inside]
     which = np.searchsorted(t, grid[inside], side="right")
-    holes = np.diff(t)[np.clip(which - 1, 0, len(t) - 2)] > 1.5 * interval
+    holes = np.diff(t)[np.clip(which - 1, 0, len(t) - 2)] > CHECKS.hole * interval
     affected = np.unique(which[(missed > CHECKS.slow_share * span) & ~holes])
     if len(affected) < max(CHECKS.slow_readings * len(t), 2.0):
         return None
@@ -81,7 +81,7 @@ def _averaged(t: np.ndarray, y: np.ndarray) -> list[str]:
         return []
     lost = y - np.interp(t, times.mean(1), means)
     noise = estimate_channel_noise(y, DEFAULT.noise, t)
-    if rms(lost) < max(CHECKS.lost_by_averaging * float(y.std()), 3.0 * noise):
+    if rms(lost) < max(CHECKS.lost_by_averaging * float(y.std()), CHECKS.within_noise * noise):
         return []
     return [f"{len(y)} readings, of which the diagnosis takes {most} means: they lose what it does; cut shorter runs"]
 

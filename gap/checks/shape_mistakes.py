@@ -55,17 +55,17 @@ def check_shapes(problem: Problem, nominal: np.ndarray, known: Collection[str] =
 def _rests(b: Block, model: np.ndarray) -> str | None:
     """What is said where readings rest and the model moves, or the other way round."""
     read, modelled, noise = float(np.ptp(b.y)), float(np.ptp(model)), b.noise_std
-    if modelled > 20.0 * noise and read < CHECKS.unlike_rest * modelled + 3.0 * noise:
+    if modelled > CHECKS.quiet * noise and read < CHECKS.unlike_rest * modelled + CHECKS.within_noise * noise:
         return "it does not move where the model does: a dead sensor, or another column?"
-    if read > 20.0 * noise and modelled < CHECKS.unlike_rest * read:
+    if read > CHECKS.quiet * noise and modelled < CHECKS.unlike_rest * read:
         return "it moves where the model rests: is an input or a condition missing?"
     return None
 
 
 def _size(b: Block, model: np.ndarray) -> str | None:
     """What is said where readings move far more or less than the model."""
-    read, modelled = (float(np.subtract(*np.percentile(x, [98.0, 2.0]))) for x in (b.y, model))
-    if min(read, modelled) <= 0.0 or max(read, modelled) <= 20.0 * b.noise_std:
+    read, modelled = (float(np.subtract(*np.percentile(x, CHECKS.tails))) for x in (b.y, model))
+    if min(read, modelled) <= 0.0 or max(read, modelled) <= CHECKS.quiet * b.noise_std:
         return None
     if 1.0 / CHECKS.off_size < read / modelled < CHECKS.off_size:
         return None
@@ -77,7 +77,7 @@ def _level(problem: Problem, b: Block, nominal: np.ndarray) -> str | None:
     away = float(np.median(b.y) - np.median(nominal[b.place]))
     of_channel = [nominal[x.place] for x in problem.observations.series if x.channel == b.channel]
     moves = max(float(np.ptp(b.y)), float(np.ptp(np.concatenate(of_channel))))
-    if abs(away) < max(CHECKS.off_level * moves, 20.0 * b.noise_std):
+    if abs(away) < max(CHECKS.off_level * moves, CHECKS.quiet * b.noise_std):
         return None
     channel = problem.campaign.outputs[b.channel]
     shown = abs(away) * unit(problem.units[b.connector]).factor / unit(channel.unit).factor

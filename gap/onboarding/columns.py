@@ -13,7 +13,7 @@ from scipy.optimize import linear_sum_assignment
 from ...core.units import unit
 from ..checks.shapes import Likeness, Signal, compare
 from ..checks.unit_mistakes import likelier_unit
-from ..settings import ONBOARDING
+from ..settings import CHECKS, NAMES, ONBOARDING
 from .headings import Reading, likeness, readings
 from .model import Connector, Model
 
@@ -120,7 +120,7 @@ def _named(column: ColumnOfRuns, connector: Connector) -> tuple[float, Reading |
             continue
         score = likeness(reading.words, connector.address, connector.description)
         if connector.quantity is not None and reading.unit is not None and score < 1.0:
-            score = min(score + 0.1, 0.89) if score else 0.2
+            score = min(score + NAMES.same_unit, NAMES.most) if score else NAMES.word_beside
         if other_quantity and score < 1.0:  # x_h is no x in hours, but pressure_V is no pressure in Pa
             continue
         if score > best[0]:
@@ -200,7 +200,7 @@ def _inputs_by_trial(
             )
             for c in others
         ]
-        score = float(np.mean(alike)) + 0.3 * float(
+        score = float(np.mean(alike)) + ONBOARDING.share_of_names_in_trial * float(
             np.mean([_named(c, i)[0] for c, i in zip(chosen, free, strict=False)])
         )
         if score > best[0] + ONBOARDING.margin:
@@ -248,7 +248,7 @@ def _assign(
     for i, c in enumerate(columns):
         j = chosen.get(i)
         order = np.argsort(-scores[i])
-        likely = tuple(outputs[k].address for k in order[:3] if scores[i, k] > 0.2)
+        likely = tuple(outputs[k].address for k in order[:3] if scores[i, k] > ONBOARDING.proposed_from)
         rivals = [k for k in range(len(outputs)) if k != j and k not in chosen.values()]
         sure = j is not None and (
             names[i, j] >= ONBOARDING.same_name
@@ -308,7 +308,7 @@ def _score(name: float, shape: Likeness | None) -> float:
     if shape is None or not 0.0 < shape.ratio < float("inf"):
         return name
     share = ONBOARDING.share_of_name
-    return share * name + (1.0 - share) * max(abs(shape.correlation), 0.8 * abs(shape.shifted))
+    return share * name + (1.0 - share) * max(abs(shape.correlation), ONBOARDING.shifted_counts * abs(shape.shifted))
 
 
 def _input_match(column: ColumnOfRuns, connector: Connector) -> Match:
@@ -329,7 +329,7 @@ def _output_match(column: ColumnOfRuns, connector: Connector, name: float, shape
     )
     chosen, doubt = _unit_of(column, connector, shape if known else None)
     doubts = [doubt] if doubt else []
-    if shape is not None and known and shape.correlation < -0.6:
+    if shape is not None and known and shape.correlation < CHECKS.against:
         doubts.append("it moves against the model: is its sign the other way round? Then scale = -1")
     if name < ONBOARDING.like_input:
         doubts.append(f"is it {connector.address}? Its name does not say so")

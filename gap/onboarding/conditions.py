@@ -7,6 +7,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 
 from ...core.units import convert, unit
+from ..settings import ONBOARDING
 from .headings import campaign_unit, words
 from .model import Model, Parameter
 
@@ -121,7 +122,8 @@ def _shared(p: Parameter, model: Model) -> bool:
 def _is_usual(p: Parameter, number: float, usual: Usual) -> bool:
     """Whether a value is not far beyond those that runs usually have; true where none are known."""
     values = next((v for name, v in usual.items() if p.address == name or p.address.endswith(f".{name}")), ())
-    return not values or 0.5 * min(values) <= number <= 2.0 * max(values)
+    most = ONBOARDING.usual_within
+    return not values or min(values) / most <= number <= most * max(values)
 
 
 def _takes(p: Parameter, stated: str | None) -> bool:

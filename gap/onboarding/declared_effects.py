@@ -107,7 +107,9 @@ def rows(parameters: Sequence[Parameter]) -> str:
 def catalogue(parameters: Sequence[Parameter], interval: float) -> str:
     """A whole effects.toml; interval: between readings [s]."""
     return (
-        HEAD + (rows(parameters) or _proposed(parameters)) + SENSORS.format(most=20.0 * interval, usual=1.5 * interval)
+        HEAD
+        + (rows(parameters) or _proposed(parameters))
+        + SENSORS.format(most=ONBOARDING.most_sensor_delay * interval, usual=ONBOARDING.sensor_delay * interval)
     )
 
 

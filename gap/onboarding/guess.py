@@ -191,7 +191,9 @@ def _is_measured(value: float, name: str, r: int, columns: Sequence[ColumnOfRuns
         if stated is None or not unit(stated).same_dimension(unit(m.unit)):
             continue
         y = np.abs(column.signals[r].y) * unit(m.unit).factor / unit(stated).factor
-        if any(abs(float(level) - abs(value)) <= 0.25 * abs(value) for level in (np.median(y), y.max())):
+        if any(
+            abs(float(level) - abs(value)) <= ONBOARDING.near_level * abs(value) for level in (np.median(y), y.max())
+        ):
             return True
     return False
 

@@ -10,6 +10,7 @@ from difflib import SequenceMatcher
 from ...core.unit_names import named
 from ...core.units import UNITS, Unit
 from ..measurements.table import split_unit
+from ..settings import NAMES
 
 TIME_WORDS = frozenset(
     (
@@ -130,15 +131,15 @@ def likeness(column: Iterable[str], connector: str, description: str) -> float:
     if joined in ("".join(name), "".join(words(connector))):
         return 1.0
     if len(name) > 1 and joined == name[-1] and len(joined) > 2:
-        return 0.9
+        return NAMES.end
     letters = SequenceMatcher(None, joined, "".join(name)).ratio() if min(len(joined), len("".join(name))) > 2 else 0.0
     told = set(name) | set(words(description.partition("@")[0]))
     shared = sum(1 for w in own if w in told and len(w) > 1) / len(own)
-    meaning = 0.5 if _concepts(own) & (_concepts(name) | _concepts(words(description)[:3])) else 0.0
-    score = max(0.85 * letters, 0.8 * shared, meaning + 0.2 * bool(shared))
+    meaning = NAMES.meaning if _concepts(own) & (_concepts(name) | _concepts(words(description)[:3])) else 0.0
+    score = max(NAMES.letters * letters, NAMES.words * shared, meaning + NAMES.word_beside * bool(shared))
     if _marks(own) and _marks(name):  # P1 is not P2, pressure A is that of chamber A
-        score += 0.15 if _marks(own) & _marks(name) else -0.35
-    return float(min(max(score, 0.0), 0.89))
+        score += NAMES.same_mark if _marks(own) & _marks(name) else -NAMES.other_mark
+    return float(min(max(score, 0.0), NAMES.most))
 
 
 def _concepts(parts: Iterable[str]) -> set[str]:

@@ -210,4 +210,4 @@ def _rises(y: FloatArray) -> bool:
     if len(known) < 3 or len(known) < len(y):
         return False
     steps = np.diff(known)
-    return bool(np.mean(steps >= 0.0) > 0.99 and known[-1] > known[0])
+    return bool(np.mean(steps >= 0.0) > ONBOARDING.rising_share and known[-1] > known[0])

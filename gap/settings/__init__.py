@@ -12,7 +12,7 @@ from dataclasses import asdict, dataclass, field
 from typing import Any
 
 from .measurements import FILE_LIMITS, FaultSettings, FileLimits, SanitySettings
-from .onboarding import CHECKS, ONBOARDING, CheckSettings, OnboardingSettings
+from .onboarding import CHECKS, NAMES, ONBOARDING, CheckSettings, NameSettings, OnboardingSettings
 from .presentation import AnalysisSettings, ReportSettings, TerminalSettings
 from .problem import CurveSettings, NoiseSettings, NumericsSettings, ParameterSettings, SwingSettings
 from .search import FitSettings, SearchSettings
@@ -30,6 +30,7 @@ __all__ = [
     "CHECKS",
     "DEFAULT",
     "FILE_LIMITS",
+    "NAMES",
     "ONBOARDING",
     "SCORING",
     "AnalysisSettings",
@@ -41,6 +42,7 @@ __all__ = [
     "FaultSettings",
     "FileLimits",
     "FitSettings",
+    "NameSettings",
     "NoiseSettings",
     "NumericsSettings",
     "OnboardingSettings",

@@ -30,6 +30,22 @@ class OnboardingSettings:
     """Runs that the nominal model is simulated for while guessing."""
     most_steps: float = 4e4
     """Macro steps of such a run; a longer one is simulated over its first part."""
+    share_of_names_in_trial: float = 0.3
+    """Weight of the names where it is tried which column drives which input."""
+    shifted_counts: float = 0.8
+    """Weight of a correlation that shows only once clocks are shifted."""
+    proposed_from: float = 0.2
+    """Score from which a connector is proposed for a column that is none yet."""
+    near_level: float = 0.25
+    """Share within which a number in a file's name is the level of a channel, and no condition."""
+    usual_within: float = 2.0
+    """Factor beyond the usual values of a condition within which a number in a file's name can be it."""
+    rising_share: float = 0.99
+    """Share of steps of a clock that do not go back."""
+    sensor_delay: float = 1.5
+    """Usual delay of a sensor, in sample intervals."""
+    most_sensor_delay: float = 20.0
+    """The most that is fitted, likewise."""
     points: int = 2000
     """Points at which readings and model are compared."""
     longest_shift: float = 0.3
@@ -59,6 +75,30 @@ class OnboardingSettings:
 
 
 @dataclass(frozen=True, kw_only=True)
+class NameSettings:
+    """How alike the name of a column and that of a connector are, 0 to 1; 1 is the same name."""
+
+    end: float = 0.9
+    """The column is called as the last word of the connector."""
+    letters: float = 0.85
+    """Weight of the share of letters that both names have in the same order."""
+    words: float = 0.8
+    """Weight of the share of the column's words that the connector or its description has."""
+    meaning: float = 0.5
+    """Words that mean the same quantity."""
+    word_beside: float = 0.2
+    """More where they share a word, too; and where nothing but the quantity's unit speaks for it."""
+    same_mark: float = 0.15
+    """More where a number or letter that tells quantities of a kind apart is the same."""
+    other_mark: float = 0.35
+    """Less where it is another: P1 is not P2."""
+    same_unit: float = 0.1
+    """More where the heading has a unit of the connector's quantity."""
+    most: float = 0.89
+    """Of anything but the same name."""
+
+
+@dataclass(frozen=True, kw_only=True)
 class CheckSettings:
     """What looks wrong in a campaign, before it is diagnosed. Chosen so that the pool test and the campaigns of
     benchmarks/real say nothing but what is so, while the slips in tests/gap/onboarding are told."""
@@ -85,6 +125,14 @@ class CheckSettings:
     """Share of the run that it has to be: a machine may be late by less."""
     shift_missed: float = 5.0
     """Noise standard deviations that the shift has to move the readings by."""
+    quiet: float = 20.0
+    """Times the noise that a signal moves by, from which it moves."""
+    within_noise: float = 3.0
+    """Times the noise within which a signal rests."""
+    tails: tuple[float, float] = (98.0, 2.0)
+    """Percentiles between which a signal's size is taken."""
+    hole: float = 1.5
+    """Usual intervals that readings are apart where one is missing."""
     unlike_rest: float = 0.02
     """Share of the model's span within which a channel does not move."""
     off_level: float = 1.5
@@ -113,5 +161,6 @@ class CheckSettings:
     """Lines of the table; more are counted."""
 
 
+NAMES = NameSettings()
 ONBOARDING = OnboardingSettings()
 CHECKS = CheckSettings()
