@@ -91,13 +91,13 @@ def diagnose_into(
 
     place = campaign.file if isinstance(campaign, Campaign) else Path(campaign)
     folder = place.parent / "diagnosis" if folder is None else folder
-    earlier = None if resume is None else load_earlier(resume)
-    make_folder(folder)
     if stop is None and time_limit is not None:
         until = time.monotonic() + time_limit
         stop = StopToken(lambda: time.monotonic() > until)
     with ExitStack() as stack:
         read_campaign = campaign if isinstance(campaign, Campaign) else read(stack.enter_context(opened(place)))
+        earlier = None if resume is None else load_earlier(resume)
+        make_folder(folder)
         executor = stack.enter_context(cluster(dask))
         d = diagnose(
             read_campaign, executor, on_stage, progress, processes, stop, on_finding=on_finding, earlier=earlier

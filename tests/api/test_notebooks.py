@@ -5,7 +5,8 @@ from pathlib import Path
 
 import pytest
 
-NOTEBOOKS = sorted((Path(__file__).parents[2] / "docs" / "notebooks").glob("*.ipynb"))
+REPOSITORY = Path(__file__).parents[2]
+NOTEBOOKS = sorted((REPOSITORY / "docs" / "notebooks").glob("*.ipynb"))
 
 
 @pytest.mark.parametrize("path", NOTEBOOKS, ids=lambda path: path.stem)
@@ -16,6 +17,7 @@ def test_it_runs(built, tmp_path, path):
     nbformat.validate(notebook)
     assert all(not cell.get("outputs") for cell in notebook.cells), "clear the outputs before you commit"
     (tmp_path / "build").symlink_to(built, target_is_directory=True)
+    (tmp_path / "examples").symlink_to(REPOSITORY / "examples", target_is_directory=True)
     os.environ.setdefault("IPYTHONDIR", str(tmp_path / "ipython"))
     client(notebook, timeout=300, kernel_name="python3", resources={"metadata": {"path": str(tmp_path)}}).execute()
     shown = [out for cell in notebook.cells for out in cell.get("outputs", ())]

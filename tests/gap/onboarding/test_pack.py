@@ -1,9 +1,11 @@
 """A campaign in one file is read as the folder it was made of."""
 
 import zipfile
+from importlib import import_module
 
 import numpy as np
 import pytest
+from deepsea_cosim.core.errors import CosimError
 from deepsea_cosim.gap.campaign.packed import opened
 from deepsea_cosim.gap.campaign.read import read
 from deepsea_cosim.gap.cli import main
@@ -80,16 +82,14 @@ def test_archives_that_are_none(tmp_path, capsys, names, part):
 
 
 def test_diagnose_reads_an_archive(campaign, tmp_path, monkeypatch):
-    from deepsea_cosim.gap import terminal
-
     target, seen = tmp_path / "one.zip", []
 
-    def diagnose(given, options):
+    def diagnosed(given, *_, **__):
         assert given.system.is_file()
         seen.append([r.name for r in given.runs])
-        return 0
+        raise CosimError("enough")
 
-    monkeypatch.setattr(terminal, "_diagnose", diagnose)
+    monkeypatch.setattr(import_module("deepsea_cosim.gap.diagnose"), "diagnose", diagnosed)
     assert main(["pack", str(campaign), "--out", str(target)]) == 0
-    assert main(["diagnose", str(target), "--out", str(tmp_path / "out")]) == 0
+    assert main(["diagnose", str(target), "--out", str(tmp_path / "out")]) == 2
     assert seen == [["run0", "run1"]]
