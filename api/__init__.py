@@ -12,7 +12,7 @@ from importlib import import_module
 from typing import TYPE_CHECKING, Any
 
 from .core.errors import CosimError
-from .functions import build_fmus, check, diagnose, read_campaign, simulate, sweep
+from .functions import build_fmus, check, compose, diagnose, read_campaign, simulate, sweep, write_page
 
 if TYPE_CHECKING:
     from .gap.campaign.campaign import Campaign
@@ -28,8 +28,8 @@ _LATE = {
 """Classes, and where they are: imported when they are asked for."""
 
 __all__ = [
-    "Campaign", "CosimError", "Diagnosed", "Result", "Session", "Sweep", "build_fmus", "check", "diagnose",
-    "read_campaign", "simulate", "sweep",
+    "Campaign", "CosimError", "Diagnosed", "Result", "Session", "Sweep", "build_fmus", "check", "compose",
+    "diagnose", "read_campaign", "simulate", "sweep", "write_page",
 ]  # fmt: skip
 
 

@@ -43,6 +43,42 @@ def simulate(
     return run(path, folder, options_of(options), progress=progress)
 
 
+def write_page(folder: str | Path, units: str | None = None) -> Path:
+    """Write results.html, a run as an interactive page in one file, into its result folder; returns its path.
+
+    units: what `--units` takes ("si", "bar,mm"). Raises `CosimError` where the folder holds no result.
+
+    >>> write_page("results/deepsea_11km", units="bar")                             # doctest: +SKIP
+    """
+    from .core.display_units import display_units
+    from .master.page.write import write_page as made
+
+    return made(Path(folder), display_units(units))
+
+
+def compose(
+    target: str | Path, fmus: Mapping[str, str | Path], links: Sequence[tuple[str, str]] = (),
+    values: Mapping[str, Any] | None = None, *, stop: float = 10.0, step: float | None = None,
+    method: str | None = None, catalogue: str | Path | None = None,
+) -> Path:  # fmt: skip
+    """Make an SSP package of FMUs, the connections between them and values.
+
+    fmus: files by the names of the components; links: pairs ("component.output", "component.input"); values: parameters
+    by "component.parameter", in the FMU's units; stop, step [s] and method: how it is meant to be run; catalogue: a
+    file effects.toml of what the real system may have that the FMUs lack, for `diagnose`.
+
+    Returns the package's path. Raises `CosimError` that names the component or variable that is not there.
+
+    >>> compose("swing.ssp", {"body": "Body.fmu", "spring": "Spring.fmu"},          # doctest: +SKIP
+    ...         [("body.x", "spring.x"), ("spring.F", "body.F")], {"body.m": 2.0}, step=1e-3)
+    """
+    from .ssp.compose import compose as made
+
+    extra = {} if catalogue is None else {"resources/effects.toml": Path(catalogue)}
+    files = {name: Path(path) for name, path in fmus.items()}
+    return made(Path(target), files, links, values, stop, step, method, extra)
+
+
 def check(package: str | Path, **options: Any) -> Checked:
     """Look for all that is wrong with a package and with how it is to be run, without loading an FMU.
 

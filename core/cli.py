@@ -38,11 +38,11 @@ SHELLS = ("bash", "zsh", "tcsh")
 
 
 class _Completion(argparse.Action):
-    def __call__(self, parser: argparse.ArgumentParser, _namespace: object, shell: object, _option: object) -> NoReturn:
+    def __call__(self, parser: argparse.ArgumentParser, *asked: object) -> NoReturn:
         import shtab
 
         _complete_files(parser, shtab.FILE)
-        print(shtab.complete(parser, str(shell)))
+        print(shtab.complete(parser, str(asked[1])))  # (namespace, shell, option)
         parser.exit()
 
 

@@ -39,7 +39,7 @@ class DisplayUnits:
             other = named(name)
             if other is not None and other.same_dimension(own):
                 factor, offset = conversion(own, other)
-                if not largest or USUAL[0] <= abs(factor * largest + offset) <= USUAL[1]:
+                if not largest or USUAL[0] <= abs(factor * largest + offset) * (1.0 + 1e-9) <= USUAL[1]:
                     return name, factor, offset
         return unit, 1.0, 0.0
 

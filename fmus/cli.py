@@ -15,6 +15,7 @@ EXAMPLES = """examples:
   cosim-fmus container build/deepsea_11km.ssp --out build
   cosim-fmus machine examples/machine.toml --out build
   cosim-fmus arm examples/boom_and_stick/arm.xml --out build
+  cosim-fmus forms --out .                                   # ready effects, to import in an FMU script of yours
   cosim-fmus check build/DeepseaArm.fmu
   cosim-fmus cross-check build/DeepseaArm.fmu build/DeepseaHydraulics.fmu
 
@@ -59,6 +60,8 @@ def parser() -> argparse.ArgumentParser:
     one.add_argument("package", metavar="SCENARIO.ssp", type=Path, help="a built scenario")
     one.add_argument("--out", metavar="DIR", type=folder, default=Path("build"), help="folder (default: build)")
     _ways(one)
+    forms = commands.add_parser("forms", help="put effect_forms.py beside an FMU script of yours: ready effects")
+    forms.add_argument("--out", metavar="DIR", type=folder, default=Path(), help="folder of the script (default: this)")
     cross = commands.add_parser("cross-check", help="run the FMUs through several importers and compare")
     cross.add_argument("fmu", metavar="FILE.fmu", type=Path, nargs="+", help="FMUs of this project")
     cross.add_argument("--out", metavar="DIR", type=folder, default=Path("cross-check"), help="default: cross-check")
@@ -81,7 +84,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
     options = parser().parse_args(arguments)
     commands = {
         "build": _build, "machine": _machine, "arm": _arm, "container": _container, "check": _check,
-        "cross-check": _cross_check,
+        "cross-check": _cross_check, "forms": _forms,
     }  # fmt: skip
     return exit_code("cosim-fmus", lambda: commands[options.command](options))
 
@@ -110,6 +113,13 @@ def _arm(options: argparse.Namespace) -> int:
         options.model, options.out, options.water, options.dry, options.name, options.pose,
         lambda text: print(f"  {text}", flush=True), way, options.cylinders,
     )  # fmt: skip
+    return 0
+
+
+def _forms(options: argparse.Namespace) -> int:
+    from .effect_forms_file import write
+
+    print(f"  {write(options.out)}: import it in the script and build the FMU with it as a project file")
     return 0
 
 

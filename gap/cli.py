@@ -11,12 +11,14 @@ from typing import NoReturn
 from ..core.cli import OneLineParser, add_processes, add_version, end_with, exit_code, folder, seconds
 
 EXAMPLES = """examples:
+  cosim-gap new build/deepsea_11km.ssp data/*.csv --out campaign        # a campaign from files of your own
+  cosim-gap check campaign/campaign.toml                                # what looks wrong in it, drawn
   cosim-gap effects build/deepsea_11km.ssp
   cosim-gap simulate template.toml --out campaign
   cosim-gap diagnose campaign/campaign.toml --out diagnosis
   cosim-gap diagnose campaign/campaign.toml --out diagnosis --resume    # after a stop, or with accept = [...]
 
-exit codes: 0 done, 1 the simulation had to stop, 2 bad input, 130 interrupted
+exit codes: 0 done, 1 the simulation had to stop (check: something looks wrong), 2 bad input, 130 interrupted
 """
 
 
@@ -29,14 +31,19 @@ def parser() -> argparse.ArgumentParser:
     )
     add_version(p)
     commands = p.add_subparsers(dest="command", required=True, metavar="COMMAND")
+    _add_onboarding(commands)
     effects = commands.add_parser("effects", help="list the catalogue of effects of a package")
     effects.add_argument("package", metavar="SCENARIO.ssp", type=Path, help="a package with an effects.toml")
+    effects.add_argument(
+        "--rows", action="store_true",
+        help="print an effects.toml instead, of the effects that the FMUs declare (docs/first-diagnosis.md)",
+    )  # fmt: skip
     simulate = commands.add_parser("simulate", help="make a synthetic campaign with effects switched on")
     simulate.add_argument("template", metavar="TEMPLATE.toml", type=Path, help="a campaign without data, and a [truth]")
     simulate.add_argument("--out", metavar="DIR", type=folder, required=True, help="folder for the campaign")
     simulate.add_argument("--quiet", action="store_true", help="print nothing but errors")
     diagnose = commands.add_parser("diagnose", help="say where the gap lies, what causes it, how far it shrinks")
-    diagnose.add_argument("campaign", metavar="CAMPAIGN.toml", type=Path, help="channels, runs and their files")
+    diagnose.add_argument("campaign", metavar="CAMPAIGN", type=Path, help="campaign.toml, or a .zip of `pack`")
     diagnose.add_argument(
         "--out", metavar="DIR", type=folder, required=True,
         help="folder for diagnosis.json, report.html and calibrated.ssv",
@@ -56,14 +63,68 @@ def parser() -> argparse.ArgumentParser:
     return p
 
 
+def _add_onboarding(commands: argparse._SubParsersAction[OneLineParser]) -> None:
+    new = commands.add_parser("new", help="write a campaign from a package and run files")
+    new.add_argument("package", metavar="PACKAGE", type=Path, help="the model: an .ssp, or an .fmu alone")
+    new.add_argument("data", metavar="FILE", type=Path, nargs="+", help="a file for each run: CSV, .mat, TDMS, ...")
+    new.add_argument("--out", metavar="DIR", type=folder, required=True, help="folder for campaign.toml")
+    new.add_argument("--rate", metavar="HZ", type=seconds, help="samples a second of files that have no times")
+    new.add_argument(
+        "--tolerance", metavar="SHARE", type=_share,
+        help="how well the model's parameters are known, as a share of their values: they are refitted within it",
+    )  # fmt: skip
+    new.add_argument("--ask", action="store_true", help="ask on the terminal for what could not be guessed")
+    new.add_argument("--force", action="store_true", help="replace what is there, once the new file is complete")
+    new.add_argument("--quiet", action="store_true", help="print nothing but errors")
+    check = commands.add_parser("check", help="draw a campaign against the model and tell what looks wrong")
+    check.add_argument("campaign", metavar="CAMPAIGN", type=Path, help="campaign.toml, or a .zip of `pack`")
+    check.add_argument("--out", metavar="DIR", type=folder, help="folder for check.png (default: that of CAMPAIGN)")
+    pack = commands.add_parser("pack", help="put a campaign with all that it needs into one file")
+    pack.add_argument("campaign", metavar="CAMPAIGN.toml", type=Path, help="channels, runs and their files")
+    pack.add_argument("--out", metavar="FILE.zip", type=Path, required=True, help="the file")
+    pack.add_argument("--force", action="store_true", help="replace a file that is there")
+
+
+def _share(text: str) -> float:
+    value = seconds(text)
+    if not value < 1.0:
+        raise argparse.ArgumentTypeError(f"{text}: a share lies between 0 and 1")
+    return value
+
+
 def main(arguments: Sequence[str] | None = None) -> int:
     """Entry point; returns the exit code."""
     options = parser().parse_args(arguments)
-    commands = {"effects": _effects, "simulate": _simulate, "diagnose": _diagnose}
+    commands = {
+        "new": _new, "check": _check, "pack": _pack, "effects": _effects, "simulate": _simulate, "diagnose": _diagnose,
+    }  # fmt: skip
     return exit_code("cosim-gap", lambda: commands[options.command](options))
 
 
+def _new(options: argparse.Namespace) -> int:
+    from .onboarding.new import new_command
+
+    return new_command(options)
+
+
+def _check(options: argparse.Namespace) -> int:
+    from .onboarding.check import check_command
+
+    return check_command(options)
+
+
+def _pack(options: argparse.Namespace) -> int:
+    from .onboarding.pack import pack_command
+
+    return pack_command(options)
+
+
 def _effects(options: argparse.Namespace) -> int:
+    if options.rows:
+        from .onboarding.declared_effects import table_of
+
+        print(table_of(options.package), end="")
+        return 0
     from .effects_table import table
 
     for line in table(options.package):

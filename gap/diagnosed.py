@@ -4,11 +4,13 @@ from __future__ import annotations
 
 import time
 from collections.abc import Callable
+from contextlib import ExitStack
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
 from ..core.cli import need
+from ..core.figures import in_notebooks
 from ..core.files import make_folder
 from .campaign.campaign import Campaign
 from .problem.stop import StopToken
@@ -63,7 +65,7 @@ class Diagnosed:
         axes.barh(parts.index, 100 * parts["share"], xerr=around, color="0.6", ecolor="0.2", capsize=3)
         axes.set_xlabel("share of what calibration leaves of the gap [%]")
         axes.set_xlim(0, None)
-        return made
+        return in_notebooks(made)
 
 
 def diagnose_into(
@@ -80,28 +82,33 @@ def diagnose_into(
     """
     need("gap", "scipy", "sklearn", "arch", "ruptures", *(("jinja2",) if report else ()))
     from ..master.parallel.pool import cluster
+    from .campaign.packed import opened
     from .campaign.read import read
     from .diagnose import diagnose
     from .report.collect import collect
     from .result.read import load_earlier
     from .result.write import write
 
-    campaign = campaign if isinstance(campaign, Campaign) else read(Path(campaign))
-    folder = campaign.file.parent / "diagnosis" if folder is None else folder
-    earlier = None if resume is None else load_earlier(resume)
-    make_folder(folder)
+    place = campaign.file if isinstance(campaign, Campaign) else Path(campaign)
+    folder = place.parent / "diagnosis" if folder is None else folder
     if stop is None and time_limit is not None:
         until = time.monotonic() + time_limit
         stop = StopToken(lambda: time.monotonic() > until)
-    with cluster(dask) as executor:
-        d = diagnose(campaign, executor, on_stage, progress, processes, stop, on_finding=on_finding, earlier=earlier)
-    on_end()
-    data = write(d, folder)
-    signals = collect(d.state)
-    files = ["diagnosis.json", "calibrated.ssv"]
-    if report:
-        from .report import write_report
+    with ExitStack() as stack:
+        read_campaign = campaign if isinstance(campaign, Campaign) else read(stack.enter_context(opened(place)))
+        earlier = None if resume is None else load_earlier(resume)
+        make_folder(folder)
+        executor = stack.enter_context(cluster(dask))
+        d = diagnose(
+            read_campaign, executor, on_stage, progress, processes, stop, on_finding=on_finding, earlier=earlier
+        )
+        on_end()
+        data = write(d, folder)
+        signals = collect(d.state)
+        files = ["diagnosis.json", "calibrated.ssv"]
+        if report:
+            from .report import write_report
 
-        write_report(data, signals, folder)
-        files.append(REPORT)
+            write_report(data, signals, folder)
+            files.append(REPORT)
     return Diagnosed(folder, data, signals, tuple(files))

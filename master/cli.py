@@ -6,6 +6,7 @@ import argparse
 import os
 import sys
 from collections.abc import Sequence
+from importlib import import_module
 from pathlib import Path
 from typing import TYPE_CHECKING, NoReturn
 
@@ -28,12 +29,21 @@ EXAMPLES = """examples:
   cosim-master plant.ssp --stop-time 20 --out b --resume a
   cosim-master plant.ssp --check
   cosim-master plant.ssp --info --parameters
-  cosim-master replay results/deepsea_11km    (the machine in motion; see cosim-master replay --help)
   cosim-master pump.fmu --stop-time 10 --step 0.001 --stimuli commands.csv
+  cosim-master plant.ssp --html
+
+commands (where no file has that name; each has a --help of its own):
+  cosim-master open results/plant                       the run as an interactive page, in the browser
+  cosim-master compare results/plant runs/heavy         where and by how much two runs differ
+  cosim-master replay results/plant                     the machine in motion
 
 exit codes: 0 done, 1 the simulation had to stop (what was recorded is kept), 2 bad input (or --check found errors),
 130 interrupted
 """
+
+COMMANDS = {"open": ".page.command", "compare": ".comparison.command", "replay": ".replay_cli"}
+"""First words that are no package: the modules whose `main` they call."""
+
 
 def _substeps(text: str) -> tuple[str, int]:
     component, equals, ratio = text.rpartition("=")
@@ -150,15 +160,17 @@ def _add_results(results: argparse._ArgumentGroup) -> None:
         "units.toml says, else metric); files keep the FMUs' units",
     )  # fmt: skip
     results.add_argument("--no-plot", action="store_true", help="do not draw overview.png")
+    results.add_argument(
+        "--html", action="store_true",
+        help="write results.html too: the run as an interactive page, in one file that needs no network",
+    )  # fmt: skip
 
 
 def main(arguments: Sequence[str] | None = None) -> int:
     """Entry point; returns the exit code."""
     arguments = sys.argv[1:] if arguments is None else arguments
-    if arguments and arguments[0] == "replay":
-        from . import replay_cli
-
-        return replay_cli.main(arguments[1:])
+    if arguments and arguments[0] in COMMANDS and not os.path.lexists(arguments[0]):
+        return int(import_module(COMMANDS[arguments[0]], __package__).main(arguments[1:]))
     options = parser().parse_args(arguments)
     return exit_code("cosim-master", lambda: _run(options))
 
@@ -191,7 +203,7 @@ def _look(options: argparse.Namespace, settings: Options) -> int:
 
 def _run(options: argparse.Namespace) -> int:
     from ..core.display_units import display_units
-    from ..core.errors import PackageError, UsageError
+    from ..core.errors import PackageError, SimulationError, UsageError
     from .terminal import report
 
     try:
@@ -202,16 +214,27 @@ def _run(options: argparse.Namespace) -> int:
         raise PackageError(f"{options.package}: no such file")
     if None in options.parameters and not options.info:
         raise UsageError("--parameters: give a file, or --info to list the parameters in force")
+    if options.html and not options.results:
+        raise UsageError("--html shows a result file: give --results a name")
     settings, display = _settings(options), display_units(options.units)
     if options.check or options.info:
         return _look(options, settings)
     folder = options.out or Path("results") / options.package.stem
-    result, files = _simulate(options, settings, folder, display)
+    try:
+        result, files = _simulate(options, settings, folder, display)
+    except SimulationError:
+        if options.html and (folder / options.results).exists():  # what was recorded shows why it had to stop
+            _page(folder, display)
+        raise
+    if options.html:
+        files += _page(folder, display)
     if not options.quiet:
         for warning in result.summary["warnings"]:
             print(f"cosim-master: warning: {warning}", file=sys.stderr)
         print(report(result, display))
         print(f"\n{folder}: {', '.join(files)}")
+        if options.results:
+            print(f"cosim-master open {folder}   shows it in a browser")
     return {"failed": 1, "interrupted": 130}.get(result.summary.get("step_check", {}).get("status"), 0)
 
 
@@ -277,6 +300,18 @@ def _simulate(
             else:
                 files.append("overview.png")
     return result, files
+
+
+def _page(folder: Path, display: DisplayUnits) -> list[str]:
+    """The name of the page, once it is written; what keeps it from that is told, for the run itself is done."""
+    from ..core.errors import CosimError
+    from .page.write import write_page
+
+    try:
+        return [write_page(folder, display).name]
+    except CosimError as error:
+        print(f"cosim-master: results.html was not written: {error}", file=sys.stderr)
+        return []
 
 
 def _on_hang(error: CosimError) -> NoReturn:

@@ -103,7 +103,6 @@ def main(arguments: Sequence[str] | None = None) -> int:
 
 
 def _replay(options: argparse.Namespace) -> int:
-    from ..core.cli import need
     from ..core.display_units import display_units
     from .replay import viewer, writers
 
@@ -112,7 +111,6 @@ def _replay(options: argparse.Namespace) -> int:
         viewer.check_display()
     if options.video is not None:
         writers.check_video()
-    need("replay", "pandas")
     from .replay.replay import replay, times_of
 
     display = display_units(options.units)

@@ -12,6 +12,7 @@ from typing import Any
 from ..core.display_units import DisplayUnits
 from .accuracy.step_error import worst
 from .simulation.result import Result
+from .simulation.trust import trust
 
 SHOWN, FILLED = 30, 12
 """Most signals in the table: those that are connected, and what the system gives; and lines up to which it is filled
@@ -49,7 +50,7 @@ def report(result: Result, display: DisplayUnits) -> str:
     fmus = ", ".join(f"{name} {seconds:.2f} s" for name, seconds in summary["fmu_time_s"].items())
     simulated = summary["stop_time_s"] - summary["start_time_s"]
     lines = [
-        *told, trust(result), "",
+        *told, trust(summary, bool(result.connected)), "",
         f"{Path(summary['package']).stem}: {simulated:g} s in {summary['steps']} steps of {summary['step_s']:g} s, "
         f"{summary['method']}",
         f"  wall time {summary['wall_time_s']:.2f} s ({summary['real_time_factor']:.1f} x real time) after "
@@ -57,26 +58,6 @@ def report(result: Result, display: DisplayUnits) -> str:
         *_bonds(summary["coupling"]), *_step_check(result, display), "", *_table(result, display),
     ]  # fmt: skip
     return "\n".join(lines)
-
-
-def trust(result: Result) -> str:
-    """One line on how far the numbers can be trusted."""
-    summary = result.summary
-    if warnings := summary["warnings"]:
-        what = "a warning" if len(warnings) == 1 else f"{len(warnings)} warnings"
-        return f"Trust: see {what} above before you use the numbers."
-    if (errors := summary.get("step_check", {}).get("errors")) and (top := worst(errors)) is not None:
-        share = 100 * top[1]["relative"]
-        return f"Trust: no warning; the step's error is {share:.2g} % of a signal's range at the most ({top[0]})."
-    shares = [bond["relative"] for bond in summary["coupling"] if bond["relative"] is not None]
-    if shares:
-        return (
-            f"Trust: no warning; the coupling made up {100 * max(shares):.2g} % of the energy that went through it. "
-            "--check-step estimates the error of every signal."
-        )
-    if result.connected:
-        return "Trust: no warning; nothing says how large the coupling's error is, but --check-step estimates it."
-    return "Trust: no warning."
 
 
 def _bonds(coupling: list[dict[str, Any]]) -> Iterator[str]:

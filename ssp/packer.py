@@ -11,7 +11,7 @@ from lxml import etree
 from ..core.errors import PackageError
 from .document import SSC, SSD
 
-_TYPES = {
+TYPES = {
     **{name: name for name in ("Real", "Integer", "Boolean", "String", "Enumeration")},
     **{f"Float{bits}": "Real" for bits in (32, 64)},
     **{f"{sign}Int{bits}": "Integer" for sign in ("", "U") for bits in (8, 16, 32, 64)},
@@ -20,7 +20,8 @@ _TYPES = {
 _KINDS = ("input", "output", "parameter")
 
 
-def _description(fmu: Path) -> etree._Element:
+def description_of(fmu: Path) -> etree._Element:
+    """The root of an FMU's model description; raises `PackageError` where it is none."""
     try:
         with zipfile.ZipFile(fmu) as archive:
             return etree.fromstring(archive.read("modelDescription.xml"))
@@ -28,20 +29,24 @@ def _description(fmu: Path) -> etree._Element:
         raise PackageError(f"{fmu}: not an FMU ({error})") from None
 
 
-def _add_connectors(component: etree._Element, description: etree._Element) -> None:
+def add_connectors(component: etree._Element, description: etree._Element) -> None:
+    """Give a component the inputs, outputs and parameters of its FMU as connectors."""
     connectors = etree.SubElement(component, f"{SSD}Connectors")
     for variable in description.iterfind("ModelVariables/*"):
         kind = variable.get("causality")
-        typed = next((e for e in (variable, *variable) if e.tag in _TYPES), None)  # FMI 3.0 has the type outside
+        typed = next((e for e in (variable, *variable) if e.tag in TYPES), None)  # FMI 3.0 has the type outside
         if kind not in _KINDS or typed is None:
             continue
         connector = etree.SubElement(connectors, f"{SSD}Connector", name=variable.get("name"), kind=kind)
-        element = etree.SubElement(connector, f"{SSC}{_TYPES[typed.tag]}")
+        if TYPES[typed.tag] == "Enumeration":  # whose items the FMU knows; SSP would want them defined anew
+            continue
+        element = etree.SubElement(connector, f"{SSC}{TYPES[typed.tag]}")
         if typed.get("unit"):
             element.set("unit", typed.get("unit"))
 
 
-def _add_units(root: etree._Element, descriptions: list[etree._Element]) -> None:
+def add_units(root: etree._Element, descriptions: list[etree._Element]) -> None:
+    """Give a system structure the units that its FMUs define, each once."""
     units = etree.Element(f"{SSD}Units")
     names = set()
     for description in descriptions:
@@ -51,6 +56,8 @@ def _add_units(root: etree._Element, descriptions: list[etree._Element]) -> None
                 element = etree.SubElement(units, f"{SSC}Unit", name=unit.get("name"))
                 base = unit.find("BaseUnit")
                 etree.SubElement(element, f"{SSC}BaseUnit", dict(base.attrib) if base is not None else {})
+    if not len(units):
+        return
     place = root.find(f"{SSD}DefaultExperiment")
     place.addprevious(units) if place is not None else root.append(units)
 
@@ -65,13 +72,18 @@ def pack(
     """
     root = etree.parse(str(system)).getroot()
     etree.cleanup_namespaces(root)
-    descriptions = {source: _description(path) for source, path in fmus.items()}
+    descriptions = {source: description_of(path) for source, path in fmus.items()}
     for component in root.iterfind(f".//{SSD}Component"):
         source = component.get("source")
         if source not in descriptions:
             raise PackageError(f"{system}, line {component.sourceline}: no FMU was given for '{source}'")
-        _add_connectors(component, descriptions[source])
-    _add_units(root, list(descriptions.values()))
+        add_connectors(component, descriptions[source])
+    add_units(root, list(descriptions.values()))
+    return write(root, target, {"resources/parameters.ssv": parameters, **fmus, **(extra or {})})
+
+
+def write(root: etree._Element, target: Path, files: Mapping[str, Path]) -> Path:
+    """Write a package of a whole system structure and the files that it refers to, by their path in it."""
     root.set("name", target.stem)
     etree.indent(root, "  ")
     text = etree.tostring(root, xml_declaration=True, encoding="UTF-8", pretty_print=True)
@@ -79,8 +91,8 @@ def pack(
     part = target.with_suffix(".part")
     with zipfile.ZipFile(part, "w", zipfile.ZIP_DEFLATED) as package:
         package.writestr("SystemStructure.ssd", text)
-        package.write(parameters, "resources/parameters.ssv")
-        for name, path in {**fmus, **(extra or {})}.items():
-            package.write(path, name, zipfile.ZIP_STORED)
+        for name, path in files.items():
+            stored = path.suffix == ".fmu" or name.endswith(".toml")
+            package.write(path, name, zipfile.ZIP_STORED if stored else zipfile.ZIP_DEFLATED)
     part.replace(target)
     return target

@@ -53,7 +53,7 @@ What `import deepsea_cosim` gives; [From Python](python.md) shows it in use.
 """
 
 
-def on_config(config: Any) -> Any:
+def on_startup(**_: Any) -> None:
     """Copy the sources to where they are installed, for mkdocstrings does not know what pyproject.toml maps."""
     places = tomllib.loads((REPOSITORY / "pyproject.toml").read_text())["tool"]["setuptools"]["package-dir"]
     tree = REPOSITORY / "build" / "door"
@@ -63,7 +63,6 @@ def on_config(config: Any) -> Any:
         target.mkdir(parents=True, exist_ok=True)
         for path in (REPOSITORY / folder).glob("*.py"):
             shutil.copy(path, target)
-    return config
 
 
 def on_files(files: Files, config: Any) -> Files:
@@ -95,11 +94,12 @@ def _commands() -> Iterator[str]:
     os.environ["COLUMNS"] = "100"
     yield "# Commands\n"
     for name, package in COMMANDS.items():
-        parser = import_module(f"deepsea_cosim.{package}.cli").parser()
+        module = import_module(f"deepsea_cosim.{package}.cli")
+        parser = module.parser()
         yield f"## {name}\n\n```text\n{parser.format_help()}```\n"
-        if name == "cosim-master":
-            replay = import_module("deepsea_cosim.master.replay_cli").parser()
-            yield f"### cosim-master replay\n\n```text\n{replay.format_help()}```\n"
+        for command, place in getattr(module, "COMMANDS", {}).items():  # words before which the parser is another
+            inner = import_module(place, f"deepsea_cosim.{package}").parser()
+            yield f"### {name} {command}\n\n```text\n{inner.format_help()}```\n"
         for action in parser._actions:
             if isinstance(action, argparse._SubParsersAction):
                 for command, inner in action.choices.items():

@@ -34,6 +34,8 @@ class Channel:
     """What a good model of this channel may miss, as a standard deviation in SI; None: nothing is stated."""
     keep_faulty: bool = False
     """Glitches, drop-outs and stuck stretches are not left out."""
+    scale: float = 1.0
+    """What one of the column's numbers is in `unit`: of a sensor that gives volts, or -1 for another sign."""
 
 
 @dataclass(frozen=True)
@@ -86,6 +88,8 @@ class Run:
     events: tuple[Event, ...] = ()
     time_unit: str | None = None
     """Unit of the times in its file as the campaign states it; None: it is left to the file, else s."""
+    file: Path | None = None
+    """Where its readings stand."""
 
 
 @dataclass

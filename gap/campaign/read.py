@@ -64,7 +64,10 @@ def _channel(table: dict[str, Any], where: str) -> Channel:
     faulty = table.get("faulty_readings", "leave_out")
     if faulty not in ("leave_out", "keep"):
         raise CampaignError(f"{where}: faulty_readings = {faulty!r} is neither leave_out nor keep")
-    return Channel(column, connector, name, role, noise, jitter, scatter, faulty == "keep")
+    scale = take.number(table, where, "scale", 1.0)
+    if scale == 0.0:
+        raise CampaignError(f"{where}: scale = 0 would leave nothing of the readings")
+    return Channel(column, connector, name, role, noise, jitter, scatter, faulty == "keep", scale)
 
 
 def _run(
@@ -100,7 +103,7 @@ def _run(
     last = max(float(t[-1]) for t, _ in series.values())
     check_events(where, events, last)
     name = take.get(table, where, "name", str, path.stem)
-    return Run(name, dict(parameters), use, series, last, events, form.time_unit)
+    return Run(name, dict(parameters), use, series, last, events, form.time_unit, path)
 
 
 def read(path: Path) -> Campaign:
@@ -123,7 +126,7 @@ def read(path: Path) -> Campaign:
     if not runs:
         raise CampaignError(f"{path}: there are no runs")
     _distinguish(runs, tables, path)
-    _find_duplicates(runs, warnings)
+    _find_duplicates(runs, {c.connector for c in channels if c.role == "output"}, warnings)
     base = base_of(data, path)
     name = take.get(data, str(path), "name", str, path.stem)
     return Campaign(name, system, effects, channels, runs, base, warnings, path, _accepted(data, path))
@@ -187,10 +190,11 @@ def _distinguish(runs: tuple[Run, ...], tables: list[dict[str, Any]], path: Path
             raise CampaignError(f"{path}: two runs are called '{run.name}'; give them names of their own with 'name'")
 
 
-def _find_duplicates(runs: tuple[Run, ...], warnings: list[str]) -> None:
+def _find_duplicates(runs: tuple[Run, ...], outputs: set[str], warnings: list[str]) -> None:
+    """Warns of runs with the same readings; a command may be the same in all of them."""
     for i, a in enumerate(runs):
         for b in runs[:i]:
-            common = set(a.series) & set(b.series)
+            common = set(a.series) & set(b.series) & outputs
             if common and all(
                 len(a.series[c][1]) == len(b.series[c][1]) and np.array_equal(a.series[c][1], b.series[c][1])
                 for c in common

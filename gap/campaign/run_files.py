@@ -114,7 +114,7 @@ def _column(table: MeasurementTable, channel: Channel) -> Column:
             f"the file has {', '.join(['time', *table.names])}"
         )
     stated, expected = named(column.unit or ""), unit(channel.unit)
-    if stated is not None and stated.same_dimension(expected):
+    if channel.scale == 1.0 and stated is not None and stated.same_dimension(expected):
         factor = abs(stated.factor / expected.factor - 1.0)
         if factor > 1e-6 or abs(stated.offset - expected.offset) > 1e-6 * max(abs(expected.offset), 1.0):
             raise CampaignError(
@@ -241,7 +241,7 @@ def _readings(
         missing = "the input '{}' drives nothing" if channel.role == "input" else "'{}' was not measured"
         warnings.append(f"{path.name}: {missing.format(channel.column)} in this run")
         return None
-    values = convert(raw[valid], channel.unit, si(channel.unit))
+    values = convert(channel.scale * raw[valid], channel.unit, si(channel.unit))
     if channel.role == "output" and np.ptp(values) == 0.0:
         warnings.append(f"{path.name}: '{channel.column}' is constant: a dead sensor?")
     elif channel.role == "input":
@@ -271,7 +271,7 @@ def _without_faulty(path: Path, channels: tuple[Channel, ...], series: Series, w
         if channel.connector not in series or channel.keep_faulty:
             continue
         t, values = series[channel.connector]
-        read = np.abs(np.round(convert(values, si(channel.unit), channel.unit), 6))
+        read = np.abs(np.round(convert(values, si(channel.unit), channel.unit) / channel.scale, 6))
         kinds = faults[channel.connector].without(np.isin(read, DEFAULT.sanity.missing_marks))
         faulty = kinds.any
         if not faulty.any() or (~faulty).sum() < FILE_LIMITS.min_samples:

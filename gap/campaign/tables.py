@@ -16,6 +16,7 @@ KNOWN = {
     "": ("name", "system", "effects", "channel", "run", "base", "accept", *FILE_KEYS),
     "channel": (
         "column", "connector", "unit", "noise_std", "role", "clock_jitter", "model_form_scatter", "faulty_readings",
+        "scale",
     ),
     "run": ("file", "parameters", "use", "event", "stop_time", "name", *FILE_KEYS),
     "event": ("connector", "target", "within", "after", "until", "first", "std", "time", "at_most", "at_least"),

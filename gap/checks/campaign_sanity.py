@@ -6,7 +6,7 @@ effect of a machine is as large as such a slip.
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from itertools import combinations
 
 import numpy as np
@@ -22,14 +22,7 @@ from .unit_mistakes import check_units
 
 def check_campaign(problem: Problem, nominal: np.ndarray) -> list[str]:
     """Raise `CampaignError` for what cannot be meant; returns warnings. nominal: the model as delivered (n,)."""
-    _check_marks(problem)
-    warnings = _check_inputs(problem)
-    _check_swapped(problem, nominal)
-    for k, c in enumerate(problem.campaign.outputs):
-        parts = [b for b in problem.observations.blocks if b.channel == k]
-        if parts:
-            _check_readings(problem, c, parts, nominal)
-    return [*warnings, *check_units(problem, nominal)]
+    return [warning for check in CHECKS for warning in check(problem, nominal)]
 
 
 def _impossible(where: str, unit: str, t: float, bad: float, least: float, most: float) -> CampaignError:
@@ -39,7 +32,7 @@ def _impossible(where: str, unit: str, t: float, bad: float, least: float, most:
     )
 
 
-def _check_marks(problem: Problem) -> None:
+def _check_marks(problem: Problem, _: np.ndarray) -> list[str]:
     """No value of a measured input is a usual mark for a missing one, far from all others; a pulse may be far, too."""
     settings = problem.settings.sanity
     for conditions in problem.runs:
@@ -47,7 +40,7 @@ def _check_marks(problem: Problem) -> None:
             if c.connector not in conditions.inputs:
                 continue
             t, x = conditions.inputs[c.connector]
-            read = convert(x, problem.units[c.connector], c.unit)
+            read = convert(x, problem.units[c.connector], c.unit) / c.scale
             marked = np.isin(np.abs(np.round(read, 6)), settings.missing_marks)
             rest = read[~marked]
             if (
@@ -59,6 +52,15 @@ def _check_marks(problem: Problem) -> None:
             k = int(np.argmax(marked))
             where = f"run '{conditions.name}', input '{c.column}'"
             raise _impossible(where, c.unit, t[k], read[k], rest.min(), rest.max())
+    return []
+
+
+def _check_all_readings(problem: Problem, nominal: np.ndarray) -> list[str]:
+    for k, c in enumerate(problem.campaign.outputs):
+        parts = [b for b in problem.observations.blocks if b.channel == k]
+        if parts:
+            _check_readings(problem, c, parts, nominal)
+    return []
 
 
 def _check_readings(problem: Problem, c: Channel, parts: list[Block], nominal: np.ndarray) -> None:
@@ -78,7 +80,7 @@ def _check_readings(problem: Problem, c: Channel, parts: list[Block], nominal: n
             raise _impossible(where, c.unit, b.t[k], bad, least, most)
 
 
-def _check_swapped(problem: Problem, nominal: np.ndarray) -> None:
+def _check_swapped(problem: Problem, nominal: np.ndarray) -> list[str]:
     """Two columns that each fit the other's model far better than their own have changed places."""
     for (i, a), (j, b) in combinations(enumerate(problem.campaign.outputs), 2):
         units = problem.units[a.connector], problem.units[b.connector]
@@ -100,6 +102,7 @@ def _check_swapped(problem: Problem, nominal: np.ndarray) -> None:
         if each_better and rms(np.array(swapped)) < problem.settings.sanity.swapped * rms(np.array(direct)) - 1.0:
             names = f"'{a.column}' and '{b.column}'"
             raise CampaignError(f"the columns {names} seem to be swapped: each fits the other's connector better")
+    return []
 
 
 def _block_pairs(problem: Problem, i: int, j: int) -> Iterator[tuple[Block, Block]]:
@@ -109,7 +112,7 @@ def _block_pairs(problem: Problem, i: int, j: int) -> Iterator[tuple[Block, Bloc
                 yield x, y
 
 
-def _check_inputs(problem: Problem) -> list[str]:
+def _check_inputs(problem: Problem, _: np.ndarray) -> list[str]:
     """Measured inputs that move have to move something in the model; warns of those that do so in other runs only."""
     record, step = problem.connectors, problem.fit_step
     nominal = problem.rows([{}], step)[0]
@@ -141,3 +144,9 @@ def _check_inputs(problem: Problem) -> list[str]:
     # an effect may need it, as a friction that grows with pressure does
     remarks = ((c, "" if len(runs) == len(problem.runs) else f" in {', '.join(runs)}") for c, runs in unused.items())
     return [f"the input '{c}' changes nothing in the model as delivered{in_runs}" for c, in_runs in remarks]
+
+
+CHECKS: tuple[Callable[[Problem, np.ndarray], list[str]], ...] = (
+    _check_marks, _check_inputs, _check_swapped, _check_all_readings, check_units,
+)  # fmt: skip
+"""Each raises `CampaignError` for what cannot be meant and returns warnings; the model as delivered is (n,)."""

@@ -102,11 +102,11 @@ def _scale_mismatch(problem: Problem, c: Channel, parts: list[Block], nominal: n
     size, better_unit = abs(float(np.log(ratio))), None
     doubtful = size > np.log(settings.doubtful_ratio)
     if size > np.log(settings.wrong_ratio):
-        better_unit = _likelier_unit(c.unit, ratio, 2.0 * settings.better_share)
+        better_unit = likelier_unit(c.unit, ratio, 2.0 * settings.better_share)
         if better_unit and _misfit(parts, nominal, fmu_unit, c.unit, better_unit) > _misfit(parts, nominal, fmu_unit):
             better_unit = None  # it moves where the model rests, as far from its level in any unit
     elif size > np.log(settings.possible_ratio):
-        better_unit = _likelier_unit(c.unit, ratio, settings.ratio_fits)
+        better_unit = likelier_unit(c.unit, ratio, settings.ratio_fits)
         share = settings.better_share if doubtful else settings.much_better_share
         if better_unit and not _explains(problem, c, parts, nominal, better_unit, share, word == "moves by"):
             better_unit = None
@@ -177,7 +177,7 @@ def _other_units(stated: str) -> Iterator[Unit]:
             yield u
 
 
-def _likelier_unit(stated: str, ratio: float, within: float) -> str | None:
+def likelier_unit(stated: str, ratio: float, within: float) -> str | None:
     """The unit of the same quantity whose readings, taken for the stated one, would differ by the ratio."""
     fitting = [(abs(np.log(ratio * u.factor / unit(stated).factor)), u.name) for u in _other_units(stated)]
     best = min(fitting, default=(9.0, ""))

@@ -51,7 +51,7 @@ def build_problem(
         package = _read_package(campaign, catalogue, session)
     warnings = list(campaign.warnings)
     blocks = _series(campaign, package.units, settings)
-    macro_step = package.step or min([float(np.median(np.diff(b.t))) for b in blocks] or [1e-2]) / 10.0
+    macro_step = package.step or _usual_step(campaign, blocks)
     for run in campaign.runs:
         _check_length(
             f"{campaign.file}: run '{run.name}'", run, package.stop, macro_step, bool(campaign.inputs), settings
@@ -75,6 +75,17 @@ def build_problem(
         tuple(dict.fromkeys(b.connector for b in blocks)), package.units, base, candidates, tuple(labels),
         accepted, tuple(warnings), package.parameter_units, package.signals, package.stop, settings,
     )  # fmt: skip
+
+
+def _usual_step(campaign: Campaign, blocks: Sequence[RawBlock]) -> float:
+    """Macro step of a package that says none [s]: a tenth of the readings' interval, and no longer than that of what
+    drives the model, before readings are averaged."""
+    compared = [float(np.median(np.diff(b.t))) / 10.0 for b in blocks]
+    driving = [
+        float(np.median(np.diff(run.series[c.connector][0])))
+        for run in campaign.runs for c in campaign.inputs if c.connector in run.series
+    ]  # fmt: skip
+    return min([*compared, *driving] or [1e-3])
 
 
 def _read_package(campaign: Campaign, catalogue: Catalogue, session: Session) -> _Package:

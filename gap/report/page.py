@@ -6,6 +6,7 @@ from collections.abc import Mapping
 from importlib.resources import files
 from typing import Any
 
+from ...core.vendored import vendored
 from ..result.numbers import cleaned
 from . import (
     budget,
@@ -61,7 +62,10 @@ def render(data: Mapping[str, Any], signals: Signals | None = None) -> str:
     environment = Environment(
         autoescape=True, undefined=StrictUndefined, trim_blocks=True, lstrip_blocks=True, loader=FunctionLoader(_read)
     )
-    environment.globals.update(term=term, asset=lambda name: Markup(_text(name)))
+    environment.globals.update(
+        term=term, asset=lambda name: Markup(_text(name)),
+        vendored=lambda name: Markup(vendored(name)),
+    )
     contexts = [(s, s.context(data, signals)) for s in SECTIONS]
     parts = [(s, environment.get_template(s.id).render(c)) for s, c in contexts if c is not None]
     shown = [{"id": s.id, "title": s.title, "html": Markup(html)} for s, html in parts]

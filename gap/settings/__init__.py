@@ -12,6 +12,7 @@ from dataclasses import asdict, dataclass, field
 from typing import Any
 
 from .measurements import FILE_LIMITS, FaultSettings, FileLimits, SanitySettings
+from .onboarding import CHECKS, NAMES, ONBOARDING, CheckSettings, NameSettings, OnboardingSettings
 from .presentation import AnalysisSettings, ReportSettings, TerminalSettings
 from .problem import CurveSettings, NoiseSettings, NumericsSettings, ParameterSettings, SwingSettings
 from .search import FitSettings, SearchSettings
@@ -26,19 +27,25 @@ from .selection import (
 )
 
 __all__ = [
+    "CHECKS",
     "DEFAULT",
     "FILE_LIMITS",
+    "NAMES",
+    "ONBOARDING",
     "SCORING",
     "AnalysisSettings",
     "BootstrapSettings",
     "BudgetSettings",
+    "CheckSettings",
     "CurveSettings",
     "EvidenceSettings",
     "FaultSettings",
     "FileLimits",
     "FitSettings",
+    "NameSettings",
     "NoiseSettings",
     "NumericsSettings",
+    "OnboardingSettings",
     "ParameterSettings",
     "PosteriorSettings",
     "ReportSettings",

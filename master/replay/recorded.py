@@ -11,7 +11,8 @@ from typing import Any
 import numpy as np
 
 from ...core.errors import PackageError, UsageError
-from ..results.frame import frame
+from ..page.record import read_record
+from ..results.blocks import whole
 from ..simulation.manifest import digest
 
 
@@ -43,16 +44,16 @@ class RecordedRun:
 def recorded(folder: Path, package: Path | None = None) -> RecordedRun:
     """The run in a result folder; `package` where that has been moved since. Raises `UsageError` or `PackageError` in
     one line where the folder holds no run, or its record or its package is gone."""
-    summary, manifest = _json(folder, "summary.json"), _json(folder, "manifest.json")
+    record = read_record(folder)
+    if record.folder is None or not record.summary:
+        raise UsageError(f"{folder}: holds no run (summary.json is missing); give the result folder of a run")
+    summary, manifest = record.summary, _manifest(record.folder)
     options = manifest.get("options", {})
-    file = folder / (options.get("results") or "results.csv")
-    if not file.exists():
-        raise UsageError(f"{folder}: the run left no {file.name}, from which it could be replayed")
-    table = frame(file)
-    signals = {name: table[name].to_numpy(dtype=float) for name in table.columns if table[name].dtype.kind in "fiub"}
+    columns = whole(record.file, record.texts)
+    signals = {name: column for name, column in columns.items() if isinstance(column, np.ndarray)}
     times = signals.pop("time", np.empty(0))
     if not len(times):
-        raise UsageError(f"{file}: holds no row")
+        raise UsageError(f"{record.file}: holds no row")
     values = {address: told.get("value") for address, told in summary.get("parameters", {}).items()}
     parameters = {a: float(v) for a, v in values.items() if isinstance(v, (bool, int, float))}
     found = _package(folder, Path(summary.get("package", "")), package)
@@ -62,17 +63,13 @@ def recorded(folder: Path, package: Path | None = None) -> RecordedRun:
     return RecordedRun(folder, found, options.get("variant"), times, signals, parameters, remarks)
 
 
-def _json(folder: Path, name: str) -> dict[str, Any]:
-    path = folder / name
+def _manifest(folder: Path) -> dict[str, Any]:
+    """What the run was made of; empty where that cannot be read, for only the package's variant and hash are in it."""
     try:
-        found = json.loads(path.read_text(encoding="utf-8"))
-    except FileNotFoundError:
-        raise UsageError(f"{folder}: holds no run ({name} is missing); give the result folder of a run") from None
-    except (OSError, ValueError) as error:
-        raise UsageError(f"{path}: cannot be read ({error})") from None
-    if not isinstance(found, dict):
-        raise UsageError(f"{path}: is not what a run writes")
-    return found
+        found = json.loads((folder / "manifest.json").read_text(encoding="utf-8"))
+    except (OSError, ValueError):
+        return {}
+    return found if isinstance(found, dict) else {}
 
 
 def _package(folder: Path, told: Path, given: Path | None) -> Path:

@@ -6,7 +6,7 @@ dies: at most what came after the last `write` is lost.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Collection, Sequence
+from collections.abc import Callable, Collection, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, Protocol
@@ -28,6 +28,10 @@ class Writer(Protocol):
         """Close the file; `finished` when the run came to its end."""
 
 
+Block = Mapping[str, np.ndarray | list[str]]
+"""Columns of some rows by name, the time first: numbers (n,), or texts."""
+
+
 @dataclass(frozen=True)
 class Format:
     """A format of result files."""
@@ -39,3 +43,6 @@ class Format:
     """A pandas frame of a file; also given are the columns that hold texts, and such that hold true and false."""
     needs: tuple[str, ...] = ()
     """Modules of optional libraries without which nothing can be written."""
+    blocks: Callable[[Path, Collection[str]], Iterator[Block]] | None = None
+    """The file some thousand rows at a time, in little memory; also given are the columns that hold texts. Raises
+    `UsageError` for what is no such file. Without it `read` gives all at once."""

@@ -43,9 +43,15 @@ class Answers:
         return [PLACE.sub(shown, sentence) for sentence in self.sentences]
 
     def summary(self) -> dict[str, Any]:
-        """For summary.json: numbers in the units that the package gives them, and the sentences as they are shown."""
+        """For summary.json: numbers in the package's units, and the sentences as they are shown and as it has them."""
         values = {name: {"value": value, "unit": unit or None} for name, (value, unit) in self.values.items()}
-        return {"values": values, "sentences": self.texts(DisplayUnits())}
+        return {"values": values, "sentences": self.texts(DisplayUnits()), "templates": list(self.sentences)}
+
+    @classmethod
+    def of_summary(cls, told: Mapping[str, Any]) -> Answers:
+        """Back from `summary`."""
+        values = {str(name): (v["value"], str(v["unit"] or "")) for name, v in told["values"].items()}
+        return cls(values, tuple(map(str, told["templates"])))
 
 
 def _significant(x: float, digits: int) -> str:

@@ -64,6 +64,14 @@ class Recording:
         self._stride = stride
         self._extremes: np.ndarray | None = None
 
+    def described(self) -> dict[str, Any]:
+        """The columns of the result file for summary.json: names, units, and types of those that are no floats."""
+        return {
+            "columns": [c.name for c in self.columns],
+            "units": {c.name: c.unit for c in self.columns if c.unit},
+            "types": {c.name: c.type for c in self.columns if c.type != "float"},
+        }
+
     def free_rows(self) -> int:
         """Steps that may be taken until the block is full."""
         return self._block - self._filled

@@ -11,6 +11,7 @@ import numpy as np
 
 from ...core.display_units import display_units
 from ...core.errors import UsageError
+from ...core.figures import in_notebooks
 from ..accuracy.held_inputs import HeldInputs
 from .answers import Answers
 
@@ -70,4 +71,5 @@ class Result:
         chosen, asked = signals_to_draw(self, patterns)
         assert self.sample is not None
         rows = self.sample[:, [self.names.index(name) for name in chosen]]
-        return figure(self.folder.name, chosen, self.units, self.connected, rows, asked, display_units(units))
+        made = figure(self.folder.name, chosen, self.units, self.connected, rows, asked, display_units(units))
+        return in_notebooks(made)

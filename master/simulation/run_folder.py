@@ -15,7 +15,8 @@ from ...core.files import held, make_folder, writing
 from ..results import by_suffix
 from .saved_state import STATE_FILE
 
-FILES = ("results.csv", "summary.json", "manifest.json", "overview.png", STATE_FILE)
+PAGE = "results.html"
+FILES = ("results.csv", "summary.json", "manifest.json", "overview.png", PAGE, STATE_FILE)
 LOG_SUFFIXES = (".log", ".txt", ".tsv")
 """Of names of message logs."""
 
@@ -25,15 +26,16 @@ def write_summary(folder: Path, summary: Mapping[str, Any]) -> None:
     path = folder / "summary.json"
     with writing(path):
         part = path.with_suffix(".part")
-        part.write_text(json.dumps(_plain(summary), indent=2, allow_nan=False) + "\n")
+        part.write_text(json.dumps(plain(summary), indent=2, allow_nan=False) + "\n")
         part.replace(path)
 
 
-def _plain(value: Any) -> Any:
+def plain(value: Any) -> Any:
+    """For JSON: numbers that are none become null."""
     if isinstance(value, Mapping):
-        return {key: _plain(item) for key, item in value.items()}
+        return {key: plain(item) for key, item in value.items()}
     if isinstance(value, (list, tuple)):
-        return [_plain(item) for item in value]
+        return [plain(item) for item in value]
     return None if isinstance(value, float) and not isfinite(value) else value
 
 
@@ -48,16 +50,16 @@ def result_folder(folder: Path, results: str = "", log: str = "") -> Iterator[No
     with held(folder, "another run"):
         for name in filter(None, (results, log)):
             make_folder((folder / name).parent)
-        earlier = _earlier(folder, "results", tuple(by_suffix())), _earlier(folder, "log", LOG_SUFFIXES)
+        left = earlier(folder, "results", tuple(by_suffix())), earlier(folder, "log", LOG_SUFFIXES)
         with writing(folder):
             for name in FILES:
                 (folder / name).unlink(missing_ok=True)
-        for name in dict.fromkeys(filter(None, (*earlier, results, log))):
+        for name in dict.fromkeys(filter(None, (*left, results, log))):
             _forget(folder / name)
         yield
 
 
-def _earlier(folder: Path, option: str, suffixes: Sequence[str]) -> str | None:
+def earlier(folder: Path, option: str, suffixes: Sequence[str]) -> str | None:
     """Name of a file of the run before in the folder, by its manifest; None for what cannot be one."""
     try:
         name = json.loads((folder / "manifest.json").read_text())["options"][option]

@@ -94,6 +94,10 @@ class Connections:
         """The links from an input of the whole system."""
         return self._of_system_inputs.get(name, [])
 
+    def ends(self) -> list[tuple[str, str]]:
+        """Names of the two ends of every connection, those to the outputs of the whole system included."""
+        return [(link.source.label, link.target.label) for link in (*self.links, *self.shown)]
+
     def _build(
         self, make: Callable[[FlatConnection], SignalConnection], flat_connections: Iterable[FlatConnection]
     ) -> list[SignalConnection]:

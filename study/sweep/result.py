@@ -11,6 +11,7 @@ from pathlib import Path
 from typing import Any
 
 from ...core.errors import UsageError, did_you_mean, install
+from ...core.figures import in_notebooks
 from ...core.files import make_folder, writing
 from .request import SweepPlan, SweepRequest
 
@@ -55,7 +56,8 @@ class Sweep:
         plan = self.plan
         if metric not in plan.labels:
             raise UsageError(f"the sweep has no metric '{metric}'{did_you_mean(metric, plan.labels)}")
-        return figure_of(plan.axes, bool(plan.kind), self.table, metric, self.sensitivities.get(metric), plan.units)
+        indices = self.sensitivities.get(metric)
+        return in_notebooks(figure_of(plan.axes, bool(plan.kind), self.table, metric, indices, plan.units))
 
 
 def run_sweep(

@@ -47,12 +47,14 @@ def sweep_command(options: argparse.Namespace) -> int:
 def _bar(total: int, quiet: bool) -> Iterator[Callable[[int, int], None]]:
     from tqdm import tqdm
 
-    bar = tqdm(total=total, unit="case", disable=quiet, file=sys.stderr, smoothing=0.05)
+    bar: Any = None
     seldom = 0.0 if sys.stderr.isatty() else BETWEEN
     shown = 0.0
 
     def progress(done: int, failed: int) -> None:
-        nonlocal shown
+        nonlocal shown, bar
+        if bar is None:  # only once a run may begin: what is wrong with the request is one line
+            bar = tqdm(total=total, unit="case", disable=quiet, file=sys.stderr, smoothing=0.05)
         if bar.n == 0 and done > 1:
             bar.initial = done  # what earlier runs did says nothing about the time that is left
         bar.n = done
@@ -61,8 +63,11 @@ def _bar(total: int, quiet: bool) -> Iterator[Callable[[int, int], None]]:
             shown = monotonic()
             bar.refresh()
 
-    with bar:
+    try:
         yield progress
+    finally:
+        if bar is not None:
+            bar.close()
 
 
 def _print(plan: SweepPlan, table: Sequence[Mapping[str, Any]], indices: Mapping[str, Any]) -> None:

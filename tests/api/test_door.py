@@ -17,8 +17,8 @@ from ..packages import connector, link, package, system
 pytestmark = pytest.mark.skipif(native.compiler is None, reason="there is no C compiler here")
 
 NAMES = {
-    "Campaign", "CosimError", "Diagnosed", "Result", "Session", "Sweep", "build_fmus", "check", "diagnose",
-    "read_campaign", "simulate", "sweep",
+    "Campaign", "CosimError", "Diagnosed", "Result", "Session", "Sweep", "build_fmus", "check", "compose",
+    "diagnose", "read_campaign", "simulate", "sweep", "write_page",
 }  # fmt: skip
 
 

@@ -7,8 +7,9 @@ import os
 import shlex
 
 import pytest
+from deepsea_cosim import simulate
 from deepsea_cosim.master.cli import main
-from deepsea_cosim.master.simulation.run import Options, run, simulate
+from deepsea_cosim.master.simulation.run import Options, run
 
 from benchmarks import native
 

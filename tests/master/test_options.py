@@ -10,9 +10,10 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from deepsea_cosim import simulate
 from deepsea_cosim.core.errors import OutputError, UsageError
 from deepsea_cosim.core.files import held
-from deepsea_cosim.master.simulation.run import Options, run, simulate
+from deepsea_cosim.master.simulation.run import Options, run
 
 from benchmarks import native
 

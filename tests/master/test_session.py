@@ -116,14 +116,3 @@ def test_a_script_that_ran_plain_pythonfmu_fmus_ends_well(toys, tmp_path):
     """
     ran = subprocess.run([sys.executable, "-c", script], capture_output=True, text=True)
     assert (ran.returncode, ran.stderr) == (0, "")
-
-
-def test_what_users_call_is_at_the_door():
-    from deepsea_cosim import master
-    from deepsea_cosim.master import Options, check, simulate
-    from deepsea_cosim.master.simulation import run
-
-    assert master.Session is Session
-    assert (simulate, Options, check) == (run.simulate, run.Options, master.check)
-    with pytest.raises(AttributeError):
-        master.nothing  # noqa: B018

@@ -6,11 +6,12 @@ import zipfile
 
 import numpy as np
 import pytest
+from deepsea_cosim import simulate
 from deepsea_cosim.core.errors import CosimError
 from deepsea_cosim.master.algorithms import NAMES
 from deepsea_cosim.master.engine.runner import last_step
 from deepsea_cosim.master.simulation.check import check
-from deepsea_cosim.master.simulation.run import Options, run, simulate
+from deepsea_cosim.master.simulation.run import Options, run
 from deepsea_cosim.master.simulation.session import Session
 from deepsea_cosim.master.simulation.time_grid import time_grid
 from deepsea_cosim.ssp.archive import extract

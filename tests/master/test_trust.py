@@ -10,8 +10,8 @@ from math import pi
 
 import numpy as np
 import pytest
+from deepsea_cosim import simulate
 from deepsea_cosim.core.unit_names import named
-from deepsea_cosim.master.simulation.run import simulate
 
 from benchmarks import native
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 import csv
 import io
 import warnings
-from collections.abc import Collection, Sequence
+from collections.abc import Collection, Iterator, Sequence
 from contextlib import suppress
 from pathlib import Path
 from typing import Any
@@ -13,10 +13,13 @@ from typing import Any
 import numpy as np
 import orjson
 
-from ....core.errors import OutputError
+from ....core.errors import OutputError, UsageError
 from ....core.files import writing
 from ..columns import Column
-from ..format import Format
+from ..format import Block, Format
+
+BLOCK = 1 << 22
+"""Bytes that are read at once, and the rest of their last line."""
 
 
 class CsvWriter:
@@ -82,4 +85,48 @@ def read(path: Path, texts: Collection[str], truths: Collection[str]) -> Any:
     return made.astype(dict.fromkeys(truths, bool))
 
 
-FORMAT = Format((".csv",), CsvWriter, read)
+def blocks(path: Path, texts: Collection[str]) -> Iterator[Block]:
+    """Blocks of rows; a column whose fields are no numbers is one of texts, an empty field among numbers is none.
+
+    A last row that a killed run has not finished is left out.
+    """
+    try:
+        with path.open("rb") as file:
+            names = next(csv.reader([file.readline().decode("utf-8-sig")]), [])
+            if not names:
+                raise UsageError(f"{path}: empty; a result file begins with the names of its columns")
+            yield {name: np.empty(0) for name in names}
+            while data := file.read(BLOCK) + file.readline():
+                while data.count(b'"') % 2 and (more := file.readline()):  # a text goes on in the next line
+                    data += more
+                yield _block(path, names, data, texts)
+    except UnicodeDecodeError:
+        raise UsageError(f"{path}: no result file (it is no text)") from None
+
+
+def _block(path: Path, names: Sequence[str], data: bytes, texts: Collection[str]) -> Block:
+    """Columns of some whole lines."""
+    if set(texts).isdisjoint(names):
+        with suppress(ValueError):  # as almost all are: nothing but finite numbers, which read like JSON
+            lines = data.replace(b"\r\n", b"\n").rstrip(b"\n").replace(b"\n", b"],[")
+            table = np.array(orjson.loads(b"[[" + lines + b"]]"), float)
+            if table.ndim == 2 and table.shape[1] == len(names):
+                return dict(zip(names, table.T, strict=True))
+    rows = [row for row in csv.reader(io.StringIO(data.decode(), newline="")) if row]
+    if rows and len(rows[-1]) < len(names) and not data.endswith(b"\n"):
+        rows.pop()
+    for row in rows:
+        if len(row) != len(names):
+            raise UsageError(f"{path}: a row has {len(row)} fields ({','.join(row)[:40]}...), the head {len(names)}")
+    columns = zip(*rows, strict=True) if rows else ([] for _ in names)
+    return {name: _values(list(column), name in texts) for name, column in zip(names, columns, strict=True)}
+
+
+def _values(column: list[str], is_text: bool) -> np.ndarray | list[str]:
+    if not is_text:
+        with suppress(ValueError):
+            return np.array([float(v) if v else np.nan for v in column])
+    return column
+
+
+FORMAT = Format((".csv",), CsvWriter, read, blocks=blocks)

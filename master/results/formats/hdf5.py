@@ -7,16 +7,16 @@ that is full leaves the file as it was after the last block.
 from __future__ import annotations
 
 import os
-from collections.abc import Collection, Sequence
+from collections.abc import Collection, Iterator, Sequence
 from contextlib import suppress
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
-from ....core.errors import OutputError
+from ....core.errors import OutputError, UsageError
 from ..columns import Column
-from ..format import Format
+from ..format import Block, Format
 
 CHUNK = 4096
 """Values that a column grows by in the file."""
@@ -101,4 +101,20 @@ def read(path: Path, texts: Collection[str], truths: Collection[str]) -> Any:
     return pandas.DataFrame({name: c[:length] for name, c in columns.items()})
 
 
-FORMAT = Format((".h5", ".hdf5"), Hdf5Writer, read, needs=("h5py",))
+def blocks(path: Path, texts: Collection[str]) -> Iterator[Block]:
+    """Blocks of rows; the file knows its types."""
+    import h5py
+
+    try:
+        with h5py.File(path, "r", locking=False) as file:
+            sets = {n.replace("\\", "/"): d for n, d in file.items() if isinstance(d, h5py.Dataset) and d.ndim == 1}
+            told = {n: d if h5py.check_string_dtype(d.dtype) is None else d.asstr() for n, d in sets.items()}
+            length = min((len(d) for d in sets.values()), default=0)
+            for first in range(0, max(length, 1), 16 * CHUNK):
+                rows = slice(first, min(first + 16 * CHUNK, length))
+                yield {n: d[rows] if sets[n].dtype.kind != "O" else list(d[rows]) for n, d in told.items()}
+    except (OSError, TypeError) as error:
+        raise UsageError(f"{path}: no result file ({error})") from None
+
+
+FORMAT = Format((".h5", ".hdf5"), Hdf5Writer, read, needs=("h5py",), blocks=blocks)

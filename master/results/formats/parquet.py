@@ -7,17 +7,17 @@ once for every tier, and few files are there, however long the run.
 from __future__ import annotations
 
 import shutil
-from collections.abc import Collection, Sequence
+from collections.abc import Collection, Iterator, Sequence
 from contextlib import suppress
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
-from ....core.errors import OutputError
+from ....core.errors import OutputError, UsageError
 from ....core.files import exchange, writing
 from ..columns import Column
-from ..format import Format
+from ..format import Block, Format
 
 ROWS = 100_000
 """Rows of a row group."""
@@ -164,4 +164,23 @@ def read(path: Path, texts: Collection[str], truths: Collection[str]) -> Any:
     return pandas.read_parquet(path)
 
 
-FORMAT = Format((".parquet",), ParquetWriter, read, needs=("pyarrow",))
+def blocks(path: Path, texts: Collection[str]) -> Iterator[Block]:
+    """Blocks of rows; the file, or the folder of parts that a killed run has left, knows its types."""
+    import pyarrow
+    from pyarrow import parquet
+
+    words = {pyarrow.string(), pyarrow.large_string()}
+    try:
+        for part in sorted(path.glob("part-*.parquet")) if path.is_dir() else [path]:
+            with parquet.ParquetFile(part) as file:
+                for k in range(file.num_row_groups):  # in batches it would keep the whole of a large part
+                    table = file.read_row_group(k)
+                    yield {
+                        name: [str(v) for v in column.to_pylist()] if column.type in words else column.to_numpy()
+                        for name, column in zip(table.column_names, table.columns, strict=True)
+                    }
+    except pyarrow.ArrowException as error:
+        raise UsageError(f"{path}: no result file ({str(error).splitlines()[0]})") from None
+
+
+FORMAT = Format((".parquet",), ParquetWriter, read, needs=("pyarrow",), blocks=blocks)

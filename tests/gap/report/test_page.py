@@ -6,6 +6,7 @@ from html.parser import HTMLParser
 from pathlib import Path
 
 import pytest
+from deepsea_cosim.core import vendored
 from deepsea_cosim.core.errors import OutputError
 from deepsea_cosim.gap import report
 from deepsea_cosim.gap.report import render, write_report
@@ -173,10 +174,10 @@ def test_a_name_in_the_embedded_series_ends_no_script():
 
 
 def test_all_that_the_page_is_made_of_is_in_the_distribution():
-    folder = Path(report.__file__).parent
+    folders = Path(report.__file__).parent / "templates", Path(vendored.__file__).parent / "vendor"
     settings = tomllib.loads((Path(__file__).parents[3] / "pyproject.toml").read_text())["tool"]["setuptools"]
-    packed = {path for pattern in settings["package-data"]["*"] for path in folder.glob(pattern)}
-    for file in (p for name in ("templates", "vendor") for p in (folder / name).iterdir()):
+    packed = {path for pattern in settings["package-data"]["*"] for f in folders for path in f.parent.glob(pattern)}
+    for file in (p for folder in folders for p in folder.iterdir()):
         assert file in packed, file
     assert any("LICENSE" in p.name for p in packed)
 

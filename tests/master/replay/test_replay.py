@@ -117,7 +117,7 @@ def told(arguments, capsys):
 
 def test_mistakes_are_one_line(rig, tmp_path, capsys, monkeypatch):
     gif = ["--gif", tmp_path / "x.gif"]
-    assert "holds no run" in told([tmp_path, *gif], capsys)
+    assert "no result folder" in told([tmp_path, *gif], capsys)
     assert "from 0 to 4 s" in told([rig / "plain", *gif, "--to", "5"], capsys)
     assert "no such file" in told([rig / "plain", *gif, "--package", tmp_path / "no.ssp"], capsys)
     assert "higher --speed" in told([rig / "plain", *gif, "--speed", "1e-5"], capsys)

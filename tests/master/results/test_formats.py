@@ -8,8 +8,8 @@ import sys
 
 import numpy as np
 import pytest
+from deepsea_cosim import simulate
 from deepsea_cosim.core.errors import UsageError
-from deepsea_cosim.master import simulate
 from deepsea_cosim.master.results import by_suffix, open_writer
 from deepsea_cosim.master.results.columns import TIME, Column
 from deepsea_cosim.master.results.frame import frame

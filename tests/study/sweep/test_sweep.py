@@ -310,7 +310,7 @@ def test_a_longer_time_tries_again_what_took_too_long(doubled, tmp_path):
     """And a crash is told as a crash, however long the process took to start."""
     line = ["sweep", str(doubled), "--vary", "b.trouble=0,3,4", "--metric", "end=final(b.y1)", "--quiet", "--no-plots",
             "--processes", "1", "--out", str(tmp_path)]  # fmt: skip
-    for limit in ("1.5", "2.5"):
+    for limit in ("2.5", "3.5"):
         assert main([*line, "--case-time", limit]) == 0
         why = [entry["why"] for entry in json.loads((tmp_path / "summary.json").read_text())["failed"]]
         assert why[0] == DIED

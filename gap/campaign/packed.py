@@ -1,0 +1,38 @@
+"""A campaign in one file: a zip with campaign.toml and all that it names, unpacked for as long as it is read."""
+
+from __future__ import annotations
+
+import tempfile
+import zipfile
+from collections.abc import Iterator
+from contextlib import contextmanager
+from pathlib import Path
+
+from ...master.slaves.unpacked import remove_at_exit
+from ...ssp.archive import extract
+from .campaign import CampaignError
+
+CAMPAIGN = "campaign.toml"
+
+
+@contextmanager
+def opened(path: Path) -> Iterator[Path]:
+    """The campaign.toml that a path names, or that is in a zip archive; what is unpacked is removed at the end.
+
+    Raises `PackageError` for an archive that is damaged, larger than archives may be, or leaves its folder, and
+    `CampaignError` for one without a campaign.
+    """
+    if not (path.is_file() and zipfile.is_zipfile(path)):
+        yield path
+        return
+    with tempfile.TemporaryDirectory(prefix="cosim_campaign_", ignore_cleanup_errors=True) as name:
+        forgotten = remove_at_exit(Path(name))
+        try:
+            folder = extract(path, Path(name) / path.stem)
+            found = [folder / CAMPAIGN, *sorted(folder.glob(f"*/{CAMPAIGN}"))]
+            campaign = next((p for p in found if p.is_file()), None)
+            if campaign is None:
+                raise CampaignError(f"{path}: holds no {CAMPAIGN}; cosim-gap pack writes such an archive")
+            yield campaign
+        finally:
+            forgotten()

@@ -1,0 +1,209 @@
+"""The command `cosim-gap check`: a campaign beside the model as delivered, drawn, and what looks wrong in a table."""
+
+from __future__ import annotations
+
+import argparse
+import zipfile
+from collections.abc import Callable, Iterator
+from concurrent.futures import Executor, Future
+from dataclasses import dataclass, replace
+from functools import partial
+from textwrap import wrap
+from typing import Any
+
+import numpy as np
+
+from ...core.errors import PackageError, SimulationError
+from ...core.files import make_folder
+from ...core.units import unit
+from ...master.parallel.pool import Pool
+from ..campaign import read_catalogue as catalogues
+from ..campaign.campaign import Campaign, CampaignError
+from ..campaign.catalogue import Catalogue
+from ..campaign.packed import opened
+from ..campaign.read import read
+from ..checks.campaign_sanity import CHECKS as SANITY_CHECKS
+from ..checks.catalogue_values import check_catalogue_values
+from ..checks.readings import check_readings, gaps
+from ..checks.sensor_consistency import check_sensors
+from ..checks.shape_mistakes import Finding, check_shapes
+from ..checks.time_unit import check_time
+from ..problem.build import build_problem
+from ..problem.problem import Problem
+from ..settings import CHECKS
+from .drawing import draw
+from .guess import spread
+
+PICTURE = "check.png"
+
+
+class _Here(Executor):
+    """Runs tasks in this process: for a few runs, starting others takes longer."""
+
+    def submit(self, fn: Callable[..., Any], /, *args: Any, **kwargs: Any) -> Future[Any]:
+        future: Future[Any] = Future()
+        try:
+            future.set_result(fn(*args, **kwargs))
+        except Exception as error:
+            future.set_exception(error)
+        return future
+
+
+@dataclass(frozen=True, eq=False)
+class Checked:
+    """What was found: the problem of the runs that were simulated, the model as delivered (n,), and how many runs."""
+
+    problem: Problem
+    nominal: np.ndarray
+    findings: tuple[Finding, ...]
+    runs: int
+    notes: tuple[Finding, ...] = ()
+    """What a campaign may well have."""
+
+
+NOTES = (
+    "was not measured in this run", "its clock jitters by", "is taken as 0 s of the model",
+    "changes nothing in the model as delivered",
+)  # fmt: skip
+"""In what readers and checks tell: what a sound campaign may have, too."""
+
+
+TIME = "time_unit"
+"""The key that is named where time is in another unit."""
+
+
+def check_command(options: argparse.Namespace) -> int:
+    """Check and draw; returns 1 where something looks wrong, else 0."""
+    folder = options.out or options.campaign.parent
+    with opened(options.campaign) as file:
+        campaign = read(file)
+        try:
+            checked = check(campaign)
+        except CampaignError as error:
+            if TIME not in str(error):
+                raise
+            print("\n".join(_table((_split(str(error).removeprefix(f"{campaign.file}: "), campaign),))))
+            return 1
+        make_folder(folder)
+        name = PICTURE if not zipfile.is_zipfile(options.campaign) else f"{options.campaign.stem}_{PICTURE}"
+        drawn = draw(checked.problem, checked.nominal, folder / name)
+    print("\n".join([*_lines(checked), f"drawn in {folder / name}" if drawn else "no channels to draw"]))
+    return 1 if checked.findings else 0
+
+
+def check(campaign: Campaign) -> Checked:
+    """All checks of a campaign. Raises `CosimError` for what cannot be simulated, also where time is in another unit:
+    such a run would take a thousand times too long."""
+    chosen = spread(len(campaign.runs), CHECKS.simulated_runs)
+    some = replace(campaign, runs=tuple(campaign.runs[r] for r in chosen))
+    catalogue, findings = _catalogue(campaign)
+    with Pool(campaign.system, _Here()) as pool:
+        problem = build_problem(some, catalogue, pool)
+        findings += [_split(text, campaign) for text in problem.warnings]
+        findings += [_split(text, campaign) for text in check_time(problem)]
+        nominal = problem.at_step({}, problem.macro_step)
+        if nominal is None:
+            raise SimulationError(f"{campaign.system.name}: the model as delivered does not run the campaign: "
+                                  f"{problem.simulator.failure}")  # fmt: skip
+        for sanity in SANITY_CHECKS:
+            findings += _told(problem, partial(sanity, problem, nominal))
+        findings += _told(problem, lambda: check_sensors(problem, nominal))
+        findings += check_shapes(problem, nominal, {f.channel for f in findings})
+        findings += [*check_readings(problem, nominal), *check_catalogue_values(problem)]
+    notes = [f for f in findings if any(part in f.text for part in NOTES)]
+    wrong = [f for f in findings if f not in notes]
+    return Checked(problem, nominal, tuple(_merged(wrong)), len(campaign.runs), tuple(_merged(notes)))
+
+
+def _catalogue(campaign: Campaign) -> tuple[Catalogue, list[Finding]]:
+    """The campaign's catalogue; where there is none, an empty one, and that it is missing."""
+    if campaign.effects:
+        return catalogues.load(campaign.effects), []
+    try:
+        return catalogues.load_from_package(campaign.system), []
+    except PackageError as error:
+        return Catalogue(()), [Finding("", "", f"no catalogue of effects: {error}")]
+
+
+def _told(problem: Problem, check: Callable[[], list[str]]) -> list[Finding]:
+    """What a check warns of or refuses."""
+    try:
+        return [_split(text, problem.campaign) for text in check()]
+    except CampaignError as error:
+        return [_split(str(error).removeprefix(f"{problem.campaign.file}: "), problem.campaign)]
+
+
+def _split(text: str, campaign: Campaign) -> Finding:
+    """A sentence of another check, with the run and the channel that it begins with in their places."""
+    run = channel = ""
+    for r in campaign.runs:
+        for begin in (f"run '{r.name}'", f"{r.file.name}" if r.file else "\0", r.name):
+            if not run and text.startswith((f"{begin}: ", f"{begin}, ")):
+                run, text = r.name, text[len(begin) + 2 :]
+    for c in campaign.channels:
+        for begin in (f"channel '{c.column}'", f"'{c.column}'"):
+            if not channel and text.startswith((f"{begin}: ", f"{begin} is ", f"{begin} was ")):
+                channel, text = c.column, text[len(begin) :].removeprefix(":").strip()
+    return Finding(run, channel, text)
+
+
+def _merged(findings: list[Finding]) -> Iterator[Finding]:
+    """Each finding once; what is said alike of several runs in one line."""
+    runs: dict[tuple[str, str], list[str]] = {}
+    for f in findings:
+        runs.setdefault((f.channel, f.text), []).append(f.run)
+    for (channel, text), names in runs.items():
+        known = list(dict.fromkeys(n for n in names if n))
+        more = f" and {len(known) - 1} more" if len(known) > 1 else ""
+        yield Finding(known[0] + more if known else "", channel, text)
+
+
+def _lines(checked: Checked) -> list[str]:
+    """What is printed: channels with their gaps, then what looks wrong."""
+    problem, gap = checked.problem, gaps(checked.problem, checked.nominal)
+    wide = max([len(c.column) for c in problem.campaign.outputs] + [7])
+    lines = [f"{'channel':<{wide}}  {'unit':<7}{'measured':>22}{'modelled':>22}{'noise':>11}{'gap/noise':>11}"]
+    for k, c in enumerate(problem.campaign.outputs):
+        parts = [b for b in problem.observations.series if b.channel == k]
+        if not parts:
+            continue
+        of_fmu = unit(problem.units[c.connector])
+        u = unit(c.unit)
+
+        def shown(values: np.ndarray, u: Any = u, of_fmu: Any = of_fmu) -> str:
+            x = (of_fmu.factor * values + of_fmu.offset - u.offset) / u.factor
+            return f"{x.min():.4g} .. {x.max():.4g}"
+
+        y, model = np.concatenate([b.y for b in parts]), np.concatenate([checked.nominal[b.place] for b in parts])
+        noise = max(b.noise_std for b in parts) * of_fmu.factor / u.factor
+        lines.append(
+            f"{c.column:<{wide}}  {c.unit:<7}{shown(y):>22}{shown(model):>22}{noise:>11.3g}{gap.get(k, 0.0):>11.3g}"
+        )
+    some = len(problem.runs)
+    if some < checked.runs:
+        lines.append(f"{some} of {checked.runs} runs were simulated")
+    lines += ["", *_table(checked.findings), ""]
+    lines += [f"noted: {_in_one_line(f)}" for f in checked.notes[: CHECKS.longest_notes]]
+    if len(checked.notes) > CHECKS.longest_notes:
+        lines.append(f"noted: and {len(checked.notes) - CHECKS.longest_notes} more like these")
+    return lines
+
+
+def _in_one_line(f: Finding) -> str:
+    return f"{f.run}{': ' if f.run else ''}{f.channel}{' ' if f.channel else ''}{f.text.partition(';')[0]}"
+
+
+def _table(findings: tuple[Finding, ...]) -> list[str]:
+    if not findings:
+        return ["Nothing looks wrong."]
+    shown = findings[: CHECKS.longest_texts]
+    run = max([len(f.run) for f in shown] + [3])
+    channel = max([len(f.channel) for f in shown] + [7])
+    lines = [f"{'run':<{run}}  {'channel':<{channel}}  what looks wrong"]
+    for f in shown:
+        first, *more = wrap(f.text, 100) or [""]
+        lines.append(f"{f.run:<{run}}  {f.channel:<{channel}}  {first}")
+        lines += [f"{'':<{run}}  {'':<{channel}}  {text}" for text in more]
+    if len(findings) > len(shown):
+        lines.append(f"and {len(findings) - len(shown)} more")
+    return lines

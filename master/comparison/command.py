@@ -1,0 +1,104 @@
+"""cosim-master compare: runs laid over each other."""
+
+from __future__ import annotations
+
+import argparse
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from ...core.cli import OneLineParser, exit_code
+from ...core.errors import UsageError
+
+if TYPE_CHECKING:
+    from ..page.record import RunRecord
+
+TOLERANCE = 1e-6
+"""Share of a signal's range: far above what rounding makes of a run, far below what its step or solver is good to."""
+
+EXAMPLES = """examples:
+  cosim-master compare results/deepsea_11km runs/heavy
+  cosim-master compare before.csv after.csv --tolerance 1e-3 --no-html
+  cosim-master compare runs/a runs/b runs/c --units bar,mm --out abc.html
+
+The first run is compared with each of the others. A signal's range is its greatest less its least value of both runs
+(at least a millionth of its size); texts have to be equal. What only one of the runs has, signals or time, is told and
+does not count.
+
+exit codes: 0 the same within the tolerance, 1 different, 2 bad input
+"""
+
+
+def _tolerance(text: str) -> float:
+    try:
+        value = float(text)
+    except ValueError:
+        raise argparse.ArgumentTypeError(f"'{text}' is no number") from None
+    if not 0.0 <= value < float("inf"):
+        raise argparse.ArgumentTypeError(f"{text}: it has to be 0 or more, a share of a signal's range")
+    return value
+
+
+def parser() -> OneLineParser:
+    """The command line."""
+    p = OneLineParser(
+        prog="cosim-master compare",
+        description="Tell where and by how much runs differ, and lay them over each other.",
+        epilog=EXAMPLES,
+    )
+    p.add_argument(
+        "runs", metavar="RUN", nargs="+", type=Path, help="two or more result folders, or files: .csv, .parquet, .h5"
+    )
+    p.add_argument(
+        "--tolerance", metavar="SHARE", type=_tolerance, default=TOLERANCE,
+        help="of a signal's range, up to which values are the same (default: %(default)g)",
+    )  # fmt: skip
+    p.add_argument(
+        "--out", metavar="FILE", type=Path, default=Path("compare.html"), help="the page (default: %(default)s)"
+    )
+    p.add_argument("--no-html", action="store_true", help="write no page")
+    p.add_argument(
+        "--units", metavar="LIST",
+        help="what is shown: metric, si, us, or units like mm,bar,L/min,deg (default: what your units.toml says, else "
+        "metric)",
+    )  # fmt: skip
+    return p
+
+
+def main(arguments: Sequence[str]) -> int:
+    """Entry point; returns the exit code."""
+    options = parser().parse_args(arguments)
+    return exit_code("cosim-master compare", lambda: _compare(options))
+
+
+def _compare(options: argparse.Namespace) -> int:
+    from ...core.display_units import display_units
+    from ..page.record import read_record
+    from .compare import compare, in_units_of, read_runs
+    from .report import report
+
+    if len(options.runs) < 2:
+        raise UsageError("give two runs or more")
+    display = display_units(options.units)
+    runs = read_runs(labelled([read_record(path) for path in options.runs]))
+    for run in runs[1:]:
+        in_units_of(runs[0], run)
+    comparisons = [compare(runs[0], run, options.tolerance) for run in runs[1:]]
+    for k, comparison in enumerate(comparisons):
+        print(*([""] if k else []), *report(comparison, options.tolerance, display), sep="\n")
+    if not options.no_html:
+        from ..page.write import save
+        from .page import comparison_content
+
+        print(f"\n{save(comparison_content(comparisons, display), options.out)}")
+    return int(any(comparison.differs for comparison in comparisons))
+
+
+def labelled(records: Sequence[RunRecord]) -> Mapping[str, RunRecord]:
+    """The runs by what they are called beside each other: as little of their paths as tells them apart."""
+    parts = [Path(record.name).absolute().parts for record in records]
+    for count in range(1, max(map(len, parts)) + 1):
+        labels = ["/".join(part[-count:]) for part in parts]
+        if len(set(labels)) == len(labels):
+            return dict(zip(labels, records, strict=True))
+    return {f"{k + 1}. {record.name}": record for k, record in enumerate(records)}

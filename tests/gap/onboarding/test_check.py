@@ -1,0 +1,145 @@
+"""What looks wrong in a campaign is told with its place, and of a sound one nothing."""
+
+import numpy as np
+import pytest
+from deepsea_cosim.gap.campaign.read import read
+from deepsea_cosim.gap.cli import main
+from deepsea_cosim.gap.onboarding.check import check
+
+HEAD = 'name = "toy"\nsystem = "{system}"\n'
+INPUT = '[[channel]]\ncolumn = "u"\nconnector = "o.u"\nunit = "N"\nrole = "input"\n'
+OUTPUT = '[[channel]]\ncolumn = "x"\nconnector = "o.x"\nunit = "mm"\n'
+
+
+@pytest.fixture
+def campaign(rig, tmp_path):
+    """Writes a campaign of the toy's runs, changed (table of t [s], u [N], x [mm] and more), with other channels."""
+
+    def write(change=lambda t: t, channels=INPUT + OUTPUT, names="time,u,x", more="", system=None):
+        text = HEAD.format(system=system or rig.packed) + channels
+        for i, run in enumerate(rig.runs):
+            table = change(run * np.array([1.0, 1.0, 1e3]))
+            np.savetxt(tmp_path / f"run{i}.csv", table, "%.9g", ",", header=names, comments="")
+            text += f'[[run]]\nfile = "run{i}.csv"\n' + more
+        path = tmp_path / "campaign.toml"
+        path.write_text(text)
+        return path
+
+    return write
+
+
+def told(path):
+    """What looks wrong: (channel, text) each."""
+    return [(f.channel, f.text) for f in check(read(path)).findings]
+
+
+def column(j, function):
+    """A change of one column."""
+
+    def change(table):
+        table = table.copy()
+        table[:, j] = function(table[:, j])
+        return table
+
+    return change
+
+
+def test_nothing_is_wrong(campaign, tmp_path, capsys):
+    assert main(["check", str(campaign())]) == 0
+    out = capsys.readouterr().out
+    assert "Nothing looks wrong" in out
+    assert "x" in out
+    assert (tmp_path / "check.png").stat().st_size > 10_000
+
+
+@pytest.mark.parametrize(
+    ("change", "channel", "part"),
+    [
+        (column(2, lambda x: x / 1e3), "x", "is it in m?"),
+        (column(2, lambda x: -x), "x", "scale = -1"),
+        (column(2, lambda x: np.full_like(x, 3.0) + 1e-3 * np.arange(len(x))), "x", "does not move"),
+        (column(2, lambda x: np.clip(x, -1e9, 40.0)), "x", "clipped"),
+        (column(2, lambda x: x + 4000.0), "x", "is a condition of the run missing?"),
+        (column(2, lambda x: np.roll(x, 20)), "x", " s late: is its clock another one?"),
+        (column(2, lambda x: 300.0 * np.sin(np.arange(len(x)) ** 2)), "x", "the column 'spare' moves like o.x"),
+        (lambda t: np.delete(t, slice(100, 160), 0), "", "nothing was measured for"),
+        (lambda t: t[::8], "x", "sampling is too slow"),
+        (column(1, lambda u: u / 1e3), "x", "is the input 'u' in kN"),
+    ],
+    ids=["unit", "sign", "rests", "clipped", "level", "late", "column", "gap", "slow", "input"],
+)  # fmt: skip
+def test_slips(campaign, change, channel, part):
+    def spare(table):
+        made = change(table)
+        return np.column_stack([made, table[:, 2]]) if len(made) == len(table) else np.column_stack([made, made[:, 2]])
+
+    findings = told(campaign(spare, names="time,u,x,spare"))
+    assert [f for f in findings if f[0] == channel and part in f[1]], findings
+
+
+def test_another_connector(campaign):
+    channels = INPUT + OUTPUT.replace("o.x", "o.v").replace('"mm"', '"mm/s"')
+    findings = told(campaign(channels=channels))
+    assert any("o.x" in text for _, text in findings), findings
+
+
+def test_swapped_columns(campaign):
+    more = '[[channel]]\ncolumn = "v"\nconnector = "o.v"\nunit = "1"\n'
+    channels = INPUT + OUTPUT.replace('"mm"', '"1"') + more
+
+    def swapped(table):
+        v = np.gradient(table[:, 2] / 1e3, table[:, 0])
+        return np.column_stack([table[:, 0], table[:, 1], v, table[:, 2] / 1e3])
+
+    findings = told(campaign(swapped, channels, "time,u,x,v"))
+    assert any("seem to be swapped" in text for _, text in findings), findings
+
+
+def test_a_gap_below_the_noise(rig, campaign):
+    from deepsea_cosim.master.simulation.session import Session
+
+    with Session(rig.packed) as session:
+
+        def modelled(table):
+            t, rows = session.run(["o.x"], 12.0, 4e-3, {}, {"o.u": (table[:, 0], table[:, 1])})
+            x = 1e3 * np.interp(table[:, 0], t, rows[:, 0]) + np.random.default_rng(1).normal(0.0, 0.2, len(table))
+            return np.column_stack([table[:, :2], x])
+
+        findings = told(campaign(modelled))
+    assert [text for _, text in findings] == [
+        "the model as delivered misses nothing beyond the noise: there is no gap to diagnose"
+    ]
+
+
+def test_parameters_out_of_the_catalogue(campaign):
+    findings = told(campaign(more='parameters = { "o.F_c" = 7.5 }\n'))
+    assert any("o.F_c = 7.5 is outside the catalogue's bounds, 0 to 5 (friction)" in text for _, text in findings)
+
+
+def test_time_in_another_unit(campaign, capsys):
+    assert main(["check", str(campaign(column(0, lambda t: 1e3 * t)))]) == 1
+    assert "with time in ms" in " ".join(capsys.readouterr().out.split())
+
+
+def test_without_a_catalogue_it_says_so(rig, campaign):
+    findings = told(campaign(system=rig.plain))
+    assert any("no catalogue of effects" in text for _, text in findings)
+
+
+def test_exit_codes_and_places(campaign, tmp_path, capsys):
+    path = campaign(column(2, lambda x: -x))
+    assert main(["check", str(path), "--out", str(tmp_path / "seen")]) == 1
+    assert (tmp_path / "seen" / "check.png").is_file()
+    assert "scale = -1" in capsys.readouterr().out
+    path.write_text(path.read_text().replace('"o.x"', '"o.xx"'))
+    assert main(["check", str(path)]) == 2
+    error = capsys.readouterr().err
+    assert "o.xx" in error
+    assert error.count("\n") == 1
+
+
+def test_the_scale_of_a_channel_turns_its_sign(campaign):
+    path = campaign(column(2, lambda x: -x / 20.0), INPUT + OUTPUT + "scale = -20\n")
+    assert not told(path)
+    path.write_text(path.read_text().replace("scale = -20", "scale = 0"))
+    assert main(["check", str(path)]) == 2

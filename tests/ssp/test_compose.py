@@ -1,0 +1,58 @@
+"""Packages composed from FMUs and links: what they compute, and what cannot be."""
+
+import pytest
+from deepsea_cosim.core.errors import PackageError
+from deepsea_cosim.master.simulation.check import check
+from deepsea_cosim.master.simulation.run import Options, run
+from deepsea_cosim.ssp.compose import compose
+
+from benchmarks import native
+
+pytestmark = pytest.mark.skipif(native.compiler is None, reason="there is no C compiler here")
+
+
+@pytest.fixture(scope="module")
+def fmus(tmp_path_factory):
+    folder = tmp_path_factory.mktemp("fmus")
+    return {version: native.linear(folder, version) for version in (2, 3)}
+
+
+CLOCK = {"clock.A[1,2]": 1.0, "clock.x0[2]": 1.0, "clock.C[1,1]": 1.0, "gain.D[1,1]": 3.0}
+"""x1' = x2 = 1, y = x1 = t; and three times that."""
+
+
+@pytest.mark.parametrize("versions", [(2, 2), (2, 3), (3, 3)])
+def test_it_runs_and_has_nothing_wrong(fmus, tmp_path, versions):
+    """Two components of one FMU have it once."""
+    parts = dict(zip(("clock", "gain"), (fmus[v] for v in versions), strict=True))
+    values = {**CLOCK, "clock.trouble": 0}
+    path = compose(tmp_path / "p.ssp", parts, [("clock.y1", "gain.u1")], values, stop=1.0, step=0.25, method="jacobi")
+    assert not check(path).errors
+    result = run(path, tmp_path / "out", Options())
+    assert result.summary["method"] == "jacobi"
+    frame = result.frame()
+    assert frame["clock.y1"].tolist() == pytest.approx([0.0, 0.25, 0.5, 0.75, 1.0])
+    assert frame["gain.y1"].iloc[-1] == pytest.approx(3.0)
+
+
+def test_fmus_of_one_name_from_two_folders_are_two(fmus, tmp_path):
+    other = tmp_path / "other" / fmus[2].name
+    other.parent.mkdir()
+    other.write_bytes(fmus[2].read_bytes())
+    path = compose(tmp_path / "p.ssp", {"clock": fmus[2], "gain": other}, [("clock.y1", "gain.u1")], CLOCK, step=0.5)
+    assert not check(path).errors
+
+
+@pytest.mark.parametrize(
+    ("links", "values", "words"),
+    [([("clok.y1", "gain.u1")], {}, "no component of that name; did you mean 'clock'"),
+     ([("clock.z9", "gain.u1")], {}, "has no variable 'z9'"),
+     ([("gain.u1", "clock.u1")], {}, "'gain.u1' is of causality input; expected output or"),
+     ([("clock.y1", "gain.y1")], {}, "'gain.y1' is of causality output; expected input or"),
+     ([], {"clock.AA": 1.0}, "has no variable 'AA'"), ([], {"A": 1.0}, "expected component.variable")],
+)  # fmt: skip
+def test_what_is_not_there_is_named(fmus, tmp_path, links, values, words):
+    with pytest.raises(PackageError) as caught:
+        compose(tmp_path / "p.ssp", {"clock": fmus[2], "gain": fmus[2]}, links, values)
+    assert words in str(caught.value)
+    assert not (tmp_path / "p.ssp").exists()
