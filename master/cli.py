@@ -42,7 +42,7 @@ exit codes: 0 done, 1 the simulation had to stop (what was recorded is kept), 2 
 """
 
 COMMANDS = {"open": ".page.command", "compare": ".comparison.command", "replay": ".replay_cli"}
-"""First words that are no package: the modules whose `main` they call."""
+"""First words that are no package (a folder of such a name is ./open): the modules whose `main` they call."""
 
 
 def _substeps(text: str) -> tuple[str, int]:
@@ -169,7 +169,7 @@ def _add_results(results: argparse._ArgumentGroup) -> None:
 def main(arguments: Sequence[str] | None = None) -> int:
     """Entry point; returns the exit code."""
     arguments = sys.argv[1:] if arguments is None else arguments
-    if arguments and arguments[0] in COMMANDS and not os.path.lexists(arguments[0]):
+    if arguments and arguments[0] in COMMANDS:
         return int(import_module(COMMANDS[arguments[0]], __package__).main(arguments[1:]))
     options = parser().parse_args(arguments)
     return exit_code("cosim-master", lambda: _run(options))

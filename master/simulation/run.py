@@ -283,7 +283,7 @@ class _Run:
             "changes": dict(self.options.changes),
             "parameters": {p.address: p.summary() for p in self.parameters},
             **self.recording.described(),
-            "connections": plan.system.connections.ends(),
+            "connections": [list(ends) for ends in plan.system.connections.ends()],
             "versions": versions(),
             "machine": {"system": platform.system(), "cpus": os.cpu_count()},
             **self._states(),

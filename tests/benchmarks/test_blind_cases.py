@@ -1,4 +1,7 @@
-"""Small blind cases from generation to score: one run each, few channels; none of these seeds is reported."""
+"""Small blind cases from generation to score: one run each, few channels; none of these seeds is reported.
+
+Some minutes of CPU time; the parts have tests of their own, and test_diagnose.py finds such effects in small.
+"""
 
 import json
 from functools import cache
@@ -14,7 +17,6 @@ from benchmarks.blind.scoring.table import score
 SEED = 5
 CASES = {176: "valve_dead_zone, 0.4 floors"}
 MORE = {231: "nothing wrong, one channel", 158: "a valve with play, not in the catalogue"}
-"""Half a minute and two of CPU time; test_diagnose.py has both in small."""
 
 
 @pytest.fixture(scope="module")
@@ -36,14 +38,13 @@ def diagnosed(built, tmp_path_factory):
     return outcome
 
 
-@pytest.mark.parametrize("index", [
-    *(pytest.param(k, id=v) for k, v in CASES.items()),
-    *(pytest.param(k, id=v, marks=pytest.mark.slow) for k, v in MORE.items()),
-])  # fmt: skip
+@pytest.mark.slow
+@pytest.mark.parametrize("index", [pytest.param(k, id=v) for k, v in {**CASES, **MORE}.items()])
 def test_right_answer(diagnosed, index):
     assert diagnosed(index).exact, diagnosed(index).said.statements
 
 
+@pytest.mark.slow
 def test_scores(diagnosed):
     result = score([diagnosed(index) for index in CASES])
     assert result["cases"] == len(CASES)
