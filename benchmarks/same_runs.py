@@ -34,7 +34,7 @@ TIMED = {"native": 200_000, "machine": 11_000}
 """Macro steps of the runs that are timed."""
 VARYING = re.compile(r'"(setup_time_s|wall_time_s|real_time_factor|versions|machine|package)"|wall time|set-up')
 """Lines of summaries and of what is printed that two runs of the same code do not have in common."""
-YOUNG = ("parameters", "advice")
+YOUNG = ("units", "types", "connections", "answers", "parameters", "advice")
 """Entries of summaries that have come to stay after this program had: older commits have none."""
 NUMBER = re.compile(r"-?\d+\.\d+(e[-+]\d+)?")
 DIGITS = 12
