@@ -53,6 +53,18 @@ What `import deepsea_cosim` gives; [From Python](python.md) shows it in use.
 """
 
 
+EXIT_CODES = """Every command ends with one of these:
+
+| exit code | means |
+| --- | --- |
+| 0 | done; of `compare`: the same within the tolerance; of a sweep: failed cases are listed |
+| 1 | a simulation had to stop (what was recorded is kept), every case of a sweep failed, a check found something \
+wrong, `compare` found a difference |
+| 2 | bad input: one line says what, where and what to do; nothing was computed, nothing earlier is lost |
+| 130 | interrupted by Ctrl-C or SIGTERM; what was done is kept |
+"""
+
+
 def on_startup(**_: Any) -> None:
     """Copy the sources to where they are installed, for mkdocstrings does not know what pyproject.toml maps."""
     places = tomllib.loads((REPOSITORY / "pyproject.toml").read_text())["tool"]["setuptools"]["package-dir"]
@@ -92,7 +104,7 @@ def _commands() -> Iterator[str]:
     from importlib import import_module
 
     os.environ["COLUMNS"] = "100"
-    yield "# Commands\n"
+    yield f"# Commands\n\n{EXIT_CODES}"
     for name, package in COMMANDS.items():
         module = import_module(f"deepsea_cosim.{package}.cli")
         parser = module.parser()
