@@ -46,9 +46,7 @@ class CosimEnv(gymnasium.Env[np.ndarray, np.ndarray]):
             stop = self._session.structure.stop_time if stop_time is None else stop_time
             self._stop = np.inf if stop is None else float(stop)
             self._run: SteppedRun | None = None
-            h = step if step is not None else self._session.structure.step_size
-            if h is None:
-                raise UsageError("the package suggests no step: give one")
+            h = self._session.macro_step(step)
             self._count = round(interval / h)
             if self._count < 1 or abs(self._count * h - interval) > 1e-9 * interval:
                 raise UsageError(f"interval {interval:g} s is no whole number of macro steps of {h:g} s")

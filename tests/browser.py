@@ -4,11 +4,32 @@ from __future__ import annotations
 
 import shutil
 import subprocess
+from collections.abc import Iterator
+from contextlib import contextmanager
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 
 available = shutil.which("chromium") is not None
+
+CHROMIUM = shutil.which("chromium") or shutil.which("chromium-browser") or shutil.which("google-chrome")
+
+
+@contextmanager
+def opened_page(path: Path) -> Iterator[tuple[Any, list[str]]]:
+    """A page as playwright drives it, at 1366x768, and the messages of its console."""
+    from playwright.sync_api import sync_playwright
+
+    with sync_playwright() as p:
+        browser = p.chromium.launch(executable_path=CHROMIUM, args=["--no-sandbox"])
+        page = browser.new_page(viewport={"width": 1366, "height": 768})
+        messages: list[str] = []
+        page.on("console", lambda m: messages.append(m.text))
+        page.on("pageerror", lambda e: messages.append(str(e)))
+        page.goto(path.as_uri())
+        yield page, messages
+        browser.close()
 
 
 def pixels(page: Path, folder: Path, height: int = 3000) -> np.ndarray:

@@ -206,7 +206,7 @@ class Session:
         unconnected inputs begin with, by address: those may be driven; changes: parameters; method: see `run`.
         """
         self._check_usable()
-        begin, step = self.structure.start_time, self._macro_step(step)
+        begin, step = self.structure.start_time, self.macro_step(step)
         wanted = self._recorded(as_texts("record", record))
         method = choose_method(None if method is None else as_text("method", method), self.structure.method)
         held = {name: as_time(name, value) for name, value in (inputs or {}).items()}
@@ -224,7 +224,7 @@ class Session:
         self._under_way = made
         return made
 
-    def _macro_step(self, step: float | None) -> float:
+    def macro_step(self, step: float | None) -> float:
         """The step that is asked for, else the package's [s]."""
         chosen = self.structure.step_size if step is None else as_time("step", step)
         if chosen is None:

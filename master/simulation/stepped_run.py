@@ -76,6 +76,4 @@ class SteppedRun:
             np.full(count + 1, value if self._driven[name].family == REAL else np.int64(value).view(np.float64))
             for name, value in self._held.items()
         ]
-        if self._has_means:
-            columns += [column for column, s in zip(columns, self._driven.values(), strict=True) if s.family == REAL]
-        return np.stack(columns, axis=1)
+        return np.stack(columns * (1 + self._has_means), axis=1)  # a value that is held is its own mean

@@ -104,6 +104,17 @@ def test_a_run_that_is_driven_step_by_step(driven):
         session.start(["a.y1"])
 
 
+@pytest.mark.parametrize("method", ["gauss-seidel", "nepce", "extrapolation"])
+def test_whole_numbers_and_reals_are_driven_together(fmus, tmp_path, method):
+    """A method that holds means over a step has a column more for each of them."""
+    one = linear("a", A=[[0.0]], B=[[1.0]], C=[[1.0]], x0=[0.0])
+    path = package(tmp_path / "p.ssp", system("root", one), {"resources/L.fmu": fmus[2]}, step=0.1)
+    with Session(path) as session:
+        run = session.start(["a.y1", "a.integer_out"], inputs={"a.integer_in": 2, "a.u1": 1.0}, method=method)
+        assert run.step({"a.integer_in": 7, "a.u1": 3.0}) == pytest.approx([0.3, 7.0])
+        assert run.step(count=2) == pytest.approx([0.9, 7.0])
+
+
 @pytest.mark.parametrize("method", ["gauss-seidel", "jacobi", "extrapolation", "nepce", "interface-jacobian"])
 def test_steps_are_those_of_a_run(built, method):
     """To the last bit, taken one by one or some at a time."""

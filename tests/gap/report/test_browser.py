@@ -1,14 +1,13 @@
 """The page in a browser, where playwright and a Chromium are: charts, pointer, zoom, print."""
 
-import shutil
 
 import pytest
 from deepsea_cosim.gap.report import write_report
 
+from ...browser import CHROMIUM, opened_page
 from .made import diagnosis, signals
 
-sync_api = pytest.importorskip("playwright.sync_api", reason="no playwright")
-CHROMIUM = shutil.which("chromium") or shutil.which("chromium-browser") or shutil.which("google-chrome")
+pytest.importorskip("playwright.sync_api", reason="no playwright")
 
 pytestmark = pytest.mark.skipif(CHROMIUM is None, reason="no chromium")
 
@@ -17,15 +16,8 @@ pytestmark = pytest.mark.skipif(CHROMIUM is None, reason="no chromium")
 def opened(tmp_path_factory):
     """(page at 1366x768, messages of its console)."""
     path = write_report(diagnosis(), signals(), tmp_path_factory.mktemp("browser"))
-    with sync_api.sync_playwright() as p:
-        browser = p.chromium.launch(executable_path=CHROMIUM, args=["--no-sandbox"])
-        page = browser.new_page(viewport={"width": 1366, "height": 768})
-        messages = []
-        page.on("console", lambda m: messages.append(m.text))
-        page.on("pageerror", lambda e: messages.append(str(e)))
-        page.goto(path.as_uri())
-        yield page, messages
-        browser.close()
+    with opened_page(path) as shown:
+        yield shown
 
 
 def times(page):

@@ -2,16 +2,14 @@
 
 from __future__ import annotations
 
-import shutil
-
 import numpy as np
 import pytest
 from deepsea_cosim.master.page.write import write_page
 
+from ...browser import CHROMIUM, opened_page
 from .made import result_folder
 
-sync_api = pytest.importorskip("playwright.sync_api", reason="no playwright")
-CHROMIUM = shutil.which("chromium") or shutil.which("chromium-browser") or shutil.which("google-chrome")
+pytest.importorskip("playwright.sync_api", reason="no playwright")
 
 pytestmark = pytest.mark.skipif(CHROMIUM is None, reason="no chromium")
 
@@ -29,15 +27,8 @@ def opened(tmp_path_factory):
     folder = tmp_path_factory.mktemp("browser")
     links = [["a.x", "b.u"], ["b.F", "a.F"]]
     path = write_page(result_folder(folder / "run", COLUMNS, T, connections=links))
-    with sync_api.sync_playwright() as p:
-        browser = p.chromium.launch(executable_path=CHROMIUM, args=["--no-sandbox"])
-        page = browser.new_page(viewport={"width": 1366, "height": 768})
-        messages = []
-        page.on("console", lambda m: messages.append(m.text))
-        page.on("pageerror", lambda e: messages.append(str(e)))
-        page.goto(path.as_uri())
-        yield page, messages
-        browser.close()
+    with opened_page(path) as shown:
+        yield shown
 
 
 def number(text):
