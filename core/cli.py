@@ -11,6 +11,7 @@ from importlib.util import find_spec
 from pathlib import Path
 from typing import NoReturn
 
+from .console import json_text
 from .errors import CosimError, Interrupted, SimulationError, UsageError, install
 from .scripts import end_if_loaded_again
 
@@ -115,9 +116,19 @@ def need(extra: str, *modules: str) -> None:
         raise UsageError(f"this needs {', '.join(missing)}: {install(extra)}")
 
 
-def exit_code(command: str, work: Callable[[], int], interrupted: str = "interrupted") -> int:
-    """The exit code of the work; a user's mistake is one line and 2, a run that had to stop 1, Ctrl-C 130."""
+def exit_code(command: str, work: Callable[[], int], interrupted: str = "interrupted", as_json: bool = False) -> int:
+    """The exit code of the work; a user's mistake is one line and 2, a run that had to stop 1, Ctrl-C 130.
+
+    as_json: the line is an object on standard output, too.
+    """
     end_if_loaded_again()
+
+    def failed(text: str, code: int) -> int:
+        print(f"{command}: {text}", file=sys.stderr)
+        if as_json:
+            print(json_text({"error": text, "exit_code": code}))
+        return code
+
     try:
         code = work()
         if sys.stdout is not None:
@@ -130,16 +141,12 @@ def exit_code(command: str, work: Callable[[], int], interrupted: str = "interru
         if unread:
             return 0
         place = f"{error.filename}: " if error.filename else ""
-        print(f"{command}: {place}{error.strerror or error}", file=sys.stderr)
-        return 1
+        return failed(f"{place}{error.strerror or error}", 1)
     except CosimError as error:
-        print(f"{command}: {' '.join(str(error).splitlines())}", file=sys.stderr)
-        if isinstance(error, Interrupted):
-            return 130
-        return 1 if isinstance(error, SimulationError) else 2
+        code = 130 if isinstance(error, Interrupted) else 1 if isinstance(error, SimulationError) else 2
+        return failed(" ".join(str(error).splitlines()), code)
     except KeyboardInterrupt:
-        print(f"{command}: {interrupted}", file=sys.stderr)
-        return 130
+        return failed(interrupted, 130)
 
 
 def end_with(main: Callable[[], int], last: Callable[[], None]) -> NoReturn:

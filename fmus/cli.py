@@ -4,10 +4,11 @@ from __future__ import annotations
 
 import argparse
 import sys
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from pathlib import Path
 
 from ..core.cli import OneLineParser, add_version, exit_code, folder
+from ..core.console import add_output, conclude, on_the_way
 
 EXAMPLES = """examples:
   cosim-fmus build --out build
@@ -35,11 +36,11 @@ def parser() -> argparse.ArgumentParser:
     build = commands.add_parser("build", help="build the FMUs and pack every scenario as an .ssp")
     build.add_argument("--out", metavar="DIR", type=folder, default=Path("build"), help="folder (default: build)")
     _ways(build)
-    build.add_argument("--quiet", action="store_true", help="print nothing but errors")
+    add_output(build)
     own = commands.add_parser("machine", help="make scenarios of your own machine from its data sheet")
     own.add_argument("sheet", metavar="MACHINE.toml", type=Path, help="bore, rod, stroke, valve, pump, lines, oil, arm")
     own.add_argument("--out", metavar="DIR", type=folder, default=Path("build"), help="folder (default: build)")
-    own.add_argument("--quiet", action="store_true", help="print nothing but errors")
+    add_output(own)
     arm = commands.add_parser("arm", help="make an FMU of your own arm from an MJCF model")
     arm.add_argument(
         "model", metavar="ARM.xml", type=Path,
@@ -56,17 +57,22 @@ def parser() -> argparse.ArgumentParser:
     water.add_argument("--water", metavar="TABLE.toml", type=Path, help="which geoms are in the water (default: all)")
     water.add_argument("--dry", action="store_true", help="none are")
     _ways(arm)
+    add_output(arm)
     one = commands.add_parser("container", help="build one FMU of a scenario: hydraulics and arm coupled")
     one.add_argument("package", metavar="SCENARIO.ssp", type=Path, help="a built scenario")
     one.add_argument("--out", metavar="DIR", type=folder, default=Path("build"), help="folder (default: build)")
     _ways(one)
+    add_output(one)
     forms = commands.add_parser("forms", help="put effect_forms.py beside an FMU script of yours: ready effects")
     forms.add_argument("--out", metavar="DIR", type=folder, default=Path(), help="folder of the script (default: this)")
+    add_output(forms)
     cross = commands.add_parser("cross-check", help="run the FMUs through several importers and compare")
     cross.add_argument("fmu", metavar="FILE.fmu", type=Path, nargs="+", help="FMUs of this project")
     cross.add_argument("--out", metavar="DIR", type=folder, default=Path("cross-check"), help="default: cross-check")
+    add_output(cross)
     check = commands.add_parser("check", help="validate FMUs, load, initialise and step them")
     check.add_argument("fmu", metavar="FILE.fmu", type=Path, nargs="+", help="any FMUs")
+    add_output(check)
     return p
 
 
@@ -86,21 +92,22 @@ def main(arguments: Sequence[str] | None = None) -> int:
         "build": _build, "machine": _machine, "arm": _arm, "container": _container, "check": _check,
         "cross-check": _cross_check, "forms": _forms,
     }  # fmt: skip
-    return exit_code("cosim-fmus", lambda: commands[options.command](options))
+    return exit_code("cosim-fmus", lambda: commands[options.command](options), as_json=options.json)
 
 
 def _build(options: argparse.Namespace) -> int:
     from .build import Way, build
 
-    say = (lambda text: None) if options.quiet else lambda text: print(f"  {text}", flush=True)
-    build(options.out, say, Way(options.portable, options.standalone, options.fmi))
+    made = build(options.out, on_the_way(options), Way(options.portable, options.standalone, options.fmi))
+    conclude(options, lambda: {"files": made}, tuple)
     return 0
 
 
 def _machine(options: argparse.Namespace) -> int:
     from .own_machine import build_machine
 
-    build_machine(options.sheet, options.out, lambda text: None if options.quiet else print(f"  {text}", flush=True))
+    made = build_machine(options.sheet, options.out, on_the_way(options))
+    conclude(options, lambda: {"files": made}, tuple)
     return 0
 
 
@@ -109,17 +116,20 @@ def _arm(options: argparse.Namespace) -> int:
     from .build_arm import build_arm
 
     way = Way(options.portable, options.standalone, options.fmi)
-    build_arm(
-        options.model, options.out, options.water, options.dry, options.name, options.pose,
-        lambda text: print(f"  {text}", flush=True), way, options.cylinders,
+    made = build_arm(
+        options.model, options.out, options.water, options.dry, options.name, options.pose, on_the_way(options), way,
+        options.cylinders,
     )  # fmt: skip
+    conclude(options, lambda: {"files": [made]}, tuple)
     return 0
 
 
 def _forms(options: argparse.Namespace) -> int:
     from .effect_forms_file import write
 
-    print(f"  {write(options.out)}: import it in the script and build the FMU with it as a project file")
+    made = write(options.out)
+    remark = f"  {made}: import it in the script and build the FMU with it as a project file"
+    conclude(options, lambda: {"files": [made]}, lambda: [remark])
     return 0
 
 
@@ -128,31 +138,34 @@ def _container(options: argparse.Namespace) -> int:
     from .container import container
 
     way = Way(options.portable, options.standalone, options.fmi)
-    print(container(options.package, options.out, print, way))
+    made = container(options.package, options.out, on_the_way(options), way)
+    conclude(options, lambda: {"files": [made]}, lambda: [str(made)])
     return 0
 
 
 def _check(options: argparse.Namespace) -> int:
     from .check import faults
 
-    worst = 0
-    for fmu in options.fmu:
-        found = faults(fmu)
-        for problem in found:
-            print(f"{fmu}: {problem}")
-        if not found:
-            print(f"{fmu}: no problems found")
-        worst = worst or int(bool(found))
-    return worst
+    found = {fmu: faults(fmu) for fmu in options.fmu}
+
+    def lines() -> Iterator[str]:
+        for fmu, problems in found.items():
+            yield from (f"{fmu}: {problem}" for problem in problems or ["no problems found"])
+
+    conclude(options, lambda: {"problems": found}, lines)
+    return int(any(found.values()))
 
 
 def _cross_check(options: argparse.Namespace) -> int:
-    from .cross_check import cross_check, table
+    from .cross_check import cross_check, summary, table
 
     found = cross_check(options.fmu, options.out)
     text = table(found)
     (options.out / "cross-check.md").write_text(text + "\n")
-    print(f"{text}\n\nfiles in {options.out}")
+    conclude(
+        options, lambda: {"folder": options.out, "fmus": summary(found)},
+        lambda: [text, "", f"files in {options.out}"],
+    )  # fmt: skip
     return 0 if all(o.absent or o.agrees for outcomes in found.values() for o in outcomes.values()) else 1
 
 

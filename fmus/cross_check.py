@@ -360,3 +360,14 @@ def table(found: dict[str, dict[str, Outcome]]) -> str:
             shown = "" if o.values is None else f"{o.deviation:.1e}"
             lines.append(f"| {fmu} | {name} | {runs} | {shown} | {o.remark} |")
     return "\n".join(lines)
+
+
+def summary(found: dict[str, dict[str, Outcome]]) -> dict[str, dict[str, dict[str, Any]]]:
+    """The outcome for programs, by FMU and importer."""
+    return {
+        fmu: {
+            name: {"tried": not o.absent, "agrees": o.agrees, "deviation": o.deviation, "remark": o.remark}
+            for name, o in outcomes.items()
+        }
+        for fmu, outcomes in found.items()
+    }

@@ -9,6 +9,7 @@ from pathlib import Path
 from typing import NoReturn
 
 from ..core.cli import OneLineParser, add_processes, add_version, end_with, exit_code, folder, seconds
+from ..core.console import add_output, conclude, on_the_way
 
 EXAMPLES = """examples:
   cosim-gap new build/deepsea_11km.ssp data/*.csv --out campaign        # a campaign from files of your own
@@ -38,10 +39,11 @@ def parser() -> argparse.ArgumentParser:
         "--rows", action="store_true",
         help="print an effects.toml instead, of the effects that the FMUs declare (docs/first-diagnosis.md)",
     )  # fmt: skip
+    add_output(effects, quiet=False)
     simulate = commands.add_parser("simulate", help="make a synthetic campaign with effects switched on")
     simulate.add_argument("template", metavar="TEMPLATE.toml", type=Path, help="a campaign without data, and a [truth]")
     simulate.add_argument("--out", metavar="DIR", type=folder, required=True, help="folder for the campaign")
-    simulate.add_argument("--quiet", action="store_true", help="print nothing but errors")
+    add_output(simulate)
     diagnose = commands.add_parser("diagnose", help="say where the gap lies, what causes it, how far it shrinks")
     diagnose.add_argument("campaign", metavar="CAMPAIGN", type=Path, help="campaign.toml, or a .zip of `pack`")
     diagnose.add_argument(
@@ -59,7 +61,7 @@ def parser() -> argparse.ArgumentParser:
              "takes as known is so answered quickly",
     )  # fmt: skip
     diagnose.add_argument("--no-report", action="store_true", help="no report.html")
-    diagnose.add_argument("--quiet", action="store_true", help="print nothing but errors")
+    add_output(diagnose)
     return p
 
 
@@ -75,14 +77,16 @@ def _add_onboarding(commands: argparse._SubParsersAction[OneLineParser]) -> None
     )  # fmt: skip
     new.add_argument("--ask", action="store_true", help="ask on the terminal for what could not be guessed")
     new.add_argument("--force", action="store_true", help="replace what is there, once the new file is complete")
-    new.add_argument("--quiet", action="store_true", help="print nothing but errors")
+    add_output(new)
     check = commands.add_parser("check", help="draw a campaign against the model and tell what looks wrong")
     check.add_argument("campaign", metavar="CAMPAIGN", type=Path, help="campaign.toml, or a .zip of `pack`")
     check.add_argument("--out", metavar="DIR", type=folder, help="folder for check.png (default: that of CAMPAIGN)")
+    add_output(check, quiet=False)
     pack = commands.add_parser("pack", help="put a campaign with all that it needs into one file")
     pack.add_argument("campaign", metavar="CAMPAIGN.toml", type=Path, help="channels, runs and their files")
     pack.add_argument("--out", metavar="FILE.zip", type=Path, required=True, help="the file")
     pack.add_argument("--force", action="store_true", help="replace a file that is there")
+    add_output(pack)
 
 
 def _share(text: str) -> float:
@@ -98,7 +102,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
     commands = {
         "new": _new, "check": _check, "pack": _pack, "effects": _effects, "simulate": _simulate, "diagnose": _diagnose,
     }  # fmt: skip
-    return exit_code("cosim-gap", lambda: commands[options.command](options))
+    return exit_code("cosim-gap", lambda: commands[options.command](options), as_json=options.json)
 
 
 def _new(options: argparse.Namespace) -> int:
@@ -123,19 +127,20 @@ def _effects(options: argparse.Namespace) -> int:
     if options.rows:
         from .onboarding.declared_effects import table_of
 
-        print(table_of(options.package), end="")
+        rows = table_of(options.package)
+        conclude(options, lambda: {"effects.toml": rows}, lambda: [rows.removesuffix("\n")])
         return 0
-    from .effects_table import table
+    from .effects_table import content, table
 
-    for line in table(options.package):
-        print(line)
+    conclude(options, lambda: content(options.package), lambda: table(options.package))
     return 0
 
 
 def _simulate(options: argparse.Namespace) -> int:
     from .synthetic import make
 
-    make(options.template, options.out, (lambda text: None) if options.quiet else lambda text: print(f"  {text}"))
+    made = make(options.template, options.out, on_the_way(options))
+    conclude(options, lambda: {"campaign": made}, tuple)
     return 0
 
 

@@ -4,7 +4,9 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterator
 from contextlib import ExitStack
+from dataclasses import asdict
 from pathlib import Path
+from typing import Any
 
 from .campaign.catalogue import Parameter
 from .campaign.read_catalogue import load_from_package
@@ -41,6 +43,16 @@ def table(package: Path) -> Iterator[str]:
     yield ""
     yield "refitted in every candidate: " + ", ".join(f"{b.parameter} +-{b.tolerance:.0%}" for b in catalogue.base)
     yield from LEGEND
+
+
+def content(package: Path) -> dict[str, Any]:
+    """The same for programs: what the catalogue has, by its own words, and the unit of each parameter."""
+    catalogue, unit = load_from_package(package), _units(package)
+    told = asdict(catalogue)
+    for effect in told["effects"]:
+        for p in (*effect["parameters"], *(p for form in effect["forms"] for p in form["parameters"])):
+            p["unit"] = unit(p["address"])
+    return {name: told[name] for name in ("effects", "curves", "sensors", "base")}
 
 
 def _row(effect: str, group: str, p: Parameter, unit: Callable[[str], str]) -> str:

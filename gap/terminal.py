@@ -7,6 +7,8 @@ import signal
 import sys
 import time
 
+from ..core.console import conclude
+
 
 def diagnose_command(options: argparse.Namespace) -> int:
     """Run the diagnosis and print it; returns the exit code."""
@@ -22,9 +24,11 @@ def diagnose_command(options: argparse.Namespace) -> int:
             stop=StopToken(stop_condition.ended), on_stage=show.stage, progress=show.run, on_finding=show.known,
             on_end=show.clear,
         )  # fmt: skip
-    if not options.quiet:
-        files = f"{found.folder}: {', '.join(found.files)}"
-        print("\n".join(lines(found.summary, found.signals, sys.stdout.encoding, files)))
+    files = f"{found.folder}: {', '.join(found.files)}"
+    conclude(
+        options, lambda: {"folder": found.folder, "files": found.files, "diagnosis": found.summary},
+        lambda: lines(found.summary, found.signals, sys.stdout.encoding, files),
+    )  # fmt: skip
     return 130 if stop_condition.interrupted else 0
 
 

@@ -5,12 +5,13 @@ from __future__ import annotations
 import argparse
 import os
 import sys
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from importlib import import_module
 from pathlib import Path
 from typing import TYPE_CHECKING, NoReturn
 
 from ..core.cli import OneLineParser, add_version, end_with, exit_code, folder, positive, seconds
+from ..core.console import add_output, conclude
 from .algorithms import DEFAULT, NAMES
 
 if TYPE_CHECKING:
@@ -69,7 +70,7 @@ def parser() -> argparse.ArgumentParser:
     p.add_argument("--info", action="store_true", help="print the system as a tree; do not run")
     _add_run(p.add_argument_group("the run"))
     _add_results(p.add_argument_group("results"))
-    p.add_argument("--quiet", action="store_true", help="print nothing but errors")
+    add_output(p)
     add_version(p)
     return p
 
@@ -172,7 +173,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
     if arguments and arguments[0] in COMMANDS:
         return int(import_module(COMMANDS[arguments[0]], __package__).main(arguments[1:]))
     options = parser().parse_args(arguments)
-    return exit_code("cosim-master", lambda: _run(options))
+    return exit_code("cosim-master", lambda: _run(options), as_json=options.json)
 
 
 def _look(options: argparse.Namespace, settings: Options) -> int:
@@ -182,11 +183,16 @@ def _look(options: argparse.Namespace, settings: Options) -> int:
     from .system.tree import tree
 
     report = check(options.package, settings)
+    lacking = report.network is None or report.incomplete
+    if options.json:
+        from .as_json import look_content
+
+        conclude(options, lambda: look_content(report, options.info, None in options.parameters), tuple)
+        return 2 if report.errors and (options.check or lacking) else 0
     if options.info and report.network is not None:
         print(tree(report.network, report.system))
         if None in options.parameters and report.system is not None:
             print(f"\nparameters\n{parameter_table(report.system, parameters_in_force(report.system, report.values))}")
-    lacking = report.network is None or report.incomplete
     if options.check or lacking:
         for line in report.lines():
             if options.quiet and not line.startswith("error"):
@@ -204,7 +210,6 @@ def _look(options: argparse.Namespace, settings: Options) -> int:
 def _run(options: argparse.Namespace) -> int:
     from ..core.display_units import display_units
     from ..core.errors import PackageError, SimulationError, UsageError
-    from .terminal import report
 
     try:
         exists = options.package.exists()
@@ -228,14 +233,24 @@ def _run(options: argparse.Namespace) -> int:
         raise
     if options.html:
         files += _page(folder, display)
-    if not options.quiet:
+    _conclude(options, result, files, display)
+    return {"failed": 1, "interrupted": 130}.get(result.summary.get("step_check", {}).get("status"), 0)
+
+
+def _conclude(options: argparse.Namespace, result: Result, files: list[str], display: DisplayUnits) -> None:
+    """Print what came of the run."""
+    from .as_json import run_content
+    from .terminal import report
+
+    def lines() -> Iterator[str]:
         for warning in result.summary["warnings"]:
             print(f"cosim-master: warning: {warning}", file=sys.stderr)
-        print(report(result, display))
-        print(f"\n{folder}: {', '.join(files)}")
+        yield report(result, display)
+        yield f"\n{result.folder}: {', '.join(files)}"
         if options.results:
-            print(f"cosim-master open {folder}   shows it in a browser")
-    return {"failed": 1, "interrupted": 130}.get(result.summary.get("step_check", {}).get("status"), 0)
+            yield f"cosim-master open {result.folder}   shows it in a browser"
+
+    conclude(options, lambda: run_content(result, files, display), lines)
 
 
 def _settings(options: argparse.Namespace) -> Options:

@@ -7,9 +7,10 @@ import math
 import sys
 from collections.abc import Callable, Sequence
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 from ..core.cli import OneLineParser, exit_code, positive
+from ..core.console import add_output, conclude
 
 if TYPE_CHECKING:
     from ..core.display_units import DisplayUnits
@@ -92,14 +93,14 @@ def parser() -> argparse.ArgumentParser:
     p.add_argument("--view", metavar="A,E", type=_view, help="look from azimuth,elevation in degrees, e.g. 90,-10")
     p.add_argument("--package", metavar="FILE.ssp", type=Path, help="the package of the run, where it has been moved")
     p.add_argument("--units", metavar="LIST", help="units of labels and scales, as for a run")
-    p.add_argument("--quiet", action="store_true", help="print nothing but errors")
+    add_output(p)
     return p
 
 
 def main(arguments: Sequence[str] | None = None) -> int:
     """Entry point; returns the exit code."""
     options = parser().parse_args(arguments)
-    return exit_code("cosim-master replay", lambda: _replay(options))
+    return exit_code("cosim-master replay", lambda: _replay(options), as_json=options.json)
 
 
 def _replay(options: argparse.Namespace) -> int:
@@ -120,27 +121,34 @@ def _replay(options: argparse.Namespace) -> int:
     if in_window:
         times = times_of(found.run, options.begin, options.end, options.speed / viewer.RATE)
         viewer.show(found, times, display, options.speed, options.view)
-    if options.video is not None:
-        _write(options, found, display, options.video, VIDEO)
-    if options.gif is not None:
-        _write(options, found, display, options.gif, GIF)
+    wanted = ((options.video, VIDEO), (options.gif, GIF))
+    made = [_write(options, found, display, path, usual) for path, usual in wanted if path is not None]
+
+    def lines() -> list[str]:
+        return [
+            f"{m['file']}: {m['pictures']} pictures of {m['width']} x {m['height']}, {m['seconds']:.1f} s" for m in made
+        ]
+
+    conclude(options, lambda: {"files": made, "remarks": list(found.remarks)}, lines)
     return 0
 
 
 def _write(
     options: argparse.Namespace, found: Replay, display: DisplayUnits, path: Path, usual: tuple[tuple[int, int], float]
-) -> None:
-    """Draw what is asked for into a file."""
+) -> dict[str, Any]:
+    """Draw what is asked for into a file; says what is in it."""
     from .replay.replay import drawn, times_of
     from .replay.writers import write_gif, write_video
     from .terminal import Progress
 
     size, fps = options.size or usual[0], float(options.fps or usual[1])
     times = times_of(found.run, options.begin, options.end, options.speed / fps)
-    shots = drawn(found, times, size, display, options.speed, options.view, Progress(options.quiet, "picture"))
+    progress = Progress(options.quiet or options.json, "picture")
+    shots = drawn(found, times, size, display, options.speed, options.view, progress)
     if usual is VIDEO:
         write_video(path, shots, size, fps)
     else:
         write_gif(path, shots, fps)
-    if not options.quiet:
-        print(f"{path}: {len(times)} pictures of {size[0]} x {size[1]}, {len(times) / fps:.1f} s")
+    return {
+        "file": path, "pictures": len(times), "width": size[0], "height": size[1], "seconds": len(times) / fps,
+    }  # fmt: skip

@@ -8,6 +8,7 @@ from collections.abc import Sequence
 from pathlib import Path
 
 from ..core.cli import OneLineParser, add_processes, add_version, exit_code, folder, natural, seconds
+from ..core.console import add_output
 from ..master.algorithms import DEFAULT, NAMES
 
 EXAMPLES = """examples:
@@ -60,7 +61,7 @@ def parser() -> argparse.ArgumentParser:
     w.add_argument("--out", type=folder, metavar="DIR", default=Path("results/paper"), help="default: results/paper")
     w.add_argument("--package", type=Path, metavar="deepsea_11km.ssp", help="a built scenario (default: build one)")
     add_processes(w, dask=False)
-    w.add_argument("--quiet", action="store_true", help="print nothing but errors")
+    add_output(w)
     s = commands.add_parser(
         "sweep", help="run a package over a grid or a sample of its parameters", epilog=SWEEP_EXAMPLES + METRICS
     )  # fmt: skip
@@ -84,7 +85,7 @@ def parser() -> argparse.ArgumentParser:
                    help="longest wall time of a case [s], not with --dask; what takes longer has failed")  # fmt: skip
     s.add_argument("--retry-failed", action="store_true", help="run cases that failed earlier once more")
     s.add_argument("--no-plots", action="store_true", help="no pictures")
-    s.add_argument("--quiet", action="store_true", help="print nothing but errors")
+    add_output(s)
     e = commands.add_parser(
         "envelope", help="how far each design goes, and the cheapest change that goes further", epilog=ENVELOPE_EXAMPLES
     )
@@ -96,7 +97,7 @@ def parser() -> argparse.ArgumentParser:
     e.add_argument("--out", type=folder, metavar="DIR", help="folder for the results (default: results/envelope_NAME)")
     add_processes(e)
     e.add_argument("--no-plots", action="store_true", help="no picture")
-    e.add_argument("--quiet", action="store_true", help="print nothing but errors")
+    add_output(e)
     return p
 
 
@@ -104,7 +105,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
     """Entry point; returns the exit code."""
     options = parser().parse_args(arguments)
     kept = "; what is done is kept, the same command goes on" if options.command == "sweep" else ""
-    return exit_code("cosim-study", lambda: _work(options), f"interrupted{kept}")
+    return exit_code("cosim-study", lambda: _work(options), f"interrupted{kept}", options.json)
 
 
 def _work(options: argparse.Namespace) -> int:

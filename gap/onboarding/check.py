@@ -6,13 +6,15 @@ import argparse
 import zipfile
 from collections.abc import Callable, Iterator
 from concurrent.futures import Executor, Future
-from dataclasses import dataclass, replace
+from dataclasses import asdict, dataclass, replace
 from functools import partial
+from pathlib import Path
 from textwrap import wrap
 from typing import Any
 
 import numpy as np
 
+from ...core.console import conclude
 from ...core.errors import PackageError, SimulationError
 from ...core.files import make_folder
 from ...core.units import unit
@@ -82,12 +84,17 @@ def check_command(options: argparse.Namespace) -> int:
         except CampaignError as error:
             if TIME not in str(error):
                 raise
-            print("\n".join(_table((_split(str(error).removeprefix(f"{campaign.file}: "), campaign),))))
+            finding = _split(str(error).removeprefix(f"{campaign.file}: "), campaign)
+            conclude(options, lambda: {"findings": [asdict(finding)]}, lambda: _table((finding,)))
             return 1
         make_folder(folder)
         name = PICTURE if not zipfile.is_zipfile(options.campaign) else f"{options.campaign.stem}_{PICTURE}"
         drawn = draw(checked.problem, checked.nominal, folder / name)
-    print("\n".join([*_lines(checked), f"drawn in {folder / name}" if drawn else "no channels to draw"]))
+    picture = folder / name if drawn else None
+    conclude(
+        options, lambda: _content(checked, picture),
+        lambda: [*_lines(checked), f"drawn in {picture}" if picture else "no channels to draw"],
+    )  # fmt: skip
     return 1 if checked.findings else 0
 
 
@@ -158,28 +165,57 @@ def _merged(findings: list[Finding]) -> Iterator[Finding]:
         yield Finding(known[0] + more if known else "", channel, text)
 
 
-def _lines(checked: Checked) -> list[str]:
-    """What is printed: channels with their gaps, then what looks wrong."""
+@dataclass(frozen=True)
+class _Row:
+    """A channel: least and greatest value measured and modelled, noise (all in its unit), and gap over noise."""
+
+    channel: str
+    unit: str
+    measured: tuple[float, float]
+    modelled: tuple[float, float]
+    noise: float
+    gap_over_noise: float
+
+
+def _rows(checked: Checked) -> Iterator[_Row]:
     problem, gap = checked.problem, gaps(checked.problem, checked.nominal)
-    wide = max([len(c.column) for c in problem.campaign.outputs] + [7])
-    lines = [f"{'channel':<{wide}}  {'unit':<7}{'measured':>22}{'modelled':>22}{'noise':>11}{'gap/noise':>11}"]
     for k, c in enumerate(problem.campaign.outputs):
         parts = [b for b in problem.observations.series if b.channel == k]
         if not parts:
             continue
-        of_fmu = unit(problem.units[c.connector])
-        u = unit(c.unit)
-
-        def shown(values: np.ndarray, u: Any = u, of_fmu: Any = of_fmu) -> str:
-            x = (of_fmu.factor * values + of_fmu.offset - u.offset) / u.factor
-            return f"{x.min():.4g} .. {x.max():.4g}"
-
+        of_fmu, own = unit(problem.units[c.connector]), unit(c.unit)
         y, model = np.concatenate([b.y for b in parts]), np.concatenate([checked.nominal[b.place] for b in parts])
-        noise = max(b.noise_std for b in parts) * of_fmu.factor / u.factor
+        measured, modelled = ((of_fmu.factor * x + of_fmu.offset - own.offset) / own.factor for x in (y, model))
+        noise = max(b.noise_std for b in parts) * of_fmu.factor / own.factor
+        yield _Row(c.column, c.unit, _ends(measured), _ends(modelled), noise, gap.get(k, 0.0))
+
+
+def _ends(x: np.ndarray) -> tuple[float, float]:
+    return float(x.min()), float(x.max())
+
+
+def _content(checked: Checked, picture: Path | None) -> dict[str, Any]:
+    """For programs: channels with their gaps, what looks wrong, and what is noted."""
+    return {
+        "channels": [asdict(row) for row in _rows(checked)],
+        "runs": checked.runs, "simulated_runs": len(checked.problem.runs),
+        "findings": [asdict(f) for f in checked.findings], "notes": [asdict(f) for f in checked.notes],
+        "picture": picture,
+    }  # fmt: skip
+
+
+def _lines(checked: Checked) -> list[str]:
+    """What is printed: channels with their gaps, then what looks wrong."""
+    rows = list(_rows(checked))
+    wide = max([len(row.channel) for row in rows] + [7])
+    lines = [f"{'channel':<{wide}}  {'unit':<7}{'measured':>22}{'modelled':>22}{'noise':>11}{'gap/noise':>11}"]
+    for row in rows:
+        measured, modelled = (f"{low:.4g} .. {high:.4g}" for low, high in (row.measured, row.modelled))
         lines.append(
-            f"{c.column:<{wide}}  {c.unit:<7}{shown(y):>22}{shown(model):>22}{noise:>11.3g}{gap.get(k, 0.0):>11.3g}"
+            f"{row.channel:<{wide}}  {row.unit:<7}{measured:>22}{modelled:>22}{row.noise:>11.3g}"
+            f"{row.gap_over_noise:>11.3g}"
         )
-    some = len(problem.runs)
+    some = len(checked.problem.runs)
     if some < checked.runs:
         lines.append(f"{some} of {checked.runs} runs were simulated")
     lines += ["", *_table(checked.findings), ""]

@@ -9,7 +9,9 @@ import sys
 from collections.abc import Sequence
 from dataclasses import replace
 from pathlib import Path
+from typing import Any
 
+from ...core.console import conclude
 from ...core.errors import CosimError, OutputError, UsageError
 from ...core.files import make_folder, writing
 from ...master.simulation.session import Session
@@ -36,11 +38,10 @@ def new_command(options: argparse.Namespace) -> int:
         draft = guess(model, files, options.package.stem, options.rate)
         if options.tolerance:
             draft = replace(draft, base_said={p.address: options.tolerance for p in draft.base})
-        if options.ask and sys.stdin is not None and sys.stdin.isatty():
+        if options.ask and not options.json and sys.stdin is not None and sys.stdin.isatty():
             draft = ask_all(draft, model, input)
     target, faults = write(draft, options.package, folder, options.force)
-    if not options.quiet:
-        print("\n".join(_told(draft, target, faults)))
+    conclude(options, lambda: _content(draft, target, faults), lambda: _told(draft, target, faults))
     return 0
 
 
@@ -138,6 +139,19 @@ def _faults(path: Path) -> str:
     except CosimError as error:
         return str(error).replace(str(path), CAMPAIGN)
     return ""
+
+
+def _content(draft: Draft, target: Path, faults: str) -> dict[str, Any]:
+    """For programs: what was guessed, and what could not be."""
+    channels = [
+        {"column": m.column, "connector": m.connector.address, "unit": m.unit, "drives": m.connector.is_input,
+         "why": m.why}
+        for m in draft.matches
+    ]  # fmt: skip
+    return {
+        "campaign": target, "channels": channels, "runs": [_run_line(r) for r in draft.runs],
+        "remarks": list(draft.remarks), "questions": [*filter(None, [faults]), *draft.questions()],
+    }  # fmt: skip
 
 
 def _told(draft: Draft, target: Path, faults: str) -> list[str]:

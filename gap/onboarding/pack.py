@@ -10,6 +10,7 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
+from ...core.console import conclude
 from ...core.errors import OutputError
 from ...core.files import make_folder, writing
 from ..campaign.campaign import CampaignError
@@ -24,7 +25,8 @@ PACKABLE = (".ssp", ".fmu")
 def pack_command(options: argparse.Namespace) -> int:
     """Write the archive; returns the exit code."""
     size = pack(options.campaign, options.out, options.force)
-    print(f"  {options.out}: {size / 1e6:.3g} MB; cosim-gap check, diagnose read it as it is")
+    told = f"  {options.out}: {size / 1e6:.3g} MB; cosim-gap check, diagnose read it as it is"
+    conclude(options, lambda: {"file": options.out, "bytes": size}, lambda: [told])
     return 0
 
 

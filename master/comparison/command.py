@@ -3,15 +3,18 @@
 from __future__ import annotations
 
 import argparse
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import asdict
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 from ...core.cli import OneLineParser, exit_code
+from ...core.console import add_output, conclude
 from ...core.errors import UsageError
 
 if TYPE_CHECKING:
     from ..page.record import RunRecord
+    from .compare import Comparison
 
 TOLERANCE = 1e-6
 """Share of a signal's range: far above what rounding makes of a run, far below what its step or solver is good to."""
@@ -62,13 +65,14 @@ def parser() -> OneLineParser:
         help="what is shown: metric, si, us, or units like mm,bar,L/min,deg (default: what your units.toml says, else "
         "metric)",
     )  # fmt: skip
+    add_output(p, quiet=False)
     return p
 
 
 def main(arguments: Sequence[str]) -> int:
     """Entry point; returns the exit code."""
     options = parser().parse_args(arguments)
-    return exit_code("cosim-master compare", lambda: _compare(options))
+    return exit_code("cosim-master compare", lambda: _compare(options), as_json=options.json)
 
 
 def _compare(options: argparse.Namespace) -> int:
@@ -84,14 +88,36 @@ def _compare(options: argparse.Namespace) -> int:
     for run in runs[1:]:
         in_units_of(runs[0], run)
     comparisons = [compare(runs[0], run, options.tolerance) for run in runs[1:]]
-    for k, comparison in enumerate(comparisons):
-        print(*([""] if k else []), *report(comparison, options.tolerance, display), sep="\n")
+    page = None
     if not options.no_html:
         from ..page.write import save
         from .page import comparison_content
 
-        print(f"\n{save(comparison_content(comparisons, display), options.out)}")
+        page = save(comparison_content(comparisons, display), options.out)
+
+    def lines() -> Iterator[str]:
+        for k, comparison in enumerate(comparisons):
+            yield from ([""] if k else [])
+            yield from report(comparison, options.tolerance, display)
+        if page is not None:
+            yield f"\n{page}"
+
+    conclude(options, lambda: _content(comparisons, options.tolerance, page), lines)
     return int(any(comparison.differs for comparison in comparisons))
+
+
+def _content(comparisons: Sequence[Comparison], tolerance: float, page: Path | None) -> dict[str, Any]:
+    """For programs: how each run differs from the first one, values in the units of that."""
+    from .report import remarks
+
+    pairs = []
+    for c in comparisons:
+        signals = [{**asdict(d), "differs": d.differs} for d in c.differences]
+        pairs.append({
+            "a": c.a.label, "b": c.b.label, "differs": c.differs, "remarks": list(remarks(c)), "only_a": c.only_a,
+            "only_b": c.only_b, "signals": signals,
+        })  # fmt: skip
+    return {"differs": any(c.differs for c in comparisons), "tolerance": tolerance, "pairs": pairs, "page": page}
 
 
 def labelled(records: Sequence[RunRecord]) -> Mapping[str, RunRecord]:

@@ -7,6 +7,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from ...core.cli import OneLineParser, exit_code
+from ...core.console import add_output, conclude
 
 if TYPE_CHECKING:
     import argparse
@@ -38,13 +39,14 @@ def parser() -> OneLineParser:
         help="what the page shows: metric, si, us, or units like mm,bar,L/min,deg (default: what your units.toml says, "
         "else metric)",
     )  # fmt: skip
+    add_output(p, quiet=False)
     return p
 
 
 def main(arguments: Sequence[str]) -> int:
     """Entry point; returns the exit code."""
     options = parser().parse_args(arguments)
-    return exit_code("cosim-master open", lambda: _open(options))
+    return exit_code("cosim-master open", lambda: _open(options), as_json=options.json)
 
 
 def _open(options: argparse.Namespace) -> int:
@@ -56,7 +58,7 @@ def _open(options: argparse.Namespace) -> int:
     record = read_record(options.run)
     if options.units is not None or _is_old(record):
         write_page(record, display)
-    print(record.page)
+    conclude(options, lambda: {"page": record.page}, lambda: [str(record.page)])
     return 0 if options.no_browser else show(record.page)
 
 

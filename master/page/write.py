@@ -10,10 +10,10 @@ from pathlib import Path
 from string import Template
 from typing import Any
 
+from ...core.console import plain
 from ...core.display_units import DisplayUnits
 from ...core.files import writing
 from ...core.vendored import CHART_CODE, CHART_LICENCE, CHART_STYLE, vendored
-from ..simulation.run_folder import plain
 from .content import page_content
 from .record import RunRecord, read_record
 from .series import read_series

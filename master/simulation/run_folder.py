@@ -6,10 +6,10 @@ import json
 import shutil
 from collections.abc import Iterator, Mapping, Sequence
 from contextlib import contextmanager
-from math import isfinite
 from pathlib import Path
 from typing import Any
 
+from ...core.console import plain
 from ...core.errors import OutputError
 from ...core.files import held, make_folder, writing
 from ..results import by_suffix
@@ -28,15 +28,6 @@ def write_summary(folder: Path, summary: Mapping[str, Any]) -> None:
         part = path.with_suffix(".part")
         part.write_text(json.dumps(plain(summary), indent=2, allow_nan=False) + "\n")
         part.replace(path)
-
-
-def plain(value: Any) -> Any:
-    """For JSON: numbers that are none become null."""
-    if isinstance(value, Mapping):
-        return {key: plain(item) for key, item in value.items()}
-    if isinstance(value, (list, tuple)):
-        return [plain(item) for item in value]
-    return None if isinstance(value, float) and not isfinite(value) else value
 
 
 @contextmanager

@@ -4,13 +4,14 @@ from __future__ import annotations
 
 import argparse
 import csv
-import json
 import sys
+from collections.abc import Iterator
 from dataclasses import asdict
 from math import floor, log10
 from pathlib import Path
 from typing import Any
 
+from ...core.console import conclude, json_text, plain
 from ...core.errors import Interrupted, UnknownNameError, UsageError
 from ...core.files import make_folder, writing
 
@@ -43,7 +44,7 @@ def envelope_command(options: argparse.Namespace) -> int:
         with (
             cluster(options.dask) as executor,
             Pool(options.package, executor, options.processes) as pool,
-            tqdm(total=len(over), unit="design", disable=options.quiet, file=sys.stderr) as bar,
+            tqdm(total=len(over), unit="design", disable=options.quiet or options.json, file=sys.stderr) as bar,
         ):
             for design, answer in reaches(pool, wanted, over, {**fixed, **rest}):
                 found[tuple(c.name for c in design.choices)] = answer
@@ -57,17 +58,24 @@ def envelope_command(options: argparse.Namespace) -> int:
         raise Interrupted(f"interrupted; {len(found)} of {len(over)} designs are in {folder}") from None
     names = [tuple(c.name for c in d.choices) for d in over]
     reach = {name: found[name] for name in names}
-    _write(folder, options, wanted, mapped, reach, best, at)
+    content = _write(folder, options, wanted, mapped, reach, best, at)
     if not options.no_plots:
         from .plots import picture
 
         with writing(folder / "envelope.png"):
             picture(folder / "envelope.png", wanted, mapped, reach)
-    if not options.quiet:
-        _print(wanted, mapped, reach, best, at)
+    files = ["envelope.csv", "envelope.json", *([] if options.no_plots else ["envelope.png"])]
+
+    def lines() -> Iterator[str]:
+        yield from _lines(wanted, mapped, reach, best, at)
         if failed:
-            print(f"{failed} of the combinations that were tried cannot be run there; they count as not holding")
-        print(f"\n{folder}: envelope.csv, envelope.json{'' if options.no_plots else ', envelope.png'}")
+            yield f"{failed} of the combinations that were tried cannot be run there; they count as not holding"
+        yield f"\n{folder}: {', '.join(files)}"
+
+    conclude(
+        options, lambda: {"folder": folder, "files": files, "combinations_that_failed": failed, "envelope": content},
+        lines,
+    )  # fmt: skip
     return 0
 
 
@@ -110,15 +118,15 @@ def _told(r: Any, wanted: Any) -> str:
 
 def _write(
     folder: Path, options: argparse.Namespace, wanted: Any, mapped: Any, reach: Any, best: Any, at: float
-) -> None:
+) -> dict[str, Any]:
+    """Write the files; gives the contents of envelope.json."""
     from ...core.versions import versions
     from ...master.simulation.manifest import digest
 
-    given = json.loads(json.dumps(asdict(wanted)), parse_constant=lambda _: None)  # no bound: null
     rows = [[*names, r.value, r.whole, r.hole, r.why or r.beyond] for names, r in reach.items()]
     content = {
         "package": str(options.package), "sha256": digest(options.package), "set": options.set,
-        "options": given, "versions": versions(),
+        "options": plain(asdict(wanted)), "versions": versions(),
         "axis": wanted.parameter, "unit": wanted.unit,
         "reach": [{**dict(zip((g.name for g in mapped), names, strict=True)), "value": r.value, "whole": r.whole,
                    "hole": r.hole, "why": r.why, "beyond": r.beyond}
@@ -132,24 +140,25 @@ def _write(
             heads = f"{wanted.parameter} [{wanted.unit}]", "up to the high end", "not at", "runs fail"
             writer.writerow([*(g.name for g in mapped), *heads])
             writer.writerows(rows)
-        (folder / "envelope.json").write_text(json.dumps(content, indent=1) + "\n", encoding="utf-8")
+        (folder / "envelope.json").write_text(json_text(content) + "\n", encoding="utf-8")
+    return content
 
 
-def _print(wanted: Any, mapped: Any, reach: Any, best: Any, at: float) -> None:
+def _lines(wanted: Any, mapped: Any, reach: Any, best: Any, at: float) -> Iterator[str]:
     widths = [max(len(g.name), *(len(c.name) for c in g.choices)) + 2 for g in mapped]
     head = "".join(f"{g.name:<{w}}" for g, w in zip(mapped, widths, strict=True))
-    print(f"{head}{wanted.parameter} up to which all holds [{wanted.unit}], within {wanted.within:g}")
+    yield f"{head}{wanted.parameter} up to which all holds [{wanted.unit}], within {wanted.within:g}"
     for names, r in reach.items():
         line = "".join(f"{n:<{w}}" for n, w in zip(names, widths, strict=True))
-        print(f"{line}{_told(r, wanted)}")
-    print()
+        yield f"{line}{_told(r, wanted)}"
+    yield ""
     if not best:
-        print(f"no combination of the changes makes it hold at {wanted.parameter} = {at:g} {wanted.unit}")
+        yield f"no combination of the changes makes it hold at {wanted.parameter} = {at:g} {wanted.unit}"
     elif not best[0].changes:
-        print(f"at {wanted.parameter} = {at:g} {wanted.unit} all holds without a change")
+        yield f"at {wanted.parameter} = {at:g} {wanted.unit} all holds without a change"
     else:
-        print(f"cheapest at {wanted.parameter} = {at:g} {wanted.unit}, cost {best[0].cost:g}:")
+        yield f"cheapest at {wanted.parameter} = {at:g} {wanted.unit}, cost {best[0].cost:g}:"
         for d in best[:SHOWN]:
-            print(f"  {'; '.join(d.changes)}")
+            yield f"  {'; '.join(d.changes)}"
         if len(best) > SHOWN:
-            print(f"  and {len(best) - SHOWN} more of the same cost, see envelope.json")
+            yield f"  and {len(best) - SHOWN} more of the same cost, see envelope.json"

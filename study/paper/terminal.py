@@ -5,12 +5,13 @@ from __future__ import annotations
 import argparse
 import json
 import sys
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import asdict
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from ...core.cli import need
+from ...core.console import conclude
 from ...core.files import make_folder, writing
 
 if TYPE_CHECKING:
@@ -45,7 +46,7 @@ def paper_command(options: argparse.Namespace) -> int:
     folder: Path = options.out
     make_folder(folder / "figures")
     make_folder(folder / "as_printed")
-    package = options.package or _built(folder, options.quiet)
+    package = options.package or _built(folder, options.quiet or options.json)
 
     from ...master.parallel.pool import Pool
     from ...master.simulation.session import Session
@@ -59,7 +60,7 @@ def paper_command(options: argparse.Namespace) -> int:
 
     check(package)
     count = len(all_cases())
-    with _bar(2 * count + 2, options.quiet) as bar:
+    with _bar(2 * count + 2, options.quiet or options.json) as bar:
         bar.set_description("lines")
         rows, lines = table(), responses()
         bar.update(2)
@@ -89,29 +90,29 @@ def paper_command(options: argparse.Namespace) -> int:
     content = {"claims": [asdict(c) for c in found], "as_printed": [asdict(c) for c in bare]}
     with writing(folder / "claims.json"):
         (folder / "claims.json").write_text(json.dumps(content, indent=1) + "\n", encoding="utf-8")
-    if not options.quiet:
-        print(f"{summary(found)} With the equations as printed {sum(c.holds for c in bare)} hold.")
-        _print(found)
-        for line in remark:
-            print(f"  {line}")
-        print(f"\n{folder}: report.html, as_printed.html, claims.json, figures/")
+    told = f"{summary(found)} With the equations as printed {sum(c.holds for c in bare)} hold."
+    files = ["report.html", "as_printed.html", "claims.json", "figures/"]
+    conclude(
+        options, lambda: {"folder": folder, "files": files, "summary": told, "remarks": remark, **content},
+        lambda: [told, *_lines(found), *(f"  {line}" for line in remark), f"\n{folder}: {', '.join(files)}"],
+    )  # fmt: skip
     return 0
 
 
-def _print(found: Sequence[Claim]) -> None:
+def _lines(found: Sequence[Claim]) -> Iterator[str]:
     """What does not hold, and what holds only with our choice of what the paper does not say; * marks that."""
-    print("\ndoes not hold:")
+    yield "\ndoes not hold:"
     for c in found:
         if not c.holds:
             remark = f" ({c.remark})" if c.remark else ""
-            print(f"{'*' if c.assumed else ' '} {c.where}: {c.text}: {c.published}, here {c.ours}{remark}")
+            yield f"{'*' if c.assumed else ' '} {c.where}: {c.text}: {c.published}, here {c.ours}{remark}"
             if c.assumed:
-                print(f"    * {c.assumed}{f': {c.otherwise}' if c.otherwise else ''}")
+                yield f"    * {c.assumed}{f': {c.otherwise}' if c.otherwise else ''}"
     turned = [c for c in found if c.holds and c.otherwise]
     if turned:
-        print("\nholds, but not with another choice of ours:")
+        yield "\nholds, but not with another choice of ours:"
     for c in turned:
-        print(f"* {c.where}: {c.text}: {c.ours}\n    * {c.assumed}: {c.otherwise}")
+        yield f"* {c.where}: {c.text}: {c.ours}\n    * {c.assumed}: {c.otherwise}"
 
 
 def _built(folder: Path, quiet: bool) -> Path:

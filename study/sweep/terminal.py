@@ -9,8 +9,9 @@ from contextlib import contextmanager
 from time import monotonic
 from typing import Any
 
+from ...core.console import conclude
 from .request import SweepPlan, SweepRequest, make_plan
-from .result import SUMMARY, run_sweep
+from .result import SUMMARY, Sweep, run_sweep
 
 BETWEEN = 10.0
 """Seconds between two signs of progress in a file."""
@@ -27,16 +28,9 @@ def sweep_command(options: argparse.Namespace) -> int:
         options.case_time, options.retry_failed,
     )  # fmt: skip
     plan = make_plan(request)
-    with _bar(len(plan.cases), options.quiet) as progress:
+    with _bar(len(plan.cases), options.quiet or options.json) as progress:
         found = run_sweep(request, plan, options.out or request.usual_folder, progress, not options.no_plots)
-    if not options.quiet:
-        _print(plan, found.table, found.sensitivities)
-        for what, whys in (("sensitivities", found.silent), ("picture", found.undrawn)):
-            for why in dict.fromkeys(whys.values()):
-                mine = [label for label, w in whys.items() if w == why]
-                print(f"no {what} of {mine[0] if len(mine) == 1 else f'{len(mine)} metrics'}: {why}")
-        made = [found.file.name, SUMMARY, *found.pictures]
-        print(f"\n{found.folder}: {', '.join(made[:6])}{' ...' if len(made) > 6 else ''}")
+    conclude(options, lambda: _content(found), lambda: _lines(found))
     if all(row["failed"] for row in found.table):
         print(f"cosim-study: every case failed, the first: {found.table[0]['failed']}", file=sys.stderr)
         return 1
@@ -70,20 +64,39 @@ def _bar(total: int, quiet: bool) -> Iterator[Callable[[int, int], None]]:
             bar.close()
 
 
-def _print(plan: SweepPlan, table: Sequence[Mapping[str, Any]], indices: Mapping[str, Any]) -> None:
+def _content(found: Sweep) -> dict[str, Any]:
+    """For programs: summary.json, the table and what could not be computed or drawn."""
+    files = [found.file.name, SUMMARY, *found.pictures]
+    return {
+        "folder": found.folder, "files": files, "summary": found.summary, "table": list(found.table),
+        "no_sensitivities": dict(found.silent), "no_pictures": dict(found.undrawn),
+    }  # fmt: skip
+
+
+def _lines(found: Sweep) -> Iterator[str]:
+    yield from _table(found.plan, found.table, found.sensitivities)
+    for what, whys in (("sensitivities", found.silent), ("picture", found.undrawn)):
+        for why in dict.fromkeys(whys.values()):
+            mine = [label for label, w in whys.items() if w == why]
+            yield f"no {what} of {mine[0] if len(mine) == 1 else f'{len(mine)} metrics'}: {why}"
+    made = [found.file.name, SUMMARY, *found.pictures]
+    yield f"\n{found.folder}: {', '.join(made[:6])}{' ...' if len(made) > 6 else ''}"
+
+
+def _table(plan: SweepPlan, table: Sequence[Mapping[str, Any]], indices: Mapping[str, Any]) -> Iterator[str]:
     counts = {kind: [row for row in table if row[kind]] for kind in ("failed", "warnings")}
-    print(f"{len(table)} cases, {len(counts['failed'])} failed, {len(counts['warnings'])} with warnings")
+    yield f"{len(table)} cases, {len(counts['failed'])} failed, {len(counts['warnings'])} with warnings"
     for kind, rows in counts.items():
         for row in rows[:SHOWN]:
-            print(f"  case {row['case']} {'failed' if kind == 'failed' else 'warns'}: {row[kind]}")
+            yield f"  case {row['case']} {'failed' if kind == 'failed' else 'warns'}: {row[kind]}"
         if len(rows) > SHOWN:
-            print(f"  and {len(rows) - SHOWN} more, see {SUMMARY}")
+            yield f"  and {len(rows) - SHOWN} more, see {SUMMARY}"
     width = max(map(len, plan.labels)) + 2
-    print(f"{'':<{width}}{'least':>14}{'greatest':>14}  {'unit':<8}{'missing':>9}")
+    yield f"{'':<{width}}{'least':>14}{'greatest':>14}  {'unit':<8}{'missing':>9}"
     for label in plan.labels:
         values = [row[label] for row in table if row[label] is not None]
         ends = f"{min(values):>14.6g}{max(values):>14.6g}" if values else f"{'-':>14}{'-':>14}"
-        print(f"{label:<{width}}{ends}  {plan.units.get(label, ''):<8}{len(table) - len(values):>9}")
+        yield f"{label:<{width}}{ends}  {plan.units.get(label, ''):<8}{len(table) - len(values):>9}"
         for kind, by_name in indices.get(label, {}).items():
             shares = sorted(by_name.items(), key=lambda item: -item[1]["value"])
-            print(f"{'':<{width}}{kind}: " + ", ".join(f"{n} {v['value']:.2f}" for n, v in shares))
+            yield f"{'':<{width}}{kind}: " + ", ".join(f"{n} {v['value']:.2f}" for n, v in shares)

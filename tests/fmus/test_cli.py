@@ -1,3 +1,4 @@
+import json
 import sys
 from pathlib import Path
 
@@ -27,6 +28,10 @@ def test_cross_check_fails_where_an_importer_does(built, tmp_path, capsys, monke
     line = ["cross-check", str(built / "DeepseaArm.fmu"), "--out", str(tmp_path)]
     assert main(line) == 0
     assert "| DeepseaArm | other | not tried |  | not installed |" in capsys.readouterr().out
+    assert main([*line, "--json"]) == 0
+    told = json.loads(capsys.readouterr().out)["fmus"]["DeepseaArm"]
+    assert told["FMPy"]["agrees"]
+    assert told["other"] == {"tried": False, "agrees": False, "deviation": None, "remark": "not installed"}
     monkeypatch.setattr(cross_check, "IMPORTERS", {"FMPy": cross_check.through_fmpy, "other": breaks})
     assert main(line) == 1
     assert "| DeepseaArm | other | no |  | OSError: no binary for this platform |" in capsys.readouterr().out

@@ -4,6 +4,8 @@ import json
 import re
 import signal
 import sys
+from contextlib import redirect_stdout
+from io import StringIO
 
 import numpy as np
 import pytest
@@ -28,7 +30,11 @@ def rubbing(toys, tmp_path_factory):
     folder = tmp_path_factory.mktemp("rubbing")
     runs = [measure(seed, lambda t, x, v: -0.4 * np.tanh(v / 0.01)) for seed in (1, 2)]
     path = campaign(folder, toys, runs)
-    assert main(["diagnose", str(path), "--out", str(folder / "out"), "--quiet"]) == 0
+    with redirect_stdout(StringIO()) as told:
+        assert main(["diagnose", str(path), "--out", str(folder / "out"), "--json"]) == 0
+    content = json.loads(told.getvalue())
+    assert content["diagnosis"] == json.loads((folder / "out" / "diagnosis.json").read_text())
+    assert content["files"] == ["diagnosis.json", "calibrated.ssv", "report.html"]
     return folder / "out"
 
 

@@ -1,5 +1,6 @@
 """A campaign in one file is read as the folder it was made of."""
 
+import json
 import zipfile
 from importlib import import_module
 
@@ -58,10 +59,17 @@ def test_files_of_the_same_name_and_other_ways_to_write_toml(campaign, tmp_path)
 def test_check_reads_an_archive(campaign, tmp_path, capsys):
     target = tmp_path / "one.zip"
     assert main(["pack", str(campaign), "--out", str(target)]) == 0
-    assert main(["check", str(target)]) == 0
+    capsys.readouterr()
+    assert main(["check", str(target), "--json"]) == 0
+    told = json.loads(capsys.readouterr().out)
+    assert told["picture"] == str(tmp_path / "one_check.png")
     assert (tmp_path / "one_check.png").is_file()
-    assert main(["pack", str(campaign), "--out", str(target)]) == 2
-    assert "is there already" in capsys.readouterr().err
+    assert [row["channel"] for row in told["channels"]] == ["x"]
+    assert told["findings"] == []
+    assert main(["pack", str(campaign), "--out", str(target), "--json"]) == 2
+    failed = capsys.readouterr()
+    assert "is there already" in failed.err
+    assert json.loads(failed.out) == {"error": failed.err.removeprefix("cosim-gap: ").strip(), "exit_code": 2}
     assert main(["pack", str(target), "--out", str(tmp_path / "again.zip")]) == 0
 
 

@@ -66,8 +66,11 @@ def run(doubled, options, folder, *more):
     return json.loads((folder / "envelope.json").read_text())
 
 
-def test_the_edge_is_where_the_formula_says(doubled, options, tmp_path):
-    found = run(doubled, options, tmp_path / "out", "--at", "1.5")
+def test_the_edge_is_where_the_formula_says(doubled, options, tmp_path, capsys):
+    found = run(doubled, options, tmp_path / "out", "--at", "1.5", "--json")
+    told = json.loads(capsys.readouterr().out)
+    assert told["envelope"] == found
+    assert told["files"] == ["envelope.csv", "envelope.json", "envelope.png"]
     reach = {r["ramp"]: (r["value"], r["whole"]) for r in found["reach"]}
     assert reach["slope 1"][0] == pytest.approx(2.0, abs=0.011)
     assert reach["slope 0.5"][0] == pytest.approx(4.0, abs=0.011)

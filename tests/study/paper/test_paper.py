@@ -271,6 +271,8 @@ def test_the_command_writes_its_pages(built, made, tmp_path, monkeypatch, capsys
     assert f"{hold} of {len(content['claims'])} claims hold" in told
     assert f"{sum(x['holds'] and bool(x['assumed']) for x in content['claims'])} of the {hold} rest on" in told
     assert "(marked *)" in (tmp_path / "report.html").read_text()
+    assert main(["paper", "--package", package, "--out", str(tmp_path), "--processes", "1", "--json"]) == 0
+    assert json.loads(capsys.readouterr().out)["claims"] == content["claims"]
     assert len(content["as_printed"]) == len(content["claims"]) > 45
     for name in ("report.html", "as_printed.html"):
         text = (tmp_path / name).read_text()

@@ -285,7 +285,11 @@ def test_a_sweep_of_which_every_case_failed_has_not_succeeded(doubled, tmp_path,
     assert main([*line, "--vary", "b.trouble=1"]) == 1
     assert "every case failed, the first: component 'b'" in capsys.readouterr().err
     assert json.loads((tmp_path / "summary.json").read_text())["failed"]
-    assert main([*line, "--vary", "b.trouble=0,1"]) == 0
+    assert main([*line, "--vary", "b.trouble=0,1", "--json"]) == 0
+    told = json.loads(capsys.readouterr().out)
+    assert told["summary"] == json.loads((tmp_path / "summary.json").read_text())
+    assert [row["b.trouble"] for row in told["table"]] == [0, 1]
+    assert [bool(row["failed"]) for row in told["table"]] == [False, True]
 
 
 def test_a_folder_that_is_a_file_is_one_line(doubled, tmp_path, capsys):
