@@ -6,10 +6,10 @@ import argparse
 import errno
 import os
 import sys
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from importlib.util import find_spec
 from pathlib import Path
-from typing import NoReturn
+from typing import Any, NoReturn
 
 from .console import json_text
 from .errors import CosimError, Interrupted, SimulationError, UsageError, install
@@ -37,13 +37,29 @@ class _Versions(argparse.Action):
 
 SHELLS = ("bash", "zsh", "tcsh")
 
+Words = Callable[[], Mapping[str, argparse.ArgumentParser]]
+
 
 class _Completion(argparse.Action):
+    def __init__(self, *args: Any, words: Words = dict, **kwargs: Any):
+        super().__init__(*args, **kwargs)
+        self._words = words
+
     def __call__(self, parser: argparse.ArgumentParser, *asked: object) -> NoReturn:
         import shtab
 
+        shell = str(asked[1])  # (namespace, shell, option)
+        words = self._words() if shell == "bash" else {}  # others would complete no options behind a file any more
+        if words:
+            parser._actions.remove(next(action for action in parser._actions if not action.option_strings))
+            below = parser.add_subparsers()
+            for word, one in words.items():
+                below.add_parser(word, parents=[one], add_help=False, help=one.description)
         _complete_files(parser, shtab.FILE)
-        print(shtab.complete(parser, str(asked[1])))  # (namespace, shell, option)
+        print(shtab.complete(parser, shell))
+        if words:
+            name = parser.prog.replace("-", "_")
+            print(f"_shtab_{name}_pos_0_COMPGEN=_shtab_compgen_files")  # the first word may be a file, too
         parser.exit()
 
 
@@ -57,11 +73,14 @@ def _complete_files(parser: argparse.ArgumentParser, what: object) -> None:
                 _complete_files(below, what)
 
 
-def add_version(p: argparse.ArgumentParser) -> None:
-    """The options that print what is installed, and a script that completes the command in a shell."""
+def add_version(p: argparse.ArgumentParser, words: Words = dict) -> None:
+    """The options that print what is installed, and a script that completes the command in a shell.
+
+    words: gives the parsers of first words that may stand for the command's first argument.
+    """
     p.add_argument("--version", action=_Versions, nargs=0, help="print the versions and exit")
     p.add_argument(
-        "--print-completion", action=_Completion, choices=SHELLS, metavar="SHELL",
+        "--print-completion", action=_Completion, words=words, choices=SHELLS, metavar="SHELL",
         help=f"print a script that completes this command in {', '.join(SHELLS)}, and exit",
     )  # fmt: skip
 

@@ -8,7 +8,7 @@ import sys
 from collections.abc import Iterator, Sequence
 from importlib import import_module
 from pathlib import Path
-from typing import TYPE_CHECKING, NoReturn
+from typing import TYPE_CHECKING, Any, NoReturn
 
 from ..core.cli import OneLineParser, add_version, end_with, exit_code, folder, positive, seconds
 from ..core.console import add_output, conclude
@@ -46,6 +46,10 @@ COMMANDS = {"open": ".page.command", "compare": ".comparison.command", "replay":
 """First words that are no package (a folder of such a name is ./open): the modules whose `main` they call."""
 
 
+def _module_of(word: str) -> Any:
+    return import_module(COMMANDS[word], __package__)
+
+
 def _substeps(text: str) -> tuple[str, int]:
     component, equals, ratio = text.rpartition("=")
     if not equals or not component or not ratio.isdigit() or int(ratio) < 1:
@@ -71,7 +75,7 @@ def parser() -> argparse.ArgumentParser:
     _add_run(p.add_argument_group("the run"))
     _add_results(p.add_argument_group("results"))
     add_output(p)
-    add_version(p)
+    add_version(p, lambda: {word: _module_of(word).parser() for word in COMMANDS})
     return p
 
 
@@ -171,7 +175,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
     """Entry point; returns the exit code."""
     arguments = sys.argv[1:] if arguments is None else arguments
     if arguments and arguments[0] in COMMANDS:
-        return int(import_module(COMMANDS[arguments[0]], __package__).main(arguments[1:]))
+        return int(_module_of(arguments[0]).main(arguments[1:]))
     options = parser().parse_args(arguments)
     return exit_code("cosim-master", lambda: _run(options), as_json=options.json)
 

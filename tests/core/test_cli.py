@@ -58,6 +58,10 @@ def test_a_folder_without_a_name_is_refused(capsys):
     [
         ("gap", "di", {"diagnose"}),
         ("master", "--sav", {"--save-state", "--save-state-every"}),
+        ("master", "comp", {"compare"}),
+        ("master", "compare --tol", {"--tolerance"}),
+        ("master", "plant.ssp --sav", {"--save-state", "--save-state-every"}),
+        ("master", "/usr/sha", {"/usr/share"}),
         ("fmus", "bu", {"build"}),
         ("study", "sw", {"sweep"}),
     ],
@@ -68,6 +72,7 @@ def test_a_shell_completes_it(capsys, tmp_path, command, begun, expected):
     assert ended.value.code == 0
     script = tmp_path / "completion.bash"
     script.write_text(capsys.readouterr().out)
-    ask = f"source {script}; COMP_WORDS=(cosim-{command} {begun}); COMP_CWORD=1; _shtab_cosim_{command}; "
+    words = f"COMP_WORDS=(cosim-{command} {begun}); COMP_CWORD={len(begun.split())}"
+    ask = f"source {script}; {words}; _shtab_cosim_{command}; "
     done = subprocess.run(["bash", "-c", f'{ask} echo "${{COMPREPLY[@]}}"'], capture_output=True, text=True, check=True)
     assert set(done.stdout.split()) == expected
