@@ -27,6 +27,10 @@ LISTEN = 0.1
 """Wall time after which waiting for the clock is interrupted for the same [s]."""
 
 
+TELL = 0.2
+"""Wall time after which progress is told [s]."""
+
+
 class MacroSteps:
     """The macro steps, a slice of time at once."""
 
@@ -67,7 +71,8 @@ class MacroSteps:
         progress(0, n - self.first)
         self._check_start(self.time)
         self._save(self._is_due())
-        begin = perf_counter() - self.first * h
+        told = perf_counter()
+        begin = told - self.first * h
         while self.done < n:
             count = min(recording.free_rows(), n - self.done)
             if self._saver is not None:
@@ -94,6 +99,8 @@ class MacroSteps:
             self._reach(start, stop, h, n)
             if recording.due():
                 recording.flush()
+            if perf_counter() - told > TELL:
+                told = perf_counter()
                 progress(self.done - self.first, n - self.first)
             self._save(self._is_due() and self.runner.ended is None)
             self._heed(interrupt)
